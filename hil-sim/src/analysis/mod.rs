@@ -1,0 +1,1 @@
+//! The thesis, analysed: equilibria, limits, envelopes, 3-D motion, camera platform.

@@ -1,0 +1,40 @@
+//! The command line: one module a subcommand.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::error::CommandError;
+
+pub mod equilibrium;
+
+/// The biplanar bicycle, simulated and analysed.
+#[derive(Debug, Parser)]
+#[command(name = "hil-sim", version, about)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+/// What to do; without one, `drive` on the default scenario.
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Equilibrium, poles
+    Equilibrium(equilibrium::Arguments),
+}
+
+/// Parses the command line and runs the command: exit code 0 ok, 1 failed checks, 2 bad usage or input.
+pub fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    let result = match arguments.command {
+        Some(Command::Equilibrium(a)) => equilibrium::run(&a),
+        None => Err(CommandError::Other("drive comes with the next commit".into())),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}

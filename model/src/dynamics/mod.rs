@@ -1,0 +1,3 @@
+//! The equations of motion, nondimensional: masses over M+m, lengths over r, time over 1/w, w = sqrt(g/r).
+
+pub mod planar;
