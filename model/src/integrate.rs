@@ -33,11 +33,7 @@ pub fn euler_step<T: Real, const N: usize>(x: &[T; N], h: T, rate: impl Fn(&[T; 
 /// `N / 2` rates: the rates first, then the positions with the new rates. One evaluation, first
 /// order, and no artificial energy growth in a conservative system.
 #[inline]
-pub fn symplectic_euler_step<T: Real, const N: usize>(
-    x: &[T; N],
-    h: T,
-    rate: impl Fn(&[T; N]) -> [T; N],
-) -> [T; N] {
+pub fn symplectic_euler_step<T: Real, const N: usize>(x: &[T; N], h: T, rate: impl Fn(&[T; N]) -> [T; N]) -> [T; N] {
     let k = rate(x);
     let half = N / 2;
     let mut next = *x;

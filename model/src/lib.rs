@@ -10,3 +10,5 @@
 pub mod dynamics;
 pub mod integrate;
 pub mod real;
+pub mod sample;
+pub mod vehicle;

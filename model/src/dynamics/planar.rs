@@ -39,13 +39,27 @@ impl<T: Real> PlanarParameters<T> {
     /// The thesis's geometry (3.26) with the total damping 2.2 (its zeta 0.2 plus its K 2).
     pub fn thesis() -> Self {
         let c = T::from_f64;
-        Self { l: c(0.8), alpha: c(0.9), zeta: c(2.2), mu: c(0.066), nu: T::ZERO, beta: c(0.0873) }
+        Self {
+            l: c(0.8),
+            alpha: c(0.9),
+            zeta: c(2.2),
+            mu: c(0.066),
+            nu: T::ZERO,
+            beta: c(0.0873),
+        }
     }
 
     /// The same parameters in another number type (rounded to the nearest value).
     pub fn cast<V: Real>(&self) -> PlanarParameters<V> {
         let c = |x: T| V::from_f64(x.to_f64());
-        PlanarParameters { l: c(self.l), alpha: c(self.alpha), zeta: c(self.zeta), mu: c(self.mu), nu: c(self.nu), beta: c(self.beta) }
+        PlanarParameters {
+            l: c(self.l),
+            alpha: c(self.alpha),
+            zeta: c(self.zeta),
+            mu: c(self.mu),
+            nu: c(self.nu),
+            beta: c(self.beta),
+        }
     }
 }
 
@@ -69,7 +83,14 @@ impl<T: Real> Planar<T> {
         let p = parameters;
         let al = p.alpha * p.l;
         let (sin_beta, cos_beta) = p.beta.sin_cos();
-        Self { parameters, al, sin_beta, cos_beta, m11: T::ONE + p.mu + p.nu, m22: al * p.l + p.nu }
+        Self {
+            parameters,
+            al,
+            sin_beta,
+            cos_beta,
+            m11: T::ONE + p.mu + p.nu,
+            m22: al * p.l + p.nu,
+        }
     }
 
     /// The parameters these equations were prepared from.
@@ -92,7 +113,10 @@ impl<T: Real> Planar<T> {
         let f1 = torque - self.sin_beta - self.al * sin_bp * x[PHI_RATE] * x[PHI_RATE];
         let f2 = torque - self.al * sin_phi;
         let inverse = T::ONE / (self.m11 * self.m22 - m12 * m12);
-        [(self.m22 * f1 - m12 * f2) * inverse, (self.m11 * f2 - m12 * f1) * inverse]
+        [
+            (self.m22 * f1 - m12 * f2) * inverse,
+            (self.m11 * f2 - m12 * f1) * inverse,
+        ]
     }
 
     /// The derivative of the state under the nondimensional voltage `u`.

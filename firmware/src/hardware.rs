@@ -1,0 +1,83 @@
+//! The seam to the hardware, beyond what embedded-hal offers: small traits that a board implements.
+//!
+//! The IMUs come in as `embedded_hal_async::spi::SpiDevice`, the link as `embedded_io_async::{Read,
+//! Write}`, the parameter flash as `embedded_storage_async::nor_flash::NorFlash`.
+
+use model::sample::{Actuation, MOTORS};
+
+/// Hardware quadrature counters.
+pub trait EncoderCounters {
+    /// The counters as they stand: 16 bits, wrapping, forward positive, in the order of
+    /// [`model::sample::Motor`].
+    fn counts(&mut self) -> [u16; MOTORS];
+}
+
+/// The motor bridges. They come up open and stay open until [`Bridges::apply`] enables them.
+pub trait Bridges {
+    /// Applies one tick's actuation: opens every bridge when it is not enabled, else sets the duties.
+    fn apply(&mut self, actuation: &Actuation);
+    /// The hardware break has opened the bridges since they were last enabled.
+    fn break_tripped(&mut self) -> bool;
+    /// Clears a tripped break, so that the bridges can be enabled again. Has no effect while the
+    /// break's cause lasts.
+    fn clear_break(&mut self);
+}
+
+/// One round of analogue readings, raw ([`model::sample::analog_scale`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AnalogReading {
+    /// Battery voltage.
+    pub battery: u16,
+    /// Motor currents.
+    pub current: [u16; MOTORS],
+}
+
+/// Analogue inputs.
+pub trait AnalogInputs {
+    /// Why a reading failed.
+    type Error: core::fmt::Debug;
+    /// Converts every input once.
+    fn read(&mut self) -> impl Future<Output = Result<AnalogReading, Self::Error>>;
+}
+
+/// The emergency-stop input.
+pub trait EmergencyStop {
+    /// Whether it is pressed now (an open wire reads as pressed).
+    fn is_pressed(&mut self) -> bool;
+}
+
+/// The hardware watchdog: resets the part unless fed in time.
+pub trait Watchdog {
+    /// Starts its time again.
+    fn feed(&mut self);
+}
+
+/// A free-running counter of CPU cycles, for the tick budget.
+pub trait CycleCounter {
+    /// The counter, wrapping.
+    fn cycles(&self) -> u32;
+}
+
+/// Lamps an operator reads.
+pub trait Indicators {
+    /// Shows the vehicle's state: armed and faulted.
+    fn show(&mut self, armed: bool, faulted: bool);
+}
+
+/// Why the part last started.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum ResetCause {
+    /// Power came up.
+    PowerOn,
+    /// Supply dipped below the brown-out level.
+    BrownOut,
+    /// The reset pin.
+    Pin,
+    /// Software asked for it.
+    Software,
+    /// The independent watchdog was not fed.
+    Watchdog,
+    /// None of the above.
+    Other,
+}

@@ -1,0 +1,123 @@
+//! Tables of named, ranged numbers: one description from which files, stored parameters and
+//! documentation are read, checked and written.
+
+use core::fmt;
+
+/// One number of a parameter group: its name (with its unit), meaning and allowed range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Field {
+    /// The name in code, vehicle file and link alike, unit suffix included.
+    pub name: &'static str,
+    /// What it is.
+    pub meaning: &'static str,
+    /// Smallest allowed value.
+    pub min: f64,
+    /// Largest allowed value.
+    pub max: f64,
+}
+
+/// A value outside its field's range, or not a number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutOfRange {
+    /// The group (table of the vehicle file).
+    pub group: &'static str,
+    /// The field.
+    pub field: Field,
+    /// The value refused.
+    pub value: f64,
+}
+
+impl fmt::Display for OutOfRange {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Field { name, min, max, .. } = self.field;
+        write!(f, "{}.{name} = {}: allowed is {min} to {max}", self.group, self.value)
+    }
+}
+
+impl core::error::Error for OutOfRange {}
+
+impl Field {
+    /// Whether `value` is a number within the range.
+    pub fn allows(&self, value: f64) -> bool {
+        // Written so that NaN is refused.
+        value >= self.min && value <= self.max
+    }
+}
+
+/// Defines a group of parameters: a plain struct over the number type, and the table of its fields.
+macro_rules! parameter_group {
+    (
+        $(#[doc = $doc:literal])*
+        $name:ident as $table:literal {
+            $( $(#[doc = $meaning:literal])+ $field:ident: $min:literal to $max:literal, )+
+        }
+    ) => {
+        $(#[doc = $doc])*
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct $name<T> {
+            $( $(#[doc = $meaning])+ #[doc = concat!("\n\nAllowed: ", stringify!($min), " to ", stringify!($max), ".")] pub $field: T, )+
+        }
+
+        impl<T: $crate::real::Real> $name<T> {
+            /// The table of the vehicle file that holds this group.
+            pub const TABLE: &'static str = $table;
+            /// The fields, in order.
+            pub const FIELDS: &'static [$crate::vehicle::fields::Field] = &[
+                $( $crate::vehicle::fields::Field {
+                    name: stringify!($field),
+                    meaning: concat!($($meaning),+),
+                    min: $min as f64,
+                    max: $max as f64,
+                }, )+
+            ];
+
+            /// Builds the group from a source that knows the value of each field.
+            ///
+            /// # Errors
+            /// The source's first error.
+            pub fn try_from_fields<E>(
+                mut source: impl FnMut(&'static $crate::vehicle::fields::Field) -> Result<T, E>,
+            ) -> Result<Self, E> {
+                let mut fields = Self::FIELDS.iter();
+                // The table has one row for each field, so the fallback row is never used.
+                $( let $field = source(fields.next().unwrap_or(&Self::FIELDS[0]))?; )+
+                Ok(Self { $($field),+ })
+            }
+
+            /// Calls `visit` with each field and its value, in order.
+            pub fn for_each(&self, mut visit: impl FnMut(&'static $crate::vehicle::fields::Field, T)) {
+                let mut fields = Self::FIELDS.iter();
+                $( if let Some(field) = fields.next() { visit(field, self.$field); } )+
+            }
+
+            /// A mutable reference to the field called `name`.
+            pub fn field_mut(&mut self, name: &str) -> Option<&mut T> {
+                match name {
+                    $( stringify!($field) => Some(&mut self.$field), )+
+                    _ => None,
+                }
+            }
+
+            /// Checks every field against its range.
+            ///
+            /// # Errors
+            /// The first field that is out of range or not a number.
+            pub fn check(&self) -> Result<(), $crate::vehicle::fields::OutOfRange> {
+                let mut result = Ok(());
+                self.for_each(|field, value| {
+                    let value = value.to_f64();
+                    if result.is_ok() && !field.allows(value) {
+                        result = Err($crate::vehicle::fields::OutOfRange { group: $table, field: *field, value });
+                    }
+                });
+                result
+            }
+
+            /// The same values in another number type (rounded to the nearest).
+            pub fn cast<V: $crate::real::Real>(&self) -> $name<V> {
+                $name { $( $field: V::from_f64(self.$field.to_f64()) ),+ }
+            }
+        }
+    };
+}
+pub(crate) use parameter_group;
