@@ -7,6 +7,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod control;
 pub mod dynamics;
 pub mod integrate;
 pub mod real;

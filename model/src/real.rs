@@ -30,14 +30,18 @@ pub trait Real:
     /// The value as `f64` (exact).
     fn to_f64(self) -> f64;
     /// Sine of an angle in rad.
+    #[must_use]
     fn sin(self) -> Self;
     /// Cosine of an angle in rad.
+    #[must_use]
     fn cos(self) -> Self;
     /// Sine and cosine of an angle in rad.
     fn sin_cos(self) -> (Self, Self);
     /// Square root.
+    #[must_use]
     fn sqrt(self) -> Self;
     /// Absolute value.
+    #[must_use]
     fn abs(self) -> Self;
 }
 

@@ -7,6 +7,9 @@ use clap::{Parser, Subcommand};
 use crate::error::CommandError;
 
 pub mod equilibrium;
+pub mod output;
+pub mod planar_arguments;
+pub mod values;
 
 /// The biplanar bicycle, simulated and analysed.
 #[derive(Debug, Parser)]

@@ -1,0 +1,147 @@
+//! How every analysis command hands over what it computed: `--json`, `--out DIR`, or a short table.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde::Serialize;
+
+use crate::error::CommandError;
+use crate::plot::{Chart, Columns};
+
+/// Flags that say where the result goes.
+#[derive(Debug, Clone, Default, Args)]
+pub struct OutputArguments {
+    /// Print exactly one JSON object on stdout, every number with its full precision
+    #[arg(long)]
+    pub json: bool,
+    /// Write the computed data as CSV and its charts as SVG into this directory
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+/// What a command computed.
+#[derive(Debug)]
+pub struct Report<'a, R> {
+    /// The command's name: the stem of the files in `--out`.
+    pub command: &'static str,
+    /// What `--json` prints.
+    pub result: &'a R,
+    /// What is printed otherwise: label and value.
+    pub lines: Vec<(String, String)>,
+    /// What goes into `COMMAND.csv`; nothing if empty.
+    pub columns: Columns,
+    /// What goes into `COMMAND-NAME.svg`: name and chart.
+    pub charts: Vec<(&'static str, Chart)>,
+}
+
+impl<'a, R: Serialize> Report<'a, R> {
+    /// A report without lines, columns and charts.
+    pub fn new(command: &'static str, result: &'a R) -> Self {
+        Self {
+            command,
+            result,
+            lines: Vec::new(),
+            columns: Columns::new(),
+            charts: Vec::new(),
+        }
+    }
+
+    /// With one more line of the table.
+    #[must_use]
+    pub fn line(mut self, label: impl Into<String>, value: impl std::fmt::Display) -> Self {
+        self.lines.push((label.into(), value.to_string()));
+        self
+    }
+
+    /// With the columns of the CSV file.
+    #[must_use]
+    pub fn columns(mut self, columns: Columns) -> Self {
+        self.columns = columns;
+        self
+    }
+
+    /// With one more chart.
+    #[must_use]
+    pub fn chart(mut self, name: &'static str, chart: Chart) -> Self {
+        self.charts.push((name, chart));
+        self
+    }
+}
+
+impl OutputArguments {
+    /// Prints the report and writes its files.
+    ///
+    /// # Errors
+    /// [`CommandError::Other`] when a file or stdout cannot be written.
+    pub fn emit<R: Serialize>(&self, report: &Report<'_, R>) -> Result<(), CommandError> {
+        let mut files = Vec::new();
+        if let Some(directory) = &self.out {
+            create_directory(directory)?;
+            if !report.columns.is_empty() {
+                files.push(write_file(
+                    directory,
+                    &format!("{}.csv", report.command),
+                    &report.columns.to_csv(),
+                )?);
+            }
+            for (name, chart) in &report.charts {
+                let svg = chart.to_svg().map_err(CommandError::Other)?;
+                files.push(write_file(directory, &format!("{}-{name}.svg", report.command), &svg)?);
+            }
+        }
+        let mut stdout = std::io::stdout().lock();
+        if self.json {
+            let text = serde_json::to_string(report.result).map_err(|e| CommandError::Other(e.to_string()))?;
+            writeln!(stdout, "{text}")?;
+        } else {
+            let width = report
+                .lines
+                .iter()
+                .map(|(label, _)| label.chars().count())
+                .max()
+                .unwrap_or(0);
+            for (label, value) in &report.lines {
+                writeln!(stdout, "{label:width$}  {value}")?;
+            }
+            for file in files {
+                writeln!(stdout, "wrote {}", file.display())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Creates `directory` and its parents.
+///
+/// # Errors
+/// [`CommandError::Other`] naming the directory.
+pub fn create_directory(directory: &Path) -> Result<(), CommandError> {
+    std::fs::create_dir_all(directory)
+        .map_err(|e| CommandError::Other(format!("cannot create {}: {e}", directory.display())))
+}
+
+/// Writes `text` into `directory/name` and returns the path.
+///
+/// # Errors
+/// [`CommandError::Other`] naming the file.
+pub fn write_file(directory: &Path, name: &str, text: &str) -> Result<PathBuf, CommandError> {
+    let path = directory.join(name);
+    std::fs::write(&path, text).map_err(|e| CommandError::Other(format!("cannot write {}: {e}", path.display())))?;
+    Ok(path)
+}
+
+/// A progress bar over `length` pieces of work on stderr; silent unless stderr is a terminal.
+pub fn progress_bar(length: usize, what: &'static str) -> ProgressBar {
+    let target = if std::io::stderr().is_terminal() {
+        ProgressDrawTarget::stderr()
+    } else {
+        ProgressDrawTarget::hidden()
+    };
+    let bar = ProgressBar::with_draw_target(Some(length as u64), target).with_message(what);
+    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len} {eta}") {
+        bar.set_style(style);
+    }
+    bar
+}

@@ -1,0 +1,334 @@
+//! Charts as SVG and tables as CSV: what every command's `--out` and every figure is written with.
+
+use std::fmt::Write as _;
+
+use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
+use plotters::prelude::*;
+
+/// The size of every chart in px; the page scales it to the width it has.
+const SIZE: (u32, u32) = (720, 430);
+
+/// Line colours, distinguishable also with deficient colour vision.
+const COLOURS: [RGBColor; 8] = [
+    RGBColor(0, 90, 160),
+    RGBColor(205, 80, 0),
+    RGBColor(0, 130, 90),
+    RGBColor(165, 55, 130),
+    RGBColor(90, 90, 90),
+    RGBColor(60, 160, 220),
+    RGBColor(190, 140, 0),
+    RGBColor(120, 60, 30),
+];
+
+/// Points drawn per series at most: the extremes of each bucket are kept.
+const DRAWN_POINTS: usize = 1600;
+
+/// One curve.
+#[derive(Debug, Clone, Default)]
+pub struct Series {
+    /// What the legend says.
+    pub name: String,
+    /// Its points; one that is not finite (or, on a logarithmic axis, not positive) interrupts the curve.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl Series {
+    /// A curve of `y` over `x`.
+    pub fn new(name: impl Into<String>, x: &[f64], y: &[f64]) -> Self {
+        Self {
+            name: name.into(),
+            points: x.iter().copied().zip(y.iter().copied()).collect(),
+        }
+    }
+
+    /// A curve through `points`.
+    pub fn from_points(name: impl Into<String>, points: Vec<(f64, f64)>) -> Self {
+        Self {
+            name: name.into(),
+            points,
+        }
+    }
+}
+
+/// A chart: curves over one pair of axes.
+#[derive(Debug, Clone, Default)]
+pub struct Chart {
+    /// Heading.
+    pub title: String,
+    /// Horizontal axis with its unit.
+    pub x_label: String,
+    /// Vertical axis with its unit.
+    pub y_label: String,
+    /// Whether the vertical axis is logarithmic.
+    pub log_y: bool,
+    /// The vertical range; from the data if `None`.
+    pub y_range: Option<(f64, f64)>,
+    /// The curves, drawn in order.
+    pub series: Vec<Series>,
+}
+
+impl Chart {
+    /// An empty chart with linear axes.
+    pub fn new(title: impl Into<String>, x_label: impl Into<String>, y_label: impl Into<String>) -> Self {
+        Self {
+            title: title.into(),
+            x_label: x_label.into(),
+            y_label: y_label.into(),
+            ..Self::default()
+        }
+    }
+
+    /// The chart with one more curve.
+    #[must_use]
+    pub fn with(mut self, series: Series) -> Self {
+        self.series.push(series);
+        self
+    }
+
+    /// The chart with a logarithmic vertical axis.
+    #[must_use]
+    pub fn logarithmic(mut self) -> Self {
+        self.log_y = true;
+        self
+    }
+
+    /// The chart with its vertical axis from `low` to `high`.
+    #[must_use]
+    pub fn y_range(mut self, low: f64, high: f64) -> Self {
+        self.y_range = Some((low, high));
+        self
+    }
+
+    /// The chart as one SVG document.
+    ///
+    /// # Errors
+    /// The drawing library's message.
+    pub fn to_svg(&self) -> Result<String, String> {
+        let usable = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite() && (!self.log_y || p.1 > 0.0);
+        let points = || self.series.iter().flat_map(|s| s.points.iter().copied()).filter(usable);
+        let (x0, x1) = widened(points().map(|p| p.0), false, 0.0);
+        let (y0, y1) = self
+            .y_range
+            .unwrap_or_else(|| widened(points().map(|p| p.1), self.log_y, 0.04));
+        let mut text = String::new();
+        {
+            let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+            if self.log_y {
+                self.draw(&root, x0..x1, (y0..y1).log_scale())?;
+            } else {
+                self.draw(&root, x0..x1, y0..y1)?;
+            }
+            root.present().map_err(|e| e.to_string())?;
+        }
+        Ok(text)
+    }
+
+    fn draw<Y>(&self, root: &Area<'_>, x: std::ops::Range<f64>, y: Y) -> Result<(), String>
+    where
+        Y: AsRangedCoord<Value = f64>,
+        Y::CoordDescType: ValueFormatter<f64>,
+    {
+        let fail = |e: &dyn std::fmt::Display| e.to_string();
+        root.fill(&WHITE).map_err(|e| fail(&e))?;
+        let mut chart = ChartBuilder::on(root)
+            .caption(&self.title, ("sans-serif", 19))
+            .margin(12)
+            .x_label_area_size(46)
+            .y_label_area_size(66)
+            .build_cartesian_2d(x, y)
+            .map_err(|e| fail(&e))?;
+        chart
+            .configure_mesh()
+            .light_line_style(RGBColor(244, 244, 244))
+            .bold_line_style(RGBColor(222, 222, 222))
+            .x_desc(&self.x_label)
+            .y_desc(&self.y_label)
+            .x_label_formatter(&|v| short_number(*v))
+            .y_label_formatter(&|v| short_number(*v))
+            .label_style(("sans-serif", 14))
+            .axis_desc_style(("sans-serif", 15))
+            .draw()
+            .map_err(|e| fail(&e))?;
+        for (i, series) in self.series.iter().enumerate() {
+            let colour = COLOURS[i % COLOURS.len()];
+            let style = colour.stroke_width(2);
+            let mut named = false;
+            for run in runs(&series.points, self.log_y) {
+                let line = chart
+                    .draw_series(LineSeries::new(thinned(run), style))
+                    .map_err(|e| fail(&e))?;
+                if !named && !series.name.is_empty() {
+                    line.label(&series.name)
+                        .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], style));
+                    named = true;
+                }
+            }
+        }
+        if self.series.iter().any(|s| !s.name.is_empty()) {
+            chart
+                .configure_series_labels()
+                .position(SeriesLabelPosition::UpperRight)
+                .background_style(WHITE.mix(0.85))
+                .border_style(RGBColor(200, 200, 200))
+                .label_font(("sans-serif", 13))
+                .draw()
+                .map_err(|e| fail(&e))?;
+        }
+        Ok(())
+    }
+}
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
+
+/// The range of `values` with a margin of `margin` of its width; never empty.
+fn widened(values: impl Iterator<Item = f64>, log: bool, margin: f64) -> (f64, f64) {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    if low > high {
+        return if log { (0.1, 10.0) } else { (0.0, 1.0) };
+    }
+    if log {
+        return (low / 1.3, high * 1.3);
+    }
+    let width = high - low;
+    if width <= 1e-12 * (low.abs() + high.abs()) {
+        let half = if low == 0.0 { 1.0 } else { 0.1 * low.abs() };
+        return (low - half, high + half);
+    }
+    (low - margin * width, high + margin * width)
+}
+
+/// The stretches of drawable points.
+fn runs(points: &[(f64, f64)], log: bool) -> impl Iterator<Item = &[(f64, f64)]> {
+    points
+        .split(move |p| !(p.0.is_finite() && p.1.is_finite() && (!log || p.1 > 0.0)))
+        .filter(|run| !run.is_empty())
+}
+
+/// At most about [`DRAWN_POINTS`] of the points, the extremes of every stretch among them.
+fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    if points.len() <= DRAWN_POINTS {
+        return points.to_vec();
+    }
+    let bucket = points.len().div_ceil(DRAWN_POINTS / 2);
+    let mut kept = Vec::with_capacity(DRAWN_POINTS + 2);
+    for chunk in points.chunks(bucket) {
+        let by_y = |a: &&(f64, f64), b: &&(f64, f64)| a.1.total_cmp(&b.1);
+        if let (Some(low), Some(high)) = (chunk.iter().min_by(by_y), chunk.iter().max_by(by_y)) {
+            kept.extend(if low.0 <= high.0 { [*low, *high] } else { [*high, *low] });
+        }
+    }
+    kept.extend(points.last());
+    kept
+}
+
+/// A number for an axis: few digits, no trailing zeros.
+fn short_number(v: f64) -> String {
+    if v == 0.0 {
+        return "0".into();
+    }
+    if v.abs() < 1e-3 || v.abs() >= 1e5 {
+        return format!("{v:.0e}");
+    }
+    let text = format!("{v:.3}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.to_owned() }
+}
+
+/// Named columns of equal length.
+#[derive(Debug, Clone, Default)]
+pub struct Columns {
+    columns: Vec<(String, Vec<f64>)>,
+}
+
+impl Columns {
+    /// No columns.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// With one more column.
+    #[must_use]
+    pub fn with(mut self, name: impl Into<String>, values: impl Into<Vec<f64>>) -> Self {
+        self.columns.push((name.into(), values.into()));
+        self
+    }
+
+    /// Whether there is nothing to write.
+    pub fn is_empty(&self) -> bool {
+        self.columns.is_empty()
+    }
+
+    /// The table as CSV: a header line, then one line a row, every number with all its digits; cells
+    /// beyond the end of a shorter column are empty.
+    pub fn to_csv(&self) -> String {
+        let mut text = self
+            .columns
+            .iter()
+            .map(|(n, _)| n.as_str())
+            .collect::<Vec<_>>()
+            .join(",");
+        text.push('\n');
+        let rows = self.columns.iter().map(|(_, v)| v.len()).max().unwrap_or(0);
+        for row in 0..rows {
+            for (i, (_, values)) in self.columns.iter().enumerate() {
+                let separator = if i == 0 { "" } else { "," };
+                match values.get(row) {
+                    Some(v) => _ = write!(text, "{separator}{v}"),
+                    None => text.push_str(separator),
+                }
+            }
+            text.push('\n');
+        }
+        text
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chart_shows_its_curves_names_and_axes() {
+        let x: Vec<f64> = (0..5000).map(|k| f64::from(k) * 0.01).collect();
+        let y: Vec<f64> = x.iter().map(|t| t.sin()).collect();
+        let chart = Chart::new("Title", "time", "angle").with(Series::new("swing", &x, &y));
+        let svg = chart.to_svg().unwrap();
+        for part in [
+            "<svg", "viewBox", "Title", "time", "angle", "swing", "polyline", "</svg>",
+        ] {
+            assert!(svg.contains(part), "{part}");
+        }
+        assert!(svg.len() < 60_000, "{}", svg.len());
+    }
+
+    #[test]
+    fn a_gap_and_a_logarithm_do_not_hide_the_rest() {
+        let points = vec![(0.0, 1.0), (1.0, f64::NAN), (2.0, 0.0), (3.0, 100.0), (4.0, 1000.0)];
+        let svg = Chart::new("t", "x", "y")
+            .logarithmic()
+            .with(Series::from_points("a", points))
+            .to_svg()
+            .unwrap();
+        assert!(svg.contains("1000") && !svg.contains("NaN"));
+        assert!(Chart::new("empty", "x", "y").to_svg().unwrap().contains("empty"));
+    }
+
+    #[test]
+    fn thinning_keeps_the_extremes() {
+        let points: Vec<(f64, f64)> = (0..100_000)
+            .map(|k| (f64::from(k), if k == 54_321 { 9.0 } else { 0.0 }))
+            .collect();
+        let kept = thinned(&points);
+        assert!(kept.len() <= DRAWN_POINTS + 2 && kept.contains(&(54_321.0, 9.0)) && kept.contains(&(99_999.0, 0.0)));
+        assert!(kept.windows(2).all(|w| w[0].0 <= w[1].0));
+    }
+
+    #[test]
+    fn csv_keeps_every_digit() {
+        let csv = Columns::new()
+            .with("t", vec![0.1, 1.0 / 3.0])
+            .with("x", vec![2.0])
+            .to_csv();
+        assert_eq!(csv, "t,x\n0.1,2\n0.3333333333333333,\n");
+    }
+}

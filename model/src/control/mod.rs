@@ -1,0 +1,3 @@
+//! The control laws: pure functions of what the vehicle senses and what it is asked for.
+
+pub mod speed_law;
