@@ -10,6 +10,7 @@
 pub mod control;
 pub mod dynamics;
 pub mod integrate;
+pub mod linear;
 pub mod real;
 pub mod sample;
 pub mod vehicle;

@@ -1,3 +1,4 @@
 //! The control laws: pure functions of what the vehicle senses and what it is asked for.
 
+pub mod camera_law;
 pub mod speed_law;

@@ -1,3 +1,6 @@
 //! The equations of motion, nondimensional: masses over M+m, lengths over r, time over 1/w, w = sqrt(g/r).
 
+pub mod camera;
+pub mod coupled;
 pub mod planar;
+pub mod spatial;

@@ -1,0 +1,186 @@
+//! The levelled camera platform alone, on an axle that moves as it is told: Eq. 7.12 and 7.13.
+//!
+//! Lengths are over the spar l_c, masses over the camera m_c, time over 1/w_c, w_c = sqrt(g / l_c).
+
+use crate::integrate::{rk4_step, symplectic_euler_step};
+use crate::linear::solve_symmetric;
+use crate::real::Real;
+
+/// The nondimensional camera platform: camera above the axle, motor below, ballast below the motor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraParameters<T> {
+    /// `l_m / l_c`: axle to motor, >= 0.
+    pub lm: T,
+    /// `l_r / l_c`: motor to ballast, > 0.
+    pub lr: T,
+    /// `m_m / m_c`: motor, >= 0.
+    pub mm: T,
+    /// `m_r / m_c`: ballast, > 0.
+    pub mr: T,
+    /// Bearing damping `c / (l_c^2 m_c w_c)`, >= 0.
+    pub zeta: T,
+    /// Back-EMF of the motor, `K_T K_B / (R_a l_c^2 m_c w_c)` (first power of w_c, erratum E27), >= 0.
+    /// The thesis's list of values calls it K_m.
+    pub xi: T,
+}
+
+/// State: theta (spar from the vertical), phi (ballast relative to the spar), and their rates; all
+/// anticlockwise, in rad and rad per time unit.
+pub type CameraState<T> = [T; 4];
+
+/// Index of the spar's angle theta in a [`CameraState`].
+pub const THETA: usize = 0;
+/// Index of the ballast's angle phi in a [`CameraState`].
+pub const PHI: usize = 1;
+/// Index of theta' in a [`CameraState`].
+pub const THETA_RATE: usize = 2;
+/// Index of phi' in a [`CameraState`].
+pub const PHI_RATE: usize = 3;
+
+/// The platform's five inertial coefficients (7.14), in the units of whoever asks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SparCoefficients<T> {
+    /// Inertia of the spar with motor and ballast lumped at the motor.
+    pub m1: T,
+    /// Inertia of the ballast about the motor.
+    pub m2: T,
+    /// Coupling of the two: l_m l_r m_r.
+    pub m3: T,
+    /// First moment of the spar: positive hangs, negative stands.
+    pub k1: T,
+    /// First moment of the ballast: l_r m_r.
+    pub k2: T,
+}
+
+impl<T: Real> SparCoefficients<T> {
+    /// (7.14), with the camera's length and mass given (1 and 1 in ch. 7).
+    pub fn new(lengths: [T; 3], masses: [T; 3]) -> Self {
+        let [lc, lm, lr] = lengths;
+        let [mc, mm, mr] = masses;
+        let below = mm + mr;
+        Self {
+            m1: lc * lc * mc + lm * lm * below,
+            m2: lr * lr * mr,
+            m3: lm * lr * mr,
+            k1: lm * below - lc * mc,
+            k2: lr * mr,
+        }
+    }
+}
+
+impl<T: Real> CameraParameters<T> {
+    /// The thesis's platform (ch. 7.5): L_m = L_r = 1/6, M_m = 3, M_r = 4, zeta = 0.2, xi = 2.
+    pub fn thesis() -> Self {
+        let c = T::from_f64;
+        let sixth = T::ONE / c(6.0);
+        Self {
+            lm: sixth,
+            lr: sixth,
+            mm: c(3.0),
+            mr: c(4.0),
+            zeta: c(0.2),
+            xi: c(2.0),
+        }
+    }
+
+    /// The same parameters in another number type (rounded to the nearest value).
+    pub fn cast<V: Real>(&self) -> CameraParameters<V> {
+        let c = |x: T| V::from_f64(x.to_f64());
+        CameraParameters {
+            lm: c(self.lm),
+            lr: c(self.lr),
+            mm: c(self.mm),
+            mr: c(self.mr),
+            zeta: c(self.zeta),
+            xi: c(self.xi),
+        }
+    }
+
+    /// (7.14).
+    pub fn coefficients(&self) -> SparCoefficients<T> {
+        SparCoefficients::new([T::ONE, self.lm, self.lr], [T::ONE, self.mm, self.mr])
+    }
+
+    /// A and b of `x' = A x + b v` about the levelled spar: (7.15) to (7.18).
+    pub fn linearisation(&self) -> ([[T; 4]; 4], [T; 4]) {
+        let SparCoefficients { m1, m2, m3, k1, k2 } = self.coefficients();
+        let mass = [[m1 + m2 + m3 + m3, m2 + m3], [m2 + m3, m2]];
+        // The columns of -M^-1 [K C] and of M^-1 u.
+        let column = |top: T, bottom: T| solve_symmetric(mass, [top, bottom]);
+        let columns = [
+            column(-k1 - k2, -k2),
+            column(-k2, -k2),
+            column(-self.zeta, T::ZERO),
+            column(T::ZERO, -self.xi),
+        ];
+        let [b3, b4] = column(T::ZERO, T::ONE);
+        let (o, i) = (T::ZERO, T::ONE);
+        let row = |k: usize| columns.map(|c| c[k]);
+        ([[o, o, i, o], [o, o, o, i], row(0), row(1)], [o, o, b3, b4])
+    }
+}
+
+/// The equations of motion with everything that does not change along a run worked out once.
+#[derive(Debug, Clone, Copy)]
+pub struct Camera<T> {
+    parameters: CameraParameters<T>,
+    coefficients: SparCoefficients<T>,
+}
+
+impl<T: Real> Camera<T> {
+    /// Prepares the equations.
+    pub fn new(parameters: CameraParameters<T>) -> Self {
+        Self {
+            parameters,
+            coefficients: parameters.coefficients(),
+        }
+    }
+
+    /// The parameters these equations were prepared from.
+    pub fn parameters(&self) -> &CameraParameters<T> {
+        &self.parameters
+    }
+
+    /// theta'' and phi'' under the motor voltage `v` and the axle's acceleration `base` (horizontal,
+    /// vertical; in g).
+    ///
+    /// (7.12) and (7.13), corrected: the base term of (7.13) is k2 cos(theta + phi) x'' (erratum E27).
+    #[inline]
+    pub fn accelerations(&self, x: &CameraState<T>, v: T, base: [T; 2]) -> [T; 2] {
+        let SparCoefficients { m1, m2, m3, k1, k2 } = self.coefficients;
+        let p = &self.parameters;
+        let (theta_rate, phi_rate) = (x[THETA_RATE], x[PHI_RATE]);
+        let (sin_phi, cos_phi) = x[PHI].sin_cos();
+        let (sin_theta, cos_theta) = x[THETA].sin_cos();
+        let (sin_sum, cos_sum) = (x[THETA] + x[PHI]).sin_cos();
+        let weight = T::ONE + base[1];
+        let spar = k1 * (sin_theta * weight + cos_theta * base[0]);
+        let ballast = k2 * (sin_sum * weight + cos_sum * base[0]);
+        let swing = m3 * sin_phi;
+        let m12 = m2 + m3 * cos_phi;
+        let m11 = m1 + m12 + m3 * cos_phi;
+        let f1 = swing * phi_rate * (theta_rate + theta_rate + phi_rate) - p.zeta * theta_rate - spar - ballast;
+        let f2 = v - p.xi * phi_rate - swing * theta_rate * theta_rate - ballast;
+        let inverse = T::ONE / (m11 * m2 - m12 * m12);
+        [(m2 * f1 - m12 * f2) * inverse, (m11 * f2 - m12 * f1) * inverse]
+    }
+
+    /// The derivative of the state under the motor voltage `v` and the axle's acceleration `base`.
+    #[inline]
+    pub fn rate(&self, x: &CameraState<T>, v: T, base: [T; 2]) -> CameraState<T> {
+        let [theta, phi] = self.accelerations(x, v, base);
+        [x[THETA_RATE], x[PHI_RATE], theta, phi]
+    }
+
+    /// One fixed RK4 step of length `h` (in time units) with `v` and `base` held.
+    #[inline]
+    pub fn rk4(&self, x: &CameraState<T>, v: T, base: [T; 2], h: T) -> CameraState<T> {
+        rk4_step(x, h, |x| self.rate(x, v, base))
+    }
+
+    /// One cheap semi-implicit Euler step of length `h` with `v` and `base` held.
+    #[inline]
+    pub fn euler(&self, x: &CameraState<T>, v: T, base: [T; 2], h: T) -> CameraState<T> {
+        symplectic_euler_step(x, h, |x| self.rate(x, v, base))
+    }
+}
