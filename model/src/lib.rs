@@ -9,6 +9,7 @@
 
 pub mod control;
 pub mod dynamics;
+pub mod estimate;
 pub mod integrate;
 pub mod linear;
 pub mod real;

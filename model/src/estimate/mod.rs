@@ -1,0 +1,11 @@
+//! What the vehicle knows of itself: angles, rates, slope and pose from encoders, gyros and accelerometers.
+//!
+//! A gearbox encoder measures theta + phi (wheel relative to the arm), never theta; a gyro on the arm
+//! gives phi'; the accelerometer gives phi only once the accelerations of the axle and of the arm are
+//! taken out of it. The slope is not sensed at all: it follows from the balance of forces.
+
+pub mod heading;
+pub mod odometry;
+pub mod rate_filter;
+pub mod slope;
+pub mod tilt;

@@ -1,0 +1,284 @@
+//! The angle of a body that swings about the axle, from a gyro and an accelerometer on it.
+//!
+//! For an IMU at `radius` from the axle towards the hanging side, at the angle phi from the vertical
+//! (positive forward), with the axle accelerating at `a` up a slope beta, the specific force in the
+//! body's axes (x forward, z up at phi = 0) is
+//!
+//! ```text
+//! f_x = g sin(phi) + a cos(beta - phi) + radius (phi'' - psi'^2 sin(phi) cos(phi))
+//! f_z = g cos(phi) + a sin(beta - phi) + radius (phi'^2 + psi'^2 sin(phi)^2)
+//! ```
+//!
+//! (differentiating `radius (sin(phi), -cos(phi))` twice, and turning about the vertical at psi').
+//! Everything but the terms of gravity is computed and taken away; what is left corrects the
+//! integrated gyro slowly. Uncompensated, 0.3 g of axle acceleration would read as 17 degrees.
+
+use super::rate_filter::LowPass;
+use crate::vehicle::GRAVITY_M_S2;
+
+/// What moves the body besides gravity: known from encoders and from the other estimates.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Disturbance {
+    /// Acceleration of the axle up the slope, m/s^2.
+    pub axle_acceleration_m_s2: f32,
+    /// Sine of the slope.
+    pub sin_slope: f32,
+    /// Cosine of the slope.
+    pub cos_slope: f32,
+    /// Yaw rate, rad/s.
+    pub yaw_rate_rad_s: f32,
+}
+
+/// One reading of the body's IMU in SI units, in the plane of the wheels.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct TiltReading {
+    /// Angular rate phi' (positive forward; the negative of the gyro's y axis), rad/s.
+    pub rate_rad_s: f32,
+    /// Specific force along the body's x axis, m/s^2.
+    pub force_x_m_s2: f32,
+    /// Specific force along the body's z axis, m/s^2.
+    pub force_z_m_s2: f32,
+}
+
+/// Complementary filter for angle and gyro bias.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TiltEstimator {
+    dt_s: f32,
+    radius_m: f32,
+    angle_gain_per_s: f32,
+    bias_gain_per_s2: f32,
+    angle_rad: f32,
+    sin: f32,
+    cos: f32,
+    bias_rad_s: f32,
+    rate_rad_s: f32,
+    acceleration: LowPass,
+    acceleration_rad_s2: f32,
+}
+
+/// Speed-up of the angle's correction while the body is known to be at rest.
+const STANDSTILL_FACTOR: f32 = 20.0;
+/// Speed-up of the bias's correction then: with the reference time constants the two poles are about
+/// critically damped at 4.5 1/s.
+const STANDSTILL_BIAS_FACTOR: f32 = 2400.0;
+/// Time constant of the angular acceleration's filter.
+const ACCELERATION_TIME_CONSTANT_S: f32 = 0.01;
+const G: f32 = GRAVITY_M_S2 as f32;
+
+impl TiltEstimator {
+    /// An estimator called every `dt_s` seconds for an IMU at `radius_m` from the axle towards the
+    /// hanging side (negative above the axle).
+    pub fn new(dt_s: f32, radius_m: f32, tilt_time_constant_s: f32, bias_time_constant_s: f32) -> Self {
+        Self {
+            dt_s,
+            radius_m,
+            angle_gain_per_s: 1.0 / tilt_time_constant_s,
+            bias_gain_per_s2: 1.0 / (tilt_time_constant_s * bias_time_constant_s),
+            angle_rad: 0.0,
+            sin: 0.0,
+            cos: 1.0,
+            bias_rad_s: 0.0,
+            rate_rad_s: 0.0,
+            acceleration: LowPass::new(dt_s, ACCELERATION_TIME_CONSTANT_S),
+            acceleration_rad_s2: 0.0,
+        }
+    }
+
+    /// Sets the angle from the direction of gravity alone: right only while everything is at rest.
+    pub fn align(&mut self, reading: &TiltReading) {
+        self.set_angle(libm::atan2f(reading.force_x_m_s2, reading.force_z_m_s2));
+        self.rate_rad_s = reading.rate_rad_s - self.bias_rad_s;
+        self.acceleration.reset(self.rate_rad_s);
+    }
+
+    /// Takes one reading. `at_rest` tells that the vehicle does not move, so that what the gyro shows
+    /// is its bias and the accelerometer shows gravity alone.
+    pub fn update(&mut self, reading: &TiltReading, disturbance: &Disturbance, at_rest: bool) {
+        let rate = reading.rate_rad_s - self.bias_rad_s;
+        self.acceleration_rad_s2 = self.acceleration.update(rate);
+        self.rate_rad_s = rate;
+        let Disturbance {
+            axle_acceleration_m_s2: a,
+            sin_slope,
+            cos_slope,
+            yaw_rate_rad_s,
+        } = *disturbance;
+        let (sin, cos) = (self.sin, self.cos);
+        let cos_relative = cos_slope * cos + sin_slope * sin;
+        let sin_relative = sin_slope * cos - cos_slope * sin;
+        let turn = yaw_rate_rad_s * yaw_rate_rad_s * sin;
+        let gravity_x =
+            reading.force_x_m_s2 - a * cos_relative - self.radius_m * (self.acceleration_rad_s2 - turn * cos);
+        let gravity_z = reading.force_z_m_s2 - a * sin_relative - self.radius_m * (rate * rate + turn * sin);
+        // g sin(phi_measured - phi): no inverse function, and bounded for any reading.
+        let error = (gravity_x * cos - gravity_z * sin) / G;
+        let error = error.clamp(-1.0, 1.0);
+        let (factor, bias_factor) = if at_rest { (STANDSTILL_FACTOR, STANDSTILL_BIAS_FACTOR) } else { (1.0, 1.0) };
+        self.bias_rad_s -= bias_factor * self.bias_gain_per_s2 * error * self.dt_s;
+        self.set_angle(self.angle_rad + self.dt_s * (rate + factor * self.angle_gain_per_s * error));
+    }
+
+    fn set_angle(&mut self, angle_rad: f32) {
+        use core::f32::consts::PI;
+        let mut angle = angle_rad;
+        if angle > PI {
+            angle -= 2.0 * PI;
+        } else if angle < -PI {
+            angle += 2.0 * PI;
+        }
+        self.angle_rad = angle;
+        (self.sin, self.cos) = libm::sincosf(angle);
+    }
+
+    /// Sets the gyro bias, rad/s.
+    pub fn set_bias(&mut self, bias_rad_s: f32) {
+        self.bias_rad_s = bias_rad_s;
+    }
+
+    /// The angle from the vertical, rad in (-pi, pi].
+    pub fn angle_rad(&self) -> f32 {
+        self.angle_rad
+    }
+
+    /// Sine of the angle.
+    pub fn sin(&self) -> f32 {
+        self.sin
+    }
+
+    /// Cosine of the angle.
+    pub fn cos(&self) -> f32 {
+        self.cos
+    }
+
+    /// The angle's rate with the bias taken out, rad/s.
+    pub fn rate_rad_s(&self) -> f32 {
+        self.rate_rad_s
+    }
+
+    /// The rate's filtered derivative, rad/s^2.
+    pub fn acceleration_rad_s2(&self) -> f32 {
+        self.acceleration_rad_s2
+    }
+
+    /// The learnt gyro bias, rad/s.
+    pub fn bias_rad_s(&self) -> f32 {
+        self.bias_rad_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT: f32 = 0.001;
+
+    /// Specific force of an IMU that swings as phi(t) on an axle that moves as x(t), by numerical
+    /// differentiation of its position: an oracle that knows none of the formulas above.
+    fn reading(t: f64, radius: f64, phi: &dyn Fn(f64) -> f64, x: &dyn Fn(f64) -> [f64; 2]) -> TiltReading {
+        let place = |t: f64| {
+            let [ax, az] = x(t);
+            [ax + radius * phi(t).sin(), az - radius * phi(t).cos()]
+        };
+        let h = 1e-4;
+        let (before, now, after) = (place(t - h), place(t), place(t + h));
+        let acceleration: [f64; 2] = core::array::from_fn(|i| (before[i] - 2.0 * now[i] + after[i]) / (h * h));
+        let force = [acceleration[0], acceleration[1] + GRAVITY_M_S2];
+        let (s, c) = phi(t).sin_cos();
+        TiltReading {
+            rate_rad_s: ((phi(t + h) - phi(t - h)) / (2.0 * h)) as f32,
+            force_x_m_s2: (force[0] * c + force[1] * s) as f32,
+            force_z_m_s2: (-force[0] * s + force[1] * c) as f32,
+        }
+    }
+
+    fn estimator() -> TiltEstimator {
+        TiltEstimator::new(DT, 0.1, 2.0, 60.0)
+    }
+
+    #[test]
+    fn swinging_on_an_accelerating_axle_on_a_slope_is_followed() {
+        let phi = |t: f64| 0.2 + 0.3 * (3.0 * t).sin();
+        let slope: f64 = 0.15;
+        // 0.3 g of axle acceleration along the slope.
+        let along = |t: f64| -(0.3 * GRAVITY_M_S2 / 4.0) * (2.0 * t).sin();
+        let x = |t: f64| [along(t) * slope.cos(), along(t) * slope.sin()];
+        let mut estimator = estimator();
+        estimator.set_angle(0.2);
+        let mut worst: f64 = 0.0;
+        for k in 0..20_000 {
+            let t = f64::from(k) * f64::from(DT);
+            let a = 0.3 * GRAVITY_M_S2 * (2.0 * t).sin();
+            let disturbance = Disturbance {
+                axle_acceleration_m_s2: a as f32,
+                sin_slope: slope.sin() as f32,
+                cos_slope: slope.cos() as f32,
+                yaw_rate_rad_s: 0.0,
+            };
+            estimator.update(&reading(t, 0.1, &phi, &x), &disturbance, false);
+            if k > 5000 {
+                worst = worst.max((f64::from(estimator.angle_rad()) - phi(t)).abs());
+            }
+        }
+        assert!(worst < 0.3_f64.to_radians(), "{}", worst.to_degrees());
+        assert!(worst > 1e-6);
+    }
+
+    #[test]
+    fn without_compensation_the_same_motion_reads_wrong() {
+        let x = |t: f64| [0.5 * 0.3 * GRAVITY_M_S2 * t * t, 0.0];
+        let mut estimator = estimator();
+        for k in 0..20_000 {
+            let t = f64::from(k) * f64::from(DT);
+            let disturbance = Disturbance {
+                cos_slope: 1.0,
+                ..Disturbance::default()
+            };
+            estimator.update(&reading(t, 0.1, &|_| 0.0, &x), &disturbance, false);
+        }
+        let degrees = estimator.angle_rad().to_degrees();
+        assert!((degrees - 16.7).abs() < 0.5, "0.3 g reads as {degrees} degrees");
+    }
+
+    #[test]
+    fn the_bias_is_learnt_slowly_while_moving_and_fast_at_rest() {
+        let run = |at_rest: bool, ticks: usize| {
+            let mut estimator = estimator();
+            let reading = TiltReading {
+                rate_rad_s: 0.02,
+                force_x_m_s2: 0.0,
+                force_z_m_s2: G,
+            };
+            let disturbance = Disturbance {
+                cos_slope: 1.0,
+                ..Disturbance::default()
+            };
+            for _ in 0..ticks {
+                estimator.update(&reading, &disturbance, at_rest);
+            }
+            estimator
+        };
+        let rest = run(true, 2000);
+        assert!((rest.bias_rad_s() - 0.02).abs() < 0.002, "{}", rest.bias_rad_s());
+        let moving = run(false, 2000);
+        assert!(
+            moving.bias_rad_s() > 0.0 && moving.bias_rad_s() < 0.004,
+            "{}",
+            moving.bias_rad_s()
+        );
+        let settled = run(false, 400_000);
+        assert!((settled.bias_rad_s() - 0.02).abs() < 0.001, "{}", settled.bias_rad_s());
+        assert!(settled.angle_rad().abs() < 0.002, "{}", settled.angle_rad());
+    }
+
+    #[test]
+    fn align_reads_gravity() {
+        let mut estimator = estimator();
+        let phi = 0.4_f32;
+        estimator.align(&TiltReading {
+            rate_rad_s: 0.0,
+            force_x_m_s2: G * phi.sin(),
+            force_z_m_s2: G * phi.cos(),
+        });
+        assert!((estimator.angle_rad() - phi).abs() < 1e-6);
+    }
+}
