@@ -14,4 +14,6 @@ pub mod integrate;
 pub mod linear;
 pub mod real;
 pub mod sample;
+pub mod supervise;
+pub mod tick;
 pub mod vehicle;

@@ -2,6 +2,7 @@
 
 /// Position on the plane in m, from the start: x along the first heading, y to its left.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[allow(clippy::struct_field_names)] // Every field is a length.
 pub struct Odometry {
     x_m: f32,
     y_m: f32,

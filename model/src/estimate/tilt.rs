@@ -54,6 +54,7 @@ pub struct TiltEstimator {
     rate_rad_s: f32,
     acceleration: LowPass,
     acceleration_rad_s2: f32,
+    error: f32,
 }
 
 /// Speed-up of the angle's correction while the body is known to be at rest.
@@ -81,6 +82,7 @@ impl TiltEstimator {
             rate_rad_s: 0.0,
             acceleration: LowPass::new(dt_s, ACCELERATION_TIME_CONSTANT_S),
             acceleration_rad_s2: 0.0,
+            error: 0.0,
         }
     }
 
@@ -113,7 +115,12 @@ impl TiltEstimator {
         // g sin(phi_measured - phi): no inverse function, and bounded for any reading.
         let error = (gravity_x * cos - gravity_z * sin) / G;
         let error = error.clamp(-1.0, 1.0);
-        let (factor, bias_factor) = if at_rest { (STANDSTILL_FACTOR, STANDSTILL_BIAS_FACTOR) } else { (1.0, 1.0) };
+        self.error = error;
+        let (factor, bias_factor) = if at_rest {
+            (STANDSTILL_FACTOR, STANDSTILL_BIAS_FACTOR)
+        } else {
+            (1.0, 1.0)
+        };
         self.bias_rad_s -= bias_factor * self.bias_gain_per_s2 * error * self.dt_s;
         self.set_angle(self.angle_rad + self.dt_s * (rate + factor * self.angle_gain_per_s * error));
     }
@@ -158,6 +165,11 @@ impl TiltEstimator {
     /// The rate's filtered derivative, rad/s^2.
     pub fn acceleration_rad_s2(&self) -> f32 {
         self.acceleration_rad_s2
+    }
+
+    /// Sine of the angle between accelerometer and estimate in the last update, bounded to +-1.
+    pub fn error(&self) -> f32 {
+        self.error
     }
 
     /// The learnt gyro bias, rad/s.

@@ -1,0 +1,129 @@
+//! From wanted motor voltages to duties: current limit, supply limit, battery compensation.
+
+use crate::vehicle::{CameraMotorParameters, DriveMotorParameters};
+
+/// Largest share of the supply that a duty may take: the bridge's high side needs its pause.
+pub const DUTY_MAX: f32 = 0.95;
+/// Full scale of a duty count.
+pub const DUTY_FULL_SCALE: f32 = 32767.0;
+
+/// The limits of one motor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotorLimits {
+    /// Back-EMF a rad/s at the gearbox output.
+    back_emf_v_s_per_rad: f32,
+    /// Voltage across the armature at the current limit.
+    current_v: f32,
+    resistance_ohm: f32,
+}
+
+/// A voltage within a motor's limits, and whether a limit bound it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LimitedVoltage {
+    /// Voltage, V.
+    pub voltage_v: f32,
+    /// Bound by the current limit.
+    pub by_current: bool,
+}
+
+impl MotorLimits {
+    /// Limits of a drive motor.
+    pub fn drive(motor: &DriveMotorParameters<f32>) -> Self {
+        Self {
+            back_emf_v_s_per_rad: motor.back_emf_constant_v_s_per_rad * motor.gear_ratio,
+            current_v: motor.current_limit_a * motor.resistance_ohm,
+            resistance_ohm: motor.resistance_ohm,
+        }
+    }
+
+    /// Limits of the camera motor.
+    pub fn camera(motor: &CameraMotorParameters<f32>) -> Self {
+        Self {
+            back_emf_v_s_per_rad: motor.back_emf_constant_v_s_per_rad * motor.gear_ratio,
+            current_v: motor.current_limit_a * motor.resistance_ohm,
+            resistance_ohm: motor.resistance_ohm,
+        }
+    }
+
+    /// Bounds `wanted_v` so that the steady current at the output rate `rate_rad_s` stays within the
+    /// limit. Inductance is neglected: its time constant is a quarter of a tick.
+    pub fn limit(&self, wanted_v: f32, rate_rad_s: f32) -> LimitedVoltage {
+        let back_emf = self.back_emf_v_s_per_rad * rate_rad_s;
+        let voltage_v = wanted_v.clamp(back_emf - self.current_v, back_emf + self.current_v);
+        LimitedVoltage {
+            voltage_v,
+            by_current: voltage_v != wanted_v,
+        }
+    }
+
+    /// What the armature equation leaves over: applied voltage less resistance drop and back-EMF, V.
+    /// Near 0 while encoder and current tell the truth.
+    pub fn residual_v(&self, voltage_v: f32, current_a: f32, rate_rad_s: f32) -> f32 {
+        voltage_v - self.resistance_ohm * current_a - self.back_emf_v_s_per_rad * rate_rad_s
+    }
+}
+
+/// The duty that gives `voltage_v` from a supply of `battery_v`, within [`DUTY_MAX`].
+///
+/// ```
+/// use model::control::motor::duty;
+/// assert_eq!(duty(12.0, 24.0), 16384);
+/// assert_eq!(duty(-12.0, 24.0), -16384);
+/// assert_eq!(duty(100.0, 24.0), 31129);
+/// assert_eq!(duty(1.0, 0.0), 0);
+/// ```
+pub fn duty(voltage_v: f32, battery_v: f32) -> i16 {
+    if battery_v <= 1.0 {
+        return 0;
+    }
+    let share = (voltage_v / battery_v).clamp(-DUTY_MAX, DUTY_MAX);
+    let scaled = share * DUTY_FULL_SCALE;
+    // Half away from zero; `as` saturates and gives 0 for NaN.
+    (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i16
+}
+
+/// The voltage that `duty` counts give from a supply of `battery_v`.
+pub fn voltage(duty: i16, battery_v: f32) -> f32 {
+    f32::from(duty) / DUTY_FULL_SCALE * battery_v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_current_limit_bounds_both_ways_around_the_back_emf() {
+        let limits = MotorLimits {
+            back_emf_v_s_per_rad: 1.3,
+            current_v: 5.0,
+            resistance_ohm: 0.3,
+        };
+        for (wanted, rate, voltage, by_current) in [
+            (24.0, 0.0, 5.0, true),
+            (-24.0, 0.0, -5.0, true),
+            (14.0, 10.0, 14.0, false),
+            (24.0, 10.0, 18.0, true),
+            (0.0, 10.0, 8.0, true),
+        ] {
+            assert_eq!(
+                limits.limit(wanted, rate),
+                LimitedVoltage {
+                    voltage_v: voltage,
+                    by_current
+                }
+            );
+        }
+    }
+
+    #[test]
+    fn duty_and_voltage_are_inverse_to_half_a_count() {
+        for k in -100..=100 {
+            let v = 0.2 * k as f32;
+            assert!(
+                (voltage(duty(v, 25.0), 25.0) - v).abs() <= 0.5 * 25.0 / DUTY_FULL_SCALE + 1e-5,
+                "{v}"
+            );
+        }
+        assert_eq!(duty(f32::NAN, 24.0), 0);
+    }
+}

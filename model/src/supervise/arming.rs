@@ -1,0 +1,308 @@
+//! The arming state machine: time and conditions in, mode out.
+
+use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
+
+/// What the vehicle may do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
+pub enum Mode {
+    /// Every bridge open.
+    #[default]
+    Disarmed = 0,
+    /// Driving as commanded.
+    Armed = 1,
+    /// A controlled stop on the way to [`Mode::Disarmed`].
+    Stopping = 2,
+}
+
+/// What the operator asks of the arming state machine; each request counts once.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
+pub enum Request {
+    /// Nothing.
+    #[default]
+    None = 0,
+    /// Arm, if nothing blocks it.
+    Arm = 1,
+    /// Open the bridges at once.
+    Disarm = 2,
+    /// Forget latched faults (while disarmed).
+    ClearFaults = 3,
+}
+
+/// What the state machine sees in one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Conditions {
+    /// Faults whose cause is there now.
+    pub faults: FaultSet,
+    /// Blockers that are there now ([`Blocker::FaultLatched`] is added here).
+    pub blockers: BlockerSet,
+    /// The operator's request.
+    pub request: Request,
+    /// The vehicle stands still.
+    pub at_rest: bool,
+}
+
+/// The arming state machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Arming {
+    mode: Mode,
+    latched: FaultSet,
+    blockers: BlockerSet,
+    stopping_ticks: u32,
+    rest_ticks: u32,
+    stop_timeout_ticks: u32,
+    refused: u32,
+}
+
+/// Rest after which a controlled stop is over.
+const REST_TICKS: u32 = 300;
+
+impl Arming {
+    /// Disarmed, with every blocker set.
+    pub fn new(stop_timeout_ticks: u32) -> Self {
+        Self {
+            mode: Mode::Disarmed,
+            latched: FaultSet::EMPTY,
+            blockers: BlockerSet::FULL,
+            stopping_ticks: 0,
+            rest_ticks: 0,
+            stop_timeout_ticks,
+            refused: 0,
+        }
+    }
+
+    /// One tick.
+    pub fn step(&mut self, conditions: &Conditions) -> Mode {
+        let Conditions {
+            faults,
+            request,
+            at_rest,
+            ..
+        } = *conditions;
+        if self.mode != Mode::Disarmed {
+            // A fault that shows while the bridges are on is kept until someone has seen it.
+            self.latched = self.latched.union(faults);
+        }
+        self.blockers = conditions.blockers;
+        // Camera faults leave the vehicle drivable.
+        let blocking = self.latched.bits() & !FaultSet::CAMERA.bits() != 0;
+        self.blockers.set(Blocker::FaultLatched, blocking);
+
+        self.mode = match self.mode {
+            Mode::Disarmed => self.disarmed(request),
+            _ if request == Request::Disarm || !faults.intersection(FaultSet::OPENING).is_empty() => Mode::Disarmed,
+            Mode::Armed if !faults.intersection(FaultSet::STOPPING).is_empty() => {
+                self.stopping_ticks = 0;
+                self.rest_ticks = 0;
+                Mode::Stopping
+            }
+            Mode::Armed => Mode::Armed,
+            Mode::Stopping => self.stopping(at_rest),
+        };
+        self.mode
+    }
+
+    fn disarmed(&mut self, request: Request) -> Mode {
+        match request {
+            Request::Arm if self.blockers.is_empty() => {
+                // Camera faults of the last drive are forgotten with a new one.
+                self.latched = FaultSet::EMPTY;
+                Mode::Armed
+            }
+            Request::Arm => {
+                self.refused = self.refused.wrapping_add(1);
+                Mode::Disarmed
+            }
+            Request::ClearFaults => {
+                self.latched = FaultSet::EMPTY;
+                Mode::Disarmed
+            }
+            Request::None | Request::Disarm => Mode::Disarmed,
+        }
+    }
+
+    fn stopping(&mut self, at_rest: bool) -> Mode {
+        self.stopping_ticks = self.stopping_ticks.saturating_add(1);
+        self.rest_ticks = if at_rest { self.rest_ticks.saturating_add(1) } else { 0 };
+        if self.rest_ticks >= REST_TICKS {
+            Mode::Disarmed
+        } else if self.stopping_ticks >= self.stop_timeout_ticks {
+            self.latched.insert(Fault::StopTimeout);
+            Mode::Disarmed
+        } else {
+            Mode::Stopping
+        }
+    }
+
+    /// The present mode.
+    pub fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// Opens the bridges for a fault that was found after the decision, and latches it.
+    pub fn trip(&mut self, fault: Fault) {
+        if self.mode != Mode::Disarmed {
+            self.latched.insert(fault);
+        }
+        self.mode = Mode::Disarmed;
+    }
+
+    /// Faults latched since they were last cleared.
+    pub fn latched(&self) -> FaultSet {
+        self.latched
+    }
+
+    /// What blocks arming now.
+    pub fn blockers(&self) -> BlockerSet {
+        self.blockers
+    }
+
+    /// How many requests to arm were refused.
+    pub fn refused(&self) -> u32 {
+        self.refused
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const CLEAR: Conditions = Conditions {
+        faults: FaultSet::EMPTY,
+        blockers: BlockerSet::EMPTY,
+        request: Request::None,
+        at_rest: true,
+    };
+
+    fn armed() -> Arming {
+        let mut arming = Arming::new(1000);
+        assert_eq!(
+            arming.step(&Conditions {
+                request: Request::Arm,
+                ..CLEAR
+            }),
+            Mode::Armed
+        );
+        arming
+    }
+
+    fn fault(fault: Fault) -> Conditions {
+        let mut faults = FaultSet::EMPTY;
+        faults.insert(fault);
+        Conditions { faults, ..CLEAR }
+    }
+
+    #[test]
+    fn it_boots_disarmed_with_every_blocker() {
+        let arming = Arming::new(1000);
+        assert_eq!(arming.mode(), Mode::Disarmed);
+        assert_eq!(arming.blockers(), BlockerSet::FULL);
+    }
+
+    #[test]
+    fn each_single_blocker_refuses_arming() {
+        for blocker in Blocker::ALL.iter().copied().filter(|b| *b != Blocker::FaultLatched) {
+            let mut arming = Arming::new(1000);
+            let mut blockers = BlockerSet::EMPTY;
+            blockers.insert(blocker);
+            let mode = arming.step(&Conditions {
+                blockers,
+                request: Request::Arm,
+                ..CLEAR
+            });
+            assert_eq!((mode, arming.refused()), (Mode::Disarmed, 1), "{}", blocker.name());
+        }
+    }
+
+    #[test]
+    fn every_fault_ends_as_its_class_says_and_blocks_until_cleared() {
+        for code in Fault::ALL.iter().copied() {
+            let mut arming = armed();
+            let mode = arming.step(&fault(code));
+            let mut only = FaultSet::EMPTY;
+            only.insert(code);
+            let expected = if !only.intersection(FaultSet::CAMERA).is_empty() {
+                Mode::Armed
+            } else if !only.intersection(FaultSet::STOPPING).is_empty() {
+                Mode::Stopping
+            } else {
+                Mode::Disarmed
+            };
+            assert_eq!(mode, expected, "{}", code.name());
+            assert!(arming.latched().contains(code));
+            if mode == Mode::Disarmed {
+                assert_eq!(
+                    arming.step(&Conditions {
+                        request: Request::Arm,
+                        ..CLEAR
+                    }),
+                    Mode::Disarmed
+                );
+                arming.step(&Conditions {
+                    request: Request::ClearFaults,
+                    ..CLEAR
+                });
+                assert_eq!(
+                    arming.step(&Conditions {
+                        request: Request::Arm,
+                        ..CLEAR
+                    }),
+                    Mode::Armed
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_stop_ends_at_rest_or_in_time() {
+        let mut arming = armed();
+        arming.step(&fault(Fault::CommandTimeout));
+        let ticks = (1..).find(|_| arming.step(&CLEAR) == Mode::Disarmed).expect("ends");
+        assert_eq!(ticks, REST_TICKS);
+        let mut arming = armed();
+        arming.step(&fault(Fault::CommandTimeout));
+        let moving = Conditions {
+            at_rest: false,
+            ..CLEAR
+        };
+        let ticks = (1..).find(|_| arming.step(&moving) == Mode::Disarmed).expect("ends");
+        assert_eq!(ticks, 1000);
+        assert!(arming.latched().contains(Fault::StopTimeout));
+    }
+
+    proptest! {
+        /// Whatever comes in, the mode leaves Disarmed only by an Arm request with no blocker and no
+        /// latched fault, and an opening fault or a Disarm request always ends in Disarmed at once.
+        #[test]
+        fn only_an_unblocked_request_arms(
+            steps in proptest::collection::vec((any::<u32>(), any::<u32>(), 0_u8..4, any::<bool>(), any::<bool>()), 1..200)
+        ) {
+            let mut arming = Arming::new(50);
+            for (faults, blockers, request, at_rest, clean) in steps {
+                let before = arming;
+                let conditions = Conditions {
+                    faults: if clean { FaultSet::EMPTY } else { FaultSet::from_bits(faults) },
+                    blockers: if clean { BlockerSet::EMPTY } else { BlockerSet::from_bits(blockers) },
+                    request: [Request::None, Request::Arm, Request::Disarm, Request::ClearFaults][usize::from(request)],
+                    at_rest,
+                };
+                let mode = arming.step(&conditions);
+                if before.mode() == Mode::Disarmed && mode != Mode::Disarmed {
+                    prop_assert_eq!(conditions.request, Request::Arm);
+                    let blocked = conditions.blockers.bits() & !(1 << Blocker::FaultLatched as u8);
+                    prop_assert_eq!(blocked, 0);
+                    prop_assert_eq!(before.latched().bits() & !FaultSet::CAMERA.bits(), 0);
+                }
+                if before.mode() != Mode::Disarmed
+                    && (conditions.request == Request::Disarm
+                        || !conditions.faults.intersection(FaultSet::OPENING).is_empty())
+                {
+                    prop_assert_eq!(mode, Mode::Disarmed);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Whether what a sensor says can be true.
+
+use crate::control::motor::MotorLimits;
+use crate::sample::{ImuRaw, ImuSample, imu_scale};
+
+/// Counts consecutive bad ticks: one glitch is no fault, a run of them is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Persistence {
+    bad: u16,
+    limit: u16,
+}
+
+impl Persistence {
+    /// Trips after `limit` bad ticks in a row.
+    pub const fn new(limit: u16) -> Self {
+        Self { bad: 0, limit }
+    }
+
+    /// Takes one tick's verdict; true once the run of bad ticks is long enough.
+    pub fn update(&mut self, bad: bool) -> bool {
+        self.bad = if bad { self.bad.saturating_add(1) } else { 0 };
+        self.bad >= self.limit
+    }
+}
+
+/// What is thought of an IMU.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ImuHealth {
+    /// Fresh and believable.
+    Good,
+    /// Too old.
+    Stale,
+    /// Repeats itself, sits at the end of its range, or shows an impossible force.
+    Implausible,
+}
+
+/// Watches one IMU.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImuWatch {
+    timeout_us: u32,
+    last: Option<ImuRaw>,
+    repeated: Persistence,
+    saturated: Persistence,
+    impossible: Persistence,
+}
+
+/// Identical readings in a row that cannot be: the noise of six axes never repeats that long.
+const REPEATED_TICKS: u16 = 20;
+const SATURATED_TICKS: u16 = 10;
+const IMPOSSIBLE_TICKS: u16 = 50;
+/// Bounds of the specific force's magnitude that a rolling vehicle can show for long, in g.
+const FORCE_MIN_G: f32 = 0.2;
+const FORCE_MAX_G: f32 = 6.0;
+
+impl ImuWatch {
+    /// A watch that calls a sample stale after `timeout_us`.
+    pub fn new(timeout_us: u32) -> Self {
+        Self {
+            timeout_us,
+            last: None,
+            repeated: Persistence::new(REPEATED_TICKS),
+            saturated: Persistence::new(SATURATED_TICKS),
+            impossible: Persistence::new(IMPOSSIBLE_TICKS),
+        }
+    }
+
+    /// Takes one tick's sample.
+    pub fn update(&mut self, sample: &ImuSample) -> ImuHealth {
+        let raw = &sample.raw;
+        let same = self
+            .last
+            .is_some_and(|last| last.accel == raw.accel && last.gyro == raw.gyro);
+        self.last = Some(*raw);
+        let repeated = self.repeated.update(same);
+        let at_end = |value: &i16| *value == i16::MAX || *value == i16::MIN;
+        let saturated = self.saturated.update(raw.accel.iter().chain(&raw.gyro).any(at_end));
+        let squares: f32 = raw.accel.iter().map(|a| f32::from(*a) * f32::from(*a)).sum();
+        let bound = |g: f32| g * g * imu_scale::ACCEL_LSB_PER_G * imu_scale::ACCEL_LSB_PER_G;
+        let impossible = self
+            .impossible
+            .update(squares < bound(FORCE_MIN_G) || squares > bound(FORCE_MAX_G));
+        if sample.age_us > self.timeout_us {
+            ImuHealth::Stale
+        } else if repeated || saturated || impossible {
+            ImuHealth::Implausible
+        } else {
+            ImuHealth::Good
+        }
+    }
+}
+
+/// Watches one encoder against its motor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EncoderWatch {
+    limits: MotorLimits,
+    last: Option<i64>,
+    jump_counts: i64,
+    contradicted: Persistence,
+}
+
+/// Armature voltage unexplained by current and back-EMF beyond which the encoder is not believed.
+const RESIDUAL_V: f32 = 5.0;
+const RESIDUAL_TICKS: u16 = 60;
+
+impl EncoderWatch {
+    /// A watch for the motor with `limits`, whose encoder cannot move more than `jump_counts` in a tick.
+    pub fn new(limits: MotorLimits, jump_counts: i64) -> Self {
+        Self {
+            limits,
+            last: None,
+            jump_counts,
+            contradicted: Persistence::new(RESIDUAL_TICKS),
+        }
+    }
+
+    /// Takes one tick: the count, the voltage applied in the last tick (`None` while the bridge is
+    /// open), the measured current and the filtered output rate. True while the encoder is implausible.
+    pub fn update(&mut self, count: i64, applied_v: Option<f32>, current_a: f32, rate_rad_s: f32) -> bool {
+        let moved = self.last.map_or(0, |last| count.wrapping_sub(last));
+        self.last = Some(count);
+        let residual = applied_v.map_or(0.0, |v| self.limits.residual_v(v, current_a, rate_rad_s));
+        let contradicted = self.contradicted.update(residual.abs() > RESIDUAL_V);
+        moved.unsigned_abs() > self.jump_counts.unsigned_abs() || contradicted
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn noisy(k: i16) -> ImuSample {
+        ImuSample {
+            raw: ImuRaw {
+                accel: [k % 7, 3, 4096 + k % 5],
+                gyro: [k % 3, 0, 1],
+                temperature: 0,
+            },
+            age_us: 100,
+        }
+    }
+
+    #[test]
+    fn a_living_imu_is_good_and_an_old_sample_stale() {
+        let mut watch = ImuWatch::new(5000);
+        for k in 0..1000 {
+            assert_eq!(watch.update(&noisy(k)), ImuHealth::Good);
+        }
+        assert_eq!(
+            watch.update(&ImuSample {
+                age_us: 5001,
+                ..noisy(1)
+            }),
+            ImuHealth::Stale
+        );
+        assert_eq!(
+            watch.update(&ImuSample {
+                age_us: 5000,
+                ..noisy(2)
+            }),
+            ImuHealth::Good
+        );
+    }
+
+    #[test]
+    fn a_stuck_saturated_or_forceless_imu_is_implausible_in_time_and_not_at_once() {
+        for (make, ticks) in [
+            ((|_| noisy(1)) as fn(i16) -> ImuSample, REPEATED_TICKS + 1),
+            (
+                |k| ImuSample {
+                    raw: ImuRaw {
+                        gyro: [k % 3, i16::MAX, 0],
+                        ..noisy(k).raw
+                    },
+                    age_us: 0,
+                },
+                SATURATED_TICKS,
+            ),
+            (
+                |k| ImuSample {
+                    raw: ImuRaw {
+                        accel: [k % 7, 0, 0],
+                        ..noisy(k).raw
+                    },
+                    age_us: 0,
+                },
+                IMPOSSIBLE_TICKS,
+            ),
+        ] {
+            let mut watch = ImuWatch::new(5000);
+            for k in 1..i16::try_from(ticks).expect("small") {
+                assert_eq!(watch.update(&make(k)), ImuHealth::Good, "tick {k} of {ticks}");
+            }
+            assert_eq!(watch.update(&make(ticks as i16)), ImuHealth::Implausible);
+        }
+    }
+}

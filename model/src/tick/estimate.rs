@@ -1,0 +1,274 @@
+//! Stage 2: what the vehicle knows of itself.
+
+use crate::estimate::heading::HeadingEstimator;
+use crate::estimate::odometry::Odometry;
+use crate::estimate::rate_filter::LowPass;
+use crate::estimate::slope::SlopeEstimator;
+use crate::estimate::tilt::{Disturbance, TiltEstimator};
+use crate::sample::Motor;
+use crate::supervise::plausibility::Persistence;
+use crate::tick::{Sensed, TICK_S};
+use crate::vehicle::{Scales, Vehicle};
+
+/// The vehicle's estimate of itself in one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Estimate {
+    /// Arm angle phi from the vertical, rad, forward positive.
+    pub phi_rad: f32,
+    /// phi', rad/s.
+    pub phi_rate_rad_s: f32,
+    /// Mean wheel rate theta', rad/s, forward positive.
+    pub theta_rate_rad_s: f32,
+    /// Speed of the axle, m/s.
+    pub speed_m_s: f32,
+    /// Slope beta, rad, uphill positive.
+    pub slope_rad: f32,
+    /// Heading since boot, rad, anticlockwise positive, not wrapped.
+    pub heading_rad: f32,
+    /// Yaw rate, rad/s.
+    pub yaw_rate_rad_s: f32,
+    /// Dead-reckoned position along the first heading, m.
+    pub x_m: f32,
+    /// Dead-reckoned position to its left, m.
+    pub y_m: f32,
+    /// Spar angle from the vertical, rad, in the sense of phi.
+    pub spar_rad: f32,
+    /// Its rate, rad/s.
+    pub spar_rate_rad_s: f32,
+    /// Ballast angle relative to the spar, rad.
+    pub ballast_rad: f32,
+    /// Its rate, rad/s.
+    pub ballast_rate_rad_s: f32,
+    /// Learnt bias of the arm gyro's swing axis, rad/s.
+    pub gyro_bias_rad_s: f32,
+    /// The gyros have been calibrated at rest.
+    pub calibrated: bool,
+    /// The vehicle has stood still for a while.
+    pub at_rest: bool,
+    /// Gyro and accelerometer have contradicted each other for a while.
+    pub contradicted: bool,
+}
+
+impl Estimate {
+    /// Whether every value that a motor depends on is a number.
+    pub fn is_finite(&self) -> bool {
+        [
+            self.phi_rad,
+            self.phi_rate_rad_s,
+            self.theta_rate_rad_s,
+            self.heading_rad,
+            self.yaw_rate_rad_s,
+            self.spar_rad,
+            self.spar_rate_rad_s,
+            self.ballast_rad,
+            self.ballast_rate_rad_s,
+        ]
+        .iter()
+        .all(|value| value.is_finite())
+    }
+}
+
+/// Stage 2's state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Estimator {
+    scales: Scales<f32>,
+    half_track_m: f32,
+    arm: TiltEstimator,
+    spar: Option<TiltEstimator>,
+    slope: SlopeEstimator,
+    heading: HeadingEstimator,
+    odometry: Odometry,
+    theta_acceleration: LowPass,
+    rest: Persistence,
+    contradicted: Persistence,
+    calibration: Calibration,
+    ballast_offset_rad: f32,
+    last_heading_rad: f32,
+}
+
+/// Wheel and arm rates below which the vehicle stands still.
+const REST_WHEEL_RAD_S: f32 = 0.03;
+const REST_ARM_RAD_S: f32 = 0.05;
+/// How long it must do so.
+const REST_TICKS: u16 = 100;
+/// Largest gyro bias that a calibration may find; more is motion.
+const BIAS_MAX_RAD_S: f32 = 0.1;
+/// Standing still long enough to average the gyros.
+const CALIBRATION_TICKS: u16 = 500;
+/// Time constant of the axle acceleration's filter.
+const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
+/// Angle between integrated gyro and accelerometer that cannot last: gyro or accelerometer lies.
+const CONTRADICTION: f32 = 0.7;
+const CONTRADICTION_TICKS: u16 = 300;
+
+impl Estimator {
+    pub(super) fn new(vehicle: &Vehicle<f32>) -> Self {
+        let (p, planar) = (vehicle.parameters(), vehicle.planar(0.0));
+        let times = &p.estimator;
+        let spar_mass_kg = p
+            .camera
+            .as_ref()
+            .map_or(0.0, |(c, _)| c.camera_mass_kg + c.motor_mass_kg + c.ballast_mass_kg);
+        let tilt =
+            |radius_m| TiltEstimator::new(TICK_S, radius_m, times.tilt_time_constant_s, times.bias_time_constant_s);
+        Self {
+            scales: vehicle.scales(),
+            half_track_m: p.body.half_track_m,
+            arm: tilt(p.imu.chassis_radius_m),
+            // The spar's IMU sits above the axle: a negative radius.
+            spar: p.camera.as_ref().map(|_| tilt(-p.imu.spar_radius_m)),
+            slope: SlopeEstimator::new(
+                TICK_S,
+                times.slope_time_constant_s,
+                planar.l,
+                planar.alpha,
+                planar.mu,
+                spar_mass_kg / p.body.total_mass_kg,
+            ),
+            heading: HeadingEstimator::new(TICK_S, times.bias_time_constant_s),
+            odometry: Odometry::default(),
+            theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
+            rest: Persistence::new(REST_TICKS),
+            contradicted: Persistence::new(CONTRADICTION_TICKS),
+            calibration: Calibration::default(),
+            ballast_offset_rad: 0.0,
+            last_heading_rad: 0.0,
+        }
+    }
+
+    /// One tick. `disarmed` tells that no motor is driven: only then is the ballast known to hang.
+    pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool) -> Estimate {
+        let [left, right, ballast_rate_rad_s] = sensed.relative_rate_rad_s;
+        let still = left.abs() < REST_WHEEL_RAD_S
+            && right.abs() < REST_WHEEL_RAD_S
+            && (sensed.arm.rate_rad_s - self.arm.bias_rad_s()).abs() < REST_ARM_RAD_S.max(self.calibration.tolerance());
+        let at_rest = self.rest.update(still);
+        self.calibrate(sensed, still && disarmed);
+
+        // The wheels: relative rate less the arm's.
+        let r = self.scales.length_m;
+        let phi_rate = sensed.arm.rate_rad_s - self.arm.bias_rad_s();
+        let theta_rate = 0.5 * (left + right) - phi_rate;
+        let theta_acceleration = self.theta_acceleration.update(theta_rate);
+        let [gyro_x, gyro_z] = sensed.arm_gyro_xz_rad_s;
+        // The plane's normal seen from the arm: turned by phi - beta from the arm's z axis.
+        let (sin, cos) = (self.arm.sin(), self.arm.cos());
+        let sin_normal = sin * self.slope.cos() - cos * self.slope.sin();
+        let cos_normal = cos * self.slope.cos() + sin * self.slope.sin();
+        let gyro_yaw = gyro_z * cos_normal + gyro_x * sin_normal;
+        let wheels_yaw = 0.5 * (right - left) * r / self.half_track_m;
+        self.heading.update(gyro_yaw, wheels_yaw, at_rest);
+
+        let disturbance = Disturbance {
+            axle_acceleration_m_s2: r * theta_acceleration,
+            sin_slope: self.slope.sin(),
+            cos_slope: self.slope.cos(),
+            yaw_rate_rad_s: self.heading.yaw_rate_rad_s(),
+        };
+        let rest = at_rest && disarmed;
+        self.arm.update(&sensed.arm, &disturbance, rest);
+        let contradicted = self.contradicted.update(self.arm.error().abs() > CONTRADICTION);
+        if let Some(spar) = &mut self.spar {
+            spar.update(&sensed.spar, &disturbance, rest);
+        }
+        let t = self.scales.time_s;
+        self.slope.update(
+            self.arm.sin(),
+            self.arm.cos(),
+            phi_rate * t,
+            self.arm.acceleration_rad_s2() * t * t,
+            theta_acceleration * t * t,
+        );
+
+        // The mean advance of the wheels over the plane, at the mean heading of the tick.
+        let advance = sensed.relative_advance_rad;
+        let advance_rad = 0.5 * (advance[Motor::Left as usize] + advance[Motor::Right as usize]) - phi_rate * TICK_S;
+        let heading = self.heading.heading_rad();
+        self.odometry
+            .advance(advance_rad * r, 0.5 * (heading + self.last_heading_rad));
+        self.last_heading_rad = heading;
+
+        let (spar_rad, spar_rate_rad_s) = self
+            .spar
+            .as_ref()
+            .map_or((0.0, 0.0), |s| (s.angle_rad(), s.rate_rad_s()));
+        if rest {
+            // An idle ballast hangs straight down: its angle from the vertical is 0.
+            self.ballast_offset_rad = -spar_rad - sensed.ballast_turned_rad;
+        }
+        Estimate {
+            phi_rad: self.arm.angle_rad(),
+            phi_rate_rad_s: self.arm.rate_rad_s(),
+            theta_rate_rad_s: theta_rate,
+            speed_m_s: theta_rate * r,
+            slope_rad: self.slope.angle_rad(),
+            heading_rad: heading,
+            yaw_rate_rad_s: self.heading.yaw_rate_rad_s(),
+            x_m: self.odometry.x_m(),
+            y_m: self.odometry.y_m(),
+            spar_rad,
+            spar_rate_rad_s,
+            ballast_rad: sensed.ballast_turned_rad + self.ballast_offset_rad,
+            ballast_rate_rad_s,
+            gyro_bias_rad_s: self.arm.bias_rad_s(),
+            calibrated: self.calibration.done,
+            at_rest,
+            contradicted,
+        }
+    }
+
+    /// Averages the gyros while the vehicle stands still, once.
+    fn calibrate(&mut self, sensed: &Sensed, still: bool) {
+        if self.calibration.done {
+            return;
+        }
+        let [gyro_x, gyro_z] = sensed.arm_gyro_xz_rad_s;
+        let Some([arm, spar, x, z]) = self
+            .calibration
+            .update([sensed.arm.rate_rad_s, sensed.spar.rate_rad_s, gyro_x, gyro_z], still)
+        else {
+            return;
+        };
+        self.arm.set_bias(arm);
+        self.arm.align(&sensed.arm);
+        if let Some(estimator) = &mut self.spar {
+            estimator.set_bias(spar);
+            estimator.align(&sensed.spar);
+        }
+        self.heading.set_bias(z * self.arm.cos() + x * self.arm.sin());
+        self.slope.align(self.arm.sin());
+    }
+}
+
+/// Average of the gyros at rest.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Calibration {
+    sums: [f32; 4],
+    ticks: u16,
+    done: bool,
+}
+
+impl Calibration {
+    /// Swing rate that may still be rest: before the bias is known it may be all bias.
+    fn tolerance(&self) -> f32 {
+        if self.done { 0.0 } else { BIAS_MAX_RAD_S }
+    }
+
+    /// Takes the gyros of one tick; the averages once there are enough.
+    fn update(&mut self, rates: [f32; 4], still: bool) -> Option<[f32; 4]> {
+        let plausible = rates.iter().all(|rate| rate.abs() < BIAS_MAX_RAD_S);
+        if !still || !plausible {
+            *self = Self::default();
+            return None;
+        }
+        for (sum, rate) in self.sums.iter_mut().zip(rates) {
+            *sum += rate;
+        }
+        self.ticks += 1;
+        if self.ticks < CALIBRATION_TICKS {
+            return None;
+        }
+        self.done = true;
+        Some(self.sums.map(|sum| sum / f32::from(CALIBRATION_TICKS)))
+    }
+}
