@@ -2,8 +2,30 @@
 //!
 //! Nothing here decides: every decision is a pure step of `model`. Nothing here names a part or a
 //! pin: the board (a target-only binary, or the host's virtual board) implements [`hardware`] and the
-//! embedded-hal traits.
+//! embedded-hal traits, makes one [`topics::Topics`], and spawns the tasks:
+//!
+//! | task | rate | executor |
+//! |---|---|---|
+//! | [`encoders::run`] | 1 kHz | control (interrupt) |
+//! | [`imu::run`], once for the chassis and once for the spar | 1 kHz | control (interrupt) |
+//! | [`drive::run`] | 1 kHz | control (interrupt) |
+//! | [`watchdog::run`] | 200 Hz | control (interrupt) |
+//! | [`analog::run`] | 1 kHz | thread |
+//! | [`link::receive::run`], [`link::send::run`] | as bytes come; 100 Hz | thread |
+//! | [`log_task::run`] | 1 Hz and on change | thread |
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
+// First: its macros are used by every module below.
+#[macro_use]
+mod logging;
+
+pub mod analog;
+pub mod drive;
+pub mod encoders;
 pub mod hardware;
+pub mod imu;
+pub mod link;
+pub mod log_task;
+pub mod topics;
+pub mod watchdog;

@@ -17,6 +17,9 @@ pub enum Motor {
 /// Number of motors.
 pub const MOTORS: usize = 3;
 
+/// The tick of the vehicle, us.
+pub const TICK_US: u32 = 1000;
+
 /// Full-scale ranges the IMUs are configured to.
 pub mod imu_scale {
     /// Gyro: +-1000 deg/s over the 16-bit range, in LSB per deg/s.

@@ -24,9 +24,7 @@ pub use sense::Sensed;
 use sense::Sensing;
 
 /// The tick, s.
-pub const TICK_S: f32 = 0.001;
-/// The tick, us.
-pub const TICK_US: u32 = 1000;
+pub const TICK_S: f32 = crate::sample::TICK_US as f32 * 1e-6;
 
 /// What the operator wants, as known when the tick begins.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

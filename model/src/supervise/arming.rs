@@ -4,6 +4,7 @@ use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
 
 /// What the vehicle may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(u8)]
 pub enum Mode {
     /// Every bridge open.
@@ -17,6 +18,7 @@ pub enum Mode {
 
 /// What the operator asks of the arming state machine; each request counts once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(u8)]
 pub enum Request {
     /// Nothing.

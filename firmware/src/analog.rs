@@ -1,0 +1,22 @@
+//! The analogue task: battery voltage and motor currents, once a tick.
+
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_time::{Duration, Instant, Ticker};
+use model::sample::TICK_US;
+
+use crate::hardware::AnalogInputs;
+use crate::topics::Topics;
+use crate::watchdog::Critical;
+
+/// Reads the inputs every tick and publishes them. A failed reading is not published: it goes stale.
+pub async fn run<M: RawMutex>(topics: &Topics<M>, mut inputs: impl AnalogInputs) -> ! {
+    let mut ticker = Ticker::every(Duration::from_micros(u64::from(TICK_US)));
+    loop {
+        ticker.next().await;
+        let at = Instant::now();
+        if let Ok(reading) = inputs.read().await {
+            topics.analog.publish(at, reading);
+        }
+        topics.checkins.check_in(Critical::Analog);
+    }
+}

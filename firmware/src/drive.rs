@@ -1,0 +1,156 @@
+//! The control task: once a tick it gathers what the sensors said, takes the vehicle's one step, and
+//! drives the bridges.
+
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_time::{Duration, Instant, Ticker, with_timeout};
+use model::sample::{Actuation, ImuRaw, ImuSample, Sample, TICK_US};
+use model::supervise::arming::Request;
+use model::tick::{Command, VehicleCore};
+
+use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop};
+use crate::topics::{DriveCommand, TickCycles, Topics};
+use crate::watchdog::Critical;
+
+/// How long a tick waits for its IMU sample before it goes on without.
+const IMU_WAIT: Duration = Duration::from_micros(400);
+
+/// Everything that went into and came out of one tick: kept for a debugger, and for replays on the host.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct FlightRecord {
+    /// Number of the tick; 0 before the first.
+    pub tick: u32,
+    /// What was sensed.
+    pub sample: Sample,
+    /// What was commanded.
+    pub command: Command,
+    /// What the bridges were told.
+    pub actuation: Actuation,
+}
+
+/// Where flight records go.
+pub trait Recorder {
+    /// Keeps the record of one tick.
+    fn record(&mut self, record: &FlightRecord);
+}
+
+/// The hardware of the control task.
+#[derive(Debug)]
+pub struct DriveHardware<B, E, C, R> {
+    /// The motor bridges.
+    pub bridges: B,
+    /// The emergency stop.
+    pub emergency_stop: E,
+    /// Cycle counter.
+    pub cycles: C,
+    /// Recorder of ticks.
+    pub recorder: R,
+}
+
+/// Runs the vehicle, tick after tick.
+pub async fn run<M, B, E, C, R>(topics: &Topics<M>, core: VehicleCore, hardware: DriveHardware<B, E, C, R>) -> !
+where
+    M: RawMutex,
+    B: Bridges,
+    E: EmergencyStop,
+    C: CycleCounter,
+    R: Recorder,
+{
+    let mut core = core;
+    let DriveHardware {
+        mut bridges,
+        mut emergency_stop,
+        cycles: counter,
+        mut recorder,
+    } = hardware;
+    bridges.apply(&Actuation::SAFE);
+    let mut cycles = TickCycles::default();
+    let mut tick = 0_u32;
+    let mut ticker = Ticker::every(Duration::from_micros(u64::from(TICK_US)));
+    loop {
+        ticker.next().await;
+        // The IMU's burst takes some tens of microseconds; without it the tick goes on and the
+        // sample's age tells.
+        let _ = with_timeout(IMU_WAIT, topics.chassis_imu_ready.wait()).await;
+
+        let started = counter.cycles();
+        let now = Instant::now();
+        let request = topics.requests.try_receive().unwrap_or(Request::None);
+        if request == Request::ClearFaults {
+            bridges.clear_break();
+        }
+        let sample = gather(topics, now, emergency_stop.is_pressed(), bridges.break_tripped());
+        let command = command(topics, now, request);
+
+        let sensed = core.sense(&sample);
+        let after_sense = counter.cycles();
+        let estimate = core.estimate(&sensed);
+        let after_estimate = counter.cycles();
+        core.decide(&sample, &sensed, &estimate, &command);
+        let after_decide = counter.cycles();
+        let output = core.actuate(&sample, &sensed, &estimate);
+        bridges.apply(&output.actuation);
+        let after_actuate = counter.cycles();
+
+        tick = tick.wrapping_add(1);
+        recorder.record(&FlightRecord {
+            tick,
+            sample,
+            command,
+            actuation: output.actuation,
+        });
+        topics.telemetry.publish(now, output.telemetry);
+        let total = after_actuate.wrapping_sub(started);
+        cycles = TickCycles {
+            sense: after_sense.wrapping_sub(started),
+            estimate: after_estimate.wrapping_sub(after_sense),
+            decide: after_decide.wrapping_sub(after_estimate),
+            actuate: after_actuate.wrapping_sub(after_decide),
+            total,
+            worst: cycles.worst.max(total),
+        };
+        topics.cycles.publish(now, cycles);
+        topics.checkins.check_in(Critical::Drive);
+    }
+}
+
+/// The sample of this tick.
+fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, emergency_stop: bool, bridge_break: bool) -> Sample {
+    let imu = |(raw, age_us): (Option<ImuRaw>, u32)| ImuSample {
+        raw: raw.unwrap_or_default(),
+        age_us,
+    };
+    let (counts, encoder_age_us) = topics.encoders.with_age(now);
+    let (analog, analog_age_us) = topics.analog.with_age(now);
+    let AnalogReading { battery, current } = analog.unwrap_or(AnalogReading {
+        battery: 0,
+        current: [0; 3],
+    });
+    Sample {
+        time_us: now.as_micros(),
+        encoder_counts: counts.unwrap_or_default(),
+        encoder_age_us,
+        chassis_imu: imu(topics.chassis_imu.with_age(now)),
+        spar_imu: imu(topics.spar_imu.with_age(now)),
+        battery,
+        current,
+        analog_age_us,
+        emergency_stop,
+        bridge_break,
+    }
+}
+
+/// The command as it stands in this tick.
+fn command<M: RawMutex>(topics: &Topics<M>, now: Instant, request: Request) -> Command {
+    let (command, age_us) = topics.command.with_age(now);
+    let DriveCommand {
+        speed_m_s,
+        yaw_rate_rad_s,
+    } = command.unwrap_or_default();
+    Command {
+        speed_m_s,
+        yaw_rate_rad_s,
+        age_us,
+        request,
+    }
+}

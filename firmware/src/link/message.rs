@@ -1,0 +1,120 @@
+//! What host and board say to each other.
+
+use model::sample::MOTORS;
+use model::supervise::arming::{Mode, Request};
+use model::tick::Telemetry;
+use serde::{Deserialize, Serialize};
+
+/// Version of the messages: host and board must agree.
+pub const PROTOCOL_VERSION: u16 = 1;
+
+/// From the host to the board.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum HostMessage {
+    /// Who are you? Answered by [`BoardMessage::Identity`].
+    Identify,
+    /// Drive so; repeated before the dead-man time is over.
+    Drive {
+        /// Speed, m/s, forward positive.
+        speed_m_s: f32,
+        /// Yaw rate, rad/s, anticlockwise positive; exactly 0 holds the heading.
+        yaw_rate_rad_s: f32,
+    },
+    /// Ask the arming state machine.
+    Request(Request),
+}
+
+/// From the board to the host.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum BoardMessage {
+    /// Answer to [`HostMessage::Identify`].
+    Identity {
+        /// [`PROTOCOL_VERSION`] of the board.
+        protocol: u16,
+    },
+    /// The state of the vehicle.
+    Status(Status),
+}
+
+/// The state of the vehicle as it is sent, [`Telemetry`] in the form of the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Status {
+    /// Ticks since boot.
+    pub tick: u32,
+    /// Arming state.
+    pub mode: Mode,
+    /// Latched faults, bit n is fault n.
+    pub faults: u32,
+    /// Arming blockers, bit n is blocker n.
+    pub blockers: u32,
+    /// Limits, bit n is limit n.
+    pub limits: u32,
+    /// Arm angle from the vertical, rad.
+    pub phi_rad: f32,
+    /// Its rate, rad/s.
+    pub phi_rate_rad_s: f32,
+    /// Speed, m/s.
+    pub speed_m_s: f32,
+    /// Governed speed reference, m/s.
+    pub speed_reference_m_s: f32,
+    /// Slope, rad.
+    pub slope_rad: f32,
+    /// Heading, rad.
+    pub heading_rad: f32,
+    /// Yaw rate, rad/s.
+    pub yaw_rate_rad_s: f32,
+    /// Dead-reckoned position, m.
+    pub x_m: f32,
+    /// Dead-reckoned position, m.
+    pub y_m: f32,
+    /// Spar angle from the vertical, rad.
+    pub spar_rad: f32,
+    /// Ballast angle relative to the spar, rad.
+    pub ballast_rad: f32,
+    /// Motor voltages, V.
+    pub voltage_v: [f32; MOTORS],
+    /// Motor currents, A.
+    pub current_a: [f32; MOTORS],
+    /// Supply voltage, V.
+    pub battery_v: f32,
+    /// Late ticks since boot.
+    pub late_ticks: u32,
+    /// Refused requests to arm.
+    pub refused_arms: u32,
+    /// Frames the board could not read.
+    pub bad_frames: u32,
+    /// CPU cycles of the last tick and of the worst.
+    pub tick_cycles: [u32; 2],
+}
+
+impl Status {
+    /// The state for the wire.
+    pub fn new(telemetry: &Telemetry, bad_frames: u32, tick_cycles: [u32; 2]) -> Self {
+        let estimate = &telemetry.estimate;
+        Self {
+            tick: telemetry.tick,
+            mode: telemetry.mode,
+            faults: telemetry.faults.bits(),
+            blockers: telemetry.blockers.bits(),
+            limits: telemetry.limits.bits(),
+            phi_rad: estimate.phi_rad,
+            phi_rate_rad_s: estimate.phi_rate_rad_s,
+            speed_m_s: estimate.speed_m_s,
+            speed_reference_m_s: telemetry.speed_reference_m_s,
+            slope_rad: estimate.slope_rad,
+            heading_rad: estimate.heading_rad,
+            yaw_rate_rad_s: estimate.yaw_rate_rad_s,
+            x_m: estimate.x_m,
+            y_m: estimate.y_m,
+            spar_rad: estimate.spar_rad,
+            ballast_rad: estimate.ballast_rad,
+            voltage_v: telemetry.voltage_v,
+            current_a: telemetry.current_a,
+            battery_v: telemetry.battery_v,
+            late_ticks: telemetry.late_ticks,
+            refused_arms: telemetry.refused_arms,
+            bad_frames,
+            tick_cycles,
+        }
+    }
+}

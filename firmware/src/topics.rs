@@ -1,0 +1,162 @@
+//! What the tasks tell each other: one latest value a topic, stamped, and the age judged where it is used.
+
+use core::cell::Cell;
+
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_sync::channel::Channel;
+use embassy_sync::signal::Signal;
+use embassy_time::Instant;
+use model::sample::{ImuRaw, MOTORS};
+use model::supervise::arming::Request;
+use model::tick::Telemetry;
+
+use crate::hardware::AnalogReading;
+use crate::watchdog::Checkins;
+
+/// A value with the time it was taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stamped<T> {
+    /// When.
+    pub at: Instant,
+    /// What.
+    pub value: T,
+}
+
+/// The latest value of one kind, for any number of readers.
+#[derive(Debug)]
+pub struct Topic<M: RawMutex, T: Copy> {
+    latest: Mutex<M, Cell<Option<Stamped<T>>>>,
+}
+
+impl<M: RawMutex, T: Copy> Topic<M, T> {
+    /// Nothing yet.
+    pub const fn new() -> Self {
+        Self {
+            latest: Mutex::new(Cell::new(None)),
+        }
+    }
+
+    /// Replaces the value, stamped `at`.
+    pub fn publish(&self, at: Instant, value: T) {
+        self.latest.lock(|cell| cell.set(Some(Stamped { at, value })));
+    }
+
+    /// The latest value.
+    pub fn latest(&self) -> Option<Stamped<T>> {
+        self.latest.lock(Cell::get)
+    }
+
+    /// The latest value and its age at `now` in us; `u32::MAX` where there is none (or it is older).
+    pub fn with_age(&self, now: Instant) -> (Option<T>, u32) {
+        match self.latest() {
+            None => (None, u32::MAX),
+            Some(Stamped { at, value }) => {
+                let age = now.saturating_duration_since(at).as_micros();
+                (Some(value), u32::try_from(age).unwrap_or(u32::MAX))
+            }
+        }
+    }
+}
+
+impl<M: RawMutex, T: Copy> Default for Topic<M, T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A drive command as the operator sent it; finite by construction (the link refuses others).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct DriveCommand {
+    /// Speed, m/s.
+    pub speed_m_s: f32,
+    /// Yaw rate, rad/s, anticlockwise positive.
+    pub yaw_rate_rad_s: f32,
+}
+
+/// Counters of the link's input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LinkCounters {
+    /// Good frames.
+    pub frames: u32,
+    /// Frames with a wrong checksum, stuffing or content.
+    pub bad_frames: u32,
+    /// Frames longer than any message.
+    pub overlong_frames: u32,
+    /// Errors the UART reported (overrun, noise, framing).
+    pub uart_errors: u32,
+    /// Requests dropped because too many were waiting.
+    pub dropped_requests: u32,
+}
+
+/// Execution cost of one tick, in CPU cycles, by stage: latest and worst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct TickCycles {
+    /// Raw to SI.
+    pub sense: u32,
+    /// Estimation.
+    pub estimate: u32,
+    /// Supervision and laws.
+    pub decide: u32,
+    /// Limits, duties, bridges.
+    pub actuate: u32,
+    /// All four.
+    pub total: u32,
+    /// The largest total since boot.
+    pub worst: u32,
+}
+
+/// Everything the tasks share. One for each vehicle.
+#[allow(missing_debug_implementations)] // Its parts have none.
+pub struct Topics<M: RawMutex> {
+    /// Chassis IMU readings.
+    pub chassis_imu: Topic<M, ImuRaw>,
+    /// Raised with each chassis IMU reading: the control task waits for it.
+    pub chassis_imu_ready: Signal<M, ()>,
+    /// Spar IMU readings.
+    pub spar_imu: Topic<M, ImuRaw>,
+    /// Encoder counts, extended.
+    pub encoders: Topic<M, [i64; MOTORS]>,
+    /// Analogue readings.
+    pub analog: Topic<M, AnalogReading>,
+    /// The latest drive command.
+    pub command: Topic<M, DriveCommand>,
+    /// Requests to the arming state machine, each to be taken once.
+    pub requests: Channel<M, Request, 4>,
+    /// The host asked who we are.
+    pub identify: Signal<M, ()>,
+    /// What the vehicle tells.
+    pub telemetry: Topic<M, Telemetry>,
+    /// Cost of the last tick.
+    pub cycles: Topic<M, TickCycles>,
+    /// Link counters.
+    pub link: Topic<M, LinkCounters>,
+    /// Who is alive.
+    pub checkins: Checkins<M>,
+}
+
+impl<M: RawMutex> Topics<M> {
+    /// All empty.
+    pub const fn new() -> Self {
+        Self {
+            chassis_imu: Topic::new(),
+            chassis_imu_ready: Signal::new(),
+            spar_imu: Topic::new(),
+            encoders: Topic::new(),
+            analog: Topic::new(),
+            command: Topic::new(),
+            requests: Channel::new(),
+            identify: Signal::new(),
+            telemetry: Topic::new(),
+            cycles: Topic::new(),
+            link: Topic::new(),
+            checkins: Checkins::new(),
+        }
+    }
+}
+
+impl<M: RawMutex> Default for Topics<M> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
