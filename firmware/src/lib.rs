@@ -21,6 +21,7 @@
 mod logging;
 
 pub mod analog;
+pub mod built_in;
 pub mod drive;
 pub mod encoders;
 pub mod hardware;

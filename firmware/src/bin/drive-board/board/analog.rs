@@ -1,0 +1,111 @@
+//! Analogue inputs on ADC1: battery and three motor currents, one sequence of 16-bit conversions
+//! started by the reader and moved by DMA.
+
+use embassy_stm32::Peri;
+use embassy_stm32::adc::{Adc, RxDma};
+use embassy_stm32::dma::{self, Channel, TransferOptions};
+use embassy_stm32::interrupt::typelevel::Binding;
+use embassy_stm32::pac::adc::vals::{Adstp, Dmngt, Pcsel, Res, SampleTime};
+use embassy_stm32::pac::{self};
+use embassy_stm32::peripherals::ADC1;
+use firmware::hardware::{AnalogInputs, AnalogReading};
+use model::sample::MOTORS;
+
+/// Inputs in one sequence: the battery, then the motors' currents.
+const INPUTS: usize = 1 + MOTORS;
+
+/// The converter's registers.
+const REGISTERS: pac::adc::Adc = pac::ADC1;
+
+/// A word was lost between the converter and the DMA.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
+pub struct Overrun;
+
+/// ADC1, set up for the sequence.
+pub struct AnalogSequence {
+    _adc: Adc<'static, ADC1>,
+    dma: Channel<'static>,
+    request: dma::Request,
+    words: [u16; INPUTS],
+}
+
+impl AnalogSequence {
+    /// Calibrates the converter and sets the sequence up: `channels` are the converter's inputs of the
+    /// battery and of the motors' currents. Their pins are analogue from reset on.
+    pub fn new<D: RxDma<ADC1>>(
+        adc: Peri<'static, ADC1>,
+        dma: Peri<'static, D>,
+        interrupts: impl Binding<D::Interrupt, dma::InterruptHandler<D>> + 'static,
+        channels: [u8; INPUTS],
+    ) -> Self {
+        let adc = Adc::new(adc);
+        REGISTERS.pcsel().modify(|w| {
+            for channel in channels {
+                w.set_pcsel(channel as usize, Pcsel::PRESELECTED);
+            }
+        });
+        for channel in channels.map(usize::from) {
+            // 64.5 cycles of 16 MHz, 4 us: the source is a divider of tens of kilohms with a capacitor.
+            REGISTERS
+                .smpr(channel / 10)
+                .modify(|w| w.set_smp(channel % 10, SampleTime::CYCLES64_5));
+        }
+        REGISTERS.sqr1().write(|w| {
+            w.set_l(INPUTS as u8 - 1);
+            for (n, channel) in channels.into_iter().enumerate() {
+                w.set_sq(n, channel);
+            }
+        });
+        REGISTERS.cfgr().modify(|w| {
+            w.set_res(Res::BITS16);
+            w.set_cont(false);
+            // Requests go on after a transfer's last word; each sequence starts a transfer of its own.
+            w.set_dmngt(Dmngt::DMA_CIRCULAR);
+        });
+        let request = dma.request();
+        Self {
+            _adc: adc,
+            dma: Channel::new(dma, interrupts),
+            request,
+            words: [0; INPUTS],
+        }
+    }
+
+    /// Ends a sequence whose reader was dropped before its end, and empties the converter's FIFO.
+    fn settle(&mut self) {
+        if REGISTERS.cr().read().adstart() {
+            REGISTERS.cr().modify(|w| w.set_adstp(Adstp::STOP));
+            while REGISTERS.cr().read().adstart() {}
+        }
+        while REGISTERS.isr().read().eoc() {
+            let _ = REGISTERS.dr().read();
+        }
+        // Written ones clear.
+        REGISTERS.isr().write(|w| {
+            w.set_eos(true);
+            w.set_ovr(true);
+        });
+    }
+}
+
+impl AnalogInputs for AnalogSequence {
+    type Error = Overrun;
+
+    async fn read(&mut self) -> Result<AnalogReading, Overrun> {
+        self.settle();
+        let data = REGISTERS.dr().as_ptr().cast::<u16>();
+        // SAFETY: the buffer lives in `self`, which this future borrows; dropping the transfer stops the
+        // stream. `self` stands in a task's static storage, which the DMA reaches.
+        let transfer = unsafe {
+            self.dma
+                .read(self.request, data, &mut self.words, TransferOptions::default())
+        };
+        REGISTERS.cr().modify(|w| w.set_adstart(true));
+        transfer.await;
+        if REGISTERS.isr().read().ovr() {
+            return Err(Overrun);
+        }
+        let [battery, current @ ..] = self.words;
+        Ok(AnalogReading { battery, current })
+    }
+}

@@ -1,0 +1,185 @@
+//! The three motor bridges on TIM1: locked anti-phase PWM at 20 kHz with dead time and a hardware break.
+//!
+//! Each H-bridge is driven by one complementary pair: `CHx` high turns on the forward diagonal, `CHxN`
+//! the reverse one, both low none, so that "outputs off" is an open bridge. Half duty is zero volts.
+//!
+//! The HAL's driver enables the outputs while it configures the timer; here nothing sets the main
+//! output enable before the first enabled [`Actuation`], and the break clears it in hardware, with the
+//! CPU hung or not.
+
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull};
+use embassy_stm32::pac::timer::vals::{Bkp, FilterValue, Lock, OcmGp, Ossi, Ossr};
+use embassy_stm32::pac::{self, TIM1};
+use embassy_stm32::peripherals;
+use embassy_stm32::timer::complementary_pwm::ComplementaryPwmPin;
+use embassy_stm32::timer::simple_pwm::PwmPin;
+use embassy_stm32::timer::{Ch1, Ch2, Ch3};
+use firmware::hardware::Bridges;
+use model::sample::{Actuation, MOTORS};
+
+use super::clocks::TIMER_HZ;
+
+/// PWM frequency: above hearing, and slow enough for the bridges' drivers.
+const PWM_HZ: u32 = 20_000;
+/// Timer counts in one PWM period.
+const PERIOD_COUNTS: u32 = TIMER_HZ / PWM_HZ;
+/// Zero volts.
+const CENTRE_COUNTS: i32 = (PERIOD_COUNTS / 2) as i32;
+/// 500 ns at [`TIMER_HZ`]: longer than a power MOSFET takes to turn off.
+const DEAD_TIME_COUNTS: u8 = 100;
+
+const _: () = assert!(TIMER_HZ.is_multiple_of(PWM_HZ) && PERIOD_COUNTS <= 0xFFFF);
+const _: () = assert!(DEAD_TIME_COUNTS < 128, "the linear range of the dead-time field");
+// The widest duty still leaves the short side of the period longer than the dead time on both edges.
+const _: () = assert!(MARGIN_COUNTS > 2 * DEAD_TIME_COUNTS as i32);
+
+/// Shortest pulse of either side, so that both diagonals always switch and the drivers' bootstrap
+/// capacitors stay charged: 3 % of the period.
+const MARGIN_COUNTS: i32 = CENTRE_COUNTS * 6 / 100;
+/// Full duty.
+const FULL_COUNTS: i32 = CENTRE_COUNTS - MARGIN_COUNTS;
+
+/// The pins of the bridges and of the break.
+pub struct BridgePins {
+    /// Left bridge, forward.
+    pub left: Peri<'static, peripherals::PE9>,
+    /// Left bridge, reverse.
+    pub left_n: Peri<'static, peripherals::PE8>,
+    /// Right bridge, forward.
+    pub right: Peri<'static, peripherals::PE11>,
+    /// Right bridge, reverse.
+    pub right_n: Peri<'static, peripherals::PE10>,
+    /// Camera bridge, forward.
+    pub camera: Peri<'static, peripherals::PE13>,
+    /// Camera bridge, reverse.
+    pub camera_n: Peri<'static, peripherals::PE12>,
+    /// Break input.
+    pub break_input: Peri<'static, peripherals::PE15>,
+}
+
+/// TIM1's alternate function on its break pin.
+const BREAK_FUNCTION: u8 = 1;
+
+/// TIM1, configured once and locked, and its pins.
+pub struct Tim1Bridges {
+    _timer: Peri<'static, peripherals::TIM1>,
+    _forward: (
+        PwmPin<'static, peripherals::TIM1, Ch1>,
+        PwmPin<'static, peripherals::TIM1, Ch2>,
+        PwmPin<'static, peripherals::TIM1, Ch3>,
+    ),
+    _reverse: (
+        ComplementaryPwmPin<'static, peripherals::TIM1, Ch1>,
+        ComplementaryPwmPin<'static, peripherals::TIM1, Ch2>,
+        ComplementaryPwmPin<'static, peripherals::TIM1, Ch3>,
+    ),
+    _break_input: Flex<'static>,
+}
+
+impl Tim1Bridges {
+    /// Configures the timer with its outputs off, locks dead time, polarities and the break against
+    /// any later write until reset, and only then gives it the pins.
+    pub fn new(timer: Peri<'static, peripherals::TIM1>, pins: BridgePins) -> Self {
+        critical_section::with(|_| {
+            pac::RCC.apb2enr().modify(|w| w.set_tim1en(true));
+            pac::RCC.apb2rstr().modify(|w| w.set_tim1rst(true));
+            pac::RCC.apb2rstr().modify(|w| w.set_tim1rst(false));
+        });
+        TIM1.psc().write_value(0);
+        TIM1.arr().write(|w| w.set_arr((PERIOD_COUNTS - 1) as u16));
+        for n in 0..MOTORS {
+            TIM1.ccr(n).write(|w| w.set_ccr(CENTRE_COUNTS as u16));
+            TIM1.ccmr_output(n / 2).modify(|w| {
+                w.set_ocm(n % 2, OcmGp::PWM_MODE1);
+                w.set_ocpe(n % 2, true);
+            });
+        }
+        TIM1.ccer().modify(|w| {
+            for n in 0..MOTORS {
+                w.set_cce(n, true);
+                w.set_ccne(n, true);
+            }
+        });
+        TIM1.bdtr().write(|w| {
+            w.set_dtg(DEAD_TIME_COUNTS);
+            // Off means driven to the idle level, which is low, not floating.
+            w.set_ossi(Ossi::IDLE_LEVEL);
+            w.set_ossr(Ossr::IDLE_LEVEL);
+            // A pulled-up wire to a closed contact: an open wire is a break.
+            w.set_bkp(0, Bkp::ACTIVE_HIGH);
+            w.set_bke(0, true);
+            // 8 samples at 200 MHz: motor noise on the wire, not a press.
+            w.set_bkf(0, FilterValue::FCK_INT_N8);
+            w.set_aoe(false);
+            w.set_moe(false);
+            w.set_lock(Lock::LEVEL2);
+        });
+        TIM1.cr1().modify(|w| w.set_arpe(true));
+        // Loads the preloaded period and duties.
+        TIM1.egr().write(|w| w.set_ug(true));
+        clear_break_flag();
+        TIM1.cr1().modify(|w| w.set_cen(true));
+        let mut break_input = Flex::new(pins.break_input);
+        break_input.set_as_af_unchecked(BREAK_FUNCTION, AfType::input(Pull::Up));
+        Self {
+            _timer: timer,
+            _forward: (
+                PwmPin::new(pins.left, OutputType::PushPull),
+                PwmPin::new(pins.right, OutputType::PushPull),
+                PwmPin::new(pins.camera, OutputType::PushPull),
+            ),
+            _reverse: (
+                ComplementaryPwmPin::new(pins.left_n, OutputType::PushPull),
+                ComplementaryPwmPin::new(pins.right_n, OutputType::PushPull),
+                ComplementaryPwmPin::new(pins.camera_n, OutputType::PushPull),
+            ),
+            _break_input: break_input,
+        }
+    }
+
+    fn set_counts(duty: [i16; MOTORS]) {
+        for (n, duty) in duty.into_iter().enumerate() {
+            let counts = CENTRE_COUNTS + i32::from(duty) * FULL_COUNTS / i32::from(i16::MAX);
+            // -32768 is one count past full reverse; the margin holds it inside the period.
+            TIM1.ccr(n).write(|w| w.set_ccr(counts as u16));
+        }
+    }
+}
+
+impl Bridges for Tim1Bridges {
+    fn apply(&mut self, actuation: &Actuation) {
+        if !actuation.enable || self.break_tripped() {
+            open_all();
+            // The duty that meets the next enable is zero volts, not the last one driven.
+            Self::set_counts([0; MOTORS]);
+            return;
+        }
+        Self::set_counts(actuation.duty);
+        // Written only from off to on: a break between this read and the next tick stays effective.
+        if !TIM1.bdtr().read().moe() {
+            TIM1.bdtr().modify(|w| w.set_moe(true));
+        }
+    }
+
+    fn break_tripped(&mut self) -> bool {
+        TIM1.sr().read().bif(0)
+    }
+
+    fn clear_break(&mut self) {
+        clear_break_flag();
+    }
+}
+
+/// Clears the break flag alone: the others are cleared by a zero too, and this leaves them.
+fn clear_break_flag() {
+    TIM1.sr().write(|w| {
+        w.0 = !0;
+        w.set_bif(0, false);
+    });
+}
+
+/// Opens every bridge at once. Callable from a fault handler: one register, no state.
+pub fn open_all() {
+    TIM1.bdtr().modify(|w| w.set_moe(false));
+}

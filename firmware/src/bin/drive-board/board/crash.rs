@@ -1,0 +1,130 @@
+//! Last words: a panic or a fault opens the bridges, keeps its message for the next boot and resets.
+
+use core::fmt::{self, Write};
+use core::mem::MaybeUninit;
+use core::panic::PanicInfo;
+
+use cortex_m::peripheral::SCB;
+use cortex_m_rt::{ExceptionFrame, exception};
+
+use super::bridges;
+
+/// Longest message kept.
+const TEXT_BYTES: usize = 240;
+/// Marks a record as written, in a RAM that holds anything after power-up.
+const MAGIC: u32 = 0x4C41_5354;
+
+/// What survives a reset.
+#[repr(C, align(8))]
+struct Record {
+    magic: u32,
+    length: u32,
+    sum: u32,
+    text: [u8; TEXT_BYTES],
+    /// The RAM's error correction holds the last partial write back until another comes: a reset would
+    /// lose it. These come after.
+    flush: [u64; 2],
+}
+
+#[unsafe(link_section = ".uninit.crash")]
+static mut RECORD: MaybeUninit<Record> = MaybeUninit::uninit();
+
+/// A message from the run before.
+pub struct LastWords {
+    text: [u8; TEXT_BYTES],
+    length: usize,
+}
+
+impl LastWords {
+    /// The message.
+    pub fn as_str(&self) -> &str {
+        let bytes = self.text.get(..self.length).unwrap_or_default();
+        // A message cut in the middle of a character keeps what comes before it.
+        core::str::from_utf8(bytes)
+            .or_else(|error| core::str::from_utf8(bytes.get(..error.valid_up_to()).unwrap_or_default()))
+            .unwrap_or_default()
+    }
+}
+
+/// The record's check: FNV-1a over its text.
+fn checksum(text: &[u8]) -> u32 {
+    text.iter().fold(0x811C_9DC5, |hash: u32, byte| {
+        (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193)
+    })
+}
+
+/// Takes the message the run before left, if it left one. To be called before the tasks start.
+pub fn take() -> Option<LastWords> {
+    // SAFETY: start-up is single threaded, and the only other access is a dying program's. The record is
+    // plain integers, for which any bits are a value; reading them volatile keeps the compiler from
+    // reasoning about memory nobody initialised.
+    let record = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<Record>()) };
+    // SAFETY: as above.
+    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<u32>(), 0) };
+    let length = record.length as usize;
+    let text = record.text.get(..length)?;
+    (record.magic == MAGIC && record.sum == checksum(text)).then_some(LastWords {
+        text: record.text,
+        length,
+    })
+}
+
+/// Text cut to a fixed length.
+struct Text {
+    bytes: [u8; TEXT_BYTES],
+    length: usize,
+}
+
+impl Write for Text {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        for (to, from) in self.bytes.iter_mut().skip(self.length).zip(text.bytes()) {
+            *to = from;
+            self.length += 1;
+        }
+        Ok(())
+    }
+}
+
+/// Opens the bridges first, then keeps the message and resets the part.
+fn die(message: fmt::Arguments<'_>) -> ! {
+    bridges::open_all();
+    cortex_m::interrupt::disable();
+    let mut text = Text {
+        bytes: [0; TEXT_BYTES],
+        length: 0,
+    };
+    // Cut short rather than failed: `Text` never returns an error.
+    let _ = text.write_fmt(message);
+    let record = Record {
+        magic: MAGIC,
+        length: text.length as u32,
+        sum: checksum(text.bytes.get(..text.length).unwrap_or_default()),
+        text: text.bytes,
+        flush: [0; 2],
+    };
+    // SAFETY: interrupts are off and the program ends here: nobody else accesses the record.
+    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<Record>(), record) };
+    cortex_m::asm::dsb();
+    SCB::sys_reset();
+}
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    die(format_args!("{info}"))
+}
+
+#[exception]
+unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
+    // SAFETY: a read of a core register that nothing else uses.
+    let cfsr = unsafe { (*SCB::PTR).cfsr.read() };
+    die(format_args!(
+        "hard fault at {:#010x}, called from {:#010x}, cfsr {cfsr:#010x}",
+        frame.pc(),
+        frame.lr()
+    ))
+}
+
+#[exception]
+unsafe fn DefaultHandler(number: i16) -> ! {
+    die(format_args!("interrupt {number} has no handler"))
+}

@@ -1,0 +1,22 @@
+//! Quadrature counters of the three motors on TIM2, TIM3 and TIM4.
+
+use embassy_stm32::peripherals::{TIM2, TIM3, TIM4};
+use embassy_stm32::timer::qei::Qei;
+use firmware::hardware::EncoderCounters;
+use model::sample::MOTORS;
+
+/// The counters, in the order of the motors.
+pub struct QuadratureCounters {
+    /// Left wheel.
+    pub left: Qei<'static, TIM2>,
+    /// Right wheel.
+    pub right: Qei<'static, TIM3>,
+    /// Camera ballast.
+    pub camera: Qei<'static, TIM4>,
+}
+
+impl EncoderCounters for QuadratureCounters {
+    fn counts(&mut self) -> [u16; MOTORS] {
+        [self.left.count(), self.right.count(), self.camera.count()]
+    }
+}

@@ -1,0 +1,98 @@
+//! The small parts: emergency stop, watchdog, cycle counter, lamps, cause of the last reset.
+
+use cortex_m::peripheral::{DCB, DWT};
+use embassy_stm32::gpio::{Input, Level, Output};
+use embassy_stm32::pac;
+use embassy_stm32::peripherals::IWDG1;
+use embassy_stm32::wdg::IndependentWatchdog;
+use firmware::hardware::{CycleCounter, EmergencyStop, Indicators, ResetCause, Watchdog};
+
+/// The stop's first contact, normally closed to ground, with a pull-up: an open wire is a press.
+pub struct StopContact(pub Input<'static>);
+
+impl EmergencyStop for StopContact {
+    fn is_pressed(&mut self) -> bool {
+        self.0.is_high()
+    }
+}
+
+/// The independent watchdog, on its own oscillator.
+pub struct RunningWatchdog(IndependentWatchdog<'static, IWDG1>);
+
+/// Its time: long enough for a control task that is late by many ticks, and with the reset itself short
+/// of the 40 ms within which a hung part must be back in its safe state.
+const WATCHDOG_US: u32 = 20_000;
+
+impl RunningWatchdog {
+    /// Starts the watchdog; nothing stops it again. It stands still while a debugger halts the core, as
+    /// do the bridges' outputs.
+    pub fn start(mut watchdog: IndependentWatchdog<'static, IWDG1>) -> Self {
+        watchdog.unleash();
+        Self(watchdog)
+    }
+
+    /// The driver, set to this board's time and not yet started.
+    pub fn configured(peripheral: embassy_stm32::Peri<'static, IWDG1>) -> IndependentWatchdog<'static, IWDG1> {
+        IndependentWatchdog::new(peripheral, WATCHDOG_US)
+    }
+}
+
+impl Watchdog for RunningWatchdog {
+    fn feed(&mut self) {
+        self.0.pet();
+    }
+}
+
+/// The core's own cycle counter.
+pub struct CoreCycles(());
+
+impl CoreCycles {
+    /// Starts the counter.
+    pub fn start(dcb: &mut DCB, dwt: &mut DWT) -> Self {
+        dcb.enable_trace();
+        DWT::unlock();
+        dwt.enable_cycle_counter();
+        Self(())
+    }
+}
+
+impl CycleCounter for CoreCycles {
+    fn cycles(&self) -> u32 {
+        DWT::cycle_count()
+    }
+}
+
+/// The board's lamps.
+pub struct Lamps {
+    /// Green: armed.
+    pub armed: Output<'static>,
+    /// Red: faulted.
+    pub faulted: Output<'static>,
+}
+
+impl Indicators for Lamps {
+    fn show(&mut self, armed: bool, faulted: bool) {
+        self.armed.set_level(Level::from(armed));
+        self.faulted.set_level(Level::from(faulted));
+    }
+}
+
+/// Reads why the part started, and clears it for the next time. An internal reset pulls the reset pin
+/// too, so the pin counts only where nothing else does.
+pub fn take_reset_cause() -> ResetCause {
+    let flags = pac::RCC.rsr().read();
+    pac::RCC.rsr().modify(|w| w.set_rmvf(true));
+    if flags.iwdg1rstf() {
+        ResetCause::Watchdog
+    } else if flags.sftrstf() {
+        ResetCause::Software
+    } else if flags.porrstf() {
+        ResetCause::PowerOn
+    } else if flags.borrstf() {
+        ResetCause::BrownOut
+    } else if flags.pinrstf() {
+        ResetCause::Pin
+    } else {
+        ResetCause::Other
+    }
+}

@@ -1,0 +1,28 @@
+//! The host link: USART3 through the debugger's virtual COM port, received by DMA into a ring.
+
+use embassy_stm32::mode::Async;
+use embassy_stm32::usart::{Config, RingBufferedUartRx, Uart, UartTx};
+
+/// The link's rate.
+const BAUD: u32 = 921_600;
+/// The ring: 5.5 ms of the line at full rate, far longer than any task holds the thread.
+const RING_BYTES: usize = 512;
+
+/// Receiving half.
+pub type LinkReceiver = RingBufferedUartRx<'static>;
+/// Sending half.
+pub type LinkSender = UartTx<'static, Async>;
+
+/// The line's settings.
+pub fn config() -> Config {
+    let mut config = Config::default();
+    config.baudrate = BAUD;
+    config
+}
+
+/// Splits the driver, its receiver writing to a ring of its own. To be called once.
+pub fn split(uart: Uart<'static, Async>) -> (LinkSender, LinkReceiver) {
+    static RING: static_cell::ConstStaticCell<[u8; RING_BYTES]> = static_cell::ConstStaticCell::new([0; RING_BYTES]);
+    let (sender, receiver) = uart.split();
+    (sender, receiver.into_ring_buffered(RING.take()))
+}

@@ -1,0 +1,261 @@
+//! The drive board: every pin, timer, DMA channel and interrupt of the NUCLEO-H743ZI2, in one place.
+//!
+//! | Function | Part | Pins | DMA | Interrupt |
+//! |---|---|---|---|---|
+//! | Left bridge | TIM1 CH1, CH1N | PE9, PE8 | | |
+//! | Right bridge | TIM1 CH2, CH2N | PE11, PE10 | | |
+//! | Camera bridge | TIM1 CH3, CH3N | PE13, PE12 | | |
+//! | Hardware break: stop's second contact, bridge fault | TIM1 BKIN | PE15, pull-up, open = break | | |
+//! | Emergency stop, first contact | GPIO | PG2, pull-up, open = pressed | | |
+//! | Left encoder | TIM2 CH1, CH2 | PA15, PB3 | | |
+//! | Right encoder | TIM3 CH1, CH2 | PC6, PC7 | | |
+//! | Camera encoder | TIM4 CH1, CH2 | PD12, PD13 | | |
+//! | Chassis IMU, ICM-42688-P | SPI1 | PA5 SCK, PA6 MISO, PB5 MOSI, PD14 CS | DMA2 stream 0 in, 1 out | DMA2_STREAM0, 1 |
+//! | Spar IMU, ICM-42688-P | SPI4 | PE2 SCK, PE5 MISO, PE6 MOSI, PE4 CS | DMA2 stream 2 in, 3 out | DMA2_STREAM2, 3 |
+//! | Battery voltage | ADC1 channel 15 | PA3 | DMA2 stream 4 | DMA2_STREAM4 |
+//! | Motor currents left, right, camera | ADC1 channels 10, 5, 18 | PC0, PB1, PA4 | as above | as above |
+//! | Host link, 921600 baud | USART3 | PD8 out, PD9 in | DMA1 stream 0 in, 1 out | USART3, DMA1_STREAM0, 1 |
+//! | Parameters | flash bank 2, last two sectors | | | FLASH |
+//! | Watchdog, 20 ms | IWDG1 | | | |
+//! | Clock of the tasks, 1 MHz | TIM5 | | | TIM5 |
+//! | Executor of the control task | | | | UART5, as a software interrupt |
+//! | Lamps: alive, armed, faulted | GPIO | PE1, PB0, PB14 | | |
+//! | User button | GPIO | PC13, high = pressed | | |
+//!
+//! A lower DMA stream wins over a higher one of the same controller: input stands before output, or the
+//! SPI's FIFO overruns. The buffers are in the AXI SRAM, which DMA1 and DMA2 reach; the stack is not.
+//! The bridges' inputs need pull-downs on the power stage: the pins float until this code runs.
+
+mod analog;
+mod bridges;
+mod clocks;
+pub mod crash;
+mod encoders;
+mod inputs;
+pub mod link;
+mod storage;
+
+use embassy_executor::InterruptExecutor;
+use embassy_stm32::flash::Flash;
+use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
+use embassy_stm32::interrupt;
+use embassy_stm32::interrupt::{InterruptExt, Priority};
+use embassy_stm32::mode::Async;
+use embassy_stm32::spi::mode::Master;
+use embassy_stm32::spi::{self, Spi};
+use embassy_stm32::time::Hertz;
+use embassy_stm32::timer::qei::{self, Qei};
+use embassy_stm32::usart::Uart;
+use embassy_stm32::{bind_interrupts, dma, flash, pac, peripherals, usart};
+use embassy_time::Delay;
+use embedded_hal_bus::spi::ExclusiveDevice;
+use firmware::hardware::ResetCause;
+
+pub use analog::AnalogSequence;
+pub use bridges::{BridgePins, Tim1Bridges};
+pub use encoders::QuadratureCounters;
+pub use inputs::{CoreCycles, Lamps, RunningWatchdog, StopContact};
+pub use storage::ParameterFlash;
+
+bind_interrupts!(struct Interrupts {
+    DMA1_STREAM0 => dma::InterruptHandler<peripherals::DMA1_CH0>;
+    DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
+    DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
+    DMA2_STREAM1 => dma::InterruptHandler<peripherals::DMA2_CH1>;
+    DMA2_STREAM2 => dma::InterruptHandler<peripherals::DMA2_CH2>;
+    DMA2_STREAM3 => dma::InterruptHandler<peripherals::DMA2_CH3>;
+    DMA2_STREAM4 => dma::InterruptHandler<peripherals::DMA2_CH4>;
+    FLASH => flash::InterruptHandler;
+    USART3 => usart::InterruptHandler<peripherals::USART3>;
+});
+
+/// An IMU on its own bus.
+pub type Imu = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, Delay>;
+
+/// Everything the application runs on.
+pub struct Board {
+    /// Why the part started.
+    pub reset_cause: ResetCause,
+    /// What the run before said when it died.
+    pub last_words: Option<crash::LastWords>,
+    /// Motor bridges, open.
+    pub bridges: Tim1Bridges,
+    /// Motor encoders.
+    pub encoders: QuadratureCounters,
+    /// IMU on the reaction-mass arm.
+    pub chassis_imu: Imu,
+    /// IMU on the camera spar.
+    pub spar_imu: Imu,
+    /// Battery and currents.
+    pub analog: AnalogSequence,
+    /// Emergency stop.
+    pub emergency_stop: StopContact,
+    /// Watchdog, running.
+    pub watchdog: RunningWatchdog,
+    /// Cycle counter, running.
+    pub cycles: CoreCycles,
+    /// Armed and faulted lamps.
+    pub lamps: Lamps,
+    /// Lamp that blinks while the thread runs.
+    pub alive_lamp: Output<'static>,
+    /// The board's button: high while pressed.
+    pub user_button: Input<'static>,
+    /// Host link, out.
+    pub link_sender: link::LinkSender,
+    /// Host link, in.
+    pub link_receiver: link::LinkReceiver,
+    /// Stored parameters.
+    pub parameters: ParameterFlash,
+}
+
+impl Board {
+    /// Brings the board up. The bridges come first and open; the watchdog starts last, so that slow
+    /// parts of the bring-up (the converter's calibration takes 10 ms) do not count against it.
+    ///
+    /// # Panics
+    /// When called twice.
+    pub fn take() -> Self {
+        let p = embassy_stm32::init(clocks::config());
+        let mut core = cortex_m::Peripherals::take().expect("the board is taken once");
+        core.SCB.enable_icache();
+        guard_outputs();
+
+        let bridges = Tim1Bridges::new(
+            p.TIM1,
+            BridgePins {
+                left: p.PE9,
+                left_n: p.PE8,
+                right: p.PE11,
+                right_n: p.PE10,
+                camera: p.PE13,
+                camera_n: p.PE12,
+                break_input: p.PE15,
+            },
+        );
+        let reset_cause = inputs::take_reset_cause();
+        let last_words = crash::take();
+
+        let encoders = QuadratureCounters {
+            left: Qei::new(p.TIM2, p.PA15, p.PB3, encoder_config()),
+            right: Qei::new(p.TIM3, p.PC6, p.PC7, encoder_config()),
+            camera: Qei::new(p.TIM4, p.PD12, p.PD13, encoder_config()),
+        };
+        let chassis_imu = imu(
+            Spi::new(
+                p.SPI1,
+                p.PA5,
+                p.PB5,
+                p.PA6,
+                p.DMA2_CH1,
+                p.DMA2_CH0,
+                Interrupts,
+                imu_config(),
+            ),
+            Output::new(p.PD14, Level::High, Speed::VeryHigh),
+        );
+        let spar_imu = imu(
+            Spi::new(
+                p.SPI4,
+                p.PE2,
+                p.PE6,
+                p.PE5,
+                p.DMA2_CH3,
+                p.DMA2_CH2,
+                Interrupts,
+                imu_config(),
+            ),
+            Output::new(p.PE4, Level::High, Speed::VeryHigh),
+        );
+        let analog = AnalogSequence::new(p.ADC1, p.DMA2_CH4, Interrupts, [15, 10, 5, 18]);
+        let uart = Uart::new(
+            p.USART3,
+            p.PD9,
+            p.PD8,
+            p.DMA1_CH1,
+            p.DMA1_CH0,
+            Interrupts,
+            link::config(),
+        )
+        .expect("the link's settings are constants the part can do");
+        let (link_sender, link_receiver) = link::split(uart);
+
+        Self {
+            reset_cause,
+            last_words,
+            bridges,
+            encoders,
+            chassis_imu,
+            spar_imu,
+            analog,
+            emergency_stop: StopContact(Input::new(p.PG2, Pull::Up)),
+            cycles: CoreCycles::start(&mut core.DCB, &mut core.DWT),
+            lamps: Lamps {
+                armed: Output::new(p.PB0, Level::Low, Speed::Low),
+                faulted: Output::new(p.PB14, Level::Low, Speed::Low),
+            },
+            alive_lamp: Output::new(p.PE1, Level::Low, Speed::Low),
+            user_button: Input::new(p.PC13, Pull::None),
+            link_sender,
+            link_receiver,
+            parameters: ParameterFlash::new(Flash::new(p.FLASH, Interrupts)),
+            watchdog: RunningWatchdog::start(RunningWatchdog::configured(p.IWDG1)),
+        }
+    }
+}
+
+/// Both edges of both channels count, and a pull-up holds an unplugged encoder still.
+fn encoder_config() -> qei::Config {
+    let mut config = qei::Config::default();
+    config.ch1_pull = Pull::Up;
+    config.ch2_pull = Pull::Up;
+    config
+}
+
+/// The IMU samples on the clock's second edge, with the clock idle high.
+fn imu_config() -> spi::Config {
+    let mut config = spi::Config::default();
+    config.mode = spi::MODE_3;
+    config.frequency = IMU_CLOCK;
+    config
+}
+
+/// Bus clock of the IMUs, half of what they allow: a tick's burst takes 10 us.
+const IMU_CLOCK: Hertz = Hertz(12_500_000);
+
+fn imu(bus: Spi<'static, Async, Master>, select: Output<'static>) -> Imu {
+    match ExclusiveDevice::new(bus, select, Delay) {
+        Ok(device) => device,
+        Err(error) => match error {},
+    }
+}
+
+/// Connects what would leave the bridges running on their own to the hardware break: a locked-up core
+/// and damaged memory. A debugger that halts the core stops TIM1, which opens its outputs, and the
+/// watchdog with it.
+fn guard_outputs() {
+    /// SYSCFG's configuration register, which the register description leaves out, and its lock bits.
+    const SYSCFG_CFGR: *mut u32 = 0x5800_0418 as *mut u32;
+    const AXI_SRAM_LOCK: u32 = 1 << 15;
+    const DTCM_LOCK: u32 = 1 << 13;
+    const CORE_LOCKUP_LOCK: u32 = 1 << 6;
+    pac::RCC.apb4enr().modify(|w| w.set_syscfgen(true));
+    // SAFETY: a device register of this part, written once at start-up; its bits can only be set.
+    unsafe { SYSCFG_CFGR.write_volatile(CORE_LOCKUP_LOCK | DTCM_LOCK | AXI_SRAM_LOCK) };
+    pac::DBGMCU.apb2fzr1().modify(|w| w.set_tim1(true));
+    pac::DBGMCU.apb4fzr1().modify(|w| w.set_iwdg1(true));
+}
+
+/// The executor of the control task, above every other task.
+pub static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
+
+/// Starts the executor of the control task: below the drivers' interrupts, above the thread.
+pub fn start_control_executor() -> embassy_executor::SendSpawner {
+    interrupt::UART5.set_priority(Priority::P6);
+    CONTROL_EXECUTOR.start(interrupt::UART5)
+}
+
+#[interrupt]
+unsafe fn UART5() {
+    // SAFETY: the executor was started on this interrupt, and this is its handler.
+    unsafe { CONTROL_EXECUTOR.on_interrupt() }
+}

@@ -1,0 +1,141 @@
+//! The parameters' flash: the last two sectors of bank 2, so that erasing them does not stall code,
+//! which runs from bank 1.
+
+use embassy_stm32::flash::{Async, Error as DriverError, Flash};
+use embassy_stm32::pac;
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+
+/// Offset of the region from the start of the flash.
+const REGION_OFFSET: u32 = 14 * SECTOR_BYTES;
+/// One sector.
+const SECTOR_BYTES: u32 = 128 * 1024;
+/// Two sectors: the store needs one to move to while it keeps the other.
+const REGION_BYTES: u32 = 2 * SECTOR_BYTES;
+/// The unit the flash programs, and corrects errors over.
+const WORD_BYTES: usize = 32;
+/// Where the flash appears to the core.
+const FLASH_BASE: usize = 0x0800_0000;
+
+/// Bits of the system control block's `CCR` and `CFSR` used below.
+const CCR_BFHFNMIGN: u32 = 1 << 8;
+const CFSR_BUS_FAULTS: u32 = 0x0000_FF00;
+
+/// Why an access failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
+pub enum StorageError {
+    /// Outside the region, or not on a word's or a sector's boundary.
+    Bounds,
+    /// A word that two bit errors or more make unreadable, as a power cut in a write can leave.
+    Unreadable,
+    /// The flash refused to program or erase.
+    Program(DriverError),
+}
+
+impl NorFlashError for StorageError {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Self::Bounds => NorFlashErrorKind::OutOfBounds,
+            Self::Unreadable | Self::Program(_) => NorFlashErrorKind::Other,
+        }
+    }
+}
+
+/// The region.
+pub struct ParameterFlash(Flash<'static, Async>);
+
+impl ParameterFlash {
+    /// Takes the flash driver.
+    pub fn new(flash: Flash<'static, Async>) -> Self {
+        Self(flash)
+    }
+}
+
+impl ErrorType for ParameterFlash {
+    type Error = StorageError;
+}
+
+/// An offset into the region as one into the flash, with its length checked against the region's.
+fn flash_offset(offset: u32, length: usize) -> Result<u32, StorageError> {
+    let end = u32::try_from(length)
+        .ok()
+        .and_then(|length| offset.checked_add(length))
+        .ok_or(StorageError::Bounds)?;
+    if end > REGION_BYTES {
+        return Err(StorageError::Bounds);
+    }
+    Ok(REGION_OFFSET + offset)
+}
+
+impl ReadNorFlash for ParameterFlash {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), StorageError> {
+        let mut address = FLASH_BASE + flash_offset(offset, bytes.len())? as usize;
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            // At most one word with interrupts off.
+            let length = rest.len().min(WORD_BYTES - address % WORD_BYTES);
+            let (piece, after) = rest.split_at_mut(length);
+            read_guarded(address, piece)?;
+            address += length;
+            rest = after;
+        }
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        REGION_BYTES as usize
+    }
+}
+
+impl NorFlash for ParameterFlash {
+    const WRITE_SIZE: usize = WORD_BYTES;
+    const ERASE_SIZE: usize = SECTOR_BYTES as usize;
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), StorageError> {
+        let offset = flash_offset(offset, bytes.len())?;
+        self.0.write(offset, bytes).await.map_err(StorageError::Program)
+    }
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), StorageError> {
+        let length = to.checked_sub(from).ok_or(StorageError::Bounds)?;
+        let from = flash_offset(from, length as usize)?;
+        self.0.erase(from, from + length).await.map_err(StorageError::Program)
+    }
+}
+
+/// Copies out of one flash word. A word with an uncorrectable error answers with a bus fault, which at
+/// boot would repeat for ever; here it is masked and becomes an error.
+fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), StorageError> {
+    let bank = pac::FLASH.bank(1);
+    bank.ccr().write(|w| w.set_clr_dbeccerr(true));
+    // SAFETY: the system control block is a device of the core, and nothing else in this program writes
+    // CCR after start-up nor reads CFSR outside a fault handler, which cannot run while FAULTMASK is set.
+    let scb = unsafe { &*cortex_m::peripheral::SCB::PTR };
+    let (damaged, faulted);
+    // SAFETY: FAULTMASK raises the priority above every handler but NMI and is lowered again below; with
+    // BFHFNMIGN a data bus fault is then ignored. The address lies in the flash, checked by the caller.
+    unsafe {
+        cortex_m::asm::dsb();
+        core::arch::asm!("cpsid f", options(nomem, nostack));
+        scb.ccr.modify(|w| w | CCR_BFHFNMIGN);
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+        for (n, byte) in bytes.iter_mut().enumerate() {
+            *byte = core::ptr::read_volatile((address + n) as *const u8);
+        }
+        cortex_m::asm::dsb();
+        faulted = scb.cfsr.read() & CFSR_BUS_FAULTS != 0;
+        // Written ones clear.
+        scb.cfsr.write(CFSR_BUS_FAULTS);
+        scb.ccr.modify(|w| w & !CCR_BFHFNMIGN);
+        cortex_m::asm::dsb();
+        core::arch::asm!("cpsie f", options(nomem, nostack));
+    }
+    damaged = bank.sr().read().dbeccerr();
+    bank.ccr().write(|w| w.set_clr_dbeccerr(true));
+    if damaged || faulted {
+        return Err(StorageError::Unreadable);
+    }
+    Ok(())
+}

@@ -1,0 +1,13 @@
+//! The drive board's firmware: the vehicle application on the reference board.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod application;
+#[cfg(target_os = "none")]
+mod board;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("the drive board's firmware runs on its own part: `cargo build-board`, `cargo flash-board`");
+    std::process::exit(2);
+}

@@ -1,0 +1,544 @@
+//! A run: the emulated core on a thread of its own, told by the caller how far to go and what to do
+//! where it stands.
+//!
+//! The two threads take turns, so a run is as deterministic as if there were one.
+
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
+
+use rigless::emulator::{self, AccessKind, Driver, Host, Settled, Start, Stop, Watch};
+use rigless::image;
+use rigless::machine::Board;
+use rigless::mcu::Operate;
+use rigless::session::Session;
+use rigless::snapshot::{self, Snapshot};
+use rigless::soc::Width;
+use rigless::time::VirtualNanos;
+
+use crate::board::{DriveBoard, INSTRUCTIONS_PER_SECOND};
+use crate::elf::Firmware;
+use crate::gaps::{self, Gap};
+use crate::plant::{BridgeState, ClosedPlant, MOTORS};
+use crate::{Error, MS, rtt};
+
+/// TIM5, the clock of the firmware's tasks: status and event generation registers.
+const TASK_CLOCK_STATUS: u64 = 0x4000_0C10;
+const TASK_CLOCK_EVENTS: u64 = 0x4000_0C14;
+/// Its four compare flags.
+const COMPARE_FLAGS: u64 = 0x1E;
+
+/// How a run is made.
+#[derive(Debug, Clone, Copy)]
+pub struct Settings {
+    /// Virtual time between two steps of the plant in ns.
+    pub plant_interval: u64,
+    /// Instructions a second of virtual time.
+    pub instructions_per_second: u64,
+    /// Virtual time between two drains of the log in ns.
+    pub log_interval: u64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            plant_interval: MS,
+            instructions_per_second: INSTRUCTIONS_PER_SECOND,
+            log_interval: 5 * MS,
+        }
+    }
+}
+
+/// A watched instruction the core arrived at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hit {
+    /// The instruction.
+    pub address: u64,
+    /// Instructions retired before it.
+    pub instructions: u64,
+    /// Virtual time in ns.
+    pub at: u64,
+}
+
+/// Memory read at every step of the plant: the firmware's flight record.
+#[derive(Debug, Clone, Default)]
+pub struct Probe {
+    address: u64,
+    words: u64,
+    /// What was read, `words` 32-bit words a step.
+    pub samples: Vec<u32>,
+}
+
+/// What the run keeps beside the board.
+struct State {
+    plant: Box<dyn ClosedPlant>,
+    settings: Settings,
+    rtt_block: u64,
+    /// Instants of the steps of the plant are multiples of its interval from here, so that an instruction
+    /// that runs past a stop does not shift those after it.
+    stepped_at: u64,
+    next_step: u64,
+    next_drain: u64,
+    log: Vec<u8>,
+    bridges: [BridgeState; MOTORS],
+    hits: Vec<Hit>,
+    probe: Option<Probe>,
+    failure: Option<Error>,
+}
+
+impl State {
+    fn fork(&self) -> Self {
+        Self {
+            plant: self.plant.fork(),
+            settings: self.settings,
+            log: self.log.clone(),
+            bridges: self.bridges,
+            hits: Vec::new(),
+            probe: None,
+            failure: None,
+            ..*self
+        }
+    }
+
+    fn step_plant(&mut self, now: u64, session: &mut Session<DriveBoard>, host: &mut dyn Host) {
+        let board = session.board_mut();
+        self.bridges = board.bridges();
+        let seconds = (now - self.stepped_at) as f64 * 1e-9;
+        let sensed = self.plant.step(seconds, &self.bridges);
+        board.sense(VirtualNanos(now), &sensed);
+        self.stepped_at = now;
+        if let Some(probe) = &mut self.probe {
+            for n in 0..probe.words {
+                match host.read(probe.address + 4 * n, Width::W32) {
+                    Ok(word) => probe.samples.push(word as u32),
+                    Err(error) => self.failure = Some(error.into()),
+                }
+            }
+        }
+    }
+}
+
+/// The board where the run stands, between two instructions.
+pub struct Stopped<'a> {
+    session: &'a mut Session<DriveBoard>,
+    host: &'a mut dyn Host,
+    state: &'a mut State,
+    stop: Stop,
+    digest: &'a [u8; 32],
+}
+
+impl Stopped<'_> {
+    /// The board.
+    pub fn board(&mut self) -> &mut DriveBoard {
+        self.session.board_mut()
+    }
+
+    /// Virtual time in ns.
+    pub fn now(&self) -> u64 {
+        self.stop.at.0
+    }
+
+    /// Instructions retired so far.
+    pub fn instructions(&self) -> u64 {
+        self.stop.instruction_count
+    }
+
+    /// Restarts so far: when, and whose.
+    pub fn resets(&self) -> Vec<(u64, String)> {
+        let resets = self.session.resets().iter();
+        resets.map(|reset| (reset.at.0, format!("{:?}", reset.cause))).collect()
+    }
+
+    /// Reads memory.
+    ///
+    /// # Errors
+    /// Outside the part's memory.
+    pub fn read(&mut self, address: u64, length: usize) -> Result<Vec<u8>, Error> {
+        (address..)
+            .take(length)
+            .map(|at| Ok(self.host.read(at, Width::W8)? as u8))
+            .collect()
+    }
+
+    /// Reads a word of memory.
+    ///
+    /// # Errors
+    /// Outside the part's memory.
+    pub fn read_word(&mut self, address: u64) -> Result<u32, Error> {
+        Ok(self.host.read(address, Width::W32)? as u32)
+    }
+
+    /// Writes RAM, or changes flash as a programmer would.
+    ///
+    /// # Errors
+    /// Outside the part's memory.
+    pub fn write(&mut self, address: u64, bytes: &[u8]) -> Result<(), Error> {
+        for (at, byte) in (address..).zip(bytes) {
+            let byte = u64::from(*byte);
+            if self.host.write(at, Width::W8, byte).is_err() {
+                self.host.program(at, Width::W8, byte)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads a register of a peripheral as the core would.
+    ///
+    /// # Errors
+    /// Where the bus answers no read.
+    pub fn register(&mut self, address: u64) -> Result<u32, Error> {
+        let at = self.stop.at;
+        let word = self.session.mcu().read(at, address, Width::W32);
+        word.map(|word| word as u32).map_err(|fault| Error::Core(format!("{fault:?}")))
+    }
+
+    /// Bridges as the plant last saw them.
+    pub fn bridges(&mut self) -> [BridgeState; MOTORS] {
+        self.session.board_mut().bridges()
+    }
+
+    /// Records every arrival at an instruction from now on.
+    pub fn watch(&mut self, address: u64) {
+        self.session.watch(Watch::Instruction(address));
+    }
+
+    /// Takes the recorded arrivals.
+    pub fn take_hits(&mut self) -> Vec<Hit> {
+        std::mem::take(&mut self.state.hits)
+    }
+
+    /// Reads `words` 32-bit words from `address` at every step of the plant from now on.
+    pub fn probe(&mut self, address: u64, words: u64) {
+        self.state.probe = Some(Probe {
+            address,
+            words,
+            samples: Vec::new(),
+        });
+    }
+
+    /// Takes what the probe read.
+    pub fn take_probe(&mut self) -> Vec<u32> {
+        self.state
+            .probe
+            .as_mut()
+            .map(|probe| std::mem::take(&mut probe.samples))
+            .unwrap_or_default()
+    }
+
+    /// The log so far, as it came through the probe.
+    pub fn log_bytes(&mut self) -> Result<Vec<u8>, Error> {
+        rtt::drain(self.state.rtt_block, self.host, &mut self.state.log)?;
+        Ok(self.state.log.clone())
+    }
+
+    /// Everything the emulated part could not stand in for.
+    pub fn gaps(&self) -> Vec<Gap> {
+        gaps::of(self.session)
+    }
+
+    /// Pulls the reset pin.
+    pub fn reset_by_pin(&mut self) {
+        let (at, instructions) = (self.stop.at, self.stop.instruction_count);
+        self.session.reset_by_pin(at, instructions, self.host);
+    }
+}
+
+type Task = Box<dyn FnOnce(&mut Stopped<'_>) + Send>;
+
+enum Order {
+    Do(Task),
+    RunUntil(u64),
+    End,
+}
+
+/// The emulator's side of the run.
+struct Conductor {
+    state: State,
+    orders: Receiver<Order>,
+    arrivals: Sender<u64>,
+    target: u64,
+    digest: [u8; 32],
+}
+
+impl Driver<DriveBoard> for Conductor {
+    fn on_settled(&mut self, session: &mut Session<DriveBoard>, _: &mut dyn Host, settled: Settled) {
+        match settled {
+            // A software update event of a timer sets its compare flags in this model while the compare
+            // registers are zero. The part does not, and the firmware's clock would take the flag for half
+            // a period gone by. Taken back here.
+            Settled::Access { access, .. }
+                if access.address == TASK_CLOCK_EVENTS && access.kind == AccessKind::Write =>
+            {
+                let kept = u64::from(u32::MAX) & !COMPARE_FLAGS;
+                let at = access.virtual_time;
+                if let Err(fault) = session.mcu().write(at, TASK_CLOCK_STATUS, Width::W32, kept) {
+                    self.state.failure = Some(Error::Core(format!("{fault:?}")));
+                }
+            }
+            Settled::Hit(hit) => self.state.hits.push(Hit {
+                address: hit.address,
+                instructions: hit.instruction_count,
+                at: hit.at.0,
+            }),
+            _ => {}
+        }
+    }
+
+    fn on_stop(&mut self, session: &mut Session<DriveBoard>, stop: Stop, host: &mut dyn Host) -> Option<VirtualNanos> {
+        let now = stop.at.0;
+        if now >= self.state.next_step {
+            self.state.step_plant(now, session, host);
+            let interval = self.state.settings.plant_interval;
+            self.state.next_step = (now / interval + 1) * interval;
+        }
+        if now >= self.state.next_drain {
+            if let Err(error) = rtt::drain(self.state.rtt_block, host, &mut self.state.log) {
+                self.state.failure = Some(error.into());
+            }
+            self.state.next_drain = now + self.state.settings.log_interval;
+        }
+        while now >= self.target {
+            self.arrivals.send(now).ok()?;
+            // A caller that is gone ends the run as one that says so.
+            loop {
+                match self.orders.recv().unwrap_or(Order::End) {
+                    Order::Do(task) => task(&mut Stopped {
+                        session,
+                        host,
+                        state: &mut self.state,
+                        stop,
+                        digest: &self.digest,
+                    }),
+                    Order::RunUntil(target) => {
+                        self.target = target;
+                        break;
+                    }
+                    Order::End => return None,
+                }
+            }
+        }
+        Some(VirtualNanos(self.target.min(self.state.next_step)))
+    }
+}
+
+/// A firmware running on the board.
+pub struct Emulation {
+    orders: Sender<Order>,
+    arrivals: Receiver<u64>,
+    thread: Option<JoinHandle<Result<(), Error>>>,
+    now: u64,
+}
+
+/// A run stood still, from which others go on.
+pub struct Frozen {
+    snapshot: Snapshot,
+    state: State,
+}
+
+impl Emulation {
+    /// Powers the board up with `firmware` in its flash and stops at the first step of the plant.
+    ///
+    /// # Errors
+    /// When the emulated part or core cannot be made, or ends at once.
+    pub fn power_on(firmware: &Firmware, plant: Box<dyn ClosedPlant>, settings: Settings) -> Result<Self, Error> {
+        Self::power_on_with(firmware, plant, settings, &[])
+    }
+
+    /// [`Emulation::power_on`] with more in its flash: addresses and bytes, as an earlier run left them.
+    ///
+    /// # Errors
+    /// As [`Emulation::power_on`].
+    pub fn power_on_with(
+        firmware: &Firmware,
+        plant: Box<dyn ClosedPlant>,
+        settings: Settings,
+        contents: &[(u64, Vec<u8>)],
+    ) -> Result<Self, Error> {
+        let mut images = vec![firmware.image().clone()];
+        for (address, bytes) in contents {
+            images.push(image::Image::new(firmware.path(), bytes.clone(), Some(*address))?);
+        }
+        let state = State {
+            plant,
+            settings,
+            rtt_block: firmware.rtt_block(),
+            stepped_at: 0,
+            next_step: 0,
+            next_drain: 0,
+            log: Vec::new(),
+            bridges: [BridgeState::Open; MOTORS],
+            hits: Vec::new(),
+            probe: None,
+            failure: None,
+        };
+        Self::start(images, state, None)
+    }
+
+    fn start(images: Vec<image::Image>, state: State, from: Option<&Snapshot>) -> Result<Self, Error> {
+        let digest = image::digest(&images, None);
+        let board = Box::new(DriveBoard::new(state.settings.instructions_per_second)?);
+        let first = VirtualNanos(state.settings.plant_interval);
+        let mut session = Session::new(board, 0, first).map_err(|error| Error::Core(error.to_string()))?;
+        let resume = match from {
+            Some(snapshot) => {
+                let resume = snapshot.restore(&mut session, &digest, &mut Nothing {})?;
+                session.run_until(VirtualNanos(snapshot.stop().at.0 + 1));
+                Some(resume)
+            }
+            None => None,
+        };
+        let (orders, orders_taken) = channel();
+        let (arrivals, arrivals_taken) = channel();
+        let conductor = Conductor {
+            state,
+            orders: orders_taken,
+            arrivals,
+            target: 0,
+            digest,
+        };
+        let thread = std::thread::spawn(move || {
+            let mut start = Start::new(&images);
+            start.resume = resume.as_ref();
+            let finished = emulator::run(session, &start, conductor)?;
+            match finished.driver.state.failure {
+                Some(failure) => Err(failure),
+                None => Ok(()),
+            }
+        });
+        let mut emulation = Self {
+            orders,
+            arrivals: arrivals_taken,
+            thread: Some(thread),
+            now: 0,
+        };
+        emulation.arrive()?;
+        Ok(emulation)
+    }
+
+    /// Virtual time in ns.
+    pub fn now(&self) -> u64 {
+        self.now
+    }
+
+    /// Runs for a span of virtual time in ns.
+    ///
+    /// # Errors
+    /// When the run ends before.
+    pub fn run_for(&mut self, span: u64) -> Result<(), Error> {
+        self.run_until(self.now + span)
+    }
+
+    /// Runs until an instant in ns.
+    ///
+    /// # Errors
+    /// When the run ends before.
+    pub fn run_until(&mut self, instant: u64) -> Result<(), Error> {
+        if self.orders.send(Order::RunUntil(instant)).is_err() {
+            return Err(self.ended());
+        }
+        self.arrive()
+    }
+
+    /// Does something where the run stands.
+    ///
+    /// # Errors
+    /// When the run has ended.
+    pub fn at<T: Send + 'static>(
+        &mut self,
+        task: impl FnOnce(&mut Stopped<'_>) -> T + Send + 'static,
+    ) -> Result<T, Error> {
+        let (answer, answered) = channel();
+        let task: Task = Box::new(move |stopped| {
+            // The caller waits for the answer below.
+            let _ = answer.send(task(stopped));
+        });
+        if self.orders.send(Order::Do(task)).is_err() {
+            return Err(self.ended());
+        }
+        answered.recv().map_err(|_| self.ended())
+    }
+
+    /// Sends bytes down the host link.
+    ///
+    /// # Errors
+    /// When the run has ended.
+    pub fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        let bytes = bytes.to_vec();
+        self.at(move |stopped| stopped.board().wire().send(&bytes))
+    }
+
+    /// Takes what came up the host link.
+    ///
+    /// # Errors
+    /// When the run has ended.
+    pub fn receive(&mut self) -> Result<Vec<u8>, Error> {
+        self.at(|stopped| stopped.board().wire().take())
+    }
+
+    /// Keeps the run as it stands.
+    ///
+    /// # Errors
+    /// When a reset is under way.
+    pub fn freeze(&mut self) -> Result<Frozen, Error> {
+        self.at(|stopped| {
+            let state = stopped.state.fork();
+            let (stop, digest) = (stopped.stop, *stopped.digest);
+            let taken = snapshot::take(stopped.session, stopped.host, stop, &digest, &Nothing {})?;
+            // The emulator reads snapshots from files only.
+            let name = format!("board-emulator-{}-{:?}.snap", std::process::id(), std::thread::current().id());
+            let path = std::env::temp_dir().join(name);
+            let read = |source| Error::Read {
+                path: path.clone(),
+                source,
+            };
+            std::fs::write(&path, &taken.file).map_err(read)?;
+            let snapshot = Snapshot::read(&path)?;
+            std::fs::remove_file(&path).map_err(read)?;
+            Ok(Frozen { snapshot, state })
+        })?
+    }
+
+    fn arrive(&mut self) -> Result<(), Error> {
+        match self.arrivals.recv() {
+            Ok(now) => {
+                self.now = now;
+                Ok(())
+            }
+            Err(_) => Err(self.ended()),
+        }
+    }
+
+    /// Why the emulator's thread is gone.
+    fn ended(&mut self) -> Error {
+        match self.thread.take().map(JoinHandle::join) {
+            Some(Ok(Err(error))) => error,
+            Some(Err(_)) => Error::Core("the emulator panicked".to_owned()),
+            Some(Ok(Ok(()))) | None => Error::Core("the run has ended".to_owned()),
+        }
+    }
+}
+
+impl Frozen {
+    /// Goes on from the frozen run; `firmware` must be the one it ran.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub fn thaw(&self, firmware: &Firmware) -> Result<Emulation, Error> {
+        Emulation::start(vec![firmware.image().clone()], self.state.fork(), Some(&self.snapshot))
+    }
+}
+
+impl Drop for Emulation {
+    fn drop(&mut self) {
+        // A run that ended on its own has nobody to hear this.
+        let _ = self.orders.send(Order::End);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// What a snapshot keeps of this side of the run: nothing, [`Frozen`] does.
+struct Nothing {}
+rigless::store!(Nothing { values: [], parts: [], built: [] });
+
+const _: fn(&DriveBoard) -> &'static str = <DriveBoard as Board>::name;

@@ -1,0 +1,70 @@
+//! Where the emulated part could not stand in for the real one, and which of those are known not to
+//! matter here.
+
+use rigless::session::Session;
+
+use crate::board::DriveBoard;
+
+/// One place.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Gap {
+    /// What kind of place: `unmapped`, `refused`, `unimplemented`, `undefined`, `unrouted`, `told`.
+    pub kind: &'static str,
+    /// The instance and register, or the address.
+    pub place: String,
+    /// What happened there.
+    pub detail: String,
+}
+
+/// A gap that does not matter, and why.
+#[derive(Debug, Clone, Copy)]
+pub struct Allowed {
+    /// Its kind.
+    pub kind: &'static str,
+    /// Its place.
+    pub place: &'static str,
+    /// Why it does not matter.
+    pub reason: &'static str,
+}
+
+/// Every gap this firmware may reach.
+pub const ALLOWED: &[Allowed] = &[];
+
+/// The gaps of a run.
+pub fn of(session: &Session<DriveBoard>) -> Vec<Gap> {
+    let mut gaps = Vec::new();
+    let mut note = |kind, place: String, detail: String| gaps.push(Gap { kind, place, detail });
+    for gap in session.unmapped() {
+        note("unmapped", format!("{:#010x}", gap.address), format!("pc {:#010x}", gap.program_counter));
+    }
+    for (address, fault) in session.refused() {
+        note("refused", format!("{address:#010x}"), format!("{fault:?}"));
+    }
+    for gap in session.unimplemented().values() {
+        let detail = format!("{} reads, {} writes, last {:x?}", gap.reads, gap.writes, gap.written);
+        note("unimplemented", format!("{}.{}", gap.instance, gap.register), detail);
+    }
+    for (address, gap) in session.undefined() {
+        let detail = format!("{} reads, {} writes at {address:#010x}", gap.reads, gap.writes);
+        note("undefined", gap.instance.to_owned(), detail);
+    }
+    for (instance, line) in session.unrouted() {
+        note("unrouted", format!("{instance}.{line}"), String::new());
+    }
+    for gap in session.told() {
+        note("told", format!("{}.{}", gap.instance, gap.register), gap.reason.to_owned());
+    }
+    gaps
+}
+
+/// The gaps nobody has reasoned away.
+pub fn unexpected(gaps: &[Gap]) -> Vec<Gap> {
+    gaps.iter()
+        .filter(|gap| {
+            !ALLOWED
+                .iter()
+                .any(|allowed| allowed.kind == gap.kind && allowed.place == gap.place)
+        })
+        .cloned()
+        .collect()
+}

@@ -1,0 +1,31 @@
+//! The release firmware on an emulated drive board, with a vehicle closed around it.
+//!
+//! The ELF is the one that is flashed, unmodified: start-up code, clock tree, timers, DMA, interrupts,
+//! memory layout and log are all under test. [`Emulation`] runs it in virtual time; a
+//! [`plant::ClosedPlant`] answers the bridges' voltages with encoder edges, IMU registers and voltages
+//! on analogue pins; [`gaps`] lists every place where the emulated part could not stand in for the
+//! real one.
+//!
+//! Time is a fixed number of instructions a second, so the emulator counts work, not cycles: it shows
+//! what the firmware does and when in its own time, not how long a cache miss takes.
+
+pub mod board;
+pub mod build;
+pub mod elf;
+mod emulation;
+mod error;
+pub mod gaps;
+pub mod link;
+mod part;
+pub mod plant;
+mod rtt;
+mod watchdog;
+
+pub use elf::Firmware;
+pub use emulation::{Emulation, Frozen, Hit, Settings, Stopped};
+pub use error::Error;
+
+/// One millisecond of virtual time in ns.
+pub const MS: u64 = 1_000_000;
+/// One microsecond of virtual time in ns.
+pub const US: u64 = 1_000;
