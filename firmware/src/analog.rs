@@ -1,16 +1,17 @@
 //! The analogue task: battery voltage and motor currents, once a tick.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::{Duration, Instant};
 use model::sample::TICK_US;
 
 use crate::hardware::AnalogInputs;
+use crate::ticks::aligned;
 use crate::topics::Topics;
 use crate::watchdog::Critical;
 
 /// Reads the inputs every tick and publishes them. A failed reading is not published: it goes stale.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut inputs: impl AnalogInputs) -> ! {
-    let mut ticker = Ticker::every(Duration::from_micros(u64::from(TICK_US)));
+    let mut ticker = aligned(Duration::from_micros(u64::from(TICK_US)));
     loop {
         ticker.next().await;
         let at = Instant::now();

@@ -2,12 +2,13 @@
 //! drives the bridges.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant, Ticker, with_timeout};
+use embassy_time::{Duration, Instant, with_timeout};
 use model::sample::{Actuation, ImuRaw, ImuSample, Sample, TICK_US};
 use model::supervise::arming::Request;
 use model::tick::{Command, VehicleCore};
 
 use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop};
+use crate::ticks::aligned;
 use crate::topics::{DriveCommand, TickCycles, Topics};
 use crate::watchdog::Critical;
 
@@ -66,7 +67,7 @@ where
     bridges.apply(&Actuation::SAFE);
     let mut cycles = TickCycles::default();
     let mut tick = 0_u32;
-    let mut ticker = Ticker::every(Duration::from_micros(u64::from(TICK_US)));
+    let mut ticker = aligned(Duration::from_micros(u64::from(TICK_US)));
     loop {
         ticker.next().await;
         // The IMU's burst takes some tens of microseconds; without it the tick goes on and the

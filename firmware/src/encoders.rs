@@ -1,10 +1,11 @@
 //! The encoder task: hardware counters, extended to 64 bits, once a tick.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::{Duration, Instant};
 use model::sample::{MOTORS, TICK_US};
 
 use crate::hardware::EncoderCounters;
+use crate::ticks::aligned;
 use crate::topics::Topics;
 use crate::watchdog::Critical;
 
@@ -37,7 +38,7 @@ impl CountExtender {
 /// Reads the counters every tick and publishes them.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut counters: impl EncoderCounters) -> ! {
     let mut extenders = [CountExtender::default(); MOTORS];
-    let mut ticker = Ticker::every(Duration::from_micros(u64::from(TICK_US)));
+    let mut ticker = aligned(Duration::from_micros(u64::from(TICK_US)));
     loop {
         ticker.next().await;
         let at = Instant::now();

@@ -5,10 +5,11 @@
 //! Register names and values are the data sheet's (DS-000347), bank 0.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant, Ticker, Timer};
+use embassy_time::{Duration, Instant, Timer};
 use embedded_hal_async::spi::{Operation, SpiDevice};
 use model::sample::{ImuRaw, TICK_US};
 
+use crate::ticks::aligned;
 use crate::topics::{Topic, Topics};
 use crate::watchdog::Critical;
 
@@ -195,7 +196,7 @@ async fn serve<M: RawMutex, S: SpiDevice>(topics: &Topics<M>, place: Place, imu:
         Place::Chassis => &topics.chassis_imu,
         Place::Spar => &topics.spar_imu,
     };
-    let mut ticker = Ticker::every(Duration::from_micros(u64::from(TICK_US)));
+    let mut ticker = aligned(Duration::from_micros(u64::from(TICK_US)));
     let mut failures = 0;
     while failures < RESTART_AFTER {
         ticker.next().await;

@@ -28,5 +28,6 @@ pub mod hardware;
 pub mod imu;
 pub mod link;
 pub mod log_task;
+mod ticks;
 pub mod topics;
 pub mod watchdog;

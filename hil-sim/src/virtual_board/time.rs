@@ -1,0 +1,141 @@
+//! Virtual time: embassy-time's clock and alarms, one set a thread.
+//!
+//! The firmware's tasks ask embassy-time for the time as they do on the board. Here it stands still
+//! until [`VirtualTime::advance_to`] moves it. Each thread has its own clock, so tests that run side by
+//! side in one process do not share time by accident; two vehicles in one thread are refused.
+
+use std::cell::{Cell, RefCell};
+use std::task::Waker;
+
+use embassy_time_driver::Driver;
+use embassy_time_queue_utils::Queue;
+
+/// The vehicle's clock could not be had: this thread runs another vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("this thread already runs a virtual vehicle: one at a time, or one a thread")]
+pub struct ClockTaken;
+
+struct Clock {
+    now_us: Cell<u64>,
+    taken: Cell<bool>,
+    queue: RefCell<Queue>,
+}
+
+thread_local! {
+    static CLOCK: Clock =
+        const { Clock { now_us: Cell::new(0), taken: Cell::new(false), queue: RefCell::new(Queue::new()) } };
+}
+
+struct ThreadClock;
+
+impl Driver for ThreadClock {
+    fn now(&self) -> u64 {
+        CLOCK.with(|clock| clock.now_us.get())
+    }
+
+    fn schedule_wake(&self, at: u64, waker: &Waker) {
+        CLOCK.with(|clock| {
+            clock.queue.borrow_mut().schedule_wake(at, waker);
+        });
+    }
+}
+
+// The driver's two entry points are linked by name; the macro exports them.
+#[allow(unsafe_code)]
+mod driver {
+    use super::ThreadClock;
+    embassy_time_driver::time_driver_impl!(static DRIVER: ThreadClock = ThreadClock);
+}
+
+/// This thread's clock, from 0, until dropped.
+#[derive(Debug)]
+pub struct VirtualTime {
+    /// Not to be sent: the clock belongs to the thread.
+    _not_send: std::marker::PhantomData<*const ()>,
+}
+
+impl VirtualTime {
+    /// Takes the thread's clock and sets it to 0.
+    ///
+    /// # Errors
+    /// [`ClockTaken`] while another vehicle of this thread has it.
+    pub fn take() -> Result<Self, ClockTaken> {
+        CLOCK.with(|clock| {
+            if clock.taken.replace(true) {
+                return Err(ClockTaken);
+            }
+            clock.now_us.set(0);
+            *clock.queue.borrow_mut() = Queue::new();
+            Ok(Self {
+                _not_send: std::marker::PhantomData,
+            })
+        })
+    }
+
+    /// The time, us.
+    pub fn now_us(&self) -> u64 {
+        CLOCK.with(|clock| clock.now_us.get())
+    }
+
+    /// Wakes what is due and returns when the next alarm is due (`u64::MAX` if none is set).
+    pub fn next_alarm_us(&self) -> u64 {
+        CLOCK.with(|clock| clock.queue.borrow_mut().next_expiration(clock.now_us.get()))
+    }
+
+    /// Moves the clock forward.
+    pub fn advance_to(&self, now_us: u64) {
+        CLOCK.with(|clock| clock.now_us.set(clock.now_us.get().max(now_us)));
+    }
+}
+
+impl Drop for VirtualTime {
+    fn drop(&mut self) {
+        CLOCK.with(|clock| clock.taken.set(false));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use embassy_time::{Duration, Instant, Timer};
+    use futures_executor::LocalPool;
+    use futures_util::task::LocalSpawnExt;
+
+    use super::*;
+
+    #[test]
+    fn a_timer_fires_exactly_when_the_clock_gets_there() {
+        let time = VirtualTime::take().expect("free");
+        let mut pool = LocalPool::new();
+        let fired = std::rc::Rc::new(Cell::new(None));
+        let seen = fired.clone();
+        pool.spawner()
+            .spawn_local(async move {
+                Timer::after(Duration::from_micros(1500)).await;
+                seen.set(Some(Instant::now().as_micros()));
+            })
+            .expect("spawns");
+        pool.run_until_stalled();
+        assert_eq!(time.next_alarm_us(), 1500);
+        time.advance_to(1499);
+        assert_eq!(time.next_alarm_us(), 1500);
+        pool.run_until_stalled();
+        assert_eq!(fired.get(), None);
+        time.advance_to(1500);
+        assert_eq!(time.next_alarm_us(), u64::MAX);
+        pool.run_until_stalled();
+        assert_eq!(fired.get(), Some(1500));
+    }
+
+    #[test]
+    fn a_thread_has_one_clock_and_another_thread_its_own() {
+        let time = VirtualTime::take().expect("free");
+        assert_eq!(VirtualTime::take().expect_err("taken"), ClockTaken);
+        time.advance_to(77);
+        let other = std::thread::spawn(|| VirtualTime::take().map(|t| t.now_us()))
+            .join()
+            .expect("thread ends");
+        assert_eq!(other, Ok(0));
+        drop(time);
+        assert_eq!(VirtualTime::take().expect("free again").now_us(), 0);
+    }
+}
