@@ -120,18 +120,31 @@ impl<T: Real> SpatialParameters<T> {
     }
 
     /// The yaw rate above which spinning on the spot on level ground, reaction mass hanging, is
-    /// unstable (a Hopf bifurcation; for L < 1 and no reflected rotor inertia), or `None` where it is
-    /// stable at every rate.
+    /// unstable, or `None` where it is stable at every rate.
     ///
-    /// psi'^2 = (1 + mu - aL)^2 / [L k h + a L^2 k (1 - L)] with k = 1 + mu - a and
-    /// h = 1 + mu + aL^2 - 2aL (erratum E26); the thesis does not have it.
+    /// With m11 = 1 + mu + nu, m12 = aL + nu, D = m11 (aL^2 + nu) - m12^2 and h = 1 + mu + aL^2 - 2aL the
+    /// coupled motion of v and phi has a Hopf bifurcation, whatever the (non-zero) damping, at
+    ///
+    /// ```text
+    /// psi'^2 = (m11 - m12)^2 / [h (L m11 - m12) + D (1 - L)]
+    /// ```
+    ///
+    /// (erratum E26; without rotors the denominator is L k h + a L^2 k (1 - L) with k = 1 + mu - a). An
+    /// arm longer than the wheel's radius may tip out first, at psi'^2 = 1 / (L - 1).
     pub fn spin_stability_limit(&self) -> Option<T> {
-        let (a, l, wheel) = (self.alpha, self.l, T::ONE + self.mu);
-        let al = a * l;
-        let k = wheel - a;
-        let h = wheel + al * l - (al + al);
-        let denominator = l * k * h + al * l * k * (T::ONE - l);
-        (denominator > T::ZERO).then(|| (wheel - al).abs() / denominator.sqrt())
+        let (l, one) = (self.l, T::ONE);
+        let al = self.alpha * l;
+        let (m11, m12, m22) = (one + self.mu + self.nu, al + self.nu, al * l + self.nu);
+        let h = m11 + m22 - (m12 + m12);
+        let denominator = h * (l * m11 - m12) + (m11 * m22 - m12 * m12) * (one - l);
+        let difference = m11 - m12;
+        let hopf = (denominator > T::ZERO).then(|| difference * difference / denominator);
+        let tips = (l > one).then(|| one / (l - one));
+        let square = match (hopf, tips) {
+            (Some(a), Some(b)) => Some(if a < b { a } else { b }),
+            (a, b) => a.or(b),
+        };
+        square.map(T::sqrt)
     }
 }
 
