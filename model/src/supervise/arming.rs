@@ -262,7 +262,9 @@ mod tests {
     fn a_stop_ends_at_rest_or_in_time() {
         let mut arming = armed();
         arming.step(&fault(Fault::CommandTimeout));
-        let ticks = (1..).find(|_| arming.step(&CLEAR) == Mode::Disarmed).expect("ends");
+        let ticks = (1..10_000)
+            .find(|_| arming.step(&CLEAR) == Mode::Disarmed)
+            .expect("ends");
         assert_eq!(ticks, REST_TICKS);
         let mut arming = armed();
         arming.step(&fault(Fault::CommandTimeout));
@@ -270,7 +272,9 @@ mod tests {
             at_rest: false,
             ..CLEAR
         };
-        let ticks = (1..).find(|_| arming.step(&moving) == Mode::Disarmed).expect("ends");
+        let ticks = (1..10_000)
+            .find(|_| arming.step(&moving) == Mode::Disarmed)
+            .expect("ends");
         assert_eq!(ticks, 1000);
         assert!(arming.latched().contains(Fault::StopTimeout));
     }

@@ -245,14 +245,11 @@ impl<'a> Reader<'a> {
         table: &'static str,
         fields: &'static [Field],
     ) -> Result<impl FnMut(&'static Field) -> Result<f64, VehicleFileError> + use<'a, 's>, VehicleFileError> {
-        let values = match self.root.get(table) {
-            Some(Value::Table(values)) => values,
-            _ => {
-                return Err(VehicleFileError::MissingTable {
-                    file: self.file.to_owned(),
-                    table,
-                });
-            }
+        let Some(Value::Table(values)) = self.root.get(table) else {
+            return Err(VehicleFileError::MissingTable {
+                file: self.file.to_owned(),
+                table,
+            });
         };
         if let Some(name) = values.keys().find(|key| !fields.iter().any(|f| f.name == key.as_str())) {
             let known: Vec<&str> = fields.iter().map(|f| f.name).collect();
