@@ -264,6 +264,8 @@ impl VehicleCore {
             phi_rad: estimate.phi_rad,
             theta_rate_rad_s: estimate.theta_rate_rad_s,
             phi_rate_rad_s: estimate.phi_rate_rad_s,
+            sin_slope: estimate.sin_slope,
+            distance_m: estimate.distance_m,
             voltage_max_v: drive_max_v,
         });
         let camera_v = match &self.camera {

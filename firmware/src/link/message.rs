@@ -41,6 +41,8 @@ pub enum BoardMessage {
 pub struct Status {
     /// Ticks since boot.
     pub tick: u32,
+    /// Time of the tick's sample, us since boot.
+    pub time_us: u64,
     /// Arming state.
     pub mode: Mode,
     /// Latched faults, bit n is fault n.
@@ -93,6 +95,7 @@ impl Status {
         let estimate = &telemetry.estimate;
         Self {
             tick: telemetry.tick,
+            time_us: telemetry.time_us,
             mode: telemetry.mode,
             faults: telemetry.faults.bits(),
             blockers: telemetry.blockers.bits(),

@@ -56,6 +56,7 @@ mod tests {
     fn the_longest_state_fits_a_frame() {
         let status = Status {
             tick: u32::MAX,
+            time_us: u64::MAX,
             mode: Mode::Stopping,
             faults: u32::MAX,
             blockers: u32::MAX,

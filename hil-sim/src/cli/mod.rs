@@ -4,8 +4,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::error::CommandError;
-
+pub mod drive;
 pub mod equilibrium;
 pub mod output;
 pub mod planar_arguments;
@@ -22,6 +21,8 @@ struct Arguments {
 /// What to do; without one, `drive` on the default scenario.
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// The vehicle, simulated, driven by the firmware's own tasks
+    Drive(drive::Arguments),
     /// Equilibrium, poles
     Equilibrium(equilibrium::Arguments),
 }
@@ -31,7 +32,8 @@ pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
         Some(Command::Equilibrium(a)) => equilibrium::run(&a),
-        None => Err(CommandError::Other("drive comes with the next commit".into())),
+        Some(Command::Drive(a)) => drive::run(&a),
+        None => drive::run(&drive::Arguments::default()),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,12 +1,25 @@
-//! The speed loop of the vehicle: reference governor, Eq. 3.25, friction feed-forward, slow trim.
+//! The speed loop of the vehicle: reference governor, Eq. 3.25, swing damping, friction feed-forward,
+//! slow trim, position hold.
+//!
+//! Eq. 3.25 makes the steady state right and the swing rate small, but leaves the speed mode poorly
+//! damped (erratum E11): the arm swings back and forth about its equilibrium for many seconds after
+//! every change. What it lacks is a term in phi itself. Feeding back
+//! `-swing_gain (phi - phi_equilibrium)`, with the equilibrium from the estimated slope and the
+//! governed acceleration,
+//!
+//! ```text
+//! alpha L sin(phi_equilibrium) = (1 + S) sin(beta) + (1 + S + mu) a_reference / g
+//! ```
+//!
+//! moves that mode and nothing else: at equilibrium the term is 0, so the zero steady-state error stays.
 
 use super::speed_law::SpeedLaw;
-use crate::vehicle::{Scales, Vehicle};
+use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
 /// What the speed loop reads, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpeedInput {
-    /// Wanted speed of the axle, m/s.
+    /// Wanted speed of the axle, m/s; exactly 0 holds the place.
     pub target_m_s: f32,
     /// Arm angle from the vertical, rad.
     pub phi_rad: f32,
@@ -14,6 +27,10 @@ pub struct SpeedInput {
     pub theta_rate_rad_s: f32,
     /// Arm rate phi', rad/s.
     pub phi_rate_rad_s: f32,
+    /// Sine of the slope.
+    pub sin_slope: f32,
+    /// Distance driven, m.
+    pub distance_m: f32,
     /// Largest voltage either way, V.
     pub voltage_max_v: f32,
 }
@@ -23,9 +40,16 @@ pub struct SpeedInput {
 pub struct SpeedController {
     law: SpeedLaw<f32>,
     scales: Scales<f32>,
-    /// Governor's smoothing and slew, per tick.
+    /// 1 + S and 1 + S + mu, over alpha L.
+    weight: f32,
+    inertia: f32,
+    swing_gain: f32,
+    hold_kp_per_s: f32,
+    hold_m: Option<f32>,
+    /// Governor's smoothing, its slew a tick, and 1 / (g dt).
     reference_gain: f32,
     reference_step_m_s: f32,
+    per_g_tick: f32,
     speed_max_m_s: f32,
     /// Two gearboxes' Coulomb friction as a nondimensional voltage.
     friction: f32,
@@ -36,28 +60,42 @@ pub struct SpeedController {
     reference_m_s: f32,
 }
 
-/// Largest share of the supply that the trim may take.
+/// Largest share of the voltage unit that the trim may take.
 const TRIM_MAX: f32 = 0.5;
-/// Time constant of the governor's smoothing: it rounds the corners of the ramp, which would
-/// otherwise excite the poorly damped speed mode.
-const REFERENCE_TIME_CONSTANT_S: f32 = 0.3;
+/// Time constant of the governor's smoothing: it rounds the corners of the ramp, for the wheels'
+/// traction and the camera.
+const REFERENCE_TIME_CONSTANT_S: f32 = 0.5;
 /// Speed reference, rad per time unit, at which the friction feed-forward is whole.
 const FRICTION_FULL: f32 = 0.05;
+/// Largest sine of the equilibrium angle that the swing damping aims at.
+const SIN_EQUILIBRIUM_MAX: f32 = 0.9;
+/// Speed reference below which the place is caught and held once no motion is asked for, m/s.
+const HOLD_BELOW_M_S: f32 = 0.02;
+/// Largest speed that the position hold asks for, m/s.
+const HOLD_SPEED_M_S: f32 = 0.15;
 
 impl SpeedController {
     /// The loop for `vehicle`, called every `dt_s` seconds.
     pub fn new(vehicle: &Vehicle<f32>, dt_s: f32) -> Self {
         let (p, planar, scales) = (vehicle.parameters(), vehicle.planar(0.0), vehicle.scales());
+        let alpha_l = planar.alpha * planar.l;
+        let spar = vehicle.spar_mass_ratio();
         Self {
             law: SpeedLaw {
                 feed_forward_zeta: planar.zeta,
-                alpha_l: planar.alpha * planar.l,
+                alpha_l,
                 kp: p.control.kp,
                 kd: p.control.kd,
             },
             scales,
+            weight: (1.0 + spar) / alpha_l,
+            inertia: (1.0 + spar + planar.mu) / alpha_l,
+            swing_gain: p.control.swing_gain,
+            hold_kp_per_s: p.control.hold_kp_per_s,
+            hold_m: None,
             reference_gain: 1.0 - libm::expf(-dt_s / REFERENCE_TIME_CONSTANT_S),
             reference_step_m_s: p.control.acceleration_max_m_s2 * dt_s,
+            per_g_tick: 1.0 / (GRAVITY_M_S2 as f32 * dt_s),
             speed_max_m_s: p.control.speed_max_m_s,
             friction: 2.0 * p.drive_motor.coulomb_friction_n_m / scales.torque_n_m,
             trim_gain: p.control.ki * dt_s / scales.time_s,
@@ -72,21 +110,24 @@ impl SpeedController {
         self.ramp_m_s = speed_m_s;
         self.reference_m_s = speed_m_s;
         self.trim = 0.0;
+        self.hold_m = None;
     }
 
     /// One tick: the voltage for both motors, V, within `voltage_max_v`.
     pub fn step(&mut self, input: &SpeedInput) -> f32 {
         let target = input.target_m_s.clamp(-self.speed_max_m_s, self.speed_max_m_s);
-        let step = self.reference_step_m_s;
-        self.ramp_m_s += (target - self.ramp_m_s).clamp(-step, step);
-        self.reference_m_s += self.reference_gain * (self.ramp_m_s - self.reference_m_s);
+        let hold_m_s = self.hold(target, input.distance_m);
+        let acceleration_g = self.govern(target + hold_m_s);
 
         let reference = self.reference_m_s / self.scales.speed_m_s;
         let theta_rate = self.scales.rate_from_si(input.theta_rate_rad_s);
         let phi_rate = self.scales.rate_from_si(input.phi_rate_rad_s);
         let law = self.law.voltage(reference, input.phi_rad, theta_rate, phi_rate);
+        let sin_equilibrium = (self.weight * input.sin_slope + self.inertia * acceleration_g)
+            .clamp(-SIN_EQUILIBRIUM_MAX, SIN_EQUILIBRIUM_MAX);
+        let swing = self.swing_gain * (input.phi_rad - libm::asinf(sin_equilibrium));
         let friction = self.friction * (reference / FRICTION_FULL).clamp(-1.0, 1.0);
-        let u = law + friction + self.trim;
+        let u = law - swing + friction + self.trim;
         let u_max = self.scales.voltage_from_si(input.voltage_max_v);
         let limited = u.clamp(-u_max, u_max);
         // Anti-windup: the trim does not grow into a limit, and is bounded for ever.
@@ -95,6 +136,27 @@ impl SpeedController {
             self.trim = (self.trim + self.trim_gain * error).clamp(-TRIM_MAX, TRIM_MAX);
         }
         self.scales.voltage_to_si(limited)
+    }
+
+    /// Slews and smooths the reference; returns its acceleration in g.
+    fn govern(&mut self, target_m_s: f32) -> f32 {
+        let step = self.reference_step_m_s;
+        self.ramp_m_s += (target_m_s - self.ramp_m_s).clamp(-step, step);
+        let change = self.reference_gain * (self.ramp_m_s - self.reference_m_s);
+        self.reference_m_s += change;
+        change * self.per_g_tick
+    }
+
+    /// The speed that brings the vehicle back to the place it was told to hold; 0 while it is driven.
+    fn hold(&mut self, target_m_s: f32, distance_m: f32) -> f32 {
+        if target_m_s != 0.0 {
+            self.hold_m = None;
+        } else if self.hold_m.is_none() && self.reference_m_s.abs() < HOLD_BELOW_M_S {
+            self.hold_m = Some(distance_m);
+        }
+        self.hold_m.map_or(0.0, |held_m| {
+            (self.hold_kp_per_s * (held_m - distance_m)).clamp(-HOLD_SPEED_M_S, HOLD_SPEED_M_S)
+        })
     }
 
     /// The governed reference, m/s.

@@ -23,10 +23,14 @@ pub struct Estimate {
     pub speed_m_s: f32,
     /// Slope beta, rad, uphill positive.
     pub slope_rad: f32,
+    /// Its sine.
+    pub sin_slope: f32,
     /// Heading since boot, rad, anticlockwise positive, not wrapped.
     pub heading_rad: f32,
     /// Yaw rate, rad/s.
     pub yaw_rate_rad_s: f32,
+    /// Distance driven since boot, m, forward positive.
+    pub distance_m: f32,
     /// Dead-reckoned position along the first heading, m.
     pub x_m: f32,
     /// Dead-reckoned position to its left, m.
@@ -105,10 +109,6 @@ impl Estimator {
     pub(super) fn new(vehicle: &Vehicle<f32>) -> Self {
         let (p, planar) = (vehicle.parameters(), vehicle.planar(0.0));
         let times = &p.estimator;
-        let spar_mass_kg = p
-            .camera
-            .as_ref()
-            .map_or(0.0, |(c, _)| c.camera_mass_kg + c.motor_mass_kg + c.ballast_mass_kg);
         let tilt =
             |radius_m| TiltEstimator::new(TICK_S, radius_m, times.tilt_time_constant_s, times.bias_time_constant_s);
         Self {
@@ -123,7 +123,7 @@ impl Estimator {
                 planar.l,
                 planar.alpha,
                 planar.mu,
-                spar_mass_kg / p.body.total_mass_kg,
+                vehicle.spar_mass_ratio(),
             ),
             heading: HeadingEstimator::new(TICK_S, times.bias_time_constant_s),
             odometry: Odometry::default(),
@@ -202,8 +202,10 @@ impl Estimator {
             theta_rate_rad_s: theta_rate,
             speed_m_s: theta_rate * r,
             slope_rad: self.slope.angle_rad(),
+            sin_slope: self.slope.sin(),
             heading_rad: heading,
             yaw_rate_rad_s: self.heading.yaw_rate_rad_s(),
+            distance_m: self.odometry.distance_m(),
             x_m: self.odometry.x_m(),
             y_m: self.odometry.y_m(),
             spar_rad,

@@ -238,6 +238,13 @@ impl<T: Real> Vehicle<T> {
         self.parameters.camera.as_ref().map(|(c, m)| CameraScales::new(c, m))
     }
 
+    /// Mass of the camera spar over M + m: S of (8.8), corrected (erratum E35); 0 without a spar.
+    pub fn spar_mass_ratio(&self) -> T {
+        self.parameters.camera.as_ref().map_or(T::ZERO, |(c, _)| {
+            (c.camera_mass_kg + c.motor_mass_kg + c.ballast_mass_kg) / self.parameters.body.total_mass_kg
+        })
+    }
+
     /// The nondimensional planar vehicle on the slope `beta_rad` (3.10, corrected: C is over M+m too,
     /// and zeta is the total damping, back-EMF included; erratum E1).
     pub fn planar(&self, beta_rad: T) -> PlanarParameters<T> {

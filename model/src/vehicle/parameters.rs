@@ -118,6 +118,10 @@ parameter_group! {
         kd: 0.0 to 25.0,
         /// Slow integral gain on the speed error against unmodelled friction, nondimensional.
         ki: 0.0 to 1.0,
+        /// Swing damping: gain on phi less its value at equilibrium, nondimensional; 0 is Eq. 3.25 alone.
+        swing_gain: 0.0 to 10.0,
+        /// Position hold at rest: speed a metre of displacement; 0 holds the speed only.
+        hold_kp_per_s: 0.0 to 2.0,
         /// Yaw-rate gain, in V a rad/s of error.
         yaw_kp_v_s_per_rad: 0.0 to 200.0,
         /// Integral yaw-rate gain, in V a rad of error.

@@ -1,0 +1,228 @@
+//! `hil-sim drive`: the vehicle, simulated, driven by the firmware's own tasks.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::Args;
+use firmware::drive::FlightRecord;
+use model::tick::VehicleCore;
+use model::vehicle::Vehicle;
+use serde::Serialize;
+
+use crate::cli::output::{create_directory, progress_bar, write_file};
+use crate::error::CommandError;
+use crate::plant::Plant;
+use crate::scenario::file::{DEFAULT, DEFAULT_NAME};
+use crate::scenario::{self, Check, MetricValue, Outcome, Scenario, VirtualBackend, metrics};
+
+/// Flags of `drive`.
+#[derive(Debug, Args, Default)]
+pub struct Arguments {
+    /// Scenario file; the slope drive if left out
+    pub scenario: Option<PathBuf>,
+    /// Vehicle file; the scenario's, or the reference vehicle, if left out
+    #[arg(long, value_name = "FILE")]
+    pub vehicle: Option<PathBuf>,
+    /// Directory for the trace (CSV), the plots (SVG) and the firmware's log
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Seed of the sensors' noise, instead of the scenario's
+    #[arg(long)]
+    pub seed: Option<u64>,
+    /// Print exactly one JSON object on stdout: the metrics and their bounds
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Where the report goes unless told otherwise.
+const DEFAULT_OUT: &str = "out/drive";
+const REFERENCE_VEHICLE: &str = include_str!("../../../vehicles/reference.toml");
+const REFERENCE_NAME: &str = "vehicles/reference.toml";
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct Json<'a> {
+    scenario: &'a str,
+    seed: u64,
+    metrics: &'a [MetricValue],
+    checks: &'a [Check],
+    ok: bool,
+    simulated_s: f64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CommandError::Input`] on a bad scenario or vehicle file, [`CommandError::Checks`] when a metric
+/// leaves its bounds.
+pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let scenario = load_scenario(arguments)?;
+    let vehicle = load_vehicle(arguments.vehicle.as_deref().or(scenario.vehicle.as_deref()))?;
+    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed)
+        .map_err(|error| CommandError::Input(error.to_string()))?;
+    let mut backend = VirtualBackend::boot(&vehicle, plant).map_err(|error| CommandError::Input(error.to_string()))?;
+    backend.board.world(|world| world.records = Some(Vec::new()));
+
+    let bar = progress_bar((scenario.duration_s * 1000.0) as usize, "driving");
+    let started = Instant::now();
+    let outcome = scenario::run(&scenario, &mut backend, |ms| {
+        if ms % 100 == 0 {
+            bar.set_position(ms);
+        }
+    });
+    let wall_s = started.elapsed().as_secs_f64();
+    bar.finish_and_clear();
+
+    let records = backend.board.world(|world| world.records.take()).unwrap_or_default();
+    let values = metrics::measure(&outcome);
+    let checks = scenario::evaluate(&scenario, &outcome);
+    let ok = checks.iter().all(|check| check.ok);
+    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(DEFAULT_OUT));
+    if arguments.out.is_some() || !arguments.json {
+        write_report(&out, &outcome)?;
+    }
+    let text = if arguments.json {
+        let json = Json {
+            scenario: &scenario.title,
+            seed: scenario.seed,
+            metrics: &values,
+            checks: &checks,
+            ok,
+            simulated_s: scenario.duration_s,
+        };
+        serde_json::to_string(&json).map_err(|error| CommandError::Other(error.to_string()))? + "\n"
+    } else {
+        let tick_ns = replay_ns(&vehicle, &records)?;
+        format!(
+            "{}\ntick on this host      {tick_ns:.0} ns (replaying {} recorded ticks)\n\
+             simulated              {} s in {wall_s:.2} s, {:.0} times real time\n\
+             trace, plots and log   {}\n",
+            table(&scenario, &values, &checks),
+            records.len(),
+            scenario.duration_s,
+            scenario.duration_s / wall_s,
+            out.display()
+        )
+    };
+    std::io::stdout().write_all(text.as_bytes())?;
+    if ok {
+        Ok(())
+    } else {
+        let failed: Vec<String> = checks
+            .iter()
+            .filter(|check| !check.ok)
+            .map(|check| {
+                format!(
+                    "{} = {} is not within {} to {}",
+                    check.name, check.value, check.least, check.most
+                )
+            })
+            .collect();
+        Err(CommandError::Checks(format!(
+            "{} (seed {}): {}",
+            arguments
+                .scenario
+                .as_deref()
+                .unwrap_or(Path::new(DEFAULT_NAME))
+                .display(),
+            scenario.seed,
+            failed.join("; ")
+        )))
+    }
+}
+
+fn load_scenario(arguments: &Arguments) -> Result<Scenario, CommandError> {
+    let scenario = match &arguments.scenario {
+        Some(path) => Scenario::read(path),
+        None => Scenario::parse(DEFAULT_NAME, DEFAULT),
+    };
+    let mut scenario = scenario.map_err(|error| CommandError::Input(error.to_string()))?;
+    scenario.seed = arguments.seed.unwrap_or(scenario.seed);
+    Ok(scenario)
+}
+
+fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
+    let vehicle = match path {
+        Some(path) => vehicle_file::read_vehicle(path),
+        None => vehicle_file::parse(REFERENCE_NAME, REFERENCE_VEHICLE).and_then(|file| match file {
+            vehicle_file::VehicleFile::Vehicle(vehicle) => Ok(*vehicle),
+            vehicle_file::VehicleFile::Planar(_) => vehicle_file::read_vehicle(Path::new(REFERENCE_NAME)),
+        }),
+    };
+    vehicle.map_err(|error| CommandError::Input(error.to_string()))
+}
+
+fn write_report(out: &Path, outcome: &Outcome) -> Result<(), CommandError> {
+    create_directory(out)?;
+    write_file(out, "trace.csv", &outcome.trace.columns().to_csv())?;
+    for (name, chart) in outcome.trace.charts() {
+        write_file(
+            out,
+            &format!("{name}.svg"),
+            &chart.to_svg().map_err(CommandError::Other)?,
+        )?;
+    }
+    let mut log = outcome.log.join("\n");
+    log.push('\n');
+    write_file(out, "firmware.log", &log)?;
+    Ok(())
+}
+
+/// Quantities of the short table: label and metric.
+const TABLE: &[(&str, &str)] = &[
+    ("speed error, rms        m/s", "speed_error_rms_m_s"),
+    ("phi, peak               deg", "phi_peak_deg"),
+    ("phi estimate error, rms deg", "phi_estimate_error_rms_deg"),
+    ("camera spar, peak       deg", "spar_peak_deg"),
+    ("motor current, peak     A", "current_peak_a"),
+    ("hold drift in 2 s       m", "hold_drift_m"),
+    ("distance                m", "distance_m"),
+    ("dead-reckoning drift    m", "dead_reckoning_drift_m"),
+];
+
+fn table(scenario: &Scenario, values: &[MetricValue], checks: &[Check]) -> String {
+    let mut text = format!("{} (seed {})\n\n", scenario.title, scenario.seed);
+    let mut line = |label: &str, name: &str, value: f64| {
+        let _ = writeln!(text, "{label:<30} {value:>10.4}{}", bounds(checks, name));
+    };
+    for (label, name) in TABLE {
+        let value = values.iter().find(|m| m.name == *name).map_or(f64::NAN, |m| m.value);
+        line(label, name, value);
+    }
+    for check in checks.iter().filter(|check| TABLE.iter().all(|(_, name)| *name != check.name)) {
+        line(&check.name, &check.name, check.value);
+    }
+    text
+}
+
+fn bounds(checks: &[Check], name: &str) -> String {
+    checks
+        .iter()
+        .find(|check| check.name == name)
+        .map_or_else(String::new, |check| {
+            let verdict = if check.ok { "ok" } else { "FAILED" };
+            format!("   {verdict}, bounds {} to {}", check.least, check.most)
+        })
+}
+
+/// Replays the recorded ticks through the pure step: its mean cost on this host, ns, and the proof that
+/// it repeats every actuation bit for bit.
+fn replay_ns(vehicle: &Vehicle<f64>, records: &[FlightRecord]) -> Result<f64, CommandError> {
+    let vehicle =
+        Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(|error| CommandError::Other(error.to_string()))?;
+    let mut core = VehicleCore::new(&vehicle);
+    let started = Instant::now();
+    let wrong = records
+        .iter()
+        .find(|record| core.step(&record.sample, &record.command).actuation != record.actuation);
+    let ns = started.elapsed().as_nanos() as f64 / records.len().max(1) as f64;
+    match wrong {
+        None => Ok(ns),
+        Some(record) => Err(CommandError::Checks(format!(
+            "tick {}: the replay drives otherwise",
+            record.tick
+        ))),
+    }
+}

@@ -1,0 +1,16 @@
+//! Scenarios: what the vehicle meets, what the operator does, and what must come of it.
+//!
+//! A scenario is a TOML file and a test at once: every metric it names has a lower and an upper bound,
+//! so that a dead simulation fails too. It runs on any back end: the virtual board, or the release ELF
+//! on the emulated one.
+
+pub mod backend;
+pub mod file;
+pub mod metrics;
+pub mod run;
+pub mod trace;
+
+pub use backend::{Backend, VirtualBackend};
+pub use file::{Action, Scenario, ScenarioError, Step};
+pub use metrics::{Check, MetricValue, evaluate};
+pub use run::{Outcome, run};

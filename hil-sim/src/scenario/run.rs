@@ -1,0 +1,195 @@
+//! Runs a scenario on a back end.
+
+use firmware::link::message::HostMessage;
+use model::sample::Motor;
+use model::supervise::arming::{Mode, Request};
+
+use super::Backend;
+use super::file::{Action, Scenario, Sensor};
+use super::trace::{Row, Trace};
+use crate::link_client::LinkClient;
+use crate::plant::fault::SensorFault;
+use crate::plant::noise::Noise;
+use crate::plant::{Plant, Truth};
+
+/// What a run gave.
+#[derive(Debug, Default)]
+pub struct Outcome {
+    /// One row for each state the vehicle sent.
+    pub trace: Trace,
+    /// The firmware's log.
+    pub log: Vec<String>,
+    /// States that the link could not read.
+    pub bad_frames: u64,
+    /// Milliseconds in which a bridge was on although the vehicle had not been armed.
+    pub unarmed_drive_ms: u64,
+    /// Milliseconds from an emergency stop to the bridges being off, if there was one.
+    pub emergency_stop_ms: Option<u64>,
+}
+
+/// The operator repeats the drive command this often, ms.
+const COMMAND_PERIOD_MS: u64 = 20;
+/// Stream of the scenario's seed for noise on the link.
+const LINK_NOISE_STREAM: u64 = 100;
+
+/// The operator and the world's events.
+struct Script<'a> {
+    scenario: &'a Scenario,
+    next: usize,
+    /// Speed and yaw rate; `None` while silent.
+    command: Option<[f64; 2]>,
+    noise: Noise,
+    pressed_at_ms: Option<u64>,
+}
+
+/// Runs `scenario`; `progress` is called with the milliseconds done.
+pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl FnMut(u64)) -> Outcome {
+    let mut outcome = Outcome::default();
+    let mut client = LinkClient::default();
+    let mut script = Script {
+        scenario,
+        next: 0,
+        command: Some([0.0, 0.0]),
+        noise: Noise::new(scenario.seed, LINK_NOISE_STREAM),
+        pressed_at_ms: None,
+    };
+    let start_us = backend.now_us();
+    let mut chocked = scenario.chocked_until_armed;
+    if chocked {
+        backend.plant(&mut |plant| plant.set_chocked(true));
+    }
+    // The truth of the last ticks, by time: a state tells of a tick that is some milliseconds old.
+    let mut truths: Vec<(u64, Truth)> = Vec::new();
+    let mut commanded = [0.0, 0.0];
+    let end_ms = (scenario.duration_s * 1000.0).round() as u64;
+    let mut last_tick = None;
+    for ms in 0..end_ms {
+        script.events(ms, backend);
+        if ms % COMMAND_PERIOD_MS == 0
+            && let Some([speed_m_s, yaw_rate_rad_s]) = script.command
+        {
+            commanded = [speed_m_s, yaw_rate_rad_s];
+            let message = HostMessage::Drive {
+                speed_m_s: speed_m_s as f32,
+                yaw_rate_rad_s: yaw_rate_rad_s as f32,
+            };
+            backend.send(&LinkClient::encode(&message));
+        }
+        backend.run_until(start_us + (ms + 1) * 1000);
+        let mut truth = Truth::default();
+        backend.plant(&mut |plant: &mut Plant| truth = plant.truth());
+        truths.push((backend.now_us(), truth));
+        if truths.len() > 64 {
+            truths.drain(..32);
+        }
+        let bridges_on = backend.bridges_on();
+        client.receive(&backend.receive());
+        if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, outcome.emergency_stop_ms) {
+            outcome.emergency_stop_ms = Some(ms - pressed);
+        }
+        if let Some(status) = client.status.take()
+            && last_tick != Some(status.tick)
+        {
+            last_tick = Some(status.tick);
+            if chocked && status.mode != Mode::Disarmed {
+                chocked = false;
+                backend.plant(&mut |plant| plant.set_chocked(false));
+            }
+            let truth = truths
+                .iter()
+                .min_by_key(|(us, _)| us.abs_diff(status.time_us))
+                .map_or(truth, |(_, truth)| *truth);
+            outcome.trace.rows.push(Row {
+                commanded,
+                status,
+                truth,
+                bridges_on,
+            });
+        }
+        let armed_since = outcome
+            .trace
+            .rows
+            .iter()
+            .rev()
+            .take(3)
+            .any(|row| row.status.mode != Mode::Disarmed);
+        if bridges_on && !armed_since && script.arm_requested() != Some(true) {
+            outcome.unarmed_drive_ms += 1;
+        }
+        progress(ms + 1);
+    }
+    outcome.bad_frames = client.bad_frames;
+    outcome.log = backend.log();
+    outcome
+}
+
+impl Script<'_> {
+    /// Whether the last request was to arm: between it and the next state the bridges may be on.
+    fn arm_requested(&self) -> Option<bool> {
+        self.scenario.steps[..self.next]
+            .iter()
+            .rev()
+            .find_map(|step| match step.action {
+                Action::Arm => Some(true),
+                Action::Disarm => Some(false),
+                _ => None,
+            })
+    }
+
+    fn events(&mut self, ms: u64, backend: &mut dyn Backend) {
+        while let Some(step) = self.scenario.steps.get(self.next)
+            && (step.at_s * 1000.0).round() as u64 <= ms
+        {
+            self.next += 1;
+            self.act(&step.action, ms, backend);
+        }
+    }
+
+    fn act(&mut self, action: &Action, ms: u64, backend: &mut dyn Backend) {
+        let request = |backend: &mut dyn Backend, request: Request| {
+            backend.send(&LinkClient::encode(&HostMessage::Request(request)));
+        };
+        match *action {
+            Action::Arm => request(backend, Request::Arm),
+            Action::Disarm => request(backend, Request::Disarm),
+            Action::ClearFaults => request(backend, Request::ClearFaults),
+            Action::Drive {
+                speed_m_s,
+                yaw_rate_rad_s,
+            } => self.command = Some([speed_m_s, yaw_rate_rad_s]),
+            Action::Silence => self.command = None,
+            Action::Speak => self.command = Some([0.0, 0.0]),
+            Action::EmergencyStop { pressed } => {
+                backend.set_emergency_stop(pressed);
+                if pressed {
+                    self.pressed_at_ms = Some(ms);
+                }
+            }
+            Action::SensorFault { sensor, fault } => {
+                backend.plant(&mut |plant| set_fault(plant, sensor, fault.0));
+            }
+            Action::Battery { open_circuit_v } => {
+                backend.plant(&mut |plant| plant.battery_mut().open_circuit_v = open_circuit_v);
+            }
+            Action::LinkNoise { bytes } => {
+                let noise: Vec<u8> = (0..bytes).map(|_| self.noise.bits() as u8).collect();
+                backend.send(&noise);
+            }
+            Action::Chocks { chocked } => backend.plant(&mut |plant| plant.set_chocked(chocked)),
+        }
+    }
+}
+
+fn set_fault(plant: &mut Plant, sensor: Sensor, fault: SensorFault) {
+    match sensor {
+        Sensor::ChassisImu => plant.chassis_imu().set_fault(fault),
+        Sensor::SparImu => {
+            if let Some(imu) = plant.spar_imu() {
+                imu.set_fault(fault);
+            }
+        }
+        Sensor::LeftEncoder => plant.encoder_mut(Motor::Left).set_fault(fault),
+        Sensor::RightEncoder => plant.encoder_mut(Motor::Right).set_fault(fault),
+        Sensor::CameraEncoder => plant.encoder_mut(Motor::Camera).set_fault(fault),
+    }
+}
