@@ -7,5 +7,6 @@ pub mod analysis;
 pub mod cli;
 pub mod error;
 pub mod link_client;
+pub mod plant;
 pub mod plot;
 pub mod virtual_board;
