@@ -1,0 +1,86 @@
+//! What resists acceleration: masses, first and second moments of the vehicle's bodies.
+
+use model::vehicle::Vehicle;
+
+/// Constants of the equations of motion, SI.
+#[derive(Debug, Clone, Copy)]
+pub struct Inertia {
+    /// Everything that moves with the axle, in kg.
+    pub total_mass: f64,
+    /// First moment of the arm about the axle, m l, in kg m.
+    pub arm_first: f64,
+    /// Second moment of the arm, m l^2.
+    pub arm_second: f64,
+    /// First moment of the spar (camera above, motor and ballast's pivot below), hanging positive.
+    pub spar_first: f64,
+    /// Second moment of the spar, the ballast's mass at its pivot included.
+    pub spar_second: f64,
+    /// First moment of the ballast about its pivot.
+    pub ballast_first: f64,
+    /// Second moment of the ballast about its pivot.
+    pub ballast_second: f64,
+    /// Coupling of spar and ballast, m_r l_m l_r.
+    pub cross: f64,
+    /// Yaw inertia with every mass at the axle: 2 m_w d^2 + J0.
+    pub yaw: f64,
+    /// Spin inertia of one wheel.
+    pub wheel: f64,
+    /// Rotor inertia of one drive at its output, n^2 J.
+    pub rotor: f64,
+    /// Rotor inertia of the camera motor at its output.
+    pub camera_rotor: f64,
+    /// Viscous damping between one wheel and the arm.
+    pub bearing_damping: f64,
+    /// Viscous damping of the spar's bearing, pivoted on the chassis.
+    pub spar_damping: f64,
+    /// Wheel radius.
+    pub radius: f64,
+    /// Half the track.
+    pub half_track: f64,
+    /// Whether there is a camera spar.
+    pub has_camera: bool,
+}
+
+impl Inertia {
+    /// The constants of `vehicle`.
+    pub fn new(vehicle: &Vehicle<f64>) -> Self {
+        let p = vehicle.parameters();
+        let (b, d) = (&p.body, &p.drive_motor);
+        let wheels_mass = b.total_mass_kg - b.arm_mass_kg;
+        let arm_first = b.arm_mass_kg * b.arm_length_m;
+        let mut inertia = Self {
+            total_mass: b.total_mass_kg,
+            arm_first,
+            arm_second: arm_first * b.arm_length_m,
+            spar_first: 0.0,
+            spar_second: 0.0,
+            ballast_first: 0.0,
+            ballast_second: 0.0,
+            cross: 0.0,
+            yaw: wheels_mass * b.half_track_m * b.half_track_m + b.yaw_inertia_kg_m2,
+            // A wheel without inertia would have no equation of its own while it is off the ground.
+            wheel: (0.5 * b.wheels_inertia_kg_m2).max(1e-6 * b.total_mass_kg * b.wheel_radius_m * b.wheel_radius_m),
+            rotor: d.gear_ratio * d.gear_ratio * d.rotor_inertia_kg_m2,
+            camera_rotor: 0.0,
+            bearing_damping: 0.5 * b.bearing_damping_n_m_s,
+            spar_damping: 0.0,
+            radius: b.wheel_radius_m,
+            half_track: b.half_track_m,
+            has_camera: false,
+        };
+        if let Some((c, m)) = &p.camera {
+            let below = c.motor_mass_kg + c.ballast_mass_kg;
+            inertia.has_camera = true;
+            inertia.total_mass += c.camera_mass_kg + below;
+            inertia.spar_first = below * c.motor_arm_m - c.camera_mass_kg * c.spar_length_m;
+            inertia.spar_second =
+                below * c.motor_arm_m * c.motor_arm_m + c.camera_mass_kg * c.spar_length_m * c.spar_length_m;
+            inertia.ballast_first = c.ballast_mass_kg * c.ballast_arm_m;
+            inertia.ballast_second = inertia.ballast_first * c.ballast_arm_m;
+            inertia.cross = inertia.ballast_first * c.motor_arm_m;
+            inertia.camera_rotor = m.gear_ratio * m.gear_ratio * m.rotor_inertia_kg_m2;
+            inertia.spar_damping = c.spar_damping_n_m_s;
+        }
+        inertia
+    }
+}

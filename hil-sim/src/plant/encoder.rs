@@ -1,0 +1,175 @@
+//! Incremental encoders on the motor shafts, behind the gearboxes.
+//!
+//! An encoder counts its motor's own turns, so what it sees is the joint: wheel relative to arm
+//! (theta + phi), ballast relative to spar, times the gear ratio. It never sees theta alone.
+
+use core::f64::consts::TAU;
+
+use super::fault::{DELAY_MS, SensorFault};
+use super::noise::Noise;
+
+/// Samples kept for [`SensorFault::Delayed`]: one a millisecond.
+const HISTORY: usize = DELAY_MS as usize;
+
+/// A quadrature encoder and the counter behind it.
+#[derive(Debug, Clone)]
+pub struct Encoder {
+    counts_per_rad: f64,
+    /// Counts that the disc has turned through since the start.
+    truth: i64,
+    /// What the counter has counted.
+    counted: i64,
+    fault: SensorFault,
+    /// Edges seen of which only every other is counted ([`SensorFault::Slow`]).
+    half_edges: i64,
+    history: [i64; HISTORY],
+    history_ms: u64,
+    noise: Noise,
+}
+
+impl Encoder {
+    /// An encoder of `counts_per_rev` counts a turn of the motor behind a gearbox of `gear_ratio`.
+    pub fn new(counts_per_rev: f64, gear_ratio: f64, noise: Noise) -> Self {
+        Self {
+            counts_per_rad: counts_per_rev * gear_ratio / TAU,
+            truth: 0,
+            counted: 0,
+            fault: SensorFault::None,
+            half_edges: 0,
+            history: [0; HISTORY],
+            history_ms: 0,
+            noise,
+        }
+    }
+
+    /// Counts a rad of the joint.
+    pub fn counts_per_rad(&self) -> f64 {
+        self.counts_per_rad
+    }
+
+    /// Fails the encoder, or repairs it ([`SensorFault::None`]): counts lost stay lost.
+    pub fn set_fault(&mut self, fault: SensorFault) {
+        self.fault = fault;
+        self.half_edges = 0;
+        self.history = [self.counted; HISTORY];
+    }
+
+    /// The fault in force.
+    pub fn fault(&self) -> SensorFault {
+        self.fault
+    }
+
+    /// Follows the joint to `angle_rad` at `time_ms` (called at least once a millisecond).
+    pub fn advance(&mut self, angle_rad: f64, time_ms: u64) {
+        let truth = (angle_rad * self.counts_per_rad).floor() as i64;
+        let edges = truth - self.truth;
+        self.truth = truth;
+        match self.fault {
+            SensorFault::None | SensorFault::Delayed => self.counted += edges,
+            SensorFault::WrongSign => self.counted -= edges,
+            SensorFault::Slow => {
+                self.half_edges += edges;
+                self.counted += self.half_edges / 2;
+                self.half_edges %= 2;
+            }
+            // One channel dead: the counter goes back and forth by one with the other's edges.
+            SensorFault::Stuck => self.counted += edges.rem_euclid(2) * (1 - 2 * truth.rem_euclid(2)),
+            SensorFault::Garbage => self.counted += i64::from((self.noise.bits() >> 52) as i16) - 2048,
+            SensorFault::Off => {}
+            SensorFault::Intermittent => {
+                if !self.fault.is_dead_at(time_ms) {
+                    self.counted += edges;
+                }
+            }
+        }
+        if time_ms > self.history_ms {
+            self.history_ms = time_ms;
+            self.history.rotate_left(1);
+            if let Some(last) = self.history.last_mut() {
+                *last = self.counted;
+            }
+        }
+    }
+
+    /// Counts the joint has really turned through.
+    pub fn true_counts(&self) -> i64 {
+        self.truth
+    }
+
+    /// What the counter has counted, faults included, before it wraps.
+    pub fn counted(&self) -> i64 {
+        match self.fault {
+            SensorFault::Delayed => self.history[0],
+            _ => self.counted,
+        }
+    }
+
+    /// The counter as the board reads it: 16 bits, wrapping.
+    pub fn counter(&self) -> u16 {
+        self.counted() as u16
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn encoder() -> Encoder {
+        Encoder::new(1024.0, 43.0, Noise::new(1, 0))
+    }
+
+    /// Turns the joint at a constant rate for 200 ms and says what was counted.
+    fn turn(encoder: &mut Encoder, from_ms: u64, rate_counts_per_ms: f64) -> i64 {
+        let before = encoder.counted();
+        for ms in from_ms + 1..=from_ms + 200 {
+            let angle = rate_counts_per_ms * ms as f64 / encoder.counts_per_rad();
+            encoder.advance(angle + 1e-9, ms);
+        }
+        encoder.counted() - before
+    }
+
+    #[test]
+    fn one_turn_of_the_wheel_is_the_gear_ratio_in_turns_of_the_motor() {
+        let mut e = encoder();
+        e.advance(TAU + 1e-9, 1);
+        assert_eq!(e.true_counts(), 1024 * 43);
+        assert_eq!(e.counter(), 1024 * 43);
+        e.advance(-1.5 / e.counts_per_rad(), 2);
+        assert_eq!(
+            e.counted(),
+            -2,
+            "quantisation is towards minus infinity on both sides of zero"
+        );
+        assert_eq!(e.counter(), 65534, "and wraps downwards");
+    }
+
+    #[test]
+    fn each_fault_counts_as_it_must() {
+        use SensorFault as F;
+        let counts = |fault| {
+            let mut e = encoder();
+            e.set_fault(fault);
+            turn(&mut e, 0, 10.0)
+        };
+        assert_eq!(counts(F::None), 2000);
+        assert_eq!(counts(F::Off), 0);
+        assert!(counts(F::Stuck).abs() <= 1);
+        assert_eq!(counts(F::WrongSign), -2000);
+        assert_eq!(counts(F::Slow), 1000);
+        assert_eq!(counts(F::Delayed), 2000 - 10 * (i64::from(DELAY_MS) - 1));
+        assert_eq!(counts(F::Intermittent), 1000);
+        let garbage = counts(F::Garbage);
+        assert!(garbage.abs() > 2000 && garbage.abs() < 200 * 2048, "{garbage}");
+    }
+
+    #[test]
+    fn a_repaired_encoder_counts_on_from_what_it_had() {
+        let mut e = encoder();
+        turn(&mut e, 0, 10.0);
+        e.set_fault(SensorFault::Off);
+        turn(&mut e, 200, 10.0);
+        e.set_fault(SensorFault::None);
+        assert_eq!(turn(&mut e, 400, 10.0), 2000);
+        assert_eq!((e.counted(), e.true_counts()), (4000, 6000));
+    }
+}

@@ -1,0 +1,256 @@
+//! What an IMU feels where it sits, and the analogue side of the sensor: low-pass, bias and noise.
+//!
+//! Axes: x forward, y left, z up while the body that carries it hangs (or stands) straight. The arm and
+//! the spar swing forward with a positive angle, which is a rotation about -y: gyro y reads minus the
+//! angle's rate, and yaw about the plane's normal shows in x and z as the body leaves the normal.
+
+use core::f64::consts::PI;
+
+use super::body::{FORWARD, Gravity, LIFT, SIDE, YAW};
+use super::noise::Noise;
+
+/// Specific force in m/s^2 and angular rate in rad/s in the sensor's axes.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Motion {
+    /// Acceleration less gravity.
+    pub specific_force: [f64; 3],
+    /// Angular rate.
+    pub rate: [f64; 3],
+}
+
+/// A body that swings about the axle: sine and cosine of its angle from the plane's normal, its rate and
+/// its acceleration.
+#[derive(Debug, Clone, Copy)]
+pub struct Swing {
+    /// Sine and cosine of the angle.
+    pub sin_cos: (f64, f64),
+    /// Rate.
+    pub rate: f64,
+    /// Acceleration.
+    pub acceleration: f64,
+}
+
+/// The motion felt at `radius_m` from the axle towards the hanging end of a swinging body (negative:
+/// above the axle), on an axle with these `speeds` and `accelerations` ([`super::body`]).
+///
+/// The velocity of that place is `(u + a') e1 + (w + yaw a) e2 + (v_z + b') e3` with a = radius sin,
+/// b = -radius cos in axes that turn with the yaw rate; its derivative there, gravity taken off, is
+/// turned into the body's axes.
+#[inline]
+pub fn motion_at(
+    radius_m: f64,
+    swing: &Swing,
+    speeds: &[f64; 9],
+    accelerations: &[f64; 9],
+    gravity: &Gravity,
+) -> Motion {
+    let (sin, cos) = swing.sin_cos;
+    let yaw = speeds[YAW];
+    let ahead = radius_m * sin;
+    let ahead_rate = radius_m * cos * swing.rate;
+    let rate2 = swing.rate * swing.rate;
+    let ahead_acceleration = radius_m * (cos * swing.acceleration - sin * rate2);
+    let above_acceleration = radius_m * (sin * swing.acceleration + cos * rate2);
+    let forward = accelerations[FORWARD] + ahead_acceleration - yaw * (speeds[SIDE] + yaw * ahead) + gravity.along;
+    let left =
+        accelerations[SIDE] + accelerations[YAW] * ahead + yaw * (speeds[FORWARD] + 2.0 * ahead_rate) + gravity.across;
+    let up = accelerations[LIFT] + above_acceleration + gravity.normal;
+    Motion {
+        specific_force: [cos * forward + sin * up, left, cos * up - sin * forward],
+        rate: [sin * yaw, -swing.rate, cos * yaw],
+    }
+}
+
+/// Errors of an IMU's six channels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImuErrors {
+    /// Gyro noise density in rad/s/sqrt(Hz). Data sheet: 2.8 mdps/sqrt(Hz).
+    pub gyro_noise: f64,
+    /// Accelerometer noise density in m/s^2/sqrt(Hz). Data sheet: 70 ug/sqrt(Hz).
+    pub accel_noise: f64,
+    /// Standard deviation of each gyro axis's bias in rad/s, drawn once. Data sheet: +-0.5 deg/s initial,
+    /// taken as three standard deviations.
+    pub gyro_bias: f64,
+    /// Standard deviation of each accelerometer axis's bias in m/s^2. The data sheet's +-20 mg is before
+    /// the zero-g calibration that any vehicle with a tilt estimate needs; 2 mg is what such a
+    /// calibration leaves over temperature.
+    pub accel_bias: f64,
+}
+
+impl ImuErrors {
+    /// A perfect sensor, for tests and for telling errors apart.
+    pub const NONE: Self = Self {
+        gyro_noise: 0.0,
+        accel_noise: 0.0,
+        gyro_bias: 0.0,
+        accel_bias: 0.0,
+    };
+}
+
+impl Default for ImuErrors {
+    fn default() -> Self {
+        const DEGREE: f64 = PI / 180.0;
+        const G: f64 = model::vehicle::GRAVITY_M_S2;
+        Self {
+            gyro_noise: 2.8e-3 * DEGREE,
+            accel_noise: 70e-6 * G,
+            gyro_bias: 0.5 * DEGREE / 3.0,
+            accel_bias: 2e-3 * G,
+        }
+    }
+}
+
+/// Second-order Butterworth low-pass (the part's filter), discretised by the trapezoidal rule with its
+/// corner prewarped; exact gain 1 at rest.
+#[derive(Debug, Clone, Copy)]
+pub struct LowPass {
+    corner_hz: f64,
+    step_s: f64,
+    /// Coefficients of the state-variable form.
+    g: f64,
+    a1: f64,
+    a2: f64,
+    a3: f64,
+    states: [[f64; 2]; 6],
+}
+
+impl LowPass {
+    /// A filter with its -3 dB point at `corner_hz`.
+    pub fn new(corner_hz: f64) -> Self {
+        Self {
+            corner_hz,
+            step_s: 0.0,
+            g: 0.0,
+            a1: 0.0,
+            a2: 0.0,
+            a3: 0.0,
+            states: [[0.0; 2]; 6],
+        }
+    }
+
+    /// The -3 dB point in Hz.
+    pub fn corner_hz(&self) -> f64 {
+        self.corner_hz
+    }
+
+    /// Moves the corner, keeping the states.
+    pub fn set_corner_hz(&mut self, corner_hz: f64) {
+        self.corner_hz = corner_hz;
+        self.step_s = 0.0;
+    }
+
+    /// Group delay at low frequency, in s: sqrt(2) over the corner's angular frequency.
+    pub fn group_delay_s(&self) -> f64 {
+        core::f64::consts::SQRT_2 / (2.0 * PI * self.corner_hz)
+    }
+
+    /// One step of `h` seconds with `input` held: the filtered channels.
+    #[inline]
+    pub fn advance(&mut self, h: f64, input: &[f64; 6]) -> [f64; 6] {
+        if self.step_s != h {
+            self.step_s = h;
+            // A corner at or above the Nyquist frequency of the substeps is as good as none.
+            self.g = libm::tan(PI * (self.corner_hz * h).min(0.49));
+            self.a1 = 1.0 / (1.0 + self.g * (self.g + core::f64::consts::SQRT_2));
+            self.a2 = self.g * self.a1;
+            self.a3 = self.g * self.a2;
+        }
+        let mut output = [0.0; 6];
+        for ((out, state), x) in output.iter_mut().zip(&mut self.states).zip(input) {
+            let v3 = x - state[1];
+            let v1 = self.a1 * state[0] + self.a2 * v3;
+            let v2 = state[1] + self.a2 * state[0] + self.a3 * v3;
+            state[0] = 2.0 * v1 - state[0];
+            state[1] = 2.0 * v2 - state[1];
+            *out = v2;
+        }
+        output
+    }
+
+    /// Starts with the output settled at `input`.
+    pub fn settle(&mut self, input: &[f64; 6]) {
+        for (state, x) in self.states.iter_mut().zip(input) {
+            *state = [0.0, *x];
+        }
+    }
+}
+
+/// The analogue side of an IMU: filtered motion with bias and noise, channels accelerometer x, y, z (m/s^2)
+/// then gyro x, y, z (rad/s).
+#[derive(Debug, Clone)]
+pub struct ImuSensor {
+    errors: ImuErrors,
+    bias: [f64; 6],
+    filter: LowPass,
+    filtered: [f64; 6],
+    settled: bool,
+    noise: Noise,
+}
+
+impl ImuSensor {
+    /// A sensor that draws its biases, and then its noise, from `noise`.
+    pub fn new(errors: ImuErrors, corner_hz: f64, mut noise: Noise) -> Self {
+        let bias = core::array::from_fn(|i| {
+            let deviation = if i < 3 { errors.accel_bias } else { errors.gyro_bias };
+            deviation * noise.normal()
+        });
+        Self {
+            errors,
+            bias,
+            filter: LowPass::new(corner_hz),
+            filtered: [0.0; 6],
+            settled: false,
+            noise,
+        }
+    }
+
+    /// The biases drawn.
+    pub fn bias(&self) -> &[f64; 6] {
+        &self.bias
+    }
+
+    /// The filter.
+    pub fn filter(&self) -> &LowPass {
+        &self.filter
+    }
+
+    /// Moves the filter's corner.
+    pub fn set_corner_hz(&mut self, corner_hz: f64) {
+        self.filter.set_corner_hz(corner_hz);
+    }
+
+    /// Follows the motion for `h` seconds.
+    #[inline]
+    pub fn advance(&mut self, h: f64, motion: &Motion) {
+        let (f, w) = (&motion.specific_force, &motion.rate);
+        let input = [f[0], f[1], f[2], w[0], w[1], w[2]];
+        if !self.settled {
+            // The sensor was there before the simulation began.
+            self.settled = true;
+            self.filter.settle(&input);
+        }
+        self.filtered = self.filter.advance(h, &input);
+    }
+
+    /// Measures: the filtered motion with bias and fresh noise.
+    pub fn measure(&mut self) -> [f64; 6] {
+        // Equivalent noise bandwidth of a second-order Butterworth: 1.11 of its corner.
+        let root_bandwidth = (1.11 * self.filter.corner_hz()).sqrt();
+        let accel = self.errors.accel_noise * root_bandwidth;
+        let gyro = self.errors.gyro_noise * root_bandwidth;
+        core::array::from_fn(|i| {
+            let deviation = if i < 3 { accel } else { gyro };
+            let noise = if deviation > 0.0 {
+                deviation * self.noise.normal()
+            } else {
+                0.0
+            };
+            self.filtered[i] + self.bias[i] + noise
+        })
+    }
+
+    /// Random bits of this sensor's stream.
+    pub fn bits(&mut self) -> u64 {
+        self.noise.bits()
+    }
+}

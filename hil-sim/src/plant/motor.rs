@@ -1,0 +1,310 @@
+//! Brushed DC motors on H-bridges, and the battery they share.
+//!
+//! A bridge is averaged over its PWM period: it holds `duty x battery` at the motor, or is open, when
+//! only its body diodes conduct. The armature is `L i' = V - R i - K omega`; over a substep with the mean
+//! rate of the joint it has the exact solution
+//!
+//! ```text
+//! i(h)    = i_inf (1 - E) + i(0) E,      i_inf = (V - K omega) / R,  E = exp(-h R / L)
+//! mean(i) = i_inf (1 - P) + i(0) P,      P = (L / R h) (1 - E)
+//! ```
+//!
+//! so the torque is linear in the mean rate and the body solves for both at once: back-EMF is implicit
+//! and no substep is too long for it. With L = 0 both E and P vanish: the quasi-static motor.
+//! Rates and torques are at the gearbox output.
+
+use model::vehicle::{CameraMotorParameters, DriveMotorParameters};
+
+use super::body::JointTorque;
+
+/// What a bridge does to its motor.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum BridgeState {
+    /// All four transistors off: current flows only through the body diodes.
+    #[default]
+    Open,
+    /// This share of the battery voltage, -1 to 1, forward positive.
+    Duty(f64),
+}
+
+/// Forward voltage of two body diodes in series, in V.
+pub const DIODES_V: f64 = 1.6;
+
+/// A motor with its gearbox.
+#[derive(Debug, Clone)]
+pub struct Motor {
+    /// Torque at the output an ampere, and back-EMF a rad/s of the output.
+    torque_constant: f64,
+    back_emf: f64,
+    resistance: f64,
+    inductance: f64,
+    coulomb: f64,
+    /// Current at which the bridge's own hardware chops.
+    chop_a: f64,
+    step: f64,
+    /// E and P of the substep `step`.
+    decay: f64,
+    share: f64,
+    current: f64,
+    mean_current: f64,
+    law: Law,
+    /// Share of the mean current that flows through the battery, signed.
+    battery_share: f64,
+}
+
+/// How the motor behaves within one substep.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Law {
+    /// Mean and final current do not depend on the rate.
+    Current {
+        /// Mean over the substep.
+        mean: f64,
+        /// At its end.
+        end: f64,
+    },
+    /// A voltage at the terminals. `rectified` is the sign the current keeps to (0: either).
+    Voltage { volts: f64, rectified: f64 },
+}
+
+/// The numbers of a motor that both motor groups of the vehicle file share.
+#[derive(Debug, Clone, Copy)]
+struct Constants {
+    torque: f64,
+    back_emf: f64,
+    resistance: f64,
+    inductance: f64,
+    ratio: f64,
+    coulomb: f64,
+}
+
+impl Motor {
+    /// A drive motor whose bridge chops at `chop_a`.
+    pub fn drive(p: &DriveMotorParameters<f64>, chop_a: f64) -> Self {
+        let constants = Constants {
+            torque: p.torque_constant_n_m_per_a,
+            back_emf: p.back_emf_constant_v_s_per_rad,
+            resistance: p.resistance_ohm,
+            inductance: p.inductance_h,
+            ratio: p.gear_ratio,
+            coulomb: p.coulomb_friction_n_m,
+        };
+        Self::new(&constants, chop_a)
+    }
+
+    /// The camera motor, whose bridge chops at `chop_a`.
+    pub fn camera(p: &CameraMotorParameters<f64>, chop_a: f64) -> Self {
+        let constants = Constants {
+            torque: p.torque_constant_n_m_per_a,
+            back_emf: p.back_emf_constant_v_s_per_rad,
+            resistance: p.resistance_ohm,
+            inductance: p.inductance_h,
+            ratio: p.gear_ratio,
+            coulomb: p.coulomb_friction_n_m,
+        };
+        Self::new(&constants, chop_a)
+    }
+
+    fn new(c: &Constants, chop_a: f64) -> Self {
+        Self {
+            torque_constant: c.torque * c.ratio,
+            back_emf: c.back_emf * c.ratio,
+            resistance: c.resistance,
+            inductance: c.inductance,
+            coulomb: c.coulomb,
+            chop_a,
+            step: 0.0,
+            decay: 0.0,
+            share: 0.0,
+            current: 0.0,
+            mean_current: 0.0,
+            law: Law::Current { mean: 0.0, end: 0.0 },
+            battery_share: 0.0,
+        }
+    }
+
+    /// Armature current at the end of the last substep, in A, forward positive.
+    pub fn current_a(&self) -> f64 {
+        self.current
+    }
+
+    /// Mean armature current over the last substep.
+    pub fn mean_current_a(&self) -> f64 {
+        self.mean_current
+    }
+
+    /// Torque at the gearbox output over the last substep, before its friction.
+    pub fn torque_n_m(&self) -> f64 {
+        self.torque_constant * self.mean_current
+    }
+
+    /// Current the battery gave this motor over the last substep (negative: taken back).
+    pub fn battery_current_a(&self) -> f64 {
+        self.battery_share * self.mean_current
+    }
+
+    /// Works out E and P of a substep of `h` seconds.
+    fn prepare(&mut self, h: f64) {
+        if self.step == h {
+            return;
+        }
+        self.step = h;
+        if self.inductance > 0.0 {
+            let ratio = h * self.resistance / self.inductance;
+            self.decay = libm::exp(-ratio);
+            self.share = -libm::expm1(-ratio) / ratio;
+        } else {
+            self.decay = 0.0;
+            self.share = 0.0;
+        }
+    }
+
+    /// Mean current of a substep as `a + b V` of the battery's voltage, at the joint's rate `rate`: how
+    /// much this motor will load the battery.
+    fn battery_load(&mut self, h: f64, bridge: BridgeState, rate: f64) -> (f64, f64) {
+        self.prepare(h);
+        let BridgeState::Duty(duty) = bridge else {
+            return (0.0, 0.0);
+        };
+        let conductance = (1.0 - self.share) / self.resistance;
+        let mean = self.current * self.share - self.back_emf * rate * conductance;
+        (duty * mean, duty * duty * conductance)
+    }
+
+    /// Begins a substep of `h` seconds: the torque law of the joint under `bridge` at the battery's
+    /// voltage, as far as the joint's present `rate` tells which branch applies.
+    pub fn begin(&mut self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> JointTorque {
+        self.prepare(h);
+        let emf = self.back_emf * rate;
+        (self.law, self.battery_share) = match bridge {
+            BridgeState::Duty(duty) => {
+                let volts = duty * battery_v;
+                let end = self.end_current(volts, emf);
+                let mean = self.average_current(volts, emf);
+                let chop = self.chop_a;
+                if end.abs() > chop || mean.abs() > chop {
+                    // The bridge chops: it lets just enough voltage through to hold the limit.
+                    let limit = chop.copysign(end);
+                    let through = emf + self.resistance * limit;
+                    let share = (through / battery_v).clamp(-1.0, 1.0);
+                    (
+                        Law::Current {
+                            mean: limit,
+                            end: limit,
+                        },
+                        share,
+                    )
+                } else {
+                    (Law::Voltage { volts, rectified: 0.0 }, duty)
+                }
+            }
+            BridgeState::Open => self.open(h, battery_v + DIODES_V, emf),
+        };
+        let (constant, damping) = match self.law {
+            Law::Current { mean, .. } => (self.torque_constant * mean, 0.0),
+            Law::Voltage { volts, .. } => {
+                let conductance = (1.0 - self.share) / self.resistance;
+                let mean = self.current * self.share + volts * conductance;
+                (
+                    self.torque_constant * mean,
+                    self.torque_constant * self.back_emf * conductance,
+                )
+            }
+        };
+        JointTorque {
+            constant_n_m: constant,
+            damping_n_m_s: damping,
+            coulomb_n_m: self.coulomb,
+        }
+    }
+
+    /// An open bridge: the diodes let current flow only against `barrier`, into the battery.
+    fn open(&self, h: f64, barrier: f64, emf: f64) -> (Law, f64) {
+        let i = self.current;
+        if i == 0.0 && emf.abs() <= barrier {
+            return (Law::Current { mean: 0.0, end: 0.0 }, 0.0);
+        }
+        // Current flows against the sign of the voltage it meets.
+        let sign = if i == 0.0 { -emf.signum() } else { i.signum() };
+        let volts = -sign * barrier;
+        let settled = (volts - emf) / self.resistance;
+        if settled * sign > 0.0 {
+            // The back-EMF keeps it flowing: the motor generates into the battery.
+            return (Law::Voltage { volts, rectified: sign }, -sign);
+        }
+        // It dies out, within this substep or not.
+        let rest = if self.inductance > 0.0 {
+            let tau = self.inductance / self.resistance;
+            let dies_after = tau * libm::log1p(i / -settled);
+            if dies_after < h {
+                let charge = settled * dies_after + (i - settled) * tau * -libm::expm1(-dies_after / tau);
+                Law::Current {
+                    mean: charge / h,
+                    end: 0.0,
+                }
+            } else {
+                Law::Current {
+                    mean: self.average_current(volts, emf),
+                    end: self.end_current(volts, emf),
+                }
+            }
+        } else {
+            Law::Current { mean: 0.0, end: 0.0 }
+        };
+        (rest, -sign)
+    }
+
+    /// Ends the substep with the joint's mean rate over it.
+    pub fn end(&mut self, mean_rate: f64) {
+        let emf = self.back_emf * mean_rate;
+        (self.mean_current, self.current) = match self.law {
+            Law::Current { mean, end } => (mean, end),
+            Law::Voltage { volts, rectified } => {
+                let end = self.end_current(volts, emf);
+                let end = if rectified * end < 0.0 { 0.0 } else { end };
+                (self.average_current(volts, emf), end)
+            }
+        };
+    }
+
+    fn end_current(&self, volts: f64, emf: f64) -> f64 {
+        (volts - emf) / self.resistance * (1.0 - self.decay) + self.current * self.decay
+    }
+
+    fn average_current(&self, volts: f64, emf: f64) -> f64 {
+        (volts - emf) / self.resistance * (1.0 - self.share) + self.current * self.share
+    }
+}
+
+/// A battery: a voltage behind a resistance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Battery {
+    /// Voltage without load, in V.
+    pub open_circuit_v: f64,
+    /// Internal resistance in Ohm.
+    pub resistance_ohm: f64,
+    /// What else it feeds, in A: the board and its sensors.
+    pub idle_a: f64,
+}
+
+impl Battery {
+    /// Terminal voltage over a substep of `h` seconds while `motors` take what their `bridges` let
+    /// through at the joints' `rates`: solved together, so that regeneration and sag of any resistance
+    /// are stable.
+    pub fn terminal_v<const N: usize>(
+        &self,
+        h: f64,
+        motors: &mut [Motor; N],
+        bridges: &[BridgeState; N],
+        rates: &[f64; N],
+    ) -> f64 {
+        let mut current = self.idle_a;
+        let mut conductance = 0.0;
+        for ((motor, &bridge), &rate) in motors.iter_mut().zip(bridges).zip(rates) {
+            let (a, b) = motor.battery_load(h, bridge, rate);
+            current += a;
+            conductance += b;
+        }
+        let r = self.resistance_ohm;
+        (self.open_circuit_v - r * current) / (1.0 + r * conductance)
+    }
+}

@@ -1,0 +1,334 @@
+//! The ground: an inclined plane, features along it, and friction by side and place.
+//!
+//! A terrain is a TOML table (a file of its own, or `[terrain]` of a scenario):
+//!
+//! ```
+//! let terrain: hil_sim::plant::terrain::Terrain = toml::from_str(r#"
+//!     [plane]
+//!     slope_x_rad = 0.0873      # uphill along x: beta_x of (6.5)
+//!     slope_y_rad = 0.0         # positive downhill to the left: beta_y of (6.5)
+//!
+//!     [friction]                # coefficient under each wheel
+//!     right = 0.8
+//!     left = 0.8
+//!
+//!     [[patch]]                 # friction between two places, the last patch that covers a place wins
+//!     from_m = 4.0
+//!     to_m = 6.0
+//!     right = 0.1
+//!     left = 0.6
+//!
+//!     [[profile]]               # features that rise above the plane
+//!     kind = "step"
+//!     at_m = 8.0
+//!     height_m = 0.03
+//! "#).unwrap();
+//! assert_eq!(terrain.friction_at(5.0).right, 0.1);
+//! ```
+//!
+//! Every key is optional; an absent plane is level and the default friction is 0.8. Features vary with
+//! x only (a cylinder across the path): both wheels meet them, each at its own x.
+//!
+//! # What the wheels see
+//! Not the profile but the locus of a rigid wheel's centre that rolls over it: [`Ground`] works that out
+//! exactly for circle and corner (a step, the edges of a rail joint) and for smooth shapes (the parallel
+//! curve; curvature sharper than the wheel's own in a hollow is refused). Where features overlap their
+//! loci add up, which is exact only where at most one of them is not level.
+
+use model::real::Real;
+use model::vehicle::GRAVITY_M_S2;
+use serde::Deserialize;
+use thiserror::Error;
+
+mod feature;
+#[cfg(test)]
+mod tests;
+
+pub use feature::Feature;
+use feature::Locus;
+
+/// Why a terrain is refused.
+#[derive(Debug, Error, PartialEq)]
+pub enum TerrainError {
+    /// A number is out of its range or not a number.
+    #[error("terrain: {field} = {value}: allowed is {min} to {max}")]
+    OutOfRange {
+        /// Table and key.
+        field: String,
+        /// The value refused.
+        value: f64,
+        /// Smallest allowed value.
+        min: f64,
+        /// Largest allowed value.
+        max: f64,
+    },
+    /// An interval is empty.
+    #[error("terrain: {field}: to_m = {to_m} must be greater than from_m = {from_m}")]
+    EmptyInterval {
+        /// Table.
+        field: String,
+        /// Start.
+        from_m: f64,
+        /// End.
+        to_m: f64,
+    },
+    /// A hollow is narrower than the wheel.
+    #[error(
+        "terrain: profile[{index}]: its sharpest hollow has radius {hollow_m:.4} m, the wheel {radius_m} m: \
+         the wheel would touch it in two places; make it longer or lower"
+    )]
+    NarrowHollow {
+        /// Which feature.
+        index: usize,
+        /// Smallest radius of curvature of the hollow.
+        hollow_m: f64,
+        /// The wheel's radius.
+        radius_m: f64,
+    },
+}
+
+/// Inclination of the base plane (6.5).
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Plane {
+    /// Slope along x in rad, positive uphill, -1.2 to 1.2.
+    pub slope_x_rad: f64,
+    /// Slope about x in rad, positive downhill along y (to the left), -1.2 to 1.2.
+    pub slope_y_rad: f64,
+}
+
+/// Friction coefficient under each wheel, 0 to 5.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Friction {
+    /// Under the right wheel.
+    pub right: f64,
+    /// Under the left wheel.
+    pub left: f64,
+}
+
+impl Default for Friction {
+    /// Rubber on dry concrete.
+    fn default() -> Self {
+        Self { right: 0.8, left: 0.8 }
+    }
+}
+
+/// Other friction between two places.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Patch {
+    /// Start along x.
+    pub from_m: f64,
+    /// End along x.
+    pub to_m: f64,
+    /// Coefficient under the right wheel, 0 to 5.
+    pub right: f64,
+    /// Coefficient under the left wheel, 0 to 5.
+    pub left: f64,
+}
+
+/// As written in the file, not yet checked.
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct TerrainFile {
+    plane: Plane,
+    friction: Friction,
+    patch: Vec<Patch>,
+    profile: Vec<Feature>,
+}
+
+/// A checked terrain, independent of the vehicle that drives on it.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(try_from = "TerrainFile")]
+pub struct Terrain {
+    plane: Plane,
+    friction: Friction,
+    patches: Vec<Patch>,
+    profile: Vec<Feature>,
+}
+
+impl TryFrom<TerrainFile> for Terrain {
+    type Error = TerrainError;
+
+    fn try_from(file: TerrainFile) -> Result<Self, TerrainError> {
+        Self::new(file.plane, file.friction, file.patch, file.profile)
+    }
+}
+
+/// Refuses a value outside its range, NaN included.
+fn check(field: impl Into<String>, value: f64, min: f64, max: f64) -> Result<(), TerrainError> {
+    if value >= min && value <= max {
+        Ok(())
+    } else {
+        Err(TerrainError::OutOfRange {
+            field: field.into(),
+            value,
+            min,
+            max,
+        })
+    }
+}
+
+impl Terrain {
+    /// Checks a terrain.
+    ///
+    /// # Errors
+    /// The first value that is out of range.
+    pub fn new(
+        plane: Plane,
+        friction: Friction,
+        patches: Vec<Patch>,
+        profile: Vec<Feature>,
+    ) -> Result<Self, TerrainError> {
+        check("plane.slope_x_rad", plane.slope_x_rad, -1.2, 1.2)?;
+        check("plane.slope_y_rad", plane.slope_y_rad, -1.2, 1.2)?;
+        check("friction.right", friction.right, 0.0, 5.0)?;
+        check("friction.left", friction.left, 0.0, 5.0)?;
+        for (index, patch) in patches.iter().enumerate() {
+            let table = format!("patch[{index}]");
+            check(format!("{table}.from_m"), patch.from_m, -1e6, 1e6)?;
+            check(format!("{table}.to_m"), patch.to_m, -1e6, 1e6)?;
+            check(format!("{table}.right"), patch.right, 0.0, 5.0)?;
+            check(format!("{table}.left"), patch.left, 0.0, 5.0)?;
+            if patch.to_m <= patch.from_m {
+                return Err(TerrainError::EmptyInterval {
+                    field: table,
+                    from_m: patch.from_m,
+                    to_m: patch.to_m,
+                });
+            }
+        }
+        for (index, feature) in profile.iter().enumerate() {
+            feature.check(&format!("profile[{index}]"))?;
+        }
+        Ok(Self {
+            plane,
+            friction,
+            patches,
+            profile,
+        })
+    }
+
+    /// A plane inclined by `slope_x_rad` along x, with one friction coefficient.
+    ///
+    /// # Errors
+    /// A value out of range.
+    pub fn incline(slope_x_rad: f64, friction: f64) -> Result<Self, TerrainError> {
+        let plane = Plane {
+            slope_x_rad,
+            slope_y_rad: 0.0,
+        };
+        let friction = Friction {
+            right: friction,
+            left: friction,
+        };
+        Self::new(plane, friction, Vec::new(), Vec::new())
+    }
+
+    /// The base plane.
+    pub fn plane(&self) -> Plane {
+        self.plane
+    }
+
+    /// The friction coefficients at `x_m` (the wheels' own x may differ while turning).
+    pub fn friction_at(&self, x_m: f64) -> Friction {
+        let covering = |patch: &&Patch| x_m >= patch.from_m && x_m < patch.to_m;
+        self.patches
+            .iter()
+            .rev()
+            .find(covering)
+            .map_or(self.friction, |patch| Friction {
+                right: patch.right,
+                left: patch.left,
+            })
+    }
+}
+
+/// Where a wheel's centre is, and how its path rises.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct WheelPath {
+    /// Height of the centre above its height on the bare plane, in m.
+    pub height_m: f64,
+    /// Rise of the centre's path a metre along x.
+    pub slope: f64,
+}
+
+impl WheelPath {
+    fn plus(self, other: Self) -> Self {
+        Self {
+            height_m: self.height_m + other.height_m,
+            slope: self.slope + other.slope,
+        }
+    }
+}
+
+/// A terrain as wheels of one radius see it.
+#[derive(Debug, Clone)]
+pub struct Ground {
+    terrain: Terrain,
+    loci: Vec<Locus>,
+    /// g times the unit vector that points up, in the plane's axes.
+    up_m_s2: [f64; 3],
+}
+
+impl Ground {
+    /// Works out the loci of the centre of a wheel of `radius_m`.
+    ///
+    /// # Errors
+    /// A step higher than 0.3 of the radius, or a hollow narrower than the wheel.
+    pub fn new(terrain: Terrain, radius_m: f64) -> Result<Self, TerrainError> {
+        let loci = terrain
+            .profile
+            .iter()
+            .enumerate()
+            .map(|(index, feature)| Locus::new(feature, index, radius_m))
+            .collect::<Result<_, _>>()?;
+        let (sin_x, cos_x) = Real::sin_cos(terrain.plane.slope_x_rad);
+        let (sin_y, cos_y) = Real::sin_cos(terrain.plane.slope_y_rad);
+        let g = GRAVITY_M_S2;
+        Ok(Self {
+            terrain,
+            loci,
+            up_m_s2: [g * sin_x, -g * sin_y * cos_x, g * cos_y * cos_x],
+        })
+    }
+
+    /// The terrain.
+    pub fn terrain(&self) -> &Terrain {
+        &self.terrain
+    }
+
+    /// g times the unit vector that points up, in the plane's axes: minus (6.6).
+    pub fn up_m_s2(&self) -> [f64; 3] {
+        self.up_m_s2
+    }
+
+    /// Path of the centre of a wheel at `x_m`.
+    #[inline]
+    pub fn wheel(&self, x_m: f64) -> WheelPath {
+        self.loci
+            .iter()
+            .fold(WheelPath::default(), |sum, locus| sum.plus(locus.at(x_m)))
+    }
+
+    /// Friction coefficient under the right wheel at `x_m`.
+    #[inline]
+    pub fn friction_right(&self, x_m: f64) -> f64 {
+        if self.terrain.patches.is_empty() {
+            self.terrain.friction.right
+        } else {
+            self.terrain.friction_at(x_m).right
+        }
+    }
+
+    /// Friction coefficient under the left wheel at `x_m`.
+    #[inline]
+    pub fn friction_left(&self, x_m: f64) -> f64 {
+        if self.terrain.patches.is_empty() {
+            self.terrain.friction.left
+        } else {
+            self.terrain.friction_at(x_m).left
+        }
+    }
+}
