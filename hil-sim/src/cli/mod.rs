@@ -6,9 +6,13 @@ use clap::{Parser, Subcommand};
 
 use crate::error::CommandError;
 
+pub mod critical;
+pub mod envelope;
 pub mod equilibrium;
 pub mod output;
 pub mod planar_arguments;
+pub mod simulate;
+pub mod slip_limit;
 pub mod values;
 
 /// The biplanar bicycle, simulated and analysed.
@@ -22,15 +26,27 @@ struct Arguments {
 /// What to do; without one, `drive` on the default scenario.
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// The smallest final voltage or reference that makes the mass turn over
+    Critical(critical::Arguments),
+    /// Critical voltages over the slope, for several waveforms
+    Envelope(envelope::Arguments),
     /// Equilibrium, poles
     Equilibrium(equilibrium::Arguments),
+    /// One run of the planar vehicle
+    Simulate(simulate::Arguments),
+    /// The largest voltage step that the grip allows
+    SlipLimit(slip_limit::Arguments),
 }
 
 /// Parses the command line and runs the command: exit code 0 ok, 1 failed checks, 2 bad usage or input.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
+        Some(Command::Critical(a)) => critical::run(&a),
+        Some(Command::Envelope(a)) => envelope::run(&a),
         Some(Command::Equilibrium(a)) => equilibrium::run(&a),
+        Some(Command::Simulate(a)) => simulate::run(&a),
+        Some(Command::SlipLimit(a)) => slip_limit::run(&a),
         None => Err(CommandError::Other("drive comes with the next commit".into())),
     };
     match result {
