@@ -1,5 +1,7 @@
 //! The thesis, analysed: equilibria, limits, envelopes, 3-D motion, camera platform.
 
+pub mod camera;
+pub mod coupled;
 pub mod critical;
 pub mod dop853;
 mod dop853_coefficients;
@@ -12,4 +14,6 @@ pub mod response;
 pub mod roots;
 pub mod simulate;
 pub mod slip;
+pub mod spatial;
+pub mod trajectory;
 pub mod waveform;
