@@ -111,4 +111,22 @@ proptest! {
         let dot = |g: [f64; 4], x: [f64; 4]| -> f64 { (0..4).map(|i| g[i] * x[i]).sum() };
         prop_assert!((dot(g8, x8) - kc * lp * dot(gains, x7)).abs() < 1e-11);
     }
+
+    /// Uphill seen in a mirror is downhill backwards.
+    #[test]
+    fn the_coupled_vehicle_has_a_mirror_image(
+        beta in -0.6..0.6_f64, nu in 0.0..0.2_f64, kc in 0.01..0.5_f64, q in prop::array::uniform8(-3.0..3.0_f64),
+        u in -6.0..6.0_f64, v in -2.0..2.0_f64, which in 0..3_usize,
+    ) {
+        let bearing = [Bearing::Inertial, Bearing::Chassis, Bearing::Axle][which];
+        let on = |beta| {
+            let planar = PlanarParameters { beta, nu, ..PlanarParameters::thesis() };
+            Coupled::new(CoupledParameters::with_camera(planar, &CameraParameters::thesis(), 1.3, kc, bearing))
+        };
+        let got = on(-beta).rate(&q.map(|x| -x), -u, -v);
+        let want = on(beta).rate(&q, u, v);
+        for (g, w) in got.iter().zip(want) {
+            prop_assert!((g + w).abs() < 1e-10 * (1.0 + w.abs()), "{got:?} {want:?}");
+        }
+    }
 }

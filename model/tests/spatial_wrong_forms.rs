@@ -265,3 +265,23 @@ fn constraints_put_into_the_kinetic_energy_go_astray_and_conserve_energy_too() {
         assert!((full[i] - partial[i] - missing).abs() < 1e-12, "{i}");
     }
 }
+
+/// The Appendix's alpha = R (theta_r + theta_l) / 2d in the constraints (6.15): what the wheels would do.
+#[test]
+fn with_the_sign_of_the_appendix_a_vehicle_driven_straight_ahead_spins_on_the_spot() {
+    let s = 0.9;
+    let moves = |sign: f64, rate_r: f64, rate_l: f64, psi: f64| {
+        let psi_rate = (rate_r + sign * rate_l) / (2.0 * s);
+        let ahead = rate_r - s * psi_rate;
+        [ahead * f64::cos(psi), ahead * f64::sin(psi), psi_rate]
+    };
+    let appendix = moves(1.0, 1.0, 1.0, 0.4);
+    assert!(appendix[0].abs() < 1e-15 && appendix[1].abs() < 1e-15 && (appendix[2] - 1.0 / s).abs() < 1e-15);
+    // With (6.12) they roll straight, which is what the model does.
+    let right = moves(-1.0, 1.0, 1.0, 0.4);
+    let model = Spatial::new(SpatialParameters { s, ..reference() });
+    let rate = model.rate(&[0.0, 0.0, 0.4, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0], [0.0, 0.0]);
+    for (r, m) in right.iter().zip(rate) {
+        assert!((r - m).abs() < 1e-15, "{right:?} {rate:?}");
+    }
+}

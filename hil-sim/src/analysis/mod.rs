@@ -1,5 +1,19 @@
 //! The thesis, analysed: equilibria, limits, envelopes, 3-D motion, camera platform.
 
+pub mod camera;
+pub mod coupled;
+pub mod critical;
+pub mod dop853;
+mod dop853_coefficients;
+pub mod envelope;
+pub mod equilibrium;
+pub mod input;
 pub mod lqr;
 pub mod matrix;
+pub mod response;
+pub mod roots;
+pub mod simulate;
+pub mod slip;
+pub mod spatial;
+pub mod trajectory;
 pub mod waveform;

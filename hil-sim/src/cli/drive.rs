@@ -191,7 +191,10 @@ fn table(scenario: &Scenario, values: &[MetricValue], checks: &[Check]) -> Strin
         let value = values.iter().find(|m| m.name == *name).map_or(f64::NAN, |m| m.value);
         line(label, name, value);
     }
-    for check in checks.iter().filter(|check| TABLE.iter().all(|(_, name)| *name != check.name)) {
+    for check in checks
+        .iter()
+        .filter(|check| TABLE.iter().all(|(_, name)| *name != check.name))
+    {
         line(&check.name, &check.name, check.value);
     }
     text

@@ -4,10 +4,20 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+pub mod camera;
+pub mod camera_arguments;
+pub mod coupled;
+pub mod critical;
 pub mod drive;
+pub mod envelope;
 pub mod equilibrium;
+pub mod lqr;
 pub mod output;
 pub mod planar_arguments;
+pub mod simulate;
+pub mod slip_limit;
+pub mod span;
+pub mod spatial;
 pub mod values;
 
 /// The biplanar bicycle, simulated and analysed.
@@ -23,17 +33,41 @@ struct Arguments {
 enum Command {
     /// The vehicle, simulated, driven by the firmware's own tasks
     Drive(drive::Arguments),
+    /// The camera platform alone: tilted, shaken, with a limited motor (ch. 7)
+    Camera(camera::Arguments),
+    /// The vehicle that carries a camera platform, and its step limits (ch. 8)
+    Coupled(coupled::Arguments),
+    /// The smallest final voltage or reference that makes the mass turn over
+    Critical(critical::Arguments),
+    /// Critical voltages over the slope, for several waveforms
+    Envelope(envelope::Arguments),
     /// Equilibrium, poles
     Equilibrium(equilibrium::Arguments),
+    /// The optimal regulator of the camera platform (ch. 7)
+    Lqr(lqr::Arguments),
+    /// One run of the planar vehicle
+    Simulate(simulate::Arguments),
+    /// The largest voltage step that the grip allows
+    SlipLimit(slip_limit::Arguments),
+    /// The vehicle in space, on a plane inclined two ways (ch. 6)
+    Spatial(spatial::Arguments),
 }
 
 /// Parses the command line and runs the command: exit code 0 ok, 1 failed checks, 2 bad usage or input.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
+        Some(Command::Camera(a)) => camera::run(&a),
+        Some(Command::Coupled(a)) => coupled::run(&a),
+        Some(Command::Critical(a)) => critical::run(&a),
+        Some(Command::Envelope(a)) => envelope::run(&a),
         Some(Command::Equilibrium(a)) => equilibrium::run(&a),
         Some(Command::Drive(a)) => drive::run(&a),
         None => drive::run(&drive::Arguments::default()),
+        Some(Command::Lqr(a)) => lqr::run(&a),
+        Some(Command::Simulate(a)) => simulate::run(&a),
+        Some(Command::SlipLimit(a)) => slip_limit::run(&a),
+        Some(Command::Spatial(a)) => spatial::run(&a),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,6 +1,7 @@
 //! How every analysis command hands over what it computed: `--json`, `--out DIR`, or a short table.
 
-use std::io::{IsTerminal, Write};
+use std::fmt::Write as _;
+use std::io::{IsTerminal, Write as _};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -91,10 +92,10 @@ impl OutputArguments {
                 files.push(write_file(directory, &format!("{}-{name}.svg", report.command), &svg)?);
             }
         }
-        let mut stdout = std::io::stdout().lock();
+        let mut text = String::new();
         if self.json {
-            let text = serde_json::to_string(report.result).map_err(|e| CommandError::Other(e.to_string()))?;
-            writeln!(stdout, "{text}")?;
+            text = serde_json::to_string(report.result).map_err(|e| CommandError::Other(e.to_string()))?;
+            text.push('\n');
         } else {
             let width = report
                 .lines
@@ -103,13 +104,17 @@ impl OutputArguments {
                 .max()
                 .unwrap_or(0);
             for (label, value) in &report.lines {
-                writeln!(stdout, "{label:width$}  {value}")?;
+                _ = writeln!(text, "{label:width$}  {value}");
             }
             for file in files {
-                writeln!(stdout, "wrote {}", file.display())?;
+                _ = writeln!(text, "wrote {}", file.display());
             }
         }
-        Ok(())
+        match std::io::stdout().lock().write_all(text.as_bytes()) {
+            // A reader that has seen enough (`| head`) is no failure.
+            Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+            written => Ok(written?),
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The flags of the planar vehicle, shared by every command of chapters 3 to 5 and 8.
 
 use clap::Args;
+use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
 
 use crate::analysis::waveform::Waveform;
@@ -84,6 +85,36 @@ pub fn require_static_equilibrium(p: &PlanarParameters<f64>) -> Result<(), Comma
         "between -pi/2 and pi/2 (rad)".to_owned()
     };
     require("--beta", p.beta, p.beta.sin().abs() < al, &allowed).map(|_| ())
+}
+
+/// The gains of the speed law (3.25), corrected.
+#[derive(Debug, Clone, Args)]
+pub struct LawArguments {
+    /// Gain on theta' - theta'_ref
+    #[arg(long, default_value_t = 0.8, value_parser = finite, allow_hyphen_values = true)]
+    pub kp: f64,
+    /// Gain on phi', entering with a minus sign
+    #[arg(long, default_value_t = 10.0, value_parser = finite, allow_hyphen_values = true)]
+    pub kd: f64,
+    /// Damping assumed in the feed-forward; the vehicle's own if not given
+    #[arg(long, value_name = "ZETA", value_parser = finite, allow_hyphen_values = true)]
+    pub feed_forward: Option<f64>,
+}
+
+impl LawArguments {
+    /// The law for the vehicle `p`.
+    ///
+    /// # Errors
+    /// None at present: every finite gain is a law, stable or not.
+    pub fn resolve(&self, p: &PlanarParameters<f64>) -> Result<SpeedLaw<f64>, CommandError> {
+        let feed_forward_zeta = self.feed_forward.unwrap_or(p.zeta);
+        Ok(SpeedLaw {
+            feed_forward_zeta,
+            alpha_l: p.alpha * p.l,
+            kp: self.kp,
+            kd: self.kd,
+        })
+    }
 }
 
 /// How an input arrives at its final value.

@@ -68,9 +68,9 @@ impl<T: Real> PlanarParameters<T> {
 pub struct Planar<T> {
     parameters: PlanarParameters<T>,
     /// alpha L.
-    al: T,
-    sin_beta: T,
-    cos_beta: T,
+    pub(super) al: T,
+    pub(super) sin_beta: T,
+    pub(super) cos_beta: T,
     /// 1 + mu + nu.
     m11: T,
     /// alpha L^2 + nu.

@@ -1,0 +1,245 @@
+use super::*;
+use crate::analysis::lqr::{Weights, regulator};
+use model::control::camera_law::REFERENCE_SPAR_GAINS;
+use model::dynamics::coupled;
+
+fn vehicle(kr: f64, bearing: Bearing) -> CoupledParameters<f64> {
+    with_thesis_spar(PlanarParameters::thesis(), 1.0, kr, bearing)
+}
+
+fn thesis_gains() -> [f64; 4] {
+    regulator(&CameraParameters::thesis(), &Weights::THESIS).unwrap().gains
+}
+
+fn controlled(kr: f64) -> Drive {
+    let v = vehicle(kr, Bearing::Inertial);
+    Drive::step(v, Some(v.gains_in_vehicle_units(thesis_gains()))).unwrap()
+}
+
+fn passive(kr: f64) -> Drive {
+    Drive::step(vehicle(kr, Bearing::Inertial), None).unwrap()
+}
+
+fn close(a: f64, b: f64, tolerance: f64) -> bool {
+    (a - b).abs() < tolerance
+}
+
+/// The limit lies just below `want`'s last digit: the step fails above it and not below, in the way said.
+fn assert_limit(drive: &Drive, want: f64, tolerance: f64, how: Fate) {
+    assert_eq!(drive.fate(want - tolerance, CRITICAL_SPAN), Fate::Ok, "{want}");
+    assert_eq!(drive.fate(want + tolerance, CRITICAL_SPAN), how, "{want}");
+}
+
+/// Erratum E37: a platform of 15 % of the vehicle's mass costs 18.7 % of the step.
+#[test]
+fn a_passive_platform_lowers_the_step_limit() {
+    let found = passive(0.15).critical(Direction::Forward).unwrap();
+    assert!(
+        close(found.critical, 4.0847, 5e-5) && found.outcome == Fate::Whirl,
+        "{found:?}"
+    );
+    for (kr, want) in [(1e-6, 5.0230), (0.015, 4.9149), (0.05, 4.6695), (0.4, 3.1869)] {
+        assert_limit(&passive(kr), want, 6e-5, Fate::Whirl);
+    }
+    let bare = 5.023_056_271_100;
+    assert!(close(1.0 - found.critical / bare, 0.187, 5e-4) && close(1.0 - 4.9149 / bare, 0.022, 5e-4));
+    // The swing at U = 3.
+    let swing = |kr| passive(kr).run(3.0, CRITICAL_SPAN, 1.0).phi_max_deg;
+    assert!(close(swing(1e-6), 66.0, 0.05) && close(swing(0.15), 83.9, 0.05));
+}
+
+/// Erratum E38: with the gains of ch. 7 the ballast tumbles before the vehicle whirls.
+#[test]
+fn an_unlimited_spar_controller_tumbles_its_ballast_first() {
+    let found = controlled(0.15).critical(Direction::Forward).unwrap();
+    assert!(
+        close(found.critical, 2.838, 5e-4) && found.outcome == Fate::Tumble,
+        "{found:?}"
+    );
+    assert_limit(&controlled(0.015), 1.239, 6e-4, Fate::Tumble);
+    assert_limit(&controlled(0.4), 3.205, 6e-4, Fate::Whirl);
+    let psi = |drive: Drive, u: f64| drive.run(u, CRITICAL_SPAN, 1.0).psi_max_deg;
+    let near = 0.999 * found.critical;
+    for (got, want, tolerance) in [
+        (psi(controlled(0.15), 1.0), 2.87, 5e-3),
+        (psi(controlled(0.15), 2.0), 4.76, 5e-3),
+        (psi(controlled(0.15), near), 9.40, 0.05),
+        (psi(passive(0.15), 1.0), 18.7, 0.05),
+        (psi(passive(0.15), 2.0), 36.2, 0.05),
+        (psi(passive(0.15), 0.999 * 4.084_742), 66.9, 0.05),
+        (psi(controlled(0.4), 0.999 * 3.204_893), 5.35, 5e-3),
+        (psi(passive(0.4), 0.999 * 3.186_861), 48.2, 0.05),
+    ] {
+        assert!(close(got, want, tolerance), "{got} {want}");
+    }
+}
+
+/// Erratum E35.
+#[test]
+fn the_static_limit_counts_every_mass_over_the_same_mass() {
+    let p = vehicle(0.15, Bearing::Inertial);
+    assert!(close(p.platform_mass(), 0.3, 1e-15));
+    assert!(close(static_limit(&p).to_degrees(), 33.631, 5e-4));
+    // As printed: platform masses over M = (1 - alpha)(M + m), the rest over M + m.
+    let printed = (0.72_f64 / (1.0 + 0.3 / (1.0 - 0.9))).asin().to_degrees();
+    assert!(close(printed, 10.370, 5e-4), "{printed}");
+    // Rest in equilibrium just inside the limit; none just outside.
+    let on = |deg: f64| {
+        with_thesis_spar(
+            PlanarParameters {
+                beta: deg.to_radians(),
+                ..PlanarParameters::thesis()
+            },
+            1.0,
+            0.15,
+            Bearing::Chassis,
+        )
+    };
+    let inside = on(33.629);
+    let x = [0.0, static_phi(&inside).unwrap(), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    let a = Coupled::new(inside).accelerations(&x, inside.hold_voltage(), 0.0);
+    assert!(a.iter().all(|a| a.abs() < 1e-12), "{a:?}");
+    assert_eq!(static_phi(&on(33.633)), None);
+}
+
+/// Erratum E36.
+#[test]
+fn the_same_weights_are_not_the_same_controller() {
+    let p = vehicle(0.15, Bearing::Inertial);
+    let same = p.gains_in_vehicle_units(thesis_gains());
+    for (got, want) in same.iter().zip([-3.452, 0.2565, -1.843, -0.2436]) {
+        assert!(close(*got, want, 5e-4 * want.abs().max(0.1)), "{same:?}");
+    }
+    // The vehicle's units with ch. 7's Q and r: the platform with masses kc times as large.
+    let k = p.coefficients();
+    let mass = [[k.m1 + k.m2 + 2.0 * k.m3, k.m2 + k.m3], [k.m2 + k.m3, k.m2]];
+    let camera = CameraParameters::<f64>::thesis().coefficients();
+    assert!(close(
+        mass[0][0],
+        p.kc * (camera.m1 + camera.m2 + 2.0 * camera.m3),
+        1e-15
+    ));
+    // Torques scale with kc, so v8 = kc v7: the cost Q + r v8^2 is ch. 7's with r kc^2.
+    let weights = Weights {
+        r: p.kc * p.kc,
+        ..Weights::THESIS
+    };
+    let redesigned = regulator(&CameraParameters::thesis(), &weights)
+        .unwrap()
+        .gains
+        .map(|g| p.kc * g);
+    for (got, want) in redesigned.iter().zip([-94.82, 4.76, -37.17, -5.15]) {
+        assert!(close(*got, want, 6e-3), "{redesigned:?}");
+    }
+    // On the vehicle in f32 it is the same law too.
+    let f32_gains = p.gains_in_vehicle_units(REFERENCE_SPAR_GAINS.map(f64::from));
+    assert!(same.iter().zip(f32_gains).all(|(a, b)| close(*a, b, 1e-6)));
+}
+
+/// Erratum E38: what does meet the claim of 4 deg against more than 60 deg: the speed loop, its reference
+/// of 4 ramped over 5.
+#[test]
+fn the_speed_loop_with_a_ramp_meets_the_claim() {
+    let law = SpeedLaw::thesis(2.2, 0.72);
+    let psi = |drive: Drive| {
+        let drive = Drive {
+            law: Some(law),
+            waveform: Waveform::Ramp,
+            ramp_time: 5.0,
+            ..drive
+        };
+        let run = drive.run(4.0, CRITICAL_SPAN, 1.0);
+        // The poorly damped speed swings about the reference.
+        let speed = run.theta[100] / 100.0;
+        assert!(run.outcome == Fate::Ok && close(speed, 4.0, 0.4), "{speed}");
+        run.psi_max_deg
+    };
+    let (with, without) = (psi(controlled(0.15)), psi(passive(0.15)));
+    assert!(
+        close(with, 3.96, 5e-3) && close(without, 60.1, 0.05),
+        "{with} {without}"
+    );
+}
+
+/// Erratum E33: where the spar is pivoted decides whether it stays up.
+#[test]
+fn a_spar_on_the_turning_axle_tips_and_one_on_the_chassis_does_not() {
+    let psi_deg = |bearing, gains: Option<[f64; 4]>, t_end: f64| {
+        let v = vehicle(0.15, bearing);
+        let drive = Drive::step(v, gains.map(|g| v.gains_in_vehicle_units(g))).unwrap();
+        let run = drive.run(2.0, t_end, t_end);
+        assert!(close(run.theta_rate[1], 0.857, 3e-3), "{:?}", run.theta_rate);
+        run.psi[1].to_degrees()
+    };
+    for bearing in [Bearing::Inertial, Bearing::Chassis] {
+        assert!(psi_deg(bearing, None, 300.0).abs() < 1e-5);
+        assert!(psi_deg(bearing, Some(thesis_gains()), 100.0).abs() < 1e-6);
+    }
+    // On the axle: 1.105 deg off for ever with the controller, and over without it.
+    assert!(close(psi_deg(Bearing::Axle, Some(thesis_gains()), 100.0), -1.105, 5e-4));
+    assert!(close(psi_deg(Bearing::Axle, None, 300.0), -115.1, 0.05));
+    // It has no equilibrium: the bearing's drag is more than the spar's own weight can hold.
+    let v = vehicle(0.15, Bearing::Axle);
+    assert!(v.zeta_c * 0.8547 > v.coefficients().k1);
+    assert!(psi_deg(Bearing::Axle, None, 400.0) < -360.0);
+}
+
+/// Erratum E34: a camera motor fed with the drive's rate would have to hold more than the ballast weighs.
+#[test]
+fn the_drive_rate_in_the_camera_motor_leaves_no_equilibrium() {
+    let p = vehicle(0.15, Bearing::Inertial);
+    let bias = p.xi_c * 0.857;
+    let capacity = p.lr * p.kr;
+    assert!(close(bias, 0.064, 5e-4) && close(capacity, 0.025, 5e-4) && bias > capacity);
+}
+
+/// The closed form's balance along a whole run: energy against the work of both motors and the bearing.
+#[test]
+fn energy_balances_over_a_run_with_every_bearing() {
+    for bearing in [Bearing::Inertial, Bearing::Chassis, Bearing::Axle] {
+        let p = vehicle(0.15, bearing);
+        let drive = Drive::step(p, Some(p.gains_in_vehicle_units(thesis_gains()))).unwrap();
+        let model = Coupled::new(p);
+        let rate = |_: f64, x: &[f64; 9]| {
+            let state: CoupledState<f64> = std::array::from_fn(|i| x[i]);
+            let v = drive.camera_voltage(&state);
+            let drive_rate = state[THETA_RATE] + state[PHI_RATE];
+            let turn = model.bearing_rate(&state);
+            let power = (2.0 - p.planar.zeta * drive_rate) * drive_rate
+                + (v - p.xi_c * state[GAMMA_RATE]) * state[GAMMA_RATE]
+                - p.zeta_c * turn * turn;
+            let rates = model.rate(&state, 2.0, v);
+            std::array::from_fn(|i| if i < 8 { rates[i] } else { power })
+        };
+        let start = [0.0, drive.phi_0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let end = crate::analysis::dop853::integrate(rate, 0.0, start, 20.0, 1e-12).unwrap();
+        let energy = |x: &[f64; 9]| model.energy(&std::array::from_fn::<f64, 8, _>(|i| x[i]));
+        let residual = energy(&end) - energy(&start) - end[8];
+        assert!(residual.abs() < 1e-9, "{bearing:?} {residual:e}");
+        assert!(end[coupled::THETA] > 3.0 && end[8].abs() > 0.1);
+    }
+}
+
+/// In f32 with a fixed step, as a plant on the vehicle would run it.
+#[test]
+fn f32_follows_f64() {
+    let p = vehicle(0.15, Bearing::Chassis);
+    let (wide, narrow) = (Coupled::new(p), Coupled::new(p.cast::<f32>()));
+    let gains = p.gains_in_vehicle_units(thesis_gains());
+    let (mut a, mut b) = ([0.0; 8], [0.0_f32; 8]);
+    (a[PHI], b[PHI]) = (0.2, 0.2);
+    for _ in 0..4000 {
+        let law = CameraLaw { gains };
+        let small = CameraLaw {
+            gains: gains.map(|g| g as f32),
+        };
+        let v = law.voltage(a[PSI], a[GAMMA], a[PSI_RATE], a[GAMMA_RATE]);
+        let w = small.voltage(b[PSI], b[GAMMA], b[PSI_RATE], b[GAMMA_RATE]);
+        a = wide.rk4(&a, 1.0, v, 0.005);
+        b = narrow.rk4(&b, 1.0, w, 0.005);
+    }
+    for (wide, narrow) in a.iter().zip(b) {
+        assert!(close(*wide, f64::from(narrow), 2e-3), "{a:?} {b:?}");
+    }
+    assert!(a[THETA] > 3.0);
+}

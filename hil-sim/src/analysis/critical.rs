@@ -1,0 +1,271 @@
+//! The critical input: the smallest final value whose response leaves the basin of its start.
+//!
+//! A final voltage only shifts the wheel's speed error at the start (erratum E9), so along the final
+//! value the starts form a curve, and the limit is where that curve crosses the stable manifold of a
+//! saddle: of the forward one, `pi - phi_0`, or, on the return swing, of the backward one. The curve is
+//! first walked with steps small against the change of the largest swing, since a failing value may be
+//! followed by values that return; then the crossing is found from the time spent near the saddle,
+//! which grows like the logarithm of the distance from the manifold.
+
+use model::dynamics::planar::PlanarParameters;
+
+use super::equilibrium::poles;
+use super::input::Input;
+use super::response::{Fate, Judge, Response, State};
+use super::roots::maximum_between;
+
+/// Which way the final value is searched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Direction {
+    /// Above the hold.
+    Forward,
+    /// Below the hold.
+    Reverse,
+}
+
+impl Direction {
+    /// +1 or -1.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Forward => 1.0,
+            Self::Reverse => -1.0,
+        }
+    }
+}
+
+/// The limit found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Critical {
+    /// The smallest final value (in the direction searched) at which responses that return become
+    /// responses that leave; the hold itself if no response near it returns.
+    pub value: f64,
+    /// The way the mass turns: +1 forward, -1 backward.
+    pub whirl_direction: i8,
+    /// Whether the start already leaves its basin at the hold, e.g. because it rolls too fast: then the
+    /// search began at the nearest final value whose response returns.
+    pub hold_fails: bool,
+}
+
+/// Why there is no limit to be found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum NoLimit {
+    /// (3.16) is violated.
+    #[error("the slope has no static equilibrium to start from")]
+    NoEquilibrium,
+    /// The closed loop is unstable at its equilibrium, so there is no basin.
+    #[error("the loop is unstable at its equilibrium: there is no basin to leave")]
+    Unstable,
+    /// Without damping no final voltage has a steady speed.
+    #[error("without damping there is no steady speed")]
+    NoDamping,
+}
+
+/// Tolerance of the walk's integrations.
+const WALK_TOLERANCE: f64 = 1e-7;
+/// Tolerance of the final ones; the first ones in a wide bracket need less.
+const FINAL_TOLERANCE: f64 = 1e-12;
+/// To what the crossing is found, relative to 1 + its size.
+const RESOLUTION: f64 = 2e-11;
+/// The largest final value tried, in units of speed per unit of time of the move (plus one).
+const FARTHEST: f64 = 2000.0;
+
+/// The critical final value from `start` (phi, theta', phi') for inputs like `input` (its target is
+/// ignored); `Ok(None)` if no final value fails.
+///
+/// # Errors
+/// [`NoLimit`] where the question makes no sense.
+pub fn critical(
+    p: &PlanarParameters<f64>,
+    input: &Input,
+    start: State,
+    direction: Direction,
+) -> Result<Option<Critical>, NoLimit> {
+    let judge = Judge::new(p, input).ok_or(NoLimit::NoEquilibrium)?;
+    if p.zeta <= 0.0 && input.law.is_none() {
+        return Err(NoLimit::NoDamping);
+    }
+    if input.law.is_some()
+        && poles(p, judge.static_phi(), input.law.as_ref())
+            .iter()
+            .any(|z| z[0] > 0.0)
+    {
+        return Err(NoLimit::Unstable);
+    }
+    let speed = if input.law.is_some() { 1.0 } else { p.zeta };
+    let search = Search {
+        judge,
+        input: *input,
+        start,
+        sign: direction.sign(),
+        unit: speed,
+    };
+    Ok(match search.first_return() {
+        Some(begin) => search.walk(begin).map(|bracket| search.refine(bracket, begin > 0.0)),
+        None => Some(search.found(&search.sharp(0.0, 1.0), 0.0, true)),
+    })
+}
+
+struct Search {
+    judge: Judge,
+    input: Input,
+    start: State,
+    sign: f64,
+    /// What changes the steady speed by one.
+    unit: f64,
+}
+
+/// A final value that returns and a failing one beyond it, as distances from the hold.
+#[derive(Debug, Clone, Copy)]
+struct Bracket {
+    returns: f64,
+    fails: f64,
+}
+
+impl Search {
+    fn target(&self, distance: f64) -> f64 {
+        self.input.hold + self.sign * distance
+    }
+
+    fn response(&self, distance: f64, tolerance: f64) -> Response {
+        self.judge
+            .judge(&self.input.towards(self.target(distance)), self.start, tolerance)
+    }
+
+    /// The nearest final value that returns: the hold, or one whose steady speed is nearer to the start's.
+    fn first_return(&self) -> Option<f64> {
+        let returns = |d: &f64| self.response(*d, WALK_TOLERANCE).fate == Fate::Returns;
+        let span = 10.0 + 2.0 * self.start[1].abs();
+        let steps = (span / 0.1) as i32;
+        (0..steps).map(|k| 0.1 * f64::from(k) * self.unit).find(returns)
+    }
+
+    /// Walks away from the hold, from `begin` on, until a response fails.
+    fn walk(&self, begin: f64) -> Option<Bracket> {
+        let walk = |d: f64| self.response(d, WALK_TOLERANCE);
+        let (smallest, farthest) = (0.02 * self.unit, FARTHEST * self.unit * (1.0 + self.input.arrival()));
+        // The last two accepted points: distance and excursion.
+        let mut last = (begin, walk(begin).excursion);
+        let mut before = last;
+        let mut step = 0.2 * self.unit;
+        while last.0 < farthest {
+            let d = last.0 + step;
+            let next = walk(d);
+            let change = (next.excursion - last.1).abs();
+            let fails = next.fate != Fate::Returns;
+            let rough = if fails { last.1 < 0.75 } else { change > 0.12 };
+            if rough && step > smallest {
+                step = (0.4 * step).max(smallest);
+                continue;
+            }
+            if fails {
+                return Some(Bracket {
+                    returns: last.0,
+                    fails: d,
+                });
+            }
+            if last.1 > before.1 && last.1 > next.excursion && last.1 > 0.5 {
+                // A swing that peaks between its neighbours may hide a narrow window of failures.
+                if let Some(bracket) = self.window(before.0, last.0, d) {
+                    return Some(bracket);
+                }
+            }
+            (before, last) = (last, (d, next.excursion));
+            if change < 0.05 {
+                step *= 1.6;
+            }
+        }
+        None
+    }
+
+    /// The first failing value around the peak of the swing between `a` and `c`, if there is one.
+    fn window(&self, a: f64, b: f64, c: f64) -> Option<Bracket> {
+        let mut failing: Option<f64> = None;
+        let swing = |d: f64| {
+            let response = self.response(d, WALK_TOLERANCE);
+            if response.fate == Fate::Returns {
+                response.excursion
+            } else {
+                failing = Some(failing.map_or(d, |f| f.min(d)));
+                f64::INFINITY
+            }
+        };
+        maximum_between(swing, a, c, 1e-6 * (1.0 + b));
+        failing.map(|fails| Bracket { returns: a, fails })
+    }
+
+    /// The crossing within the bracket.
+    fn refine(&self, bracket: Bracket, hold_fails: bool) -> Critical {
+        let first = bracket.fails - bracket.returns;
+        let mut low = self.sharp(bracket.returns, first);
+        let mut high = self.sharp(bracket.fails, first);
+        if low.fate != Fate::Returns {
+            // The walk's verdict was within its tolerance of the limit.
+            return self.found(&low, low.distance, hold_fails);
+        }
+        while high.fate == Fate::Returns {
+            // The same on the other side: look just beyond.
+            low = high;
+            high = self.sharp(low.distance + 1e-3 * self.unit, first);
+        }
+        let resolution = RESOLUTION * (1.0 + self.target(high.distance).abs());
+        for k in 0..100 {
+            let width = high.distance - low.distance;
+            if width <= resolution {
+                break;
+            }
+            let slope = (high.offset - low.offset) / width;
+            let secant = low.distance - low.offset / slope;
+            // The offsets are proportional to the distance only near the crossing: now and then, halve.
+            let inside = secant > low.distance && secant < high.distance;
+            let middle = low.distance + 0.5 * width;
+            let probe = self.sharp(if inside && k % 4 != 3 { secant } else { middle }, width);
+            // And once more as far again beyond the crossing, so that both ends close in.
+            let step = probe.offset / slope;
+            let beyond = probe.distance - step - step.signum() * step.abs().max(0.4 * resolution);
+            Self::keep(probe, &mut low, &mut high);
+            if inside && beyond > low.distance && beyond < high.distance {
+                Self::keep(self.sharp(beyond, width), &mut low, &mut high);
+            }
+        }
+        self.found(&high, 0.5 * (low.distance + high.distance), hold_fails)
+    }
+
+    /// A final value tried within a bracket of `width`: a secant may land `width^2` from the crossing,
+    /// and the verdict must still be right there.
+    fn sharp(&self, distance: f64, width: f64) -> Point {
+        let tolerance = (1e-3 * (width / self.unit).powi(2)).clamp(FINAL_TOLERANCE, 1e-8);
+        let response = self.response(distance, tolerance);
+        let size = response.manifold_distance.unwrap_or(f64::NAN);
+        let offset = if response.fate == Fate::Returns { -size } else { size };
+        Point {
+            distance,
+            fate: response.fate,
+            offset,
+        }
+    }
+
+    fn keep(point: Point, low: &mut Point, high: &mut Point) {
+        *(if point.fate == Fate::Returns { low } else { high }) = point;
+    }
+
+    fn found(&self, failing: &Point, distance: f64, hold_fails: bool) -> Critical {
+        let whirl_direction = match failing.fate {
+            Fate::Leaves(way) => way,
+            Fate::Returns => self.sign as i8,
+        };
+        Critical {
+            value: self.target(distance),
+            whirl_direction,
+            hold_fails,
+        }
+    }
+}
+
+/// A final value tried: its distance from the hold, its fate, and (near the crossing) its signed
+/// distance from the stable manifold; NaN where no saddle was visited.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    distance: f64,
+    fate: Fate,
+    offset: f64,
+}

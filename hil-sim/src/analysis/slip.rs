@@ -1,0 +1,131 @@
+//! How large a step the tyre's grip allows, and how long a pulse the whirl limit allows (chapter 4).
+
+use model::dynamics::planar::{Planar, PlanarParameters};
+
+use super::critical::{Direction, NoLimit, critical};
+use super::dop853::{StepTooSmall, integrate};
+use super::equilibrium::static_phi;
+use super::input::Input;
+use super::response::{Fate, Judge};
+use super::roots::{maximum_between, root_between};
+use super::simulate::simulate;
+
+/// Time units after which no swing of a step's response is larger than one before.
+const SPAN: f64 = 40.0;
+/// Steps of the walk from the hold to the whirl limit.
+const WALK: usize = 80;
+
+/// What limits a forward voltage step from the static equilibrium.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SlipLimit {
+    /// The largest step that neither slips nor lifts the wheel; `None` if the vehicle cannot even be
+    /// held; the whirl limit if that comes first.
+    pub critical_voltage: Option<f64>,
+    /// The largest step that does not whirl.
+    pub whirl_voltage: f64,
+    /// Whether slip comes before whirl.
+    pub slips_first: bool,
+    /// The friction coefficient above which whirl comes first; `None` if a step below the whirl limit
+    /// lifts the wheel, so that no grip is enough.
+    pub mu_s_where_whirl_comes_first: Option<f64>,
+}
+
+/// Why there is no slip limit.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum NoSlipLimit {
+    /// No whirl limit.
+    #[error(transparent)]
+    NoLimit(#[from] NoLimit),
+    /// No step whirls.
+    #[error("no step whirls")]
+    NeverWhirls,
+    /// The motion could not be followed.
+    #[error(transparent)]
+    Integration(#[from] StepTooSmall),
+}
+
+/// The friction coefficient that the whole response to the voltage step `u` from the static equilibrium
+/// needs; infinite if it lifts the wheel.
+///
+/// # Errors
+/// [`NoSlipLimit`] beyond the static limit.
+pub fn required_by_step(p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlipLimit> {
+    let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
+    let run = simulate(p, &Input::voltage_step(p, u), [0.0, phi, 0.0, 0.0], SPAN, SPAN)?;
+    Ok(run.friction_coefficient_required.unwrap_or(f64::INFINITY))
+}
+
+/// The slip limit for the static friction coefficient `mu_s`.
+///
+/// # Errors
+/// [`NoSlipLimit`].
+pub fn slip_limit(p: &PlanarParameters<f64>, mu_s: f64) -> Result<SlipLimit, NoSlipLimit> {
+    let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
+    let whirl = critical(p, &Input::voltage_step(p, 0.0), [phi, 0.0, 0.0], Direction::Forward)?
+        .ok_or(NoSlipLimit::NeverWhirls)?
+        .value;
+    // Just inside the whirl limit, so that the last response returns.
+    let (hold, end) = (p.beta.sin(), whirl - 1e-9 * (1.0 + whirl.abs()));
+    let at = |k: usize| hold + (end - hold) * k as f64 / WALK as f64;
+    let needed = (0..=WALK)
+        .map(|k| required_by_step(p, at(k)))
+        .collect::<Result<Vec<f64>, _>>()?;
+    let of_step = |u: f64| required_by_step(p, u).unwrap_or(f64::INFINITY);
+    let worst = needed
+        .iter()
+        .copied()
+        .enumerate()
+        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .map_or(0, |(k, _)| k);
+    let most = if needed.iter().any(|n| n.is_infinite()) {
+        f64::INFINITY
+    } else {
+        let (a, b) = (at(worst.saturating_sub(1)), at((worst + 1).min(WALK)));
+        maximum_between(of_step, a, b, 1e-9).1.max(of_step(end))
+    };
+    let first = needed.iter().position(|n| *n > mu_s);
+    let critical_voltage = match first {
+        Some(0) => None,
+        Some(k) => Some(root_between(|u| of_step(u) - mu_s, at(k - 1), at(k), 1e-12)),
+        None => Some(whirl),
+    };
+    Ok(SlipLimit {
+        critical_voltage,
+        whirl_voltage: whirl,
+        slips_first: first.is_some(),
+        mu_s_where_whirl_comes_first: most.is_finite().then_some(most),
+    })
+}
+
+/// The longest pulse of the voltage `amplitude` (from the hold and back to it) from which the mass
+/// returns, in time units; `None` if a step of that size returns anyway, or none does up to `SPAN`.
+///
+/// # Errors
+/// [`NoSlipLimit`].
+pub fn longest_pulse(p: &PlanarParameters<f64>, amplitude: f64) -> Result<Option<f64>, NoSlipLimit> {
+    let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
+    let hold = Input::voltage_step(p, p.beta.sin());
+    let judge = Judge::new(p, &hold).ok_or(NoLimit::NoEquilibrium)?;
+    let planar = Planar::new(*p);
+    let start = [0.0, phi, 0.0, 0.0];
+    let saddle = std::f64::consts::PI - phi;
+    let returns = |duration: f64| -> Result<bool, NoSlipLimit> {
+        let x = integrate(|_, x| planar.rate(x, amplitude), 0.0, start, duration, 1e-12)?;
+        let within = x[1].abs() < saddle + std::f64::consts::PI;
+        Ok(within && judge.judge(&hold, [x[1], x[2], x[3]], 1e-12).fate == Fate::Returns)
+    };
+    let step = 0.02;
+    let mut last = 0.0;
+    while last < SPAN {
+        if !returns(last + step)? {
+            let (mut low, mut high) = (last, last + step);
+            while high - low > 1e-11 {
+                let middle = 0.5 * (low + high);
+                *(if returns(middle)? { &mut low } else { &mut high }) = middle;
+            }
+            return Ok(Some(low));
+        }
+        last += step;
+    }
+    Ok(None)
+}

@@ -1,0 +1,119 @@
+//! `hil-sim envelope`: the critical voltage over the slope, for several waveforms.
+
+use clap::Args;
+use serde::Serialize;
+
+use crate::analysis::envelope::{Row, envelope, slopes};
+use crate::analysis::waveform::Waveform;
+use crate::cli::output::{OutputArguments, Report, progress_bar};
+use crate::cli::planar_arguments::{PlanarArguments, require_static_equilibrium};
+use crate::cli::values::{finite, not_negative};
+use crate::error::CommandError;
+use crate::plot::{Chart, Columns, Series};
+
+/// Flags of `envelope`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    vehicle: PlanarArguments,
+    /// Waveforms, separated by commas; all eleven if not given
+    #[arg(long, value_name = "A,B", value_enum, value_delimiter = ',')]
+    waveforms: Vec<Waveform>,
+    /// Time the waveform takes to arrive, in time units
+    #[arg(long, value_name = "T", default_value_t = 5.0, value_parser = finite, allow_hyphen_values = true)]
+    ramp_time: f64,
+    /// Slopes in rad: first, last and how many (--beta is ignored)
+    #[arg(long, value_name = "MIN:MAX:N", default_value = "-0.4:0.7:41", value_parser = slope_range, allow_hyphen_values = true)]
+    slopes: SlopeRange,
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+/// Equidistant slopes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct SlopeRange {
+    first: f64,
+    last: f64,
+    count: usize,
+}
+
+/// The most slopes of one envelope.
+const MOST_SLOPES: usize = 100_000;
+
+fn slope_range(text: &str) -> Result<SlopeRange, String> {
+    let allowed = "must be MIN:MAX:N with finite MIN <= MAX in rad and N from 1 to 100000, e.g. -0.3:0.7:41";
+    let [first, last, count] = text.split(':').collect::<Vec<_>>()[..] else {
+        return Err(allowed.into());
+    };
+    match (finite(first), finite(last), count.trim().parse::<usize>()) {
+        (Ok(first), Ok(last), Ok(count)) if first <= last && (1..=MOST_SLOPES).contains(&count) => {
+            Ok(SlopeRange { first, last, count })
+        }
+        _ => Err(allowed.into()),
+    }
+}
+
+/// What the command prints with `--json`.
+#[derive(Debug, Serialize)]
+struct Outcome {
+    rows: Vec<Row>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CommandError::Input`] on bad parameters.
+pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let SlopeRange { first, last, count } = arguments.slopes;
+    for beta in [first, last] {
+        let p = PlanarArguments {
+            beta,
+            ..arguments.vehicle.clone()
+        }
+        .resolve()?;
+        require_static_equilibrium(&p).map_err(|e| CommandError::Input(e.to_string().replace("--beta", "--slopes")))?;
+    }
+    let p = PlanarArguments {
+        beta: first,
+        ..arguments.vehicle.clone()
+    }
+    .resolve()?;
+    let ramp_time = not_negative("--ramp-time", arguments.ramp_time)?;
+    let waveforms = if arguments.waveforms.is_empty() {
+        &Waveform::ALL[..]
+    } else {
+        &arguments.waveforms
+    };
+    let slopes = slopes(first, last, count);
+    let bar = progress_bar(waveforms.len() * slopes.len(), "envelope");
+    let rows = envelope(&p, waveforms, ramp_time, &slopes, || bar.inc(1))
+        .map_err(|e| CommandError::Input(format!("{e} (--zeta is {})", p.zeta)))?;
+    bar.finish_and_clear();
+    let outcome = Outcome { rows };
+    arguments.output.emit(&report(&outcome, waveforms, &slopes))
+}
+
+fn report<'a>(outcome: &'a Outcome, waveforms: &[Waveform], slopes: &[f64]) -> Report<'a, Outcome> {
+    let mut report = Report::new("envelope", outcome).line(
+        "waveform",
+        format!(
+            "critical voltage at beta = {:.4} .. {:.4}",
+            slopes[0],
+            slopes[slopes.len() - 1]
+        ),
+    );
+    let mut columns = Columns::new().with("beta", slopes);
+    let mut chart = Chart::new("Whirl limits", "slope beta (rad)", "critical voltage U");
+    for (waveform, rows) in waveforms.iter().zip(outcome.rows.chunks(slopes.len())) {
+        let values: Vec<f64> = rows.iter().map(|r| r.critical.unwrap_or(f64::NAN)).collect();
+        let few = values
+            .iter()
+            .step_by(values.len().div_ceil(6))
+            .map(|v| format!("{v:.4}"))
+            .collect::<Vec<_>>();
+        report = report.line(waveform.name(), few.join("  "));
+        chart = chart.with(Series::new(waveform.name(), slopes, &values));
+        columns = columns.with(waveform.name(), values);
+    }
+    report.columns(columns).chart("critical", chart)
+}

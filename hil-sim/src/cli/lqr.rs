@@ -1,0 +1,39 @@
+//! `hil-sim lqr`.
+
+use clap::Args;
+
+use crate::analysis::lqr::regulator;
+use crate::cli::camera_arguments::{CameraArguments, WeightArguments};
+use crate::cli::output::{OutputArguments, Report};
+use crate::error::CommandError;
+
+/// Flags of `lqr`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    camera: CameraArguments,
+    #[command(flatten)]
+    weights: WeightArguments,
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CommandError::Input`] on bad parameters or weights without an optimal regulator.
+pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let result = regulator(&arguments.camera.resolve()?, &arguments.weights.resolve()?)?;
+    let mut report = Report::new("lqr", &result);
+    for (name, gain) in ["spar", "ballast", "spar rate", "ballast rate"]
+        .iter()
+        .zip(result.gains)
+    {
+        report = report.line(format!("gain {name}"), format!("{gain:.6}"));
+    }
+    for [re, im] in result.poles {
+        report = report.line("pole", format!("{re:.6} {im:+.6}i"));
+    }
+    report = report.line("Riccati residual", format!("{:.1e}", result.riccati_residual));
+    arguments.output.emit(&report)
+}
