@@ -9,6 +9,7 @@ use crate::error::CommandError;
 pub mod critical;
 pub mod envelope;
 pub mod equilibrium;
+pub mod figures;
 pub mod output;
 pub mod planar_arguments;
 pub mod simulate;
@@ -32,6 +33,8 @@ enum Command {
     Envelope(envelope::Arguments),
     /// Equilibrium, poles
     Equilibrium(equilibrium::Arguments),
+    /// Every figure of the thesis and one page that shows them
+    Figures(figures::Arguments),
     /// One run of the planar vehicle
     Simulate(simulate::Arguments),
     /// The largest voltage step that the grip allows
@@ -45,6 +48,7 @@ pub fn main() -> ExitCode {
         Some(Command::Critical(a)) => critical::run(&a),
         Some(Command::Envelope(a)) => envelope::run(&a),
         Some(Command::Equilibrium(a)) => equilibrium::run(&a),
+        Some(Command::Figures(a)) => figures::run(&a),
         Some(Command::Simulate(a)) => simulate::run(&a),
         Some(Command::SlipLimit(a)) => slip_limit::run(&a),
         None => Err(CommandError::Other("drive comes with the next commit".into())),
