@@ -6,6 +6,7 @@
 pub mod analysis;
 pub mod cli;
 pub mod error;
+pub mod figures;
 pub mod link_client;
 pub mod plant;
 pub mod plot;

@@ -6,7 +6,7 @@ use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
 /// The size of every chart in px; the page scales it to the width it has.
-const SIZE: (u32, u32) = (720, 430);
+const SIZE: (u32, u32) = (620, 430);
 
 /// Line colours, distinguishable also with deficient colour vision.
 const COLOURS: [RGBColor; 8] = [
@@ -131,7 +131,7 @@ impl Chart {
         let fail = |e: &dyn std::fmt::Display| e.to_string();
         root.fill(&WHITE).map_err(|e| fail(&e))?;
         let mut chart = ChartBuilder::on(root)
-            .caption(&self.title, ("sans-serif", 19))
+            .caption(&self.title, ("sans-serif", 20))
             .margin(12)
             .x_label_area_size(46)
             .y_label_area_size(66)
@@ -145,8 +145,8 @@ impl Chart {
             .y_desc(&self.y_label)
             .x_label_formatter(&|v| short_number(*v))
             .y_label_formatter(&|v| short_number(*v))
-            .label_style(("sans-serif", 14))
-            .axis_desc_style(("sans-serif", 15))
+            .label_style(("sans-serif", 16))
+            .axis_desc_style(("sans-serif", 17))
             .draw()
             .map_err(|e| fail(&e))?;
         for (i, series) in self.series.iter().enumerate() {
@@ -170,7 +170,7 @@ impl Chart {
                 .position(SeriesLabelPosition::UpperRight)
                 .background_style(WHITE.mix(0.85))
                 .border_style(RGBColor(200, 200, 200))
-                .label_font(("sans-serif", 13))
+                .label_font(("sans-serif", 15))
                 .draw()
                 .map_err(|e| fail(&e))?;
         }

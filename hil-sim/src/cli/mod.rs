@@ -11,6 +11,7 @@ pub mod critical;
 pub mod drive;
 pub mod envelope;
 pub mod equilibrium;
+pub mod figures;
 pub mod lqr;
 pub mod output;
 pub mod planar_arguments;
@@ -45,6 +46,8 @@ enum Command {
     Equilibrium(equilibrium::Arguments),
     /// The optimal regulator of the camera platform (ch. 7)
     Lqr(lqr::Arguments),
+    /// Every figure of the thesis and one page that shows them
+    Figures(figures::Arguments),
     /// One run of the planar vehicle
     Simulate(simulate::Arguments),
     /// The largest voltage step that the grip allows
@@ -65,6 +68,7 @@ pub fn main() -> ExitCode {
         Some(Command::Drive(a)) => drive::run(&a),
         None => drive::run(&drive::Arguments::default()),
         Some(Command::Lqr(a)) => lqr::run(&a),
+        Some(Command::Figures(a)) => figures::run(&a),
         Some(Command::Simulate(a)) => simulate::run(&a),
         Some(Command::SlipLimit(a)) => slip_limit::run(&a),
         Some(Command::Spatial(a)) => spatial::run(&a),
