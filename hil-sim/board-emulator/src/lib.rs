@@ -10,6 +10,7 @@
 //! what the firmware does and when in its own time, not how long a cache miss takes.
 
 pub mod board;
+mod bridge_timer;
 pub mod build;
 pub mod elf;
 mod emulation;
