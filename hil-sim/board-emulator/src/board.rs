@@ -10,9 +10,7 @@ use rigless::soc::Error;
 use rigless::soc::stm32h743::Stm32h743;
 use rigless::soc::stm32h743::peripherals::gpio::Pin;
 use rigless::soc::stm32h743::peripherals::spi::Select;
-use rigless::soc::stm32h743::peripherals::tim::{
-    ADVANCED_TIMERS, Advanced, BreakInput, BreakSource, Channel, General, TIMERS, Tim,
-};
+use rigless::soc::stm32h743::peripherals::tim::{Channel, General, TIMERS, Tim};
 use rigless::soc::stm32h743::peripherals::{adc, gpio};
 use rigless::time::VirtualNanos;
 
@@ -39,8 +37,6 @@ mod at {
     /// GPIOG, GPIOB.
     pub const PORT_G: usize = 6;
     pub const PORT_B: usize = 1;
-    /// TIM1.
-    pub const BRIDGES: usize = 0;
     /// TIM2, TIM3, TIM4.
     pub const ENCODERS: [&str; 3] = ["TIM2", "TIM3", "TIM4"];
 }
@@ -77,13 +73,12 @@ pub struct DriveBoard {
     /// Level on the break pin that the stop does not explain: a bridge driver's fault.
     driver_fault: bool,
     encoder_slots: [usize; MOTORS],
-    bridges_slot: usize,
 }
 
 rigless::store!(DriveBoard {
     values: [instructions_per_second, fed_counts, stop_pressed, driver_fault],
     parts: [mcu],
-    built: [encoder_slots, bridges_slot]
+    built: [encoder_slots]
 });
 
 impl DriveBoard {
@@ -111,7 +106,6 @@ impl DriveBoard {
         h7.usart[at::LINK].attach(Wire::default());
         let [left, right, camera] = at::ENCODERS;
         let encoder_slots = [h7.bus().slot(left)?, h7.bus().slot(right)?, h7.bus().slot(camera)?];
-        let bridges_slot = h7.bus().slot("TIM1")?;
         let mut board = Self {
             mcu,
             instructions_per_second,
@@ -119,36 +113,39 @@ impl DriveBoard {
             stop_pressed: false,
             driver_fault: false,
             encoder_slots,
-            bridges_slot,
         };
         board.set_stop(VirtualNanos(0), false);
         Ok(board)
     }
 
     /// What each bridge does to its motor.
-    pub fn bridges(&mut self) -> [BridgeState; MOTORS] {
-        let (timer, registers) = self.mcu.h7.advanced_timer(at::BRIDGES);
-        std::array::from_fn(|n| {
-            let channel = Channel::new(n as u8 + 1).expect("a timer has six channels");
-            match (
-                timer.pulse(channel, registers),
-                timer.complementary_pulse(channel, registers),
-            ) {
-                (Some(forward), Some(reverse)) => BridgeState::Switching {
-                    forward_ns: forward.width.0,
-                    reverse_ns: reverse.width.0,
-                    period_ns: forward.period.0,
-                },
-                (None, None) => {
-                    let low = |level: Option<Level>| level != Some(Level::High);
-                    if low(timer.output(channel, registers)) && low(timer.complementary_output(channel, registers)) {
-                        BridgeState::Open
-                    } else {
-                        BridgeState::Held
+    pub fn bridges(&mut self, now: VirtualNanos) -> [BridgeState; MOTORS] {
+        self.mcu.with_bridge_timer(now, |timer, registers, context| {
+            timer.touch(registers, context);
+            let timer = &timer.model;
+            std::array::from_fn(|n| {
+                let channel = Channel::new(n as u8 + 1).expect("a timer has six channels");
+                match (
+                    timer.pulse(channel, registers),
+                    timer.complementary_pulse(channel, registers),
+                ) {
+                    (Some(forward), Some(reverse)) => BridgeState::Switching {
+                        forward_ns: forward.width.0,
+                        reverse_ns: reverse.width.0,
+                        period_ns: forward.period.0,
+                    },
+                    (None, None) => {
+                        let low = |level: Option<Level>| level != Some(Level::High);
+                        let forward = timer.output(channel, registers);
+                        if low(forward) && low(timer.complementary_output(channel, registers)) {
+                            BridgeState::Open
+                        } else {
+                            BridgeState::Held
+                        }
                     }
+                    _ => BridgeState::Held,
                 }
-                _ => BridgeState::Held,
-            }
+            })
         })
     }
 
@@ -262,13 +259,9 @@ impl DriveBoard {
         } else {
             Level::Low
         };
-        let slot = self.bridges_slot;
-        let h7 = &mut self.mcu.h7;
-        let spare: Tim<Advanced> = Tim::with_clock(1, ADVANCED_TIMERS[at::BRIDGES]);
-        let mut timer = std::mem::replace(&mut h7.advanced[at::BRIDGES], spare);
-        let (registers, mut context) = h7.bus_mut().drive(now, slot);
-        timer.drive_break_source(BreakInput::First, BreakSource::Pin, level, registers, &mut context);
-        h7.advanced[at::BRIDGES] = timer;
+        self.mcu.with_bridge_timer(now, |timer, registers, context| {
+            timer.drive_break(level, registers, context);
+        });
     }
 }
 

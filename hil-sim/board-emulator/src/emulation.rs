@@ -101,7 +101,7 @@ impl State {
 
     fn step_plant(&mut self, now: u64, session: &mut Session<DriveBoard>, host: &mut dyn Host) {
         let board = session.board_mut();
-        self.bridges = board.bridges();
+        self.bridges = board.bridges(VirtualNanos(now));
         let seconds = (now - self.stepped_at) as f64 * 1e-9;
         let sensed = self.plant.step(seconds, &self.bridges);
         board.sense(VirtualNanos(now), &sensed);
@@ -193,7 +193,7 @@ impl Stopped<'_> {
 
     /// Bridges as the plant last saw them.
     pub fn bridges(&mut self) -> [BridgeState; MOTORS] {
-        self.session.board_mut().bridges()
+        self.session.board_mut().bridges(self.stop.at)
     }
 
     /// Records every arrival at an instruction from now on.

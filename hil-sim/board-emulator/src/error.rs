@@ -27,6 +27,9 @@ pub enum Error {
     /// The firmware's log cannot be decoded.
     #[error("the firmware's log: {0}")]
     Log(String),
+    /// The firmware's flight record is not what the host expects.
+    #[error("the flight record: {0}")]
+    Record(String),
     /// The emulator refuses the image.
     #[error(transparent)]
     Image(#[from] rigless::image::Error),

@@ -10,10 +10,12 @@
 //! what the firmware does and when in its own time, not how long a cache miss takes.
 
 pub mod board;
+mod bridge_timer;
 pub mod build;
 pub mod elf;
 mod emulation;
 mod error;
+pub mod flight;
 pub mod gaps;
 pub mod link;
 mod part;
@@ -24,6 +26,8 @@ mod watchdog;
 pub use elf::Firmware;
 pub use emulation::{Emulation, Frozen, Hit, Settings, Stopped};
 pub use error::Error;
+/// An instant of virtual time in ns.
+pub use rigless::time::VirtualNanos as Instant;
 
 /// One millisecond of virtual time in ns.
 pub const MS: u64 = 1_000_000;

@@ -66,14 +66,15 @@ pub trait ClosedPlant: Send + Sync {
     fn fork(&self) -> Box<dyn ClosedPlant>;
 }
 
-/// A vehicle on a bench with its wheels off the ground: motors with a first-order lag, upright, still.
-/// For tests of the board that need no dynamics.
+/// A vehicle on a bench with its wheels off the ground: motors with a first-order lag, upright, still
+/// but for its sensors' noise. For tests of the board that need no dynamics.
 #[derive(Debug, Clone)]
 pub struct Bench {
     speed_counts_s: [f64; MOTORS],
     position_counts: [f64; MOTORS],
     /// Battery in V.
     pub battery_v: f64,
+    noise: u64,
 }
 
 impl Bench {
@@ -87,7 +88,14 @@ impl Bench {
             speed_counts_s: [0.0; MOTORS],
             position_counts: [0.0; MOTORS],
             battery_v,
+            noise: 1,
         }
+    }
+
+    /// A number in -`span` to `span`, evenly spread (a linear congruence, Knuth's MMIX).
+    fn noise(&mut self, span: i32) -> i32 {
+        self.noise = self.noise.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.noise >> 33) as i32 % (2 * span + 1) - span
     }
 }
 
@@ -99,7 +107,8 @@ impl ClosedPlant for Bench {
             ..Sensed::default()
         };
         for imu in &mut sensed.imus {
-            imu.specific_force_ug = [0, 0, 1_000_000];
+            imu.specific_force_ug = [self.noise(3_000), self.noise(3_000), 1_000_000 + self.noise(3_000)];
+            imu.rate_mdeg_s = std::array::from_fn(|_| self.noise(150));
         }
         for (n, bridge) in bridges.iter().enumerate() {
             let target = Self::FULL_SPEED_COUNTS_S * bridge.duty().unwrap_or(0.0);

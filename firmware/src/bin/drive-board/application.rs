@@ -1,75 +1,119 @@
-//! Start-up and the tasks.
+//! Start-up: the board, the vehicle, the tasks.
 
 use defmt_rtt as _;
 use embassy_executor::Spawner;
-use embassy_time::{Duration, Ticker, Timer};
-use embedded_hal_async::spi::SpiDevice;
-use firmware::hardware::{AnalogInputs, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Watchdog};
-use model::sample::Actuation;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_time::{Duration, Ticker};
+use firmware::drive::DriveHardware;
+use firmware::imu::Place;
+use firmware::topics;
+use firmware::{analog, built_in, drive, encoders, imu, link, log_task, watchdog};
+use model::supervise::arming::Request;
+use model::tick::VehicleCore;
+use model::vehicle::Vehicle;
 
-use crate::board::{self, Board, Imu};
+use crate::board::link::{LinkReceiver, LinkSender};
+use crate::board::{
+    self, AnalogSequence, Board, CoreCycles, FlightRecorder, Imu, Lamps, QuadratureCounters, RunningWatchdog,
+    StopContact, Tim1Bridges, UserButton,
+};
 
-#[embassy_executor::task]
-async fn control(mut board: Board) {
-    let mut tick = Ticker::every(Duration::from_hz(1000));
-    let mut n = 0u32;
-    let _ = who(&mut board.chassis_imu).await;
-    loop {
-        tick.next().await;
-        let c0 = board.cycles.cycles();
-        let mut b = [0u8; 15];
-        b[0] = 0x1D | 0x80;
-        let _ = board.chassis_imu.transfer_in_place(&mut b).await;
-        let mut b2 = [0u8; 15];
-        b2[0] = 0x1D | 0x80;
-        let _ = board.spar_imu.transfer_in_place(&mut b2).await;
-        let a = board.analog.read().await;
-        let counts = board.encoders.counts();
-        let stop = board.emergency_stop.is_pressed();
-        if n == 0 {
-            board.bridges.clear_break();
-        }
-        board.bridges.apply(&Actuation {
-            enable: n > 20 && !stop,
-            duty: [8000, -8000, 0],
-        });
-        board.watchdog.feed();
-        let c1 = board.cycles.cycles();
-        if n % 100 == 0 {
-            let a = a.unwrap();
-            defmt::info!(
-                "n {} imu {:02x} enc {} bat {} cur {} stop {} brk {} cyc {}",
-                n,
-                b,
-                counts,
-                a.battery,
-                a.current,
-                stop,
-                board.bridges.break_tripped(),
-                c1.wrapping_sub(c0)
-            );
-        }
-        n += 1;
-    }
-}
+/// What the tasks share. The control executor's tasks interrupt the thread's.
+type Topics = topics::Topics<CriticalSectionRawMutex>;
+static TOPICS: Topics = Topics::new();
 
-async fn who(imu: &mut Imu) -> u8 {
-    let mut b = [0x75u8 | 0x80, 0];
-    let _ = imu.transfer_in_place(&mut b).await;
-    defmt::info!("who {:02x}", b[1]);
-    for w in [[0x4Eu8, 0x0F], [0x4F, 0x06], [0x50, 0x06]] {
-        let _ = imu.write(&w).await;
-        Timer::after_micros(300).await;
-    }
-    b[1]
-}
+type BoardDrive = DriveHardware<Tim1Bridges, StopContact, CoreCycles, FlightRecorder>;
 
 #[embassy_executor::main]
-async fn main(_spawner: Spawner) {
+async fn main(spawner: Spawner) {
     let board = Board::take();
-    defmt::info!("up, reset by {}", board.reset_cause);
+    log_task::boot(env!("CARGO_PKG_VERSION"), board.reset_cause);
     if let Some(words) = &board.last_words {
-        defmt::error!("last words: {=str}", words.as_str());
+        defmt::error!("the run before ended: {=str}", words.as_str());
     }
-    board::start_control_executor().spawn(control(board).unwrap());
+    // The build has checked the vehicle file; a vehicle this rejects would not have been built.
+    let Ok(vehicle) = Vehicle::new(built_in::PARAMETERS) else {
+        defmt::panic!("the built-in vehicle is out of range");
+    };
+    let drive_hardware = DriveHardware {
+        bridges: board.bridges,
+        emergency_stop: board.emergency_stop,
+        cycles: board.cycles,
+        recorder: board.flight_recorder,
+    };
+
+    // In the order in which they are to run within a tick.
+    let control = board::start_control_executor();
+    control.spawn(started(encoder_task(board.encoders)));
+    control.spawn(started(imu_task(Place::Chassis, board.chassis_imu)));
+    control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
+    control.spawn(started(drive_task(VehicleCore::new(&vehicle), drive_hardware)));
+    control.spawn(started(watchdog_task(board.watchdog)));
+
+    spawner.spawn(started(analog_task(board.analog)));
+    spawner.spawn(started(receive_task(board.link_receiver)));
+    spawner.spawn(started(send_task(board.link_sender)));
+    spawner.spawn(started(log_task(board.lamps)));
+    spawner.spawn(started(button_task(board.user_button)));
+}
+
+/// A task's token; each task is spawned once, so its storage is free.
+fn started<S>(token: Result<embassy_executor::SpawnToken<S>, embassy_executor::SpawnError>) -> embassy_executor::SpawnToken<S> {
+    match token {
+        Ok(token) => token,
+        Err(error) => defmt::panic!("a task did not start: {}", error),
+    }
+}
+
+#[embassy_executor::task]
+async fn encoder_task(counters: QuadratureCounters) {
+    encoders::run(&TOPICS, counters).await;
+}
+
+#[embassy_executor::task(pool_size = 2)]
+async fn imu_task(place: Place, device: Imu) {
+    imu::run(&TOPICS, place, device).await;
+}
+
+#[embassy_executor::task]
+async fn drive_task(core: VehicleCore, hardware: BoardDrive) {
+    drive::run(&TOPICS, core, hardware).await;
+}
+
+#[embassy_executor::task]
+async fn watchdog_task(watchdog: RunningWatchdog) {
+    watchdog::run(&TOPICS, watchdog).await;
+}
+
+#[embassy_executor::task]
+async fn analog_task(inputs: AnalogSequence) {
+    analog::run(&TOPICS, inputs).await;
+}
+
+#[embassy_executor::task]
+async fn receive_task(uart: LinkReceiver) {
+    link::receive::run(&TOPICS, uart).await;
+}
+
+#[embassy_executor::task]
+async fn send_task(uart: LinkSender) {
+    link::send::run(&TOPICS, uart).await;
+}
+
+#[embassy_executor::task]
+async fn log_task(lamps: Lamps) {
+    firmware::log_task::run(&TOPICS, lamps).await;
+}
+
+/// The board's own button disarms: for whoever stands beside the vehicle.
+#[embassy_executor::task]
+async fn button_task(button: UserButton) {
+    let mut ticker = Ticker::every(Duration::from_millis(20));
+    loop {
+        ticker.next().await;
+        if button.is_pressed() {
+            // A full queue has requests waiting; the button is still down at the next look.
+            let _ = TOPICS.requests.try_send(Request::Disarm);
+        }
+    }
 }

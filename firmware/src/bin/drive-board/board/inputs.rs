@@ -16,6 +16,21 @@ impl EmergencyStop for StopContact {
     }
 }
 
+/// The board's button, which the board pulls down and the button pulls up.
+pub struct UserButton(Input<'static>);
+
+impl UserButton {
+    /// The button on its pin.
+    pub fn new(pin: Input<'static>) -> Self {
+        Self(pin)
+    }
+
+    /// Whether it is down now.
+    pub fn is_pressed(&self) -> bool {
+        self.0.is_high()
+    }
+}
+
 /// The independent watchdog, on its own oscillator.
 pub struct RunningWatchdog(IndependentWatchdog<'static, IWDG1>);
 

@@ -19,8 +19,8 @@
 //! | Watchdog, 20 ms | IWDG1 | | | |
 //! | Clock of the tasks, 1 MHz | TIM5 | | | TIM5 |
 //! | Executor of the control task | | | | UART5, as a software interrupt |
-//! | Lamps: alive, armed, faulted | GPIO | PE1, PB0, PB14 | | |
-//! | User button | GPIO | PC13, high = pressed | | |
+//! | Lamps: armed (green), faulted (red) | GPIO | PB0, PB14 | | |
+//! | User button: disarm | GPIO | PC13, high = pressed | | |
 //!
 //! A lower DMA stream wins over a higher one of the same controller: input stands before output, or the
 //! SPI's FIFO overruns. The buffers are in the AXI SRAM, which DMA1 and DMA2 reach; the stack is not.
@@ -31,6 +31,7 @@ mod bridges;
 mod clocks;
 pub mod crash;
 mod encoders;
+mod flight_record;
 mod inputs;
 pub mod link;
 mod storage;
@@ -54,7 +55,8 @@ use firmware::hardware::ResetCause;
 pub use analog::AnalogSequence;
 pub use bridges::{BridgePins, Tim1Bridges};
 pub use encoders::QuadratureCounters;
-pub use inputs::{CoreCycles, Lamps, RunningWatchdog, StopContact};
+pub use flight_record::FlightRecorder;
+pub use inputs::{CoreCycles, Lamps, RunningWatchdog, StopContact, UserButton};
 pub use storage::ParameterFlash;
 
 bind_interrupts!(struct Interrupts {
@@ -96,10 +98,10 @@ pub struct Board {
     pub cycles: CoreCycles,
     /// Armed and faulted lamps.
     pub lamps: Lamps,
-    /// Lamp that blinks while the thread runs.
-    pub alive_lamp: Output<'static>,
-    /// The board's button: high while pressed.
-    pub user_button: Input<'static>,
+    /// Keeper of the last tick's record.
+    pub flight_recorder: FlightRecorder,
+    /// The board's button.
+    pub user_button: UserButton,
     /// Host link, out.
     pub link_sender: link::LinkSender,
     /// Host link, in.
@@ -193,8 +195,8 @@ impl Board {
                 armed: Output::new(p.PB0, Level::Low, Speed::Low),
                 faulted: Output::new(p.PB14, Level::Low, Speed::Low),
             },
-            alive_lamp: Output::new(p.PE1, Level::Low, Speed::Low),
-            user_button: Input::new(p.PC13, Pull::None),
+            flight_recorder: FlightRecorder::new(),
+            user_button: UserButton::new(Input::new(p.PC13, Pull::None)),
             link_sender,
             link_receiver,
             parameters: ParameterFlash::new(Flash::new(p.FLASH, Interrupts)),

@@ -1,0 +1,78 @@
+//! From power-up to ready.
+
+use board_emulator::plant::BridgeState;
+use board_emulator::{MS, gaps};
+
+use crate::support::{Operator, READY, powered};
+
+/// Time from power-up to the end of the self-check.
+const READY_WITHIN_MS: f64 = 600.0;
+
+#[test]
+fn the_board_boots_says_so_and_keeps_its_bridges_open() {
+    let mut board = Operator::new(powered());
+    let mut connected_at = None;
+    // Every half millisecond through the start-up code, then every ten.
+    while board.emulation.now() < READY {
+        let step = if board.emulation.now() < 20 * MS { MS / 2 } else { 10 * MS };
+        board.emulation.run_for(step).expect("it runs");
+        let (now, bridges, connected) = board
+            .emulation
+            .at(|stopped| (stopped.now(), stopped.bridges(), stopped.board().bridge_pins_connected()))
+            .expect("it runs");
+        assert_eq!(bridges, [BridgeState::Open; 3], "at {now} ns");
+        if connected && connected_at.is_none() {
+            connected_at = Some(now);
+        }
+    }
+    assert!(connected_at.is_some(), "the bridges' pins belong to their timer");
+
+    let log = board.log();
+    let line = |text: &str| {
+        log.iter()
+            .find(|line| line.contains(text))
+            .unwrap_or_else(|| panic!("no `{text}` in {log:#?}"))
+    };
+    line("biplanar drive board");
+    line("reset by power-on");
+    line("imu chassis: started");
+    line("imu spar: started");
+    let done = line("self-check done");
+    let seconds: f64 = done.split_whitespace().next().expect("a time").parse().expect("a number");
+    assert!((100.0..READY_WITHIN_MS).contains(&(seconds * 1e3)), "{done}");
+    assert!(!log.iter().any(|line| line.contains("WARN") || line.contains("ERROR")), "{log:#?}");
+
+    let (found, resets) = board
+        .emulation
+        .at(|stopped| (stopped.gaps(), stopped.resets()))
+        .expect("it runs");
+    assert_eq!(gaps::unexpected(&found), [], "allowed: {:#?}", gaps::ALLOWED);
+    // A gap that is no longer there must leave the list.
+    for allowed in gaps::ALLOWED {
+        assert!(
+            found.iter().any(|gap| gap.kind == allowed.kind && gap.place == allowed.place),
+            "{allowed:?} is allowed and does not happen"
+        );
+    }
+    assert_eq!(resets, []);
+}
+
+/// The clock tree as the part's own registers have it: 400 MHz from the debugger's clock.
+#[test]
+fn the_clock_tree_is_as_designed() {
+    const RCC: u64 = 0x5802_4400;
+    let mut board = Operator::new(powered());
+    board.emulation.run_until(30 * MS).expect("it runs");
+    let read = |offset: u64| board.emulation.at(move |stopped| stopped.register(RCC + offset));
+    let mut read = read;
+    let mut register = |offset| read(offset).expect("it runs").expect("the register answers");
+    // CFGR: PLL1 drives the core (SW and SWS 3).
+    assert_eq!(register(0x10) & 0x3F, 0b01_1011);
+    // CR: HSE on, ready and bypassed; PLL1 on and ready.
+    assert_eq!(register(0x00) & 0x0307_0000, 0x0307_0000);
+    // PLLCKSELR: HSE, divided by 2; PLL1DIVR: times 200 (+1), P and its divider 2 (+1).
+    assert_eq!(register(0x28) & 0x3F3, 2 << 4 | 2);
+    assert_eq!(register(0x30) & 0xFFFF, 1 << 9 | 199);
+    // D1CFGR: core and D1 bus undivided / halved: HPRE 2, D1CPRE 1.
+    assert_eq!(register(0x18) & 0xF0F, 0b1000);
+}

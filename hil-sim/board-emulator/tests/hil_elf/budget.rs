@@ -1,0 +1,70 @@
+//! What a tick costs, and how deep the stack goes.
+
+use board_emulator::MS;
+
+use crate::support::{firmware, ready};
+
+/// The goal for one tick of the vehicle, all stages.
+const TICK_INSTRUCTIONS_MAX: u32 = 5_000;
+/// Cycles that the emulated core counts an instruction: 400 MHz over its instructions a second.
+const CYCLES_PER_INSTRUCTION: u32 = 4;
+/// What the start-up code paints the stack with.
+const PAINT: u32 = 0xCCCC_CCCC;
+
+#[test]
+fn a_tick_stays_within_its_budget() {
+    let mut board = ready();
+    board.arm();
+    board.statuses.clear();
+    board.run(5_000);
+    let ticks: Vec<u32> = board
+        .statuses
+        .iter()
+        .map(|status| status.tick_cycles[0] / CYCLES_PER_INSTRUCTION)
+        .collect();
+    let worst = board.status().tick_cycles[1] / CYCLES_PER_INSTRUCTION;
+    let mean = ticks.iter().sum::<u32>() / ticks.len() as u32;
+    println!("instructions a tick: mean {mean}, worst since boot {worst}");
+    assert!(mean > 500, "a tick does something");
+    assert!(worst <= TICK_INSTRUCTIONS_MAX, "{worst}");
+    assert_eq!(board.status().late_ticks, 0);
+}
+
+#[test]
+fn no_soft_float_is_linked() {
+    let found = firmware()
+        .functions(|name| name.starts_with("__aeabi_d") || name.starts_with("__aeabi_f"))
+        .expect("the ELF has symbols");
+    // Conversions to and from 64-bit integers have no instruction.
+    let allowed = ["__aeabi_d2lz", "__aeabi_d2ulz", "__aeabi_l2d", "__aeabi_ul2d", "__aeabi_f2lz", "__aeabi_f2ulz"];
+    let left: Vec<_> = found.iter().filter(|(name, ..)| !allowed.contains(&name.as_str())).collect();
+    assert!(left.is_empty(), "{left:?}");
+}
+
+#[test]
+fn half_of_the_stack_is_never_used() {
+    let (top, _) = firmware().symbol("_stack_start").expect("the linker's script defines it");
+    let (bottom, _) = firmware().symbol("_stack_end").expect("the linker's script defines it");
+    let mut board = ready();
+    board.arm();
+    board.command = Some((0.5, 0.2));
+    board.run(1000);
+    // The link's worst: an overlong frame and noise.
+    board.emulation.send(&[1; 600]).expect("the wire stands");
+    board.run(300);
+    let untouched = board
+        .emulation
+        .at(move |stopped| {
+            (bottom..top)
+                .step_by(4)
+                .take_while(|at| stopped.read_word(*at).is_ok_and(|word| word == PAINT))
+                .count() as u64
+                * 4
+        })
+        .expect("it runs");
+    let size = top - bottom;
+    println!("stack: {} of {size} bytes used", size - untouched);
+    assert!(untouched < size, "the stack is painted and used");
+    assert!(2 * untouched >= size, "{untouched} of {size} bytes left");
+    assert!(board.emulation.now() > 1000 * MS);
+}

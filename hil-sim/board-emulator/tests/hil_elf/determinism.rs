@@ -1,0 +1,40 @@
+//! Two runs are one.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use board_emulator::{Emulation, MS, flight};
+
+use crate::support::{Operator, firmware, powered, ready};
+
+/// Everything a run shows, in one number.
+fn digest(mut board: Operator) -> u64 {
+    let record = flight::address(firmware()).expect("the record is the host's");
+    board
+        .emulation
+        .at(move |stopped| stopped.probe(record, flight::WORDS as u64))
+        .expect("it runs");
+    board.arm();
+    board.command = Some((0.5, 0.2));
+    board.run(300);
+    let mut hasher = DefaultHasher::new();
+    board
+        .emulation
+        .at(|stopped| (stopped.take_probe(), stopped.instructions(), stopped.log_bytes().ok()))
+        .expect("it runs")
+        .hash(&mut hasher);
+    format!("{:?}", board.statuses).hash(&mut hasher);
+    hasher.finish()
+}
+
+#[test]
+fn two_runs_have_one_hash() {
+    let run = || {
+        let mut emulation: Emulation = powered();
+        emulation.run_until(700 * MS).expect("it runs");
+        digest(Operator::new(emulation))
+    };
+    let (first, second) = (run(), run());
+    println!("{first:016x}");
+    assert_eq!(first, second);
+    assert_eq!(first, digest(ready()), "and so has one that went on from a snapshot");
+}

@@ -1,0 +1,170 @@
+//! The emergency stop and the watchdog, with and without a CPU to help.
+
+use board_emulator::plant::BridgeState;
+use board_emulator::{Emulation, MS, US};
+use model::supervise::arming::Mode;
+
+use crate::support::{Operator, firmware, ready};
+
+/// Thumb `b .`: an endless loop in one instruction.
+const ENDLESS_LOOP: [u8; 2] = [0xFE, 0xE7];
+
+fn open(bridges: [BridgeState; 3]) -> bool {
+    bridges == [BridgeState::Open; 3]
+}
+
+fn switching(bridges: [BridgeState; 3]) -> bool {
+    bridges.iter().all(|bridge| bridge.duty().is_some())
+}
+
+fn bridges(emulation: &mut Emulation) -> [BridgeState; 3] {
+    emulation.at(|stopped| stopped.bridges()).expect("it runs")
+}
+
+/// Puts an endless loop at the start of a function of the firmware, and gives back what was there.
+fn hang(emulation: &mut Emulation, function: &str) -> (u64, Vec<u8>) {
+    let address = firmware().symbol(function).expect("the firmware has it").0 & !1;
+    let before = emulation
+        .at(move |stopped| {
+            let before = stopped.read(address, ENDLESS_LOOP.len())?;
+            stopped.write(address, &ENDLESS_LOOP)?;
+            Ok::<_, board_emulator::Error>(before)
+        })
+        .expect("it runs")
+        .expect("flash can be patched");
+    (address, before)
+}
+
+#[test]
+fn the_stop_opens_the_bridges_in_10_us_with_the_cpu_in_an_endless_loop() {
+    let mut board = ready();
+    board.arm();
+    assert!(switching(bridges(&mut board.emulation)));
+    // The clock of the tasks: its interrupt is above everything, so nothing runs any more.
+    hang(&mut board.emulation, "TIM5");
+    board.emulation.run_for(3 * MS).expect("it runs");
+    let stuck = board.emulation.at(|stopped| stopped.instructions()).expect("it runs");
+    assert!(stuck > 0);
+    assert!(switching(bridges(&mut board.emulation)), "a hung CPU alone does not stop the timer");
+
+    let pressed_at = board.emulation.now();
+    board
+        .emulation
+        .at(|stopped| {
+            let now = rigless_now(stopped.now());
+            stopped.board().set_stop(now, true);
+        })
+        .expect("it runs");
+    let opened = first_open(&mut board, pressed_at, 20 * US, US / 10);
+    println!("bridges open {} ns after the press", opened - pressed_at);
+    assert!(opened - pressed_at <= 10 * US, "{} ns", opened - pressed_at);
+    assert!(opened > pressed_at, "the break's filter takes its samples");
+}
+
+#[test]
+fn the_stops_first_contact_alone_disarms_within_a_tick() {
+    let mut board = ready();
+    board.arm();
+    let pressed_at = board.emulation.now();
+    board
+        .emulation
+        .at(|stopped| {
+            let now = rigless_now(stopped.now());
+            stopped.board().set_stop_contact(now, true);
+        })
+        .expect("it runs");
+    let opened = first_open(&mut board, pressed_at, 5 * MS, 20 * US);
+    println!("bridges open {} us after the press", (opened - pressed_at) / US);
+    // One tick, and the part of a tick that waits for the IMU.
+    assert!(opened - pressed_at <= 1500 * US, "{} us", (opened - pressed_at) / US);
+    board.run(50);
+    assert_eq!(board.status().mode, Mode::Disarmed);
+    assert_eq!(board.status().faults & 1, 1, "fault 0 is the emergency stop");
+}
+
+#[test]
+fn a_driver_fault_stays_open_until_it_is_cleared() {
+    let mut board = ready();
+    board.arm();
+    for fault in [true, false] {
+        board
+            .emulation
+            .at(move |stopped| {
+                let now = rigless_now(stopped.now());
+                stopped.board().set_driver_fault(now, fault);
+            })
+            .expect("it runs");
+        board.run(20);
+        assert!(open(bridges(&mut board.emulation)), "also after the fault is gone");
+    }
+    assert_eq!(board.status().faults & 2, 2, "fault 1 is the bridges' break");
+    assert_eq!(board.status().mode, Mode::Disarmed);
+}
+
+/// A hung control task and a hung everything: reset within 40 ms, open throughout, cause told.
+#[test]
+fn the_watchdog_resets_a_hung_part() {
+    // The interrupt of the control tasks; the clock of all tasks.
+    for function in ["UART5", "TIM5"] {
+        let mut board = ready();
+        let hung_at = board.emulation.now();
+        let (address, before) = hang(&mut board.emulation, function);
+        let mut reset_at = None;
+        for _ in 0..60 {
+            board.emulation.run_for(MS).expect("it runs");
+            assert!(open(bridges(&mut board.emulation)));
+            let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
+            if let Some((at, cause)) = resets.first() {
+                assert!(cause.contains("IWDG"), "{cause}");
+                reset_at = Some(*at);
+                break;
+            }
+        }
+        let reset_at = reset_at.expect("the watchdog bites");
+        println!("{function} hung: reset after {} us", (reset_at - hung_at) / US);
+        assert!(reset_at - hung_at <= 40 * MS);
+        assert!(reset_at - hung_at >= 10 * MS, "and not at the first late tick");
+
+        board
+            .emulation
+            .at(move |stopped| stopped.write(address, &before))
+            .expect("it runs")
+            .expect("flash can be patched");
+        for _ in 0..100 {
+            board.emulation.run_for(10 * MS).expect("it runs");
+            assert!(open(bridges(&mut board.emulation)));
+        }
+        let log = board.log();
+        assert!(log.iter().any(|line| line.contains("reset by watchdog")), "{log:#?}");
+        assert!(log.iter().any(|line| line.contains("self-check done")), "{log:#?}");
+        let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
+        assert_eq!(resets.len(), 1, "it stays up: {resets:?}");
+    }
+}
+
+/// Armed and driving when everything hangs: the bridges are open from the reset on.
+#[test]
+fn a_part_that_hangs_while_driving_is_safe_within_40_ms() {
+    let mut board = ready();
+    board.arm();
+    let hung_at = board.emulation.now();
+    hang(&mut board.emulation, "TIM5");
+    let opened = first_open(&mut board, hung_at, 60 * MS, MS / 4);
+    println!("bridges open {} us after the hang", (opened - hung_at) / US);
+    assert!(opened - hung_at <= 40 * MS);
+}
+
+/// Runs in steps until the bridges are open; the instant at which they were seen so.
+fn first_open(board: &mut Operator, from: u64, within: u64, step: u64) -> u64 {
+    while board.emulation.now() < from + within {
+        board.emulation.run_for(step).expect("it runs");
+        if open(bridges(&mut board.emulation)) {
+            return board.emulation.now();
+        }
+    }
+    panic!("the bridges are not open {within} ns later");
+}
+
+fn rigless_now(now: u64) -> board_emulator::Instant {
+    board_emulator::Instant(now)
+}
