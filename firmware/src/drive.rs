@@ -4,7 +4,7 @@
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, with_timeout};
 use model::sample::{Actuation, ImuRaw, ImuSample, Sample, TICK_US};
-use model::supervise::arming::Request;
+use model::supervise::arming::{Mode, Request};
 use model::tick::{Command, VehicleCore};
 
 use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop};
@@ -83,6 +83,11 @@ where
         let sample = gather(topics, now, emergency_stop.is_pressed(), bridges.break_tripped());
         let command = command(topics, now, request);
 
+        if core.mode() == Mode::Disarmed
+            && let Some(vehicle) = topics.new_vehicle.try_take()
+        {
+            core = VehicleCore::new(&vehicle);
+        }
         let sensed = core.sense(&sample);
         let after_sense = counter.cycles();
         let estimate = core.estimate(&sensed);
@@ -148,10 +153,12 @@ fn command<M: RawMutex>(topics: &Topics<M>, now: Instant, request: Request) -> C
         speed_m_s,
         yaw_rate_rad_s,
     } = command.unwrap_or_default();
+    let parameters_pending = topics.parameters_pending.latest().is_some_and(|pending| pending.value);
     Command {
         speed_m_s,
         yaw_rate_rad_s,
         age_us,
         request,
+        parameters_pending,
     }
 }

@@ -12,6 +12,7 @@
 //! | [`watchdog::run`] | 200 Hz | control (interrupt) |
 //! | [`analog::run`] | 1 kHz | thread |
 //! | [`link::receive::run`], [`link::send::run`] | as bytes come; 100 Hz | thread |
+//! | [`parameters::run`] | on request | thread |
 //! | [`log_task::run`] | 1 Hz and on change | thread |
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
@@ -28,6 +29,7 @@ pub mod hardware;
 pub mod imu;
 pub mod link;
 pub mod log_task;
+pub mod parameters;
 mod ticks;
 pub mod topics;
 pub mod watchdog;

@@ -10,8 +10,10 @@ use embassy_time::Instant;
 use model::sample::{ImuRaw, MOTORS};
 use model::supervise::arming::Request;
 use model::tick::Telemetry;
+use model::vehicle::Vehicle;
 
 use crate::hardware::AnalogReading;
+use crate::link::message::{ParameterAnswer, ParameterRequest};
 use crate::watchdog::Checkins;
 
 /// A value with the time it was taken.
@@ -123,6 +125,14 @@ pub struct Topics<M: RawMutex> {
     pub command: Topic<M, DriveCommand>,
     /// Requests to the arming state machine, each to be taken once.
     pub requests: Channel<M, Request, 4>,
+    /// What the host asks of the parameters.
+    pub parameter_requests: Channel<M, ParameterRequest, 4>,
+    /// Answers to it.
+    pub parameter_answers: Channel<M, ParameterAnswer, 4>,
+    /// Parameters are being changed: the vehicle must not arm.
+    pub parameters_pending: Topic<M, bool>,
+    /// A new set to drive by from the next disarmed tick on.
+    pub new_vehicle: Signal<M, Vehicle<f32>>,
     /// The host asked who we are.
     pub identify: Signal<M, ()>,
     /// What the vehicle tells.
@@ -146,6 +156,10 @@ impl<M: RawMutex> Topics<M> {
             analog: Topic::new(),
             command: Topic::new(),
             requests: Channel::new(),
+            parameter_requests: Channel::new(),
+            parameter_answers: Channel::new(),
+            parameters_pending: Topic::new(),
+            new_vehicle: Signal::new(),
             identify: Signal::new(),
             telemetry: Topic::new(),
             cycles: Topic::new(),

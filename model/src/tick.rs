@@ -38,6 +38,8 @@ pub struct Command {
     pub age_us: u32,
     /// A request to the arming state machine; given in one tick only.
     pub request: Request,
+    /// Parameters are being changed: arming is blocked.
+    pub parameters_pending: bool,
 }
 
 impl Command {
@@ -47,6 +49,7 @@ impl Command {
         yaw_rate_rad_s: 0.0,
         age_us: u32::MAX,
         request: Request::None,
+        parameters_pending: false,
     };
 }
 
@@ -198,6 +201,11 @@ impl VehicleCore {
             limits: LimitSet::EMPTY,
             voltage_v: [0.0; MOTORS],
         }
+    }
+
+    /// The arming state after the last tick.
+    pub fn mode(&self) -> Mode {
+        self.arming.mode()
     }
 
     /// One tick: all stages.
@@ -423,6 +431,7 @@ impl VehicleCore {
         blockers.set(Blocker::NoCommand, any(&[Fault::CommandTimeout]));
         let neutral = command.speed_m_s == 0.0 && command.yaw_rate_rad_s == 0.0;
         blockers.set(Blocker::CommandNotNeutral, !neutral);
+        blockers.set(Blocker::Parameters, command.parameters_pending);
         blockers
     }
 }

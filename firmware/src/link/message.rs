@@ -22,6 +22,68 @@ pub enum HostMessage {
     },
     /// Ask the arming state machine.
     Request(Request),
+    /// Read, change or store parameters.
+    Parameters(ParameterRequest),
+}
+
+/// What the host asks of the parameters. Numbers are in the order of
+/// [`model::vehicle::VehicleParameters::for_each`]; [`ParameterAnswer::Value`] tells each one's place.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum ParameterRequest {
+    /// Tell one value.
+    Read {
+        /// Its number.
+        number: u16,
+    },
+    /// Change one value, not in force before [`ParameterRequest::Store`].
+    Write {
+        /// Its number.
+        number: u16,
+        /// Its new value.
+        value: f32,
+    },
+    /// Check the changed set, keep it in flash, and put it in force. Only while disarmed.
+    Store,
+    /// Go back to the built-in set, not in force before [`ParameterRequest::Store`].
+    Defaults,
+}
+
+/// What the board answers to a [`ParameterRequest`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum ParameterAnswer {
+    /// One value as it is, or as it has been changed.
+    Value {
+        /// Its number.
+        number: u16,
+        /// How many there are.
+        count: u16,
+        /// Its value.
+        value: f32,
+        /// Hash of every name and range: host and board mean the same by a number.
+        schema: u32,
+    },
+    /// There is no such number.
+    NoSuchNumber,
+    /// The value is out of its range.
+    OutOfRange {
+        /// Least allowed.
+        min: f32,
+        /// Most allowed.
+        max: f32,
+    },
+    /// The set contradicts itself; number of the value to change.
+    Inconsistent {
+        /// Its number.
+        number: u16,
+    },
+    /// The vehicle is armed.
+    Armed,
+    /// The flash failed; the set in force stays.
+    FlashFailed,
+    /// The set is stored and in force.
+    Stored,
+    /// The built-in set is ready to be stored.
+    DefaultsReady,
 }
 
 /// From the board to the host.
@@ -34,6 +96,8 @@ pub enum BoardMessage {
     },
     /// The state of the vehicle.
     Status(Status),
+    /// Answer to [`HostMessage::Parameters`].
+    Parameters(ParameterAnswer),
 }
 
 /// The state of the vehicle as it is sent, [`Telemetry`] in the form of the wire.

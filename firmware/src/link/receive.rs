@@ -57,6 +57,11 @@ fn take<M: RawMutex>(topics: &Topics<M>, counters: &mut LinkCounters, received: 
                         counters.dropped_requests = counters.dropped_requests.wrapping_add(1);
                     }
                 }
+                HostMessage::Parameters(request) => {
+                    if topics.parameter_requests.try_send(request).is_err() {
+                        counters.dropped_requests = counters.dropped_requests.wrapping_add(1);
+                    }
+                }
                 HostMessage::Identify => topics.identify.signal(()),
             }
         }

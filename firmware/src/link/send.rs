@@ -27,6 +27,9 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write) -> ! {
             )
             .await;
         }
+        while let Ok(answer) = topics.parameter_answers.try_receive() {
+            send(&mut uart, &BoardMessage::Parameters(answer)).await;
+        }
         let Some(telemetry) = topics.telemetry.latest() else {
             continue;
         };
