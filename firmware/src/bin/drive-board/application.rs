@@ -6,16 +6,17 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker};
 use firmware::drive::DriveHardware;
 use firmware::imu::Place;
+use firmware::parameters::ParameterStore;
 use firmware::topics;
-use firmware::{analog, built_in, drive, encoders, imu, link, log_task, watchdog};
+use firmware::{analog, built_in, drive, encoders, imu, link, log_task, parameters, watchdog};
 use model::supervise::arming::Request;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
 use crate::board::link::{LinkReceiver, LinkSender};
 use crate::board::{
-    self, AnalogSequence, Board, CoreCycles, FlightRecorder, Imu, Lamps, QuadratureCounters, RunningWatchdog,
-    StopContact, Tim1Bridges, UserButton,
+    self, AnalogSequence, Board, CoreCycles, FlightRecorder, Imu, Lamps, ParameterFlash, QuadratureCounters,
+    RunningWatchdog, StopContact, Tim1Bridges, UserButton,
 };
 
 /// What the tasks share. The control executor's tasks interrupt the thread's.
@@ -32,9 +33,13 @@ async fn main(spawner: Spawner) {
         defmt::error!("the run before ended: {=str}", words.as_str());
     }
     // The build has checked the vehicle file; a vehicle this rejects would not have been built.
-    let Ok(vehicle) = Vehicle::new(built_in::PARAMETERS) else {
+    let Ok(built_in) = Vehicle::new(built_in::PARAMETERS) else {
         defmt::panic!("the built-in vehicle is out of range");
     };
+    let Ok(mut store) = ParameterStore::new(board.parameters) else {
+        defmt::panic!("the parameter flash is too small");
+    };
+    let vehicle = parameters::boot(&mut store, &built_in).await;
     let drive_hardware = DriveHardware {
         bridges: board.bridges,
         emergency_stop: board.emergency_stop,
@@ -53,6 +58,7 @@ async fn main(spawner: Spawner) {
     spawner.spawn(started(analog_task(board.analog)));
     spawner.spawn(started(receive_task(board.link_receiver)));
     spawner.spawn(started(send_task(board.link_sender)));
+    spawner.spawn(started(parameter_task(store, vehicle, built_in)));
     spawner.spawn(started(log_task(board.lamps)));
     spawner.spawn(started(button_task(board.user_button)));
 }
@@ -100,6 +106,11 @@ async fn receive_task(uart: LinkReceiver) {
 #[embassy_executor::task]
 async fn send_task(uart: LinkSender) {
     link::send::run(&TOPICS, uart).await;
+}
+
+#[embassy_executor::task]
+async fn parameter_task(store: ParameterStore<ParameterFlash>, vehicle: Vehicle<f32>, built_in: Vehicle<f32>) {
+    parameters::run(&TOPICS, store, vehicle, built_in).await;
 }
 
 #[embassy_executor::task]
