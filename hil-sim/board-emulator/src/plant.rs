@@ -38,6 +38,8 @@ impl BridgeState {
 /// What an IMU measures, on its own axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ImuSensed {
+    /// The part does not answer: its bus floats.
+    pub silent: bool,
     /// Angular rate in thousandths of a degree a second.
     pub rate_mdeg_s: [i32; 3],
     /// Specific force in millionths of a gravity.
