@@ -68,6 +68,8 @@ pub struct DriveBoard {
     instructions_per_second: u64,
     /// Encoder positions fed so far.
     fed_counts: [i64; MOTORS],
+    /// IMUs that do not answer.
+    silent_imus: [bool; 2],
     /// Both contacts of the emergency stop open.
     stop_pressed: bool,
     /// Level on the break pin that the stop does not explain: a bridge driver's fault.
@@ -76,7 +78,7 @@ pub struct DriveBoard {
 }
 
 rigless::store!(DriveBoard {
-    values: [instructions_per_second, fed_counts, stop_pressed, driver_fault],
+    values: [instructions_per_second, fed_counts, silent_imus, stop_pressed, driver_fault],
     parts: [mcu],
     built: [encoder_slots]
 });
@@ -110,6 +112,7 @@ impl DriveBoard {
             mcu,
             instructions_per_second,
             fed_counts: [0; MOTORS],
+            silent_imus: [false; 2],
             stop_pressed: false,
             driver_fault: false,
             encoder_slots,
@@ -164,6 +167,13 @@ impl DriveBoard {
         for n in 0..MOTORS {
             self.turn_encoder(now, n, sensed.encoder_counts[n]);
         }
+        for (n, imu) in sensed.imus.iter().enumerate() {
+            if imu.silent != self.silent_imus[n] {
+                self.silent_imus[n] = imu.silent;
+                // There is a chip on either bus: they were attached when the board was built.
+                let _ = self.mcu.h7.spi[at::IMU_BUSES[n]].silence(0, imu.silent);
+            }
+        }
         let h7 = &mut self.mcu.h7;
         for (bus, imu) in at::IMU_BUSES.into_iter().zip(&sensed.imus) {
             if let Some(chip) = h7.spi[bus].chip_mut::<Icm42688p>(0) {
@@ -178,11 +188,6 @@ impl DriveBoard {
             let channel = adc::Channel::new(channel).expect("a converter has twenty channels");
             h7.adc[at::CONVERTER].set_input(channel, millivolts);
         }
-    }
-
-    /// Silences or restores an IMU: 0 chassis, 1 spar. Answers whether there is one.
-    pub fn silence_imu(&mut self, nth: usize, silent: bool) -> bool {
-        self.mcu.h7.spi[at::IMU_BUSES[nth]].silence(0, silent)
     }
 
     /// Presses or releases the emergency stop: both its contacts.

@@ -27,10 +27,21 @@ const TASK_CLOCK_EVENTS: u64 = 0x4000_0C14;
 /// Its four compare flags.
 const COMPARE_FLAGS: u64 = 0x1E;
 
+/// Its counter.
+const TASK_CLOCK_COUNT: u64 = 0x4000_0C24;
+/// Counts of it between two of its interrupts, in us: half its 16 bits' range.
+const TASK_CLOCK_RANGE_US: u64 = 1 << 16;
+/// Virtual time after a start by which the firmware's clock surely runs.
+const CLOCK_RUNS_AFTER: u64 = 20 * MS;
+/// How long before the firmware's tick the plant is stepped, so that the tick senses what just was, and
+/// the plant moved with the bridges as the tick before had left them.
+const STEP_BEFORE_TICK: u64 = 20_000;
+
 /// How a run is made.
 #[derive(Debug, Clone, Copy)]
 pub struct Settings {
-    /// Virtual time between two steps of the plant in ns.
+    /// Virtual time between two steps of the plant in ns. A multiple or a fraction of the firmware's tick
+    /// of 1 ms: the steps are laid just before ticks.
     pub plant_interval: u64,
     /// Instructions a second of virtual time.
     pub instructions_per_second: u64,
@@ -77,6 +88,9 @@ struct State {
     /// that runs past a stop does not shift those after it.
     stepped_at: u64,
     next_step: u64,
+    /// When to look at the firmware's clock and lay the steps by it: once after each start.
+    align_at: Option<u64>,
+    resets: usize,
     next_drain: u64,
     log: Vec<u8>,
     bridges: [BridgeState; MOTORS],
@@ -99,6 +113,30 @@ impl State {
         }
     }
 
+    /// The next step an interval after the one due now; once after a start, by the firmware's clock.
+    fn lay_next_step(&mut self, at: VirtualNanos, session: &mut Session<DriveBoard>) {
+        let interval = self.settings.plant_interval;
+        // An instruction may have run past the instant the step was due at.
+        let due = self.next_step;
+        self.next_step = due + ((at.0 - due) / interval + 1) * interval;
+        if session.resets().len() != self.resets {
+            self.resets = session.resets().len();
+            self.align_at = Some(at.0 + CLOCK_RUNS_AFTER);
+        }
+        if self.align_at.is_some_and(|align_at| at.0 >= align_at) {
+            self.align_at = None;
+            match session.mcu().read(at, TASK_CLOCK_COUNT, Width::W32) {
+                Ok(count) => self.next_step = just_before_tick(at.0, count & 0xFFFF, self.started_at(session)),
+                Err(fault) => self.failure = Some(Error::Core(format!("{fault:?}"))),
+            }
+        }
+    }
+
+    /// When the part last started.
+    fn started_at(&self, session: &Session<DriveBoard>) -> u64 {
+        session.resets().last().map_or(0, |reset| reset.at.0)
+    }
+
     fn step_plant(&mut self, now: u64, session: &mut Session<DriveBoard>, host: &mut dyn Host) {
         let board = session.board_mut();
         self.bridges = board.bridges(VirtualNanos(now));
@@ -115,6 +153,17 @@ impl State {
             }
         }
     }
+}
+
+/// The first instant after `now` that lies just before a tick of a firmware that started at `started`
+/// and whose clock's low 16 bits read `count_us`: the clock is the time since the start, less what the
+/// start-up code took before it set the clock going (less than half the count's range).
+fn just_before_tick(now: u64, count_us: u64, started: u64) -> u64 {
+    let elapsed_us = (now - started) / 1000;
+    let lag_us = (elapsed_us - count_us % TASK_CLOCK_RANGE_US) % TASK_CLOCK_RANGE_US;
+    let first_tick = started + lag_us * 1000;
+    let before = first_tick + MS - STEP_BEFORE_TICK;
+    before + now.saturating_sub(before).div_ceil(MS) * MS
 }
 
 /// The board where the run stands, between two instructions.
@@ -287,8 +336,7 @@ impl Driver<DriveBoard> for Conductor {
         let now = stop.at.0;
         if now >= self.state.next_step {
             self.state.step_plant(now, session, host);
-            let interval = self.state.settings.plant_interval;
-            self.state.next_step = (now / interval + 1) * interval;
+            self.state.lay_next_step(stop.at, session);
         }
         if now >= self.state.next_drain {
             if let Err(error) = rtt::drain(self.state.rtt_block, host, &mut self.state.log) {
@@ -363,6 +411,8 @@ impl Emulation {
             rtt_block: firmware.rtt_block(),
             stepped_at: 0,
             next_step: 0,
+            align_at: Some(CLOCK_RUNS_AFTER),
+            resets: 0,
             next_drain: 0,
             log: Vec::new(),
             bridges: [BridgeState::Open; MOTORS],

@@ -28,7 +28,20 @@ pub struct Allowed {
 }
 
 /// Every gap this firmware may reach.
-pub const ALLOWED: &[Allowed] = &[];
+pub const ALLOWED: &[Allowed] = &[
+    Allowed {
+        kind: "undefined",
+        place: "SYSCFG",
+        reason: "SYSCFG_CFGR, which connects a locked-up core and damaged memory to the break, is missing from the \
+                 vendor's register description that the emulated part is made from; its bits act on real faults only",
+    },
+    Allowed {
+        kind: "told",
+        place: "RCC.PLLCKSELR",
+        reason: "the HAL clears the fields of the PLLs it leaves off by writing the whole register; those of the \
+                 running PLL and its source are locked while it runs, on the part as here",
+    },
+];
 
 /// The gaps of a run.
 pub fn of(session: &Session<DriveBoard>) -> Vec<Gap> {

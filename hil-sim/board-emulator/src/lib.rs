@@ -9,6 +9,7 @@
 //! Time is a fixed number of instructions a second, so the emulator counts work, not cycles: it shows
 //! what the firmware does and when in its own time, not how long a cache miss takes.
 
+pub mod backend;
 pub mod board;
 mod bridge_timer;
 pub mod build;
@@ -21,6 +22,7 @@ pub mod link;
 mod part;
 pub mod plant;
 mod rtt;
+pub mod vehicle;
 mod watchdog;
 
 pub use elf::Firmware;

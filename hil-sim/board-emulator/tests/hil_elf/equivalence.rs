@@ -32,7 +32,7 @@ fn record(ticks: u64) -> Vec<FlightRecord> {
         .emulation
         .at(move |stopped| stopped.probe(address, flight::WORDS as u64))
         .expect("it runs");
-    let mut records = Vec::new();
+    let mut records: Vec<FlightRecord> = Vec::new();
     board.run(700);
     board.arm();
     // Commands that change all the time, so that every branch of the laws sees ticks.

@@ -2,7 +2,7 @@
 
 use embassy_stm32::Config;
 use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk, VoltageScale, mux,
+    AHBPrescaler, APBPrescaler, Hse, HseMode, LsConfig, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk, VoltageScale, mux,
 };
 use embassy_stm32::time::Hertz;
 
@@ -33,6 +33,8 @@ pub fn config() -> Config {
     config.rcc.apb3_pre = APBPrescaler::DIV2;
     config.rcc.apb4_pre = APBPrescaler::DIV2;
     config.rcc.voltage_scale = VoltageScale::Scale1;
+    // No calendar: its clock source could be chosen only once a power-up.
+    config.rcc.ls = LsConfig::off();
     // 64 MHz, which the converter's own prescaler halves into its range.
     config.rcc.mux.adcsel = mux::Adcsel::PER;
     config

@@ -1,0 +1,103 @@
+//! Scenarios on the emulated board: the same files, operator, trace and metrics as on the virtual one.
+
+use hil_sim::plant::Plant;
+use hil_sim::scenario::Backend;
+
+use crate::vehicle::VehicleAtPins;
+use crate::{Emulation, Error, Firmware, Settings};
+
+/// The emulated board with hil-sim's plant around it.
+pub struct EmulatedBackend<'a> {
+    firmware: &'a Firmware,
+    emulation: Emulation,
+    vehicle: VehicleAtPins,
+    log_lines: usize,
+    /// Why the run could not go on; it stands still from then on.
+    failure: Option<Error>,
+}
+
+impl<'a> EmulatedBackend<'a> {
+    /// Powers the board up.
+    ///
+    /// # Errors
+    /// As [`Emulation::power_on`].
+    pub fn power_on(firmware: &'a Firmware, plant: Plant, settings: Settings) -> Result<Self, Error> {
+        let vehicle = VehicleAtPins::new(plant);
+        let emulation = Emulation::power_on(firmware, Box::new(vehicle.clone()), settings)?;
+        Ok(Self {
+            firmware,
+            emulation,
+            vehicle,
+            log_lines: 0,
+            failure: None,
+        })
+    }
+
+    /// The run itself, for what a scenario does not ask.
+    ///
+    /// # Errors
+    /// Why it could not go on, where it could not.
+    pub fn emulation(&mut self) -> Result<&mut Emulation, Error> {
+        match self.failure.take() {
+            Some(failure) => Err(failure),
+            None => Ok(&mut self.emulation),
+        }
+    }
+
+    /// Keeps the first failure: the trait's calls have no way to tell.
+    fn told<T: Default>(&mut self, result: Result<T, Error>) -> T {
+        result.unwrap_or_else(|error| {
+            self.failure.get_or_insert(error);
+            T::default()
+        })
+    }
+}
+
+impl Backend for EmulatedBackend<'_> {
+    fn now_us(&self) -> u64 {
+        self.emulation.now() / 1000
+    }
+
+    fn run_until(&mut self, until_us: u64) {
+        let result = self.emulation.run_until(until_us * 1000);
+        self.told(result);
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        let result = self.emulation.send(bytes);
+        self.told(result);
+    }
+
+    fn receive(&mut self) -> Vec<u8> {
+        let result = self.emulation.receive();
+        self.told(result)
+    }
+
+    fn plant(&mut self, act: &mut dyn FnMut(&mut Plant)) {
+        act(&mut self.vehicle.plant());
+    }
+
+    fn set_emergency_stop(&mut self, pressed: bool) {
+        let result = self.emulation.at(move |stopped| {
+            let now = crate::Instant(stopped.now());
+            stopped.board().set_stop(now, pressed);
+        });
+        self.told(result);
+    }
+
+    fn bridges_on(&mut self) -> bool {
+        let result = self
+            .emulation
+            .at(|stopped| stopped.bridges().iter().any(|bridge| bridge.duty().is_some()));
+        self.told(result)
+    }
+
+    fn log(&mut self) -> Vec<String> {
+        let bytes = self.emulation.at(|stopped| stopped.log_bytes()).and_then(|bytes| bytes);
+        let lines = bytes.and_then(|bytes| self.firmware.decode(&bytes));
+        let lines = self.told(lines);
+        let new = lines.get(self.log_lines..).unwrap_or_default().to_vec();
+        self.log_lines = lines.len();
+        new
+    }
+}

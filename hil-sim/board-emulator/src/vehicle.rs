@@ -1,0 +1,117 @@
+//! The simulated vehicle around the emulated board: hil-sim's plant at the pins.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use hil_sim::plant::icm42688p::Icm42688p;
+use hil_sim::plant::{self, Plant};
+use model::sample::{Motor, imu_scale};
+
+use crate::plant::{BridgeState, ClosedPlant, ImuSensed, MOTORS, Sensed};
+
+/// Registers of the plant's own IMU model, used here only to read out what its sensor measures.
+mod register {
+    pub const TEMP_DATA1: u8 = 0x1D;
+    pub const PWR_MGMT0: u8 = 0x4E;
+    pub const GYRO_CONFIG0: u8 = 0x4F;
+    pub const ACCEL_CONFIG0: u8 = 0x50;
+    pub const WHO_AM_I: u8 = 0x75;
+    pub const READ: u8 = 0x80;
+}
+
+const WHO_AM_I: u8 = 0x47;
+/// Both sensors on; ranges of the firmware at 1 kHz.
+const SETTINGS: [(u8, u8); 3] = [
+    (register::GYRO_CONFIG0, 0x26),
+    (register::ACCEL_CONFIG0, 0x26),
+    (register::PWR_MGMT0, 0x0F),
+];
+
+/// The plant at the board's pins. Clones share the plant.
+///
+/// The plant's IMUs come with a register model of their own, which the virtual board's driver talks to.
+/// Here the firmware talks to the emulator's independent model of the part; this one runs behind it as
+/// the sensor, noise and faults included.
+#[derive(Debug, Clone)]
+pub struct VehicleAtPins(Arc<Mutex<Plant>>);
+
+impl VehicleAtPins {
+    /// The plant, its IMUs switched on.
+    pub fn new(mut plant: Plant) -> Self {
+        for (register, value) in SETTINGS {
+            plant.chassis_imu().transfer(&mut [register, value]);
+            if let Some(imu) = plant.spar_imu() {
+                imu.transfer(&mut [register, value]);
+            }
+        }
+        Self(Arc::new(Mutex::new(plant)))
+    }
+
+    /// The plant, as it was at its last step.
+    pub fn plant(&self) -> MutexGuard<'_, Plant> {
+        // A panic while it was held left it as consistent as any step does.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl ClosedPlant for VehicleAtPins {
+    fn step(&mut self, seconds: f64, bridges: &[BridgeState; MOTORS]) -> Sensed {
+        let mut plant = self.plant();
+        let bridges = bridges.map(|bridge| match bridge {
+            // A bridge that conducts without switching holds its motor at one rail: a short for a plant
+            // that cannot tell which.
+            BridgeState::Held => plant::BridgeState::Duty(1.0),
+            _ => bridge.duty().map_or(plant::BridgeState::Open, plant::BridgeState::Duty),
+        });
+        plant.advance(seconds, &bridges);
+        let (battery, current) = plant.analog();
+        let counted = |motor| plant.encoder(motor).counted();
+        let encoder_counts = [counted(Motor::Left), counted(Motor::Right), counted(Motor::Camera)];
+        let chassis = sensed(plant.chassis_imu());
+        let spar = plant.spar_imu().map_or(
+            ImuSensed {
+                silent: true,
+                ..ImuSensed::default()
+            },
+            sensed,
+        );
+        Sensed {
+            encoder_counts,
+            imus: [chassis, spar],
+            battery_mv: millivolts(battery),
+            current_mv: current.map(millivolts),
+        }
+    }
+
+    fn fork(&self) -> Box<dyn ClosedPlant> {
+        Box::new(Self(Arc::new(Mutex::new(self.plant().clone()))))
+    }
+}
+
+/// The voltage that converts to a 16-bit count of 3.3 V.
+fn millivolts(count: u16) -> u32 {
+    (f64::from(count) * 3300.0 / 65536.0).round() as u32
+}
+
+/// Reads the sensor behind the plant's IMU out, in the units in which the emulator's IMU is told.
+fn sensed(imu: &mut Icm42688p) -> ImuSensed {
+    let mut who = [register::WHO_AM_I | register::READ, 0];
+    imu.transfer(&mut who);
+    if who[1] != WHO_AM_I {
+        return ImuSensed {
+            silent: true,
+            ..ImuSensed::default()
+        };
+    }
+    let mut burst = [0; 15];
+    burst[0] = register::TEMP_DATA1 | register::READ;
+    imu.transfer(&mut burst);
+    let word = |n: usize| f64::from(i16::from_be_bytes([burst[n], burst[n + 1]]));
+    let scaled = |n: usize, unit: f64| (word(n) * unit).round() as i32;
+    let g = 1e6 / f64::from(imu_scale::ACCEL_LSB_PER_G);
+    let rate = 1e3 / f64::from(imu_scale::GYRO_LSB_PER_DEG_S);
+    ImuSensed {
+        silent: false,
+        specific_force_ug: [scaled(3, g), scaled(5, g), scaled(7, g)],
+        rate_mdeg_s: [scaled(9, rate), scaled(11, rate), scaled(13, rate)],
+    }
+}
