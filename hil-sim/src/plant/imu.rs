@@ -4,6 +4,9 @@
 //! the spar swing forward with a positive angle, which is a rotation about -y: gyro y reads minus the
 //! angle's rate, and yaw about the plane's normal shows in x and z as the body leaves the normal.
 
+#[cfg(test)]
+mod tests;
+
 use core::f64::consts::PI;
 
 use super::body::{FORWARD, Gravity, LIFT, SIDE, YAW};

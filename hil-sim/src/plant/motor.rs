@@ -13,6 +13,11 @@
 //! and no substep is too long for it. With L = 0 both E and P vanish: the quasi-static motor.
 //! Rates and torques are at the gearbox output.
 
+mod battery;
+#[cfg(test)]
+mod tests;
+
+pub use battery::Battery;
 use model::vehicle::{CameraMotorParameters, DriveMotorParameters};
 
 use super::body::JointTorque;
@@ -272,39 +277,5 @@ impl Motor {
 
     fn average_current(&self, volts: f64, emf: f64) -> f64 {
         (volts - emf) / self.resistance * (1.0 - self.share) + self.current * self.share
-    }
-}
-
-/// A battery: a voltage behind a resistance.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Battery {
-    /// Voltage without load, in V.
-    pub open_circuit_v: f64,
-    /// Internal resistance in Ohm.
-    pub resistance_ohm: f64,
-    /// What else it feeds, in A: the board and its sensors.
-    pub idle_a: f64,
-}
-
-impl Battery {
-    /// Terminal voltage over a substep of `h` seconds while `motors` take what their `bridges` let
-    /// through at the joints' `rates`: solved together, so that regeneration and sag of any resistance
-    /// are stable.
-    pub fn terminal_v<const N: usize>(
-        &self,
-        h: f64,
-        motors: &mut [Motor; N],
-        bridges: &[BridgeState; N],
-        rates: &[f64; N],
-    ) -> f64 {
-        let mut current = self.idle_a;
-        let mut conductance = 0.0;
-        for ((motor, &bridge), &rate) in motors.iter_mut().zip(bridges).zip(rates) {
-            let (a, b) = motor.battery_load(h, bridge, rate);
-            current += a;
-            conductance += b;
-        }
-        let r = self.resistance_ohm;
-        (self.open_circuit_v - r * current) / (1.0 + r * conductance)
     }
 }

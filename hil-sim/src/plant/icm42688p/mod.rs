@@ -13,6 +13,8 @@ use super::imu::{ImuErrors, ImuSensor, Motion};
 use super::noise::Noise;
 
 pub mod registers;
+#[cfg(test)]
+mod tests;
 
 use registers as reg;
 

@@ -1,0 +1,37 @@
+//! The battery that the motors share.
+
+use super::{BridgeState, Motor};
+
+/// A battery: a voltage behind a resistance.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Battery {
+    /// Voltage without load, in V.
+    pub open_circuit_v: f64,
+    /// Internal resistance in Ohm.
+    pub resistance_ohm: f64,
+    /// What else it feeds, in A: the board and its sensors.
+    pub idle_a: f64,
+}
+
+impl Battery {
+    /// Terminal voltage over a substep of `h` seconds while `motors` take what their `bridges` let
+    /// through at the joints' `rates`: solved together, so that regeneration and sag of any resistance
+    /// are stable.
+    pub fn terminal_v<const N: usize>(
+        &self,
+        h: f64,
+        motors: &mut [Motor; N],
+        bridges: &[BridgeState; N],
+        rates: &[f64; N],
+    ) -> f64 {
+        let mut current = self.idle_a;
+        let mut conductance = 0.0;
+        for ((motor, &bridge), &rate) in motors.iter_mut().zip(bridges).zip(rates) {
+            let (a, b) = motor.battery_load(h, bridge, rate);
+            current += a;
+            conductance += b;
+        }
+        let r = self.resistance_ohm;
+        (self.open_circuit_v - r * current) / (1.0 + r * conductance)
+    }
+}
