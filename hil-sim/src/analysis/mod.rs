@@ -15,5 +15,7 @@ pub mod roots;
 pub mod simulate;
 pub mod slip;
 pub mod spatial;
+pub mod speed_response;
 pub mod trajectory;
 pub mod waveform;
+pub mod whirl;
