@@ -8,6 +8,7 @@ mod dop853_coefficients;
 pub mod envelope;
 pub mod equilibrium;
 pub mod input;
+pub mod jumps;
 pub mod lqr;
 pub mod matrix;
 pub mod response;

@@ -58,7 +58,9 @@ async fn main(spawner: Spawner) {
 }
 
 /// A task's token; each task is spawned once, so its storage is free.
-fn started<S>(token: Result<embassy_executor::SpawnToken<S>, embassy_executor::SpawnError>) -> embassy_executor::SpawnToken<S> {
+fn started<S>(
+    token: Result<embassy_executor::SpawnToken<S>, embassy_executor::SpawnError>,
+) -> embassy_executor::SpawnToken<S> {
     match token {
         Ok(token) => token,
         Err(error) => defmt::panic!("a task did not start: {}", error),
