@@ -98,7 +98,8 @@ pub fn slip_limit(p: &PlanarParameters<f64>, mu_s: f64) -> Result<SlipLimit, NoS
 }
 
 /// The longest pulse of the voltage `amplitude` (from the hold and back to it) from which the mass
-/// returns, in time units; `None` if a step of that size returns anyway, or none does up to `SPAN`.
+/// returns, in time units: its end is a step, too, and may turn the mass over backwards. `None` if every
+/// pulse up to 40 time units returns.
 ///
 /// # Errors
 /// [`NoSlipLimit`].

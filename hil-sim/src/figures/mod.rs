@@ -229,14 +229,14 @@ mod tests {
 
     #[test]
     fn a_figure_is_written_with_its_page() {
-        fn make() -> Result<Figure, FigureError> {
+        let make: fn() -> Result<Figure, FigureError> = || {
             let chart = Chart::new("A < B", "t", "x").with(Series::new("s, 1", &[0.0, 1.0], &[2.0, 3.0]));
             Ok(Figure::new("9.9", "A & B", Verdict::Refuted)
                 .claim("c")
                 .number("n", "1", "2")
                 .finding("f")
                 .chart(chart))
-        }
+        };
         let directory = std::env::temp_dir().join(format!("hil-sim-figures-{}", std::process::id()));
         let entries = [Entry { id: "9.9", make }];
         write_all(&entries, &directory, || ()).unwrap();
