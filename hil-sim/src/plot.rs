@@ -223,7 +223,8 @@ fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 
 /// A number for an axis: few digits, no trailing zeros.
 fn short_number(v: f64) -> String {
-    if v == 0.0 {
+    // A tick of 0 comes out of the axis's arithmetic as some 1e-16.
+    if v.abs() < 1e-12 {
         return "0".into();
     }
     if v.abs() < 1e-3 || v.abs() >= 1e5 {

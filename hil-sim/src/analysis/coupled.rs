@@ -56,6 +56,17 @@ pub enum Fate {
     Tumble,
 }
 
+impl Fate {
+    /// The word used on the command line, in JSON and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Whirl => "whirl",
+            Self::Tumble => "tumble",
+        }
+    }
+}
+
 /// One vehicle with its spar controller and its input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drive {

@@ -103,7 +103,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         };
         let report = Report::new("coupled", &found)
             .line("critical voltage", format!("{:.8}", found.critical))
-            .line("outcome", name(found.outcome));
+            .line("outcome", found.outcome.name());
         return arguments.output.emit(&report);
     }
     let (t_end, sample) = arguments.span.resolve(100.0, 0.05)?;
@@ -113,10 +113,6 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         sample,
     );
     arguments.output.emit(&report(&result))
-}
-
-fn name(outcome: crate::analysis::coupled::Fate) -> String {
-    format!("{outcome:?}").to_lowercase()
 }
 
 fn report(result: &Outcome) -> Report<'_, Outcome> {
@@ -138,7 +134,7 @@ fn report(result: &Outcome) -> Report<'_, Outcome> {
         .fold(Columns::new(), |c, (name, values)| c.with(*name, (*values).clone()));
     let degrees = |x: &[f64]| x.iter().map(|x| x.to_degrees()).collect::<Vec<_>>();
     Report::new("coupled", result)
-        .line("outcome", name(result.outcome))
+        .line("outcome", result.outcome.name())
         .line("largest spar angle (deg)", format!("{:.4}", result.psi_max_deg))
         .line(
             "largest reaction-mass angle (deg)",

@@ -7,6 +7,9 @@
 mod chapter_3;
 mod chapter_4;
 mod chapter_5;
+mod chapter_6;
+mod chapter_7;
+mod chapter_8;
 mod page;
 
 use std::path::Path;
@@ -173,7 +176,15 @@ pub struct Entry {
 
 /// Every figure, in the order of the thesis.
 pub fn all() -> Vec<Entry> {
-    [chapter_3::FIGURES, chapter_4::FIGURES, chapter_5::FIGURES].concat()
+    [
+        chapter_3::FIGURES,
+        chapter_4::FIGURES,
+        chapter_5::FIGURES,
+        chapter_6::FIGURES,
+        chapter_7::FIGURES,
+        chapter_8::FIGURES,
+    ]
+    .concat()
 }
 
 /// Makes the figures on all cores and writes them and `index.html` into `directory`; `done` is called
