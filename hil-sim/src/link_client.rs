@@ -2,7 +2,7 @@
 //! the virtual board's line, the emulated board's USART or a serial port alike.
 
 use firmware::link::frame::{Decoder, Received, encode};
-use firmware::link::message::{BoardMessage, HostMessage, Status};
+use firmware::link::message::{BoardMessage, HostMessage, ParameterAnswer, Status};
 
 /// The host's end of the link.
 #[derive(Debug, Default)]
@@ -12,6 +12,8 @@ pub struct LinkClient {
     pub status: Option<Status>,
     /// Protocol version the board told.
     pub protocol: Option<u16>,
+    /// Answers to parameter requests, in order, until taken.
+    pub parameter_answers: Vec<ParameterAnswer>,
     /// Good messages received.
     pub messages: u64,
     /// Frames that could not be read.
@@ -38,6 +40,7 @@ impl LinkClient {
                     match message {
                         BoardMessage::Status(status) => self.status = Some(status),
                         BoardMessage::Identity { protocol } => self.protocol = Some(protocol),
+                        BoardMessage::Parameters(answer) => self.parameter_answers.push(answer),
                     }
                 }
             }

@@ -241,7 +241,7 @@ impl VehicleCore {
             faults,
             blockers,
             request: command.request,
-            at_rest: estimate.at_rest,
+            stopped: estimate.stopped,
         });
         if mode == Mode::Disarmed {
             self.voltage_v = [0.0; MOTORS];

@@ -11,6 +11,7 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use firmware::drive::DriveHardware;
 use firmware::hardware::ResetCause;
 use firmware::imu::Place;
+use firmware::parameters::{self, ParameterStore};
 use firmware::topics::Topics;
 use firmware::{analog, drive, encoders, imu, link, log_task, watchdog};
 use futures_executor::LocalPool;
@@ -21,11 +22,13 @@ use thiserror::Error;
 
 use crate::plant::Plant;
 
+pub mod flash;
 pub mod hardware;
 pub mod log;
 pub mod pipe;
 pub mod time;
 
+use flash::VirtualFlash;
 use hardware::{Hardware, NoCycles, VirtualImu, World};
 use pipe::Pipe;
 use time::{ClockTaken, VirtualTime};
@@ -39,6 +42,9 @@ pub enum VirtualBoardError {
     /// The vehicle is not valid in single precision.
     #[error("the vehicle is not valid in single precision: {0}")]
     Vehicle(ParameterError),
+    /// The flash cannot hold a store.
+    #[error("the parameter flash is too small")]
+    Flash,
     /// A task could not be started.
     #[error("the executor takes no task")]
     Executor,
@@ -57,14 +63,22 @@ pub struct VirtualBoard {
 }
 
 impl VirtualBoard {
-    /// Boots a board that was built for `vehicle` and is wired to `plant`.
+    /// Boots a board that was built for `vehicle` and is wired to `plant`, with nothing stored.
     ///
     /// # Errors
     /// [`VirtualBoardError`]: the thread already runs one, or the vehicle is not valid in f32.
     pub fn boot(vehicle: &Vehicle<f64>, plant: Plant) -> Result<Self, VirtualBoardError> {
+        Self::boot_with(vehicle, plant, VirtualFlash::erased())
+    }
+
+    /// Boots a board whose parameter flash holds what an earlier run left in it.
+    ///
+    /// # Errors
+    /// As [`VirtualBoard::boot`].
+    pub fn boot_with(vehicle: &Vehicle<f64>, plant: Plant, flash: VirtualFlash) -> Result<Self, VirtualBoardError> {
         let time = VirtualTime::take()?;
         log::start();
-        let vehicle = Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(VirtualBoardError::Vehicle)?;
+        let built_in = Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(VirtualBoardError::Vehicle)?;
         let topics = Rc::new(Topics::new());
         let hardware = Hardware(Rc::new(RefCell::new(World::new(plant))));
         let (to_board, from_board) = (Pipe::default(), Pipe::default());
@@ -82,6 +96,9 @@ impl VirtualBoard {
             }};
         }
         log_task::boot(env!("CARGO_PKG_VERSION"), ResetCause::PowerOn);
+        // The virtual flash never waits, so this is over at once, as on the board before its tasks start.
+        let mut store = ParameterStore::new(flash).map_err(|_| VirtualBoardError::Flash)?;
+        let vehicle = futures_executor::block_on(parameters::boot(&mut store, &built_in));
         spawn!(|topics, hardware| encoders::run(&topics, hardware));
         spawn!(|topics, hardware| imu::run(&topics, Place::Chassis, VirtualImu::new(hardware, Place::Chassis)));
         spawn!(|topics, hardware| imu::run(&topics, Place::Spar, VirtualImu::new(hardware, Place::Spar)));
@@ -101,6 +118,7 @@ impl VirtualBoard {
         let (rx, tx) = (to_board.clone(), from_board.clone());
         spawn!(|topics, _hardware| link::receive::run(&topics, rx));
         spawn!(|topics, _hardware| link::send::run(&topics, tx));
+        spawn!(|topics, _hardware| parameters::run(&topics, store, vehicle, built_in));
         spawn!(|topics, hardware| log_task::run(&topics, hardware));
         Ok(Self {
             pool,

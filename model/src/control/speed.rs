@@ -67,6 +67,11 @@ const TRIM_MAX: f32 = 0.5;
 const REFERENCE_TIME_CONSTANT_S: f32 = 0.5;
 /// Speed reference, rad per time unit, at which the friction feed-forward is whole.
 const FRICTION_FULL: f32 = 0.05;
+/// Speed error beyond which the guard acts, m/s, and its gain, nondimensional. Eq. 3.25 feeds the speed
+/// error back positively and holds the arm's rate: behind an obstacle, with the arm swung far forward,
+/// it would let the vehicle run away while the arm comes down slowly. The guard brakes that.
+const GUARD_BEYOND_M_S: f32 = 0.4;
+const GUARD_GAIN: f32 = 4.0;
 /// Largest sine of the equilibrium angle that the swing damping aims at.
 const SIN_EQUILIBRIUM_MAX: f32 = 0.9;
 /// Speed reference below which the place is caught and held once no motion is asked for, m/s.
@@ -127,11 +132,13 @@ impl SpeedController {
             .clamp(-SIN_EQUILIBRIUM_MAX, SIN_EQUILIBRIUM_MAX);
         let swing = self.swing_gain * (input.phi_rad - libm::asinf(sin_equilibrium));
         let friction = self.friction * (reference / FRICTION_FULL).clamp(-1.0, 1.0);
-        let u = law - swing + friction + self.trim;
+        let error = reference - theta_rate;
+        let beyond = GUARD_BEYOND_M_S / self.scales.speed_m_s;
+        let guard = GUARD_GAIN * (error - error.clamp(-beyond, beyond));
+        let u = law + guard - swing + friction + self.trim;
         let u_max = self.scales.voltage_from_si(input.voltage_max_v);
         let limited = u.clamp(-u_max, u_max);
         // Anti-windup: the trim does not grow into a limit, and is bounded for ever.
-        let error = reference - theta_rate;
         if limited == u || (u - limited) * error < 0.0 {
             self.trim = (self.trim + self.trim_gain * error).clamp(-TRIM_MAX, TRIM_MAX);
         }

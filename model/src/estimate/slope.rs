@@ -43,6 +43,13 @@ impl SlopeEstimator {
         }
     }
 
+    /// The vehicle has turned by `turn_rad` with its axle rolled by `sin_roll` (left end up): the slope
+    /// along its heading is another now.
+    pub fn turn(&mut self, turn_rad: f32, sin_roll: f32) {
+        self.filtered
+            .reset((self.filtered.value() + turn_rad * sin_roll).clamp(-SIN_MAX, SIN_MAX));
+    }
+
     /// Takes the arm's angle (as sine and cosine), and rates and accelerations in rad per time unit.
     pub fn update(
         &mut self,

@@ -10,6 +10,9 @@
 //! ```
 //!
 //! (differentiating `radius (sin(phi), -cos(phi))` twice, and turning about the vertical at psi').
+//! While the vehicle turns on a slope, the slope along its heading changes by `sin(roll) psi'`: the body
+//! swings with the plane, and its gyro, which turns with the plane too, shows phi' less that much.
+//!
 //! Everything but the terms of gravity is computed and taken away; what is left corrects the
 //! integrated gyro slowly. Uncompensated, 0.3 g of axle acceleration would read as 17 degrees.
 
@@ -27,6 +30,8 @@ pub struct Disturbance {
     pub cos_slope: f32,
     /// Yaw rate, rad/s.
     pub yaw_rate_rad_s: f32,
+    /// Sine of the axle's roll: positive with its left end up.
+    pub sin_roll: f32,
 }
 
 /// One reading of the body's IMU in SI units, in the plane of the wheels.
@@ -96,22 +101,24 @@ impl TiltEstimator {
     /// Takes one reading. `at_rest` tells that the vehicle does not move, so that what the gyro shows
     /// is its bias and the accelerometer shows gravity alone.
     pub fn update(&mut self, reading: &TiltReading, disturbance: &Disturbance, at_rest: bool) {
-        let rate = reading.rate_rad_s - self.bias_rad_s;
-        self.acceleration_rad_s2 = self.acceleration.update(rate);
-        self.rate_rad_s = rate;
         let Disturbance {
             axle_acceleration_m_s2: a,
             sin_slope,
             cos_slope,
             yaw_rate_rad_s,
+            sin_roll,
         } = *disturbance;
+        let swing = reading.rate_rad_s - self.bias_rad_s;
+        self.acceleration_rad_s2 = self.acceleration.update(swing);
+        self.rate_rad_s = swing;
+        let rate = swing + sin_roll * yaw_rate_rad_s;
         let (sin, cos) = (self.sin, self.cos);
         let cos_relative = cos_slope * cos + sin_slope * sin;
         let sin_relative = sin_slope * cos - cos_slope * sin;
         let turn = yaw_rate_rad_s * yaw_rate_rad_s * sin;
         let gravity_x =
             reading.force_x_m_s2 - a * cos_relative - self.radius_m * (self.acceleration_rad_s2 - turn * cos);
-        let gravity_z = reading.force_z_m_s2 - a * sin_relative - self.radius_m * (rate * rate + turn * sin);
+        let gravity_z = reading.force_z_m_s2 - a * sin_relative - self.radius_m * (swing * swing + turn * sin);
         // g sin(phi_measured - phi): no inverse function, and bounded for any reading.
         let error = (gravity_x * cos - gravity_z * sin) / G;
         let error = error.clamp(-1.0, 1.0);

@@ -41,8 +41,8 @@ pub struct Conditions {
     pub blockers: BlockerSet,
     /// The operator's request.
     pub request: Request,
-    /// The vehicle stands still.
-    pub at_rest: bool,
+    /// The vehicle has come to a stop: a controlled stop ends when it lasts.
+    pub stopped: bool,
 }
 
 /// The arming state machine.
@@ -79,7 +79,7 @@ impl Arming {
         let Conditions {
             faults,
             request,
-            at_rest,
+            stopped,
             ..
         } = *conditions;
         if self.mode != Mode::Disarmed {
@@ -100,7 +100,7 @@ impl Arming {
                 Mode::Stopping
             }
             Mode::Armed => Mode::Armed,
-            Mode::Stopping => self.stopping(at_rest),
+            Mode::Stopping => self.stopping(stopped),
         };
         self.mode
     }
@@ -124,9 +124,9 @@ impl Arming {
         }
     }
 
-    fn stopping(&mut self, at_rest: bool) -> Mode {
+    fn stopping(&mut self, stopped: bool) -> Mode {
         self.stopping_ticks = self.stopping_ticks.saturating_add(1);
-        self.rest_ticks = if at_rest { self.rest_ticks.saturating_add(1) } else { 0 };
+        self.rest_ticks = if stopped { self.rest_ticks.saturating_add(1) } else { 0 };
         if self.rest_ticks >= REST_TICKS {
             Mode::Disarmed
         } else if self.stopping_ticks >= self.stop_timeout_ticks {
@@ -176,7 +176,7 @@ mod tests {
         faults: FaultSet::EMPTY,
         blockers: BlockerSet::EMPTY,
         request: Request::None,
-        at_rest: true,
+        stopped: true,
     };
 
     fn armed() -> Arming {
@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_ends_at_rest_or_in_time() {
+    fn a_stop_ends_stopped_or_in_time() {
         let mut arming = armed();
         arming.step(&fault(Fault::CommandTimeout));
         let ticks = (1..10_000)
@@ -269,7 +269,7 @@ mod tests {
         let mut arming = armed();
         arming.step(&fault(Fault::CommandTimeout));
         let moving = Conditions {
-            at_rest: false,
+            stopped: false,
             ..CLEAR
         };
         let ticks = (1..10_000)
@@ -287,13 +287,13 @@ mod tests {
             steps in proptest::collection::vec((any::<u32>(), any::<u32>(), 0_u8..4, any::<bool>(), any::<bool>()), 1..200)
         ) {
             let mut arming = Arming::new(50);
-            for (faults, blockers, request, at_rest, clean) in steps {
+            for (faults, blockers, request, stopped, clean) in steps {
                 let before = arming;
                 let conditions = Conditions {
                     faults: if clean { FaultSet::EMPTY } else { FaultSet::from_bits(faults) },
                     blockers: if clean { BlockerSet::EMPTY } else { BlockerSet::from_bits(blockers) },
                     request: [Request::None, Request::Arm, Request::Disarm, Request::ClearFaults][usize::from(request)],
-                    at_rest,
+                    stopped,
                 };
                 let mode = arming.step(&conditions);
                 if before.mode() == Mode::Disarmed && mode != Mode::Disarmed {

@@ -8,7 +8,7 @@ use crate::estimate::tilt::{Disturbance, TiltEstimator};
 use crate::sample::Motor;
 use crate::supervise::plausibility::Persistence;
 use crate::tick::{Sensed, TICK_S};
-use crate::vehicle::{Scales, Vehicle};
+use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
 /// The vehicle's estimate of itself in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -49,6 +49,8 @@ pub struct Estimate {
     pub calibrated: bool,
     /// The vehicle has stood still for a while.
     pub at_rest: bool,
+    /// The vehicle has come to a stop, though it may still balance about its place.
+    pub stopped: bool,
     /// Gyro and accelerometer have contradicted each other for a while.
     pub contradicted: bool,
 }
@@ -83,6 +85,7 @@ pub(super) struct Estimator {
     heading: HeadingEstimator,
     odometry: Odometry,
     theta_acceleration: LowPass,
+    roll: LowPass,
     rest: Persistence,
     contradicted: Persistence,
     calibration: Calibration,
@@ -90,6 +93,10 @@ pub(super) struct Estimator {
     last_heading_rad: f32,
 }
 
+const G: f32 = GRAVITY_M_S2 as f32;
+/// Speed and swing below which a controlled stop has come to its end.
+const STOPPED_M_S: f32 = 0.05;
+const STOPPED_ARM_RAD_S: f32 = 0.2;
 /// Wheel and arm rates below which the vehicle stands still.
 const REST_WHEEL_RAD_S: f32 = 0.03;
 const REST_ARM_RAD_S: f32 = 0.05;
@@ -101,6 +108,8 @@ const BIAS_MAX_RAD_S: f32 = 0.1;
 const CALIBRATION_TICKS: u16 = 500;
 /// Time constant of the axle acceleration's filter.
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
+/// Time constant of the axle's roll.
+const ROLL_TIME_CONSTANT_S: f32 = 0.2;
 /// Angle between integrated gyro and accelerometer that cannot last: gyro or accelerometer lies.
 const CONTRADICTION: f32 = 0.7;
 const CONTRADICTION_TICKS: u16 = 300;
@@ -128,6 +137,7 @@ impl Estimator {
             heading: HeadingEstimator::new(TICK_S, times.bias_time_constant_s),
             odometry: Odometry::default(),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
+            roll: LowPass::new(TICK_S, ROLL_TIME_CONSTANT_S),
             rest: Persistence::new(REST_TICKS),
             contradicted: Persistence::new(CONTRADICTION_TICKS),
             calibration: Calibration::default(),
@@ -159,11 +169,18 @@ impl Estimator {
         let wheels_yaw = 0.5 * (right - left) * r / self.half_track_m;
         self.heading.update(gyro_yaw, wheels_yaw, at_rest);
 
+        // Roll of the axle: gravity along it, once the acceleration of the turn is taken away.
+        let yaw_rate = self.heading.yaw_rate_rad_s();
+        let lateral_m_s2 = sensed.arm_force_y_m_s2 - theta_rate * r * yaw_rate;
+        self.roll.update((lateral_m_s2 / G).clamp(-1.0, 1.0));
+        let sin_roll = self.roll.value();
+        self.slope.turn(yaw_rate * TICK_S, sin_roll);
         let disturbance = Disturbance {
             axle_acceleration_m_s2: r * theta_acceleration,
             sin_slope: self.slope.sin(),
             cos_slope: self.slope.cos(),
-            yaw_rate_rad_s: self.heading.yaw_rate_rad_s(),
+            yaw_rate_rad_s: yaw_rate,
+            sin_roll,
         };
         let rest = at_rest && disarmed;
         self.arm.update(&sensed.arm, &disturbance, rest);
@@ -215,6 +232,7 @@ impl Estimator {
             gyro_bias_rad_s: self.arm.bias_rad_s(),
             calibrated: self.calibration.done,
             at_rest,
+            stopped: (theta_rate * r).abs() < STOPPED_M_S && phi_rate.abs() < STOPPED_ARM_RAD_S,
             contradicted,
         }
     }

@@ -18,6 +18,8 @@ pub struct Sensed {
     pub ballast_turned_rad: f32,
     /// Arm IMU in the plane of the wheels.
     pub arm: TiltReading,
+    /// Specific force to the left, m/s^2.
+    pub arm_force_y_m_s2: f32,
     /// Arm gyro about its x and z axes, rad/s.
     pub arm_gyro_xz_rad_s: [f32; 2],
     /// Spar IMU in the plane of the wheels.
@@ -79,6 +81,7 @@ impl Sensing {
             relative_advance_rad,
             ballast_turned_rad: counts[2].wrapping_sub(self.ballast_start) as f32 * self.rad_per_count[2],
             arm: tilt_reading(arm),
+            arm_force_y_m_s2: f32::from(arm.accel[1]) * ACCEL_M_S2,
             arm_gyro_xz_rad_s: [gyro(arm, 0), gyro(arm, 2)],
             spar: tilt_reading(&sample.spar_imu.raw),
             battery_v: f32::from(sample.battery) * analog_scale::BATTERY_V_PER_COUNT,

@@ -1,0 +1,92 @@
+//! The virtual board's parameter flash: two sectors of the drive board's bank 2, in memory.
+
+use std::cell::RefCell;
+use std::ops::Range;
+use std::rc::Rc;
+
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+
+/// Bytes of a sector.
+const SECTOR: usize = 128 * 1024;
+/// Bytes that are programmed at once.
+const WORD: usize = 32;
+
+/// An access that the part refuses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Refused(NorFlashErrorKind);
+
+impl NorFlashError for Refused {
+    fn kind(&self) -> NorFlashErrorKind {
+        self.0
+    }
+}
+
+/// The flash; clones are the same flash, so it outlives a board that is switched off.
+#[derive(Debug, Clone)]
+pub struct VirtualFlash(Rc<RefCell<Vec<u8>>>);
+
+impl VirtualFlash {
+    /// An erased flash.
+    pub fn erased() -> Self {
+        Self(Rc::new(RefCell::new(vec![0xFF; 2 * SECTOR])))
+    }
+
+    /// Overwrites the contents from the start, as a fault or another firmware would.
+    pub fn overwrite(&self, bytes: &[u8]) {
+        for (slot, byte) in self.0.borrow_mut().iter_mut().zip(bytes) {
+            *slot = *byte;
+        }
+    }
+}
+
+/// The bytes of an access, if it is within the flash and aligned to its unit.
+fn range(offset: u32, length: usize, unit: usize) -> Result<Range<usize>, Refused> {
+    let from = offset as usize;
+    if from + length > 2 * SECTOR {
+        return Err(Refused(NorFlashErrorKind::OutOfBounds));
+    }
+    if !from.is_multiple_of(unit) || !length.is_multiple_of(unit) {
+        return Err(Refused(NorFlashErrorKind::NotAligned));
+    }
+    Ok(from..from + length)
+}
+
+impl ErrorType for VirtualFlash {
+    type Error = Refused;
+}
+
+impl ReadNorFlash for VirtualFlash {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
+        let range = range(offset, bytes.len(), Self::READ_SIZE)?;
+        bytes.copy_from_slice(&self.0.borrow()[range]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        2 * SECTOR
+    }
+}
+
+impl NorFlash for VirtualFlash {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = SECTOR;
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refused> {
+        let range = range(offset, bytes.len(), Self::WRITE_SIZE)?;
+        let mut flash = self.0.borrow_mut();
+        for (slot, byte) in flash[range].iter_mut().zip(bytes) {
+            // Programming clears bits only.
+            *slot &= byte;
+        }
+        Ok(())
+    }
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Refused> {
+        let length = to.checked_sub(from).ok_or(Refused(NorFlashErrorKind::OutOfBounds))?;
+        let range = range(from, length as usize, Self::ERASE_SIZE)?;
+        self.0.borrow_mut()[range].fill(0xFF);
+        Ok(())
+    }
+}
