@@ -188,3 +188,28 @@ proptest! {
         }
     }
 }
+
+/// As a plant with a fixed step in the vehicle's own arithmetic would run it.
+#[test]
+fn f32_follows_f64() {
+    let planar = PlanarParameters {
+        beta: 0.05,
+        nu: 0.058,
+        ..PlanarParameters::thesis()
+    };
+    let p = SpatialParameters {
+        slope_y: 0.03,
+        ..SpatialParameters::from_planar(&planar, 0.9, 0.04)
+    };
+    let (wide, narrow) = (Spatial::new(p), Spatial::new(p.cast::<f32>()));
+    let (mut a, mut b) = ([0.0; 9], [0.0_f32; 9]);
+    for k in 0..4000 {
+        let turn = if k < 2000 { 0.1 } else { -0.05 };
+        a = wide.rk4(&a, [0.5 + turn, 0.5 - turn], 0.005);
+        b = narrow.rk4(&b, [(0.5 + turn) as f32, (0.5 - turn) as f32], 0.005);
+    }
+    for (wide, narrow) in a.iter().zip(b) {
+        assert!((wide - f64::from(narrow)).abs() < 1e-3, "{a:?} {b:?}");
+    }
+    assert!(a[THETA_R] > 5.0 && a[PSI].abs() > 0.1, "{a:?}");
+}
