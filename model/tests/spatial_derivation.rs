@@ -6,6 +6,7 @@ use model::dynamics::planar::{Planar, PlanarParameters};
 use model::dynamics::spatial::{
     PHI, PHI_RATE, PSI, RATE_L, RATE_R, Spatial, SpatialParameters, SpatialState, THETA_L, THETA_R, X, Y,
 };
+use model::integrate::rk4_step;
 use multibody::{Jet, Multibody, Point};
 use proptest::prelude::*;
 
@@ -187,4 +188,102 @@ proptest! {
             prop_assert!((g - w).abs() < 1e-11 * (1.0 + w.abs()), "{got:?} {want:?}");
         }
     }
+}
+
+/// As a plant with a fixed step in the vehicle's own arithmetic would run it.
+#[test]
+fn f32_follows_f64() {
+    let planar = PlanarParameters {
+        beta: 0.05,
+        nu: 0.058,
+        ..PlanarParameters::thesis()
+    };
+    let p = SpatialParameters {
+        slope_y: 0.03,
+        ..SpatialParameters::from_planar(&planar, 0.9, 0.04)
+    };
+    let (wide, narrow) = (Spatial::new(p), Spatial::new(p.cast::<f32>()));
+    let (mut a, mut b) = ([0.0; 9], [0.0_f32; 9]);
+    for k in 0..4000 {
+        let turn = if k < 2000 { 0.1 } else { -0.05 };
+        a = wide.rk4(&a, [0.5 + turn, 0.5 - turn], 0.005);
+        b = narrow.rk4(&b, [(0.5 + turn) as f32, (0.5 - turn) as f32], 0.005);
+    }
+    for (wide, narrow) in a.iter().zip(b) {
+        assert!((wide - f64::from(narrow)).abs() < 1e-3, "{a:?} {b:?}");
+    }
+    assert!(a[THETA_R] > 5.0 && a[PSI].abs() > 0.1, "{a:?}");
+}
+
+/// Over a whole run: the three reduced equations against six coordinates and three multipliers, which
+/// keep neither the heading nor the velocities on the constraints by construction.
+#[test]
+fn a_run_of_ten_agrees_with_the_multiplier_form() {
+    let planar = PlanarParameters {
+        beta: 0.04,
+        nu: 0.03,
+        ..PlanarParameters::thesis()
+    };
+    let p = SpatialParameters {
+        slope_y: 0.1,
+        ..SpatialParameters::from_planar(&planar, 1.0, 0.033)
+    };
+    let model = Spatial::new(p);
+    let u = [0.7, 0.4];
+    let share = 0.5 * (1.0 - p.alpha);
+    let points = |q: &[Jet; 6]| -> Vec<Point> {
+        let [arm, right, left] = bodies(&p, q);
+        vec![(p.alpha, arm), (share, right), (share, left)]
+    };
+    let spins = [
+        (0.5 * p.mu, [0.0, 0.0, 0.0, 1.0, 0.0, 0.0]),
+        (0.5 * p.mu, [0.0, 0.0, 0.0, 0.0, 1.0, 0.0]),
+        (0.5 * p.nu, [0.0, 0.0, 0.0, 1.0, 0.0, 1.0]),
+        (0.5 * p.nu, [0.0, 0.0, 0.0, 0.0, 1.0, 1.0]),
+        (p.j0, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0]),
+    ];
+    let system = Multibody {
+        points: &points,
+        spins: &spins,
+        gravity: gravity(&p),
+    };
+    let full_rate = |x: &[f64; 12]| -> [f64; 12] {
+        let (q, rates): ([f64; 6], [f64; 6]) = (std::array::from_fn(|i| x[i]), std::array::from_fn(|i| x[6 + i]));
+        let tau: [f64; 2] = [0, 1].map(|i| u[i] - 0.5 * p.zeta * (rates[3 + i] + rates[5]));
+        let applied = [0.0, 0.0, 0.0, tau[0], tau[1], tau[0] + tau[1]];
+        let (accelerations, _) = system.constrained(&q, &rates, &applied, &|q| rolling(&p, q));
+        std::array::from_fn(|i| if i < 6 { rates[i] } else { accelerations[i - 6] })
+    };
+    let start = [0.0, 0.0, 0.3, 0.0, 0.0, 0.5, 0.8, 0.2, -0.4];
+    let (q, rates) = coordinates(&model, &start);
+    let mut full: [f64; 12] = std::array::from_fn(|i| if i < 6 { q[i] } else { rates[i - 6] });
+    let mut reduced = start;
+    for _ in 0..4000 {
+        full = rk4_step(&full, 0.0025, full_rate);
+        reduced = model.rk4(&reduced, u, 0.0025);
+    }
+    let (q, rates) = coordinates(&model, &reduced);
+    for i in 0..6 {
+        assert!(
+            (full[i] - q[i]).abs() < 1e-9 && (full[6 + i] - rates[i]).abs() < 1e-9,
+            "{i} {full:?} {q:?}"
+        );
+    }
+    assert!(q[X].hypot(q[Y]) > 2.0 && (q[2] - 0.3).abs() > 0.5, "{q:?}");
+}
+
+/// Erratum E24: what the thin wheels' own yaw inertia adds at mu = 0.066, s = 1.
+#[test]
+fn thin_wheels_add_a_third_to_the_yaw_inertia_that_the_thesis_has() {
+    let p = PlanarParameters::<f64>::thesis();
+    let j0 = 0.5 * p.mu;
+    let (masses, effective) = (1.0 - p.alpha, 1.0 - p.alpha + p.mu);
+    assert!((j0 - 0.033).abs() < 1e-15 && (j0 / masses - 0.33).abs() < 5e-3 && (j0 / effective - 0.20).abs() < 5e-3);
+    // In a spin with the mass hanging the yaw acceleration falls by just that.
+    let spin = |j0: f64| {
+        let flat = PlanarParameters { beta: 0.0, ..p };
+        let model = Spatial::new(SpatialParameters::from_planar(&flat, 1.0, j0));
+        model.quasi_accelerations(&[0.0; 9], [0.1, -0.1])[1]
+    };
+    assert!((spin(0.0) / spin(j0) - (1.0 + j0 / effective)).abs() < 1e-12);
 }

@@ -73,28 +73,45 @@ fn closed_loop(a: &Matrix<4>, b: &[f64; 4], gains: &[f64; 4]) -> Matrix<4> {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] - b[i] * gains[j]))
 }
 
-/// The stabilising solution P of the algebraic Riccati equation: from the sign of the Hamiltonian, then
-/// Newton's method until rounding is all that is left.
+/// The stabilising solution P of the algebraic Riccati equation: Newton's method (Kleinman's iteration),
+/// which converges from any stabilising gains, until rounding is all that is left.
 fn riccati(a: &Matrix<4>, b: &[f64; 4], weights: &Weights) -> Option<Matrix<4>> {
-    let mut p = from_hamiltonian(a, b, weights)?;
-    let mut best = residual(a, b, weights, &p);
-    for _ in 0..12 {
+    let gains = stabilising_gains(a, b, weights)?;
+    let cost: Matrix<4> = std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let q = if i == j { weights.q[i] } else { 0.0 };
+            q + weights.r * gains[i] * gains[j]
+        })
+    });
+    let mut p = lyapunov(&closed_loop(a, b, &gains), &cost)?;
+    let mut left = residual(a, b, weights, &p);
+    for _ in 0..200 {
+        // The step as a correction: what rounding spoiled in one is in the next one's residual.
         let gains = applied(&p, b).map(|x| x / weights.r);
-        let loop_matrix = closed_loop(a, b, &gains);
-        let cost: Matrix<4> = std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                let q = if i == j { weights.q[i] } else { 0.0 };
-                q + weights.r * gains[i] * gains[j]
-            })
-        });
-        let next = lyapunov(&loop_matrix, &cost)?;
-        let left = residual(a, b, weights, &next);
-        if !left.is_finite() || left >= best {
+        let (defect, _) = defect(a, b, weights, &p);
+        let next = sum(&p, 1.0, &lyapunov(&closed_loop(a, b, &gains), &defect)?);
+        let after = residual(a, b, weights, &next);
+        if !after.is_finite() || after >= left {
             break;
         }
-        (p, best) = (next, left);
+        (p, left) = (next, after);
     }
     Some(p)
+}
+
+/// Gains that stabilise, nearly optimal under `weights`: from the Hamiltonian, or where its elements
+/// are too far apart for that, from the Hamiltonian of a dearer control.
+fn stabilising_gains(a: &Matrix<4>, b: &[f64; 4], weights: &Weights) -> Option<[f64; 4]> {
+    (0..12).find_map(|k| {
+        let dearer = Weights {
+            r: weights.r * 100_f64.powi(k),
+            ..*weights
+        };
+        let p = from_hamiltonian(a, b, &dearer)?;
+        let gains = applied(&p, b).map(|x| x / dearer.r);
+        let poles = eigenvalues(&closed_loop(a, b, &gains))?;
+        poles.iter().all(|p| p[0] < 0.0).then_some(gains)
+    })
 }
 
 /// P from the invariant subspace of the stable poles of the Hamiltonian, which the matrix sign singles
@@ -178,14 +195,22 @@ fn lyapunov(a: &Matrix<4>, cost: &Matrix<4>) -> Option<Matrix<4>> {
 
 /// See [`Regulator::riccati_residual`].
 fn residual(a: &Matrix<4>, b: &[f64; 4], weights: &Weights, p: &Matrix<4>) -> f64 {
+    let (defect, scale) = defect(a, b, weights, p);
+    largest(&defect) / scale
+}
+
+/// `P A + A^T P - P b b^T P / r + Q`, and the largest element of its terms.
+fn defect(a: &Matrix<4>, b: &[f64; 4], weights: &Weights, p: &Matrix<4>) -> (Matrix<4>, f64) {
     let pa = product(p, a);
     let pb = applied(p, b);
     let effort: Matrix<4> = std::array::from_fn(|i| std::array::from_fn(|j| pb[i] * pb[j] / weights.r));
     let cost: Matrix<4> = std::array::from_fn(|i| std::array::from_fn(|j| if i == j { weights.q[i] } else { 0.0 }));
-    let terms = [pa, transposed(&pa), effort, cost];
-    let scale = terms.iter().map(largest).fold(f64::MIN_POSITIVE, f64::max);
-    let total = sum(&sum(&sum(&terms[0], 1.0, &terms[1]), -1.0, &effort), 1.0, &cost);
-    largest(&total) / scale
+    let transposed = transposed(&pa);
+    let scale = [pa, transposed, effort, cost]
+        .iter()
+        .map(largest)
+        .fold(f64::MIN_POSITIVE, f64::max);
+    (sum(&sum(&sum(&pa, 1.0, &transposed), -1.0, &effort), 1.0, &cost), scale)
 }
 
 #[cfg(test)]

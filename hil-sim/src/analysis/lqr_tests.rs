@@ -145,6 +145,23 @@ fn closed_loop_poles_are_the_stable_half_of_the_hamiltonian() {
 }
 
 #[test]
+fn control_cheap_beyond_the_hamiltonian_s_digits_is_found_too() {
+    // The limit of cheap control: the gain on the spar is sqrt(q1 / r), its poles run to the zeros.
+    for ratio in [1e8, 1e12, 1e16] {
+        let weights = Weights {
+            q: [1e4, 0.0, 0.0, 0.0],
+            r: 1e4 / ratio,
+        };
+        let got = regulator(&CameraParameters::thesis(), &weights).unwrap();
+        assert!(got.riccati_residual < 1e-10, "{ratio:e} {got:?}");
+        assert!(
+            close(got.gains[0].abs() / ratio.sqrt(), 1.0, 3.0 / ratio.powf(0.25)),
+            "{ratio:e} {got:?}"
+        );
+    }
+}
+
+#[test]
 fn weights_that_see_nothing_leave_a_standing_spar_to_the_cheapest_control() {
     // Q = 0 on a spar that stands (k1 < -k2): the cheapest stabilising law mirrors the unstable poles.
     let camera = CameraParameters {
