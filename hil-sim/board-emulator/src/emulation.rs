@@ -208,6 +208,18 @@ impl Stopped<'_> {
             .collect()
     }
 
+    /// Reads a stretch of memory by words; `length` is a multiple of four.
+    ///
+    /// # Errors
+    /// Outside the part's memory.
+    pub fn read_block(&mut self, address: u64, length: usize) -> Result<Vec<u8>, Error> {
+        let mut bytes = Vec::with_capacity(length);
+        for at in (address..).step_by(4).take(length / 4) {
+            bytes.extend((self.host.read(at, Width::W32)? as u32).to_le_bytes());
+        }
+        Ok(bytes)
+    }
+
     /// Reads a word of memory.
     ///
     /// # Errors

@@ -84,6 +84,7 @@ pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
                 3 => Request::ClearFaults,
                 other => return Err(Error::Record(format!("no request has the number {other}"))),
             },
+            parameters_pending: command(offset_of!(Command, parameters_pending)).flag()?,
         },
         actuation: Actuation {
             enable: actuation(offset_of!(Actuation, enable)).flag()?,

@@ -53,7 +53,7 @@ async fn main(spawner: Spawner) {
     control.spawn(started(imu_task(Place::Chassis, board.chassis_imu)));
     control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
     control.spawn(started(drive_task(VehicleCore::new(&vehicle), drive_hardware)));
-    control.spawn(started(watchdog_task(board.watchdog)));
+    control.spawn(started(watchdog_task(board.watchdog.start())));
 
     spawner.spawn(started(analog_task(board.analog)));
     spawner.spawn(started(receive_task(board.link_receiver)));

@@ -3,7 +3,9 @@
 mod boot;
 mod budget;
 mod determinism;
+mod drive;
 mod equivalence;
 mod link;
+mod parameters;
 mod safety;
 mod support;

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use board_emulator::plant::Bench;
 use board_emulator::{Emulation, Firmware, Frozen, MS, Settings, build};
 use firmware::link::frame::{Decoder, Received, encode};
-use firmware::link::message::{BoardMessage, HostMessage, Status};
+use firmware::link::message::{BoardMessage, HostMessage, ParameterAnswer, ParameterRequest, Status};
 use model::supervise::arming::{Mode, Request};
 
 /// Battery of the vehicle on the bench in V.
@@ -40,6 +40,7 @@ pub struct Operator {
     decoder: Decoder,
     pub statuses: Vec<Status>,
     pub protocol: Option<u16>,
+    pub answers: Vec<ParameterAnswer>,
     pub bad_frames: u32,
     /// What is being commanded: speed in m/s and yaw rate in rad/s, repeated every 50 ms.
     pub command: Option<(f32, f32)>,
@@ -52,6 +53,7 @@ impl Operator {
             decoder: Decoder::new(),
             statuses: Vec::new(),
             protocol: None,
+            answers: Vec::new(),
             bad_frames: 0,
             command: None,
         }
@@ -84,9 +86,24 @@ impl Operator {
                 Received::Nothing => {}
                 Received::Message(BoardMessage::Status(status)) => self.statuses.push(status),
                 Received::Message(BoardMessage::Identity { protocol }) => self.protocol = Some(protocol),
+                Received::Message(BoardMessage::Parameters(answer)) => self.answers.push(answer),
                 Received::Bad | Received::Overlong => self.bad_frames += 1,
             }
         }
+    }
+
+    /// Asks about the parameters and waits for the answer.
+    pub fn ask(&mut self, request: ParameterRequest) -> ParameterAnswer {
+        self.answers.clear();
+        self.send(&HostMessage::Parameters(request));
+        for _ in 0..100 {
+            self.run(50);
+            if let [answer] = self.answers[..] {
+                return answer;
+            }
+            assert!(self.answers.is_empty(), "one answer to one question: {:?}", self.answers);
+        }
+        panic!("no answer to {request:?}");
     }
 
     /// The latest state the board sent.

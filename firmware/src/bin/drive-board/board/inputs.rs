@@ -1,6 +1,7 @@
 //! The small parts: emergency stop, watchdog, cycle counter, lamps, cause of the last reset.
 
 use cortex_m::peripheral::{DCB, DWT};
+use embassy_stm32::Peri;
 use embassy_stm32::gpio::{Input, Level, Output};
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::IWDG1;
@@ -31,26 +32,32 @@ impl UserButton {
     }
 }
 
-/// The independent watchdog, on its own oscillator.
-pub struct RunningWatchdog(IndependentWatchdog<'static, IWDG1>);
-
 /// Its time: long enough for a control task that is late by many ticks, and with the reset itself short
 /// of the 40 ms within which a hung part must be back in its safe state.
 const WATCHDOG_US: u32 = 20_000;
 
-impl RunningWatchdog {
-    /// Starts the watchdog; nothing stops it again. It stands still while a debugger halts the core, as
-    /// do the bridges' outputs.
-    pub fn start(mut watchdog: IndependentWatchdog<'static, IWDG1>) -> Self {
-        watchdog.unleash();
-        Self(watchdog)
+/// The independent watchdog, on its own oscillator, not started yet: until the tasks run, the bridges are
+/// open, and slow parts of the bring-up (the converter's calibration takes 10 ms) must not end in a
+/// reset that leads to another.
+pub struct WatchdogAtRest(Peri<'static, IWDG1>);
+
+impl WatchdogAtRest {
+    /// The watchdog, untouched.
+    pub(super) fn new(peripheral: Peri<'static, IWDG1>) -> Self {
+        Self(peripheral)
     }
 
-    /// The driver, set to this board's time and not yet started.
-    pub fn configured(peripheral: embassy_stm32::Peri<'static, IWDG1>) -> IndependentWatchdog<'static, IWDG1> {
-        IndependentWatchdog::new(peripheral, WATCHDOG_US)
+    /// Starts it; nothing stops it again. It stands still while a debugger halts the core, as do the
+    /// bridges' outputs.
+    pub fn start(self) -> RunningWatchdog {
+        let mut watchdog = IndependentWatchdog::new(self.0, WATCHDOG_US);
+        watchdog.unleash();
+        RunningWatchdog(watchdog)
     }
 }
+
+/// The independent watchdog, started.
+pub struct RunningWatchdog(IndependentWatchdog<'static, IWDG1>);
 
 impl Watchdog for RunningWatchdog {
     fn feed(&mut self) {

@@ -56,7 +56,7 @@ pub use analog::AnalogSequence;
 pub use bridges::{BridgePins, Tim1Bridges};
 pub use encoders::QuadratureCounters;
 pub use flight_record::FlightRecorder;
-pub use inputs::{CoreCycles, Lamps, RunningWatchdog, StopContact, UserButton};
+pub use inputs::{CoreCycles, Lamps, RunningWatchdog, StopContact, UserButton, WatchdogAtRest};
 pub use storage::ParameterFlash;
 
 bind_interrupts!(struct Interrupts {
@@ -92,8 +92,8 @@ pub struct Board {
     pub analog: AnalogSequence,
     /// Emergency stop.
     pub emergency_stop: StopContact,
-    /// Watchdog, running.
-    pub watchdog: RunningWatchdog,
+    /// Watchdog, to be started with the task that feeds it.
+    pub watchdog: WatchdogAtRest,
     /// Cycle counter, running.
     pub cycles: CoreCycles,
     /// Armed and faulted lamps.
@@ -111,8 +111,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// Brings the board up. The bridges come first and open; the watchdog starts last, so that slow
-    /// parts of the bring-up (the converter's calibration takes 10 ms) do not count against it.
+    /// Brings the board up, the bridges first and open.
     ///
     /// # Panics
     /// When called twice.
@@ -200,7 +199,7 @@ impl Board {
             link_sender,
             link_receiver,
             parameters: ParameterFlash::new(Flash::new(p.FLASH, Interrupts)),
-            watchdog: RunningWatchdog::start(RunningWatchdog::configured(p.IWDG1)),
+            watchdog: WatchdogAtRest::new(p.IWDG1),
         }
     }
 }

@@ -1,0 +1,278 @@
+//! Stored parameters on the emulated flash: kept over resets, and either old or new after a power cut.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::convert::Infallible;
+use std::pin::pin;
+use std::rc::Rc;
+use std::task::{Context, Poll, Waker};
+
+use board_emulator::plant::Bench;
+use board_emulator::{Emulation, MS, Settings, US};
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use firmware::built_in;
+use firmware::link::message::{HostMessage, ParameterAnswer, ParameterRequest};
+use firmware::parameters::{ParameterStore, set, value};
+use model::vehicle::{Vehicle, VehicleParameters};
+
+use crate::support::{BATTERY_V, Operator, firmware, powered, ready};
+
+/// The store's flash: the last two sectors of bank 2.
+const REGION: u64 = 0x081C_0000;
+const SECTOR: usize = 128 * 1024;
+const REGION_BYTES: usize = 2 * SECTOR;
+const WORD: usize = 32;
+/// The parameter that the tests change: a number, and two values in its range.
+const NUMBER: u16 = 0;
+const OLD: f32 = 0.26;
+const NEW: f32 = 0.27;
+
+/// A board powered up with this in the store's flash.
+fn powered_with(region: &[u8]) -> Operator {
+    let plant = Box::new(Bench::new(BATTERY_V));
+    let contents = [(REGION, region.to_vec())];
+    let board = Emulation::power_on_with(firmware(), plant, Settings::default(), &contents);
+    Operator::new(board.expect("the board powers up"))
+}
+
+fn region(board: &mut Operator) -> Vec<u8> {
+    let bytes = board.emulation.at(|stopped| stopped.read_block(REGION, REGION_BYTES));
+    bytes.expect("it runs").expect("it is memory")
+}
+
+fn read(board: &mut Operator) -> f32 {
+    match board.ask(ParameterRequest::Read { number: NUMBER }) {
+        ParameterAnswer::Value { value, .. } => value,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn write(board: &mut Operator, value: f32) {
+    let answer = board.ask(ParameterRequest::Write { number: NUMBER, value });
+    assert!(matches!(answer, ParameterAnswer::Value { value: told, .. } if told == value), "{answer:?}");
+}
+
+fn log_has(board: &mut Operator, text: &str) -> bool {
+    board.log().iter().any(|line| line.contains(text))
+}
+
+#[test]
+fn a_stored_set_is_kept_over_resets_and_power_cycles() {
+    let mut board = ready();
+    assert!(log_has(&mut board, "parameters: nothing stored, built-in set"));
+    let built_in = value(&built_in::PARAMETERS, NUMBER).expect("there is one");
+    assert_eq!(read(&mut board), built_in);
+    write(&mut board, NEW);
+    assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Stored);
+
+    board.emulation.at(|stopped| stopped.reset_by_pin()).expect("it runs");
+    board.run(100);
+    assert!(log_has(&mut board, "reset by reset pin"));
+    assert!(log_has(&mut board, "parameters: stored set"));
+    assert_eq!(read(&mut board), NEW);
+
+    let mut cycled = powered_with(&region(&mut board));
+    cycled.run(100);
+    assert_eq!(read(&mut cycled), NEW);
+    assert_eq!(cycled.ask(ParameterRequest::Defaults), ParameterAnswer::DefaultsReady);
+    assert_eq!(cycled.ask(ParameterRequest::Store), ParameterAnswer::Stored);
+    let mut back = powered_with(&region(&mut cycled));
+    back.run(100);
+    assert_eq!(read(&mut back), built_in);
+}
+
+#[test]
+fn nothing_is_stored_out_of_range_or_while_armed() {
+    let mut board = ready();
+    let answer = board.ask(ParameterRequest::Write {
+        number: NUMBER,
+        value: 1e9,
+    });
+    assert!(matches!(answer, ParameterAnswer::OutOfRange { .. }), "{answer:?}");
+    let answer = board.ask(ParameterRequest::Write {
+        number: u16::MAX,
+        value: 1.0,
+    });
+    assert_eq!(answer, ParameterAnswer::NoSuchNumber);
+    board.arm();
+    write(&mut board, NEW);
+    assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Armed);
+    assert!(region(&mut board).iter().all(|byte| *byte == 0xFF), "the flash is untouched");
+}
+
+#[test]
+fn random_bytes_boot_to_the_built_in_set() {
+    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
+    let noise: Vec<u8> = (0..REGION_BYTES)
+        .map(|_| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 24) as u8
+        })
+        .collect();
+    let mut board = powered_with(&noise);
+    board.run(700);
+    let log = board.log();
+    assert!(log.iter().any(|line| line.contains("built-in set")), "{log:#?}");
+    assert!(log.iter().any(|line| line.contains("self-check done")), "{log:#?}");
+    assert_eq!(Some(read(&mut board)), value(&built_in::PARAMETERS, NUMBER));
+    let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
+    assert_eq!(resets, []);
+}
+
+/// A cut at every step of storing over an old set, and of storing into a full sector, which moves the
+/// store to the other one.
+#[test]
+fn a_power_cut_leaves_the_old_or_the_new_set() {
+    for (start, span, fine) in [(used(), 12 * MS, 50 * US), (full(), 1_300 * MS, 50 * US)] {
+        let mut board = powered_with(&start);
+        board.run(700);
+        assert_eq!(read(&mut board), OLD);
+        write(&mut board, NEW);
+        board.send(&HostMessage::Parameters(ParameterRequest::Store));
+        let (states, cuts) = states_of(&mut board, span, fine);
+        assert!(cuts >= 50, "{cuts}");
+        assert!(states.len() >= 4, "{} different states", states.len());
+        let mut seen = BTreeMap::new();
+        for state in &states {
+            let mut cut = powered_with(state);
+            cut.run(100);
+            let value = read(&mut cut);
+            assert!(value == OLD || value == NEW, "{value}");
+            *seen.entry(value.to_bits()).or_insert(0) += 1;
+            let resets = cut.emulation.at(|stopped| stopped.resets()).expect("it runs");
+            assert_eq!(resets, []);
+        }
+        println!("{cuts} cuts, {} different states, by value: {seen:?}", states.len());
+        assert_eq!(seen.len(), 2, "before and after are both among them");
+        // And the last of them goes on working.
+        let mut after = powered_with(states.last().expect("a state"));
+        after.run(100);
+        write(&mut after, OLD);
+        assert_eq!(after.ask(ParameterRequest::Store), ParameterAnswer::Stored);
+    }
+}
+
+/// Runs through a store, cutting every `fine` while the flash changes and coarsely while it does not;
+/// the different states the cuts leave, torn words among them, and how many cuts there were.
+fn states_of(board: &mut Operator, span: u64, fine: u64) -> (Vec<Vec<u8>>, usize) {
+    let mut states = vec![region(board)];
+    let mut cuts = 0;
+    let end = board.emulation.now() + span;
+    let mut quiet = 0;
+    while board.emulation.now() < end {
+        // An erase takes a second in which nothing changes.
+        let step = if quiet < 200 { fine } else { 10 * MS };
+        board.emulation.run_for(step).expect("it runs");
+        cuts += 1;
+        quiet += 1;
+        let state = region(board);
+        let before = states.last().expect("one at least");
+        if state != *before {
+            quiet = 0;
+            states.push(torn(before, &state));
+            states.push(state);
+            cuts += 1;
+        }
+    }
+    (states, cuts)
+}
+
+/// What a cut in the middle of a change leaves: of each changed word some bytes old and some new.
+fn torn(before: &[u8], after: &[u8]) -> Vec<u8> {
+    let mut torn = after.to_vec();
+    for (n, (byte, old)) in torn.iter_mut().zip(before).enumerate() {
+        // Half of the bytes, in no pattern that a field's boundaries share.
+        if (n * 7 + n / WORD * 3) % 16 < 8 {
+            *byte = *old;
+        }
+    }
+    torn
+}
+
+/// A flash in the host's memory.
+#[derive(Clone)]
+struct HostFlash {
+    bytes: Rc<RefCell<Vec<u8>>>,
+    erases: Rc<RefCell<u32>>,
+}
+
+impl ErrorType for HostFlash {
+    type Error = Infallible;
+}
+
+impl ReadNorFlash for HostFlash {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Infallible> {
+        bytes.copy_from_slice(&self.bytes.borrow()[offset as usize..][..bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        REGION_BYTES
+    }
+}
+
+impl NorFlash for HostFlash {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = SECTOR;
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Infallible> {
+        *self.erases.borrow_mut() += 1;
+        self.bytes.borrow_mut()[from as usize..to as usize].fill(0xFF);
+        Ok(())
+    }
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Infallible> {
+        for (to, from) in self.bytes.borrow_mut()[offset as usize..].iter_mut().zip(bytes) {
+            *to &= from;
+        }
+        Ok(())
+    }
+}
+
+/// Stores sets on the host until `enough`; the flash as it was before the last one.
+fn stored_until(enough: impl Fn(u32, u32) -> bool) -> Vec<u8> {
+    let flash = HostFlash {
+        bytes: Rc::new(RefCell::new(vec![0xFF; REGION_BYTES])),
+        erases: Rc::new(RefCell::new(0)),
+    };
+    let Ok(mut store) = ParameterStore::new(flash.clone()) else {
+        panic!("two sectors are enough");
+    };
+    let mut parameters: VehicleParameters<f32> = built_in::PARAMETERS;
+    set(&mut parameters, NUMBER, OLD).expect("in range");
+    let vehicle = Vehicle::new(parameters).expect("consistent");
+    for stores in 0.. {
+        let before = flash.bytes.borrow().clone();
+        match pin!(store.store(&vehicle)).poll(&mut Context::from_waker(Waker::noop())) {
+            Poll::Ready(Ok(())) => {}
+            _ => panic!("the host's flash neither waits nor fails"),
+        }
+        if enough(stores, *flash.erases.borrow()) {
+            return before;
+        }
+    }
+    unreachable!("the flash fills up")
+}
+
+/// A store with the old set in it.
+fn used() -> Vec<u8> {
+    stored_until(|stores, _| stores == 1)
+}
+
+/// A store whose next set does not fit its sector any more.
+fn full() -> Vec<u8> {
+    stored_until(|_, erases| erases > 0)
+}
+
+#[test]
+fn the_hosts_flash_holds_what_the_board_reads() {
+    let mut board = powered_with(&full());
+    board.run(100);
+    assert!(log_has(&mut board, "parameters: stored set"));
+    assert_eq!(read(&mut board), OLD);
+    assert_eq!(powered().now() % MS, 0);
+}
