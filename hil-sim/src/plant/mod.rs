@@ -189,15 +189,17 @@ impl Plant {
             bridges[MotorIndex::Camera as usize] = BridgeState::Open;
         }
         let before: [f64; MOTORS] = core::array::from_fn(|i| self.body.joint_rate(i));
-        self.battery_v = self.battery.terminal_v(h, &mut self.motors, &bridges, &before);
-        let mut joints = [JointTorque::default(); MOTORS];
+        self.battery_v = self
+            .battery
+            .terminal_v(h, self.battery_v, &mut self.motors, &bridges, &before);
+        let mut joints = [JointTorque::NONE; MOTORS];
         for (i, (joint, motor)) in joints.iter_mut().zip(&mut self.motors).enumerate() {
             *joint = motor.begin(h, bridges[i], self.battery_v, before[i]);
         }
         self.body.step(h, &self.ground, &joints);
         self.battery_a = self.battery.idle_a;
-        for (i, motor) in self.motors.iter_mut().enumerate() {
-            motor.end(0.5 * (before[i] + self.body.joint_rate(i)));
+        for (motor, &rate) in self.motors.iter_mut().zip(self.body.mean_joint_rates()) {
+            motor.end(rate);
             self.battery_a += motor.battery_current_a();
         }
         self.time_s += h;

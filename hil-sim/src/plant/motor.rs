@@ -55,6 +55,8 @@ pub struct Motor {
     law: Law,
     /// Share of the mean current that flows through the battery, signed.
     battery_share: f64,
+    /// Battery voltage of the substep.
+    battery_v: f64,
 }
 
 /// How the motor behaves within one substep.
@@ -124,6 +126,7 @@ impl Motor {
             mean_current: 0.0,
             law: Law::Current { mean: 0.0, end: 0.0 },
             battery_share: 0.0,
+            battery_v: 0.0,
         }
     }
 
@@ -163,44 +166,35 @@ impl Motor {
         }
     }
 
-    /// Mean current of a substep as `a + b V` of the battery's voltage, at the joint's rate `rate`: how
-    /// much this motor will load the battery.
-    fn battery_load(&mut self, h: f64, bridge: BridgeState, rate: f64) -> (f64, f64) {
+    /// What this motor will take from the battery over a substep as `a + b V` of the battery's voltage, at
+    /// the joint's rate `rate`; `last_v` tells whether the bridge will chop.
+    fn battery_load(&mut self, h: f64, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
         self.prepare(h);
         let BridgeState::Duty(duty) = bridge else {
             return (0.0, 0.0);
         };
         let conductance = (1.0 - self.share) / self.resistance;
-        let mean = self.current * self.share - self.back_emf * rate * conductance;
-        (duty * mean, duty * duty * conductance)
+        let emf = self.back_emf * rate;
+        let rest = self.current * self.share - emf * conductance;
+        let mean = rest + duty * last_v * conductance;
+        if mean.abs() > self.chop_a {
+            let limit = self.chop_a.copysign(mean);
+            let share = ((emf + self.resistance * limit) / last_v).clamp(-1.0, 1.0);
+            return (share * limit, 0.0);
+        }
+        (duty * rest, duty * duty * conductance)
     }
 
     /// Begins a substep of `h` seconds: the torque law of the joint under `bridge` at the battery's
     /// voltage, as far as the joint's present `rate` tells which branch applies.
     pub fn begin(&mut self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> JointTorque {
         self.prepare(h);
+        self.battery_v = battery_v;
         let emf = self.back_emf * rate;
         (self.law, self.battery_share) = match bridge {
             BridgeState::Duty(duty) => {
                 let volts = duty * battery_v;
-                let end = self.end_current(volts, emf);
-                let mean = self.average_current(volts, emf);
-                let chop = self.chop_a;
-                if end.abs() > chop || mean.abs() > chop {
-                    // The bridge chops: it lets just enough voltage through to hold the limit.
-                    let limit = chop.copysign(end);
-                    let through = emf + self.resistance * limit;
-                    let share = (through / battery_v).clamp(-1.0, 1.0);
-                    (
-                        Law::Current {
-                            mean: limit,
-                            end: limit,
-                        },
-                        share,
-                    )
-                } else {
-                    (Law::Voltage { volts, rectified: 0.0 }, duty)
-                }
+                (Law::Voltage { volts, rectified: 0.0 }, duty)
             }
             BridgeState::Open => self.open(h, battery_v + DIODES_V, emf),
         };
@@ -218,6 +212,7 @@ impl Motor {
         JointTorque {
             constant_n_m: constant,
             damping_n_m_s: damping,
+            limit_n_m: self.torque_constant * self.chop_a,
             coulomb_n_m: self.coulomb,
         }
     }
@@ -266,7 +261,13 @@ impl Motor {
             Law::Voltage { volts, rectified } => {
                 let end = self.end_current(volts, emf);
                 let end = if rectified * end < 0.0 { 0.0 } else { end };
-                (self.average_current(volts, emf), end)
+                let (mean, chop) = (self.average_current(volts, emf), self.chop_a);
+                if rectified == 0.0 && mean.abs() > chop {
+                    // The bridge chops: it lets just enough voltage through to hold the limit.
+                    let through = emf + self.resistance * chop.copysign(mean);
+                    self.battery_share = (through / self.battery_v).clamp(-1.0, 1.0);
+                }
+                (mean.clamp(-chop, chop), end.clamp(-chop, chop))
             }
         };
     }

@@ -55,7 +55,7 @@
 //! # Step
 //! Midpoint in the configuration, implicit in everything stiff: with the mass matrix and geometry at the
 //! half step, `(M + h/2 D + h G) du = h f(u_mid) - ...` where D collects viscous and back-EMF damping
-//! (trapezoidal), G the regularised dry frictions and the normal constraint (end of step). Second order
+//! (trapezoidal; end of step where a damper stops its inertia within the step), G the regularised dry frictions and the normal constraint (end of step). Second order
 //! between events, first order across a change of stick and slip; unconditionally stable in D and G.
 
 mod contact;
@@ -102,15 +102,57 @@ const JOINTS: [[(usize, f64); 2]; MOTORS] = [
     [(RIGHT, 1.0), (PHI, 1.0)],
     [(BALLAST, 1.0), (SPAR, -1.0)],
 ];
-/// What a motor does to its joint within one substep: `constant - damping * mean rate`, and dry friction.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+/// What a motor does to its joint within one substep: `constant - damping * mean rate` within its limit,
+/// and dry friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointTorque {
     /// Torque at rate zero, in N m at the gearbox output.
     pub constant_n_m: f64,
     /// Slope against the mean rate over the substep, in N m s/rad.
     pub damping_n_m_s: f64,
+    /// Largest torque either way, in N m: where the bridge chops.
+    pub limit_n_m: f64,
     /// Coulomb friction at the output, in N m.
     pub coulomb_n_m: f64,
+}
+
+impl JointTorque {
+    /// No motor.
+    pub const NONE: Self = Self {
+        constant_n_m: 0.0,
+        damping_n_m_s: 0.0,
+        limit_n_m: f64::INFINITY,
+        coulomb_n_m: 0.0,
+    };
+
+    /// The law's branch at a mean rate: the linear one, or constant at a limit.
+    fn branch(&self, mean_rate: f64) -> Branch {
+        let torque = self.constant_n_m - self.damping_n_m_s * mean_rate;
+        if torque.abs() <= self.limit_n_m {
+            Branch::Linear
+        } else if torque > 0.0 {
+            Branch::Upper
+        } else {
+            Branch::Lower
+        }
+    }
+
+    /// Constant and damping of a branch.
+    fn on(&self, branch: Branch) -> (f64, f64) {
+        match branch {
+            Branch::Linear => (self.constant_n_m, self.damping_n_m_s),
+            Branch::Upper => (self.limit_n_m, 0.0),
+            Branch::Lower => (-self.limit_n_m, 0.0),
+        }
+    }
+}
+
+/// Branch of a motor's law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Branch {
+    Linear,
+    Upper,
+    Lower,
 }
 
 /// A contact of a wheel as it was in the last substep.
@@ -142,6 +184,8 @@ pub struct Body {
     wheels: [WheelContact; 2],
     wheel_modes: [Mode; 2],
     gear_modes: [Mode; MOTORS],
+    /// Of the motors' joints over the last substep.
+    mean_rates: [f64; MOTORS],
     in_flight: bool,
     chocked: bool,
     slope: [f64; 2],
@@ -159,6 +203,7 @@ impl Body {
             wheels: [WheelContact::default(); 2],
             wheel_modes: [Mode::Stick; 2],
             gear_modes: [Mode::Stick; MOTORS],
+            mean_rates: [0.0; MOTORS],
             in_flight: false,
             chocked: false,
             slope: [0.0; 2],
@@ -261,6 +306,11 @@ impl Body {
     #[inline]
     pub fn joint_rate(&self, motor: usize) -> f64 {
         JOINTS.get(motor).map_or(0.0, |row| dot(row, &self.speed))
+    }
+
+    /// Mean rates of the motors' joints over the last substep, as their torques felt them.
+    pub fn mean_joint_rates(&self) -> &[f64; MOTORS] {
+        &self.mean_rates
     }
 
     /// Angle of a motor's joint.

@@ -8,7 +8,7 @@ use model::sample::MOTORS;
 use super::contact::{GEAR_BAND_RAD_S, Linear, Mode, WHEEL_BAND_M_S};
 use super::ldl::{Factored, SPEEDS, Speeds, Symmetric, add_outer, add_scaled, dot};
 use super::motion::Configuration;
-use super::{Body, FORWARD, JOINTS, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW};
+use super::{Body, Branch, FORWARD, JOINTS, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW};
 use crate::plant::terrain::Ground;
 
 /// Stiffness of the normal constraint on the end-of-step speed, in N s/m: 13 kg sink 0.1 um/s.
@@ -34,6 +34,12 @@ struct Contacts {
     height: f64,
 }
 
+/// Weight of the end of the step in a damper's mean rate: the middle, second order, as long as the damper
+/// cannot stop its `inertia` within the step; beyond that the trapezoidal rule would ring, so the end.
+fn end_weight(impulse_per_rate: f64, inertia: f64) -> f64 {
+    if impulse_per_rate < inertia { 0.5 } else { 1.0 }
+}
+
 impl Body {
     /// Advances by `h` seconds under the motors' `joints`.
     pub fn step(&mut self, h: f64, ground: &Ground, joints: &[JointTorque; MOTORS]) {
@@ -47,9 +53,9 @@ impl Body {
         let c = Configuration::new(&self.inertia, &middle);
         let contacts = self.contacts(h, ground, heading);
 
-        let mut base = c.mass(&self.inertia);
-        let mut load = [0.0; SPEEDS];
-        self.joint_terms(h, joints, &mut base, &mut load);
+        let weights = self.joint_weights(h, joints);
+        let mut branches: [Branch; MOTORS] = core::array::from_fn(|i| joints[i].branch(dot(&JOINTS[i], &u)));
+        let (mut base, mut load) = self.smooth_terms(h, &c, joints, branches, weights);
 
         let predicted = self.position[LIFT] + h * u[LIFT];
         let mut grounded = !self.in_flight || predicted <= contacts.height;
@@ -99,11 +105,20 @@ impl Body {
                 again |= changed && grounded;
                 wheel_modes[i] = mode;
             }
+            let mut switched = false;
             for i in 0..MOTORS {
-                let rate = [dot(&JOINTS[i], &end), 0.0];
-                let (mode, changed) = gear_modes[i].next(rate, GEAR_BAND_RAD_S);
+                let (start, rate) = (dot(&JOINTS[i], &u), dot(&JOINTS[i], &end));
+                let (mode, changed) = gear_modes[i].next([rate, 0.0], GEAR_BAND_RAD_S);
                 again |= changed && joints[i].coulomb_n_m > 0.0;
                 gear_modes[i] = mode;
+                self.mean_rates[i] = start + weights[i] * (rate - start);
+                let branch = joints[i].branch(self.mean_rates[i]);
+                switched |= branch != branches[i];
+                branches[i] = branch;
+            }
+            if switched {
+                (base, load) = self.smooth_terms(h, &c, joints, branches, weights);
+                again = true;
             }
             let forces: [[f64; 2]; 2] = core::array::from_fn(|i| laws[i].force(slip[i]));
             let found = self.share_normal(h, &c, &contacts, push, forces, &change, &u);
@@ -130,30 +145,54 @@ impl Body {
         self.finish(h, ground, heading, &change, grounded);
     }
 
-    /// Adds the motors' torques and the viscous dampers.
-    fn joint_terms(&self, h: f64, joints: &[JointTorque; MOTORS], a: &mut Symmetric, b: &mut Speeds) {
-        let half = 0.5 * h;
+    /// Viscous damping of each motor's joint that is not the motor's.
+    fn viscous(&self) -> [f64; MOTORS] {
         let drive = self.inertia.bearing_damping;
-        let viscous = [drive, drive, 0.0];
+        [drive, drive, 0.0]
+    }
+
+    /// How far into the substep each joint's mean rate lies.
+    fn joint_weights(&self, h: f64, joints: &[JointTorque; MOTORS]) -> [f64; MOTORS] {
+        let drive = self.inertia.wheel + self.inertia.rotor;
+        let inertias = [drive, drive, self.inertia.ballast_second + self.inertia.camera_rotor];
+        let viscous = self.viscous();
+        core::array::from_fn(|i| end_weight(h * (joints[i].damping_n_m_s + viscous[i]), inertias[i]))
+    }
+
+    /// The mass matrix, the motors' torques and the viscous dampers.
+    fn smooth_terms(
+        &self,
+        h: f64,
+        c: &Configuration,
+        joints: &[JointTorque; MOTORS],
+        branches: [Branch; MOTORS],
+        weights: [f64; MOTORS],
+    ) -> (Symmetric, Speeds) {
+        let mut a = c.mass(&self.inertia);
+        let mut b = [0.0; SPEEDS];
+        let viscous = self.viscous();
         let count = if self.inertia.has_camera { MOTORS } else { MOTORS - 1 };
         for i in 0..count {
-            let damping = joints[i].damping_n_m_s + viscous[i];
-            add_outer(a, &JOINTS[i], half * damping);
-            let torque = joints[i].constant_n_m - damping * dot(&JOINTS[i], &self.speed);
-            add_scaled(b, &JOINTS[i], h * torque);
+            let (constant, damping) = joints[i].on(branches[i]);
+            let damping = damping + viscous[i];
+            add_outer(&mut a, &JOINTS[i], weights[i] * h * damping);
+            let torque = constant - damping * dot(&JOINTS[i], &self.speed);
+            add_scaled(&mut b, &JOINTS[i], h * torque);
         }
         if self.inertia.has_camera {
             let damping = self.inertia.spar_damping;
-            add_outer(a, &SPAR_BEARING, half * damping);
-            add_scaled(b, &SPAR_BEARING, -h * damping * dot(&SPAR_BEARING, &self.speed));
+            let weight = end_weight(h * damping, self.inertia.spar_second);
+            add_outer(&mut a, &SPAR_BEARING, weight * h * damping);
+            add_scaled(&mut b, &SPAR_BEARING, -h * damping * dot(&SPAR_BEARING, &self.speed));
         }
         if self.chocked {
             for wheel in [RIGHT, LEFT] {
                 let row = [(wheel, 1.0)];
-                add_outer(a, &row, h * CHOCK_N_M_S);
-                add_scaled(b, &row, -h * CHOCK_N_M_S * self.speed[wheel]);
+                add_outer(&mut a, &row, h * CHOCK_N_M_S);
+                add_scaled(&mut b, &row, -h * CHOCK_N_M_S * self.speed[wheel]);
             }
         }
+        (a, b)
     }
 
     /// Adds the dry frictions and the normal constraint, linearised about the modes; returns the

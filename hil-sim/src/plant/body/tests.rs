@@ -8,11 +8,7 @@ use super::*;
 use crate::plant::terrain::{Friction, Plane, Terrain};
 use crate::plant::tests::{bare_vehicle, reference_vehicle};
 
-const NO_TORQUE: [JointTorque; MOTORS] = [JointTorque {
-    constant_n_m: 0.0,
-    damping_n_m_s: 0.0,
-    coulomb_n_m: 0.0,
-}; MOTORS];
+const NO_TORQUE: [JointTorque; MOTORS] = [JointTorque::NONE; MOTORS];
 
 fn ground(slope_x_rad: f64, slope_y_rad: f64, friction: f64, radius: f64) -> Ground {
     let plane = Plane {
@@ -33,7 +29,7 @@ fn motor(vehicle: &Vehicle<f64>, volts: f64) -> JointTorque {
     JointTorque {
         constant_n_m: torque * volts / m.resistance_ohm,
         damping_n_m_s: torque * m.back_emf_constant_v_s_per_rad * m.gear_ratio / m.resistance_ohm,
-        coulomb_n_m: 0.0,
+        ..JointTorque::NONE
     }
 }
 
@@ -285,6 +281,7 @@ fn mirrored_starts_give_mirrored_runs() {
             constant_n_m,
             damping_n_m_s: 0.1,
             coulomb_n_m: 0.02,
+            ..JointTorque::NONE
         });
         for _ in 0..2000 {
             body.step(5e-4, &ground, &joints);

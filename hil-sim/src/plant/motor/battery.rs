@@ -16,10 +16,11 @@ pub struct Battery {
 impl Battery {
     /// Terminal voltage over a substep of `h` seconds while `motors` take what their `bridges` let
     /// through at the joints' `rates`: solved together, so that regeneration and sag of any resistance
-    /// are stable.
+    /// are stable. `last_v` is that of the substep before.
     pub fn terminal_v<const N: usize>(
         &self,
         h: f64,
+        last_v: f64,
         motors: &mut [Motor; N],
         bridges: &[BridgeState; N],
         rates: &[f64; N],
@@ -27,7 +28,7 @@ impl Battery {
         let mut current = self.idle_a;
         let mut conductance = 0.0;
         for ((motor, &bridge), &rate) in motors.iter_mut().zip(bridges).zip(rates) {
-            let (a, b) = motor.battery_load(h, bridge, rate);
+            let (a, b) = motor.battery_load(h, bridge, last_v, rate);
             current += a;
             conductance += b;
         }

@@ -13,7 +13,8 @@ fn motor() -> Motor {
 fn substep(motor: &mut Motor, bridge: BridgeState, battery_v: f64, rate: f64) -> (f64, f64) {
     let joint = motor.begin(H, bridge, battery_v, rate);
     motor.end(rate);
-    let torque = joint.constant_n_m - joint.damping_n_m_s * rate;
+    let limit = joint.limit_n_m;
+    let torque = (joint.constant_n_m - joint.damping_n_m_s * rate).clamp(-limit, limit);
     assert!((torque - motor.torque_n_m()).abs() < 1e-9 * (1.0 + torque.abs()));
     (motor.mean_current_a(), torque)
 }
@@ -147,9 +148,9 @@ fn the_battery_sags_under_load_and_rises_under_regeneration() {
     // Both settle where V = Voc - R (idle + duty i), i = (duty V - emf) / R_a.
     for (duty, rate) in [(0.5, 0.0), (0.1, 12.0)] {
         let mut motors = [motor()];
-        let mut v = 0.0;
+        let mut v = 25.2;
         for _ in 0..40 {
-            v = battery.terminal_v(H, &mut motors, &[BridgeState::Duty(duty)], &[rate]);
+            v = battery.terminal_v(H, v, &mut motors, &[BridgeState::Duty(duty)], &[rate]);
             let [m] = &mut motors;
             substep(m, BridgeState::Duty(duty), v, rate);
         }
@@ -166,9 +167,9 @@ fn the_battery_sags_under_load_and_rises_under_regeneration() {
     let mut p = reference_vehicle().parameters().drive_motor;
     p.inductance_h = 0.0;
     let mut motors = [Motor::drive(&p, 45.0)];
-    let mut last = 0.0;
-    for _ in 0..10 {
-        last = weak.terminal_v(H, &mut motors, &[BridgeState::Duty(1.0)], &[0.0]);
+    let mut last = 25.2;
+    for _ in 0..40 {
+        last = weak.terminal_v(H, last, &mut motors, &[BridgeState::Duty(1.0)], &[0.0]);
         let [m] = &mut motors;
         substep(m, BridgeState::Duty(1.0), last, 0.0);
     }
