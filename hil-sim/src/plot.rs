@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
-/// The size of every chart in px; the page scales it to the width it has.
+/// The size of every chart in px without its legend; the page scales it to the width it has.
 const SIZE: (u32, u32) = (620, 430);
 
 /// Line colours, distinguishable also with deficient colour vision.
-const COLOURS: [RGBColor; 8] = [
+const COLOURS: [RGBColor; 12] = [
     RGBColor(0, 90, 160),
     RGBColor(205, 80, 0),
     RGBColor(0, 130, 90),
@@ -18,6 +18,10 @@ const COLOURS: [RGBColor; 8] = [
     RGBColor(60, 160, 220),
     RGBColor(190, 140, 0),
     RGBColor(120, 60, 30),
+    RGBColor(110, 140, 40),
+    RGBColor(215, 95, 130),
+    RGBColor(0, 115, 130),
+    RGBColor(120, 90, 200),
 ];
 
 /// Points drawn per series at most: the extremes of each bucket are kept.
@@ -112,15 +116,40 @@ impl Chart {
             .unwrap_or_else(|| widened(points().map(|p| p.1), self.log_y, 0.04));
         let mut text = String::new();
         {
-            let root = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+            let legend = self.legend();
+            let height = SIZE.1 + legend.last().map_or(0, |e| e.y + LEGEND_ROW);
+            let root = SVGBackend::with_string(&mut text, (SIZE.0, height)).into_drawing_area();
+            root.fill(&WHITE).map_err(|e| e.to_string())?;
+            let (plot, below) = root.split_vertically(SIZE.1);
             if self.log_y {
-                self.draw(&root, x0..x1, (y0..y1).log_scale())?;
+                self.draw(&plot, x0..x1, (y0..y1).log_scale())?;
             } else {
-                self.draw(&root, x0..x1, y0..y1)?;
+                self.draw(&plot, x0..x1, y0..y1)?;
             }
+            draw_legend(&below, &legend)?;
             root.present().map_err(|e| e.to_string())?;
         }
         Ok(text)
+    }
+
+    /// The named curves, laid out in rows below the axes, so that no curve is covered.
+    fn legend(&self) -> Vec<LegendEntry<'_>> {
+        let (mut x, mut y) = (LEGEND_LEFT, 0);
+        let mut entries = Vec::new();
+        for (k, series) in self.series.iter().enumerate().filter(|(_, s)| !s.name.is_empty()) {
+            let width = 40 + 8 * series.name.chars().count() as u32;
+            if x > LEGEND_LEFT && x + width > SIZE.0 {
+                (x, y) = (LEGEND_LEFT, y + LEGEND_ROW);
+            }
+            entries.push(LegendEntry {
+                x,
+                y,
+                name: &series.name,
+                colour: COLOURS[k % COLOURS.len()],
+            });
+            x += width;
+        }
+        entries
     }
 
     fn draw<Y>(&self, root: &Area<'_>, x: std::ops::Range<f64>, y: Y) -> Result<(), String>
@@ -129,7 +158,6 @@ impl Chart {
         Y::CoordDescType: ValueFormatter<f64>,
     {
         let fail = |e: &dyn std::fmt::Display| e.to_string();
-        root.fill(&WHITE).map_err(|e| fail(&e))?;
         let mut chart = ChartBuilder::on(root)
             .caption(&self.title, ("sans-serif", 20))
             .margin(12)
@@ -152,30 +180,39 @@ impl Chart {
         for (i, series) in self.series.iter().enumerate() {
             let colour = COLOURS[i % COLOURS.len()];
             let style = colour.stroke_width(2);
-            let mut named = false;
             for run in runs(&series.points, self.log_y) {
-                let line = chart
+                chart
                     .draw_series(LineSeries::new(thinned(run), style))
                     .map_err(|e| fail(&e))?;
-                if !named && !series.name.is_empty() {
-                    line.label(&series.name)
-                        .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 18, y)], style));
-                    named = true;
-                }
             }
-        }
-        if self.series.iter().any(|s| !s.name.is_empty()) {
-            chart
-                .configure_series_labels()
-                .position(SeriesLabelPosition::UpperRight)
-                .background_style(WHITE.mix(0.85))
-                .border_style(RGBColor(200, 200, 200))
-                .label_font(("sans-serif", 15))
-                .draw()
-                .map_err(|e| fail(&e))?;
         }
         Ok(())
     }
+}
+
+/// Where the legend's rows begin, in px.
+const LEGEND_LEFT: u32 = 30;
+/// Height of a row of the legend, in px.
+const LEGEND_ROW: u32 = 22;
+
+/// One name of the legend and where it stands.
+#[derive(Debug)]
+struct LegendEntry<'a> {
+    x: u32,
+    y: u32,
+    name: &'a str,
+    colour: RGBColor,
+}
+
+fn draw_legend(area: &Area<'_>, entries: &[LegendEntry<'_>]) -> Result<(), String> {
+    for entry in entries {
+        let (x, y) = (entry.x.cast_signed(), entry.y.cast_signed());
+        let line = PathElement::new(vec![(x, y + 7), (x + 22, y + 7)], entry.colour.stroke_width(3));
+        area.draw(&line).map_err(|e| e.to_string())?;
+        let name = Text::new(entry.name.to_owned(), (x + 28, y), ("sans-serif", 15));
+        area.draw(&name).map_err(|e| e.to_string())?;
+    }
+    Ok(())
 }
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;

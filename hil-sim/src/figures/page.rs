@@ -28,8 +28,9 @@ svg + svg { margin-top: 12px; }
 p { margin: 8px 0; overflow-wrap: anywhere; }
 .label { color: #566173; font-size: .85rem; display: block; }
 table { width: 100%; border-collapse: collapse; font-size: .92rem; margin: 10px 0; }
-th { text-align: left; font-weight: 600; color: #566173; }
-th, td { padding: 4px 8px 4px 0; border-bottom: 1px solid #e4e8ee; vertical-align: top; overflow-wrap: anywhere; }
+th { text-align: left; font-weight: 600; color: #566173; white-space: nowrap; }
+th, td { padding: 4px 8px 4px 0; border-bottom: 1px solid #e4e8ee; vertical-align: top; overflow-wrap: break-word; }
+td:first-child { width: 45%; }
 td + td, th + th { font-variant-numeric: tabular-nums; }
 .files a { color: #14508c; margin-right: 12px; }
 ";
@@ -100,10 +101,21 @@ fn article(html: &mut String, figure: &Figure, svgs: &[String]) {
         );
     }
     if !figure.numbers.is_empty() {
-        html.push_str("<table><thead><tr><th></th><th>thesis</th><th>found</th></tr></thead><tbody>\n");
+        // Most of the thesis's figures print no number: a column of blanks would only take width.
+        let printed = figure.numbers.iter().any(|n| !n.thesis.is_empty());
+        let head = if printed { "<th>thesis</th>" } else { "" };
+        _ = writeln!(
+            html,
+            "<table><thead><tr><th></th>{head}<th>found</th></tr></thead><tbody>"
+        );
         for n in &figure.numbers {
-            let (name, thesis, ours) = (escaped(&n.name), escaped(&n.thesis), escaped(&n.ours));
-            _ = writeln!(html, "<tr><td>{name}</td><td>{thesis}</td><td>{ours}</td></tr>");
+            let (name, ours) = (escaped(&n.name), escaped(&n.ours));
+            let thesis = if printed {
+                format!("<td>{}</td>", escaped(&n.thesis))
+            } else {
+                String::new()
+            };
+            _ = writeln!(html, "<tr><td>{name}</td>{thesis}<td>{ours}</td></tr>");
         }
         html.push_str("</tbody></table>\n");
     }
