@@ -115,6 +115,10 @@ impl<S: SpiDevice> Icm42688p<S> {
             .transaction(&mut [Operation::TransferInPlace(&mut frame)])
             .await?;
         let [_, t1, t0, data @ ..] = frame;
+        // A part that does not answer leaves the line high or low.
+        if data.iter().all(|byte| *byte == 0xFF) || data.iter().all(|byte| *byte == 0x00) {
+            return Err(ImuError::NoData);
+        }
         let mut words = [0_i16; 6];
         for (word, bytes) in words.iter_mut().zip(data.chunks_exact(2)) {
             if let [high, low] = *bytes {

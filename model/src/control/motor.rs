@@ -61,6 +61,11 @@ impl MotorLimits {
     pub fn residual_v(&self, voltage_v: f32, current_a: f32, rate_rad_s: f32) -> f32 {
         voltage_v - self.resistance_ohm * current_a - self.back_emf_v_s_per_rad * rate_rad_s
     }
+
+    /// Voltage that the current drops across the armature, V.
+    pub fn drop_v(&self, current_a: f32) -> f32 {
+        self.resistance_ohm * current_a
+    }
 }
 
 /// The duty that gives `voltage_v` from a supply of `battery_v`, within [`DUTY_MAX`].

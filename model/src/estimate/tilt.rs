@@ -232,6 +232,7 @@ mod tests {
                 sin_slope: slope.sin() as f32,
                 cos_slope: slope.cos() as f32,
                 yaw_rate_rad_s: 0.0,
+                sin_roll: 0.0,
             };
             estimator.update(&reading(t, 0.1, &phi, &x), &disturbance, false);
             if k > 5000 {

@@ -23,6 +23,37 @@ impl Persistence {
     }
 }
 
+/// Counts bad ticks against good ones: trips on what is bad most of the time, though not always.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Suspicion {
+    level: u16,
+    limit: u16,
+}
+
+/// How much more a bad tick counts than a good one.
+const BAD_WEIGHT: u16 = 3;
+
+impl Suspicion {
+    /// Trips after `ticks` bad ticks in a row, or the later the more good ones are among them; never while
+    /// good ticks are three times as many.
+    pub const fn new(ticks: u16) -> Self {
+        Self {
+            level: 0,
+            limit: ticks.saturating_mul(BAD_WEIGHT),
+        }
+    }
+
+    /// Takes one tick's verdict; true while the suspicion stands.
+    pub fn update(&mut self, bad: bool) -> bool {
+        self.level = if bad {
+            self.level.saturating_add(BAD_WEIGHT).min(self.limit)
+        } else {
+            self.level.saturating_sub(1)
+        };
+        self.level >= self.limit
+    }
+}
+
 /// What is thought of an IMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImuHealth {
@@ -41,13 +72,15 @@ pub struct ImuWatch {
     last: Option<ImuRaw>,
     repeated: Persistence,
     saturated: Persistence,
-    impossible: Persistence,
+    impossible: Suspicion,
 }
 
 /// Identical readings in a row that cannot be: the noise of six axes never repeats that long.
 const REPEATED_TICKS: u16 = 20;
 const SATURATED_TICKS: u16 = 10;
-const IMPOSSIBLE_TICKS: u16 = 50;
+const IMPOSSIBLE_TICKS: u16 = 40;
+/// Change of an angular rate from one tick to the next that no body with mass makes, in LSB: 200 deg/s.
+const JUMP_LSB: i32 = 6560;
 /// Bounds of the specific force's magnitude that a rolling vehicle can show for long, in g.
 const FORCE_MIN_G: f32 = 0.2;
 const FORCE_MAX_G: f32 = 6.0;
@@ -60,13 +93,17 @@ impl ImuWatch {
             last: None,
             repeated: Persistence::new(REPEATED_TICKS),
             saturated: Persistence::new(SATURATED_TICKS),
-            impossible: Persistence::new(IMPOSSIBLE_TICKS),
+            impossible: Suspicion::new(IMPOSSIBLE_TICKS),
         }
     }
 
     /// Takes one tick's sample.
     pub fn update(&mut self, sample: &ImuSample) -> ImuHealth {
         let raw = &sample.raw;
+        let jumped = self.last.is_some_and(|last| {
+            let jump = |(now, before): (&i16, &i16)| (i32::from(*now) - i32::from(*before)).abs() > JUMP_LSB;
+            raw.gyro.iter().zip(&last.gyro).any(jump)
+        });
         let same = self
             .last
             .is_some_and(|last| last.accel == raw.accel && last.gyro == raw.gyro);
@@ -76,9 +113,8 @@ impl ImuWatch {
         let saturated = self.saturated.update(raw.accel.iter().chain(&raw.gyro).any(at_end));
         let squares: f32 = raw.accel.iter().map(|a| f32::from(*a) * f32::from(*a)).sum();
         let bound = |g: f32| g * g * imu_scale::ACCEL_LSB_PER_G * imu_scale::ACCEL_LSB_PER_G;
-        let impossible = self
-            .impossible
-            .update(squares < bound(FORCE_MIN_G) || squares > bound(FORCE_MAX_G));
+        let force = squares < bound(FORCE_MIN_G) || squares > bound(FORCE_MAX_G);
+        let impossible = self.impossible.update(force || jumped);
         if sample.age_us > self.timeout_us {
             ImuHealth::Stale
         } else if repeated || saturated || impossible {
@@ -98,8 +134,10 @@ pub struct EncoderWatch {
     contradicted: Persistence,
 }
 
-/// Armature voltage unexplained by current and back-EMF beyond which the encoder is not believed.
-const RESIDUAL_V: f32 = 5.0;
+/// Armature voltage unexplained by current and back-EMF beyond which the encoder is not believed, and
+/// the share of the resistance drop added to it: the armature's resistance grows by a third as it warms.
+const RESIDUAL_V: f32 = 1.5;
+const RESIDUAL_SHARE: f32 = 0.5;
 const RESIDUAL_TICKS: u16 = 60;
 
 impl EncoderWatch {
@@ -119,7 +157,8 @@ impl EncoderWatch {
         let moved = self.last.map_or(0, |last| count.wrapping_sub(last));
         self.last = Some(count);
         let residual = applied_v.map_or(0.0, |v| self.limits.residual_v(v, current_a, rate_rad_s));
-        let contradicted = self.contradicted.update(residual.abs() > RESIDUAL_V);
+        let allowed = RESIDUAL_V + RESIDUAL_SHARE * self.limits.drop_v(current_a).abs();
+        let contradicted = self.contradicted.update(residual.abs() > allowed);
         moved.unsigned_abs() > self.jump_counts.unsigned_abs() || contradicted
     }
 }

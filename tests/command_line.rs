@@ -1,0 +1,159 @@
+//! The command line of `drive` from outside: files, exit codes, messages.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+fn hil_sim(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+        .args(arguments)
+        .current_dir(WORKSPACE)
+        .output()
+        .expect("runs")
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn drive_writes_its_report_and_says_where() {
+    let out = folder("drive");
+    let output = hil_sim(&["drive", "--out", out.to_str().expect("utf-8")]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let table = String::from_utf8_lossy(&output.stdout);
+    for part in [
+        "speed error",
+        "phi, peak",
+        "camera spar",
+        "motor current",
+        "tick on this host",
+        out.to_str().expect("utf-8"),
+    ] {
+        assert!(table.contains(part), "{part}: {table}");
+    }
+    for file in [
+        "trace.csv",
+        "speed.svg",
+        "phi.svg",
+        "camera.svg",
+        "path.svg",
+        "current.svg",
+        "firmware.log",
+    ] {
+        assert!(std::fs::metadata(out.join(file)).expect(file).len() > 500, "{file}");
+    }
+}
+
+#[test]
+fn drive_prints_one_json_object() {
+    let output = hil_sim(&["drive", "tests/scenarios/zero-radius-turn.toml", "--json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one object");
+    assert_eq!(json["ok"], true);
+    let turned = json["metrics"]
+        .as_array()
+        .expect("metrics")
+        .iter()
+        .find(|m| m["name"] == "yaw_rate_peak_rad_s");
+    assert!((turned.expect("there")["value"].as_f64().expect("number") - 0.785).abs() < 0.05);
+}
+
+#[test]
+fn another_seed_is_another_run_and_the_same_seed_the_same() {
+    let run = |seed: &str| hil_sim(&["drive", "tests/scenarios/kerb.toml", "--json", "--seed", seed]).stdout;
+    assert_eq!(run("5"), run("5"));
+    assert_ne!(run("5"), run("6"));
+}
+
+#[test]
+fn a_metric_out_of_bounds_ends_with_1_and_names_it_with_the_seed() {
+    let folder = folder("bounds");
+    let scenario = folder.join("s.toml");
+    std::fs::write(
+        &scenario,
+        "title = \"t\"\nduration_s = 2.0\n[metrics]\narmed_s = [5.0, 6.0]\n",
+    )
+    .expect("writes");
+    let output = hil_sim(&["drive", scenario.to_str().expect("utf-8"), "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let message = stderr(&output);
+    assert!(
+        message.contains("armed_s = 0 is not within 5 to 6") && message.contains("seed 1"),
+        "{message}"
+    );
+}
+
+#[test]
+fn bad_vehicles_end_with_2_and_name_file_field_and_range() {
+    let folder = folder("vehicles");
+    let reference = std::fs::read_to_string(Path::new(WORKSPACE).join("vehicles/reference.toml")).expect("there");
+    for (name, from, to, parts) in [
+        (
+            "nan",
+            "wheel_radius_m = 0.25",
+            "wheel_radius_m = nan",
+            ["body.wheel_radius_m = NaN", "0.01 to 2"],
+        ),
+        (
+            "missing",
+            "gear_ratio = 43.0",
+            "",
+            ["drive_motor.gear_ratio is missing", "1 to 1000"],
+        ),
+        (
+            "alpha",
+            "arm_mass_kg = 12.24",
+            "arm_mass_kg = 14.0",
+            ["body.arm_mass_kg = 14", "alpha"],
+        ),
+        (
+            "length",
+            "arm_length_m = 0.20",
+            "arm_length_m = 0.0",
+            ["body.arm_length_m = 0", "0.005 to 2"],
+        ),
+        (
+            "unknown",
+            "[body]",
+            "[body]\nwings = 2",
+            ["unknown name `body.wings`", "wheel_radius_m"],
+        ),
+    ] {
+        assert!(reference.contains(from), "{from}");
+        let file = folder.join(format!("{name}.toml"));
+        std::fs::write(&file, reference.replace(from, to)).expect("writes");
+        let file = file.to_str().expect("utf-8");
+        let output = hil_sim(&["drive", "--vehicle", file]);
+        assert_eq!(output.status.code(), Some(2), "{name}");
+        let message = stderr(&output);
+        assert!(message.contains(file), "{message}");
+        for part in parts {
+            assert!(message.contains(part), "{name}: {message}");
+        }
+    }
+}
+
+#[test]
+fn unreadable_files_unknown_flags_and_bad_values_end_with_2() {
+    for arguments in [
+        &["drive", "no/such/file.toml"][..],
+        &["drive", "--vehicle", "no/such/file.toml"],
+        &["drive", "--vehicle", "README.md"],
+        &["drive", "--seed", "many"],
+        &["drive", "--wings"],
+        &["fly"],
+    ] {
+        let output = hil_sim(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
+        assert!(!stderr(&output).is_empty());
+        assert!(output.stdout.is_empty());
+    }
+}

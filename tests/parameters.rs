@@ -1,0 +1,141 @@
+//! Stored parameters over the link of the virtual board.
+
+use firmware::link::message::{HostMessage, ParameterAnswer, ParameterRequest};
+use hil_sim::virtual_board::flash::VirtualFlash;
+use hil_sim::virtual_board::log;
+use model::supervise::arming::Mode;
+use model::vehicle::VehicleParameters;
+
+mod support;
+use support::{Bench, reference};
+
+fn ask(bench: &mut Bench, request: ParameterRequest) -> ParameterAnswer {
+    bench.client.parameter_answers.clear();
+    bench.send(&HostMessage::Parameters(request));
+    bench.run(60);
+    match bench.client.parameter_answers[..] {
+        [answer] => answer,
+        ref answers => panic!("{request:?}: {answers:?}"),
+    }
+}
+
+/// The number of a parameter, as host and board count them.
+fn number(parameters: &VehicleParameters<f64>, table: &str, name: &str) -> u16 {
+    let (mut at, mut found) = (0, None);
+    parameters.for_each(|t, field, _| {
+        if t == table && field.name == name {
+            found = Some(at);
+        }
+        at += 1;
+    });
+    found.expect("known")
+}
+
+#[test]
+fn a_stored_parameter_is_in_force_after_the_next_boot_and_before() {
+    let vehicle = reference();
+    let speed_max = number(vehicle.parameters(), "control", "speed_max_m_s");
+    let flash = VirtualFlash::erased();
+    {
+        let mut bench = Bench::with(1, flash.clone());
+        bench.run(1000);
+        assert!(
+            log::take()
+                .iter()
+                .any(|line| line.contains("nothing stored, built-in set"))
+        );
+        let answer = ask(&mut bench, ParameterRequest::Read { number: speed_max });
+        assert!(
+            matches!(answer, ParameterAnswer::Value { value: 2.5, .. }),
+            "{answer:?}"
+        );
+        let answer = ask(
+            &mut bench,
+            ParameterRequest::Write {
+                number: speed_max,
+                value: 0.5,
+            },
+        );
+        assert!(
+            matches!(answer, ParameterAnswer::Value { value: 0.5, .. }),
+            "{answer:?}"
+        );
+        assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Stored);
+    }
+    for round in 0..2 {
+        let mut bench = Bench::with(2, flash.clone());
+        bench.run(1500);
+        assert!(
+            log::take().iter().any(|line| line.contains("parameters: stored set")),
+            "boot {round}"
+        );
+        bench.request(model::supervise::arming::Request::Arm);
+        bench.run(20);
+        bench.drive = Some([2.0, 0.0]);
+        bench.run(6000);
+        let speed = bench.board.world(|world| world.plant.truth().speed_m_s);
+        assert!((speed - 0.5).abs() < 0.1, "{speed}");
+    }
+}
+
+#[test]
+fn bad_values_are_refused_with_their_range_and_nothing_changes() {
+    let vehicle = reference();
+    let radius = number(vehicle.parameters(), "body", "wheel_radius_m");
+    let arm = number(vehicle.parameters(), "body", "arm_mass_kg");
+    let mut bench = Bench::new(3);
+    bench.run(1000);
+    for value in [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e6] {
+        let answer = ask(&mut bench, ParameterRequest::Write { number: radius, value });
+        assert_eq!(answer, ParameterAnswer::OutOfRange { min: 0.01, max: 2.0 }, "{value}");
+    }
+    let answer = ask(
+        &mut bench,
+        ParameterRequest::Write {
+            number: 9999,
+            value: 1.0,
+        },
+    );
+    assert_eq!(answer, ParameterAnswer::NoSuchNumber);
+    // In range on its own, and contradicting the total mass.
+    ask(
+        &mut bench,
+        ParameterRequest::Write {
+            number: arm,
+            value: 100.0,
+        },
+    );
+    assert_eq!(
+        ask(&mut bench, ParameterRequest::Store),
+        ParameterAnswer::Inconsistent { number: arm }
+    );
+    assert_eq!(
+        ask(&mut bench, ParameterRequest::Defaults),
+        ParameterAnswer::DefaultsReady
+    );
+    assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Stored);
+}
+
+#[test]
+fn nothing_is_stored_while_armed() {
+    let mut bench = Bench::armed(4);
+    assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Armed);
+    assert_eq!(bench.mode(), Mode::Armed, "and the vehicle drives on");
+}
+
+#[test]
+fn random_flash_boots_to_the_built_in_set() {
+    for seed in 0..8_u64 {
+        let flash = VirtualFlash::erased();
+        let mut noise = hil_sim::plant::noise::Noise::new(seed, 1);
+        let bytes: Vec<u8> = (0..256 * 1024).map(|_| noise.bits() as u8).collect();
+        flash.overwrite(&bytes);
+        let mut bench = Bench::with(seed, flash);
+        bench.run(1500);
+        let lines = log::take();
+        assert!(lines.iter().any(|line| line.contains("built-in set")), "{lines:?}");
+        bench.request(model::supervise::arming::Request::Arm);
+        bench.run(20);
+        assert_eq!(bench.mode(), Mode::Armed);
+    }
+}

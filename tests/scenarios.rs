@@ -1,0 +1,88 @@
+//! Every scenario file is a test: it runs on the virtual board, and each of its metrics must lie within
+//! its bounds.
+
+use std::path::Path;
+
+use hil_sim::plant::Plant;
+use hil_sim::scenario::{self, Outcome, Scenario, VirtualBackend, evaluate};
+
+mod support;
+use support::reference;
+
+const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/scenarios");
+
+fn run(name: &str) -> (Scenario, Outcome) {
+    let scenario = Scenario::read(&Path::new(FOLDER).join(format!("{name}.toml"))).expect("a good file");
+    let vehicle = reference();
+    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("drivable");
+    let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
+    let outcome = scenario::run(&scenario, &mut backend, |_| {});
+    assert!(!backend.board.watchdog_bitten(), "the watchdog must be fed");
+    (scenario, outcome)
+}
+
+fn check(name: &str) {
+    let (scenario, outcome) = run(name);
+    let checks = evaluate(&scenario, &outcome);
+    assert!(checks.len() >= 5, "a scenario must judge");
+    let failed: Vec<_> = checks.iter().filter(|check| !check.ok).collect();
+    assert!(
+        failed.is_empty(),
+        "{name}, seed {}: {failed:#?}\n{}",
+        scenario.seed,
+        outcome.log.join("\n")
+    );
+}
+
+macro_rules! scenarios {
+    ($($function:ident = $file:literal,)*) => {
+        $(#[test] fn $function() { check($file); })*
+
+        /// No file of the folder is left out.
+        #[test]
+        fn every_scenario_file_is_a_test() {
+            let mut files: Vec<String> = std::fs::read_dir(FOLDER)
+                .expect("the folder")
+                .map(|entry| entry.expect("an entry").path())
+                .filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned()))
+                .collect();
+            files.sort();
+            let mut tested = vec![$($file.to_owned()),*];
+            tested.sort();
+            assert_eq!(files, tested);
+        }
+    };
+}
+
+scenarios! {
+    slope_drive = "slope-drive",
+    zero_radius_turn = "zero-radius-turn",
+    side_slope = "side-slope",
+    figure_of_eight = "figure-of-eight",
+    rail_inspection = "rail-inspection",
+    slippery_patch = "slippery-patch",
+    kerb = "kerb",
+    dead_man = "dead-man",
+    emergency_stop = "emergency-stop",
+}
+
+/// One seed, one run: every byte of the trace and of the log is the same.
+#[test]
+fn a_run_is_reproducible_to_the_bit() {
+    let trace = || {
+        let (_, outcome) = run("slope-drive");
+        (outcome.trace.columns().to_csv(), outcome.log)
+    };
+    let (first, second) = (trace(), trace());
+    assert_eq!(first, second);
+    assert!(first.0.lines().count() > 5000 && first.1.len() > 50);
+}
+
+/// Two vehicles side by side in two threads do not see each other's time.
+#[test]
+fn two_runs_in_two_threads_are_two_runs_in_one() {
+    let csv = |name: &'static str| move || run(name).1.trace.columns().to_csv();
+    let alone = (csv("kerb")(), csv("side-slope")());
+    let (kerb, side) = (std::thread::spawn(csv("kerb")), std::thread::spawn(csv("side-slope")));
+    assert_eq!((kerb.join().expect("runs"), side.join().expect("runs")), alone);
+}

@@ -1,0 +1,111 @@
+//! What the vehicle's tests share.
+#![allow(dead_code)] // Each test binary uses its part.
+
+use firmware::link::message::{HostMessage, Status};
+use hil_sim::link_client::LinkClient;
+use hil_sim::plant::Plant;
+use hil_sim::plant::terrain::Terrain;
+use hil_sim::virtual_board::VirtualBoard;
+use hil_sim::virtual_board::flash::VirtualFlash;
+use model::supervise::arming::{Mode, Request};
+use model::vehicle::Vehicle;
+
+/// The reference vehicle.
+pub fn reference() -> Vehicle<f64> {
+    let text = include_str!("../../vehicles/reference.toml");
+    match vehicle_file::parse("vehicles/reference.toml", text) {
+        Ok(vehicle_file::VehicleFile::Vehicle(vehicle)) => *vehicle,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// A board on its bench: a vehicle on level ground, and an operator.
+pub struct Bench {
+    pub board: VirtualBoard,
+    pub client: LinkClient,
+    /// What the operator repeats every 20 ms, if anything.
+    pub drive: Option<[f32; 2]>,
+    ms: u64,
+}
+
+impl Bench {
+    pub fn new(seed: u64) -> Self {
+        Self::with(seed, VirtualFlash::erased())
+    }
+
+    pub fn with(seed: u64, flash: VirtualFlash) -> Self {
+        let vehicle = reference();
+        let plant = Plant::new(&vehicle, Terrain::default(), seed).expect("level ground");
+        let board = VirtualBoard::boot_with(&vehicle, plant, flash).expect("boots");
+        Self {
+            board,
+            client: LinkClient::default(),
+            drive: Some([0.0, 0.0]),
+            ms: 0,
+        }
+    }
+
+    /// Lets `ms` milliseconds pass; `each` sees the bench after every one.
+    pub fn run_watching(&mut self, ms: u64, mut each: impl FnMut(&mut Self)) {
+        for _ in 0..ms {
+            if self.ms.is_multiple_of(20)
+                && let Some([speed_m_s, yaw_rate_rad_s]) = self.drive
+            {
+                self.send(&HostMessage::Drive {
+                    speed_m_s,
+                    yaw_rate_rad_s,
+                });
+            }
+            self.ms += 1;
+            self.board.run_until(self.ms * 1000);
+            let bytes = self.board.receive();
+            self.client.receive(&bytes);
+            each(self);
+        }
+    }
+
+    pub fn run(&mut self, ms: u64) {
+        self.run_watching(ms, |_| {});
+    }
+
+    pub fn send(&mut self, message: &HostMessage) {
+        self.board.send(&LinkClient::encode(message));
+    }
+
+    pub fn request(&mut self, request: Request) {
+        self.send(&HostMessage::Request(request));
+    }
+
+    pub fn status(&self) -> Status {
+        self.client.status.expect("the board speaks")
+    }
+
+    pub fn mode(&self) -> Mode {
+        self.board.telemetry().expect("the board runs").mode
+    }
+
+    pub fn bridges_on(&mut self) -> bool {
+        self.board.world(|world| world.bridges_on())
+    }
+
+    /// Boots, calibrates, arms.
+    pub fn armed(seed: u64) -> Self {
+        let mut bench = Self::new(seed);
+        bench.run(1000);
+        bench.request(Request::Arm);
+        bench.run(20);
+        assert_eq!(bench.mode(), Mode::Armed, "blockers {:b}", bench.status().blockers);
+        bench
+    }
+
+    /// Armed and driving straight at `speed_m_s`.
+    pub fn driving(seed: u64, speed_m_s: f32) -> Self {
+        let mut bench = Self::armed(seed);
+        bench.drive = Some([speed_m_s, 0.0]);
+        bench.run(5000);
+        assert_eq!(bench.mode(), Mode::Armed);
+        let speed = bench.board.world(|world| world.plant.truth().speed_m_s);
+        assert!((speed - f64::from(speed_m_s)).abs() < 0.25, "speed {speed}");
+        bench
+    }
+}
