@@ -23,8 +23,8 @@ fn main() {
             }
         }
         let mut best = f64::INFINITY;
-        for _ in 0..5 {
-            let ms = 20_000;
+        for _ in 0..15 {
+            let ms = 5_000;
             let start = Instant::now();
             for k in 0..ms {
                 let duty = 0.15 + 0.1 * f64::from(k % 2000) / 2000.0;

@@ -61,7 +61,10 @@ impl Encoder {
 
     /// Follows the joint to `angle_rad` at `time_ms` (called at least once a millisecond).
     pub fn advance(&mut self, angle_rad: f64, time_ms: u64) {
-        let truth = (angle_rad * self.counts_per_rad).floor() as i64;
+        let counts = angle_rad * self.counts_per_rad;
+        // Towards minus infinity, without a call.
+        let cut = counts as i64;
+        let truth = cut - i64::from(cut as f64 > counts);
         let edges = truth - self.truth;
         self.truth = truth;
         match self.fault {

@@ -9,7 +9,7 @@ mod tests;
 
 use core::f64::consts::PI;
 
-use super::body::{FORWARD, Gravity, LIFT, SIDE, YAW};
+use super::body::{FORWARD, Gravity, LIFT, SIDE, Swing, YAW};
 use super::noise::Noise;
 
 /// Specific force in m/s^2 and angular rate in rad/s in the sensor's axes.
@@ -19,18 +19,6 @@ pub struct Motion {
     pub specific_force: [f64; 3],
     /// Angular rate.
     pub rate: [f64; 3],
-}
-
-/// A body that swings about the axle: sine and cosine of its angle from the plane's normal, its rate and
-/// its acceleration.
-#[derive(Debug, Clone, Copy)]
-pub struct Swing {
-    /// Sine and cosine of the angle.
-    pub sin_cos: (f64, f64),
-    /// Rate.
-    pub rate: f64,
-    /// Acceleration.
-    pub acceleration: f64,
 }
 
 /// The motion felt at `radius_m` from the axle towards the hanging end of a swinging body (negative:

@@ -25,8 +25,7 @@ mod truth;
 use body::{BALLAST, Body, FORWARD, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 use encoder::Encoder;
 use icm42688p::Icm42688p;
-use imu::{ImuErrors, Swing, motion_at};
-use model::real::Real;
+use imu::{ImuErrors, motion_at};
 pub use motor::BridgeState;
 use motor::{Battery, Motor};
 use noise::Noise;
@@ -209,16 +208,11 @@ impl Plant {
     /// Lets the IMUs feel the substep that has just been.
     fn feel(&mut self, h: f64) {
         let (u, a, gravity) = (self.body.speed(), self.body.acceleration(), self.body.gravity());
-        let swing = |index: usize| Swing {
-            sin_cos: Real::sin_cos(self.body.position()[index]),
-            rate: u[index],
-            acceleration: a[index],
-        };
-        let chassis = motion_at(self.chassis_radius_m, &swing(PHI), u, a, &gravity);
+        let chassis = motion_at(self.chassis_radius_m, &self.body.arm_swing(), u, a, &gravity);
         self.chassis_imu.advance(h, &chassis);
         if self.has_camera {
             // The spar's angle is that of its lower end; the IMU sits above the axle.
-            let spar = motion_at(-self.spar_radius_m, &swing(SPAR), u, a, &gravity);
+            let spar = motion_at(-self.spar_radius_m, &self.body.spar_swing(), u, a, &gravity);
             self.spar_imu.advance(h, &spar);
         }
     }

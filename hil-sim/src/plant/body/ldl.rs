@@ -1,4 +1,9 @@
 //! L D L^T of the vehicle's small symmetric matrix, factored once and solved for several right sides.
+//!
+//! The speeds are ordered so that what couples to little is eliminated first; the zeros that stay zero
+//! are known, so nearly half of the dense work remains undone.
+
+use super::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 
 /// Number of generalised speeds of the vehicle.
 pub const SPEEDS: usize = 9;
@@ -9,63 +14,97 @@ pub type Speeds = [f64; SPEEDS];
 /// A symmetric matrix over the speeds; only its lower triangle is used.
 pub type Symmetric = [[f64; SPEEDS]; SPEEDS];
 
-/// A factored symmetric positive definite matrix.
+// Rows below the diagonal of each column that are not zero, before or after elimination. A wheel
+// couples to the axle's speeds and the arm; the ballast to its spar and the axle; the spar to axle and
+// arm; the rest to each other.
+const WHEEL: [usize; 5] = [SIDE, FORWARD, LIFT, YAW, PHI];
+const BELOW_BALLAST: [usize; 3] = [SPAR, FORWARD, LIFT];
+const BELOW_SPAR: [usize; 3] = [FORWARD, LIFT, PHI];
+const BELOW_SIDE: [usize; 4] = [FORWARD, LIFT, YAW, PHI];
+const BELOW_FORWARD: [usize; 3] = [LIFT, YAW, PHI];
+const BELOW_LIFT: [usize; 2] = [YAW, PHI];
+const BELOW_YAW: [usize; 1] = [PHI];
+
+/// A factored symmetric positive definite matrix with the vehicle's pattern of zeros.
 #[derive(Debug, Clone)]
 pub struct Factored {
-    /// Unit lower triangle below the diagonal.
+    /// Unit lower triangle below the diagonal, reciprocal of D on it.
     lower: Symmetric,
-    /// Reciprocal of D.
-    inverse_diagonal: Speeds,
 }
 
 impl Factored {
-    /// Factors `a` (its lower triangle) without pivoting: it is positive definite, and L D L^T does not
-    /// care how its unknowns are scaled.
-    // Rows and columns of fixed arrays within their own length: indices read better than zipped slices.
-    #[allow(clippy::needless_range_loop)]
+    /// Factors `a` (its lower triangle, with the pattern above) without pivoting: it is positive definite,
+    /// and L D L^T does not care how its unknowns are scaled.
     #[inline]
     pub fn new(mut a: Symmetric) -> Self {
-        let mut inverse_diagonal = [0.0; SPEEDS];
-        for j in 0..SPEEDS {
-            let inverse = 1.0 / a[j][j];
-            inverse_diagonal[j] = inverse;
-            for i in j + 1..SPEEDS {
-                let l = a[i][j] * inverse;
-                // Row i still holds l_ik d_k for k >= j in the columns not yet reached.
-                for k in j + 1..=i {
-                    a[i][k] -= l * a[k][j];
-                }
-                // Rows below still need l_ij d_j, so the scaled value is written when row i is done with.
-            }
-            for i in j + 1..SPEEDS {
-                a[i][j] *= inverse;
-            }
-        }
-        Self {
-            lower: a,
-            inverse_diagonal,
-        }
+        eliminate(&mut a, RIGHT, WHEEL);
+        eliminate(&mut a, LEFT, WHEEL);
+        eliminate(&mut a, BALLAST, BELOW_BALLAST);
+        eliminate(&mut a, SPAR, BELOW_SPAR);
+        eliminate(&mut a, SIDE, BELOW_SIDE);
+        eliminate(&mut a, FORWARD, BELOW_FORWARD);
+        eliminate(&mut a, LIFT, BELOW_LIFT);
+        eliminate(&mut a, YAW, BELOW_YAW);
+        eliminate(&mut a, PHI, []);
+        Self { lower: a }
     }
 
     /// The solution x of `a x = b`.
-    #[allow(clippy::needless_range_loop)]
     #[inline]
     pub fn solve(&self, mut b: Speeds) -> Speeds {
-        for j in 0..SPEEDS {
-            for i in j + 1..SPEEDS {
-                b[i] -= self.lower[i][j] * b[j];
-            }
-        }
-        for j in 0..SPEEDS {
-            b[j] *= self.inverse_diagonal[j];
-        }
-        for j in (0..SPEEDS).rev() {
-            for i in 0..j {
-                b[i] -= self.lower[j][i] * b[j];
-            }
-        }
+        let l = &self.lower;
+        forward(l, &mut b, RIGHT, WHEEL);
+        forward(l, &mut b, LEFT, WHEEL);
+        forward(l, &mut b, BALLAST, BELOW_BALLAST);
+        forward(l, &mut b, SPAR, BELOW_SPAR);
+        forward(l, &mut b, SIDE, BELOW_SIDE);
+        forward(l, &mut b, FORWARD, BELOW_FORWARD);
+        forward(l, &mut b, LIFT, BELOW_LIFT);
+        forward(l, &mut b, YAW, BELOW_YAW);
+        backward(l, &mut b, PHI, []);
+        backward(l, &mut b, YAW, BELOW_YAW);
+        backward(l, &mut b, LIFT, BELOW_LIFT);
+        backward(l, &mut b, FORWARD, BELOW_FORWARD);
+        backward(l, &mut b, SIDE, BELOW_SIDE);
+        backward(l, &mut b, SPAR, BELOW_SPAR);
+        backward(l, &mut b, BALLAST, BELOW_BALLAST);
+        backward(l, &mut b, LEFT, WHEEL);
+        backward(l, &mut b, RIGHT, WHEEL);
         b
     }
+}
+
+/// Eliminates column `j`, whose rows below are `rows` (rising).
+#[inline]
+fn eliminate<const N: usize>(a: &mut Symmetric, j: usize, rows: [usize; N]) {
+    let inverse = 1.0 / a[j][j];
+    a[j][j] = inverse;
+    let column = rows.map(|i| a[i][j]);
+    for p in 0..N {
+        let l = column[p] * inverse;
+        for q in 0..=p {
+            a[rows[p]][rows[q]] -= l * column[q];
+        }
+        a[rows[p]][j] = l;
+    }
+}
+
+/// Column `j` of the solution with L.
+#[inline]
+fn forward<const N: usize>(l: &Symmetric, b: &mut Speeds, j: usize, rows: [usize; N]) {
+    for i in rows {
+        b[i] -= l[i][j] * b[j];
+    }
+}
+
+/// Row `j` of the solution with D L^T.
+#[inline]
+fn backward<const N: usize>(l: &Symmetric, b: &mut Speeds, j: usize, rows: [usize; N]) {
+    let mut value = b[j] * l[j][j];
+    for i in rows {
+        value -= l[i][j] * b[i];
+    }
+    b[j] = value;
 }
 
 /// Adds `weight * row row^T` for a sparse `row` of (index, value).
@@ -105,15 +144,25 @@ mod tests {
 
     #[test]
     fn solves_a_stiff_system_to_the_residual_of_double_precision() {
-        // Mass-like diagonal, one stiff constraint row (1e6 times the rest), as a stuck wheel makes.
+        // Mass-like diagonal, every coupling the vehicle has, one stiff constraint row (1e6 times the
+        // rest), as a stuck wheel makes.
         let mut a = [[0.0; SPEEDS]; SPEEDS];
         for (i, row) in a.iter_mut().enumerate() {
-            row[i] = 0.01 + i as f64;
-            for (j, value) in row.iter_mut().enumerate().take(i) {
-                *value = 0.001 * (i * 3 + j) as f64;
+            row[i] = 0.5 + i as f64;
+        }
+        let couplings: [(usize, &[usize]); 5] = [
+            (RIGHT, &WHEEL),
+            (LEFT, &WHEEL),
+            (BALLAST, &BELOW_BALLAST),
+            (SPAR, &BELOW_SPAR),
+            (SIDE, &BELOW_SIDE),
+        ];
+        for (j, rows) in couplings {
+            for &i in rows {
+                a[i][j] = 0.01 * (i * 3 + j) as f64;
             }
         }
-        let row = [(0, 1.0), (3, 0.25), (4, -0.25)];
+        let row = [(FORWARD, 1.0), (YAW, 0.25), (RIGHT, -0.25)];
         add_outer(&mut a, &row, 1e6);
         let b: Speeds = core::array::from_fn(|i| (i as f64 * 1.7).sin());
         let x = Factored::new(a).solve(b);

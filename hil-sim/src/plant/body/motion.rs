@@ -22,8 +22,10 @@ pub struct Gravity {
 /// Sines, cosines and moments of one configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct Configuration {
-    arm: (f64, f64),
-    spar: (f64, f64),
+    /// Sine and cosine of the arm's angle.
+    pub arm: (f64, f64),
+    /// Of the spar's.
+    pub spar: (f64, f64),
     ballast: (f64, f64),
     /// Sine and cosine of the ballast's angle relative to the spar.
     relative: (f64, f64),
@@ -87,12 +89,12 @@ impl Configuration {
         m[PHI][LEFT] = i.rotor;
         m[PHI][PHI] = i.arm_second + 2.0 * i.rotor;
         if i.has_camera {
-            m[SPAR][FORWARD] = i.spar_first * self.spar.1;
-            m[SPAR][LIFT] = i.spar_first * self.spar.0;
+            m[FORWARD][SPAR] = i.spar_first * self.spar.1;
+            m[LIFT][SPAR] = i.spar_first * self.spar.0;
             m[SPAR][SPAR] = i.spar_second + i.camera_rotor;
-            m[BALLAST][FORWARD] = i.ballast_first * self.ballast.1;
-            m[BALLAST][LIFT] = i.ballast_first * self.ballast.0;
-            m[BALLAST][SPAR] = i.cross * self.relative.1 - i.camera_rotor;
+            m[FORWARD][BALLAST] = i.ballast_first * self.ballast.1;
+            m[LIFT][BALLAST] = i.ballast_first * self.ballast.0;
+            m[SPAR][BALLAST] = i.cross * self.relative.1 - i.camera_rotor;
             m[BALLAST][BALLAST] = i.ballast_second + i.camera_rotor;
         } else {
             // No spar: its speeds stay zero.

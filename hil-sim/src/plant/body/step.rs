@@ -8,7 +8,9 @@ use model::sample::MOTORS;
 use super::contact::{GEAR_BAND_RAD_S, Linear, Mode, WHEEL_BAND_M_S};
 use super::ldl::{Factored, SPEEDS, Speeds, Symmetric, add_outer, add_scaled, dot};
 use super::motion::Configuration;
-use super::{Body, Branch, FORWARD, JOINTS, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW};
+use super::{
+    ANGLES, Body, Branch, FORWARD, JOINTS, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW,
+};
 use crate::plant::terrain::Ground;
 
 /// Stiffness of the normal constraint on the end-of-step speed, in N s/m: 13 kg sink 0.1 um/s.
@@ -46,11 +48,12 @@ impl Body {
         let u = self.speed;
         let half = 0.5 * h;
         let mut middle = self.position;
-        for index in YAW..SPEEDS {
+        for index in ANGLES {
             middle[index] += half * u[index];
         }
         let heading = Real::sin_cos(middle[YAW]);
         let c = Configuration::new(&self.inertia, &middle);
+        self.middle = [(middle[PHI], c.arm), (middle[SPAR], c.spar)];
         let contacts = self.contacts(h, ground, heading);
 
         let weights = self.joint_weights(h, joints);
@@ -338,7 +341,8 @@ impl Body {
         }
         self.position[FORWARD] += h * (mean[FORWARD] * cos - mean[SIDE] * sin);
         self.position[SIDE] += h * (mean[FORWARD] * sin + mean[SIDE] * cos);
-        for index in LIFT..SPEEDS {
+        self.position[LIFT] += h * mean[LIFT];
+        for index in ANGLES {
             self.position[index] += h * mean[index];
         }
         let reach = self.inertia.half_track * (sin + 0.5 * h * mean[YAW] * cos);

@@ -33,6 +33,18 @@ fn motor(vehicle: &Vehicle<f64>, volts: f64) -> JointTorque {
     }
 }
 
+#[test]
+fn a_small_turn_by_series_is_a_turn() {
+    for (from, turn) in [(0.3, 0.019), (-2.0, -0.02), (1.0, 0.5), (0.0, 0.0)] {
+        let to: f64 = from + turn;
+        let (sin, cos) = turned(f64::sin_cos(from), from, to);
+        assert!(
+            (sin - to.sin()).abs() < 2e-13 && (cos - to.cos()).abs() < 2e-13,
+            "{from} {turn}"
+        );
+    }
+}
+
 /// Runs body and planar model side by side under a voltage step; the largest difference of
 /// [theta, phi, theta', phi'] (nondimensional) over `seconds`.
 fn planar_difference(h: f64, volts: f64, seconds: f64) -> [f64; 4] {

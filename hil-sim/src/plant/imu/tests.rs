@@ -1,6 +1,7 @@
 //! The felt motion against a trajectory differentiated numerically in a frame that stands still.
 
 use super::*;
+use crate::plant::body::PHI;
 use crate::plant::noise::Noise;
 
 const RADIUS: f64 = 0.13;
@@ -50,7 +51,7 @@ fn the_felt_motion_is_that_of_its_place() {
         speeds[SIDE] = c * y - s * x;
         speeds[LIFT] = z;
         speeds[YAW] = heading;
-        speeds[8] = angle;
+        speeds[PHI] = angle;
         speeds
     };
     let speeds = speeds_at(t);
@@ -64,8 +65,8 @@ fn the_felt_motion_is_that_of_its_place() {
     };
     let swing = Swing {
         sin_cos: trajectory(t)[4].sin_cos(),
-        rate: speeds[8],
-        acceleration: accelerations[8],
+        rate: speeds[PHI],
+        acceleration: accelerations[PHI],
     };
     let found = motion_at(RADIUS, &swing, &speeds, &accelerations, &gravity);
 
