@@ -112,7 +112,7 @@ fn commands_that_are_not_numbers_are_no_commands() {
             bench.send(&HostMessage::Drive {
                 speed_m_s: bad,
                 yaw_rate_rad_s: 0.0,
-            })
+            });
         });
         assert!(faults(&bench).contains(Fault::CommandTimeout), "{bad}");
         bench.run(6000);

@@ -282,16 +282,13 @@ async fn keep<M: RawMutex, F: NorFlash>(
     let since = Instant::now();
     topics.parameters_pending.publish(since, true);
     let answer = if blocked(topics, since).await {
-        match store.store(vehicle).await {
-            Ok(()) => {
-                topics.new_vehicle.signal(*vehicle);
-                info!("parameters: stored");
-                ParameterAnswer::Stored
-            }
-            Err(()) => {
-                warning!("parameters: the flash failed");
-                ParameterAnswer::FlashFailed
-            }
+        if store.store(vehicle).await.is_ok() {
+            topics.new_vehicle.signal(*vehicle);
+            info!("parameters: stored");
+            ParameterAnswer::Stored
+        } else {
+            warning!("parameters: the flash failed");
+            ParameterAnswer::FlashFailed
         }
     } else {
         ParameterAnswer::Armed

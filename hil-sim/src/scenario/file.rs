@@ -289,7 +289,7 @@ impl Scenario {
                     format!("unknown metric: allowed is {}", metrics::NAMES.join(", ")),
                 ));
             }
-            if !(least <= most) {
+            if least.is_nan() || most.is_nan() || least > most {
                 return Err(value(
                     format!("[{least}, {most}]"),
                     "the least must not exceed the most".into(),

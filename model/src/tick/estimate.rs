@@ -12,6 +12,7 @@ use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
 /// The vehicle's estimate of itself in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[allow(clippy::struct_excessive_bools)] // Independent findings, not the states of one thing.
 pub struct Estimate {
     /// Arm angle phi from the vertical, rad, forward positive.
     pub phi_rad: f32,
