@@ -11,6 +11,7 @@ pub mod control;
 pub mod dynamics;
 pub mod estimate;
 pub mod integrate;
+pub mod limit;
 pub mod linear;
 pub mod real;
 pub mod sample;

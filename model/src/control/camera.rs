@@ -1,6 +1,7 @@
 //! The camera platform's controller: the LQR law of ch. 7 in the vehicle's units.
 
 use super::camera_law::CameraLaw;
+use crate::limit::Limit;
 use crate::vehicle::{CameraScales, Vehicle};
 
 /// State of the platform, SI. Angles as in ch. 7: the spar's from the vertical and the ballast's
@@ -43,7 +44,7 @@ impl CameraController {
             self.scales.rate_from_si(state.spar_rate_rad_s),
             self.scales.rate_from_si(state.ballast_rate_rad_s),
         );
-        let limit = self.voltage_max_v.min(supply_v);
-        self.scales.voltage_to_si(v).clamp(-limit, limit)
+        let limit = self.voltage_max_v.limit(0.0, supply_v);
+        self.scales.voltage_to_si(v).limit(-limit, limit)
     }
 }

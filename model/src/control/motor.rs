@@ -1,5 +1,6 @@
 //! From wanted motor voltages to duties: current limit, supply limit, battery compensation.
 
+use crate::limit::Limit;
 use crate::vehicle::{CameraMotorParameters, DriveMotorParameters};
 
 /// Largest share of the supply that a duty may take: the bridge's high side needs its pause.
@@ -49,7 +50,7 @@ impl MotorLimits {
     /// limit. Inductance is neglected: its time constant is a quarter of a tick.
     pub fn limit(&self, wanted_v: f32, rate_rad_s: f32) -> LimitedVoltage {
         let back_emf = self.back_emf_v_s_per_rad * rate_rad_s;
-        let voltage_v = wanted_v.clamp(back_emf - self.current_v, back_emf + self.current_v);
+        let voltage_v = wanted_v.limit(back_emf - self.current_v, back_emf + self.current_v);
         LimitedVoltage {
             voltage_v,
             by_current: voltage_v != wanted_v,
@@ -81,7 +82,7 @@ pub fn duty(voltage_v: f32, battery_v: f32) -> i16 {
     if battery_v <= 1.0 {
         return 0;
     }
-    let share = (voltage_v / battery_v).clamp(-DUTY_MAX, DUTY_MAX);
+    let share = (voltage_v / battery_v).limit(-DUTY_MAX, DUTY_MAX);
     let scaled = share * DUTY_FULL_SCALE;
     // Half away from zero; `as` saturates and gives 0 for NaN.
     (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i16

@@ -5,6 +5,7 @@ use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
 use crate::estimate::slope::SlopeEstimator;
 use crate::estimate::tilt::{Disturbance, TiltEstimator};
+use crate::limit::Limit;
 use crate::sample::Motor;
 use crate::supervise::plausibility::Persistence;
 use crate::tick::{Sensed, TICK_S};
@@ -173,7 +174,7 @@ impl Estimator {
         // Roll of the axle: gravity along it, once the acceleration of the turn is taken away.
         let yaw_rate = self.heading.yaw_rate_rad_s();
         let lateral_m_s2 = sensed.arm_force_y_m_s2 - theta_rate * r * yaw_rate;
-        self.roll.update((lateral_m_s2 / G).clamp(-1.0, 1.0));
+        self.roll.update((lateral_m_s2 / G).limit(-1.0, 1.0));
         let sin_roll = self.roll.value();
         self.slope.turn(yaw_rate * TICK_S, sin_roll);
         let disturbance = Disturbance {
