@@ -40,7 +40,7 @@
 //! Normal: the wheels' centres follow their paths over the profile ([`super::terrain`]); one unilateral
 //! constraint `v_z = rate of the mean path height` with the multiplier as total normal force. Where it
 //! would pull, the axle is in flight: no normal force, no friction, until it lands (inelastic). Tangent:
-//! [`contact`], per wheel, longitudinal along the path and lateral together. Normal forces of the two
+//! `contact`, per wheel, longitudinal along the path and lateral together. Normal forces of the two
 //! wheels follow from the roll balance about the axle, gyroscopic and lateral loads included.
 //!
 //! # Approximations
