@@ -116,7 +116,10 @@ impl NorFlash for ParameterFlash {
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), StorageError> {
         let length = to.checked_sub(from).ok_or(StorageError::Bounds)?;
         let from = flash_offset(from, length as usize)?;
-        self.flash.erase(from, from + length).await.map_err(StorageError::Program)
+        self.flash
+            .erase(from, from + length)
+            .await
+            .map_err(StorageError::Program)
     }
 }
 
