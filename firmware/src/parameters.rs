@@ -12,6 +12,7 @@ use embedded_storage_async::nor_flash::{ErrorType, MultiwriteNorFlash, NorFlash,
 use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
 use model::vehicle::{ParameterError, Vehicle, VehicleParameters};
+use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
@@ -147,12 +148,13 @@ pub enum NoSet {
     Corrupt,
 }
 
-/// Parameters are read once a boot: nothing to gain from a cache.
-type NoCache = Cache<Uncached, Uncached, Uncached, u8>;
+/// Remembers where the newest set is. A store that moves to the next page asks it of every old set it
+/// meets; without this each question reads a whole page, which for a full one takes seconds.
+type WhereNewest = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 1>, u8>;
 
 /// The store.
 pub struct ParameterStore<F: NorFlash> {
-    map: MapStorage<u8, Tolerant<F>, NoCache>,
+    map: MapStorage<u8, Tolerant<F>, WhereNewest>,
     buffer: [u8; SET_MAX + 64],
 }
 
@@ -165,7 +167,11 @@ impl<F: NorFlash> ParameterStore<F> {
         let pages = flash.capacity() / F::ERASE_SIZE;
         match MapConfig::try_new(0..(pages * F::ERASE_SIZE) as u32) {
             Ok(config) => Ok(Self {
-                map: MapStorage::new(Tolerant(flash), config, Cache::new_uncached()),
+                map: MapStorage::new(
+                    Tolerant(flash),
+                    config,
+                    Cache::new(Uncached, Uncached, ArrayKeyPointers::new()),
+                ),
                 buffer: [0; SET_MAX + 64],
             }),
             Err(_) => Err(flash),

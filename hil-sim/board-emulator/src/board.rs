@@ -78,7 +78,13 @@ pub struct DriveBoard {
 }
 
 rigless::store!(DriveBoard {
-    values: [instructions_per_second, fed_counts, silent_imus, stop_pressed, driver_fault],
+    values: [
+        instructions_per_second,
+        fed_counts,
+        silent_imus,
+        stop_pressed,
+        driver_fault
+    ],
     parts: [mcu],
     built: [encoder_slots]
 });
@@ -201,11 +207,9 @@ impl DriveBoard {
     pub fn set_stop_contact(&mut self, now: VirtualNanos, open: bool) {
         // Closed is ground; open is left to the pin's own pull.
         let level = (!open).then_some(Level::Low);
-        self.mcu
-            .h7
-            .drive_port(now, at::PORT_G, |port, registers, context| {
-                port.drive(pin(STOP_PIN), level, registers, context);
-            });
+        self.mcu.h7.drive_port(now, at::PORT_G, |port, registers, context| {
+            port.drive(pin(STOP_PIN), level, registers, context);
+        });
     }
 
     /// Raises or clears the fault output of the bridges' drivers, which shares the break's wire.
@@ -223,7 +227,10 @@ impl DriveBoard {
     pub fn lamps(&mut self) -> (bool, bool) {
         let h7 = &mut self.mcu.h7;
         let slot = h7.bus().slot("GPIOB").expect("the part has port B");
-        let (bus, port) = (h7.bus_mut().slot_mut(slot).registers_mut().clone(), &h7.gpio[at::PORT_B]);
+        let (bus, port) = (
+            h7.bus_mut().slot_mut(slot).registers_mut().clone(),
+            &h7.gpio[at::PORT_B],
+        );
         let lit = |number| port.level(pin(number), &bus) == Level::High;
         (lit(0), lit(14))
     }
@@ -249,7 +256,11 @@ impl DriveBoard {
             let before = PHASES[self.fed_counts[nth].rem_euclid(4) as usize];
             self.fed_counts[nth] += (counts - self.fed_counts[nth]).signum();
             let after = PHASES[self.fed_counts[nth].rem_euclid(4) as usize];
-            let (input, level) = if before.0 == after.0 { (2, after.1) } else { (1, after.0) };
+            let (input, level) = if before.0 == after.0 {
+                (2, after.1)
+            } else {
+                (1, after.0)
+            };
             let (registers, mut context) = h7.bus_mut().drive(now, slot);
             let input = Channel::new(input).expect("a timer has six channels");
             timer.drive_input(input, level, registers, &mut context);

@@ -26,7 +26,11 @@ pub struct BridgeTimer {
     alert_until: u64,
 }
 
-rigless::store!(BridgeTimer { values: [model, break_level, alert_until], parts: [], built: [] });
+rigless::store!(BridgeTimer {
+    values: [model, break_level, alert_until],
+    parts: [],
+    built: []
+});
 
 impl BridgeTimer {
     /// TIM1, out of reset, its break input low.
@@ -49,8 +53,13 @@ impl BridgeTimer {
 
     /// Brings the model up to now.
     pub fn touch(&mut self, registers: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        self.model
-            .drive_break_source(BreakInput::First, BreakSource::Pin, self.break_level, registers, context);
+        self.model.drive_break_source(
+            BreakInput::First,
+            BreakSource::Pin,
+            self.break_level,
+            registers,
+            context,
+        );
     }
 
     fn alert(&self, now: VirtualNanos) -> bool {

@@ -249,7 +249,8 @@ impl Stopped<'_> {
     pub fn register(&mut self, address: u64) -> Result<u32, Error> {
         let at = self.stop.at;
         let word = self.session.mcu().read(at, address, Width::W32);
-        word.map(|word| word as u32).map_err(|fault| Error::Core(format!("{fault:?}")))
+        word.map(|word| word as u32)
+            .map_err(|fault| Error::Core(format!("{fault:?}")))
     }
 
     /// Bridges as the plant last saw them.
@@ -546,7 +547,11 @@ impl Emulation {
             let (stop, digest) = (stopped.stop, *stopped.digest);
             let taken = snapshot::take(stopped.session, stopped.host, stop, &digest, &Nothing {})?;
             // The emulator reads snapshots from files only.
-            let name = format!("board-emulator-{}-{:?}.snap", std::process::id(), std::thread::current().id());
+            let name = format!(
+                "board-emulator-{}-{:?}.snap",
+                std::process::id(),
+                std::thread::current().id()
+            );
             let path = std::env::temp_dir().join(name);
             let read = |source| Error::Read {
                 path: path.clone(),
@@ -601,6 +606,10 @@ impl Drop for Emulation {
 
 /// What a snapshot keeps of this side of the run: nothing, [`Frozen`] does.
 struct Nothing {}
-rigless::store!(Nothing { values: [], parts: [], built: [] });
+rigless::store!(Nothing {
+    values: [],
+    parts: [],
+    built: []
+});
 
 const _: fn(&DriveBoard) -> &'static str = <DriveBoard as Board>::name;

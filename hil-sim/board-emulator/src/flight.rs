@@ -52,10 +52,7 @@ pub fn address(firmware: &Firmware) -> Result<u64, Error> {
 /// When a field holds no value of its type.
 pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    let at = |offset| Fields {
-        bytes: &bytes,
-        offset,
-    };
+    let at = |offset| Fields { bytes: &bytes, offset };
     let sample = |offset| at(offset_of!(FlightRecord, sample) + offset);
     let command = |offset| at(offset_of!(FlightRecord, command) + offset);
     let actuation = |offset| at(offset_of!(FlightRecord, actuation) + offset);
@@ -63,7 +60,8 @@ pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
         tick: at(offset_of!(FlightRecord, tick)).u32()?,
         sample: Sample {
             time_us: sample(offset_of!(Sample, time_us)).u64()?,
-            encoder_counts: sample(offset_of!(Sample, encoder_counts)).each(8, |field| Ok(field.u64()?.cast_signed()))?,
+            encoder_counts: sample(offset_of!(Sample, encoder_counts))
+                .each(8, |field| Ok(field.u64()?.cast_signed()))?,
             encoder_age_us: sample(offset_of!(Sample, encoder_age_us)).u32()?,
             chassis_imu: sample(offset_of!(Sample, chassis_imu)).imu()?,
             spar_imu: sample(offset_of!(Sample, spar_imu)).imu()?,

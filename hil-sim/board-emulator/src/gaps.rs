@@ -48,7 +48,11 @@ pub fn of(session: &Session<DriveBoard>) -> Vec<Gap> {
     let mut gaps = Vec::new();
     let mut note = |kind, place: String, detail: String| gaps.push(Gap { kind, place, detail });
     for gap in session.unmapped() {
-        note("unmapped", format!("{:#010x}", gap.address), format!("pc {:#010x}", gap.program_counter));
+        note(
+            "unmapped",
+            format!("{:#010x}", gap.address),
+            format!("pc {:#010x}", gap.program_counter),
+        );
     }
     for (address, fault) in session.refused() {
         note("refused", format!("{address:#010x}"), format!("{fault:?}"));
@@ -65,7 +69,11 @@ pub fn of(session: &Session<DriveBoard>) -> Vec<Gap> {
         note("unrouted", format!("{instance}.{line}"), String::new());
     }
     for gap in session.told() {
-        note("told", format!("{}.{}", gap.instance, gap.register), gap.reason.to_owned());
+        note(
+            "told",
+            format!("{}.{}", gap.instance, gap.register),
+            gap.reason.to_owned(),
+        );
     }
     gaps
 }

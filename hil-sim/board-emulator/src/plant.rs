@@ -94,7 +94,9 @@ impl FreeMotor {
         let lost = self.rate_rad_s - final_rate;
         self.angle_rad += final_rate * seconds + lost * lag * (1.0 - left);
         self.rate_rad_s = final_rate + lost * left;
-        voltage_v.map_or(0.0, |voltage| (voltage - self.constant_v_s * self.rate_rad_s) / self.resistance_ohm)
+        voltage_v.map_or(0.0, |voltage| {
+            (voltage - self.constant_v_s * self.rate_rad_s) / self.resistance_ohm
+        })
     }
 }
 

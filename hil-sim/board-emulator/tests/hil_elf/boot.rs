@@ -14,11 +14,21 @@ fn the_board_boots_says_so_and_keeps_its_bridges_open() {
     let mut connected_at = None;
     // Every half millisecond through the start-up code, then every ten.
     while board.emulation.now() < READY {
-        let step = if board.emulation.now() < 20 * MS { MS / 2 } else { 10 * MS };
+        let step = if board.emulation.now() < 20 * MS {
+            MS / 2
+        } else {
+            10 * MS
+        };
         board.emulation.run_for(step).expect("it runs");
         let (now, bridges, connected) = board
             .emulation
-            .at(|stopped| (stopped.now(), stopped.bridges(), stopped.board().bridge_pins_connected()))
+            .at(|stopped| {
+                (
+                    stopped.now(),
+                    stopped.bridges(),
+                    stopped.board().bridge_pins_connected(),
+                )
+            })
             .expect("it runs");
         assert_eq!(bridges, [BridgeState::Open; 3], "at {now} ns");
         if connected && connected_at.is_none() {
@@ -38,9 +48,17 @@ fn the_board_boots_says_so_and_keeps_its_bridges_open() {
     line("imu chassis: started");
     line("imu spar: started");
     let done = line("self-check done");
-    let seconds: f64 = done.split_whitespace().next().expect("a time").parse().expect("a number");
+    let seconds: f64 = done
+        .split_whitespace()
+        .next()
+        .expect("a time")
+        .parse()
+        .expect("a number");
     assert!((100.0..READY_WITHIN_MS).contains(&(seconds * 1e3)), "{done}");
-    assert!(!log.iter().any(|line| line.contains("WARN") || line.contains("ERROR")), "{log:#?}");
+    assert!(
+        !log.iter().any(|line| line.contains("WARN") || line.contains("ERROR")),
+        "{log:#?}"
+    );
 
     let (found, resets) = board
         .emulation
@@ -50,7 +68,9 @@ fn the_board_boots_says_so_and_keeps_its_bridges_open() {
     // A gap that is no longer there must leave the list.
     for allowed in gaps::ALLOWED {
         assert!(
-            found.iter().any(|gap| gap.kind == allowed.kind && gap.place == allowed.place),
+            found
+                .iter()
+                .any(|gap| gap.kind == allowed.kind && gap.place == allowed.place),
             "{allowed:?} is allowed and does not happen"
         );
     }

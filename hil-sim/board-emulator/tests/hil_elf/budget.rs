@@ -36,14 +36,26 @@ fn no_soft_float_is_linked() {
         .functions(|name| name.starts_with("__aeabi_d") || name.starts_with("__aeabi_f"))
         .expect("the ELF has symbols");
     // Conversions to and from 64-bit integers have no instruction.
-    let allowed = ["__aeabi_d2lz", "__aeabi_d2ulz", "__aeabi_l2d", "__aeabi_ul2d", "__aeabi_f2lz", "__aeabi_f2ulz"];
-    let left: Vec<_> = found.iter().filter(|(name, ..)| !allowed.contains(&name.as_str())).collect();
+    let allowed = [
+        "__aeabi_d2lz",
+        "__aeabi_d2ulz",
+        "__aeabi_l2d",
+        "__aeabi_ul2d",
+        "__aeabi_f2lz",
+        "__aeabi_f2ulz",
+    ];
+    let left: Vec<_> = found
+        .iter()
+        .filter(|(name, ..)| !allowed.contains(&name.as_str()))
+        .collect();
     assert!(left.is_empty(), "{left:?}");
 }
 
 #[test]
 fn half_of_the_stack_is_never_used() {
-    let (top, _) = firmware().symbol("_stack_start").expect("the linker's script defines it");
+    let (top, _) = firmware()
+        .symbol("_stack_start")
+        .expect("the linker's script defines it");
     let (bottom, _) = firmware().symbol("_stack_end").expect("the linker's script defines it");
     let mut board = ready();
     board.arm();

@@ -21,7 +21,9 @@ fn hash(record: &FlightRecord, enable: bool, duty: [i16; 3]) -> u64 {
     let bytes = record.tick.to_le_bytes().into_iter().chain([u8::from(enable)]);
     bytes
         .chain(duty.into_iter().flat_map(i16::to_le_bytes))
-        .fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
+        .fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3)
+        })
 }
 
 /// Records a drive from power-up on: every tick there is.

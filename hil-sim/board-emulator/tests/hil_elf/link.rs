@@ -42,7 +42,13 @@ fn a_hundred_thousand_bytes_of_noise_move_nothing() {
     let zeros = bytes.iter().filter(|byte| **byte == 0).count() as u32;
     board.emulation.send(&bytes).expect("the wire stands");
     board.run(1200);
-    assert_eq!(board.emulation.at(|stopped| stopped.board().wire().pending()).expect("it runs"), 0);
+    assert_eq!(
+        board
+            .emulation
+            .at(|stopped| stopped.board().wire().pending())
+            .expect("it runs"),
+        0
+    );
     unharmed(&mut board);
     let counted = board.status().bad_frames - before;
     println!("{counted} bad frames counted of {zeros} delimiters");
@@ -81,5 +87,8 @@ fn garbage_truncated_and_overlong_frames_are_counted() {
     let counted = board.status().bad_frames - before;
     // A flip may make a byte of it a delimiter or a delimiter of it data, never a good frame.
     let flips = arm.len() as u32 - 1;
-    assert!((2 + flips..=2 + 2 * flips).contains(&counted), "{counted} for {flips} flips");
+    assert!(
+        (2 + flips..=2 + 2 * flips).contains(&counted),
+        "{counted} for {flips} flips"
+    );
 }

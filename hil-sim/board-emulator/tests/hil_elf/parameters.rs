@@ -49,7 +49,10 @@ fn read(board: &mut Operator) -> f32 {
 
 fn write(board: &mut Operator, value: f32) {
     let answer = board.ask(ParameterRequest::Write { number: NUMBER, value });
-    assert!(matches!(answer, ParameterAnswer::Value { value: told, .. } if told == value), "{answer:?}");
+    assert!(
+        matches!(answer, ParameterAnswer::Value { value: told, .. } if told == value),
+        "{answer:?}"
+    );
 }
 
 fn log_has(board: &mut Operator, text: &str) -> bool {
@@ -97,7 +100,10 @@ fn nothing_is_stored_out_of_range_or_while_armed() {
     board.arm();
     write(&mut board, NEW);
     assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Armed);
-    assert!(region(&mut board).iter().all(|byte| *byte == 0xFF), "the flash is untouched");
+    assert!(
+        region(&mut board).iter().all(|byte| *byte == 0xFF),
+        "the flash is untouched"
+    );
 }
 
 #[test]
@@ -125,7 +131,7 @@ fn random_bytes_boot_to_the_built_in_set() {
 /// store to the other one.
 #[test]
 fn a_power_cut_leaves_the_old_or_the_new_set() {
-    for (start, span, fine) in [(used(), 12 * MS, 50 * US), (full(), 1_300 * MS, 50 * US)] {
+    for (start, span, fine) in [(used(), 12 * MS, 100 * US), (full(), 3_000 * MS, 100 * US)] {
         let mut board = powered_with(&start);
         board.run(700);
         assert_eq!(read(&mut board), OLD);
@@ -163,7 +169,7 @@ fn states_of(board: &mut Operator, span: u64, fine: u64) -> (Vec<Vec<u8>>, usize
     let mut quiet = 0;
     while board.emulation.now() < end {
         // An erase takes a second in which nothing changes.
-        let step = if quiet < 200 { fine } else { 10 * MS };
+        let step = if quiet < 60 { fine } else { 20 * MS };
         board.emulation.run_for(step).expect("it runs");
         cuts += 1;
         quiet += 1;

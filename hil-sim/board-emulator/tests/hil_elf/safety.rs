@@ -45,7 +45,10 @@ fn the_stop_opens_the_bridges_in_10_us_with_the_cpu_in_an_endless_loop() {
     board.emulation.run_for(3 * MS).expect("it runs");
     let stuck = board.emulation.at(|stopped| stopped.instructions()).expect("it runs");
     assert!(stuck > 0);
-    assert!(switching(bridges(&mut board.emulation)), "a hung CPU alone does not stop the timer");
+    assert!(
+        switching(bridges(&mut board.emulation)),
+        "a hung CPU alone does not stop the timer"
+    );
 
     let pressed_at = board.emulation.now();
     board

@@ -60,7 +60,9 @@ impl Operator {
     }
 
     pub fn send(&mut self, message: &HostMessage) {
-        self.emulation.send(&encode(message).expect("it fits")).expect("the wire stands");
+        self.emulation
+            .send(&encode(message).expect("it fits"))
+            .expect("the wire stands");
     }
 
     /// Runs on, repeating the command and listening.
@@ -101,7 +103,11 @@ impl Operator {
             if let [answer] = self.answers[..] {
                 return answer;
             }
-            assert!(self.answers.is_empty(), "one answer to one question: {:?}", self.answers);
+            assert!(
+                self.answers.is_empty(),
+                "one answer to one question: {:?}",
+                self.answers
+            );
         }
         panic!("no answer to {request:?}");
     }

@@ -37,7 +37,7 @@ const _: () = assert!(MARGIN_COUNTS > 2 * DEAD_TIME_COUNTS as i32);
 /// Shortest pulse of either side, so that both diagonals always switch and the drivers' bootstrap
 /// capacitors stay charged: 3 % of the period.
 const MARGIN_COUNTS: i32 = CENTRE_COUNTS * 6 / 100;
-/// Full duty.
+/// Largest duty, 94 %: beyond it the bridges give no more, below it a duty is that share of the supply.
 const FULL_COUNTS: i32 = CENTRE_COUNTS - MARGIN_COUNTS;
 
 /// The pins of the bridges and of the break.
@@ -140,8 +140,8 @@ impl Tim1Bridges {
 
     fn set_counts(duty: [i16; MOTORS]) {
         for (n, duty) in duty.into_iter().enumerate() {
-            let counts = CENTRE_COUNTS + i32::from(duty) * FULL_COUNTS / i32::from(i16::MAX);
-            // -32768 is one count past full reverse; the margin holds it inside the period.
+            let counts = i32::from(duty) * CENTRE_COUNTS / i32::from(i16::MAX);
+            let counts = CENTRE_COUNTS + counts.clamp(-FULL_COUNTS, FULL_COUNTS);
             TIM1.ccr(n).write(|w| w.set_ccr(counts as u16));
         }
     }

@@ -1,6 +1,7 @@
 //! The parameters' flash: the last two sectors of bank 2, so that erasing them does not stall code,
 //! which runs from bank 1.
 
+use embassy_futures::yield_now;
 use embassy_stm32::flash::{Async, Error as DriverError, Flash};
 use embassy_stm32::pac;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
@@ -40,13 +41,23 @@ impl NorFlashError for StorageError {
     }
 }
 
+/// Words read without a pause: reading never waits, and the store reads a whole sector in one go, in
+/// which time the other tasks of its executor must have their turns.
+const WORDS_WITHOUT_PAUSE: u32 = 16;
+
 /// The region.
-pub struct ParameterFlash(Flash<'static, Async>);
+pub struct ParameterFlash {
+    flash: Flash<'static, Async>,
+    words_since_pause: u32,
+}
 
 impl ParameterFlash {
     /// Takes the flash driver.
     pub fn new(flash: Flash<'static, Async>) -> Self {
-        Self(flash)
+        Self {
+            flash,
+            words_since_pause: 0,
+        }
     }
 }
 
@@ -77,6 +88,11 @@ impl ReadNorFlash for ParameterFlash {
             let length = rest.len().min(WORD_BYTES - address % WORD_BYTES);
             let (piece, after) = rest.split_at_mut(length);
             read_guarded(address, piece)?;
+            self.words_since_pause += 1;
+            if self.words_since_pause >= WORDS_WITHOUT_PAUSE {
+                self.words_since_pause = 0;
+                yield_now().await;
+            }
             address += length;
             rest = after;
         }
@@ -94,13 +110,16 @@ impl NorFlash for ParameterFlash {
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), StorageError> {
         let offset = flash_offset(offset, bytes.len())?;
-        self.0.write(offset, bytes).await.map_err(StorageError::Program)
+        self.flash.write(offset, bytes).await.map_err(StorageError::Program)
     }
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), StorageError> {
         let length = to.checked_sub(from).ok_or(StorageError::Bounds)?;
         let from = flash_offset(from, length as usize)?;
-        self.0.erase(from, from + length).await.map_err(StorageError::Program)
+        self.flash
+            .erase(from, from + length)
+            .await
+            .map_err(StorageError::Program)
     }
 }
 
