@@ -66,6 +66,8 @@ const WALK_TOLERANCE: f64 = 1e-7;
 const FINAL_TOLERANCE: f64 = 1e-12;
 /// To what the crossing is found, relative to 1 + its size.
 const RESOLUTION: f64 = 2e-11;
+/// Distance from the manifold below which the secant of two verified ends is exact to `RESOLUTION`.
+const LINEAR: f64 = 1e-6;
 /// The largest final value tried, in units of speed per unit of time of the move (plus one).
 const FARTHEST: f64 = 2000.0;
 
@@ -217,6 +219,10 @@ impl Search {
             let secant = low.distance - low.offset / slope;
             // The offsets are proportional to the distance only near the crossing: now and then, halve.
             let inside = secant > low.distance && secant < high.distance;
+            let converged = low.offset.abs().max(high.offset.abs()) < LINEAR && width < 1e2 * resolution;
+            if inside && converged {
+                return self.found(&high, secant, hold_fails);
+            }
             let middle = low.distance + 0.5 * width;
             let probe = self.sharp(if inside && k % 4 != 3 { secant } else { middle }, width);
             // And once more as far again beyond the crossing, so that both ends close in.
