@@ -154,7 +154,7 @@ impl VehicleCore {
         // Twice the no-load speed at the highest supply.
         let jump = |constant: f32, counts: f32| {
             let turns_per_s = p.battery.maximum_v / constant / (2.0 * core::f32::consts::PI);
-            (2.0 * turns_per_s * counts * TICK_S) as i64 + 16
+            i64::from((2.0 * turns_per_s * counts * TICK_S) as i32) + 16
         };
         let drive_jump = jump(
             p.drive_motor.back_emf_constant_v_s_per_rad,
