@@ -146,7 +146,8 @@ impl<T: Real> Vehicle<T> {
     ///
     /// # Errors
     /// The first value out of range, or the first contradiction: `arm_mass_kg` must be less than
-    /// `total_mass_kg` (alpha < 1), the battery's limits must be in order, the arm or spar limits reachable.
+    /// `total_mass_kg` (alpha < 1), the battery's voltages in order, the current limits less than
+    /// `overcurrent_a`, and `kp` less than the total damping.
     pub fn new(parameters: VehicleParameters<T>) -> Result<Self, ParameterError> {
         let p = &parameters;
         p.body.check()?;

@@ -345,4 +345,6 @@ pub fn to_rust(vehicle: &Vehicle<f64>) -> String {
 }
 
 #[cfg(test)]
+mod documentation;
+#[cfg(test)]
 mod tests;

@@ -1,0 +1,84 @@
+//! The tables of `docs/vehicle-file.md` are what the sources say.
+
+use std::fmt::Write as _;
+
+use super::*;
+
+#[path = "../../../tests/support/generated.rs"]
+mod generated;
+
+/// The unit that a name ends with, longest first.
+const UNITS: [(&str, &str); 21] = [
+    ("_v_s_per_rad", "V s/rad"),
+    ("_v_per_rad", "V/rad"),
+    ("_n_m_per_a", "N m/A"),
+    ("_counts_per_rev", "counts/turn"),
+    ("_rad_s2", "rad/s^2"),
+    ("_kg_m2", "kg m^2"),
+    ("_n_m_s", "N m s"),
+    ("_m_s2", "m/s^2"),
+    ("_rad_s", "rad/s"),
+    ("_per_s", "1/s"),
+    ("_m_s", "m/s"),
+    ("_n_m", "N m"),
+    ("_ohm", "ohm"),
+    ("_rad", "rad"),
+    ("_kg", "kg"),
+    ("_h", "H"),
+    ("_a", "A"),
+    ("_v", "V"),
+    ("_m", "m"),
+    ("_s", "s"),
+    ("", ""),
+];
+
+fn unit(name: &str) -> &'static str {
+    UNITS
+        .iter()
+        .find(|(suffix, _)| name.ends_with(suffix))
+        .map_or("", |(_, unit)| unit)
+}
+
+fn reference() -> Vehicle<f64> {
+    read_vehicle(&generated::root().join("vehicles/reference.toml")).expect("the reference vehicle is good")
+}
+
+#[test]
+fn the_page_names_every_field() {
+    let mut text = String::new();
+    let (mut last, mut number) = ("", 0);
+    reference().parameters().for_each(|table, field, value| {
+        if table != last {
+            last = table;
+            let _ = writeln!(
+                text,
+                "\n### [{table}]\n\n| No. | Field | Unit | Allowed | Reference | Meaning |\n|---|---|---|---|---|---|"
+            );
+        }
+        let Field {
+            name,
+            meaning,
+            min,
+            max,
+        } = field;
+        let (unit, meaning) = (unit(name), meaning.trim());
+        let _ = writeln!(text, "| {number} | `{name}` | {unit} | {min} to {max} | {value} | {meaning} |");
+        number += 1;
+    });
+    generated::check("vehicle-file.md", "fields", &text);
+}
+
+#[test]
+fn the_page_names_every_planar_field() {
+    let mut text = String::from("| Field | Allowed | Meaning |\n|---|---|---|\n");
+    for Field {
+        name,
+        meaning,
+        min,
+        max,
+    } in &PLANAR_FIELDS
+    {
+        let _ = writeln!(text, "| `{name}` | {min} to {max} | {meaning} |");
+    }
+    generated::check("vehicle-file.md", "planar", &text);
+}
