@@ -126,15 +126,10 @@ impl State {
         if self.align_at.is_some_and(|align_at| at.0 >= align_at) {
             self.align_at = None;
             match session.mcu().read(at, TASK_CLOCK_COUNT, Width::W32) {
-                Ok(count) => self.next_step = just_before_tick(at.0, count & 0xFFFF, self.started_at(session)),
+                Ok(count) => self.next_step = just_before_tick(at.0, count & 0xFFFF, started_at(session)),
                 Err(fault) => self.failure = Some(Error::Core(format!("{fault:?}"))),
             }
         }
-    }
-
-    /// When the part last started.
-    fn started_at(&self, session: &Session<DriveBoard>) -> u64 {
-        session.resets().last().map_or(0, |reset| reset.at.0)
     }
 
     fn step_plant(&mut self, now: u64, session: &mut Session<DriveBoard>, host: &mut dyn Host) {
@@ -153,6 +148,11 @@ impl State {
             }
         }
     }
+}
+
+/// When the part last started.
+fn started_at(session: &Session<DriveBoard>) -> u64 {
+    session.resets().last().map_or(0, |reset| reset.at.0)
 }
 
 /// The first instant after `now` that lies just before a tick of a firmware that started at `started`
@@ -287,6 +287,9 @@ impl Stopped<'_> {
     }
 
     /// The log so far, as it came through the probe.
+    ///
+    /// # Errors
+    /// When its buffer is outside the part's memory.
     pub fn log_bytes(&mut self) -> Result<Vec<u8>, Error> {
         rtt::drain(self.state.rtt_block, self.host, &mut self.state.log)?;
         Ok(self.state.log.clone())

@@ -5,17 +5,18 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use firmware::drive::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use serde::Serialize;
 
+use crate::cli::emulated;
 use crate::cli::output::{create_directory, progress_bar, write_file};
 use crate::error::CommandError;
 use crate::plant::Plant;
 use crate::scenario::file::{DEFAULT, DEFAULT_NAME};
-use crate::scenario::{self, Check, MetricValue, Outcome, Scenario, VirtualBackend, metrics};
+use crate::scenario::{self, Backend, Check, MetricValue, Outcome, Scenario, VirtualBackend, metrics};
 
 /// Flags of `drive`.
 #[derive(Debug, Args, Default)]
@@ -34,6 +35,22 @@ pub struct Arguments {
     /// Print exactly one JSON object on stdout: the metrics and their bounds
     #[arg(long)]
     pub json: bool,
+    /// What drives: the firmware's tasks on a virtual board, or the flashed ELF on an emulated one
+    #[arg(long, value_enum, default_value_t)]
+    pub board: BoardKind,
+    /// ELF to run on the emulated board; the workspace's own, built if needed, if left out
+    #[arg(long, value_name = "ELF")]
+    pub firmware: Option<PathBuf>,
+}
+
+/// What runs a scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub enum BoardKind {
+    /// The firmware's tasks in lockstep virtual time.
+    #[default]
+    Virtual,
+    /// The release ELF on the emulated part.
+    Emulated,
 }
 
 /// Where the report goes unless told otherwise.
@@ -58,12 +75,38 @@ struct Json<'a> {
 /// [`CommandError::Input`] on a bad scenario or vehicle file, [`CommandError::Checks`] when a metric
 /// leaves its bounds.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    match (arguments.board, &arguments.firmware) {
+        (BoardKind::Emulated, _) => emulated::run(),
+        (BoardKind::Virtual, Some(_)) => Err(CommandError::Input(
+            "--firmware: the virtual board runs the tasks it was built with; an ELF runs with --board emulated".into(),
+        )),
+        (BoardKind::Virtual, None) => run_on(
+            arguments,
+            |vehicle, plant| {
+                let backend = VirtualBackend::boot(vehicle, plant);
+                let mut backend = backend.map_err(|error| CommandError::Input(error.to_string()))?;
+                backend.board.world(|world| world.records = Some(Vec::new()));
+                Ok(backend)
+            },
+            |backend| Ok(backend.board.world(|world| world.records.take()).unwrap_or_default()),
+        ),
+    }
+}
+
+/// Runs the command on the board that `boot` makes; `records` takes the ticks it recorded.
+///
+/// # Errors
+/// As [`run`], and what `boot` and `records` say.
+pub fn run_on<B: Backend>(
+    arguments: &Arguments,
+    boot: impl FnOnce(&Vehicle<f64>, Plant) -> Result<B, CommandError>,
+    records: impl FnOnce(&mut B) -> Result<Vec<FlightRecord>, CommandError>,
+) -> Result<(), CommandError> {
     let scenario = load_scenario(arguments)?;
     let vehicle = load_vehicle(arguments.vehicle.as_deref().or(scenario.vehicle.as_deref()))?;
     let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed)
         .map_err(|error| CommandError::Input(error.to_string()))?;
-    let mut backend = VirtualBackend::boot(&vehicle, plant).map_err(|error| CommandError::Input(error.to_string()))?;
-    backend.board.world(|world| world.records = Some(Vec::new()));
+    let mut backend = boot(&vehicle, plant)?;
 
     let bar = progress_bar((scenario.duration_s * 1000.0) as usize, "driving");
     let started = Instant::now();
@@ -75,7 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let wall_s = started.elapsed().as_secs_f64();
     bar.finish_and_clear();
 
-    let records = backend.board.world(|world| world.records.take()).unwrap_or_default();
+    let records = records(&mut backend)?;
     let values = metrics::measure(&outcome);
     let checks = scenario::evaluate(&scenario, &outcome);
     let ok = checks.iter().all(|check| check.ok);
@@ -97,7 +140,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         let tick_ns = replay_ns(&vehicle, &records)?;
         format!(
             "{}\ntick on this host      {tick_ns:.0} ns (replaying {} recorded ticks)\n\
-             simulated              {} s in {wall_s:.2} s, {:.0} times real time\n\
+             simulated              {} s in {wall_s:.2} s, {:.1} times real time\n\
              trace, plots and log   {}\n",
             table(&scenario, &values, &checks),
             records.len(),

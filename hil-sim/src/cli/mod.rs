@@ -9,6 +9,7 @@ pub mod camera_arguments;
 pub mod coupled;
 pub mod critical;
 pub mod drive;
+pub mod emulated;
 pub mod envelope;
 pub mod equilibrium;
 pub mod figures;

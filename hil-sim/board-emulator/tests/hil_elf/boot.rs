@@ -90,9 +90,9 @@ fn the_clock_tree_is_as_designed() {
     assert_eq!(register(0x10) & 0x3F, 0b01_1011);
     // CR: HSE on, ready and bypassed; PLL1 on and ready.
     assert_eq!(register(0x00) & 0x0307_0000, 0x0307_0000);
-    // PLLCKSELR: HSE, divided by 2; PLL1DIVR: times 200 (+1), P and its divider 2 (+1).
+    // PLLCKSELR: HSE, divided by 2; PLL1DIVR: times 200 (0xC7 + 1), P by 2 (1 + 1).
     assert_eq!(register(0x28) & 0x3F3, 2 << 4 | 2);
-    assert_eq!(register(0x30) & 0xFFFF, 1 << 9 | 199);
+    assert_eq!(register(0x30) & 0xFFFF, 1 << 9 | 0xC7);
     // D1CFGR: core and D1 bus undivided / halved: HPRE 2, D1CPRE 1.
     assert_eq!(register(0x18) & 0xF0F, 0b1000);
 }

@@ -1,0 +1,76 @@
+//! `emulated-drive`: hil-sim's `drive` with the release ELF on the emulated board.
+
+use std::process::ExitCode;
+
+use board_emulator::backend::EmulatedBackend;
+use board_emulator::{Error, Firmware, Settings, build, flight};
+use clap::Parser;
+use hil_sim::cli::drive::{self, Arguments};
+use hil_sim::error::CommandError;
+
+/// The command line of `hil-sim drive`.
+#[derive(Debug, Parser)]
+#[command(about = "The vehicle, simulated, driven by the release ELF on an emulated drive board")]
+struct CommandLine {
+    #[command(flatten)]
+    arguments: Arguments,
+}
+
+fn main() -> ExitCode {
+    match run(&CommandLine::parse().arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_code())
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let given = arguments.firmware.as_deref().map(Firmware::read).transpose();
+    let given = given.map_err(|error| input(&error))?;
+    let firmware = match &given {
+        Some(firmware) => firmware,
+        None => build::firmware().map_err(|error| input(&error))?,
+    };
+    let record = flight::address(firmware).map_err(|error| input(&error))?;
+    drive::run_on(
+        arguments,
+        |_, plant| {
+            let mut backend =
+                EmulatedBackend::power_on(firmware, plant, Settings::default()).map_err(|error| other(&error))?;
+            let emulation = backend.emulation().map_err(|error| other(&error))?;
+            emulation
+                .at(move |stopped| stopped.probe(record, flight::WORDS as u64))
+                .map_err(|error| other(&error))?;
+            Ok(backend)
+        },
+        |backend| {
+            let words = backend
+                .emulation()
+                .and_then(|emulation| emulation.at(|stopped| stopped.take_probe()))
+                .map_err(|error| other(&error))?;
+            let mut records = Vec::new();
+            for words in words.chunks(flight::WORDS) {
+                let record = flight::decode(words).map_err(|error| other(&error))?;
+                // Until the first tick, and where two steps of the plant fall into one tick.
+                if record.tick
+                    != records
+                        .last()
+                        .map_or(0, |last: &firmware::drive::FlightRecord| last.tick)
+                {
+                    records.push(record);
+                }
+            }
+            Ok(records)
+        },
+    )
+}
+
+fn input(error: &Error) -> CommandError {
+    CommandError::Input(error.to_string())
+}
+
+fn other(error: &Error) -> CommandError {
+    CommandError::Other(error.to_string())
+}
