@@ -1,0 +1,253 @@
+//! The pages of `docs/`: their tables say what the sources say, and every command, test, flag, file and
+//! name they mention exists. `UPDATE_DOCS=1` writes the generated tables anew.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::Command;
+
+use firmware::link::frame::encode;
+use firmware::link::message::HostMessage;
+use hil_sim::plant::fault::SensorFault;
+use hil_sim::scenario::{Scenario, metrics};
+use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
+
+#[path = "support/generated.rs"]
+mod generated;
+#[path = "support/pages.rs"]
+mod pages;
+
+use generated::root;
+use pages::Page;
+
+fn page(name: &str) -> Page {
+    pages::all(&root())
+        .into_iter()
+        .find(|page| page.name == name)
+        .expect("the page is there")
+}
+
+#[test]
+fn the_safety_page_names_every_code() {
+    let mut faults = String::from("| No. | Fault | Class | Meaning |\n|---|---|---|---|\n");
+    for fault in Fault::ALL.iter().copied() {
+        let classes = [
+            (FaultSet::OPENING, "opens"),
+            (FaultSet::STOPPING, "stops"),
+            (FaultSet::CAMERA, "camera"),
+        ];
+        let class: Vec<&str> = classes
+            .iter()
+            .filter(|(set, _)| set.contains(fault))
+            .map(|(_, name)| *name)
+            .collect();
+        let [class] = class[..] else {
+            panic!("{} is in {class:?}", fault.name())
+        };
+        let (name, meaning) = (fault.name(), fault.meaning().trim());
+        let _ = writeln!(faults, "| {} | {name} | {class} | {meaning} |", fault as u8);
+    }
+    generated::check("safety.md", "faults", &faults);
+
+    let mut blockers = String::from("| No. | Blocker | Meaning |\n|---|---|---|\n");
+    for blocker in Blocker::ALL.iter().copied() {
+        let (name, meaning) = (blocker.name(), blocker.meaning().trim());
+        let _ = writeln!(blockers, "| {} | {name} | {meaning} |", blocker as u8);
+    }
+    generated::check("safety.md", "blockers", &blockers);
+
+    let mut limits = String::from("| No. | Limit | Meaning |\n|---|---|---|\n");
+    for limit in Limit::ALL.iter().copied() {
+        let (name, meaning) = (limit.name(), limit.meaning().trim());
+        let _ = writeln!(limits, "| {} | {name} | {meaning} |", limit as u8);
+    }
+    generated::check("safety.md", "limits", &limits);
+}
+
+#[test]
+fn the_safety_page_tells_how_each_fault_is_found() {
+    let faults: Vec<&str> = Fault::ALL.iter().map(|fault| fault.name()).collect();
+    assert_eq!(page("safety.md").first_cells("## Detection and time bounds"), faults);
+}
+
+#[test]
+fn the_scenarios_page_lists_every_scenario() {
+    let mut text = String::from("| File | Length, s | Shows |\n|---|---|---|\n");
+    for path in pages::files(&root().join("tests/scenarios"), &["toml"]) {
+        let scenario = Scenario::read(&path).expect("a good file");
+        let name = path.file_name().expect("a file").to_string_lossy().into_owned();
+        let Scenario { title, duration_s, .. } = scenario;
+        let _ = writeln!(text, "| [`{name}`](../tests/scenarios/{name}) | {duration_s} | {title} |");
+    }
+    generated::check("scenarios.md", "scenarios", &text);
+}
+
+#[test]
+fn the_scenarios_page_explains_every_metric_and_fault() {
+    let page = page("scenarios.md");
+    assert_eq!(page.first_cells("## Metrics"), metrics::NAMES);
+    let faults: Vec<&str> = SensorFault::ALL.iter().map(|fault| fault.name()).collect();
+    assert_eq!(page.first_cells("### Sensor faults"), faults);
+    let examples = page.fenced("toml");
+    assert!(!examples.is_empty());
+    for example in examples {
+        Scenario::parse("example", example).expect("every example is a whole scenario");
+    }
+}
+
+#[test]
+fn the_architecture_page_shows_a_frame() {
+    let message = HostMessage::Drive {
+        speed_m_s: 1.0,
+        yaw_rate_rad_s: -0.5,
+    };
+    let bytes: Vec<String> = encode(&message)
+        .expect("fits")
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect();
+    let text = format!("`{}`", bytes.join(" "));
+    generated::check("architecture.md", "frame", &text);
+}
+
+/// What `cargo test ARGUMENTS` would run.
+fn selected(arguments: &[&str]) -> Vec<String> {
+    let root = root();
+    let (mut package, mut only, mut filter) = (None, None, None);
+    let mut words = arguments.iter();
+    while let Some(word) = words.next() {
+        match *word {
+            "-p" => package = words.next(),
+            "--test" => only = words.next(),
+            name => {
+                assert!(!name.starts_with('-') && filter.is_none(), "{arguments:?}: {name}");
+                filter = Some(name);
+            }
+        }
+    }
+    let packages = [
+        ("model", "model"),
+        ("vehicle-file", "model/vehicle-file"),
+        ("firmware", "firmware"),
+        ("hil-sim", "hil-sim"),
+    ];
+    let mut tests = Vec::new();
+    for (name, folder) in packages {
+        if package.is_some_and(|package| *package != name) {
+            continue;
+        }
+        let mut folders = vec![root.join(folder).join("tests")];
+        if name == "hil-sim" {
+            folders.push(root.join("tests"));
+        }
+        if only.is_none() {
+            tests.extend(pages::unit_tests(&root.join(folder)));
+        }
+        tests.extend(pages::integration_tests(&folders, only.copied()));
+    }
+    tests.retain(|test| filter.is_none_or(|filter| test.contains(filter)));
+    tests
+}
+
+#[test]
+fn every_test_that_a_page_names_exists() {
+    let board = [root().join("hil-sim/board-emulator/tests/hil_elf")];
+    let mut cited = 0;
+    for page in pages::all(&root()) {
+        for command in page.commands() {
+            let words: Vec<&str> = command.split(' ').filter(|word| !word.contains('=')).collect();
+            let tests = match words[..] {
+                ["cargo", "test", ref arguments @ ..] => selected(arguments),
+                ["cargo", "hil-elf", ref filter @ ..] => {
+                    let mut tests = pages::integration_tests(&board, None);
+                    tests.retain(|test| filter.iter().all(|filter| test.contains(filter)));
+                    tests
+                }
+                _ => continue,
+            };
+            assert!(!tests.is_empty(), "{}: `{command}` runs no test", page.name);
+            cited += 1;
+        }
+    }
+    assert!(cited > 50, "{cited} commands found");
+}
+
+#[test]
+fn every_tool_command_that_a_page_names_is_understood() {
+    let mut cited = 0;
+    for page in pages::all(&root()) {
+        for command in page.commands() {
+            let words: Vec<&str> = command.split(' ').collect();
+            let arguments = match words[..] {
+                ["hil-sim", ref arguments @ ..]
+                | ["cargo", "run", "--", ref arguments @ ..]
+                | ["cargo", "run", "--release", "--", ref arguments @ ..] => arguments,
+                _ => continue,
+            };
+            // What follows a pipe or a redirection is not the tool's.
+            let arguments = arguments.split(|word| *word == "|" || *word == ">").next();
+            let output = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+                .args(arguments.unwrap_or_default())
+                .arg("--help")
+                .output()
+                .expect("it starts");
+            let message = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{}: `{command}`: {message}", page.name);
+            cited += 1;
+        }
+    }
+    assert!(cited > 40, "{cited} commands found");
+}
+
+/// Whether a piece of inline code is a name: of a type, a constant, a function, a field.
+fn is_name(code: &str) -> bool {
+    let word = |part: &str| part.len() > 2 && part.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    code.split("::").all(word) && code.chars().any(|c| c.is_ascii_alphabetic())
+}
+
+#[test]
+fn every_name_and_file_that_a_page_mentions_exists() {
+    let root = root();
+    let sources: String = pages::files(&root, &["rs", "toml", "x", "c"])
+        .iter()
+        .filter(|path| !path.ends_with("tests/docs.rs"))
+        .map(|path| std::fs::read_to_string(path).expect("a source"))
+        .collect();
+    let mut cited = 0;
+    for page in pages::all(&root) {
+        for code in page.code() {
+            if is_name(&code) {
+                let missing = code.split("::").find(|part| !sources.contains(part));
+                assert_eq!(missing, None, "{}: `{code}` is nowhere in the sources", page.name);
+                cited += 1;
+            } else if code.contains('/') && !code.contains([' ', '*', '{', '(']) {
+                // The command line's own examples and outputs are not in the tree.
+                let made = ["target/", "out/", "vehicles/mine"].iter().any(|start| code.starts_with(start));
+                assert!(made || root.join(&code).exists(), "{}: `{code}` is no file", page.name);
+                cited += 1;
+            }
+        }
+    }
+    assert!(cited > 200, "{cited} names found");
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let root = root();
+    let pages = pages::all(&root);
+    let mut followed = 0;
+    for page in &pages {
+        for link in page.links() {
+            let (file, anchor) = link.split_once('#').unwrap_or((&link, ""));
+            let name = if file.is_empty() { page.name.as_str() } else { file };
+            let path: PathBuf = root.join("docs").join(name);
+            assert!(path.exists(), "{}: {link}: no such file", page.name);
+            if !anchor.is_empty() {
+                let target = pages.iter().find(|page| page.name == name).expect("a page of docs/");
+                let found = target.anchors().iter().any(|found| found == anchor);
+                assert!(found, "{}: {link}: no such heading", page.name);
+            }
+            followed += 1;
+        }
+    }
+    assert!(followed > 40, "{followed} links found");
+}

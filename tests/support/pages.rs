@@ -1,0 +1,173 @@
+//! What the pages of `docs/` say that can be checked: commands, names, links.
+
+use std::path::{Path, PathBuf};
+
+/// A page of `docs/`.
+pub struct Page {
+    pub name: String,
+    pub text: String,
+}
+
+/// Every page, in order of its name.
+pub fn all(root: &Path) -> Vec<Page> {
+    let mut files = files(&root.join("docs"), &["md"]);
+    files.sort();
+    let page = |path: PathBuf| Page {
+        name: path.file_name().expect("a file").to_string_lossy().into_owned(),
+        text: std::fs::read_to_string(&path).expect("the page is readable"),
+    };
+    files.into_iter().map(page).collect()
+}
+
+/// The files below `folder` whose names end with one of `endings`, build directories left out.
+pub fn files(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut entries: Vec<PathBuf> = std::fs::read_dir(folder)
+        .expect("the folder is readable")
+        .map(|entry| entry.expect("an entry").path())
+        .collect();
+    entries.sort();
+    for path in entries {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if path.is_dir() {
+            if !name.starts_with("target") && !name.starts_with(".git") && name != "out" {
+                found.extend(files(&path, endings));
+            }
+        } else if path
+            .extension()
+            .is_some_and(|e| endings.iter().any(|ending| e == *ending))
+        {
+            found.push(path);
+        }
+    }
+    found
+}
+
+impl Page {
+    /// The fenced blocks of one language.
+    pub fn fenced(&self, language: &str) -> Vec<&str> {
+        let fence = format!("```{language}\n");
+        self.text
+            .split(&fence)
+            .skip(1)
+            .filter_map(|rest| rest.split_once("```").map(|(block, _)| block))
+            .collect()
+    }
+
+    /// The text without its fenced blocks.
+    fn prose(&self) -> String {
+        self.text.split("```").step_by(2).collect()
+    }
+
+    /// Inline code, line breaks made spaces.
+    pub fn code(&self) -> Vec<String> {
+        self.prose()
+            .split("\n\n")
+            .flat_map(|paragraph| {
+                paragraph
+                    .split('`')
+                    .skip(1)
+                    .step_by(2)
+                    .map(|code| code.split_whitespace().collect::<Vec<_>>().join(" "))
+                    .collect::<Vec<_>>()
+            })
+            .collect()
+    }
+
+    /// Every command the page names, inline or in a block of shell lines.
+    pub fn commands(&self) -> Vec<String> {
+        let lines = self.fenced("sh").join("\n").replace("\\\n", " ");
+        let lines = lines.lines().map(|line| line.split('#').next().unwrap_or(line).trim());
+        lines
+            .map(str::to_owned)
+            .filter(|line| !line.is_empty())
+            .chain(self.code())
+            .collect()
+    }
+
+    /// The targets of every link.
+    pub fn links(&self) -> Vec<String> {
+        self.prose()
+            .split("](")
+            .skip(1)
+            .filter_map(|rest| rest.split_once(')').map(|(target, _)| target.to_owned()))
+            .collect()
+    }
+
+    /// The anchors of its headings.
+    pub fn anchors(&self) -> Vec<String> {
+        let slug = |heading: &str| -> String {
+            heading
+                .trim_start_matches('#')
+                .trim()
+                .to_lowercase()
+                .chars()
+                .filter_map(|c| match c {
+                    ' ' => Some('-'),
+                    c if c.is_alphanumeric() || c == '-' || c == '_' => Some(c),
+                    _ => None,
+                })
+                .collect()
+        };
+        self.prose()
+            .lines()
+            .filter(|line| line.starts_with('#'))
+            .map(slug)
+            .collect()
+    }
+
+    /// The first cells of the rows of the first table below a heading.
+    pub fn first_cells(&self, heading: &str) -> Vec<String> {
+        self.text
+            .lines()
+            .skip_while(|line| *line != heading)
+            .skip_while(|line| !line.starts_with("|--"))
+            .skip(1)
+            .take_while(|line| line.starts_with('|'))
+            .filter_map(|line| line.split('|').nth(1))
+            .map(|cell| cell.trim().trim_matches('`').to_owned())
+            .collect()
+    }
+}
+
+/// The paths of the tests in one source file, by which `cargo test` selects: `module` in front of each.
+fn tests_of(file: &Path, module: &str) -> Vec<String> {
+    let text = std::fs::read_to_string(file).expect("a source");
+    let mut names = Vec::new();
+    let mut marked = false;
+    for line in text.lines().map(str::trim) {
+        marked |= line.starts_with("#[test]");
+        if let Some(rest) = line.strip_prefix("fn ").filter(|_| marked) {
+            let name = rest.split(['(', '<']).next().unwrap_or(rest);
+            names.push(format!("{module}{name}"));
+            marked = false;
+        }
+    }
+    names
+}
+
+/// The tests of a package's library and binaries, with their modules.
+pub fn unit_tests(package: &Path) -> Vec<String> {
+    let src = package.join("src");
+    files(&src, &["rs"])
+        .iter()
+        .flat_map(|file| {
+            let relative = file.strip_prefix(&src).expect("below src").with_extension("");
+            let parts: Vec<_> = relative.iter().map(|part| part.to_string_lossy().into_owned()).collect();
+            let named = parts.iter().filter(|part| !["lib", "main", "mod"].contains(&part.as_str()));
+            let module: String = named.map(|part| format!("{part}::")).collect();
+            tests_of(file, &module)
+        })
+        .collect()
+}
+
+/// The tests of the integration tests in `folders`, those of `only` if it is given.
+pub fn integration_tests(folders: &[PathBuf], only: Option<&str>) -> Vec<String> {
+    folders
+        .iter()
+        .filter(|folder| folder.exists())
+        .flat_map(|folder| files(folder, &["rs"]))
+        .filter(|file| only.is_none_or(|name| file.file_stem().is_some_and(|stem| stem == name)))
+        .flat_map(|file| tests_of(&file, ""))
+        .collect()
+}
