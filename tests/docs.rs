@@ -76,7 +76,10 @@ fn the_scenarios_page_lists_every_scenario() {
         let scenario = Scenario::read(&path).expect("a good file");
         let name = path.file_name().expect("a file").to_string_lossy().into_owned();
         let Scenario { title, duration_s, .. } = scenario;
-        let _ = writeln!(text, "| [`{name}`](../tests/scenarios/{name}) | {duration_s} | {title} |");
+        let _ = writeln!(
+            text,
+            "| [`{name}`](../tests/scenarios/{name}) | {duration_s} | {title} |"
+        );
     }
     generated::check("scenarios.md", "scenarios", &text);
 }
@@ -221,7 +224,9 @@ fn every_name_and_file_that_a_page_mentions_exists() {
                 cited += 1;
             } else if code.contains('/') && !code.contains([' ', '*', '{', '(']) {
                 // The command line's own examples and outputs are not in the tree.
-                let made = ["target/", "out/", "vehicles/mine"].iter().any(|start| code.starts_with(start));
+                let made = ["target/", "out/", "vehicles/mine"]
+                    .iter()
+                    .any(|start| code.starts_with(start));
                 assert!(made || root.join(&code).exists(), "{}: `{code}` is no file", page.name);
                 cited += 1;
             }
