@@ -76,7 +76,10 @@ fn the_scenarios_page_lists_every_scenario() {
         let scenario = Scenario::read(&path).expect("a good file");
         let name = path.file_name().expect("a file").to_string_lossy().into_owned();
         let Scenario { title, duration_s, .. } = scenario;
-        let _ = writeln!(text, "| [`{name}`](../tests/scenarios/{name}) | {duration_s} | {title} |");
+        let _ = writeln!(
+            text,
+            "| [`{name}`](../tests/scenarios/{name}) | {duration_s} | {title} |"
+        );
     }
     generated::check("scenarios.md", "scenarios", &text);
 }
@@ -107,6 +110,27 @@ fn the_architecture_page_shows_a_frame() {
         .collect();
     let text = format!("`{}`", bytes.join(" "));
     generated::check("architecture.md", "frame", &text);
+}
+
+#[test]
+fn the_errata_are_numbered_and_listed() {
+    let page = page("errata.md");
+    let heads = page.text.lines().filter_map(|line| line.strip_prefix("### "));
+    let numbers: Vec<&str> = heads.filter_map(|head| head.split('.').next()).collect();
+    let expected: Vec<String> = (1..=38).map(|n| format!("E{n}")).collect();
+    assert_eq!(numbers, expected);
+    let listed: Vec<String> = page
+        .first_cells("## Contents")
+        .iter()
+        .map(|cell| {
+            cell.trim_start_matches('[')
+                .split(']')
+                .next()
+                .unwrap_or_default()
+                .to_owned()
+        })
+        .collect();
+    assert_eq!(listed, expected);
 }
 
 /// What `cargo test ARGUMENTS` would run.
@@ -221,7 +245,9 @@ fn every_name_and_file_that_a_page_mentions_exists() {
                 cited += 1;
             } else if code.contains('/') && !code.contains([' ', '*', '{', '(']) {
                 // The command line's own examples and outputs are not in the tree.
-                let made = ["target/", "out/", "vehicles/mine"].iter().any(|start| code.starts_with(start));
+                let made = ["target/", "out/", "vehicles/mine"]
+                    .iter()
+                    .any(|start| code.starts_with(start));
                 assert!(made || root.join(&code).exists(), "{}: `{code}` is no file", page.name);
                 cited += 1;
             }

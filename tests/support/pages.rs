@@ -153,8 +153,13 @@ pub fn unit_tests(package: &Path) -> Vec<String> {
         .iter()
         .flat_map(|file| {
             let relative = file.strip_prefix(&src).expect("below src").with_extension("");
-            let parts: Vec<_> = relative.iter().map(|part| part.to_string_lossy().into_owned()).collect();
-            let named = parts.iter().filter(|part| !["lib", "main", "mod"].contains(&part.as_str()));
+            let parts: Vec<_> = relative
+                .iter()
+                .map(|part| part.to_string_lossy().into_owned())
+                .collect();
+            let named = parts
+                .iter()
+                .filter(|part| !["lib", "main", "mod"].contains(&part.as_str()));
             let module: String = named.map(|part| format!("{part}::")).collect();
             tests_of(file, &module)
         })

@@ -62,7 +62,10 @@ fn the_page_names_every_field() {
             max,
         } = field;
         let (unit, meaning) = (unit(name), meaning.trim());
-        let _ = writeln!(text, "| {number} | `{name}` | {unit} | {min} to {max} | {value} | {meaning} |");
+        let _ = writeln!(
+            text,
+            "| {number} | `{name}` | {unit} | {min} to {max} | {value} | {meaning} |"
+        );
         number += 1;
     });
     generated::check("vehicle-file.md", "fields", &text);
