@@ -112,6 +112,27 @@ fn the_architecture_page_shows_a_frame() {
     generated::check("architecture.md", "frame", &text);
 }
 
+#[test]
+fn the_errata_are_numbered_and_listed() {
+    let page = page("errata.md");
+    let heads = page.text.lines().filter_map(|line| line.strip_prefix("### "));
+    let numbers: Vec<&str> = heads.filter_map(|head| head.split('.').next()).collect();
+    let expected: Vec<String> = (1..=38).map(|n| format!("E{n}")).collect();
+    assert_eq!(numbers, expected);
+    let listed: Vec<String> = page
+        .first_cells("## Contents")
+        .iter()
+        .map(|cell| {
+            cell.trim_start_matches('[')
+                .split(']')
+                .next()
+                .unwrap_or_default()
+                .to_owned()
+        })
+        .collect();
+    assert_eq!(listed, expected);
+}
+
 /// What `cargo test ARGUMENTS` would run.
 fn selected(arguments: &[&str]) -> Vec<String> {
     let root = root();
