@@ -5,46 +5,49 @@ use model::dynamics::camera::CameraParameters;
 
 use crate::analysis::lqr::{NoRegulator, Weights};
 use crate::cli::values::{finite, not_negative, positive, require};
+use crate::cli::vehicle_argument::VehicleArgument;
 use crate::error::CommandError;
 
-const SIXTH: f64 = 1.0 / 6.0;
-
-/// The nondimensional camera platform; the thesis's by default.
-#[derive(Debug, Clone, Args)]
+/// The nondimensional camera platform: each parameter from its flag, else from the vehicle file, else
+/// the thesis's.
+#[derive(Debug, Clone, Default, Args)]
 pub struct CameraArguments {
-    /// Axle to motor over axle to camera, >= 0
-    #[arg(long, default_value_t = SIXTH, value_parser = finite, allow_hyphen_values = true)]
-    pub lm: f64,
-    /// Motor to ballast over axle to camera, > 0
-    #[arg(long, default_value_t = SIXTH, value_parser = finite, allow_hyphen_values = true)]
-    pub lr: f64,
-    /// Motor's mass over the camera's, >= 0
-    #[arg(long, default_value_t = 3.0, value_parser = finite, allow_hyphen_values = true)]
-    pub mm: f64,
-    /// Ballast's mass over the camera's, > 0
-    #[arg(long, default_value_t = 4.0, value_parser = finite, allow_hyphen_values = true)]
-    pub mr: f64,
-    /// Damping of the spar's bearing, >= 0
-    #[arg(long, default_value_t = 0.2, value_parser = finite, allow_hyphen_values = true)]
-    pub zeta: f64,
-    /// Back-EMF of the motor, >= 0 (K_m in the thesis's list of values)
-    #[arg(long, default_value_t = 2.0, value_parser = finite, allow_hyphen_values = true)]
-    pub xi: f64,
+    #[command(flatten)]
+    vehicle: VehicleArgument,
+    /// Axle to motor over axle to camera, >= 0 [default: the vehicle's, or 1/6]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    lm: Option<f64>,
+    /// Motor to ballast over axle to camera, > 0 [default: the vehicle's, or 1/6]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    lr: Option<f64>,
+    /// Motor's mass over the camera's, >= 0 [default: the vehicle's, or 3]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    mm: Option<f64>,
+    /// Ballast's mass over the camera's, > 0 [default: the vehicle's, or 4]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    mr: Option<f64>,
+    /// Damping of the spar's bearing, >= 0 [default: the vehicle's, or 0.2]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    zeta: Option<f64>,
+    /// Back-EMF of the motor, >= 0 (K_m in the thesis's list of values) [default: the vehicle's, or 2]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    xi: Option<f64>,
 }
 
 impl CameraArguments {
     /// The platform these flags describe, every range checked.
     ///
     /// # Errors
-    /// [`CommandError::Input`] naming the flag, the value and the allowed range.
+    /// [`CommandError::Input`] naming the file and field or the flag, the value and the allowed range.
     pub fn resolve(&self) -> Result<CameraParameters<f64>, CommandError> {
+        let default = self.vehicle.read()?.camera()?;
         Ok(CameraParameters {
-            lm: not_negative("--lm", self.lm)?,
-            lr: positive("--lr", self.lr)?,
-            mm: not_negative("--mm", self.mm)?,
-            mr: positive("--mr", self.mr)?,
-            zeta: not_negative("--zeta", self.zeta)?,
-            xi: not_negative("--xi", self.xi)?,
+            lm: not_negative("--lm", self.lm.unwrap_or(default.lm))?,
+            lr: positive("--lr", self.lr.unwrap_or(default.lr))?,
+            mm: not_negative("--mm", self.mm.unwrap_or(default.mm))?,
+            mr: positive("--mr", self.mr.unwrap_or(default.mr))?,
+            zeta: not_negative("--zeta", self.zeta.unwrap_or(default.zeta))?,
+            xi: not_negative("--xi", self.xi.unwrap_or(default.xi))?,
         })
     }
 }

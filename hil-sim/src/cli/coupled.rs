@@ -1,14 +1,13 @@
 //! `hil-sim coupled`.
 
 use clap::{Args, ValueEnum};
-use model::dynamics::camera::CameraParameters;
-use model::dynamics::coupled::Bearing;
+use model::dynamics::coupled::{Bearing, CoupledParameters};
 
-use crate::analysis::coupled::{Drive, Outcome, static_limit, with_thesis_spar};
+use crate::analysis::coupled::{Drive, Outcome, static_limit};
 use crate::analysis::critical::Direction;
 use crate::analysis::lqr::{Weights, regulator};
 use crate::cli::output::{OutputArguments, Report};
-use crate::cli::planar_arguments::{PlanarArguments, WaveformArguments};
+use crate::cli::planar_arguments::{PlanarArguments, PlanarVehicle, WaveformArguments};
 use crate::cli::span::SpanArguments;
 use crate::cli::values::{finite, positive, require};
 use crate::error::CommandError;
@@ -19,12 +18,13 @@ use crate::plot::{Chart, Columns, Series};
 pub struct Arguments {
     #[command(flatten)]
     planar: PlanarArguments,
-    /// Spar length over wheel radius, > 0
-    #[arg(long, default_value_t = 1.0, value_parser = finite, allow_hyphen_values = true)]
-    lp: f64,
-    /// Ballast over the vehicle's mass M + m, > 0; the rest of the platform in proportion
-    #[arg(long, default_value_t = 0.15, value_parser = finite, allow_hyphen_values = true)]
-    kr: f64,
+    /// Spar length over wheel radius, > 0; the other lengths in proportion [default: the vehicle's, or 1]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    lp: Option<f64>,
+    /// Ballast over the vehicle's mass M + m, > 0; the other masses in proportion [default: the
+    /// vehicle's, or 0.15]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    kr: Option<f64>,
     /// Whether the spar's regulator is on
     #[arg(long, value_name = "true|false", default_value_t = true, action = clap::ArgAction::Set)]
     controlled: bool,
@@ -75,11 +75,18 @@ impl From<BearingName> for Bearing {
 /// [`CommandError::Input`] on bad parameters or a slope on which the loaded vehicle cannot stand,
 /// [`CommandError::Other`] where no voltage fails.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let planar = arguments.planar.resolve()?;
-    let (lp, kr) = (positive("--lp", arguments.lp)?, positive("--kr", arguments.kr)?);
-    let vehicle = with_thesis_spar(planar, lp, kr, arguments.bearing.into());
+    let PlanarVehicle {
+        parameters: planar,
+        source,
+        beta_name,
+    } = arguments.planar.resolve()?;
+    let bearing = arguments.bearing.into();
+    let (carried, camera) = source.coupled(bearing)?;
+    let lp = positive("--lp", arguments.lp.unwrap_or(carried.lp))?;
+    let kr = positive("--kr", arguments.kr.unwrap_or(carried.kr))?;
+    let vehicle = CoupledParameters::with_camera(planar, &camera, lp, kr / camera.mr, bearing);
     let gains = if arguments.controlled {
-        let gains = regulator(&CameraParameters::thesis(), &Weights::THESIS)?.gains;
+        let gains = regulator(&camera, &Weights::THESIS)?.gains;
         Some(vehicle.gains_in_vehicle_units(gains))
     } else {
         None
@@ -87,7 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let Some(at_rest) = Drive::step(vehicle, gains) else {
         let limit = static_limit(&vehicle);
         let allowed = format!("within the loaded vehicle's static limit |beta| < {limit} rad");
-        return require("--beta", planar.beta, false, &allowed).map(|_| ());
+        return require(&beta_name, planar.beta, false, &allowed).map(|_| ());
     };
     let (waveform, ramp_time) = arguments.waveform.resolve()?;
     let drive = Drive {

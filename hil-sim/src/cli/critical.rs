@@ -65,10 +65,11 @@ struct Outcome {
 /// # Errors
 /// [`CommandError::Input`] on bad parameters.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let p = arguments.vehicle.resolve_in_equilibrium()?;
+    let vehicle = arguments.vehicle.resolve()?;
+    let p = vehicle.in_equilibrium()?;
     let (waveform, ramp_time) = arguments.shape.resolve()?;
     let u_max = arguments.u_max.map_or(Ok(f64::INFINITY), |u| positive("--u-max", u))?;
-    let phi = start_phi(&p, arguments.phi0)?;
+    let phi = start_phi(&vehicle, arguments.phi0)?;
     require(
         "--phi0",
         phi,

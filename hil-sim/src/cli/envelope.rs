@@ -1,13 +1,14 @@
 //! `hil-sim envelope`: the critical voltage over the slope, for several waveforms.
 
 use clap::Args;
+use model::dynamics::planar::PlanarParameters;
 use serde::Serialize;
 
 use crate::analysis::envelope::{Row, envelope, slopes};
 use crate::analysis::waveform::Waveform;
 use crate::cli::output::{OutputArguments, Report, progress_bar};
 use crate::cli::planar_arguments::{PlanarArguments, require_static_equilibrium};
-use crate::cli::values::{finite, not_negative};
+use crate::cli::values::{finite, not_negative, require};
 use crate::error::CommandError;
 use crate::plot::{Chart, Columns, Series};
 
@@ -65,19 +66,17 @@ struct Outcome {
 /// [`CommandError::Input`] on bad parameters.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let SlopeRange { first, last, count } = arguments.slopes;
-    for beta in [first, last] {
-        let p = PlanarArguments {
-            beta,
-            ..arguments.vehicle.clone()
-        }
-        .resolve()?;
-        require_static_equilibrium(&p).map_err(|e| CommandError::Input(e.to_string().replace("--beta", "--slopes")))?;
-    }
-    let p = PlanarArguments {
-        beta: first,
+    // The slopes stand in for --beta and for the slope of a [planar] file.
+    let vehicle = PlanarArguments {
+        beta: Some(0.0),
         ..arguments.vehicle.clone()
+    };
+    let p = vehicle.resolve()?.parameters;
+    for beta in [first, last] {
+        let quarter = std::f64::consts::FRAC_PI_2;
+        require("--slopes", beta, beta.abs() < quarter, "between -pi/2 and pi/2 (rad)")?;
+        require_static_equilibrium("--slopes", &PlanarParameters { beta, ..p })?;
     }
-    .resolve()?;
     let ramp_time = not_negative("--ramp-time", arguments.ramp_time)?;
     let waveforms = if arguments.waveforms.is_empty() {
         &Waveform::ALL[..]

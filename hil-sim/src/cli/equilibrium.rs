@@ -44,7 +44,7 @@ struct Outcome {
 /// # Errors
 /// [`CommandError::Input`] on bad parameters.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let p = arguments.vehicle.resolve()?;
+    let p = arguments.vehicle.resolve()?.parameters;
     let law = arguments.law.resolve(&p)?;
     let hold = p.beta.sin();
     let voltage = arguments.voltage.unwrap_or(hold);

@@ -21,6 +21,7 @@ pub mod slip_limit;
 pub mod span;
 pub mod spatial;
 pub mod values;
+pub mod vehicle_argument;
 
 /// The biplanar bicycle, simulated and analysed.
 #[derive(Debug, Parser)]

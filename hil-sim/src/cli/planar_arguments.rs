@@ -6,45 +6,71 @@ use model::dynamics::planar::PlanarParameters;
 
 use crate::analysis::waveform::Waveform;
 use crate::cli::values::{finite, not_negative, positive, require};
+use crate::cli::vehicle_argument::{Source, VehicleArgument};
 use crate::error::CommandError;
 
-/// The nondimensional planar vehicle; the thesis's (3.26) by default, with its total damping.
-#[derive(Debug, Clone, Args)]
+/// The nondimensional planar vehicle: each parameter from its flag, else from the vehicle file, else the
+/// thesis's (3.26), with its total damping.
+#[derive(Debug, Clone, Default, Args)]
 pub struct PlanarArguments {
-    /// Arm length over wheel radius, > 0
-    #[arg(long, default_value_t = 0.8, value_parser = finite, allow_hyphen_values = true)]
-    pub l: f64,
-    /// Reaction mass over total mass, above 0 and below 1
-    #[arg(long, default_value_t = 0.9, value_parser = finite, allow_hyphen_values = true)]
-    pub alpha: f64,
-    /// Total damping, back-EMF included, >= 0
-    #[arg(long, default_value_t = 2.2, value_parser = finite, allow_hyphen_values = true)]
-    pub zeta: f64,
-    /// Wheel inertia, >= 0
-    #[arg(long, default_value_t = 0.066, value_parser = finite, allow_hyphen_values = true)]
-    pub mu: f64,
-    /// Reflected rotor inertia, >= 0
-    #[arg(long, default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
-    pub nu: f64,
-    /// Slope in rad, positive uphill
-    #[arg(long, default_value_t = 0.0873, value_parser = finite, allow_hyphen_values = true)]
-    pub beta: f64,
+    /// The vehicle file.
+    #[command(flatten)]
+    pub vehicle: VehicleArgument,
+    /// Arm length over wheel radius, > 0 [default: the vehicle's, or 0.8]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    pub l: Option<f64>,
+    /// Reaction mass over total mass, above 0 and below 1 [default: the vehicle's, or 0.9]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    pub alpha: Option<f64>,
+    /// Total damping, back-EMF included, >= 0 [default: the vehicle's, or 2.2]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    pub zeta: Option<f64>,
+    /// Wheel inertia, >= 0 [default: the vehicle's, or 0.066]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    pub mu: Option<f64>,
+    /// Reflected rotor inertia, >= 0 [default: the vehicle's, or 0]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    pub nu: Option<f64>,
+    /// Slope in rad, positive uphill [default: that of a [planar] file, or 0.0873]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    pub beta: Option<f64>,
+}
+
+/// A planar vehicle, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanarVehicle {
+    /// Its parameters.
+    pub parameters: PlanarParameters<f64>,
+    /// Where those come from that no flag gives.
+    pub source: Source,
+    /// What to call its slope in a message: the flag, or its place in the vehicle file.
+    pub beta_name: String,
 }
 
 impl PlanarArguments {
     /// The vehicle these flags describe, every range checked.
     ///
     /// # Errors
-    /// [`CommandError::Input`] naming the flag, the value and the allowed range.
-    pub fn resolve(&self) -> Result<PlanarParameters<f64>, CommandError> {
-        let Self {
+    /// [`CommandError::Input`] naming the file and field or the flag, the value and the allowed range.
+    pub fn resolve(&self) -> Result<PlanarVehicle, CommandError> {
+        let source = self.vehicle.read()?;
+        let default = source.planar();
+        let parameters = PlanarParameters {
+            l: self.l.unwrap_or(default.l),
+            alpha: self.alpha.unwrap_or(default.alpha),
+            zeta: self.zeta.unwrap_or(default.zeta),
+            mu: self.mu.unwrap_or(default.mu),
+            nu: self.nu.unwrap_or(default.nu),
+            beta: self.beta.unwrap_or(default.beta),
+        };
+        let PlanarParameters {
             l,
             alpha,
             zeta,
             mu,
             nu,
             beta,
-        } = *self;
+        } = parameters;
         positive("--l", l)?;
         require("--alpha", alpha, alpha > 0.0 && alpha < 1.0, "above 0 and below 1")?;
         not_negative("--zeta", zeta)?;
@@ -52,39 +78,39 @@ impl PlanarArguments {
         not_negative("--nu", nu)?;
         let quarter = std::f64::consts::FRAC_PI_2;
         require("--beta", beta, beta.abs() < quarter, "between -pi/2 and pi/2 (rad)")?;
-        Ok(PlanarParameters {
-            l,
-            alpha,
-            zeta,
-            mu,
-            nu,
-            beta,
+        let beta_name = source.name("beta", self.beta.is_some());
+        Ok(PlanarVehicle {
+            parameters,
+            source,
+            beta_name,
         })
-    }
-
-    /// As [`Self::resolve`], for a command that starts from the static equilibrium: the slope must have one.
-    ///
-    /// # Errors
-    /// [`CommandError::Input`] naming the flag, the value and the allowed range.
-    pub fn resolve_in_equilibrium(&self) -> Result<PlanarParameters<f64>, CommandError> {
-        let p = self.resolve()?;
-        require_static_equilibrium(&p)?;
-        Ok(p)
     }
 }
 
-/// Refuses a slope on which the vehicle cannot stand (3.16): `|sin beta| < alpha l` is needed.
+impl PlanarVehicle {
+    /// The parameters, for a command that starts from the static equilibrium: the slope must have one
+    /// (3.16), `|sin beta| < alpha l`.
+    ///
+    /// # Errors
+    /// [`CommandError::Input`] naming the slope and the limit.
+    pub fn in_equilibrium(&self) -> Result<PlanarParameters<f64>, CommandError> {
+        require_static_equilibrium(&self.beta_name, &self.parameters)?;
+        Ok(self.parameters)
+    }
+}
+
+/// Refuses a slope, called `name`, on which the vehicle cannot stand (3.16): `|sin beta| < alpha l` is needed.
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the slope and the limit.
-pub fn require_static_equilibrium(p: &PlanarParameters<f64>) -> Result<(), CommandError> {
+pub fn require_static_equilibrium(name: &str, p: &PlanarParameters<f64>) -> Result<(), CommandError> {
     let al = p.alpha * p.l;
     let allowed = if al < 1.0 {
         format!("within the static limit |beta| < asin(alpha l) = {} rad", al.asin())
     } else {
         "between -pi/2 and pi/2 (rad)".to_owned()
     };
-    require("--beta", p.beta, p.beta.sin().abs() < al, &allowed).map(|_| ())
+    require(name, p.beta, p.beta.sin().abs() < al, &allowed).map(|_| ())
 }
 
 /// The gains of the speed law (3.25), corrected.
@@ -142,83 +168,35 @@ impl WaveformArguments {
 mod tests {
     use super::*;
 
-    fn arguments() -> PlanarArguments {
-        PlanarArguments {
-            l: 0.8,
-            alpha: 0.9,
-            zeta: 2.2,
-            mu: 0.066,
-            nu: 0.0,
-            beta: 0.0873,
-        }
+    fn with(change: impl FnOnce(&mut PlanarArguments)) -> Result<PlanarParameters<f64>, String> {
+        let mut arguments = PlanarArguments::default();
+        change(&mut arguments);
+        arguments
+            .resolve()
+            .and_then(|vehicle| vehicle.in_equilibrium())
+            .map_err(|error| error.to_string())
     }
 
     #[test]
     fn each_bad_value_is_named() {
-        assert!(arguments().resolve_in_equilibrium().is_ok());
-        let cases: [(&str, PlanarArguments); 8] = [
-            ("--l is 0", PlanarArguments { l: 0.0, ..arguments() }),
-            (
-                "--alpha is 1",
-                PlanarArguments {
-                    alpha: 1.0,
-                    ..arguments()
-                },
-            ),
-            (
-                "--alpha is -0.1",
-                PlanarArguments {
-                    alpha: -0.1,
-                    ..arguments()
-                },
-            ),
-            (
-                "--zeta is -1",
-                PlanarArguments {
-                    zeta: -1.0,
-                    ..arguments()
-                },
-            ),
-            (
-                "--mu is NaN",
-                PlanarArguments {
-                    mu: f64::NAN,
-                    ..arguments()
-                },
-            ),
-            (
-                "--nu is inf",
-                PlanarArguments {
-                    nu: f64::INFINITY,
-                    ..arguments()
-                },
-            ),
-            (
-                "--beta is 0.81",
-                PlanarArguments {
-                    beta: 0.81,
-                    ..arguments()
-                },
-            ),
-            (
-                "--beta is -1.6",
-                PlanarArguments {
-                    beta: -1.6,
-                    ..arguments()
-                },
-            ),
-        ];
-        for (start, case) in cases {
-            let message = case.resolve_in_equilibrium().unwrap_err().to_string();
+        assert_eq!(with(|_| ()), Ok(PlanarParameters::thesis()));
+        for (start, found) in [
+            ("--l is 0", with(|a| a.l = Some(0.0))),
+            ("--alpha is 1", with(|a| a.alpha = Some(1.0))),
+            ("--alpha is -0.1", with(|a| a.alpha = Some(-0.1))),
+            ("--zeta is -1", with(|a| a.zeta = Some(-1.0))),
+            ("--mu is NaN", with(|a| a.mu = Some(f64::NAN))),
+            ("--nu is inf", with(|a| a.nu = Some(f64::INFINITY))),
+            ("--beta is 0.81", with(|a| a.beta = Some(0.81))),
+            ("--beta is -1.6", with(|a| a.beta = Some(-1.6))),
+        ] {
+            let message = found.unwrap_err();
             assert!(message.starts_with(start) && message.contains("must be"), "{message}");
         }
-        assert!(
-            PlanarArguments {
-                beta: 0.81,
-                ..arguments()
-            }
-            .resolve()
-            .is_ok()
-        );
+        let steep = PlanarArguments {
+            beta: Some(0.81),
+            ..PlanarArguments::default()
+        };
+        assert!(steep.resolve().is_ok());
     }
 }

@@ -7,7 +7,7 @@ use crate::analysis::equilibrium::static_phi;
 use crate::analysis::input::Input;
 use crate::analysis::simulate::{Run, simulate, simulate_f32};
 use crate::cli::output::{OutputArguments, Report};
-use crate::cli::planar_arguments::{LawArguments, PlanarArguments, WaveformArguments, require_static_equilibrium};
+use crate::cli::planar_arguments::{LawArguments, PlanarArguments, PlanarVehicle, WaveformArguments};
 use crate::cli::values::{finite, positive, require};
 use crate::error::CommandError;
 use crate::plot::{Chart, Columns, Series};
@@ -59,12 +59,12 @@ pub struct Arguments {
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the slope and its limit.
-pub fn start_phi(p: &PlanarParameters<f64>, phi0: Option<f64>) -> Result<f64, CommandError> {
+pub fn start_phi(vehicle: &PlanarVehicle, phi0: Option<f64>) -> Result<f64, CommandError> {
     if let Some(phi) = phi0 {
         return Ok(phi);
     }
-    require_static_equilibrium(p)?;
-    Ok(static_phi(p).unwrap_or(0.0))
+    let p = vehicle.in_equilibrium()?;
+    Ok(static_phi(&p).unwrap_or(0.0))
 }
 
 /// Runs the command.
@@ -72,9 +72,10 @@ pub fn start_phi(p: &PlanarParameters<f64>, phi0: Option<f64>) -> Result<f64, Co
 /// # Errors
 /// [`CommandError::Input`] on bad parameters.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let p = arguments.vehicle.resolve()?;
+    let vehicle = arguments.vehicle.resolve()?;
+    let p = vehicle.parameters;
     let input = input(arguments, &p)?;
-    let start = [0.0, start_phi(&p, arguments.phi0)?, arguments.theta_rate0, 0.0];
+    let start = [0.0, start_phi(&vehicle, arguments.phi0)?, arguments.theta_rate0, 0.0];
     let t_end = positive("--t-end", arguments.t_end)?;
     let sample = positive("--sample", arguments.sample)?;
     let least = t_end / MOST_SAMPLES;

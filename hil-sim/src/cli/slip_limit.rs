@@ -40,7 +40,7 @@ struct Outcome {
 /// # Errors
 /// [`CommandError::Input`] on bad parameters.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let p = arguments.vehicle.resolve_in_equilibrium()?;
+    let p = arguments.vehicle.resolve()?.in_equilibrium()?;
     let mu_s = not_negative("--mu-s", arguments.mu_s)?;
     let limit = slip_limit(&p, mu_s).map_err(|e| CommandError::Input(format!("{e} (--zeta is {})", p.zeta)))?;
     let outcome = Outcome {

@@ -8,39 +8,42 @@ use crate::cli::camera_arguments::numbers;
 use crate::cli::output::{OutputArguments, Report};
 use crate::cli::span::SpanArguments;
 use crate::cli::values::{finite, not_negative, positive, require};
+use crate::cli::vehicle_argument::VehicleArgument;
 use crate::error::CommandError;
 use crate::plot::{Chart, Columns, Series};
 
 /// Flags of `spatial`.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Arm length over wheel radius, > 0
-    #[arg(long, default_value_t = 0.8, value_parser = finite, allow_hyphen_values = true)]
-    l: f64,
-    /// Reaction mass over total mass, above 0 and below 1
-    #[arg(long, default_value_t = 0.9, value_parser = finite, allow_hyphen_values = true)]
-    alpha: f64,
-    /// Total damping of both wheels, back-EMF included, >= 0
-    #[arg(long, default_value_t = 2.2, value_parser = finite, allow_hyphen_values = true)]
-    zeta: f64,
-    /// Rolling inertia of both wheels, >= 0
-    #[arg(long, default_value_t = 0.066, value_parser = finite, allow_hyphen_values = true)]
-    mu: f64,
-    /// Reflected rotor inertia of both drives, >= 0
-    #[arg(long, default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
-    nu: f64,
-    /// Half track over wheel radius, > 0
-    #[arg(long, default_value_t = 1.0, value_parser = finite, allow_hyphen_values = true)]
-    s: f64,
-    /// Yaw inertia beyond the wheels' masses on the axle, >= 0
-    #[arg(long, default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
-    j0: f64,
-    /// Slope along the first axis in rad, positive uphill
-    #[arg(long, default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
-    slope_x: f64,
-    /// Slope about the first axis in rad, positive downhill along the second
-    #[arg(long, default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
-    slope_y: f64,
+    #[command(flatten)]
+    vehicle: VehicleArgument,
+    /// Arm length over wheel radius, > 0 [default: the vehicle's, or 0.8]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    l: Option<f64>,
+    /// Reaction mass over total mass, above 0 and below 1 [default: the vehicle's, or 0.9]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    alpha: Option<f64>,
+    /// Total damping of both wheels, back-EMF included, >= 0 [default: the vehicle's, or 2.2]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    zeta: Option<f64>,
+    /// Rolling inertia of both wheels, >= 0 [default: the vehicle's, or 0.066]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    mu: Option<f64>,
+    /// Reflected rotor inertia of both drives, >= 0 [default: the vehicle's, or 0]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    nu: Option<f64>,
+    /// Half track over wheel radius, > 0 [default: the vehicle's, or 1]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    s: Option<f64>,
+    /// Yaw inertia beyond the wheels' masses on the axle, >= 0 [default: the vehicle's, or 0]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    j0: Option<f64>,
+    /// Slope along the first axis in rad, positive uphill [default: that of a [planar] file, or 0]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    slope_x: Option<f64>,
+    /// Slope about the first axis in rad, positive downhill along the second [default: 0]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    slope_y: Option<f64>,
     /// Voltage of the right motor, nondimensional over both wheels' mass
     #[arg(long, default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
     u_right: f64,
@@ -70,21 +73,19 @@ impl Arguments {
                 "between -pi/2 and pi/2 (rad)",
             )
         };
+        let source = self.vehicle.read()?;
+        let default = source.spatial();
+        let alpha = self.alpha.unwrap_or(default.alpha);
         Ok(SpatialParameters {
-            l: positive("--l", self.l)?,
-            alpha: require(
-                "--alpha",
-                self.alpha,
-                self.alpha > 0.0 && self.alpha < 1.0,
-                "above 0 and below 1",
-            )?,
-            zeta: not_negative("--zeta", self.zeta)?,
-            mu: not_negative("--mu", self.mu)?,
-            nu: not_negative("--nu", self.nu)?,
-            s: positive("--s", self.s)?,
-            j0: not_negative("--j0", self.j0)?,
-            slope_x: slope("--slope-x", self.slope_x)?,
-            slope_y: slope("--slope-y", self.slope_y)?,
+            l: positive("--l", self.l.unwrap_or(default.l))?,
+            alpha: require("--alpha", alpha, alpha > 0.0 && alpha < 1.0, "above 0 and below 1")?,
+            zeta: not_negative("--zeta", self.zeta.unwrap_or(default.zeta))?,
+            mu: not_negative("--mu", self.mu.unwrap_or(default.mu))?,
+            nu: not_negative("--nu", self.nu.unwrap_or(default.nu))?,
+            s: positive("--s", self.s.unwrap_or(default.s))?,
+            j0: not_negative("--j0", self.j0.unwrap_or(default.j0))?,
+            slope_x: slope("--slope-x", self.slope_x.unwrap_or(default.slope_x))?,
+            slope_y: slope("--slope-y", self.slope_y.unwrap_or(default.slope_y))?,
         })
     }
 }

@@ -3,10 +3,10 @@
 
 use core::fmt;
 
-use crate::dynamics::planar::PlanarParameters;
 use crate::real::Real;
 
 pub mod fields;
+mod models;
 mod parameters;
 mod scales;
 
@@ -244,25 +244,5 @@ impl<T: Real> Vehicle<T> {
         self.parameters.camera.as_ref().map_or(T::ZERO, |(c, _)| {
             (c.camera_mass_kg + c.motor_mass_kg + c.ballast_mass_kg) / self.parameters.body.total_mass_kg
         })
-    }
-
-    /// The nondimensional planar vehicle on the slope `beta_rad` (3.10, corrected: C is over M+m too,
-    /// and zeta is the total damping, back-EMF included; erratum E1).
-    pub fn planar(&self, beta_rad: T) -> PlanarParameters<T> {
-        let (body, motor) = (&self.parameters.body, &self.parameters.drive_motor);
-        let scales = self.scales();
-        let inertia = body.total_mass_kg * body.wheel_radius_m * body.wheel_radius_m;
-        let two = T::from_f64(2.0);
-        let ratio2 = motor.gear_ratio * motor.gear_ratio;
-        let back_emf =
-            two * motor.torque_constant_n_m_per_a * motor.back_emf_constant_v_s_per_rad * ratio2 / motor.resistance_ohm;
-        PlanarParameters {
-            l: body.arm_length_m / body.wheel_radius_m,
-            alpha: body.arm_mass_kg / body.total_mass_kg,
-            zeta: (body.bearing_damping_n_m_s + back_emf) * scales.time_s / inertia,
-            mu: body.wheels_inertia_kg_m2 / inertia,
-            nu: two * ratio2 * motor.rotor_inertia_kg_m2 / inertia,
-            beta: beta_rad,
-        }
     }
 }

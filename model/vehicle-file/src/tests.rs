@@ -1,4 +1,5 @@
 use super::{VehicleFile, parse, to_rust};
+use model::dynamics::coupled::Bearing;
 use model::vehicle::Vehicle;
 
 const REFERENCE: &str = include_str!("../../../vehicles/reference.toml");
@@ -37,6 +38,84 @@ fn the_reference_vehicle_has_the_thesis_numbers() {
             "{name}: {value}, expected {expected}"
         );
     }
+}
+
+#[test]
+fn the_reference_vehicle_has_the_numbers_of_every_model() {
+    let vehicle = vehicle(REFERENCE);
+    let spatial = vehicle.spatial(0.1, -0.05);
+    assert_eq!((spatial.slope_x, spatial.slope_y), (0.1, -0.05));
+    assert_eq!((spatial.l, spatial.alpha, spatial.zeta, spatial.mu, spatial.nu), {
+        let p = vehicle.planar(0.1);
+        (p.l, p.alpha, p.zeta, p.mu, p.nu)
+    });
+    let camera = vehicle.camera().expect("a camera");
+    let coupled = vehicle.coupled(0.2, Bearing::Chassis).expect("a camera");
+    assert_eq!(
+        (coupled.planar, coupled.bearing),
+        (vehicle.planar(0.2), Bearing::Chassis)
+    );
+    for (name, value, expected, tolerance) in [
+        ("s", spatial.s, 1.0, 1e-12),
+        ("j0", spatial.j0, 0.12 / 0.85, 1e-12),
+        ("camera lm", camera.lm, 1.0 / 6.0, 1e-6),
+        ("camera lr", camera.lr, 1.0 / 6.0, 1e-6),
+        ("camera mm", camera.mm, 3.0, 1e-12),
+        ("camera mr", camera.mr, 4.0, 1e-12),
+        ("camera zeta", camera.zeta, 0.2, 5e-5),
+        ("camera xi", camera.xi, 2.0, 5e-4),
+        ("lp", coupled.lp, 1.0, 1e-12),
+        ("kc", coupled.kc, 0.0375, 1e-12),
+        ("km", coupled.km, 0.1125, 1e-12),
+        ("kr", coupled.kr, 0.15, 1e-12),
+    ] {
+        assert!(
+            (value - expected).abs() < tolerance,
+            "{name}: {value}, expected {expected}"
+        );
+    }
+}
+
+/// The coupled model's numbers straight from SI, not through the units of ch. 7: (8.5), corrected.
+#[test]
+fn a_spar_of_any_proportions_is_scaled_by_the_vehicle() {
+    let mut text = REFERENCE.to_owned();
+    for (from, to) in [
+        ("spar_length_m = 0.25", "spar_length_m = 0.4"),
+        ("camera_mass_kg = 0.51", "camera_mass_kg = 0.7"),
+        ("motor_mass_kg = 1.53", "motor_mass_kg = 1.1"),
+        ("ballast_mass_kg = 2.04", "ballast_mass_kg = 3.0"),
+        ("motor_arm_m = 0.0416667", "motor_arm_m = 0.09"),
+        ("ballast_arm_m = 0.0416667", "ballast_arm_m = 0.06"),
+        ("half_track_m = 0.25", "half_track_m = 0.3"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    let vehicle = vehicle(&text);
+    let found = vehicle.coupled(0.1, Bearing::Inertial).expect("a camera");
+    let (mass, radius) = (13.6, 0.25_f64);
+    let damping = mass * radius * radius * (9.81 / radius).sqrt();
+    for (name, value, expected) in [
+        ("lp", found.lp, 0.4 / radius),
+        ("lm", found.lm, 0.09 / radius),
+        ("lr", found.lr, 0.06 / radius),
+        ("kc", found.kc, 0.7 / mass),
+        ("km", found.km, 1.1 / mass),
+        ("kr", found.kr, 3.0 / mass),
+        ("zeta_c", found.zeta_c, 0.03993 / damping),
+        ("xi_c", found.xi_c, 0.0546_f64.powi(2) * 28.0 * 28.0 / 5.853 / damping),
+        ("s", vehicle.spatial(0.0, 0.0).s, 1.2),
+    ] {
+        assert!(
+            (value - expected).abs() < 1e-14 * (1.0 + expected.abs()),
+            "{name}: {value}, expected {expected}"
+        );
+    }
+    let (head, tail) = REFERENCE.split_once("[camera]").expect("table");
+    let (_, tail) = tail.split_once("[imu]").expect("table");
+    let without = self::vehicle(&format!("{head}[imu]{tail}"));
+    assert!(without.camera().is_none() && without.coupled(0.0, Bearing::Chassis).is_none());
 }
 
 #[test]

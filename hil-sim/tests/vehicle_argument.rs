@@ -1,0 +1,258 @@
+//! `--vehicle FILE.toml` as a script sees it: the file's numbers, overridden by flags; bad files.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const REFERENCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../vehicles/reference.toml");
+
+/// Every analysis command with what it needs besides a vehicle, short enough for a test.
+const COMMANDS: [&str; 9] = [
+    "equilibrium",
+    "simulate --voltage 0.5 --t-end 2 --sample 1",
+    "critical",
+    "slip-limit --mu-s 0.6",
+    "envelope --waveforms step --slopes 0:0.1:2",
+    "spatial --u-right 0.3 --u-left 0.2 --t-end 2 --sample 1",
+    "lqr",
+    "camera --tilt0-deg 5 --t-end 2 --sample 1",
+    "coupled --voltage 0.5 --t-end 2 --sample 1",
+];
+
+fn hil_sim(line: &str, vehicle: Option<&str>) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hil-sim"));
+    command.args(line.split_whitespace());
+    if let Some(file) = vehicle {
+        command.args(["--vehicle", file]);
+    }
+    command.output().unwrap()
+}
+
+fn json(line: &str, vehicle: Option<&str>) -> Value {
+    let output = hil_sim(&format!("{line} --json"), vehicle);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{line}: {message}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// The message of a run that must end with 2 and print nothing.
+fn refused(line: &str, vehicle: &str) -> String {
+    let output = hil_sim(line, Some(vehicle));
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{line}: {message}");
+    assert!(output.stdout.is_empty(), "{line}");
+    message
+}
+
+fn file(name: &str, text: &str) -> String {
+    let folder: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("vehicle-argument");
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+fn reference_with(name: &str, changes: &[(&str, &str)]) -> String {
+    let mut text = std::fs::read_to_string(REFERENCE).unwrap();
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    file(name, &text)
+}
+
+/// The numbers of a JSON value, in order.
+fn numbers(value: &Value) -> Vec<f64> {
+    match value {
+        Value::Number(n) => vec![n.as_f64().unwrap()],
+        Value::Array(all) => all.iter().flat_map(numbers).collect(),
+        Value::Object(all) => all.values().flat_map(numbers).collect(),
+        _ => Vec::new(),
+    }
+}
+
+#[track_caller]
+fn same(line: &str, a: &Value, b: &Value) {
+    let (x, y) = (numbers(a), numbers(b));
+    assert!(!x.is_empty() && x.len() == y.len(), "{line}: {a} {b}");
+    for (x, y) in x.iter().zip(&y) {
+        assert!((x - y).abs() <= 1e-7 * (1.0 + y.abs()), "{line}: {x} {y}");
+    }
+}
+
+/// The flags that describe a changed reference vehicle, worked out here from its SI values.
+#[test]
+fn the_file_is_worth_its_flags() {
+    let vehicle = reference_with(
+        "changed.toml",
+        &[
+            ("arm_mass_kg = 12.24", "arm_mass_kg = 11.0"),
+            ("half_track_m = 0.25", "half_track_m = 0.3"),
+            ("spar_length_m = 0.25", "spar_length_m = 0.3"),
+            ("camera_mass_kg = 0.51", "camera_mass_kg = 0.45"),
+        ],
+    );
+    let (mass, r, w) = (13.6, 0.25_f64, (9.81_f64 / 0.25).sqrt());
+    let inertia = mass * r * r;
+    let damping = 1.065 + 2.0 * 0.0302 * 0.030124 * 43.0 * 43.0 / 0.316;
+    let planar = format!(
+        "--l {} --alpha {} --zeta {} --mu {} --nu {}",
+        0.2 / r,
+        11.0 / mass,
+        damping / (inertia * w),
+        0.0561 / inertia,
+        2.0 * 43.0 * 43.0 * 0.000_013_4 / inertia
+    );
+    let (lc, mc) = (0.3_f64, 0.45);
+    let unit = mc * lc * lc * (9.81 / lc).sqrt();
+    let camera = format!(
+        "--lm {} --lr {} --mm {} --mr {} --zeta {} --xi {}",
+        0.041_666_7 / lc,
+        0.041_666_7 / lc,
+        1.53 / mc,
+        2.04 / mc,
+        0.03993 / unit,
+        0.0546_f64.powi(2) * 28.0 * 28.0 / 5.853 / unit
+    );
+    for line in COMMANDS {
+        let flags = match line.split(' ').next().unwrap() {
+            "spatial" => format!("{planar} --s 1.2 --j0 {}", 0.12 / inertia),
+            "lqr" | "camera" => camera.clone(),
+            // Its spar cannot be told by flags: see below.
+            "coupled" => continue,
+            _ => planar.clone(),
+        };
+        let from_file = json(line, Some(&vehicle));
+        same(line, &from_file, &json(&format!("{line} {flags}"), None));
+        assert_ne!(from_file, json(line, None), "{line}: the file changes nothing");
+    }
+}
+
+#[test]
+fn the_reference_vehicle_carries_the_spar_of_chapter_7() {
+    // Its spar is that of ch. 7 within the rounding of the file, its damping 2.2 within 3e-4.
+    let flags = "--zeta 2.2 --mu 0.066 --nu 0";
+    let line = format!("coupled --voltage 2 --t-end 20 --sample 20 {flags}");
+    let (from_file, thesis) = (json(&line, Some(REFERENCE)), json(&line, None));
+    let [a, b] = [&from_file, &thesis].map(|v| v["psi_max_deg"].as_f64().unwrap());
+    assert!((a - b).abs() < 2e-3 * b && a != b, "{a} {b}");
+    // Another spar is another vehicle; its masses alone fix what holds it on the slope.
+    let heavy = reference_with("heavy.toml", &[("ballast_mass_kg = 2.04", "ballast_mass_kg = 4.08")]);
+    let hold = json("coupled --beta 0.2 --t-end 1 --sample 1", Some(&heavy))["voltage"][0]
+        .as_f64()
+        .unwrap();
+    let want = (1.0 + (0.51 + 1.53 + 4.08) / 13.6) * 0.2_f64.sin();
+    assert!((hold - want).abs() < 1e-12, "{hold} {want}");
+    // The flags scale the vehicle's spar as a whole.
+    let hold = json("coupled --beta 0.2 --kr 0.1 --t-end 1 --sample 1", Some(&heavy))["voltage"][0]
+        .as_f64()
+        .unwrap();
+    let want = (1.0 + 0.1 * (0.51 + 1.53 + 4.08) / 4.08) * 0.2_f64.sin();
+    assert!((hold - want).abs() < 1e-12, "{hold} {want}");
+}
+
+#[test]
+fn a_planar_file_gives_the_slope_too_and_flags_override() {
+    let planar = file(
+        "planar.toml",
+        "[planar]\nl = 1.1\nalpha = 0.8\nzeta = 1.5\nmu = 0.1\nnu = 0.02\nbeta = 0.2\n",
+    );
+    let flags = "--l 1.1 --alpha 0.8 --zeta 1.5 --mu 0.1 --nu 0.02";
+    for line in COMMANDS {
+        let slope = match line.split(' ').next().unwrap() {
+            "lqr" | "camera" => continue,
+            "spatial" => "--slope-x",
+            // The slopes are its own.
+            "envelope" => "--ramp-time 5 --beta",
+            _ => "--beta",
+        };
+        let with = json(line, Some(&planar));
+        same(line, &with, &json(&format!("{line} {flags} {slope} 0.2"), None));
+        // One flag over the file.
+        same(
+            line,
+            &json(&format!("{line} --mu 0.3"), Some(&planar)),
+            &json(
+                &format!("{line} {} {slope} 0.2", flags.replace("--mu 0.1", "--mu 0.3")),
+                None,
+            ),
+        );
+    }
+    let level = file("level.toml", "[planar]\nl = 0.8\nalpha = 0.9\nzeta = 2.2\nmu = 0.066\n");
+    assert_eq!(json("critical", Some(&level)), json("critical --beta 0", None));
+}
+
+#[test]
+fn bad_files_end_with_2_and_name_file_field_and_range() {
+    let cases = [
+        (
+            reference_with("nan.toml", &[("wheel_radius_m = 0.25", "wheel_radius_m = nan")]),
+            vec!["nan.toml: body.wheel_radius_m = NaN", "0.01 to 2"],
+        ),
+        (
+            reference_with("heavy-arm.toml", &[("arm_mass_kg = 12.24", "arm_mass_kg = 13.6")]),
+            vec!["heavy-arm.toml: body.arm_mass_kg = 13.6", "alpha", "13.6 here"],
+        ),
+        (
+            reference_with("missing.toml", &[("ballast_mass_kg = 2.04", "")]),
+            vec!["missing.toml: camera.ballast_mass_kg is missing", "0.005 to 500"],
+        ),
+        (
+            file("alpha.toml", "[planar]\nl = 0.8\nalpha = 1.0\nzeta = 2.2\nmu = 0.066\n"),
+            vec!["alpha.toml: planar.alpha = 1", "0.000001 to 0.999999"],
+        ),
+        (file("broken.toml", "[planar\n"), vec!["broken.toml: not valid TOML"]),
+        ("no/such/file.toml".to_owned(), vec!["no/such/file.toml: "]),
+    ];
+    for line in COMMANDS {
+        for (vehicle, parts) in &cases {
+            let message = refused(line, vehicle);
+            for part in parts {
+                assert!(message.contains(part), "{line}: {message}");
+            }
+        }
+    }
+    // A slope that only the loaded vehicle, or no vehicle, can stand on is blamed on the file.
+    let steep = file(
+        "steep.toml",
+        "[planar]\nl = 0.8\nalpha = 0.9\nzeta = 2.2\nmu = 0.066\nbeta = 1.0\n",
+    );
+    for line in ["critical", "slip-limit", "simulate --voltage 1", "coupled"] {
+        let message = refused(line, &steep);
+        assert!(
+            message.contains("steep.toml: planar.beta is 1, must be within"),
+            "{message}"
+        );
+        let message = refused(&format!("{line} --beta 0.9"), &steep);
+        assert!(message.contains("--beta is 0.9, must be within"), "{message}");
+    }
+}
+
+#[test]
+fn a_vehicle_without_a_spar_has_no_camera_commands() {
+    let text = std::fs::read_to_string(REFERENCE).unwrap();
+    let (head, tail) = text.split_once("[camera]").unwrap();
+    let bare = file(
+        "bare.toml",
+        &format!("{head}[imu]{}", tail.split_once("[imu]").unwrap().1),
+    );
+    let planar = file(
+        "bare-planar.toml",
+        "[planar]\nl = 0.8\nalpha = 0.9\nzeta = 2.2\nmu = 0.066\n",
+    );
+    for (line, vehicle) in [
+        ("lqr", &bare),
+        ("camera", &bare),
+        ("coupled", &bare),
+        ("lqr", &planar),
+        ("camera", &planar),
+    ] {
+        let message = refused(line, vehicle);
+        assert!(
+            message.contains(vehicle.as_str()) && message.contains("[camera]"),
+            "{message}"
+        );
+    }
+    assert!(json("critical", Some(&bare))["critical"].is_number());
+}
