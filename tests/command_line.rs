@@ -47,6 +47,7 @@ fn drive_writes_its_report_and_says_where() {
         "path.svg",
         "current.svg",
         "firmware.log",
+        "index.html",
     ] {
         assert!(std::fs::metadata(out.join(file)).expect(file).len() > 500, "{file}");
     }

@@ -7,6 +7,7 @@ pub mod analysis;
 pub mod cli;
 pub mod error;
 pub mod figures;
+pub mod html;
 pub mod link_client;
 pub mod plant;
 pub mod plot;

@@ -124,7 +124,7 @@ pub fn run_on<B: Backend>(
     let ok = checks.iter().all(|check| check.ok);
     let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(DEFAULT_OUT));
     if arguments.out.is_some() || !arguments.json {
-        write_report(&out, &outcome)?;
+        write_report(&out, &scenario, &outcome, &values, &checks)?;
     }
     let text = if arguments.json {
         let json = Json {
@@ -141,7 +141,7 @@ pub fn run_on<B: Backend>(
         format!(
             "{}\ntick on this host      {tick_ns:.0} ns (replaying {} recorded ticks)\n\
              simulated              {} s in {wall_s:.2} s, {:.1} times real time\n\
-             trace, plots and log   {}\n",
+             page, plots, trace, log {}\n",
             table(&scenario, &values, &checks),
             records.len(),
             scenario.duration_s,
@@ -197,19 +197,26 @@ fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
     vehicle.map_err(|error| CommandError::Input(error.to_string()))
 }
 
-fn write_report(out: &Path, outcome: &Outcome) -> Result<(), CommandError> {
+fn write_report(
+    out: &Path,
+    scenario: &Scenario,
+    outcome: &Outcome,
+    values: &[MetricValue],
+    checks: &[Check],
+) -> Result<(), CommandError> {
     create_directory(out)?;
     write_file(out, "trace.csv", &outcome.trace.columns().to_csv())?;
+    let mut charts = Vec::new();
     for (name, chart) in outcome.trace.charts() {
-        write_file(
-            out,
-            &format!("{name}.svg"),
-            &chart.to_svg().map_err(CommandError::Other)?,
-        )?;
+        let svg = chart.to_svg().map_err(CommandError::Other)?;
+        write_file(out, &format!("{name}.svg"), &svg)?;
+        charts.push(svg);
     }
     let mut log = outcome.log.join("\n");
     log.push('\n');
     write_file(out, "firmware.log", &log)?;
+    let page = scenario::report::page(scenario, values, checks, &charts, &outcome.log);
+    write_file(out, "index.html", &page)?;
     Ok(())
 }
 

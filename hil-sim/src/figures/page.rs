@@ -3,44 +3,11 @@
 use std::fmt::Write as _;
 
 use super::{Figure, Verdict};
-
-/// The page's style: one column on a phone, chart and text side by side where there is room.
-const STYLE: &str = "
-:root { color-scheme: light; }
-* { box-sizing: border-box; }
-body { margin: 0; font: 16px/1.5 system-ui, sans-serif; color: #1c2430; background: #f3f5f8; }
-main, header { max-width: 1320px; margin: 0 auto; padding: 0 16px; }
-h1 { font-size: 1.5rem; line-height: 1.25; margin: 24px 0 8px; }
-h2 { font-size: 1.2rem; margin: 32px 0 12px; }
-h3 { font-size: 1.05rem; line-height: 1.3; margin: 0 0 8px; }
-nav { display: flex; flex-wrap: wrap; gap: 6px; margin: 12px 0; }
-nav a { display: inline-block; padding: 4px 10px; border-radius: 6px; background: #fff; color: #14508c; text-decoration: none; }
-article { background: #fff; border-radius: 10px; padding: 16px; margin: 0 0 16px; display: grid; gap: 16px; }
-article > div { min-width: 0; }
-@media (min-width: 900px) { article { grid-template-columns: minmax(0, 1.1fr) minmax(0, 1fr); } }
-svg { display: block; width: 100%; height: auto; }
-svg + svg { margin-top: 12px; }
-.verdict { display: inline-block; padding: 1px 10px; border-radius: 999px; font-size: .85rem; font-weight: 600; }
-.confirmed { background: #d9f2e1; color: #0b5a2c; }
-.corrected { background: #fdecc8; color: #6d4500; }
-.refuted { background: #fbdcd9; color: #86160c; }
-.added { background: #dde8f8; color: #173f75; }
-p { margin: 8px 0; overflow-wrap: anywhere; }
-.label { color: #566173; font-size: .85rem; display: block; }
-table { width: 100%; border-collapse: collapse; font-size: .92rem; margin: 10px 0; }
-th { text-align: left; font-weight: 600; color: #566173; white-space: nowrap; }
-th, td { padding: 4px 8px 4px 0; border-bottom: 1px solid #e4e8ee; vertical-align: top; overflow-wrap: break-word; }
-td:first-child { width: 45%; }
-td + td, th + th { font-variant-numeric: tabular-nums; }
-.files a { color: #14508c; margin-right: 12px; }
-";
+use crate::html::{document, escaped};
 
 /// The whole page: each figure with the SVG of its charts.
 pub fn page(figures: &[(Figure, Vec<String>)]) -> String {
-    let mut html = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
-    html.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
-    html.push_str("<title>The biplanar bicycle: every figure, recomputed</title>\n");
-    _ = writeln!(html, "<style>{STYLE}</style>\n</head>\n<body>\n<header>");
+    let mut html = String::from("<header>\n");
     html.push_str("<h1>The biplanar bicycle: every figure of the thesis, recomputed</h1>\n");
     html.push_str(
         "<p>Each figure stands beside what the thesis claims of it, the numbers found here and the verdict. \
@@ -62,8 +29,8 @@ pub fn page(figures: &[(Figure, Vec<String>)]) -> String {
         }
         article(&mut html, figure, svgs);
     }
-    html.push_str("</main>\n</body>\n</html>\n");
-    html
+    html.push_str("</main>\n");
+    document("The biplanar bicycle: every figure, recomputed", &html)
 }
 
 /// How many figures of each verdict there are.
@@ -136,12 +103,4 @@ fn article(html: &mut String, figure: &Figure, svgs: &[String]) {
         _ = write!(html, "<a href=\"{stem}{part}.svg\">SVG{}</a>", part.replace('-', " "));
     }
     _ = writeln!(html, "<a href=\"{stem}.csv\">CSV</a></p>\n</div>\n</article>");
-}
-
-/// Text that cannot be taken for markup.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
 }

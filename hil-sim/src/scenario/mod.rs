@@ -7,6 +7,7 @@
 pub mod backend;
 pub mod file;
 pub mod metrics;
+pub mod report;
 pub mod run;
 pub mod trace;
 

@@ -1,0 +1,51 @@
+//! Pages: one file each, no external resources, readable on a phone and on a desk.
+
+/// The page's style: one column on a phone, chart and text side by side where there is room.
+pub const STYLE: &str = "
+:root { color-scheme: light; }
+* { box-sizing: border-box; }
+body { margin: 0; font: 16px/1.5 system-ui, sans-serif; color: #1c2430; background: #f3f5f8; }
+main, header { max-width: 1320px; margin: 0 auto; padding: 0 16px; }
+h1 { font-size: 1.5rem; line-height: 1.25; margin: 24px 0 8px; }
+h2 { font-size: 1.2rem; margin: 32px 0 12px; }
+h3 { font-size: 1.05rem; line-height: 1.3; margin: 0 0 8px; }
+nav { display: flex; flex-wrap: wrap; gap: 6px; margin: 12px 0; }
+nav a { display: inline-block; padding: 4px 10px; border-radius: 6px; background: #fff; color: #14508c; text-decoration: none; }
+article { background: #fff; border-radius: 10px; padding: 16px; margin: 0 0 16px; display: grid; gap: 16px; }
+article > div { min-width: 0; }
+@media (min-width: 900px) { article { grid-template-columns: minmax(0, 1.1fr) minmax(0, 1fr); } }
+svg { display: block; width: 100%; height: auto; }
+svg + svg { margin-top: 12px; }
+.verdict { display: inline-block; padding: 1px 10px; border-radius: 999px; font-size: .85rem; font-weight: 600; }
+.confirmed { background: #d9f2e1; color: #0b5a2c; }
+.corrected { background: #fdecc8; color: #6d4500; }
+.refuted { background: #fbdcd9; color: #86160c; }
+.added { background: #dde8f8; color: #173f75; }
+p { margin: 8px 0; overflow-wrap: anywhere; }
+.label { color: #566173; font-size: .85rem; display: block; }
+table { width: 100%; border-collapse: collapse; font-size: .92rem; margin: 10px 0; }
+th { text-align: left; font-weight: 600; color: #566173; white-space: nowrap; }
+th, td { padding: 4px 8px 4px 0; border-bottom: 1px solid #e4e8ee; vertical-align: top; overflow-wrap: break-word; }
+td:first-child { width: 45%; }
+td + td, th + th { font-variant-numeric: tabular-nums; }
+pre { overflow-x: auto; background: #fff; border-radius: 10px; padding: 16px; font-size: .8rem; }
+.files a { color: #14508c; margin-right: 12px; }
+";
+
+/// A whole page.
+pub fn document(title: &str, body: &str) -> String {
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n{body}</body>\n</html>\n",
+        escaped(title)
+    )
+}
+
+/// Text that cannot be taken for markup.
+pub fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
