@@ -37,6 +37,9 @@ const CLOCK_RUNS_AFTER: u64 = 20 * MS;
 /// the plant moved with the bridges as the tick before had left them.
 const STEP_BEFORE_TICK: u64 = 20_000;
 
+/// The core's cycle counter, which the firmware reads between the stages of a tick.
+const CYCLE_COUNTER: u64 = 0xE000_1004;
+
 /// How a run is made.
 #[derive(Debug, Clone, Copy)]
 pub struct Settings {
@@ -96,6 +99,8 @@ struct State {
     bridges: [BridgeState; MOTORS],
     hits: Vec<Hit>,
     probe: Option<Probe>,
+    /// Instructions retired at each read of the cycle counter, while they are kept.
+    cycle_reads: Option<Vec<u64>>,
     failure: Option<Error>,
 }
 
@@ -108,6 +113,7 @@ impl State {
             bridges: self.bridges,
             hits: Vec::new(),
             probe: None,
+            cycle_reads: None,
             failure: None,
             ..*self
         }
@@ -277,6 +283,16 @@ impl Stopped<'_> {
         });
     }
 
+    /// Keeps the instructions retired at each read of the cycle counter from now on.
+    pub fn keep_cycle_reads(&mut self) {
+        self.state.cycle_reads = Some(Vec::new());
+    }
+
+    /// Takes the kept counts, and keeps no more.
+    pub fn take_cycle_reads(&mut self) -> Vec<u64> {
+        self.state.cycle_reads.take().unwrap_or_default()
+    }
+
     /// Takes what the probe read.
     pub fn take_probe(&mut self) -> Vec<u32> {
         self.state
@@ -337,6 +353,11 @@ impl Driver<DriveBoard> for Conductor {
                 let at = access.virtual_time;
                 if let Err(fault) = session.mcu().write(at, TASK_CLOCK_STATUS, Width::W32, kept) {
                     self.state.failure = Some(Error::Core(format!("{fault:?}")));
+                }
+            }
+            Settled::Access { access, .. } if access.address == CYCLE_COUNTER && access.kind == AccessKind::Read => {
+                if let Some(reads) = &mut self.state.cycle_reads {
+                    reads.push(access.instruction_count);
                 }
             }
             Settled::Hit(hit) => self.state.hits.push(Hit {
@@ -434,6 +455,7 @@ impl Emulation {
             bridges: [BridgeState::Open; MOTORS],
             hits: Vec::new(),
             probe: None,
+            cycle_reads: None,
             failure: None,
         };
         Self::start(images, state, None)

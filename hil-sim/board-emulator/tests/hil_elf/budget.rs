@@ -30,6 +30,47 @@ fn a_tick_stays_within_its_budget() {
     assert_eq!(board.status().late_ticks, 0);
 }
 
+/// Where the control task reads the cycle counter: at the start of a tick, and after each stage.
+const STAGES: [&str; 4] = ["sense", "estimate", "decide", "actuate"];
+/// Largest gap between two reads of one tick, in instructions.
+const WITHIN_A_TICK: u64 = 20_000;
+
+/// The table of docs/emulated-board.md.
+#[test]
+fn each_stage_is_counted() {
+    let mut board = ready();
+    board.arm();
+    board.command = Some((0.5, 0.2));
+    board
+        .emulation
+        .at(|stopped| stopped.keep_cycle_reads())
+        .expect("it runs");
+    board.run(2_000);
+    let reads = board
+        .emulation
+        .at(|stopped| stopped.take_cycle_reads())
+        .expect("it runs");
+    let ticks: Vec<&[u64]> = reads.chunks_exact(STAGES.len() + 1).collect();
+    assert!(ticks.len() > 1_900, "{}", ticks.len());
+    for tick in &ticks {
+        assert!(
+            tick.windows(2).all(|pair| pair[1] - pair[0] < WITHIN_A_TICK),
+            "the reads of one tick stand together: {tick:?}"
+        );
+    }
+    println!("stage      mean  worst  (instructions)");
+    let mut total = 0;
+    for (n, stage) in STAGES.iter().enumerate() {
+        let costs: Vec<u64> = ticks.iter().map(|tick| tick[n + 1] - tick[n]).collect();
+        let mean = costs.iter().sum::<u64>() / costs.len() as u64;
+        let worst = costs.iter().max().copied().unwrap_or_default();
+        println!("{stage:<9} {mean:>5}  {worst:>5}");
+        assert!(mean > 20, "{stage} does something");
+        total += worst;
+    }
+    assert!(total <= u64::from(TICK_INSTRUCTIONS_MAX), "{total}");
+}
+
 #[test]
 fn no_soft_float_is_linked() {
     let found = firmware()

@@ -9,7 +9,7 @@ use model::vehicle::Vehicle;
 use crate::support::{Operator, firmware, powered};
 
 /// Ticks compared in every run of the tests; the nightly run sets the variable for a million.
-const TICKS: u64 = 20_000;
+const TICKS: u64 = 100_000;
 const TICKS_VARIABLE: &str = "EQUIVALENCE_TICKS";
 
 fn ticks() -> u64 {
