@@ -201,11 +201,11 @@ fn every_tool_command_that_a_page_names_is_understood() {
     for page in pages::all(&root()) {
         for command in page.commands() {
             let words: Vec<&str> = command.split(' ').collect();
-            let arguments = match words[..] {
-                ["hil-sim", ref arguments @ ..]
-                | ["cargo", "run", "--", ref arguments @ ..]
-                | ["cargo", "run", "--release", "--", ref arguments @ ..] => arguments,
-                _ => continue,
+            let (["hil-sim", arguments @ ..]
+            | ["cargo", "run", "--", arguments @ ..]
+            | ["cargo", "run", "--release", "--", arguments @ ..]) = &words[..]
+            else {
+                continue;
             };
             // What follows a pipe or a redirection is not the tool's.
             let arguments = arguments.split(|word| *word == "|" || *word == ">").next();

@@ -160,8 +160,8 @@ pub fn unit_tests(package: &Path) -> Vec<String> {
             let named = parts
                 .iter()
                 .filter(|part| !["lib", "main", "mod"].contains(&part.as_str()));
-            let module: String = named.map(|part| format!("{part}::")).collect();
-            tests_of(file, &module)
+            let modules: Vec<&str> = named.map(String::as_str).chain([""]).collect();
+            tests_of(file, &modules.join("::"))
         })
         .collect()
 }
