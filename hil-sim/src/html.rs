@@ -11,7 +11,7 @@ h2 { font-size: 1.2rem; margin: 32px 0 12px; }
 h3 { font-size: 1.05rem; line-height: 1.3; margin: 0 0 8px; }
 nav { display: flex; flex-wrap: wrap; gap: 6px; margin: 12px 0; }
 nav a { display: inline-block; padding: 4px 10px; border-radius: 6px; background: #fff; color: #14508c; text-decoration: none; }
-article { background: #fff; border-radius: 10px; padding: 16px; margin: 0 0 16px; display: grid; gap: 16px; }
+article { background: #fff; border-radius: 10px; padding: 16px; margin: 0 0 16px; display: grid; gap: 16px; grid-template-columns: minmax(0, 1fr); }
 article > div { min-width: 0; }
 @media (min-width: 900px) { article { grid-template-columns: minmax(0, 1.1fr) minmax(0, 1fr); } }
 svg { display: block; width: 100%; height: auto; }
@@ -25,7 +25,7 @@ p { margin: 8px 0; overflow-wrap: anywhere; }
 .label { color: #566173; font-size: .85rem; display: block; }
 table { width: 100%; border-collapse: collapse; font-size: .92rem; margin: 10px 0; }
 th { text-align: left; font-weight: 600; color: #566173; white-space: nowrap; }
-th, td { padding: 4px 8px 4px 0; border-bottom: 1px solid #e4e8ee; vertical-align: top; overflow-wrap: break-word; }
+th, td { padding: 4px 8px 4px 0; border-bottom: 1px solid #e4e8ee; vertical-align: top; overflow-wrap: anywhere; }
 td:first-child { width: 45%; }
 td + td, th + th { font-variant-numeric: tabular-nums; }
 pre { overflow-x: auto; background: #fff; border-radius: 10px; padding: 16px; font-size: .8rem; }
