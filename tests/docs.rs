@@ -164,7 +164,7 @@ fn selected(arguments: &[&str]) -> Vec<String> {
             folders.push(root.join("tests"));
         }
         if only.is_none() {
-            tests.extend(pages::unit_tests(&root.join(folder)));
+            tests.extend(pages::unit_tests(&root.join(folder).join("src")));
         }
         tests.extend(pages::integration_tests(&folders, only.copied()));
     }
@@ -174,15 +174,17 @@ fn selected(arguments: &[&str]) -> Vec<String> {
 
 #[test]
 fn every_test_that_a_page_names_exists() {
-    let board = [root().join("hil-sim/board-emulator/tests/hil_elf")];
+    let board = root().join("hil-sim/board-emulator/tests/hil_elf");
     let mut cited = 0;
     for page in pages::all(&root()) {
         for command in page.commands() {
-            let words: Vec<&str> = command.split(' ').filter(|word| !word.contains('=')).collect();
+            // Variables stand before a command, and what follows `--` is for the tests themselves.
+            let words = command.split(' ').filter(|word| !word.contains('='));
+            let words: Vec<&str> = words.take_while(|word| *word != "--").collect();
             let tests = match words[..] {
                 ["cargo", "test", ref arguments @ ..] => selected(arguments),
                 ["cargo", "hil-elf", ref filter @ ..] => {
-                    let mut tests = pages::integration_tests(&board, None);
+                    let mut tests = pages::unit_tests(&board);
                     tests.retain(|test| filter.iter().all(|filter| test.contains(filter)));
                     tests
                 }
@@ -207,6 +209,10 @@ fn every_tool_command_that_a_page_names_is_understood() {
             else {
                 continue;
             };
+            // A synopsis is no command.
+            if command.contains('[') {
+                continue;
+            }
             // What follows a pipe or a redirection is not the tool's.
             let arguments = arguments.split(|word| *word == "|" || *word == ">").next();
             let output = Command::new(env!("CARGO_BIN_EXE_hil-sim"))

@@ -146,13 +146,12 @@ fn tests_of(file: &Path, module: &str) -> Vec<String> {
     names
 }
 
-/// The tests of a package's library and binaries, with their modules.
-pub fn unit_tests(package: &Path) -> Vec<String> {
-    let src = package.join("src");
-    files(&src, &["rs"])
+/// The tests of a crate whose modules stand in `folder`, with their modules.
+pub fn unit_tests(folder: &Path) -> Vec<String> {
+    files(folder, &["rs"])
         .iter()
         .flat_map(|file| {
-            let relative = file.strip_prefix(&src).expect("below src").with_extension("");
+            let relative = file.strip_prefix(folder).expect("below it").with_extension("");
             let parts: Vec<_> = relative
                 .iter()
                 .map(|part| part.to_string_lossy().into_owned())
