@@ -160,6 +160,16 @@ fn the_emergency_stop_opens_the_bridges_at_once_and_holds_until_cleared() {
 }
 
 #[test]
+fn a_break_in_the_tick_of_a_clear_request_is_not_cleared_unseen() {
+    let mut bench = Bench::driving(6, 1.0);
+    bench.request(Request::ClearFaults);
+    bench.board.world(|world| world.trip());
+    bench.run_watching(500, |bench| assert!(!bench.bridges_on()));
+    assert_eq!(bench.mode(), Mode::Disarmed);
+    assert!(faults(&bench).contains(Fault::BridgeBreak));
+}
+
+#[test]
 fn the_dead_man_time_brings_it_to_a_controlled_stop() {
     let mut bench = Bench::driving(7, 1.0);
     bench.drive = None;

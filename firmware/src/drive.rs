@@ -77,7 +77,8 @@ where
         let started = counter.cycles();
         let now = Instant::now();
         let request = topics.requests.try_receive().unwrap_or(Request::None);
-        if request == Request::ClearFaults {
+        // Only while disarmed: a break in the very tick of the request must not be cleared unseen.
+        if request == Request::ClearFaults && core.mode() == Mode::Disarmed {
             bridges.clear_break();
         }
         let sample = gather(topics, now, emergency_stop.is_pressed(), bridges.break_tripped());

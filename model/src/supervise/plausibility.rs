@@ -136,9 +136,9 @@ pub struct EncoderWatch {
 
 /// Armature voltage unexplained by current and back-EMF beyond which the encoder is not believed, and
 /// the share of the resistance drop added to it: the armature's resistance grows by a third as it warms.
-const RESIDUAL_V: f32 = 1.5;
+const RESIDUAL_V: f32 = 2.0;
 const RESIDUAL_SHARE: f32 = 0.5;
-const RESIDUAL_TICKS: u16 = 60;
+const RESIDUAL_TICKS: u16 = 100;
 
 impl EncoderWatch {
     /// A watch for the motor with `limits`, whose encoder cannot move more than `jump_counts` in a tick.

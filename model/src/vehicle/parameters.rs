@@ -147,9 +147,9 @@ parameter_group! {
         /// Time over which the accelerometer corrects the integrated gyro.
         tilt_time_constant_s: 0.05 to 60.0,
         /// Time over which the gyro bias is learnt.
-        bias_time_constant_s: 1.0 to 10000.0,
+        bias_time_constant_s: 20.0 to 10000.0,
         /// Time constant of the wheel-rate filter.
-        wheel_rate_time_constant_s: 0.0005 to 0.1,
+        wheel_rate_time_constant_s: 0.002 to 0.01,
         /// Time constant of the slope estimate.
         slope_time_constant_s: 0.05 to 60.0,
     }
