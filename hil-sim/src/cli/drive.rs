@@ -186,7 +186,11 @@ fn load_scenario(arguments: &Arguments) -> Result<Scenario, CommandError> {
     Ok(scenario)
 }
 
-fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
+/// The vehicle of `path`, or the reference vehicle.
+///
+/// # Errors
+/// [`CommandError::Input`] on a bad file.
+pub fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
     let vehicle = match path {
         Some(path) => vehicle_file::read_vehicle(path),
         None => vehicle_file::parse(REFERENCE_NAME, REFERENCE_VEHICLE).and_then(|file| match file {

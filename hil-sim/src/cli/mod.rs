@@ -13,6 +13,7 @@ pub mod emulated;
 pub mod envelope;
 pub mod equilibrium;
 pub mod figures;
+pub mod link;
 pub mod lqr;
 pub mod output;
 pub mod planar_arguments;
@@ -46,6 +47,8 @@ enum Command {
     Envelope(envelope::Arguments),
     /// Equilibrium, poles
     Equilibrium(equilibrium::Arguments),
+    /// Talks to a drive board over its serial port: state, driving, parameters
+    Link(link::Arguments),
     /// The optimal regulator of the camera platform (ch. 7)
     Lqr(lqr::Arguments),
     /// Every figure of the thesis and one page that shows them
@@ -69,6 +72,7 @@ pub fn main() -> ExitCode {
         Some(Command::Equilibrium(a)) => equilibrium::run(&a),
         Some(Command::Drive(a)) => drive::run(&a),
         None => drive::run(&drive::Arguments::default()),
+        Some(Command::Link(a)) => link::run(&a),
         Some(Command::Lqr(a)) => lqr::run(&a),
         Some(Command::Figures(a)) => figures::run(&a),
         Some(Command::Simulate(a)) => simulate::run(&a),
