@@ -7,7 +7,7 @@ use clap::{Args, Subcommand};
 use firmware::link::message::{HostMessage, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest, Status};
 use firmware::parameters;
 use model::supervise::arming::{Mode, Request};
-use model::supervise::codes::{BlockerSet, FaultSet};
+use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use model::vehicle::{Field, VehicleParameters};
 
 use crate::cli::drive::load_vehicle;
@@ -213,7 +213,7 @@ impl<W: Wire> Link<W> {
         if status.mode != Mode::Armed {
             let blockers: Vec<_> = BlockerSet::from_bits(status.blockers)
                 .iter()
-                .map(|b| b.name())
+                .map(Blocker::name)
                 .collect();
             return Err(CommandError::Checks(format!(
                 "not armed: blocked by {}",
@@ -227,7 +227,7 @@ impl<W: Wire> Link<W> {
         println!("{}", line(&status));
         self.send(&HostMessage::Request(Request::Disarm))?;
         if status.mode == Mode::Disarmed {
-            let faults: Vec<_> = FaultSet::from_bits(status.faults).iter().map(|f| f.name()).collect();
+            let faults: Vec<_> = FaultSet::from_bits(status.faults).iter().map(Fault::name).collect();
             return Err(CommandError::Checks(format!(
                 "the vehicle disarmed by itself: {}",
                 faults.join(", ")
@@ -373,11 +373,11 @@ fn line(status: &Status) -> String {
         status.phi_rad.to_degrees(),
         status.slope_rad.to_degrees(),
         status.battery_v,
-        names(FaultSet::from_bits(status.faults).iter().map(|f| f.name()).collect()),
+        names(FaultSet::from_bits(status.faults).iter().map(Fault::name).collect()),
         names(
             BlockerSet::from_bits(status.blockers)
                 .iter()
-                .map(|b| b.name())
+                .map(Blocker::name)
                 .collect()
         ),
     )
