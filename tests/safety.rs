@@ -6,6 +6,7 @@ use hil_sim::link_client::LinkClient;
 use hil_sim::plant::Plant;
 use hil_sim::plant::fault::SensorFault;
 use hil_sim::plant::noise::Noise;
+use hil_sim::virtual_board::hardware::World;
 use model::sample::Motor;
 use model::supervise::arming::{Mode, Request};
 use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
@@ -163,7 +164,7 @@ fn the_emergency_stop_opens_the_bridges_at_once_and_holds_until_cleared() {
 fn a_break_in_the_tick_of_a_clear_request_is_not_cleared_unseen() {
     let mut bench = Bench::driving(6, 1.0);
     bench.request(Request::ClearFaults);
-    bench.board.world(|world| world.trip());
+    bench.board.world(World::trip);
     bench.run_watching(500, |bench| assert!(!bench.bridges_on()));
     assert_eq!(bench.mode(), Mode::Disarmed);
     assert!(faults(&bench).contains(Fault::BridgeBreak));
