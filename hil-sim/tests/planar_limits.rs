@@ -116,6 +116,38 @@ fn critical_voltages() {
     );
 }
 
+/// Near the static limit (0.8038 rad) the equilibrium lies close to a saddle. Values of an unrelated
+/// implementation (another language, another integrator, plain bisection).
+#[test]
+fn critical_voltages_near_the_static_limit() {
+    for (beta, wanted, way) in [
+        (0.8, 0.796_436_651_6, 1),
+        (0.803, 0.743_780_869_1, 1),
+        (-0.8, -0.624_047_962_3, -1),
+    ] {
+        let found = step_limit(&thesis(beta));
+        close(found.value, wanted, 1e-9);
+        assert_eq!((found.whirl_direction, found.hold_fails), (way, false), "{beta}");
+    }
+}
+
+/// Far from the hold, failing values come in windows: from 568.5 to about 600 below the hold, then again
+/// from 654.9 on. The nearest counts. Oracle as above.
+#[test]
+fn the_nearest_of_several_failing_windows_is_found() {
+    let p = PlanarParameters {
+        l: 1.276,
+        alpha: 0.93,
+        zeta: 0.823,
+        mu: 0.065,
+        nu: 0.062,
+        beta: 0.676,
+    };
+    let input = Input::voltage_step(&p, 0.0).shaped(Waveform::QuarterSine, 5.0);
+    let start = [static_phi(&p).unwrap(), 0.0, 0.0];
+    close(limit(&p, &input, start, Direction::Reverse).value, -568.4511, 1e-4);
+}
+
 #[test]
 fn critical_references() {
     let free = f64::INFINITY;

@@ -68,6 +68,9 @@ const FINAL_TOLERANCE: f64 = 1e-12;
 const RESOLUTION: f64 = 2e-11;
 /// Distance from the manifold below which the secant of two verified ends is exact to `RESOLUTION`.
 const LINEAR: f64 = 1e-6;
+/// The longest step of the walk as a share of the distance walked: far out, where only slow moves get,
+/// values that fail lie in windows a few per cent wide.
+const LONGEST_STEP: f64 = 0.01;
 /// The largest final value tried, in units of speed per unit of time of the move (plus one).
 const FARTHEST: f64 = 2000.0;
 
@@ -173,7 +176,7 @@ impl Search {
             }
             (before, last) = (last, (d, next.excursion));
             if change < 0.05 {
-                step *= 1.6;
+                step = (1.6 * step).min((LONGEST_STEP * d).max(0.2 * self.unit));
             }
         }
         None

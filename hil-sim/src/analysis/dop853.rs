@@ -3,15 +3,19 @@
 
 use super::dop853_coefficients as c;
 
-/// Why an integration cannot go on.
+/// Why an integration cannot go on: it needs too small a step, or, where their number is limited, too
+/// many of them.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error("the integration needs a step below {step} at t = {t}")]
+#[error("the motion cannot be followed beyond t = {t:e}: it needs steps of {step:e}")]
 pub struct StepTooSmall {
     /// The time reached.
     pub t: f64,
     /// The step that would be needed.
     pub step: f64,
 }
+
+/// The most steps of a run that is sampled: seconds of work, and ten times what the longest span needs.
+pub const MOST_STEPS: u64 = 2_000_000;
 
 /// An integration in progress: the state `x` at the time `t`.
 #[derive(Debug, Clone)]
@@ -22,6 +26,8 @@ pub struct Dop853<const N: usize, F> {
     x: [f64; N],
     /// The step to try next.
     h: f64,
+    /// How many more steps are allowed.
+    steps_left: u64,
     /// The last step: start, length, state and the stages' rates (the thirteenth is the rate at its end).
     t_old: f64,
     h_old: f64,
@@ -54,11 +60,21 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
             t,
             x,
             h: FIRST_STEP,
+            steps_left: u64::MAX,
             t_old: t,
             h_old: 0.0,
             x_old: x,
             k,
             rate_now,
+        }
+    }
+
+    /// The same with at most `steps` steps.
+    #[must_use]
+    pub fn limited(self, steps: u64) -> Self {
+        Self {
+            steps_left: steps,
+            ..self
         }
     }
 
@@ -96,6 +112,13 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
         if remaining <= 0.0 {
             return Ok(());
         }
+        if self.steps_left == 0 {
+            return Err(StepTooSmall {
+                t: self.t,
+                step: self.h,
+            });
+        }
+        self.steps_left -= 1;
         let mut grow = 6.0;
         loop {
             let last = self.h >= remaining;

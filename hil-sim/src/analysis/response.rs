@@ -44,6 +44,9 @@ pub struct Response {
 
 /// Half width in phi of the neighbourhood of a saddle in which the stay is measured.
 const NEIGHBOURHOOD: f64 = 0.3;
+/// The same at most, as a share of the way from the equilibrium to the nearest saddle: near the static
+/// limit the two lie close together, and a response at rest must be outside.
+const NEIGHBOURHOOD_SHARE: f64 = 0.3;
 /// Swings that must shrink one after the other before a closed loop counts as returning.
 const SHRINKING_SWINGS: usize = 4;
 /// Deviation from the equilibrium below which a closed loop counts as returned.
@@ -58,6 +61,8 @@ const PATIENCE: f64 = 3000.0;
 pub struct Judge {
     planar: Planar<f64>,
     phi_0: f64,
+    /// Half width in phi of a saddle's neighbourhood.
+    neighbourhood: f64,
     /// Growth rate at the saddle.
     growth: Option<f64>,
     /// The speed law's presence decides which proof of return applies.
@@ -72,6 +77,7 @@ impl Judge {
         Some(Self {
             planar: Planar::new(*p),
             phi_0,
+            neighbourhood: NEIGHBOURHOOD.min(NEIGHBOURHOOD_SHARE * (PI - 2.0 * phi_0.abs())),
             growth,
             closed_loop: input.law.is_some() || input.u_max.is_finite(),
         })
@@ -247,7 +253,7 @@ impl<'a> Watch<'a> {
 
     /// Whether `phi` is in the neighbourhood of a saddle.
     fn near(&self, phi: f64) -> bool {
-        (phi - self.nearest_saddle(phi)).abs() < NEIGHBOURHOOD
+        (phi - self.nearest_saddle(phi)).abs() < self.judge.neighbourhood
     }
 
     fn nearest_saddle(&self, phi: f64) -> f64 {
@@ -267,7 +273,7 @@ impl<'a> Watch<'a> {
     fn cross_edge(&mut self, dense: &Dense<3>, before: f64) {
         let inside = dense.at(dense.end())[0];
         let saddle = self.nearest_saddle(if self.near(before) { before } else { inside });
-        let edge = |t: f64| (dense.at(t)[0] - saddle).abs() - NEIGHBOURHOOD;
+        let edge = |t: f64| (dense.at(t)[0] - saddle).abs() - self.judge.neighbourhood;
         let t = root_between(edge, dense.start(), dense.end(), 1e-12);
         match self.entered.take() {
             Some(entered) => self.longest_stay = self.longest_stay.max(t - entered),

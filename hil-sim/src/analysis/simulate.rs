@@ -7,7 +7,7 @@ use model::dynamics::contact::ContactForces;
 use model::dynamics::planar::{PHI, PHI_RATE, Planar, PlanarParameters, PlanarState, THETA, THETA_RATE};
 use serde::Serialize;
 
-use super::dop853::{Dense, Dop853, StepTooSmall};
+use super::dop853::{Dense, Dop853, MOST_STEPS, StepTooSmall};
 use super::input::Input;
 use super::roots::{maximum_between, root_between};
 
@@ -111,7 +111,8 @@ pub fn simulate(
     record(&mut run, 0.0, &start);
     let u = input.voltage(0.0, &start);
     extremes.forces(&planar.contact_forces(&start, u));
-    let mut integration = Dop853::new(|t, x| planar.rate(x, input.voltage(t, x)), 0.0, start, TOLERANCE);
+    let rate = |t: f64, x: &PlanarState<f64>| planar.rate(x, input.voltage(t, x));
+    let mut integration = Dop853::new(rate, 0.0, start, TOLERANCE).limited(MOST_STEPS);
     let arrival = input.arrival();
     let mut next = 1;
     while integration.time() < t_end {

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::dop853::{Dense, Dop853, StepTooSmall};
+use super::dop853::{Dense, Dop853, MOST_STEPS, StepTooSmall};
 use super::roots::root_between;
 
 /// The local error allowed in every run of this crate's spatial, camera and coupled analyses.
@@ -49,7 +49,7 @@ pub fn follow<const N: usize>(
     kinks: &[f64],
     mut visit: impl FnMut(&Dense<N>) -> ControlFlow<()>,
 ) -> Result<(), StepTooSmall> {
-    let mut run = Dop853::new(rate, 0.0, x, TOLERANCE);
+    let mut run = Dop853::new(rate, 0.0, x, TOLERANCE).limited(MOST_STEPS);
     while run.time() < t_end {
         let limit = kinks.iter().copied().filter(|k| *k > run.time()).fold(t_end, f64::min);
         run.advance(limit)?;

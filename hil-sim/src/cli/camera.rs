@@ -7,7 +7,7 @@ use crate::analysis::lqr::regulator;
 use crate::cli::camera_arguments::{CameraArguments, WeightArguments, four_numbers};
 use crate::cli::output::{OutputArguments, Report};
 use crate::cli::span::SpanArguments;
-use crate::cli::values::{finite, positive, require};
+use crate::cli::values::{LARGEST_INPUT, finite, positive, require, within};
 use crate::error::CommandError;
 use crate::plot::{Chart, Columns, Series};
 
@@ -76,7 +76,10 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let experiment = Experiment {
         v_max,
         tilt0: tilt.to_radians(),
-        shake: [arguments.ax, arguments.ay],
+        shake: [
+            within("--ax", arguments.ax, LARGEST_INPUT)?,
+            within("--ay", arguments.ay, LARGEST_INPUT)?,
+        ],
         ..Experiment::new(camera, gains)
     };
     let result = experiment.run(t_end, sample);

@@ -3,13 +3,13 @@
 use clap::{Args, ValueEnum};
 use model::dynamics::coupled::{Bearing, CoupledParameters};
 
-use crate::analysis::coupled::{Drive, Outcome, static_limit};
+use crate::analysis::coupled::{Drive, Fate, Outcome, static_limit};
 use crate::analysis::critical::Direction;
 use crate::analysis::lqr::{Weights, regulator};
 use crate::cli::output::{OutputArguments, Report};
 use crate::cli::planar_arguments::{PlanarArguments, PlanarVehicle, WaveformArguments};
 use crate::cli::span::SpanArguments;
-use crate::cli::values::{finite, positive, require};
+use crate::cli::values::{LARGEST_INPUT, finite, positive, require, within};
 use crate::error::CommandError;
 use crate::plot::{Chart, Columns, Series};
 
@@ -114,11 +114,14 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         return arguments.output.emit(&report);
     }
     let (t_end, sample) = arguments.span.resolve(100.0, 0.05)?;
-    let result = drive.run(
-        arguments.voltage.unwrap_or_else(|| vehicle.hold_voltage()),
-        t_end,
-        sample,
-    );
+    let voltage = arguments.voltage.unwrap_or_else(|| vehicle.hold_voltage());
+    let result = drive.run(within("--voltage", voltage, LARGEST_INPUT)?, t_end, sample);
+    let reached = result.t.last().copied().unwrap_or(0.0);
+    if result.outcome == Fate::Ok && reached < t_end - 1.001 * sample {
+        return Err(CommandError::Other(format!(
+            "the motion cannot be followed beyond t = {reached}"
+        )));
+    }
     arguments.output.emit(&report(&result))
 }
 

@@ -8,7 +8,7 @@ use crate::analysis::input::Input;
 use crate::cli::output::{OutputArguments, Report};
 use crate::cli::planar_arguments::{LawArguments, PlanarArguments, WaveformArguments};
 use crate::cli::simulate::start_phi;
-use crate::cli::values::{finite, positive, require};
+use crate::cli::values::{LARGEST_START, finite, positive, require, within};
 use crate::error::CommandError;
 use crate::plot::Columns;
 
@@ -76,12 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         phi.abs() <= std::f64::consts::TAU,
         "between -2 pi and 2 pi (rad)",
     )?;
-    require(
-        "--theta-rate0",
-        arguments.theta_rate0,
-        arguments.theta_rate0.abs() <= 1e3,
-        "between -1000 and 1000",
-    )?;
+    within("--theta-rate0", arguments.theta_rate0, LARGEST_START)?;
     let step = match arguments.quantity {
         Quantity::Voltage => Input::voltage_step(&p, 0.0),
         Quantity::Reference => Input {

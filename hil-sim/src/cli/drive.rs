@@ -1,7 +1,6 @@
 //! `hil-sim drive`: the vehicle, simulated, driven by the firmware's own tasks.
 
 use std::fmt::Write as _;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -12,7 +11,7 @@ use model::vehicle::Vehicle;
 use serde::Serialize;
 
 use crate::cli::emulated;
-use crate::cli::output::{create_directory, progress_bar, write_file};
+use crate::cli::output::{create_directory, print, progress_bar, write_file};
 use crate::error::CommandError;
 use crate::plant::Plant;
 use crate::scenario::file::{DEFAULT, DEFAULT_NAME};
@@ -149,7 +148,7 @@ pub fn run_on<B: Backend>(
             out.display()
         )
     };
-    std::io::stdout().write_all(text.as_bytes())?;
+    print(&text)?;
     if ok {
         Ok(())
     } else {

@@ -7,8 +7,8 @@ use serde::Serialize;
 use crate::analysis::envelope::{Row, envelope, slopes};
 use crate::analysis::waveform::Waveform;
 use crate::cli::output::{OutputArguments, Report, progress_bar};
-use crate::cli::planar_arguments::{PlanarArguments, require_static_equilibrium};
-use crate::cli::values::{finite, not_negative, require};
+use crate::cli::planar_arguments::{PlanarArguments, ramp_time, require_static_equilibrium};
+use crate::cli::values::{finite, require};
 use crate::error::CommandError;
 use crate::plot::{Chart, Columns, Series};
 
@@ -77,7 +77,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         require("--slopes", beta, beta.abs() < quarter, "between -pi/2 and pi/2 (rad)")?;
         require_static_equilibrium("--slopes", &PlanarParameters { beta, ..p })?;
     }
-    let ramp_time = not_negative("--ramp-time", arguments.ramp_time)?;
+    let ramp_time = ramp_time(arguments.ramp_time)?;
     let waveforms = if arguments.waveforms.is_empty() {
         &Waveform::ALL[..]
     } else {

@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::analysis::equilibrium::{poles, static_phi, steady_theta_rate};
 use crate::cli::output::{OutputArguments, Report};
 use crate::cli::planar_arguments::{LawArguments, PlanarArguments};
-use crate::cli::values::{finite, require};
+use crate::cli::values::{LARGEST_INPUT, finite, require, within};
 use crate::error::CommandError;
 use crate::plot::Columns;
 
@@ -47,7 +47,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let p = arguments.vehicle.resolve()?.parameters;
     let law = arguments.law.resolve(&p)?;
     let hold = p.beta.sin();
-    let voltage = arguments.voltage.unwrap_or(hold);
+    let voltage = within("--voltage", arguments.voltage.unwrap_or(hold), LARGEST_INPUT)?;
     if p.zeta == 0.0 {
         let allowed = format!("the hold sin(beta) = {hold} without damping: no other voltage has a steady speed");
         require("--voltage", voltage, voltage == hold, &allowed)?;

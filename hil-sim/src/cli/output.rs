@@ -75,7 +75,7 @@ impl OutputArguments {
     /// Prints the report and writes its files.
     ///
     /// # Errors
-    /// [`CommandError::Other`] when a file or stdout cannot be written.
+    /// [`CommandError::Input`] when a file, [`CommandError::Other`] when stdout cannot be written.
     pub fn emit<R: Serialize>(&self, report: &Report<'_, R>) -> Result<(), CommandError> {
         let mut files = Vec::new();
         if let Some(directory) = &self.out {
@@ -110,31 +110,45 @@ impl OutputArguments {
                 _ = writeln!(text, "wrote {}", file.display());
             }
         }
-        match std::io::stdout().lock().write_all(text.as_bytes()) {
-            // A reader that has seen enough (`| head`) is no failure.
-            Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-            written => Ok(written?),
-        }
+        print(&text)
+    }
+}
+
+/// Prints `text` on stdout.
+///
+/// # Errors
+/// [`CommandError::Other`] when stdout cannot be written; a reader that has seen enough (`| head`) is no
+/// failure.
+pub fn print(text: &str) -> Result<(), CommandError> {
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        written => Ok(written?),
     }
 }
 
 /// Creates `directory` and its parents.
 ///
 /// # Errors
-/// [`CommandError::Other`] naming the directory.
+/// [`CommandError::Input`] naming the directory.
 pub fn create_directory(directory: &Path) -> Result<(), CommandError> {
-    std::fs::create_dir_all(directory)
-        .map_err(|e| CommandError::Other(format!("cannot create {}: {e}", directory.display())))
+    std::fs::create_dir_all(directory).map_err(|e| not_writable("create", directory, &e))
 }
 
 /// Writes `text` into `directory/name` and returns the path.
 ///
 /// # Errors
-/// [`CommandError::Other`] naming the file.
+/// [`CommandError::Input`] naming the file.
 pub fn write_file(directory: &Path, name: &str, text: &str) -> Result<PathBuf, CommandError> {
     let path = directory.join(name);
-    std::fs::write(&path, text).map_err(|e| CommandError::Other(format!("cannot write {}: {e}", path.display())))?;
+    std::fs::write(&path, text).map_err(|e| not_writable("write", &path, &e))?;
     Ok(path)
+}
+
+fn not_writable(what: &str, path: &Path, error: &std::io::Error) -> CommandError {
+    CommandError::Input(format!(
+        "--out: cannot {what} {}: {error}; it must be a directory that can be written",
+        path.display()
+    ))
 }
 
 /// A progress bar over `length` pieces of work on stderr; silent unless stderr is a terminal.

@@ -5,7 +5,7 @@ use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
 
 use crate::analysis::waveform::Waveform;
-use crate::cli::values::{finite, not_negative, positive, require};
+use crate::cli::values::{finite, gain, not_negative, positive, require};
 use crate::cli::vehicle_argument::{Source, VehicleArgument};
 use crate::error::CommandError;
 
@@ -131,14 +131,14 @@ impl LawArguments {
     /// The law for the vehicle `p`.
     ///
     /// # Errors
-    /// None at present: every finite gain is a law, stable or not.
+    /// [`CommandError::Input`] naming the flag; every gain of reasonable size is a law, stable or not.
     pub fn resolve(&self, p: &PlanarParameters<f64>) -> Result<SpeedLaw<f64>, CommandError> {
-        let feed_forward_zeta = self.feed_forward.unwrap_or(p.zeta);
+        let feed_forward_zeta = gain("--feed-forward", self.feed_forward.unwrap_or(p.zeta))?;
         Ok(SpeedLaw {
             feed_forward_zeta,
             alpha_l: p.alpha * p.l,
-            kp: self.kp,
-            kd: self.kd,
+            kp: gain("--kp", self.kp)?,
+            kd: gain("--kd", self.kd)?,
         })
     }
 }
@@ -158,10 +158,23 @@ impl WaveformArguments {
     /// The waveform and its ramp time, checked.
     ///
     /// # Errors
-    /// [`CommandError::Input`] for a negative ramp time.
+    /// [`CommandError::Input`] for a negative or absurd ramp time.
     pub fn resolve(&self) -> Result<(Waveform, f64), CommandError> {
-        Ok((self.waveform, not_negative("--ramp-time", self.ramp_time)?))
+        Ok((self.waveform, ramp_time(self.ramp_time)?))
     }
+}
+
+/// The longest ramp, in time units.
+const LONGEST_RAMP: f64 = 1e4;
+
+/// The `--ramp-time`, checked.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the flag, the value and the allowed range.
+pub fn ramp_time(value: f64) -> Result<f64, CommandError> {
+    let ok = (0.0..=LONGEST_RAMP).contains(&value);
+    let allowed = format!("zero or more and at most {LONGEST_RAMP}");
+    require("--ramp-time", value, ok, &allowed)
 }
 
 #[cfg(test)]

@@ -8,12 +8,13 @@ use crate::analysis::input::Input;
 use crate::analysis::simulate::{Run, simulate, simulate_f32};
 use crate::cli::output::{OutputArguments, Report};
 use crate::cli::planar_arguments::{LawArguments, PlanarArguments, PlanarVehicle, WaveformArguments};
-use crate::cli::values::{finite, positive, require};
+use crate::cli::span::SpanArguments;
+use crate::cli::values::{LARGEST_INPUT, LARGEST_START, finite, positive, require, within};
 use crate::error::CommandError;
 use crate::plot::{Chart, Columns, Series};
 
-/// The most samples a run may have.
-const MOST_SAMPLES: f64 = 1e7;
+/// The most fixed steps of a run.
+const MOST_FIXED_STEPS: f64 = 1e8;
 
 /// Flags of `simulate`.
 #[derive(Debug, Args)]
@@ -39,12 +40,8 @@ pub struct Arguments {
     /// theta' at the start
     #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
     theta_rate0: f64,
-    /// How long, in time units
-    #[arg(long, value_name = "T", default_value_t = 60.0, value_parser = finite, allow_hyphen_values = true)]
-    t_end: f64,
-    /// Time between two samples
-    #[arg(long, value_name = "DT", default_value_t = 0.05, value_parser = finite, allow_hyphen_values = true)]
-    sample: f64,
+    #[command(flatten)]
+    span: SpanArguments,
     /// Use the vehicle's own arithmetic: fixed RK4 steps in f32, the voltage held over each
     #[arg(long, requires = "dt")]
     f32: bool,
@@ -75,19 +72,16 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let vehicle = arguments.vehicle.resolve()?;
     let p = vehicle.parameters;
     let input = input(arguments, &p)?;
-    let start = [0.0, start_phi(&vehicle, arguments.phi0)?, arguments.theta_rate0, 0.0];
-    let t_end = positive("--t-end", arguments.t_end)?;
-    let sample = positive("--sample", arguments.sample)?;
-    let least = t_end / MOST_SAMPLES;
-    require(
-        "--sample",
-        sample,
-        sample >= least,
-        &format!("at least {least} for this --t-end"),
-    )?;
+    let start = [
+        0.0,
+        within("--phi0", start_phi(&vehicle, arguments.phi0)?, LARGEST_START)?,
+        within("--theta-rate0", arguments.theta_rate0, LARGEST_START)?,
+        0.0,
+    ];
+    let (t_end, sample) = arguments.span.resolve(60.0, 0.05)?;
     let run = match arguments.dt {
         Some(dt) => {
-            let least = t_end / 1e9;
+            let least = t_end / MOST_FIXED_STEPS;
             require(
                 "--dt",
                 dt,
@@ -106,8 +100,11 @@ fn input(arguments: &Arguments, p: &PlanarParameters<f64>) -> Result<Input, Comm
     let (waveform, ramp_time) = arguments.shape.resolve()?;
     let u_max = arguments.u_max.map_or(Ok(f64::INFINITY), |u| positive("--u-max", u))?;
     let step = match (arguments.voltage, arguments.reference) {
-        (_, Some(reference)) => Input::reference_step(arguments.law.resolve(p)?, reference),
-        (Some(voltage), None) => Input::voltage_step(p, voltage),
+        (_, Some(reference)) => Input::reference_step(
+            arguments.law.resolve(p)?,
+            within("--reference", reference, LARGEST_INPUT)?,
+        ),
+        (Some(voltage), None) => Input::voltage_step(p, within("--voltage", voltage, LARGEST_INPUT)?),
         (None, None) => return Err(CommandError::Input("give --voltage U or --reference R".into())),
     };
     Ok(Input {

@@ -7,7 +7,7 @@ use crate::analysis::spatial;
 use crate::cli::camera_arguments::numbers;
 use crate::cli::output::{OutputArguments, Report};
 use crate::cli::span::SpanArguments;
-use crate::cli::values::{finite, not_negative, positive, require};
+use crate::cli::values::{LARGEST_INPUT, LARGEST_START, finite, not_negative, positive, require, within};
 use crate::cli::vehicle_argument::VehicleArgument;
 use crate::error::CommandError;
 use crate::plot::{Chart, Columns, Series};
@@ -97,7 +97,13 @@ impl Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let parameters = arguments.resolve()?;
     let (t_end, sample) = arguments.span.resolve(10.0, 0.05)?;
-    let u = [arguments.u_right, arguments.u_left];
+    let u = [
+        within("--u-right", arguments.u_right, LARGEST_INPUT)?,
+        within("--u-left", arguments.u_left, LARGEST_INPUT)?,
+    ];
+    for value in arguments.state0 {
+        within("--state0", value, LARGEST_START)?;
+    }
     let result = spatial::run(&parameters, u, &arguments.state0, t_end, sample)
         .map_err(|e| CommandError::Other(e.to_string()))?;
     let last = |x: &[f64]| x.last().map_or_else(String::new, |x| format!("{x:.6}"));

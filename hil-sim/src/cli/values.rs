@@ -25,20 +25,46 @@ pub fn require(flag: &str, value: f64, ok: bool, allowed: &str) -> Result<f64, C
     }
 }
 
-/// `value` if it is positive.
+/// The largest parameter, gain or friction coefficient: beyond it only typing mistakes lie, and the
+/// arithmetic ends.
+const LARGEST: f64 = 1e6;
+/// The largest voltage, reference speed or acceleration either way.
+pub const LARGEST_INPUT: f64 = 1e5;
+/// The largest angle (rad) or angular rate at the start of a run, either way.
+pub const LARGEST_START: f64 = 1e3;
+
+/// `value` if it is positive and not absurd.
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the flag.
 pub fn positive(flag: &str, value: f64) -> Result<f64, CommandError> {
-    require(flag, value, value > 0.0, "positive")
+    let ok = value > 0.0 && value <= LARGEST;
+    require(flag, value, ok, &format!("positive and at most {LARGEST}"))
 }
 
-/// `value` if it is zero or more.
+/// `value` if it is zero or more and not absurd.
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the flag.
 pub fn not_negative(flag: &str, value: f64) -> Result<f64, CommandError> {
-    require(flag, value, value >= 0.0, "zero or more")
+    let ok = (0.0..=LARGEST).contains(&value);
+    require(flag, value, ok, &format!("zero or more and at most {LARGEST}"))
+}
+
+/// `value` if it is between `-most` and `most`.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the flag.
+pub fn within(flag: &str, value: f64, most: f64) -> Result<f64, CommandError> {
+    require(flag, value, value.abs() <= most, &format!("between -{most} and {most}"))
+}
+
+/// A gain, of either sign.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the flag.
+pub fn gain(flag: &str, value: f64) -> Result<f64, CommandError> {
+    within(flag, value, LARGEST)
 }
 
 #[cfg(test)]
@@ -52,6 +78,10 @@ mod tests {
             assert!(finite(bad).is_err(), "{bad}");
         }
         assert!(positive("--l", 0.0).is_err() && not_negative("--mu", 0.0).is_ok());
+        assert!(
+            positive("--l", 1e6).is_ok() && positive("--l", 1.1e6).is_err() && not_negative("--mu", 1e300).is_err()
+        );
+        assert!(gain("--kp", -1e6).is_ok() && within("--voltage", -2.0, 1.0).is_err());
         let message = require("--alpha", 1.5, false, "above 0 and below 1")
             .unwrap_err()
             .to_string();

@@ -1,0 +1,174 @@
+//! Bad input, closed pipes and directories that cannot be written, for every analysis command: exit code 2,
+//! one message that names the value and what is allowed, nothing on stdout.
+
+use std::io::Read as _;
+use std::process::{Command, Output, Stdio};
+
+fn hil_sim(line: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+        // `''` is an empty argument.
+        .args(line.split_whitespace().map(|a| if a == "''" { "" } else { a }))
+        .output()
+        .unwrap()
+}
+
+#[track_caller]
+fn refused(line: &str, parts: &[&str]) {
+    let output = hil_sim(line);
+    let message = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{line}: {message}");
+    assert!(output.stdout.is_empty(), "{line}");
+    assert_eq!(message.matches("error: ").count(), 1, "{line}: {message}");
+    for part in parts {
+        assert!(message.contains(part), "{line}: {message}");
+    }
+}
+
+#[test]
+fn numbers_that_are_none_are_refused_for_every_flag() {
+    let flags = [
+        (
+            "equilibrium",
+            "--l --alpha --zeta --mu --nu --beta --voltage --kp --kd --feed-forward",
+        ),
+        (
+            "simulate --voltage 1",
+            "--ramp-time --u-max --phi0 --theta-rate0 --t-end --sample",
+        ),
+        ("simulate", "--voltage --reference"),
+        ("critical", "--phi0 --theta-rate0 --ramp-time --u-max"),
+        ("slip-limit", "--mu-s"),
+        ("envelope", "--ramp-time"),
+        (
+            "spatial",
+            "--l --alpha --zeta --mu --nu --s --j0 --slope-x --slope-y --u-right --u-left",
+        ),
+        ("lqr", "--lm --lr --mm --mr --zeta --xi --r"),
+        ("camera", "--tilt0-deg --ax --ay --v-max --t-end --sample"),
+        ("coupled", "--lp --kr --voltage"),
+    ];
+    for (command, flags) in flags {
+        for flag in flags.split(' ') {
+            for value in ["NaN", "inf", "-inf", "1e400", "''", "one"] {
+                let shown = if value == "''" { "" } else { value };
+                refused(
+                    &format!("{command} {flag} {value}"),
+                    &[flag, &format!("'{shown}'"), "must be a finite number"],
+                );
+            }
+            // Finite, but beyond every model.
+            refused(&format!("{command} {flag} 1e300"), &[flag, "must be "]);
+        }
+    }
+}
+
+#[test]
+fn values_out_of_range_are_named_with_what_is_allowed() {
+    for (line, parts) in [
+        ("critical --l -1", ["--l is -1", "positive"]),
+        ("critical --alpha 1", ["--alpha is 1", "above 0 and below 1"]),
+        ("critical --zeta -1", ["--zeta is -1", "zero or more"]),
+        ("critical --beta -0.81", ["--beta is -0.81", "asin(alpha l) = 0.8038"]),
+        ("simulate --voltage 1 --sample 0", ["--sample is 0", "positive"]),
+        (
+            "simulate --voltage 1 --t-end 1 --sample 1.5",
+            ["--sample is 1.5", "to --t-end = 1"],
+        ),
+        (
+            "simulate --voltage 1 --t-end 1e9 --sample 1e3",
+            ["--t-end is 1000000000", "at most 100000"],
+        ),
+        (
+            "simulate --voltage 1 --t-end 1e5 --sample 1e-3",
+            ["--sample is 0.001", "= 0.02 to"],
+        ),
+        (
+            "simulate --voltage 1 --f32 --dt 0.1",
+            ["--dt is 0.1", "at most --sample"],
+        ),
+        (
+            "simulate --voltage 1 --ramp-time -1",
+            ["--ramp-time is -1", "zero or more"],
+        ),
+        (
+            "simulate --voltage 1 --waveform sawtooth",
+            ["sawtooth", "quintic-smoothstep"],
+        ),
+        (
+            "critical --waveform ramp --ramp-time 1e9",
+            ["--ramp-time is 1000000000", "at most 10000"],
+        ),
+        (
+            "critical --theta-rate0 -2e3",
+            ["--theta-rate0 is -2000", "between -1000 and 1000"],
+        ),
+        ("envelope --slopes 0:0.9:3", ["--slopes is 0.9", "0.8038"]),
+        ("envelope --slopes -2:0:3", ["--slopes is -2", "pi/2"]),
+        ("spatial --sample 100 --t-end 1", ["--sample is 100", "--t-end = 1"]),
+        (
+            "spatial --state0 0,0,0,0,0,0,1e200,0,0",
+            ["--state0", "between -1000 and 1000"],
+        ),
+        ("camera --ax -1e6", ["--ax is -1000000", "between -100000 and 100000"]),
+        ("coupled --voltage", ["--voltage", "value is required"]),
+        ("coupled --beta 0.6", ["--beta is 0.6", "0.58697"]),
+    ] {
+        refused(line, &parts);
+    }
+}
+
+#[test]
+fn a_directory_that_cannot_be_written_is_bad_input() {
+    for line in [
+        "equilibrium",
+        "simulate --voltage 1 --json",
+        "lqr",
+        "camera --json",
+        "figures",
+    ] {
+        // A file is no directory.
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+        refused(
+            &format!("{line} --out {file}"),
+            &["--out", file, "must be a directory that can be written"],
+        );
+    }
+}
+
+/// What `| head -c 1` does: reads a little and closes the pipe.
+#[test]
+fn a_reader_that_leaves_is_no_failure() {
+    let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/scenarios/zero-radius-turn.toml");
+    for line in [
+        "simulate --voltage 1 --t-end 1000 --sample 0.01 --json",
+        "spatial --u-right 0.3 --t-end 200 --sample 0.01 --json",
+        "coupled --t-end 100 --sample 0.01 --json",
+        "critical",
+        &format!("drive {scenario} --json"),
+    ] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+            .args(line.split_whitespace())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        // Closed before anything is written: every write fails.
+        drop(child.stdout.take());
+        let mut message = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut message).unwrap();
+        let status = child.wait().unwrap();
+        assert!(status.success() && message.is_empty(), "{line}: {status} {message}");
+    }
+}
+
+/// What cannot be followed is said, in bounded time, and no made-up result printed.
+#[test]
+fn a_motion_that_cannot_be_followed_is_said() {
+    let output = hil_sim("simulate --voltage 0.5 --zeta 1e6 --t-end 1e4 --sample 1e4 --json");
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{message}");
+    assert!(
+        output.stdout.is_empty() && message.contains("cannot be followed beyond t = "),
+        "{message}"
+    );
+}
