@@ -102,6 +102,11 @@ fn values_out_of_range_are_named_with_what_is_allowed() {
             "critical --theta-rate0 -2e3",
             ["--theta-rate0 is -2000", "between -1000 and 1000"],
         ),
+        ("critical --zeta 0", ["--zeta is 0", "zeta must be positive"]),
+        (
+            "critical --quantity reference --kp 2.3",
+            ["--kp is 2.3", "must be negative"],
+        ),
         ("envelope --slopes 0:0.9:3", ["--slopes is 0.9", "0.8038"]),
         ("envelope --slopes -2:0:3", ["--slopes is -2", "pi/2"]),
         ("spatial --sample 100 --t-end 1", ["--sample is 100", "--t-end = 1"]),
@@ -164,11 +169,16 @@ fn a_reader_that_leaves_is_no_failure() {
 /// What cannot be followed is said, in bounded time, and no made-up result printed.
 #[test]
 fn a_motion_that_cannot_be_followed_is_said() {
-    let output = hil_sim("simulate --voltage 0.5 --zeta 1e6 --t-end 1e4 --sample 1e4 --json");
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(
-        output.stdout.is_empty() && message.contains("cannot be followed beyond t = "),
-        "{message}"
-    );
+    for line in [
+        "simulate --voltage 0.5 --zeta 1e6 --t-end 1e4 --sample 1e4 --json",
+        "camera --gains 1e9,1e9,1e9,1e9 --tilt0-deg 5 --json",
+    ] {
+        let output = hil_sim(line);
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{line}: {message}");
+        assert!(
+            output.stdout.is_empty() && message.contains("cannot be followed beyond t = "),
+            "{line}: {message}"
+        );
+    }
 }

@@ -53,10 +53,12 @@ pub enum NoLimit {
     #[error("the slope has no static equilibrium to start from")]
     NoEquilibrium,
     /// The closed loop is unstable at its equilibrium, so there is no basin.
-    #[error("the loop is unstable at its equilibrium: there is no basin to leave")]
+    #[error(
+        "the loop is unstable at its equilibrium, so there is no basin to leave: its poles (see `equilibrium`) must be negative"
+    )]
     Unstable,
     /// Without damping no final voltage has a steady speed.
-    #[error("without damping there is no steady speed")]
+    #[error("without damping there is no steady speed: zeta must be positive")]
     NoDamping,
 }
 

@@ -60,7 +60,7 @@ fn gains(text: &str) -> Result<Gains, String> {
 /// Runs the command.
 ///
 /// # Errors
-/// [`CommandError::Input`] on bad parameters.
+/// [`CommandError::Input`] on bad parameters, [`CommandError::Other`] where the motion cannot be followed.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let camera = arguments.camera.resolve()?;
     let weights = arguments.weights.resolve()?;
@@ -83,6 +83,14 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         ..Experiment::new(camera, gains)
     };
     let result = experiment.run(t_end, sample);
+    let reached = result.t.last().copied().unwrap_or(0.0);
+    // A ballast that runs away may end a run early; anything else must not.
+    let turned_over = result.phi.iter().any(|phi| phi.abs() >= std::f64::consts::TAU);
+    if !turned_over && reached < t_end - 1.001 * sample {
+        return Err(CommandError::Other(format!(
+            "the motion cannot be followed beyond t = {reached}"
+        )));
+    }
     let degrees = |x: &[f64]| x.iter().map(|x| x.to_degrees()).collect::<Vec<_>>();
     let angles = Chart::new("Camera platform", "time (1/w_c)", "angle (deg)")
         .with(Series::new("spar", &result.t, &degrees(&result.theta)))

@@ -85,8 +85,10 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         },
     };
     let input = step.shaped(waveform, ramp_time);
-    let found = critical(&p, &input, [phi, arguments.theta_rate0, 0.0], arguments.direction)
-        .map_err(|e| CommandError::Input(format!("{e} (--zeta is {}, --kp is {})", p.zeta, arguments.law.kp)))?;
+    let found = critical(&p, &input, [phi, arguments.theta_rate0, 0.0], arguments.direction).map_err(|e| {
+        let (kp, kd) = (arguments.law.kp, arguments.law.kd);
+        CommandError::Input(format!("{e} (--zeta is {}, --kp is {kp}, --kd is {kd})", p.zeta))
+    })?;
     let outcome = Outcome {
         critical: found.map(|c| c.value),
         whirl_direction: found.map(|c| c.whirl_direction),
