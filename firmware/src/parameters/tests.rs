@@ -155,10 +155,10 @@ impl NorFlash for TestFlash {
 }
 
 fn store(flash: TestFlash) -> ParameterStore<TestFlash> {
-    match ParameterStore::new(flash) {
-        Ok(store) => store,
-        Err(_) => panic!("the flash is large enough"),
-    }
+    let Ok(store) = ParameterStore::new(flash) else {
+        panic!("the flash is large enough");
+    };
+    store
 }
 
 fn into_flash(store: ParameterStore<TestFlash>) -> TestFlash {

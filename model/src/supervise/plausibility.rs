@@ -229,7 +229,7 @@ mod tests {
             for k in 1..i16::try_from(ticks).expect("small") {
                 assert_eq!(watch.update(&make(k)), ImuHealth::Good, "tick {k} of {ticks}");
             }
-            assert_eq!(watch.update(&make(ticks as i16)), ImuHealth::Implausible);
+            assert_eq!(watch.update(&make(ticks.cast_signed())), ImuHealth::Implausible);
         }
     }
 }
