@@ -31,7 +31,7 @@ pub struct PlanarArguments {
     /// Reflected rotor inertia, >= 0 [default: the vehicle's, or 0]
     #[arg(long, value_parser = finite, allow_hyphen_values = true)]
     pub nu: Option<f64>,
-    /// Slope in rad, positive uphill [default: that of a [planar] file, or 0.0873]
+    /// Slope in rad, positive uphill [default: that of a `[planar]` file, or 0.0873]
     #[arg(long, value_parser = finite, allow_hyphen_values = true)]
     pub beta: Option<f64>,
 }

@@ -38,7 +38,7 @@ pub struct Arguments {
     /// Yaw inertia beyond the wheels' masses on the axle, >= 0 [default: the vehicle's, or 0]
     #[arg(long, value_parser = finite, allow_hyphen_values = true)]
     j0: Option<f64>,
-    /// Slope along the first axis in rad, positive uphill [default: that of a [planar] file, or 0]
+    /// Slope along the first axis in rad, positive uphill [default: that of a `[planar]` file, or 0]
     #[arg(long, value_parser = finite, allow_hyphen_values = true)]
     slope_x: Option<f64>,
     /// Slope about the first axis in rad, positive downhill along the second [default: 0]

@@ -22,7 +22,7 @@ pub const BALLAST: f64 = 0.15;
 /// The flag that names a vehicle file, shared by every analysis command.
 #[derive(Debug, Clone, Default, Args)]
 pub struct VehicleArgument {
-    /// Vehicle file: a whole vehicle in SI units, or one table [planar] of nondimensional numbers.
+    /// Vehicle file: a whole vehicle in SI units, or one table `[planar]` of nondimensional numbers.
     /// Gives the model's parameters; a flag overrides its own
     #[arg(long, value_name = "FILE.toml")]
     pub vehicle: Option<PathBuf>,
