@@ -9,23 +9,11 @@ use hil_sim::analysis::waveform::Waveform;
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
 
-fn thesis(beta: f64) -> PlanarParameters<f64> {
-    PlanarParameters {
-        beta,
-        ..PlanarParameters::thesis()
-    }
-}
+mod support;
+use support::{close, thesis};
 
 fn run(p: &PlanarParameters<f64>, input: &Input) -> Run {
     simulate(p, input, [0.0, static_phi(p).unwrap(), 0.0, 0.0], 60.0, 0.005).unwrap()
-}
-
-#[track_caller]
-fn close(found: f64, wanted: f64, within: f64) {
-    assert!(
-        (found - wanted).abs() <= within,
-        "{found} is not {wanted} within {within}"
-    );
 }
 
 /// Erratum E14.

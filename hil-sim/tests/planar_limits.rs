@@ -10,12 +10,8 @@ use hil_sim::analysis::waveform::Waveform;
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
 
-fn thesis(beta: f64) -> PlanarParameters<f64> {
-    PlanarParameters {
-        beta,
-        ..PlanarParameters::thesis()
-    }
-}
+mod support;
+use support::{close, thesis};
 
 fn limit(p: &PlanarParameters<f64>, input: &Input, start: [f64; 3], direction: Direction) -> Critical {
     critical(p, input, start, direction).unwrap().unwrap()
@@ -43,14 +39,6 @@ fn reference_limit(kp: f64, kd: f64, u_max: f64) -> Option<f64> {
     critical(&p, &input, [static_phi(&p).unwrap(), 0.0, 0.0], Direction::Forward)
         .unwrap()
         .map(|c| c.value)
-}
-
-#[track_caller]
-fn close(found: f64, wanted: f64, within: f64) {
-    assert!(
-        (found - wanted).abs() <= within,
-        "{found} is not {wanted} within {within}"
-    );
 }
 
 /// The limits of voltage steps. The last digits were confirmed by an unrelated implementation (another

@@ -9,12 +9,8 @@ use hil_sim::analysis::waveform::Waveform;
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::{Planar, PlanarParameters, PlanarState};
 
-fn thesis(beta: f64) -> PlanarParameters<f64> {
-    PlanarParameters {
-        beta,
-        ..PlanarParameters::thesis()
-    }
-}
+mod support;
+use support::{close, thesis};
 
 fn law(kp: f64, kd: f64) -> SpeedLaw<f64> {
     SpeedLaw {
@@ -35,14 +31,6 @@ fn reference_step(p: &PlanarParameters<f64>, law: SpeedLaw<f64>, reference: f64,
 fn measures(kp: f64, kd: f64, reference: f64) -> (SpeedResponse, f64) {
     let run = reference_step(&thesis(0.0873), law(kp, kd), reference, 200.0);
     (speed_response(&run, reference).unwrap(), run.phi_max)
-}
-
-#[track_caller]
-fn close(found: f64, wanted: f64, within: f64) {
-    assert!(
-        (found - wanted).abs() <= within,
-        "{found} is not {wanted} within {within}"
-    );
 }
 
 #[test]
