@@ -69,8 +69,7 @@ impl Backend for EmulatedBackend<'_> {
     }
 
     fn receive(&mut self) -> Vec<u8> {
-        let result = self.emulation.receive();
-        self.told(result)
+        self.emulation.receive()
     }
 
     fn plant(&mut self, act: &mut dyn FnMut(&mut Plant)) {
@@ -86,10 +85,7 @@ impl Backend for EmulatedBackend<'_> {
     }
 
     fn bridges_on(&mut self) -> bool {
-        let result = self
-            .emulation
-            .at(|stopped| stopped.bridges().iter().any(|bridge| bridge.duty().is_some()));
-        self.told(result)
+        self.emulation.bridges_on()
     }
 
     fn log(&mut self) -> Vec<String> {

@@ -10,7 +10,7 @@ use rigless::soc::Error;
 use rigless::soc::stm32h743::Stm32h743;
 use rigless::soc::stm32h743::peripherals::gpio::Pin;
 use rigless::soc::stm32h743::peripherals::spi::Select;
-use rigless::soc::stm32h743::peripherals::tim::{Channel, General, TIMERS, Tim};
+use rigless::soc::stm32h743::peripherals::tim::Channel;
 use rigless::soc::stm32h743::peripherals::{adc, gpio};
 use rigless::time::VirtualNanos;
 
@@ -37,8 +37,6 @@ mod at {
     /// GPIOG, GPIOB.
     pub const PORT_G: usize = 6;
     pub const PORT_B: usize = 1;
-    /// TIM2, TIM3, TIM4.
-    pub const ENCODERS: [&str; 3] = ["TIM2", "TIM3", "TIM4"];
 }
 
 /// Chip selects of the chassis and the spar IMU.
@@ -74,7 +72,6 @@ pub struct DriveBoard {
     stop_pressed: bool,
     /// Level on the break pin that the stop does not explain: a bridge driver's fault.
     driver_fault: bool,
-    encoder_slots: [usize; MOTORS],
 }
 
 rigless::store!(DriveBoard {
@@ -86,7 +83,7 @@ rigless::store!(DriveBoard {
         driver_fault
     ],
     parts: [mcu],
-    built: [encoder_slots]
+    built: []
 });
 
 impl DriveBoard {
@@ -112,8 +109,6 @@ impl DriveBoard {
             h7.spi[bus].attach_selected(Icm42688p::new(), select);
         }
         h7.usart[at::LINK].attach(Wire::default());
-        let [left, right, camera] = at::ENCODERS;
-        let encoder_slots = [h7.bus().slot(left)?, h7.bus().slot(right)?, h7.bus().slot(camera)?];
         let mut board = Self {
             mcu,
             instructions_per_second,
@@ -121,7 +116,6 @@ impl DriveBoard {
             silent_imus: [false; 2],
             stop_pressed: false,
             driver_fault: false,
-            encoder_slots,
         };
         board.set_stop(VirtualNanos(0), false);
         Ok(board)
@@ -242,30 +236,26 @@ impl DriveBoard {
             .expect("the wire was attached when the board was built")
     }
 
-    /// Turns an encoder to a position, edge by edge. Its timer's model is lent out of the part for the
-    /// time, since the part has no call of its own for a timer's inputs.
+    /// Turns an encoder to a position, edge by edge.
     fn turn_encoder(&mut self, now: VirtualNanos, nth: usize, counts: i64) {
-        if self.fed_counts[nth] == counts {
+        let fed = &mut self.fed_counts[nth];
+        if *fed == counts {
             return;
         }
-        let slot = self.encoder_slots[nth];
-        let h7 = &mut self.mcu.h7;
-        let spare: Tim<General> = Tim::with_clock(1, TIMERS[nth]);
-        let mut timer = std::mem::replace(&mut h7.tim[nth], spare);
-        while self.fed_counts[nth] != counts {
-            let before = PHASES[self.fed_counts[nth].rem_euclid(4) as usize];
-            self.fed_counts[nth] += (counts - self.fed_counts[nth]).signum();
-            let after = PHASES[self.fed_counts[nth].rem_euclid(4) as usize];
-            let (input, level) = if before.0 == after.0 {
-                (2, after.1)
-            } else {
-                (1, after.0)
-            };
-            let (registers, mut context) = h7.bus_mut().drive(now, slot);
-            let input = Channel::new(input).expect("a timer has six channels");
-            timer.drive_input(input, level, registers, &mut context);
-        }
-        h7.tim[nth] = timer;
+        self.mcu.with_encoder_timer(now, nth, |timer, registers, context| {
+            while *fed != counts {
+                let before = PHASES[fed.rem_euclid(4) as usize];
+                *fed += (counts - *fed).signum();
+                let after = PHASES[fed.rem_euclid(4) as usize];
+                let (input, level) = if before.0 == after.0 {
+                    (2, after.1)
+                } else {
+                    (1, after.0)
+                };
+                let input = Channel::new(input).expect("a timer has six channels");
+                timer.model.drive_input(input, level, registers, context);
+            }
+        });
     }
 
     /// The break's wire: high when a contact opens or a driver pulls it up.

@@ -88,9 +88,8 @@ impl Device for BridgeTimer {
         }
     }
 
-    fn on_request(&mut self, request: RequestChange, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        self.model.on_request(request, file, context);
-    }
+    /// No request or acknowledge is wired to it on this board.
+    fn on_request(&mut self, _: RequestChange, _: &mut RegisterFile, _: &mut DeviceContext<'_>) {}
 
     fn on_clock_input(&mut self, input: usize, hz: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         self.model.on_clock_input(input, hz, file, context);

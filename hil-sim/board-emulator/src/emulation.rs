@@ -6,39 +6,18 @@
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
-use rigless::emulator::{self, AccessKind, Driver, Host, Settled, Start, Stop, Watch};
+use rigless::emulator::{self, Start};
 use rigless::image;
 use rigless::machine::Board;
-use rigless::mcu::Operate;
 use rigless::session::Session;
-use rigless::snapshot::{self, Snapshot};
-use rigless::soc::Width;
+use rigless::snapshot::Snapshot;
 use rigless::time::VirtualNanos;
 
 use crate::board::{DriveBoard, INSTRUCTIONS_PER_SECOND};
+use crate::conductor::{Arrival, Conductor, Nothing, Order, State, Stopped, Task};
 use crate::elf::Firmware;
-use crate::gaps::{self, Gap};
-use crate::plant::{BridgeState, ClosedPlant, MOTORS};
-use crate::{Error, MS, rtt};
-
-/// TIM5, the clock of the firmware's tasks: status and event generation registers.
-const TASK_CLOCK_STATUS: u64 = 0x4000_0C10;
-const TASK_CLOCK_EVENTS: u64 = 0x4000_0C14;
-/// Its four compare flags.
-const COMPARE_FLAGS: u64 = 0x1E;
-
-/// Its counter.
-const TASK_CLOCK_COUNT: u64 = 0x4000_0C24;
-/// Counts of it between two of its interrupts, in us: half its 16 bits' range.
-const TASK_CLOCK_RANGE_US: u64 = 1 << 16;
-/// Virtual time after a start by which the firmware's clock surely runs.
-const CLOCK_RUNS_AFTER: u64 = 20 * MS;
-/// How long before the firmware's tick the plant is stepped, so that the tick senses what just was, and
-/// the plant moved with the bridges as the tick before had left them.
-const STEP_BEFORE_TICK: u64 = 20_000;
-
-/// The core's cycle counter, which the firmware reads between the stages of a tick.
-const CYCLE_COUNTER: u64 = 0xE000_1004;
+use crate::plant::ClosedPlant;
+use crate::{Error, MS};
 
 /// How a run is made.
 #[derive(Debug, Clone, Copy)]
@@ -62,355 +41,12 @@ impl Default for Settings {
     }
 }
 
-/// A watched instruction the core arrived at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Hit {
-    /// The instruction.
-    pub address: u64,
-    /// Instructions retired before it.
-    pub instructions: u64,
-    /// Virtual time in ns.
-    pub at: u64,
-}
-
-/// Memory read at every step of the plant: the firmware's flight record.
-#[derive(Debug, Clone, Default)]
-pub struct Probe {
-    address: u64,
-    words: u64,
-    /// What was read, `words` 32-bit words a step.
-    pub samples: Vec<u32>,
-}
-
-/// What the run keeps beside the board.
-struct State {
-    plant: Box<dyn ClosedPlant>,
-    settings: Settings,
-    rtt_block: u64,
-    /// Instants of the steps of the plant are multiples of its interval from here, so that an instruction
-    /// that runs past a stop does not shift those after it.
-    stepped_at: u64,
-    next_step: u64,
-    /// When to look at the firmware's clock and lay the steps by it: once after each start.
-    align_at: Option<u64>,
-    resets: usize,
-    next_drain: u64,
-    log: Vec<u8>,
-    bridges: [BridgeState; MOTORS],
-    hits: Vec<Hit>,
-    probe: Option<Probe>,
-    /// Instructions retired at each read of the cycle counter, while they are kept.
-    cycle_reads: Option<Vec<u64>>,
-    failure: Option<Error>,
-}
-
-impl State {
-    fn fork(&self) -> Self {
-        Self {
-            plant: self.plant.fork(),
-            settings: self.settings,
-            log: self.log.clone(),
-            bridges: self.bridges,
-            hits: Vec::new(),
-            probe: None,
-            cycle_reads: None,
-            failure: None,
-            ..*self
-        }
-    }
-
-    /// The next step an interval after the one due now; once after a start, by the firmware's clock.
-    fn lay_next_step(&mut self, at: VirtualNanos, session: &mut Session<DriveBoard>) {
-        let interval = self.settings.plant_interval;
-        // An instruction may have run past the instant the step was due at.
-        let due = self.next_step;
-        self.next_step = due + ((at.0 - due) / interval + 1) * interval;
-        if session.resets().len() != self.resets {
-            self.resets = session.resets().len();
-            self.align_at = Some(at.0 + CLOCK_RUNS_AFTER);
-        }
-        if self.align_at.is_some_and(|align_at| at.0 >= align_at) {
-            self.align_at = None;
-            match session.mcu().read(at, TASK_CLOCK_COUNT, Width::W32) {
-                Ok(count) => self.next_step = just_before_tick(at.0, count & 0xFFFF, started_at(session)),
-                Err(fault) => self.failure = Some(Error::Core(format!("{fault:?}"))),
-            }
-        }
-    }
-
-    fn step_plant(&mut self, now: u64, session: &mut Session<DriveBoard>, host: &mut dyn Host) {
-        let board = session.board_mut();
-        self.bridges = board.bridges(VirtualNanos(now));
-        let seconds = (now - self.stepped_at) as f64 * 1e-9;
-        let sensed = self.plant.step(seconds, &self.bridges);
-        board.sense(VirtualNanos(now), &sensed);
-        self.stepped_at = now;
-        if let Some(probe) = &mut self.probe {
-            for n in 0..probe.words {
-                match host.read(probe.address + 4 * n, Width::W32) {
-                    Ok(word) => probe.samples.push(word as u32),
-                    Err(error) => self.failure = Some(error.into()),
-                }
-            }
-        }
-    }
-}
-
-/// When the part last started.
-fn started_at(session: &Session<DriveBoard>) -> u64 {
-    session.resets().last().map_or(0, |reset| reset.at.0)
-}
-
-/// The first instant after `now` that lies just before a tick of a firmware that started at `started`
-/// and whose clock's low 16 bits read `count_us`: the clock is the time since the start, less what the
-/// start-up code took before it set the clock going (less than half the count's range).
-fn just_before_tick(now: u64, count_us: u64, started: u64) -> u64 {
-    let elapsed_us = (now - started) / 1000;
-    let lag_us = (elapsed_us - count_us % TASK_CLOCK_RANGE_US) % TASK_CLOCK_RANGE_US;
-    let first_tick = started + lag_us * 1000;
-    let before = first_tick + MS - STEP_BEFORE_TICK;
-    before + now.saturating_sub(before).div_ceil(MS) * MS
-}
-
-/// The board where the run stands, between two instructions.
-pub struct Stopped<'a> {
-    session: &'a mut Session<DriveBoard>,
-    host: &'a mut dyn Host,
-    state: &'a mut State,
-    stop: Stop,
-    digest: &'a [u8; 32],
-}
-
-impl Stopped<'_> {
-    /// The board.
-    pub fn board(&mut self) -> &mut DriveBoard {
-        self.session.board_mut()
-    }
-
-    /// Virtual time in ns.
-    pub fn now(&self) -> u64 {
-        self.stop.at.0
-    }
-
-    /// Instructions retired so far.
-    pub fn instructions(&self) -> u64 {
-        self.stop.instruction_count
-    }
-
-    /// Restarts so far: when, and whose.
-    pub fn resets(&self) -> Vec<(u64, String)> {
-        let resets = self.session.resets().iter();
-        resets.map(|reset| (reset.at.0, format!("{:?}", reset.cause))).collect()
-    }
-
-    /// Reads memory.
-    ///
-    /// # Errors
-    /// Outside the part's memory.
-    pub fn read(&mut self, address: u64, length: usize) -> Result<Vec<u8>, Error> {
-        (address..)
-            .take(length)
-            .map(|at| Ok(self.host.read(at, Width::W8)? as u8))
-            .collect()
-    }
-
-    /// Reads a stretch of memory by words; `length` is a multiple of four.
-    ///
-    /// # Errors
-    /// Outside the part's memory.
-    pub fn read_block(&mut self, address: u64, length: usize) -> Result<Vec<u8>, Error> {
-        let mut bytes = Vec::with_capacity(length);
-        for at in (address..).step_by(4).take(length / 4) {
-            bytes.extend((self.host.read(at, Width::W32)? as u32).to_le_bytes());
-        }
-        Ok(bytes)
-    }
-
-    /// Reads a word of memory.
-    ///
-    /// # Errors
-    /// Outside the part's memory.
-    pub fn read_word(&mut self, address: u64) -> Result<u32, Error> {
-        Ok(self.host.read(address, Width::W32)? as u32)
-    }
-
-    /// Writes RAM, or changes flash as a programmer would.
-    ///
-    /// # Errors
-    /// Outside the part's memory.
-    pub fn write(&mut self, address: u64, bytes: &[u8]) -> Result<(), Error> {
-        for (at, byte) in (address..).zip(bytes) {
-            let byte = u64::from(*byte);
-            if self.host.write(at, Width::W8, byte).is_err() {
-                self.host.program(at, Width::W8, byte)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Reads a register of a peripheral as the core would.
-    ///
-    /// # Errors
-    /// Where the bus answers no read.
-    pub fn register(&mut self, address: u64) -> Result<u32, Error> {
-        let at = self.stop.at;
-        let word = self.session.mcu().read(at, address, Width::W32);
-        word.map(|word| word as u32)
-            .map_err(|fault| Error::Core(format!("{fault:?}")))
-    }
-
-    /// Bridges as the plant last saw them.
-    pub fn bridges(&mut self) -> [BridgeState; MOTORS] {
-        self.session.board_mut().bridges(self.stop.at)
-    }
-
-    /// Records every arrival at an instruction from now on.
-    pub fn watch(&mut self, address: u64) {
-        self.session.watch(Watch::Instruction(address));
-    }
-
-    /// Takes the recorded arrivals.
-    pub fn take_hits(&mut self) -> Vec<Hit> {
-        std::mem::take(&mut self.state.hits)
-    }
-
-    /// Reads `words` 32-bit words from `address` at every step of the plant from now on.
-    pub fn probe(&mut self, address: u64, words: u64) {
-        self.state.probe = Some(Probe {
-            address,
-            words,
-            samples: Vec::new(),
-        });
-    }
-
-    /// Keeps the instructions retired at each read of the cycle counter from now on.
-    pub fn keep_cycle_reads(&mut self) {
-        self.state.cycle_reads = Some(Vec::new());
-    }
-
-    /// Takes the kept counts, and keeps no more.
-    pub fn take_cycle_reads(&mut self) -> Vec<u64> {
-        self.state.cycle_reads.take().unwrap_or_default()
-    }
-
-    /// Takes what the probe read.
-    pub fn take_probe(&mut self) -> Vec<u32> {
-        self.state
-            .probe
-            .as_mut()
-            .map(|probe| std::mem::take(&mut probe.samples))
-            .unwrap_or_default()
-    }
-
-    /// The log so far, as it came through the probe.
-    ///
-    /// # Errors
-    /// When its buffer is outside the part's memory.
-    pub fn log_bytes(&mut self) -> Result<Vec<u8>, Error> {
-        rtt::drain(self.state.rtt_block, self.host, &mut self.state.log)?;
-        Ok(self.state.log.clone())
-    }
-
-    /// Everything the emulated part could not stand in for.
-    pub fn gaps(&self) -> Vec<Gap> {
-        gaps::of(self.session)
-    }
-
-    /// Pulls the reset pin.
-    pub fn reset_by_pin(&mut self) {
-        let (at, instructions) = (self.stop.at, self.stop.instruction_count);
-        self.session.reset_by_pin(at, instructions, self.host);
-    }
-}
-
-type Task = Box<dyn FnOnce(&mut Stopped<'_>) + Send>;
-
-enum Order {
-    Do(Task),
-    RunUntil(u64),
-    End,
-}
-
-/// The emulator's side of the run.
-struct Conductor {
-    state: State,
-    orders: Receiver<Order>,
-    arrivals: Sender<u64>,
-    target: u64,
-    digest: [u8; 32],
-}
-
-impl Driver<DriveBoard> for Conductor {
-    fn on_settled(&mut self, session: &mut Session<DriveBoard>, _: &mut dyn Host, settled: Settled) {
-        match settled {
-            // A software update event of a timer sets its compare flags in this model while the compare
-            // registers are zero. The part does not, and the firmware's clock would take the flag for half
-            // a period gone by. Taken back here.
-            Settled::Access { access, .. }
-                if access.address == TASK_CLOCK_EVENTS && access.kind == AccessKind::Write =>
-            {
-                let kept = u64::from(u32::MAX) & !COMPARE_FLAGS;
-                let at = access.virtual_time;
-                if let Err(fault) = session.mcu().write(at, TASK_CLOCK_STATUS, Width::W32, kept) {
-                    self.state.failure = Some(Error::Core(format!("{fault:?}")));
-                }
-            }
-            Settled::Access { access, .. } if access.address == CYCLE_COUNTER && access.kind == AccessKind::Read => {
-                if let Some(reads) = &mut self.state.cycle_reads {
-                    reads.push(access.instruction_count);
-                }
-            }
-            Settled::Hit(hit) => self.state.hits.push(Hit {
-                address: hit.address,
-                instructions: hit.instruction_count,
-                at: hit.at.0,
-            }),
-            _ => {}
-        }
-    }
-
-    fn on_stop(&mut self, session: &mut Session<DriveBoard>, stop: Stop, host: &mut dyn Host) -> Option<VirtualNanos> {
-        let now = stop.at.0;
-        if now >= self.state.next_step {
-            self.state.step_plant(now, session, host);
-            self.state.lay_next_step(stop.at, session);
-        }
-        if now >= self.state.next_drain {
-            if let Err(error) = rtt::drain(self.state.rtt_block, host, &mut self.state.log) {
-                self.state.failure = Some(error.into());
-            }
-            self.state.next_drain = now + self.state.settings.log_interval;
-        }
-        while now >= self.target {
-            self.arrivals.send(now).ok()?;
-            // A caller that is gone ends the run as one that says so.
-            loop {
-                match self.orders.recv().unwrap_or(Order::End) {
-                    Order::Do(task) => task(&mut Stopped {
-                        session,
-                        host,
-                        state: &mut self.state,
-                        stop,
-                        digest: &self.digest,
-                    }),
-                    Order::RunUntil(target) => {
-                        self.target = target;
-                        break;
-                    }
-                    Order::End => return None,
-                }
-            }
-        }
-        Some(VirtualNanos(self.target.min(self.state.next_step)))
-    }
-}
-
 /// A firmware running on the board.
 pub struct Emulation {
     orders: Sender<Order>,
-    arrivals: Receiver<u64>,
+    arrivals: Receiver<Arrival>,
     thread: Option<JoinHandle<Result<(), Error>>>,
-    now: u64,
+    arrived: Arrival,
 }
 
 /// A run stood still, from which others go on.
@@ -442,29 +78,14 @@ impl Emulation {
         for (address, bytes) in contents {
             images.push(image::Image::new(firmware.path(), bytes.clone(), Some(*address))?);
         }
-        let state = State {
-            plant,
-            settings,
-            rtt_block: firmware.rtt_block(),
-            stepped_at: 0,
-            next_step: 0,
-            align_at: Some(CLOCK_RUNS_AFTER),
-            resets: 0,
-            next_drain: 0,
-            log: Vec::new(),
-            bridges: [BridgeState::Open; MOTORS],
-            hits: Vec::new(),
-            probe: None,
-            cycle_reads: None,
-            failure: None,
-        };
+        let state = State::new(plant, settings, firmware.rtt_block());
         Self::start(images, state, None)
     }
 
     fn start(images: Vec<image::Image>, state: State, from: Option<&Snapshot>) -> Result<Self, Error> {
         let digest = image::digest(&images, None);
-        let board = Box::new(DriveBoard::new(state.settings.instructions_per_second)?);
-        let first = VirtualNanos(state.settings.plant_interval);
+        let board = Box::new(DriveBoard::new(state.settings().instructions_per_second)?);
+        let first = VirtualNanos(state.settings().plant_interval);
         let mut session = Session::new(board, 0, first).map_err(|error| Error::Core(error.to_string()))?;
         let resume = match from {
             Some(snapshot) => {
@@ -476,27 +97,17 @@ impl Emulation {
         };
         let (orders, orders_taken) = channel();
         let (arrivals, arrivals_taken) = channel();
-        let conductor = Conductor {
-            state,
-            orders: orders_taken,
-            arrivals,
-            target: 0,
-            digest,
-        };
+        let conductor = Conductor::new(state, orders_taken, arrivals, digest);
         let thread = std::thread::spawn(move || {
             let mut start = Start::new(&images);
             start.resume = resume.as_ref();
-            let finished = emulator::run(session, &start, conductor)?;
-            match finished.driver.state.failure {
-                Some(failure) => Err(failure),
-                None => Ok(()),
-            }
+            emulator::run(session, &start, conductor)?.driver.finish()
         });
         let mut emulation = Self {
             orders,
             arrivals: arrivals_taken,
             thread: Some(thread),
-            now: 0,
+            arrived: Arrival::default(),
         };
         emulation.arrive()?;
         Ok(emulation)
@@ -504,7 +115,7 @@ impl Emulation {
 
     /// Virtual time in ns.
     pub fn now(&self) -> u64 {
-        self.now
+        self.arrived.now
     }
 
     /// Runs for a span of virtual time in ns.
@@ -512,7 +123,7 @@ impl Emulation {
     /// # Errors
     /// When the run ends before.
     pub fn run_for(&mut self, span: u64) -> Result<(), Error> {
-        self.run_until(self.now + span)
+        self.run_until(self.now() + span)
     }
 
     /// Runs until an instant in ns.
@@ -550,16 +161,18 @@ impl Emulation {
     /// # Errors
     /// When the run has ended.
     pub fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        let bytes = bytes.to_vec();
-        self.at(move |stopped| stopped.board().wire().send(&bytes))
+        let sent = self.orders.send(Order::Send(bytes.to_vec()));
+        sent.map_err(|_| self.ended())
     }
 
-    /// Takes what came up the host link.
-    ///
-    /// # Errors
-    /// When the run has ended.
-    pub fn receive(&mut self) -> Result<Vec<u8>, Error> {
-        self.at(|stopped| stopped.board().wire().take())
+    /// Takes what had come up the host link when the run came to stand where it does.
+    pub fn receive(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.arrived.received)
+    }
+
+    /// Whether any bridge drove its motor when the run came to stand where it does.
+    pub fn bridges_on(&self) -> bool {
+        self.arrived.bridges_on
     }
 
     /// Keeps the run as it stands.
@@ -568,9 +181,7 @@ impl Emulation {
     /// When a reset is under way.
     pub fn freeze(&mut self) -> Result<Frozen, Error> {
         self.at(|stopped| {
-            let state = stopped.state.fork();
-            let (stop, digest) = (stopped.stop, *stopped.digest);
-            let taken = snapshot::take(stopped.session, stopped.host, stop, &digest, &Nothing {})?;
+            let (taken, state) = stopped.freeze()?;
             // The emulator reads snapshots from files only.
             let name = format!(
                 "board-emulator-{}-{:?}.snap",
@@ -591,8 +202,11 @@ impl Emulation {
 
     fn arrive(&mut self) -> Result<(), Error> {
         match self.arrivals.recv() {
-            Ok(now) => {
-                self.now = now;
+            Ok(mut arrival) => {
+                // Bytes nobody has taken yet come before the new ones.
+                let mut received = self.receive();
+                received.append(&mut arrival.received);
+                self.arrived = Arrival { received, ..arrival };
                 Ok(())
             }
             Err(_) => Err(self.ended()),
@@ -628,13 +242,5 @@ impl Drop for Emulation {
         }
     }
 }
-
-/// What a snapshot keeps of this side of the run: nothing, [`Frozen`] does.
-struct Nothing {}
-rigless::store!(Nothing {
-    values: [],
-    parts: [],
-    built: []
-});
 
 const _: fn(&DriveBoard) -> &'static str = <DriveBoard as Board>::name;

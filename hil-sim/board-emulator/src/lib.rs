@@ -13,20 +13,24 @@ pub mod backend;
 pub mod board;
 mod bridge_timer;
 pub mod build;
+mod conductor;
 pub mod elf;
 mod emulation;
 mod error;
 pub mod flight;
 pub mod gaps;
 pub mod link;
+mod multiplexer;
 mod part;
 pub mod plant;
 mod rtt;
+mod timer;
 pub mod vehicle;
 mod watchdog;
 
 pub use elf::Firmware;
-pub use emulation::{Emulation, Frozen, Hit, Settings, Stopped};
+pub use conductor::{Hit, Stopped};
+pub use emulation::{Emulation, Frozen, Settings};
 pub use error::Error;
 /// An instant of virtual time in ns.
 pub use rigless::time::VirtualNanos as Instant;

@@ -1,32 +1,83 @@
-//! The microcontroller: the emulated STM32H743 with its watchdog, and TIM1 without its wake-ups.
+//! The microcontroller: the emulated STM32H743 with its watchdog, without what this board leaves alone.
+//!
+//! The emulated part offers every change of every request line to every model that might be wired to it, some
+//! hundred thousand times a second here. So the models this firmware never touches are left out (their
+//! registers still stand; a firmware that reached one would show up among the [`crate::gaps`]), and those it
+//! touches hear only what is wired to them on this board.
 
-use rigless::device::{Device, DeviceContext, ErasedDevice, RegisterFile, ResetCause};
+use rigless::device::{DeviceContext, ErasedDevice, RegisterFile, ResetCause};
 use rigless::mcu::Mcu;
 use rigless::soc::stm32h743::Stm32h743;
 use rigless::soc::{Bus, Error};
 use rigless::time::VirtualNanos;
 
 use crate::bridge_timer::BridgeTimer;
+use crate::multiplexer::RequestMultiplexer;
+use crate::plant::MOTORS;
+use crate::timer::Timer;
 use crate::watchdog::Watchdog;
+
+/// Instances left out: those that listen to request lines and that no code of the firmware touches.
+const LEFT_OUT: [&str; 18] = [
+    "TIM6",
+    "TIM7",
+    "TIM8",
+    "TIM12",
+    "TIM13",
+    "TIM14",
+    "TIM15",
+    "TIM16",
+    "TIM17",
+    "SPI2",
+    "SPI3",
+    "SPI5",
+    "SPI6",
+    "BDMA",
+    "DMAMUX2",
+    "ADC2",
+    "ADC3",
+    "ADC3_Common",
+];
+/// Timers of this board's own: the encoders' in the order of the motors, then the tasks' clock.
+const TIMERS: [&str; MOTORS + 1] = ["TIM2", "TIM3", "TIM4", "TIM5"];
+
+/// Which model answers for a slot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Model {
+    /// The part's own.
+    Own,
+    /// None: the registers alone.
+    LeftOut,
+    Watchdog,
+    BridgeTimer,
+    Timer(usize),
+    Multiplexer,
+}
 
 /// The part.
 #[derive(Debug)]
 pub struct Part {
-    /// Everything but the watchdog and TIM1.
+    /// Everything but the models below.
     pub h7: Stm32h743,
     /// TIM1.
     pub bridge_timer: BridgeTimer,
+    /// TIM2 to TIM5.
+    timers: [Timer; TIMERS.len()],
+    /// DMAMUX1.
+    multiplexer: RequestMultiplexer,
     /// IWDG1.
     pub watchdog: Watchdog,
-    watchdog_slot: usize,
+    /// By slot.
+    models: Vec<Model>,
     bridge_timer_slot: usize,
+    timer_slots: [usize; TIMERS.len()],
     link_slot: usize,
 }
 
 rigless::store!(Part {
     values: [watchdog],
-    parts: [h7, bridge_timer],
-    built: [watchdog_slot, bridge_timer_slot, link_slot]
+    parts: [h7, bridge_timer, timers, multiplexer],
+    built: [models, bridge_timer_slot, timer_slots, link_slot]
 });
 
 impl Part {
@@ -36,15 +87,30 @@ impl Part {
     /// When the emulated part's own description is inconsistent.
     pub fn new() -> Result<Self, Error> {
         let h7 = Stm32h743::new()?;
-        let watchdog_slot = h7.bus().slot("IWDG")?;
-        let bridge_timer_slot = h7.bus().slot("TIM1")?;
-        let link_slot = h7.bus().slot("USART3")?;
+        let bus = h7.bus();
+        let mut models = vec![Model::Own; bus.slots().len()];
+        for instance in LEFT_OUT {
+            models[bus.slot(instance)?] = Model::LeftOut;
+        }
+        let bridge_timer_slot = bus.slot("TIM1")?;
+        models[bridge_timer_slot] = Model::BridgeTimer;
+        let mut timer_slots = [0; TIMERS.len()];
+        for (nth, instance) in TIMERS.into_iter().enumerate() {
+            timer_slots[nth] = bus.slot(instance)?;
+            models[timer_slots[nth]] = Model::Timer(nth);
+        }
+        models[bus.slot("DMAMUX1")?] = Model::Multiplexer;
+        models[bus.slot("IWDG")?] = Model::Watchdog;
+        let link_slot = bus.slot("USART3")?;
         Ok(Self {
             h7,
             bridge_timer: BridgeTimer::new(),
+            timers: std::array::from_fn(Timer::new),
+            multiplexer: RequestMultiplexer::new(),
             watchdog: Watchdog::new(),
-            watchdog_slot,
+            models,
             bridge_timer_slot,
+            timer_slots,
             link_slot,
         })
     }
@@ -58,6 +124,17 @@ impl Part {
         let (registers, mut context) = self.h7.bus_mut().drive(at, self.bridge_timer_slot);
         action(&mut self.bridge_timer, registers, &mut context)
     }
+
+    /// Does something with the nth encoder's timer from outside the part, at an instant.
+    pub fn with_encoder_timer<T>(
+        &mut self,
+        at: VirtualNanos,
+        nth: usize,
+        action: impl FnOnce(&mut Timer, &mut RegisterFile, &mut DeviceContext<'_>) -> T,
+    ) -> T {
+        let (registers, mut context) = self.h7.bus_mut().drive(at, self.timer_slots[nth]);
+        action(&mut self.timers[nth], registers, &mut context)
+    }
 }
 
 impl Mcu for Part {
@@ -70,8 +147,12 @@ impl Mcu for Part {
     }
 
     fn reset(&mut self, at: VirtualNanos, cause: ResetCause) {
-        Device::reset(&mut self.watchdog);
-        Device::reset(&mut self.bridge_timer);
+        ErasedDevice::reset(&mut self.watchdog);
+        ErasedDevice::reset(&mut self.bridge_timer);
+        for timer in &mut self.timers {
+            ErasedDevice::reset(timer);
+        }
+        ErasedDevice::reset(&mut self.multiplexer);
         self.h7.reset(at, cause);
     }
 
@@ -86,12 +167,14 @@ impl Mcu for Part {
     }
 
     fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {
-        if slot == self.watchdog_slot {
-            (self.h7.bus_mut(), Some(&mut self.watchdog))
-        } else if slot == self.bridge_timer_slot {
-            (self.h7.bus_mut(), Some(&mut self.bridge_timer))
-        } else {
-            self.h7.split(slot)
-        }
+        let model: &mut dyn ErasedDevice = match self.models.get(slot).copied().unwrap_or(Model::Own) {
+            Model::Own => return self.h7.split(slot),
+            Model::LeftOut => return (self.h7.bus_mut(), None),
+            Model::Watchdog => &mut self.watchdog,
+            Model::BridgeTimer => &mut self.bridge_timer,
+            Model::Timer(nth) => &mut self.timers[nth],
+            Model::Multiplexer => &mut self.multiplexer,
+        };
+        (self.h7.bus_mut(), Some(model))
     }
 }

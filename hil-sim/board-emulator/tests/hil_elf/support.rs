@@ -83,7 +83,7 @@ impl Operator {
     }
 
     pub fn listen(&mut self) {
-        for byte in self.emulation.receive().expect("the wire stands") {
+        for byte in self.emulation.receive() {
             match self.decoder.push(byte) {
                 Received::Nothing => {}
                 Received::Message(BoardMessage::Status(status)) => self.statuses.push(status),
