@@ -1,6 +1,6 @@
 //! The seam to the hardware, beyond what embedded-hal offers: small traits that a board implements.
 //!
-//! The IMUs come in as `embedded_hal_async::spi::SpiDevice`, the link as `embedded_io_async::{Read,
+//! The IMUs come in as `embedded_hal_async::spi::SpiDevice<u16>`, the link as `embedded_io_async::{Read,
 //! Write}`, the parameter flash as `embedded_storage_async::nor_flash::NorFlash`.
 
 use model::sample::{Actuation, MOTORS};

@@ -23,6 +23,8 @@ mod register {
     pub const WHO_AM_I: u8 = 0x75;
     /// First bit of a read.
     pub const READ: u8 = 0x80;
+    /// Words of three axes each of the accelerometer and the gyro, after that of the temperature.
+    pub const DATA_WORDS: usize = 7;
 }
 
 const WHO_AM_I: u8 = 0x47;
@@ -60,13 +62,14 @@ impl<E> From<E> for ImuError<E> {
     }
 }
 
-/// An ICM-42688-P on its SPI device.
+/// An ICM-42688-P on its SPI device, in frames of 16 bits: a register's address and its value are one,
+/// and a burst asks for half the DMA transfers of bytes.
 #[derive(Debug)]
 pub struct Icm42688p<S> {
     spi: S,
 }
 
-impl<S: SpiDevice> Icm42688p<S> {
+impl<S: SpiDevice<u16>> Icm42688p<S> {
     /// The part behind `spi`; not touched yet.
     pub fn new(spi: S) -> Self {
         Self { spi }
@@ -109,45 +112,50 @@ impl<S: SpiDevice> Icm42688p<S> {
     /// # Errors
     /// [`ImuError::Bus`], or [`ImuError::NoData`] while the part has none.
     pub async fn sample(&mut self) -> Result<ImuRaw, ImuError<S::Error>> {
-        let mut frame = [0; 15];
-        frame[0] = register::TEMP_DATA1 | register::READ;
+        // The address takes the first byte, so each word straddles two frames; the last byte is the next
+        // register's.
+        let mut frames = [0; 1 + register::DATA_WORDS];
+        frames[0] = address_frame(register::TEMP_DATA1 | register::READ);
         self.spi
-            .transaction(&mut [Operation::TransferInPlace(&mut frame)])
+            .transaction(&mut [Operation::TransferInPlace(&mut frames)])
             .await?;
-        let [_, t1, t0, data @ ..] = frame;
-        // A part that does not answer leaves the line high or low.
-        if data.iter().all(|byte| *byte == 0xFF) || data.iter().all(|byte| *byte == 0x00) {
-            return Err(ImuError::NoData);
-        }
-        let mut words = [0_i16; 6];
-        for (word, bytes) in words.iter_mut().zip(data.chunks_exact(2)) {
-            if let [high, low] = *bytes {
-                *word = i16::from_be_bytes([high, low]);
+        let mut words = [0_i16; register::DATA_WORDS];
+        for (word, frames) in words.iter_mut().zip(frames.windows(2)) {
+            if let [before, after] = *frames {
+                *word = ((before << 8) | (after >> 8)).cast_signed();
             }
         }
-        if words.contains(&NO_DATA) {
+        let [temperature, data @ ..] = words;
+        // A part that does not answer leaves the line high or low.
+        if data.iter().all(|word| *word == -1) || data.iter().all(|word| *word == 0) || data.contains(&NO_DATA) {
             return Err(ImuError::NoData);
         }
-        let [ax, ay, az, gx, gy, gz] = words;
+        let [ax, ay, az, gx, gy, gz] = data;
         Ok(ImuRaw {
             accel: [ax, ay, az],
             gyro: [gx, gy, gz],
-            temperature: i16::from_be_bytes([t1, t0]),
+            temperature,
         })
     }
 
     async fn read(&mut self, register: u8) -> Result<u8, ImuError<S::Error>> {
-        let mut frame = [register | register::READ, 0];
+        let mut frame = [address_frame(register | register::READ)];
         self.spi
             .transaction(&mut [Operation::TransferInPlace(&mut frame)])
             .await?;
-        Ok(frame[1])
+        let [answer] = frame;
+        Ok(answer.to_be_bytes()[1])
     }
 
     async fn write(&mut self, register: u8, value: u8) -> Result<(), ImuError<S::Error>> {
-        self.spi.write(&[register, value]).await?;
+        self.spi.write(&[address_frame(register) | u16::from(value)]).await?;
         Ok(())
     }
+}
+
+/// A frame that starts with an address.
+fn address_frame(address: u8) -> u16 {
+    u16::from(address) << 8
 }
 
 /// Which IMU a task serves.
@@ -165,7 +173,7 @@ const RESTART_AFTER: u32 = 20;
 const RETRY: Duration = Duration::from_millis(50);
 
 /// Starts the IMU, reads it every tick and publishes the readings; starts it again when it fails.
-pub async fn run<M: RawMutex>(topics: &Topics<M>, place: Place, spi: impl SpiDevice) -> ! {
+pub async fn run<M: RawMutex>(topics: &Topics<M>, place: Place, spi: impl SpiDevice<u16>) -> ! {
     let mut imu = Icm42688p::new(spi);
     let name = match place {
         Place::Chassis => "chassis",
@@ -195,7 +203,7 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, place: Place, spi: impl SpiDev
 }
 
 /// Reads and publishes until the part stops answering.
-async fn serve<M: RawMutex, S: SpiDevice>(topics: &Topics<M>, place: Place, imu: &mut Icm42688p<S>) {
+async fn serve<M: RawMutex, S: SpiDevice<u16>>(topics: &Topics<M>, place: Place, imu: &mut Icm42688p<S>) {
     let topic: &Topic<M, ImuRaw> = match place {
         Place::Chassis => &topics.chassis_imu,
         Place::Spar => &topics.spar_imu,

@@ -2,7 +2,6 @@
 
 use std::num::{NonZeroU32, NonZeroU64};
 
-use rigless::chip::icm42688p::Icm42688p;
 use rigless::device::Level;
 use rigless::machine::{Board, Crystal, Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
@@ -14,6 +13,7 @@ use rigless::soc::stm32h743::peripherals::tim::Channel;
 use rigless::soc::stm32h743::peripherals::{adc, gpio};
 use rigless::time::VirtualNanos;
 
+use crate::imu::Imu;
 use crate::link::Wire;
 use crate::part::Part;
 use crate::plant::{BridgeState, MOTORS, Sensed};
@@ -106,7 +106,7 @@ impl DriveBoard {
                 pin: pin(number),
                 active: Level::Low,
             };
-            h7.spi[bus].attach_selected(Icm42688p::new(), select);
+            h7.spi[bus].attach_selected(Imu::new(), select);
         }
         h7.usart[at::LINK].attach(Wire::default());
         let mut board = Self {
@@ -176,7 +176,7 @@ impl DriveBoard {
         }
         let h7 = &mut self.mcu.h7;
         for (bus, imu) in at::IMU_BUSES.into_iter().zip(&sensed.imus) {
-            if let Some(chip) = h7.spi[bus].chip_mut::<Icm42688p>(0) {
+            if let Some(Imu { chip }) = h7.spi[bus].chip_mut(0) {
                 let [x, y, z] = imu.rate_mdeg_s;
                 chip.set_rate(x, y, z);
                 let [x, y, z] = imu.specific_force_ug;

@@ -19,6 +19,7 @@ mod emulation;
 mod error;
 pub mod flight;
 pub mod gaps;
+mod imu;
 pub mod link;
 mod multiplexer;
 mod part;
@@ -28,8 +29,8 @@ mod timer;
 pub mod vehicle;
 mod watchdog;
 
-pub use elf::Firmware;
 pub use conductor::{Hit, Stopped};
+pub use elf::Firmware;
 pub use emulation::{Emulation, Frozen, Settings};
 pub use error::Error;
 /// An instant of virtual time in ns.

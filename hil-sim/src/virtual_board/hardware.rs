@@ -186,8 +186,8 @@ impl ErrorType for VirtualImu {
     type Error = Infallible;
 }
 
-impl SpiDevice for VirtualImu {
-    async fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
+impl SpiDevice<u16> for VirtualImu {
+    async fn transaction(&mut self, operations: &mut [Operation<'_, u16>]) -> Result<(), Infallible> {
         self.hardware.now(|world| {
             let chip = match self.place {
                 Place::Chassis => Some(world.plant.chassis_imu()),
@@ -197,13 +197,18 @@ impl SpiDevice for VirtualImu {
             if let Some(chip) = &mut chip {
                 chip.select();
             }
-            // A bus without a chip floats high.
-            let mut exchange = |byte: u8| chip.as_mut().map_or(0xFF, |chip| chip.exchange(byte));
+            // A bus without a chip floats high. A frame's high byte goes first.
+            let mut exchange = |frame: u16| {
+                let answered = frame
+                    .to_be_bytes()
+                    .map(|byte| chip.as_mut().map_or(0xFF, |chip| chip.exchange(byte)));
+                u16::from_be_bytes(answered)
+            };
             for operation in operations {
                 match operation {
-                    Operation::Read(bytes) => bytes.iter_mut().for_each(|b| *b = exchange(0)),
-                    Operation::Write(bytes) => bytes.iter().for_each(|b| {
-                        exchange(*b);
+                    Operation::Read(frames) => frames.iter_mut().for_each(|frame| *frame = exchange(0)),
+                    Operation::Write(frames) => frames.iter().for_each(|frame| {
+                        exchange(*frame);
                     }),
                     Operation::Transfer(read, write) => {
                         for i in 0..read.len().max(write.len()) {
@@ -213,7 +218,7 @@ impl SpiDevice for VirtualImu {
                             }
                         }
                     }
-                    Operation::TransferInPlace(bytes) => bytes.iter_mut().for_each(|b| *b = exchange(*b)),
+                    Operation::TransferInPlace(frames) => frames.iter_mut().for_each(|frame| *frame = exchange(*frame)),
                     Operation::DelayNs(_) => {}
                 }
             }
