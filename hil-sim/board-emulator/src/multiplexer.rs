@@ -1,28 +1,72 @@
-//! DMAMUX1, deaf to itself: its own outputs are wired back to it only as synchronisation and trigger inputs,
-//! which no channel of this firmware uses, and it drives most of the part's request lines.
+//! DMAMUX1, reduced to the lines that lead anywhere on this board.
+//!
+//! For each word moved the multiplexer's model drives six changes of lines: its channel's request, an event
+//! and an acknowledge, each up and down. Events lead back to its own synchronisation and trigger inputs, which
+//! no channel of this firmware uses; acknowledges lead to the timers, none of which asks for DMA. Both are kept
+//! off the part's lines here, where every listener would hear of them.
 
-use rigless::device::{Device, DeviceContext, RegisterFile, RequestChange};
-use rigless::soc::stm32h743::peripherals::dmamux::Dmamux1;
+use rigless::device::{Device, DeviceContext, Level, RegisterFile, RequestChange};
+use rigless::mcu::{Bare, Mcu, Operate};
+use rigless::soc::stm32h743::builder;
+use rigless::soc::stm32h743::peripherals::dmamux::{DMAMUX1_FIRST_EVENT, Dmamux1};
+use rigless::soc::Error;
 
 /// Register of the multiplexer's model.
 type Register = <Dmamux1 as Device>::Register;
+
+const INSTANCE: &str = "DMAMUX1";
+/// Position of its only interrupt.
+const OVERRUN: usize = 0;
 
 /// The multiplexer between the peripherals' request lines and the DMA streams.
 #[derive(Debug)]
 pub struct RequestMultiplexer {
     model: Dmamux1,
+    /// A part without models, whose lines the model drives in place of the real part's.
+    lines: Bare,
+    slot: usize,
 }
 
 rigless::store!(RequestMultiplexer {
     values: [],
     parts: [model],
-    built: []
+    built: [lines, slot]
 });
 
 impl RequestMultiplexer {
     /// DMAMUX1, out of reset.
-    pub fn new() -> Self {
-        Self { model: Dmamux1::new() }
+    ///
+    /// # Errors
+    /// When the emulated part's own description is inconsistent.
+    pub fn new() -> Result<Self, Error> {
+        let lines = Bare::new(builder())?;
+        let slot = lines.bus().slot(INSTANCE)?;
+        Ok(Self {
+            model: Dmamux1::new(),
+            lines,
+            slot,
+        })
+    }
+
+    /// Does something with the model, and passes on what it does to lines that lead anywhere.
+    fn call(
+        &mut self,
+        context: &mut DeviceContext<'_>,
+        action: impl FnOnce(&mut Dmamux1, &mut DeviceContext<'_>),
+    ) {
+        let (_, mut own) = self.lines.bus_mut().drive(context.now(), self.slot);
+        action(&mut self.model, &mut own);
+        for change in self.lines.drain_requests() {
+            if change.request < DMAMUX1_FIRST_EVENT {
+                context.request(change.request, change.level);
+            }
+        }
+        for change in self.lines.drain_interrupts() {
+            context.interrupt(OVERRUN, change.level);
+        }
+        for told in self.lines.drain_told() {
+            context.tell(told.register, told.reason);
+        }
     }
 }
 
@@ -30,12 +74,14 @@ impl Device for RequestMultiplexer {
     type Register = Register;
 
     fn write(&mut self, register: Register, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        self.model.write(register, value, file, context);
+        self.call(context, |model, own| model.write(register, value, file, own));
     }
 
     fn on_request(&mut self, request: RequestChange, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        if request.instance != "DMAMUX1" {
-            self.model.on_request(request, file, context);
+        // The end of a controller's acknowledge means nothing, nor does what the multiplexer drives itself.
+        let controller = matches!(request.instance, "DMA1" | "DMA2");
+        if request.instance != INSTANCE && !(controller && request.level == Level::Low) {
+            self.call(context, |model, own| model.on_request(request, file, own));
         }
     }
 
@@ -44,6 +90,6 @@ impl Device for RequestMultiplexer {
     }
 
     fn reset_line(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        self.model.reset_line(file, context);
+        self.call(context, |model, own| model.reset_line(file, own));
     }
 }

@@ -106,7 +106,7 @@ impl Part {
             h7,
             bridge_timer: BridgeTimer::new(),
             timers: std::array::from_fn(Timer::new),
-            multiplexer: RequestMultiplexer::new(),
+            multiplexer: RequestMultiplexer::new()?,
             watchdog: Watchdog::new(),
             models,
             bridge_timer_slot,
