@@ -31,6 +31,9 @@ const CLOCK_RUNS_AFTER: u64 = 20 * MS;
 /// the plant moved with the bridges as the tick before had left them.
 const STEP_BEFORE_TICK: u64 = 20_000;
 
+/// Looks for the caller's next order before the run goes to sleep over it: some tens of microseconds.
+const LOOKS_FOR_ORDERS: u32 = 1000;
+
 /// The core's cycle counter, which the firmware reads between the stages of a tick.
 const CYCLE_COUNTER: u64 = 0xE000_1004;
 
@@ -368,6 +371,19 @@ impl Conductor {
         }
     }
 
+    /// What to do next. The caller is awake and soon asks for more, mostly: looking out for it is cheaper
+    /// than going to sleep and being woken.
+    fn next_order(&self) -> Order {
+        for _ in 0..LOOKS_FOR_ORDERS {
+            if let Ok(order) = self.orders.try_recv() {
+                return order;
+            }
+            std::hint::spin_loop();
+        }
+        // A caller that is gone ends the run as one that says so.
+        self.orders.recv().unwrap_or(Order::End)
+    }
+
     /// How the run went.
     pub(crate) fn finish(self) -> Result<(), Error> {
         match self.state.failure {
@@ -426,9 +442,8 @@ impl Driver<DriveBoard> for Conductor {
                 received: board.wire().take(),
             };
             self.arrivals.send(arrival).ok()?;
-            // A caller that is gone ends the run as one that says so.
             loop {
-                match self.orders.recv().unwrap_or(Order::End) {
+                match self.next_order() {
                     Order::Do(task) => task(&mut Stopped {
                         session,
                         host,
