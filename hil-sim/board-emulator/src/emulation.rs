@@ -53,6 +53,8 @@ pub struct Emulation {
 pub struct Frozen {
     snapshot: Snapshot,
     state: State,
+    /// What had come up the host link and not been taken.
+    received: Vec<u8>,
 }
 
 impl Emulation {
@@ -180,7 +182,8 @@ impl Emulation {
     /// # Errors
     /// When a reset is under way.
     pub fn freeze(&mut self) -> Result<Frozen, Error> {
-        self.at(|stopped| {
+        let received = self.arrived.received.clone();
+        self.at(move |stopped| {
             let (taken, state) = stopped.freeze()?;
             // The emulator reads snapshots from files only.
             let name = format!(
@@ -196,7 +199,11 @@ impl Emulation {
             std::fs::write(&path, &taken.file).map_err(read)?;
             let snapshot = Snapshot::read(&path)?;
             std::fs::remove_file(&path).map_err(read)?;
-            Ok(Frozen { snapshot, state })
+            Ok(Frozen {
+                snapshot,
+                state,
+                received,
+            })
         })?
     }
 
@@ -229,7 +236,10 @@ impl Frozen {
     /// # Errors
     /// When it is not.
     pub fn thaw(&self, firmware: &Firmware) -> Result<Emulation, Error> {
-        Emulation::start(vec![firmware.image().clone()], self.state.fork(), Some(&self.snapshot))
+        let mut emulation = Emulation::start(vec![firmware.image().clone()], self.state.fork(), Some(&self.snapshot))?;
+        // The run has gone on for an instruction to get here.
+        emulation.arrived.received.splice(..0, self.received.iter().copied());
+        Ok(emulation)
     }
 }
 

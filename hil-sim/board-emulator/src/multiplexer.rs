@@ -7,9 +7,9 @@
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile, RequestChange};
 use rigless::mcu::{Bare, Mcu, Operate};
+use rigless::soc::Error;
 use rigless::soc::stm32h743::builder;
 use rigless::soc::stm32h743::peripherals::dmamux::{DMAMUX1_FIRST_EVENT, Dmamux1};
-use rigless::soc::Error;
 
 /// Register of the multiplexer's model.
 type Register = <Dmamux1 as Device>::Register;
@@ -49,11 +49,7 @@ impl RequestMultiplexer {
     }
 
     /// Does something with the model, and passes on what it does to lines that lead anywhere.
-    fn call(
-        &mut self,
-        context: &mut DeviceContext<'_>,
-        action: impl FnOnce(&mut Dmamux1, &mut DeviceContext<'_>),
-    ) {
+    fn call(&mut self, context: &mut DeviceContext<'_>, action: impl FnOnce(&mut Dmamux1, &mut DeviceContext<'_>)) {
         let (_, mut own) = self.lines.bus_mut().drive(context.now(), self.slot);
         action(&mut self.model, &mut own);
         for change in self.lines.drain_requests() {
