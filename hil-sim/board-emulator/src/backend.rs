@@ -22,8 +22,21 @@ impl<'a> EmulatedBackend<'a> {
     /// # Errors
     /// As [`Emulation::power_on`].
     pub fn power_on(firmware: &'a Firmware, plant: Plant, settings: Settings) -> Result<Self, Error> {
+        Self::power_on_with(firmware, plant, settings, &[])
+    }
+
+    /// Powers the board up with more in its flash: addresses and bytes, as an earlier run left them.
+    ///
+    /// # Errors
+    /// As [`Emulation::power_on`].
+    pub fn power_on_with(
+        firmware: &'a Firmware,
+        plant: Plant,
+        settings: Settings,
+        contents: &[(u64, Vec<u8>)],
+    ) -> Result<Self, Error> {
         let vehicle = VehicleAtPins::new(plant);
-        let emulation = Emulation::power_on(firmware, Box::new(vehicle.clone()), settings)?;
+        let emulation = Emulation::power_on_with(firmware, Box::new(vehicle.clone()), settings, contents)?;
         Ok(Self {
             firmware,
             emulation,

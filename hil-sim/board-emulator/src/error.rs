@@ -45,6 +45,9 @@ pub enum Error {
     /// A snapshot could not be taken or read back.
     #[error(transparent)]
     Snapshot(#[from] rigless::snapshot::Error),
+    /// The firmware would not fly this vehicle.
+    #[error("the vehicle: {0}")]
+    Vehicle(String),
     /// The firmware could not be built.
     #[error("building the firmware: {0}")]
     Build(String),

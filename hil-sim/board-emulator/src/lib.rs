@@ -25,6 +25,7 @@ mod multiplexer;
 mod part;
 pub mod plant;
 mod rtt;
+pub mod stored;
 mod timer;
 pub mod vehicle;
 mod watchdog;

@@ -3,8 +3,9 @@
 use std::process::ExitCode;
 
 use board_emulator::backend::EmulatedBackend;
-use board_emulator::{Error, Firmware, Settings, build, flight};
+use board_emulator::{Error, Firmware, Settings, build, flight, stored};
 use clap::Parser;
+use firmware::built_in;
 use hil_sim::cli::drive::{self, Arguments};
 use hil_sim::error::CommandError;
 
@@ -36,9 +37,15 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let record = flight::address(firmware).map_err(|error| input(&error))?;
     drive::run_on(
         arguments,
-        |_, plant| {
-            let mut backend =
-                EmulatedBackend::power_on(firmware, plant, Settings::default()).map_err(|error| other(&error))?;
+        |vehicle, plant| {
+            // The ELF flies the vehicle it was built for, unless its flash holds another.
+            let contents = if vehicle.parameters().cast::<f32>() == built_in::PARAMETERS {
+                Vec::new()
+            } else {
+                vec![stored::set(vehicle).map_err(|error| input(&error))?]
+            };
+            let mut backend = EmulatedBackend::power_on_with(firmware, plant, Settings::default(), &contents)
+                .map_err(|error| other(&error))?;
             let emulation = backend.emulation().map_err(|error| other(&error))?;
             emulation
                 .at(move |stopped| stopped.probe(record, flight::WORDS as u64))

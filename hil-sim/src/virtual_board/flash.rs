@@ -5,6 +5,8 @@ use std::ops::Range;
 use std::rc::Rc;
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use firmware::parameters::ParameterStore;
+use model::vehicle::Vehicle;
 
 /// Bytes of a sector.
 const SECTOR: usize = 128 * 1024;
@@ -29,6 +31,20 @@ impl VirtualFlash {
     /// An erased flash.
     pub fn erased() -> Self {
         Self(Rc::new(RefCell::new(vec![0xFF; 2 * SECTOR])))
+    }
+
+    /// A flash whose newest stored set is `vehicle`; `None` if it does not fit.
+    pub fn holding(vehicle: &Vehicle<f32>) -> Option<Self> {
+        let flash = Self::erased();
+        let mut store = ParameterStore::new(flash.clone()).ok()?;
+        // The virtual flash never waits.
+        futures_executor::block_on(store.store(vehicle)).ok()?;
+        Some(flash)
+    }
+
+    /// The contents from the start.
+    pub fn contents(&self) -> Vec<u8> {
+        self.0.borrow().clone()
     }
 
     /// Overwrites the contents from the start, as a fault or another firmware would.

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use board_emulator::backend::EmulatedBackend;
-use board_emulator::{Settings, gaps};
+use board_emulator::{Settings, gaps, stored};
 use firmware::built_in;
 use hil_sim::plant::Plant;
 use hil_sim::scenario::trace::Row;
@@ -99,6 +99,43 @@ fn the_slope_drive_is_the_virtual_boards() {
     assert!(peak(&speed) < SPEED_PEAK_M_S && rms(&speed) < SPEED_RMS_M_S);
     assert!(peak(&phi) < PHI_PEAK_RAD && rms(&phi) < PHI_RMS_RAD);
     assert!(peak(&position) < POSITION_PEAK_M);
+}
+
+/// A vehicle with larger wheels, which the flash tells the firmware of: its odometry is the plant's.
+#[test]
+fn a_vehicle_laid_into_the_flash_is_the_one_flown() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenarios/emergency-stop.toml");
+    let mut scenario = Scenario::read(&path).expect("the scenario is valid");
+    // Up to driving at speed.
+    scenario.duration_s = 7.0;
+    scenario.steps.retain(|step| step.at_s < scenario.duration_s);
+    let mut parameters = built_in::PARAMETERS.cast::<f64>();
+    parameters.body.wheel_radius_m *= 1.08;
+    let vehicle = Vehicle::new(parameters).expect("a consistent vehicle");
+    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
+    let contents = [stored::set(&vehicle).expect("a vehicle of the firmware's kind")];
+    let mut backend =
+        EmulatedBackend::power_on_with(firmware(), plant, Settings::default(), &contents).expect("the board powers up");
+    let outcome = scenario::run(&scenario, &mut backend, |_| {});
+    assert!(
+        outcome.log.iter().any(|line| line.ends_with("parameters: stored set")),
+        "{:#?}",
+        outcome.log
+    );
+    let last = outcome.trace.rows.last().expect("a trace");
+    let (told, truth) = (f64::from(last.status.speed_m_s), last.truth.speed_m_s);
+    println!("{told:.4} m/s told, {truth:.4} m/s driven");
+    assert!((0.8..1.2).contains(&truth), "{truth}");
+    assert!((told / truth - 1.0).abs() < 0.01, "{told} told, {truth} driven");
+}
+
+#[test]
+fn a_vehicle_of_another_kind_is_refused() {
+    let mut parameters = built_in::PARAMETERS.cast::<f64>();
+    parameters.camera = None;
+    let vehicle = Vehicle::new(parameters).expect("a vehicle without a spar");
+    let refused = stored::set(&vehicle).expect_err("the firmware has a spar");
+    assert!(refused.to_string().contains("camera spar"), "{refused}");
 }
 
 fn peak(values: &[f64]) -> f64 {

@@ -23,11 +23,16 @@ fn bridges(emulation: &mut Emulation) -> [BridgeState; 3] {
 
 /// Puts an endless loop at the start of a function of the firmware, and gives back what was there.
 fn hang(emulation: &mut Emulation, function: &str) -> (u64, Vec<u8>) {
+    patch(emulation, function, ENDLESS_LOOP)
+}
+
+/// Puts an instruction at the start of a function of the firmware; its address, and what was there.
+fn patch(emulation: &mut Emulation, function: &str, instruction: [u8; 2]) -> (u64, Vec<u8>) {
     let address = firmware().symbol(function).expect("the firmware has it").0 & !1;
     let before = emulation
         .at(move |stopped| {
-            let before = stopped.read(address, ENDLESS_LOOP.len())?;
-            stopped.write(address, &ENDLESS_LOOP)?;
+            let before = stopped.read(address, instruction.len())?;
+            stopped.write(address, &instruction)?;
             Ok::<_, board_emulator::Error>(before)
         })
         .expect("it runs")
@@ -155,6 +160,59 @@ fn a_part_that_hangs_while_driving_is_safe_within_40_ms() {
     let opened = first_open(&mut board, hung_at, 60 * MS, MS / 4);
     println!("bridges open {} us after the hang", (opened - hung_at) / US);
     assert!(opened - hung_at <= 40 * MS);
+}
+
+/// Thumb `udf #0`: a fault.
+const UNDEFINED: [u8; 2] = [0x00, 0xDE];
+
+/// An instruction no core has, met while driving: bridges open at once, and the next run tells of it.
+#[test]
+fn a_fault_opens_the_bridges_and_its_message_outlives_the_reset() {
+    let mut board = ready();
+    board.arm();
+    let faulted_at = board.emulation.now();
+    let (address, before) = patch(&mut board.emulation, "TIM5", UNDEFINED);
+    // The clock's next interrupt is a tick away at most.
+    let opened = first_open(&mut board, faulted_at, 5 * MS, 20 * US);
+    println!("bridges open {} us after the patch", (opened - faulted_at) / US);
+    assert!(opened - faulted_at <= 1100 * US);
+    // Then the message is written, and the part resets itself.
+    let mut resets = Vec::new();
+    while resets.is_empty() && board.emulation.now() < opened + 5 * MS {
+        board.emulation.run_for(100 * US).expect("it runs");
+        resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
+    }
+    let [(_, cause)] = resets.as_slice() else {
+        panic!("one reset: {resets:?}");
+    };
+    assert!(cause.contains("Core"), "{cause}");
+    board
+        .emulation
+        .at(move |stopped| stopped.write(address, &before))
+        .expect("it runs")
+        .expect("flash can be patched");
+
+    for _ in 0..100 {
+        board.emulation.run_for(10 * MS).expect("it runs");
+        assert!(open(bridges(&mut board.emulation)));
+    }
+    let log = board.log();
+    let told = format!("the run before ended: hard fault at {address:#010x}");
+    assert!(log.iter().any(|line| line.contains(&told)), "{told}: {log:#?}");
+    assert!(log.iter().any(|line| line.contains("reset by software")), "{log:#?}");
+    assert!(log.iter().any(|line| line.contains("self-check done")), "{log:#?}");
+
+    // Told once: the run after the next reset had no such end.
+    let lines = log.len();
+    board.emulation.at(|stopped| stopped.reset_by_pin()).expect("it runs");
+    board.run(500);
+    let log = board.log();
+    assert!(log.len() > lines, "{log:#?}");
+    let again = log
+        .iter()
+        .skip(lines)
+        .find(|line| line.contains("the run before ended"));
+    assert_eq!(again, None);
 }
 
 /// Runs in steps until the bridges are open; the instant at which they were seen so.
