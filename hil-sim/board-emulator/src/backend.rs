@@ -1,7 +1,9 @@
 //! Scenarios on the emulated board: the same files, operator, trace and metrics as on the virtual one.
 
+use std::sync::mpsc::channel;
+
 use hil_sim::plant::Plant;
-use hil_sim::scenario::Backend;
+use hil_sim::scenario::{Backend, Observation};
 
 use crate::vehicle::VehicleAtPins;
 use crate::{Emulation, Error, Firmware, Settings};
@@ -71,18 +73,27 @@ impl Backend for EmulatedBackend<'_> {
         self.emulation.now() / 1000
     }
 
-    fn run_until(&mut self, until_us: u64) {
-        let result = self.emulation.run_until(until_us * 1000);
+    fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation)) {
+        let vehicle = self.vehicle.clone();
+        let (seen, observations) = channel();
+        let instants = instants_us.iter().map(|instant_us| instant_us * 1000);
+        let result = self.emulation.run_through(instants, move |stopped| {
+            let observation = Observation {
+                now_us: stopped.now() / 1000,
+                truth: vehicle.plant().truth(),
+                bridges_on: stopped.bridges().iter().any(|bridge| bridge.duty().is_some()),
+                received: stopped.receive(),
+            };
+            // Taken up below, as long as there is someone to.
+            let _ = seen.send(observation);
+        });
         self.told(result);
+        observations.try_iter().for_each(observe);
     }
 
     fn send(&mut self, bytes: &[u8]) {
         let result = self.emulation.send(bytes);
         self.told(result);
-    }
-
-    fn receive(&mut self) -> Vec<u8> {
-        self.emulation.receive()
     }
 
     fn plant(&mut self, act: &mut dyn FnMut(&mut Plant)) {
@@ -95,10 +106,6 @@ impl Backend for EmulatedBackend<'_> {
             stopped.board().set_stop(now, pressed);
         });
         self.told(result);
-    }
-
-    fn bridges_on(&mut self) -> bool {
-        self.emulation.bridges_on()
     }
 
     fn log(&mut self) -> Vec<String> {

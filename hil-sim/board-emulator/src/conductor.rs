@@ -1,9 +1,10 @@
 //! The emulator's side of a run: steps the plant, drains the log, and does what it is told where the run
 //! stands.
 
+use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, Sender};
 
-use rigless::emulator::{AccessKind, Driver, Host, Settled, Stop, Watch};
+use rigless::emulator::{self, AccessKind, Driver, Host, Settled, Stop};
 use rigless::mcu::Operate;
 use rigless::session::Session;
 use rigless::snapshot;
@@ -30,9 +31,6 @@ const CLOCK_RUNS_AFTER: u64 = 20 * MS;
 /// How long before the firmware's tick the plant is stepped, so that the tick senses what just was, and
 /// the plant moved with the bridges as the tick before had left them.
 const STEP_BEFORE_TICK: u64 = 20_000;
-
-/// Looks for the caller's next order before the run goes to sleep over it: some tens of microseconds.
-const LOOKS_FOR_ORDERS: u32 = 1000;
 
 /// The core's cycle counter, which the firmware reads between the stages of a tick.
 const CYCLE_COUNTER: u64 = 0xE000_1004;
@@ -262,9 +260,14 @@ impl Stopped<'_> {
         self.session.board_mut().bridges(self.stop.at)
     }
 
+    /// Takes what came up the host link.
+    pub fn receive(&mut self) -> Vec<u8> {
+        self.board().wire().take()
+    }
+
     /// Records every arrival at an instruction from now on.
     pub fn watch(&mut self, address: u64) {
-        self.session.watch(Watch::Instruction(address));
+        self.session.watch(emulator::Watch::Instruction(address));
     }
 
     /// Takes the recorded arrivals.
@@ -330,23 +333,24 @@ impl Stopped<'_> {
 /// Something to do where the run stands.
 pub(crate) type Task = Box<dyn FnOnce(&mut Stopped<'_>) + Send>;
 
+/// Something to do at each instant that a run passes through.
+pub(crate) type Watch = Box<dyn FnMut(&mut Stopped<'_>) + Send>;
+
 /// What the caller may ask of a run that stands still.
 pub(crate) enum Order {
     Do(Task),
     /// Bytes down the host link.
     Send(Vec<u8>),
-    RunUntil(u64),
+    /// On through instants in ns and in order, doing something at each.
+    Run(VecDeque<u64>, Watch),
     End,
 }
 
-/// What the caller hears when the run has come as far as it asked. All of it at once: each exchange wakes
-/// a thread, which costs as much as a good part of a simulated millisecond.
+/// What the caller hears when the run has come as far as it asked.
 #[derive(Debug, Default)]
 pub(crate) struct Arrival {
     /// Virtual time in ns.
     pub(crate) now: u64,
-    /// Whether any bridge drives its motor.
-    pub(crate) bridges_on: bool,
     /// What came up the host link since the last arrival.
     pub(crate) received: Vec<u8>,
 }
@@ -356,7 +360,9 @@ pub(crate) struct Conductor {
     state: State,
     orders: Receiver<Order>,
     arrivals: Sender<Arrival>,
-    target: u64,
+    /// Instants still to run through, and what to do at each.
+    instants: VecDeque<u64>,
+    watch: Watch,
     digest: [u8; 32],
 }
 
@@ -366,22 +372,10 @@ impl Conductor {
             state,
             orders,
             arrivals,
-            target: 0,
+            instants: VecDeque::new(),
+            watch: Box::new(|_| {}),
             digest,
         }
-    }
-
-    /// What to do next. The caller is awake and soon asks for more, mostly: looking out for it is cheaper
-    /// than going to sleep and being woken.
-    fn next_order(&self) -> Order {
-        for _ in 0..LOOKS_FOR_ORDERS {
-            if let Ok(order) = self.orders.try_recv() {
-                return order;
-            }
-            std::hint::spin_loop();
-        }
-        // A caller that is gone ends the run as one that says so.
-        self.orders.recv().unwrap_or(Order::End)
     }
 
     /// How the run went.
@@ -434,16 +428,27 @@ impl Driver<DriveBoard> for Conductor {
             }
             self.state.next_drain = now + self.state.settings.log_interval;
         }
-        while now >= self.target {
-            let board = session.board_mut();
-            let arrival = Arrival {
-                now,
-                bridges_on: board.bridges(stop.at).iter().any(|bridge| bridge.duty().is_some()),
-                received: board.wire().take(),
-            };
-            self.arrivals.send(arrival).ok()?;
-            loop {
-                match self.next_order() {
+        loop {
+            match self.instants.front() {
+                Some(&instant) if now < instant => return Some(VirtualNanos(instant.min(self.state.next_step))),
+                Some(_) => {
+                    self.instants.pop_front();
+                    (self.watch)(&mut Stopped {
+                        session,
+                        host,
+                        state: &mut self.state,
+                        stop,
+                        digest: &self.digest,
+                    });
+                    continue;
+                }
+                None => {}
+            }
+            let received = session.board_mut().wire().take();
+            self.arrivals.send(Arrival { now, received }).ok()?;
+            while self.instants.is_empty() {
+                // A caller that is gone ends the run as one that says so.
+                match self.orders.recv().unwrap_or(Order::End) {
                     Order::Do(task) => task(&mut Stopped {
                         session,
                         host,
@@ -452,15 +457,16 @@ impl Driver<DriveBoard> for Conductor {
                         digest: &self.digest,
                     }),
                     Order::Send(bytes) => session.board_mut().wire().send(&bytes),
-                    Order::RunUntil(target) => {
-                        self.target = target;
+                    Order::Run(instants, watch) => {
+                        self.instants = instants;
+                        self.watch = watch;
+                        // Nowhere to go is arrived.
                         break;
                     }
                     Order::End => return None,
                 }
             }
         }
-        Some(VirtualNanos(self.target.min(self.state.next_step)))
     }
 }
 

@@ -2,25 +2,34 @@
 
 use model::vehicle::Vehicle;
 
-use crate::plant::Plant;
+use crate::plant::{Plant, Truth};
 use crate::virtual_board::{VirtualBoard, VirtualBoardError};
+
+/// A board and its vehicle at an instant, from outside.
+#[derive(Debug, Clone, Default)]
+pub struct Observation {
+    /// Time since boot, us.
+    pub now_us: u64,
+    /// The vehicle as it is.
+    pub truth: Truth,
+    /// Whether any bridge drives its motor.
+    pub bridges_on: bool,
+    /// Bytes that the board has sent since the observation before.
+    pub received: Vec<u8>,
+}
 
 /// A board with its vehicle in virtual time.
 pub trait Backend {
     /// Time since boot, us.
     fn now_us(&self) -> u64;
-    /// Runs until `until_us` since boot.
-    fn run_until(&mut self, until_us: u64);
+    /// Runs through instants since boot, in us and in order, and is observed at each.
+    fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation));
     /// Sends bytes to the board's link.
     fn send(&mut self, bytes: &[u8]);
-    /// Takes the bytes that the board has sent.
-    fn receive(&mut self) -> Vec<u8>;
     /// Does something with the plant as it is now.
     fn plant(&mut self, act: &mut dyn FnMut(&mut Plant));
     /// Presses or releases the emergency stop.
     fn set_emergency_stop(&mut self, pressed: bool);
-    /// Whether any bridge drives its motor.
-    fn bridges_on(&mut self) -> bool;
     /// Takes the log lines since the last call.
     fn log(&mut self) -> Vec<String>;
 }
@@ -46,16 +55,21 @@ impl Backend for VirtualBackend {
         self.board.now_us()
     }
 
-    fn run_until(&mut self, until_us: u64) {
-        self.board.run_until(until_us);
+    fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation)) {
+        for &instant_us in instants_us {
+            self.board.run_until(instant_us);
+            let received = self.board.receive();
+            observe(self.board.world(|world| Observation {
+                now_us: instant_us,
+                truth: world.plant.truth(),
+                bridges_on: world.bridges_on(),
+                received,
+            }));
+        }
     }
 
     fn send(&mut self, bytes: &[u8]) {
         self.board.send(bytes);
-    }
-
-    fn receive(&mut self) -> Vec<u8> {
-        self.board.receive()
     }
 
     fn plant(&mut self, act: &mut dyn FnMut(&mut Plant)) {
@@ -69,10 +83,6 @@ impl Backend for VirtualBackend {
                 world.trip();
             }
         });
-    }
-
-    fn bridges_on(&mut self) -> bool {
-        self.board.world(|world| world.bridges_on())
     }
 
     fn log(&mut self) -> Vec<String> {

@@ -11,7 +11,7 @@ pub mod report;
 pub mod run;
 pub mod trace;
 
-pub use backend::{Backend, VirtualBackend};
+pub use backend::{Backend, Observation, VirtualBackend};
 pub use file::{Action, Scenario, ScenarioError, Step};
 pub use metrics::{Check, MetricValue, evaluate};
 pub use run::{Outcome, run};

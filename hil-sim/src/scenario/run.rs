@@ -4,8 +4,8 @@ use firmware::link::message::HostMessage;
 use model::sample::Motor;
 use model::supervise::arming::{Mode, Request};
 
-use super::Backend;
-use super::file::{Action, Scenario, Sensor};
+use super::backend::{Backend, Observation};
+use super::file::{Action, Scenario, Sensor, Step};
 use super::trace::{Row, Trace};
 use crate::link_client::LinkClient;
 use crate::plant::fault::SensorFault;
@@ -44,8 +44,6 @@ struct Script<'a> {
 
 /// Runs `scenario`; `progress` is called with the milliseconds done.
 pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl FnMut(u64)) -> Outcome {
-    let mut outcome = Outcome::default();
-    let mut client = LinkClient::default();
     let mut script = Script {
         scenario,
         next: 0,
@@ -53,54 +51,95 @@ pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl Fn
         noise: Noise::new(scenario.seed, LINK_NOISE_STREAM),
         pressed_at_ms: None,
     };
+    let mut observer = Observer::default();
     let start_us = backend.now_us();
     let mut chocked = scenario.chocked_until_armed;
     if chocked {
         backend.plant(&mut |plant| plant.set_chocked(true));
     }
-    // The truth of the last ticks, by time: a state tells of a tick that is some milliseconds old.
-    let mut truths: Vec<(u64, Truth)> = Vec::new();
-    let mut commanded = [0.0, 0.0];
     let end_ms = (scenario.duration_s * 1000.0).round() as u64;
-    let mut last_tick = None;
-    for ms in 0..end_ms {
+    let mut ms = 0;
+    while ms < end_ms {
         script.events(ms, backend);
         if ms % COMMAND_PERIOD_MS == 0
             && let Some([speed_m_s, yaw_rate_rad_s]) = script.command
         {
-            commanded = [speed_m_s, yaw_rate_rad_s];
+            observer.commanded = [speed_m_s, yaw_rate_rad_s];
             let message = HostMessage::Drive {
                 speed_m_s: speed_m_s as f32,
                 yaw_rate_rad_s: yaw_rate_rad_s as f32,
             };
             backend.send(&LinkClient::encode(&message));
         }
-        backend.run_until(start_us + (ms + 1) * 1000);
-        let mut truth = Truth::default();
-        backend.plant(&mut |plant: &mut Plant| truth = plant.truth());
-        truths.push((backend.now_us(), truth));
-        if truths.len() > 64 {
-            truths.drain(..32);
+        // Until the operator does something again; while there are chocks to pull, he looks every time.
+        let until_ms = if chocked {
+            ms + 1
+        } else {
+            script.idle_until(ms).min(end_ms)
+        };
+        let instants: Vec<u64> = (ms + 1..=until_ms).map(|ms| start_us + ms * 1000).collect();
+        backend.run_through(&instants, &mut |observation| {
+            observer.observe(ms, observation, &script);
+            ms += 1;
+            progress(ms);
+        });
+        // A back end that cannot go on observes nothing more.
+        ms = until_ms;
+        if chocked && observer.mode.is_some_and(|mode| mode != Mode::Disarmed) {
+            chocked = false;
+            backend.plant(&mut |plant| plant.set_chocked(false));
         }
-        let bridges_on = backend.bridges_on();
-        client.receive(&backend.receive());
+    }
+    let mut outcome = observer.outcome;
+    outcome.bad_frames = observer.client.bad_frames;
+    outcome.log = backend.log();
+    outcome
+}
+
+/// Who watches the run.
+#[derive(Debug, Default)]
+struct Observer {
+    outcome: Outcome,
+    client: LinkClient,
+    /// The last command sent.
+    commanded: [f64; 2],
+    /// The truth of the last ticks, by time: a state tells of a tick that is some milliseconds old.
+    truths: Vec<(u64, Truth)>,
+    last_tick: Option<u32>,
+    /// As the vehicle last reported.
+    mode: Option<Mode>,
+}
+
+impl Observer {
+    /// Takes in what was seen at the end of millisecond `ms`.
+    fn observe(&mut self, ms: u64, observation: Observation, script: &Script<'_>) {
+        let Observation {
+            now_us,
+            truth,
+            bridges_on,
+            received,
+        } = observation;
+        self.truths.push((now_us, truth));
+        if self.truths.len() > 64 {
+            self.truths.drain(..32);
+        }
+        self.client.receive(&received);
+        let outcome = &mut self.outcome;
         if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, outcome.emergency_stop_ms) {
             outcome.emergency_stop_ms = Some(ms - pressed);
         }
-        if let Some(status) = client.status.take()
-            && last_tick != Some(status.tick)
+        if let Some(status) = self.client.status.take()
+            && self.last_tick != Some(status.tick)
         {
-            last_tick = Some(status.tick);
-            if chocked && status.mode != Mode::Disarmed {
-                chocked = false;
-                backend.plant(&mut |plant| plant.set_chocked(false));
-            }
-            let truth = truths
+            self.last_tick = Some(status.tick);
+            self.mode = Some(status.mode);
+            let truth = self
+                .truths
                 .iter()
                 .min_by_key(|(us, _)| us.abs_diff(status.time_us))
                 .map_or(truth, |(_, truth)| *truth);
             outcome.trace.rows.push(Row {
-                commanded,
+                commanded: self.commanded,
                 status,
                 truth,
                 bridges_on,
@@ -116,11 +155,7 @@ pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl Fn
         if bridges_on && !armed_since && script.arm_requested() != Some(true) {
             outcome.unarmed_drive_ms += 1;
         }
-        progress(ms + 1);
     }
-    outcome.bad_frames = client.bad_frames;
-    outcome.log = backend.log();
-    outcome
 }
 
 impl Script<'_> {
@@ -136,9 +171,16 @@ impl Script<'_> {
             })
     }
 
+    /// The next millisecond after `ms` at which the operator or the world does something.
+    fn idle_until(&self, ms: u64) -> u64 {
+        let command = (ms / COMMAND_PERIOD_MS + 1) * COMMAND_PERIOD_MS;
+        let step = self.scenario.steps.get(self.next).map_or(u64::MAX, at_ms);
+        command.min(step).max(ms + 1)
+    }
+
     fn events(&mut self, ms: u64, backend: &mut dyn Backend) {
         while let Some(step) = self.scenario.steps.get(self.next)
-            && (step.at_s * 1000.0).round() as u64 <= ms
+            && at_ms(step) <= ms
         {
             self.next += 1;
             self.act(&step.action, ms, backend);
@@ -178,6 +220,11 @@ impl Script<'_> {
             Action::Chocks { chocked } => backend.plant(&mut |plant| plant.set_chocked(chocked)),
         }
     }
+}
+
+/// The millisecond in which a step happens.
+fn at_ms(step: &Step) -> u64 {
+    (step.at_s * 1000.0).round() as u64
 }
 
 fn set_fault(plant: &mut Plant, sensor: Sensor, fault: SensorFault) {
