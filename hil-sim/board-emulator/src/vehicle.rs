@@ -2,23 +2,12 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use hil_sim::plant::icm42688p::Icm42688p;
+use hil_sim::plant::icm42688p::{Icm42688p, registers as register};
 use hil_sim::plant::{self, Plant};
 use model::sample::{Motor, imu_scale};
 
 use crate::plant::{BridgeState, ClosedPlant, ImuSensed, MOTORS, Sensed};
 
-/// Registers of the plant's own IMU model, used here only to read out what its sensor measures.
-mod register {
-    pub const TEMP_DATA1: u8 = 0x1D;
-    pub const PWR_MGMT0: u8 = 0x4E;
-    pub const GYRO_CONFIG0: u8 = 0x4F;
-    pub const ACCEL_CONFIG0: u8 = 0x50;
-    pub const WHO_AM_I: u8 = 0x75;
-    pub const READ: u8 = 0x80;
-}
-
-const WHO_AM_I: u8 = 0x47;
 /// Both sensors on; ranges of the firmware at 1 kHz.
 const SETTINGS: [(u8, u8); 3] = [
     (register::GYRO_CONFIG0, 0x26),
@@ -72,7 +61,7 @@ impl ClosedPlant for VehicleAtPins {
                 silent: true,
                 ..ImuSensed::default()
             },
-            sensed,
+            |imu| sensed(imu),
         );
         Sensed {
             encoder_counts,
@@ -93,25 +82,19 @@ fn millivolts(count: u16) -> u32 {
 }
 
 /// Reads the sensor behind the plant's IMU out, in the units in which the emulator's IMU is told.
-fn sensed(imu: &mut Icm42688p) -> ImuSensed {
-    let mut who = [register::WHO_AM_I | register::READ, 0];
-    imu.transfer(&mut who);
-    if who[1] != WHO_AM_I {
+fn sensed(imu: &Icm42688p) -> ImuSensed {
+    let Some([_, accel @ .., gx, gy, gz]) = imu.data() else {
         return ImuSensed {
             silent: true,
             ..ImuSensed::default()
         };
-    }
-    let mut burst = [0; 15];
-    burst[0] = register::TEMP_DATA1 | register::READ;
-    imu.transfer(&mut burst);
-    let word = |n: usize| f64::from(i16::from_be_bytes([burst[n], burst[n + 1]]));
-    let scaled = |n: usize, unit: f64| (word(n) * unit).round() as i32;
+    };
+    let scaled = |words: [i16; 3], unit: f64| words.map(|word| (f64::from(word) * unit).round() as i32);
     let g = 1e6 / f64::from(imu_scale::ACCEL_LSB_PER_G);
     let rate = 1e3 / f64::from(imu_scale::GYRO_LSB_PER_DEG_S);
     ImuSensed {
         silent: false,
-        specific_force_ug: [scaled(3, g), scaled(5, g), scaled(7, g)],
-        rate_mdeg_s: [scaled(9, rate), scaled(11, rate), scaled(13, rate)],
+        specific_force_ug: scaled(accel, g),
+        rate_mdeg_s: scaled([gx, gy, gz], rate),
     }
 }

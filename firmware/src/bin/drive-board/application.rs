@@ -83,6 +83,8 @@ async fn imu_task(place: Place, device: Imu) {
     imu::run(&TOPICS, place, device).await;
 }
 
+// Moved once, at start-up, into the task's own storage.
+#[allow(clippy::large_types_passed_by_value)]
 #[embassy_executor::task]
 async fn drive_task(core: VehicleCore, hardware: BoardDrive) {
     drive::run(&TOPICS, core, hardware).await;

@@ -105,6 +105,12 @@ impl Icm42688p {
         &self.sensor
     }
 
+    /// Temperature, accelerometer and gyro as the data registers hold them; `None` while the part does not
+    /// answer.
+    pub fn data(&self) -> Option<[i16; 7]> {
+        (!self.dead()).then(|| self.words())
+    }
+
     /// Level of INT1 as the drive board uses it (data ready, cleared by reading INT_STATUS).
     pub fn data_ready(&self) -> bool {
         self.get(0, reg::INT_STATUS) & reg::INT_STATUS_DATA_READY != 0 && !self.dead()

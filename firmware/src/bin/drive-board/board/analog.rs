@@ -72,7 +72,7 @@ impl AnalogSequence {
     }
 
     /// Ends a sequence whose reader was dropped before its end, and empties the converter's FIFO.
-    fn settle(&mut self) {
+    fn settle() {
         if REGISTERS.cr().read().adstart() {
             REGISTERS.cr().modify(|w| w.set_adstp(Adstp::STOP));
             while REGISTERS.cr().read().adstart() {}
@@ -92,7 +92,7 @@ impl AnalogInputs for AnalogSequence {
     type Error = Overrun;
 
     async fn read(&mut self) -> Result<AnalogReading, Overrun> {
-        self.settle();
+        Self::settle();
         let data = REGISTERS.dr().as_ptr().cast::<u16>();
         // SAFETY: the buffer lives in `self`, which this future borrows; dropping the transfer stops the
         // stream. `self` stands in a task's static storage, which the DMA reaches.

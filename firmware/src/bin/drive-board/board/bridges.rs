@@ -25,7 +25,7 @@ const PWM_HZ: u32 = 20_000;
 /// Timer counts in one PWM period.
 const PERIOD_COUNTS: u32 = TIMER_HZ / PWM_HZ;
 /// Zero volts.
-const CENTRE_COUNTS: i32 = (PERIOD_COUNTS / 2) as i32;
+const CENTRE_COUNTS: i32 = (PERIOD_COUNTS / 2).cast_signed();
 /// 500 ns at [`TIMER_HZ`]: longer than a power MOSFET takes to turn off.
 const DEAD_TIME_COUNTS: u8 = 100;
 

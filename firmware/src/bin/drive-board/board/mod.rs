@@ -206,10 +206,11 @@ impl Board {
 
 /// Both edges of both channels count, and a pull-up holds an unplugged encoder still.
 fn encoder_config() -> qei::Config {
-    let mut config = qei::Config::default();
-    config.ch1_pull = Pull::Up;
-    config.ch2_pull = Pull::Up;
-    config
+    qei::Config {
+        ch1_pull: Pull::Up,
+        ch2_pull: Pull::Up,
+        ..qei::Config::default()
+    }
 }
 
 /// The IMU samples on the clock's second edge, with the clock idle high.
