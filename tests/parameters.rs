@@ -117,6 +117,32 @@ fn bad_values_are_refused_with_their_range_and_nothing_changes() {
 }
 
 #[test]
+fn gains_that_do_not_hold_the_spar_are_not_stored() {
+    let vehicle = reference();
+    let gain = number(vehicle.parameters(), "camera", "spar_gain");
+    let mut bench = Bench::new(6);
+    bench.run(1000);
+    // As (7.21) prints it (erratum E28).
+    let printed = ParameterRequest::Write {
+        number: gain,
+        value: 92.06,
+    };
+    assert!(matches!(
+        ask(&mut bench, printed),
+        ParameterAnswer::Value { value, .. } if value == 92.06
+    ));
+    assert_eq!(
+        ask(&mut bench, ParameterRequest::Store),
+        ParameterAnswer::Inconsistent { number: gain }
+    );
+    assert_eq!(
+        ask(&mut bench, ParameterRequest::Defaults),
+        ParameterAnswer::DefaultsReady
+    );
+    assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Stored);
+}
+
+#[test]
 fn nothing_is_stored_while_armed() {
     let mut bench = Bench::armed(4);
     assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Armed);

@@ -6,6 +6,9 @@ use std::path::Path;
 use hil_sim::plant::Plant;
 use hil_sim::scenario::{self, Outcome, Scenario, VirtualBackend, evaluate};
 
+use hil_sim::analysis::lqr::{Weights, regulator};
+use model::vehicle::{ParameterError, Vehicle};
+
 mod support;
 use support::reference;
 
@@ -13,12 +16,16 @@ const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/scenarios");
 
 fn run(name: &str) -> (Scenario, Outcome) {
     let scenario = Scenario::read(&Path::new(FOLDER).join(format!("{name}.toml"))).expect("a good file");
-    let vehicle = reference();
-    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("drivable");
-    let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
-    let outcome = scenario::run(&scenario, &mut backend, |_| {});
-    assert!(!backend.board.watchdog_bitten(), "the watchdog must be fed");
+    let outcome = drive(&scenario, &reference());
     (scenario, outcome)
+}
+
+fn drive(scenario: &Scenario, vehicle: &Vehicle<f64>) -> Outcome {
+    let plant = Plant::new(vehicle, scenario.terrain.clone(), scenario.seed).expect("drivable");
+    let mut backend = VirtualBackend::boot(vehicle, plant).expect("boots");
+    let outcome = scenario::run(scenario, &mut backend, |_| {});
+    assert!(!backend.board.watchdog_bitten(), "the watchdog must be fed");
+    outcome
 }
 
 fn check(name: &str) {
@@ -85,4 +92,48 @@ fn two_runs_in_two_threads_are_two_runs_in_one() {
     let alone = (csv("kerb")(), csv("side-slope")());
     let (kerb, side) = (std::thread::spawn(csv("kerb")), std::thread::spawn(csv("side-slope")));
     assert_eq!((kerb.join().expect("runs"), side.join().expect("runs")), alone);
+}
+
+/// The reference with another spar under it and these gains.
+fn with_spar(gains: [f64; 4]) -> Result<Vehicle<f64>, ParameterError> {
+    let mut parameters = *reference().parameters();
+    let (spar, _) = parameters.camera.as_mut().expect("the reference has a spar");
+    spar.camera_mass_kg = 1.0;
+    spar.ballast_mass_kg = 3.0;
+    spar.motor_arm_m = 0.08;
+    spar.ballast_arm_m = 0.06;
+    [
+        spar.spar_gain,
+        spar.ballast_gain,
+        spar.spar_rate_gain,
+        spar.ballast_rate_gain,
+    ] = gains;
+    Vehicle::new(parameters)
+}
+
+#[test]
+fn another_spar_is_levelled_by_its_own_gains() {
+    let mut scenario = Scenario::read(&Path::new(FOLDER).join("slope-drive.toml")).expect("a good file");
+    scenario.duration_s = 20.0;
+    scenario.steps.retain(|step| step.at_s < scenario.duration_s);
+    let off = with_spar([0.0; 4]).expect("four zeros are no levelling");
+    let spar = off.camera().expect("a spar");
+    let optimal = regulator(&spar, &Weights::THESIS).expect("a regulator").gains;
+    let on = with_spar(optimal).expect("gains that hold the spar");
+
+    let spar_peak_deg = |vehicle: &Vehicle<f64>| {
+        let outcome = drive(&scenario, vehicle);
+        let rows = &outcome.trace.rows;
+        let last = rows.last().expect("a trace").status;
+        assert_eq!(last.faults, 0);
+        let driving = rows.iter().filter(|row| row.commanded[0] != 0.0);
+        driving.fold(0.0, |peak: f64, row| peak.max(row.truth.spar_rad.abs().to_degrees()))
+    };
+    let (levelled, swinging) = (spar_peak_deg(&on), spar_peak_deg(&off));
+    println!("{levelled:.2} deg levelled, {swinging:.2} deg not");
+    assert!((0.1..2.0).contains(&levelled), "{levelled}");
+    assert!((4.0..45.0).contains(&swinging), "{swinging}");
+
+    let refused = with_spar(optimal.map(|gain| -gain)).expect_err("the wrong sign");
+    assert!(refused.to_string().contains("hold this spar"), "{refused}");
 }

@@ -92,7 +92,9 @@ pub fn set(parameters: &mut VehicleParameters<f32>, number: u16, value: f32) -> 
 fn number_of(parameters: &VehicleParameters<f32>, error: &ParameterError) -> u16 {
     let (group, name) = match error {
         ParameterError::OutOfRange(out) => (out.group, out.field.name),
-        ParameterError::Inconsistent { group, field, .. } => (*group, *field),
+        ParameterError::Inconsistent { group, field, .. } | ParameterError::Unstable { group, field, .. } => {
+            (*group, *field)
+        }
     };
     let (mut at, mut found) = (0, u16::MAX);
     parameters.for_each(|table, field, _| {

@@ -16,6 +16,59 @@ fn the_gains_on_the_vehicle_solve_the_riccati_equation() {
 }
 
 #[test]
+fn the_reference_vehicle_has_the_optimal_gains_of_its_spar() {
+    let vehicle = crate::cli::drive::load_vehicle(None).unwrap();
+    let fresh = regulator(&vehicle.camera().unwrap(), &Weights::THESIS).unwrap();
+    for (stored, gain) in vehicle.camera_gains().unwrap().iter().zip(fresh.gains) {
+        // The file's lengths and the motor's constants are rounded.
+        assert!((stored / gain - 1.0).abs() < 2e-3, "{stored} {gain}");
+    }
+}
+
+/// The model's own test of a vehicle's gains against the eigenvalues, on spars and gains of every kind.
+#[test]
+fn gains_that_hold_the_spar_are_told_from_those_that_do_not() {
+    let mut noise = crate::plant::noise::Noise::new(5, 0);
+    let mut between = |least: f64, most: f64| least + (most - least) * (noise.bits() as f64 / u64::MAX as f64);
+    let (mut stable, mut unstable) = (0, 0);
+    while stable < 300 || unstable < 300 {
+        let camera = CameraParameters {
+            lm: between(0.0, 1.0),
+            lr: between(0.05, 1.0),
+            mm: between(0.0, 5.0),
+            mr: between(0.1, 8.0),
+            zeta: between(0.0, 1.0),
+            xi: between(0.0, 4.0),
+        };
+        let Ok(optimal) = regulator(&camera, &Weights::THESIS) else {
+            continue;
+        };
+        // From the optimum out to gains that have nothing to do with it.
+        let spread = between(0.0, 2.0);
+        let gains = optimal.gains.map(|gain| gain * (1.0 + between(-spread, spread)));
+        let poles = closed_loop_poles(&camera, &gains).unwrap();
+        let slowest = poles.iter().fold(f64::NEG_INFINITY, |slowest, p| slowest.max(p[0]));
+        // On the very edge rounding decides.
+        if slowest.abs() < 1e-6 {
+            continue;
+        }
+        assert_eq!(
+            camera.is_stable_under(&gains),
+            slowest < 0.0,
+            "{camera:?} {gains:?} {poles:?}"
+        );
+        if slowest < -1e-3 {
+            assert!(camera.cast::<f32>().is_stable_under(&gains.map(|gain| gain as f32)));
+        }
+        if slowest < 0.0 {
+            stable += 1;
+        } else {
+            unstable += 1;
+        }
+    }
+}
+
+#[test]
 fn the_printed_gains_are_unstable_with_either_sign() {
     // Erratum E28: [92.06, 6.84, -49.14, -6.96] as printed after (7.21).
     let printed = [92.06, 6.84, -49.14, -6.96];

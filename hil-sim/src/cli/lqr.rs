@@ -25,11 +25,12 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let result = regulator(&arguments.camera.resolve()?, &arguments.weights.resolve()?)?;
     let mut report = Report::new("lqr", &result);
-    for (name, gain) in ["spar", "ballast", "spar rate", "ballast rate"]
+    // As the vehicle file has them, to be copied there.
+    for (name, gain) in ["spar_gain", "ballast_gain", "spar_rate_gain", "ballast_rate_gain"]
         .iter()
         .zip(result.gains)
     {
-        report = report.line(format!("gain {name}"), format!("{gain:.6}"));
+        report = report.line(*name, format!("{gain:.6}"));
     }
     for [re, im] in result.poles {
         report = report.line("pole", format!("{re:.6} {im:+.6}i"));

@@ -27,11 +27,13 @@ pub struct CameraController {
 }
 
 impl CameraController {
-    /// The controller for `vehicle`; `None` if it has no camera spar.
+    /// The controller for `vehicle`, with its gains; `None` if it has no camera spar, or does not level it.
     pub fn new(vehicle: &Vehicle<f32>) -> Option<Self> {
-        vehicle.camera_scales().map(|scales| Self {
-            law: CameraLaw::reference_spar(),
-            scales,
+        Some(Self {
+            law: CameraLaw {
+                gains: vehicle.camera_gains()?,
+            },
+            scales: vehicle.camera_scales()?,
             voltage_max_v: vehicle.parameters().control.camera_voltage_max_v,
         })
     }

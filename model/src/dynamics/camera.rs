@@ -120,6 +120,43 @@ impl<T: Real> CameraParameters<T> {
     }
 }
 
+impl<T: Real> CameraParameters<T> {
+    /// Whether the levelled spar is asymptotically stable under `v = -gains . x` (x as in
+    /// [`CameraParameters::linearisation`]): the Hurwitz conditions on the characteristic polynomial
+    /// `det(M s^2 + C s + K)` of (7.15) to (7.17) with the feedback in it.
+    ///
+    /// ```
+    /// use model::dynamics::camera::CameraParameters;
+    /// let spar = CameraParameters::<f64>::thesis();
+    /// assert!(spar.is_stable_under(&[-92.06057, 6.84090, -49.14485, -6.49598]));
+    /// // As (7.21) prints them (erratum E28).
+    /// assert!(!spar.is_stable_under(&[92.06, 6.84, -49.14, -6.96]));
+    /// ```
+    pub fn is_stable_under(&self, gains: &[T; 4]) -> bool {
+        let SparCoefficients { m1, m2, m3, k1, k2 } = self.coefficients();
+        let [g1, g2, g3, g4] = *gains;
+        // Quadratics in s, highest power first: spar, coupling, feedback to the ballast, ballast.
+        let spar = [m1 + m2 + m3 + m3, self.zeta, k1 + k2];
+        let coupling = [m2 + m3, T::ZERO, k2];
+        let feedback = [m2 + m3, g3, k2 + g1];
+        let ballast = [m2, self.xi + g4, k2 + g2];
+        let product = |[a2, a1, a0]: [T; 3], [b2, b1, b0]: [T; 3]| {
+            [
+                a2 * b2,
+                a2 * b1 + a1 * b2,
+                a2 * b0 + a1 * b1 + a0 * b2,
+                a1 * b0 + a0 * b1,
+                a0 * b0,
+            ]
+        };
+        let ([p4, p3, p2, p1, p0], [q4, q3, q2, q1, q0]) = (product(spar, ballast), product(coupling, feedback));
+        let (a4, a3, a2, a1, a0) = (p4 - q4, p3 - q3, p2 - q2, p1 - q1, p0 - q0);
+        // The mass matrix is positive definite, so a4 is positive.
+        let positive = [a4, a3, a2, a1, a0].iter().all(|a| *a > T::ZERO);
+        positive && a1 * (a2 * a3 - a1 * a4) > a0 * a3 * a3
+    }
+}
+
 /// The equations of motion with everything that does not change along a run worked out once.
 #[derive(Debug, Clone, Copy)]
 pub struct Camera<T> {

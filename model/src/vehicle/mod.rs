@@ -108,6 +108,17 @@ pub enum ParameterError {
         /// The bound that the rule gives here.
         bound: f64,
     },
+    /// Gains under which what they control does not settle.
+    Unstable {
+        /// The group (table of the vehicle file).
+        group: &'static str,
+        /// The first of the gains.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What must hold, and what to do.
+        rule: &'static str,
+    },
 }
 
 impl fmt::Display for ParameterError {
@@ -123,6 +134,12 @@ impl fmt::Display for ParameterError {
             } => {
                 write!(f, "{group}.{field} = {value}: {rule} ({bound} here)")
             }
+            Self::Unstable {
+                group,
+                field,
+                value,
+                rule,
+            } => write!(f, "{group}.{field} = {value}: {rule}"),
         }
     }
 }
@@ -147,7 +164,8 @@ impl<T: Real> Vehicle<T> {
     /// # Errors
     /// The first value out of range, or the first contradiction: `arm_mass_kg` must be less than
     /// `total_mass_kg` (alpha < 1), the battery's voltages in order, the current limits less than
-    /// `overcurrent_a`, and `kp` less than the total damping.
+    /// `overcurrent_a`, `kp` less than the total damping, and the spar stable under its gains, where there
+    /// are any.
     pub fn new(parameters: VehicleParameters<T>) -> Result<Self, ParameterError> {
         let p = &parameters;
         p.body.check()?;
@@ -221,7 +239,27 @@ impl<T: Real> Vehicle<T> {
             zeta,
             "must be less than the total damping zeta, or the speed loop is unstable",
         )?;
+        if let (Some(camera), Some(gains)) = (vehicle.camera(), vehicle.camera_gains())
+            && !camera.is_stable_under(&gains)
+        {
+            return Err(ParameterError::Unstable {
+                group: "camera",
+                field: "spar_gain",
+                value: gains[0].to_f64(),
+                rule: "with the other three gains it must hold this spar; put 0 into all four, and \
+                       `hil-sim lqr --vehicle` tells gains that do",
+            });
+        }
         Ok(vehicle)
+    }
+
+    /// Gains of the camera spar's feedback (Eq. 7.19) in the units of ch. 7, in the order of
+    /// [`CameraLaw::gains`](crate::control::camera_law::CameraLaw::gains); `None` without a spar, or when it
+    /// is not levelled.
+    pub fn camera_gains(&self) -> Option<[T; 4]> {
+        let (c, _) = self.parameters.camera.as_ref()?;
+        let gains = [c.spar_gain, c.ballast_gain, c.spar_rate_gain, c.ballast_rate_gain];
+        gains.iter().any(|gain| *gain != T::ZERO).then_some(gains)
     }
 
     /// The checked parameters.

@@ -82,6 +82,14 @@ parameter_group! {
         ballast_arm_m: 0.001 to 5.0,
         /// Viscous damping c of the spar's bearing.
         spar_damping_n_m_s: 0.0 to 100.0,
+        /// Gain g1 of Eq. 7.19 on the spar's angle, in the units of ch. 7 (`hil-sim lqr`); four zeros: no levelling.
+        spar_gain: -10000.0 to 10000.0,
+        /// Gain g2 on the ballast's angle relative to the spar.
+        ballast_gain: -10000.0 to 10000.0,
+        /// Gain g3 on the spar's rate.
+        spar_rate_gain: -10000.0 to 10000.0,
+        /// Gain g4 on the ballast's rate relative to the spar.
+        ballast_rate_gain: -10000.0 to 10000.0,
     }
 }
 
