@@ -46,6 +46,17 @@ pub struct Hit {
     pub at: u64,
 }
 
+/// What the emulator has had to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Work {
+    /// Instructions retired.
+    pub instructions: u64,
+    /// Accesses of the core to peripherals' registers.
+    pub accesses: u64,
+    /// Stops between two instructions, for an event of a model or of the plant.
+    pub stops: u64,
+}
+
 /// Memory read at every step of the plant: the firmware's flight record.
 #[derive(Debug, Clone, Default)]
 pub struct Probe {
@@ -74,6 +85,8 @@ pub(crate) struct State {
     probe: Option<Probe>,
     /// Instructions retired at each read of the cycle counter, while they are kept.
     cycle_reads: Option<Vec<u64>>,
+    accesses: u64,
+    stops: u64,
     failure: Option<Error>,
 }
 
@@ -93,6 +106,8 @@ impl State {
             hits: Vec::new(),
             probe: None,
             cycle_reads: None,
+            accesses: 0,
+            stops: 0,
             failure: None,
         }
     }
@@ -191,6 +206,15 @@ impl Stopped<'_> {
     /// Instructions retired so far.
     pub fn instructions(&self) -> u64 {
         self.stop.instruction_count
+    }
+
+    /// What the emulator has done so far.
+    pub fn work(&self) -> Work {
+        Work {
+            instructions: self.stop.instruction_count,
+            accesses: self.state.accesses,
+            stops: self.state.stops,
+        }
     }
 
     /// Restarts so far: when, and whose.
@@ -389,6 +413,11 @@ impl Conductor {
 
 impl Driver<DriveBoard> for Conductor {
     fn on_settled(&mut self, session: &mut Session<DriveBoard>, _: &mut dyn Host, settled: Settled) {
+        match settled {
+            Settled::Access { .. } => self.state.accesses += 1,
+            Settled::Stop(_) => self.state.stops += 1,
+            _ => {}
+        }
         match settled {
             // A software update event of a timer sets its compare flags in this model while the compare
             // registers are zero. The part does not, and the firmware's clock would take the flag for half

@@ -30,7 +30,7 @@ mod timer;
 pub mod vehicle;
 mod watchdog;
 
-pub use conductor::{Hit, Stopped};
+pub use conductor::{Hit, Stopped, Work};
 pub use elf::Firmware;
 pub use emulation::{Emulation, Frozen, Settings};
 pub use error::Error;

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use board_emulator::backend::EmulatedBackend;
-use board_emulator::{Error, Firmware, Settings, build, flight, stored};
+use board_emulator::{Error, Firmware, MS, Settings, Work, build, flight, stored};
 use clap::Parser;
 use firmware::built_in;
 use hil_sim::cli::drive::{self, Arguments};
@@ -35,6 +35,7 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
         None => build::firmware().map_err(|error| input(&error))?,
     };
     let record = flight::address(firmware).map_err(|error| input(&error))?;
+    let (mut work, mut simulated_ms) = (Work::default(), 0);
     drive::run_on(
         arguments,
         |vehicle, plant| {
@@ -53,10 +54,12 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
             Ok(backend)
         },
         |backend| {
-            let words = backend
+            let (words, now);
+            (words, work, now) = backend
                 .emulation()
-                .and_then(|emulation| emulation.at(|stopped| stopped.take_probe()))
+                .and_then(|emulation| emulation.at(|stopped| (stopped.take_probe(), stopped.work(), stopped.now())))
                 .map_err(|error| other(&error))?;
+            simulated_ms = now / MS;
             let mut records = Vec::new();
             for words in words.chunks(flight::WORDS) {
                 let record = flight::decode(words).map_err(|error| other(&error))?;
@@ -71,7 +74,17 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
             }
             Ok(records)
         },
-    )
+    )?;
+    if !arguments.json {
+        let each_ms = |count: u64| count / simulated_ms.max(1);
+        println!(
+            "each simulated ms      {} instructions, {} register accesses, {} stops",
+            each_ms(work.instructions),
+            each_ms(work.accesses),
+            each_ms(work.stops)
+        );
+    }
+    Ok(())
 }
 
 fn input(error: &Error) -> CommandError {
