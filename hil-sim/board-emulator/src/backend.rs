@@ -74,6 +74,8 @@ impl Backend for EmulatedBackend<'_> {
     }
 
     fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation)) {
+        // What had come up before the run begins is seen first.
+        let mut before = self.emulation.receive();
         let vehicle = self.vehicle.clone();
         let (seen, observations) = channel();
         let instants = instants_us.iter().map(|instant_us| instant_us * 1000);
@@ -88,7 +90,11 @@ impl Backend for EmulatedBackend<'_> {
             let _ = seen.send(observation);
         });
         self.told(result);
-        observations.try_iter().for_each(observe);
+        for mut observation in observations.try_iter() {
+            before.append(&mut observation.received);
+            observation.received = std::mem::take(&mut before);
+            observe(observation);
+        }
     }
 
     fn send(&mut self, bytes: &[u8]) {

@@ -24,7 +24,7 @@ const COMPARE_FLAGS: u64 = 0x1E;
 
 /// Its counter.
 const TASK_CLOCK_COUNT: u64 = 0x4000_0C24;
-/// Counts of it between two of its interrupts, in us: half its 16 bits' range.
+/// Counts of it before it wraps, in us.
 const TASK_CLOCK_RANGE_US: u64 = 1 << 16;
 /// Virtual time after a start by which the firmware's clock surely runs.
 const CLOCK_RUNS_AFTER: u64 = 20 * MS;
@@ -71,9 +71,9 @@ pub(crate) struct State {
     plant: Box<dyn ClosedPlant>,
     settings: Settings,
     rtt_block: u64,
-    /// Instants of the steps of the plant are multiples of its interval from here, so that an instruction
-    /// that runs past a stop does not shift those after it.
     stepped_at: u64,
+    /// The steps are laid from here an interval apart, so that an instruction that runs past a stop does not
+    /// shift those after it.
     next_step: u64,
     /// When to look at the firmware's clock and lay the steps by it: once after each start.
     align_at: Option<u64>,
@@ -284,8 +284,8 @@ impl Stopped<'_> {
         self.session.board_mut().bridges(self.stop.at)
     }
 
-    /// Takes what came up the host link.
-    pub fn receive(&mut self) -> Vec<u8> {
+    /// Takes what came up the host link since the last arrival.
+    pub(crate) fn receive(&mut self) -> Vec<u8> {
         self.board().wire().take()
     }
 
@@ -475,7 +475,7 @@ impl Driver<DriveBoard> for Conductor {
             }
             let received = session.board_mut().wire().take();
             self.arrivals.send(Arrival { now, received }).ok()?;
-            while self.instants.is_empty() {
+            loop {
                 // A caller that is gone ends the run as one that says so.
                 match self.orders.recv().unwrap_or(Order::End) {
                     Order::Do(task) => task(&mut Stopped {

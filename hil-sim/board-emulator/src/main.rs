@@ -1,5 +1,6 @@
 //! `emulated-drive`: hil-sim's `drive` with the release ELF on the emulated board.
 
+use std::cell::Cell;
 use std::process::ExitCode;
 
 use board_emulator::backend::EmulatedBackend;
@@ -36,15 +37,18 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
     };
     let record = flight::address(firmware).map_err(|error| input(&error))?;
     let (mut work, mut simulated_ms) = (Work::default(), 0);
+    let laid = Cell::new(false);
     drive::run_on(
         arguments,
         |vehicle, plant| {
-            // The ELF flies the vehicle it was built for, unless its flash holds another.
-            let contents = if vehicle.parameters().cast::<f32>() == built_in::PARAMETERS {
+            // The ELF flies the vehicle it was built for, unless its flash holds another. What a given one was
+            // built for is not known.
+            let contents = if given.is_none() && vehicle.parameters().cast::<f32>() == built_in::PARAMETERS {
                 Vec::new()
             } else {
                 vec![stored::set(vehicle).map_err(|error| input(&error))?]
             };
+            laid.set(!contents.is_empty());
             let mut backend = EmulatedBackend::power_on_with(firmware, plant, Settings::default(), &contents)
                 .map_err(|error| other(&error))?;
             let emulation = backend.emulation().map_err(|error| other(&error))?;
@@ -60,6 +64,14 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
                 .and_then(|emulation| emulation.at(|stopped| (stopped.take_probe(), stopped.work(), stopped.now())))
                 .map_err(|error| other(&error))?;
             simulated_ms = now / MS;
+            if laid.get() {
+                let log = backend
+                    .emulation()
+                    .and_then(|emulation| emulation.at(|stopped| stopped.log_bytes()))
+                    .and_then(|bytes| firmware.decode(&bytes?))
+                    .map_err(|error| other(&error))?;
+                stored::was_taken(&log).map_err(|error| input(&error))?;
+            }
             let mut records = Vec::new();
             for words in words.chunks(flight::WORDS) {
                 let record = flight::decode(words).map_err(|error| other(&error))?;

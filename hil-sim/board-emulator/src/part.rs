@@ -2,8 +2,8 @@
 //!
 //! The emulated part offers every change of every request line to every model that might be wired to it, some
 //! hundred thousand times a second here. So the models this firmware never touches are left out (their
-//! registers still stand; a firmware that reached one would show up among the [`crate::gaps`]), and those it
-//! touches hear only what is wired to them on this board.
+//! registers still stand; a firmware that reached one would show up among the [`crate::gaps`]), the timers hear
+//! none, and DMAMUX1 drives only lines that lead anywhere on this board.
 
 use rigless::device::{DeviceContext, ErasedDevice, RegisterFile, ResetCause};
 use rigless::mcu::Mcu;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::analysis::lqr::{Weights, regulator};
-use model::control::camera_law::REFERENCE_SPAR_GAINS;
+use model::control::camera_law::THESIS_SPAR_GAINS;
 use model::dynamics::coupled;
 
 fn vehicle(kr: f64, bearing: Bearing) -> CoupledParameters<f64> {
@@ -132,7 +132,7 @@ fn the_same_weights_are_not_the_same_controller() {
         assert!(close(*got, want, 6e-3), "{redesigned:?}");
     }
     // On the vehicle in f32 it is the same law too.
-    let f32_gains = p.gains_in_vehicle_units(REFERENCE_SPAR_GAINS.map(f64::from));
+    let f32_gains = p.gains_in_vehicle_units(THESIS_SPAR_GAINS.map(f64::from));
     assert!(same.iter().zip(f32_gains).all(|(a, b)| close(*a, b, 1e-6)));
 }
 

@@ -1,14 +1,14 @@
 use super::*;
-use model::control::camera_law::REFERENCE_SPAR_GAINS;
+use model::control::camera_law::THESIS_SPAR_GAINS;
 
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() < tolerance
 }
 
 #[test]
-fn the_gains_on_the_vehicle_solve_the_riccati_equation() {
+fn the_gains_of_7_21_corrected_solve_the_riccati_equation() {
     let fresh = regulator(&CameraParameters::thesis(), &Weights::THESIS).unwrap();
-    for (constant, gain) in REFERENCE_SPAR_GAINS.iter().zip(fresh.gains) {
+    for (constant, gain) in THESIS_SPAR_GAINS.iter().zip(fresh.gains) {
         assert!(close(f64::from(*constant), gain, 1e-5), "{fresh:?}");
     }
     assert!(fresh.riccati_residual < 1e-13, "{fresh:?}");

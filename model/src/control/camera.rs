@@ -27,11 +27,12 @@ pub struct CameraController {
 }
 
 impl CameraController {
-    /// The controller for `vehicle`, with its gains; `None` if it has no camera spar, or does not level it.
+    /// The controller for `vehicle`, with its gains; `None` if it has no camera spar. One that is not
+    /// levelled gets no voltage.
     pub fn new(vehicle: &Vehicle<f32>) -> Option<Self> {
         Some(Self {
             law: CameraLaw {
-                gains: vehicle.camera_gains()?,
+                gains: vehicle.camera_gains().unwrap_or_default(),
             },
             scales: vehicle.camera_scales()?,
             voltage_max_v: vehicle.parameters().control.camera_voltage_max_v,

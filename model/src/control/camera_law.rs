@@ -18,24 +18,16 @@ pub struct CameraLaw<T> {
 /// (7.21), corrected: `g = (1/r) b^T P` with `v = -g . x`. The printed vector [92.06, 6.84, -49.14, -6.96]
 /// has lost the sign of its first element and misprints 6.496 as 6.96; it is unstable with either sign
 /// of v (erratum E28).
-pub const REFERENCE_SPAR_GAINS: [f32; 4] = [-92.06057, 6.84090, -49.14485, -6.49598];
-
-impl CameraLaw<f32> {
-    /// The law for the reference spar, in the units of ch. 7.
-    pub const fn reference_spar() -> Self {
-        Self {
-            gains: REFERENCE_SPAR_GAINS,
-        }
-    }
-}
+pub const THESIS_SPAR_GAINS: [f32; 4] = [-92.06057, 6.84090, -49.14485, -6.49598];
 
 impl<T: Real> CameraLaw<T> {
     /// The motor voltage for the measured angles (rad) and rates.
     ///
     /// ```
-    /// use model::control::camera_law::CameraLaw;
+    /// use model::control::camera_law::{CameraLaw, THESIS_SPAR_GAINS};
     /// // A spar turned anticlockwise (its camera leaning back) is righted by swinging the ballast forward.
-    /// let v = CameraLaw::reference_spar().voltage(0.01, 0.0, 0.0, 0.0);
+    /// let law = CameraLaw { gains: THESIS_SPAR_GAINS };
+    /// let v = law.voltage(0.01, 0.0, 0.0, 0.0);
     /// assert!((v - 0.920_605_7).abs() < 1e-6);
     /// ```
     #[inline]

@@ -177,6 +177,8 @@ pub fn parse(file: &str, text: &str) -> Result<VehicleFile, VehicleFileError> {
         safety: group!(SafetyParameters),
     };
     Vehicle::new(parameters)
+        // The firmware has it in single precision: what is on the edge there is refused here too.
+        .and_then(|vehicle| Vehicle::new(parameters.cast::<f32>()).map(|_| vehicle))
         .map(|vehicle| VehicleFile::Vehicle(Box::new(vehicle)))
         .map_err(|error| VehicleFileError::Parameter {
             file: file.to_owned(),

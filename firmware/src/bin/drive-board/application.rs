@@ -110,6 +110,8 @@ async fn send_task(uart: LinkSender) {
     link::send::run(&TOPICS, uart).await;
 }
 
+// Moved once, at start-up, into the task's own storage.
+#[allow(clippy::large_types_passed_by_value)]
 #[embassy_executor::task]
 async fn parameter_task(store: ParameterStore<ParameterFlash>, vehicle: Vehicle<f32>, built_in: Vehicle<f32>) {
     parameters::run(&TOPICS, store, vehicle, built_in).await;

@@ -117,11 +117,7 @@ fn a_vehicle_laid_into_the_flash_is_the_one_flown() {
     let mut backend =
         EmulatedBackend::power_on_with(firmware(), plant, Settings::default(), &contents).expect("the board powers up");
     let outcome = scenario::run(&scenario, &mut backend, |_| {});
-    assert!(
-        outcome.log.iter().any(|line| line.ends_with("parameters: stored set")),
-        "{:#?}",
-        outcome.log
-    );
+    stored::was_taken(&outcome.log).expect("it is flown");
     let last = outcome.trace.rows.last().expect("a trace");
     let (told, truth) = (f64::from(last.status.speed_m_s), last.truth.speed_m_s);
     println!("{told:.4} m/s told, {truth:.4} m/s driven");
@@ -130,12 +126,29 @@ fn a_vehicle_laid_into_the_flash_is_the_one_flown() {
 }
 
 #[test]
-fn a_vehicle_of_another_kind_is_refused() {
+fn a_vehicle_of_another_kind_is_not_taken() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenarios/emergency-stop.toml");
+    let mut scenario = Scenario::read(&path).expect("the scenario is valid");
+    scenario.duration_s = 0.2;
+    scenario.steps.clear();
     let mut parameters = built_in::PARAMETERS.cast::<f64>();
     parameters.camera = None;
     let vehicle = Vehicle::new(parameters).expect("a vehicle without a spar");
-    let refused = stored::set(&vehicle).expect_err("the firmware has a spar");
+    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
+    let contents = [stored::set(&vehicle).expect("a consistent vehicle")];
+    let mut backend =
+        EmulatedBackend::power_on_with(firmware(), plant, Settings::default(), &contents).expect("the board powers up");
+    let outcome = scenario::run(&scenario, &mut backend, |_| {});
+    let refused = stored::was_taken(&outcome.log).expect_err("the firmware has a spar");
     assert!(refused.to_string().contains("camera spar"), "{refused}");
+    assert!(
+        outcome
+            .log
+            .iter()
+            .any(|line| line.contains("of another firmware, built-in set")),
+        "{:#?}",
+        outcome.log
+    );
 }
 
 fn peak(values: &[f64]) -> f64 {

@@ -57,8 +57,8 @@ fn record(ticks: u64) -> Vec<FlightRecord> {
     records
 }
 
-fn core(parameters: model::vehicle::VehicleParameters<f32>) -> VehicleCore {
-    VehicleCore::new(&Vehicle::new(parameters).expect("the built-in vehicle"))
+fn core(parameters: &model::vehicle::VehicleParameters<f32>) -> VehicleCore {
+    VehicleCore::new(&Vehicle::new(*parameters).expect("the built-in vehicle"))
 }
 
 /// Replays records; the number of the first tick that differs.
@@ -80,12 +80,12 @@ fn the_elf_and_the_host_step_alike() {
     let moving = records.iter().filter(|record| record.actuation.duty != [0; 3]).count();
     println!("{} ticks, {enabled} armed, {moving} with a duty", records.len());
     assert!(enabled * 2 > records.len() && moving * 2 > records.len());
-    assert_eq!(first_difference(&records, core(built_in::PARAMETERS)), None);
+    assert_eq!(first_difference(&records, core(&built_in::PARAMETERS)), None);
 
     // One constant off by a thousandth is found.
     let mut mutant = built_in::PARAMETERS;
     mutant.control.kp *= 1.001;
-    let found = first_difference(&records, core(mutant));
+    let found = first_difference(&records, core(&mutant));
     println!("with another gain the first difference is at tick {found:?}");
     assert!(found.is_some());
 }
