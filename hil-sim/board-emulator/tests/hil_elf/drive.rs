@@ -8,7 +8,7 @@ use firmware::built_in;
 use hil_sim::plant::Plant;
 use hil_sim::scenario::trace::Row;
 use hil_sim::scenario::{self, Outcome, Scenario, VirtualBackend};
-use model::vehicle::Vehicle;
+use model::vehicle::{Vehicle, VehicleParameters};
 
 use crate::support::firmware;
 
@@ -23,9 +23,9 @@ const POSITION_PEAK_M: f64 = 0.05;
 /// The boards' states are sent at different phases of the tick.
 const ROW_TIME_TOLERANCE_S: f64 = 0.006;
 
-fn scenario() -> Scenario {
-    Scenario::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenarios/slope-drive.toml"))
-        .expect("the scenario is valid")
+fn scenario(name: &str) -> Scenario {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenarios");
+    Scenario::read(&folder.join(format!("{name}.toml"))).expect("the scenario is valid")
 }
 
 fn world(scenario: &Scenario) -> (Vehicle<f64>, Plant) {
@@ -40,6 +40,16 @@ fn drive_virtual(scenario: &Scenario) -> Outcome {
     scenario::run(scenario, &mut backend, |_| {})
 }
 
+/// Drives a vehicle that was laid into the emulated board's flash.
+fn drive_laid(scenario: &Scenario, parameters: &VehicleParameters<f64>) -> Outcome {
+    let vehicle = Vehicle::new(*parameters).expect("a consistent vehicle");
+    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
+    let contents = [stored::set(&vehicle).expect("consistent in single precision")];
+    let mut backend =
+        EmulatedBackend::power_on_with(firmware(), plant, Settings::default(), &contents).expect("the board powers up");
+    scenario::run(scenario, &mut backend, |_| {})
+}
+
 fn check(scenario: &Scenario, outcome: &Outcome, board: &str) {
     for check in scenario::evaluate(scenario, outcome) {
         assert!(check.ok, "{board}: {check:?}");
@@ -48,7 +58,7 @@ fn check(scenario: &Scenario, outcome: &Outcome, board: &str) {
 
 #[test]
 fn the_slope_drive_is_the_virtual_boards() {
-    let scenario = scenario();
+    let scenario = scenario("slope-drive");
     let (_, plant) = world(&scenario);
     let mut backend = EmulatedBackend::power_on(firmware(), plant, Settings::default()).expect("the board powers up");
     let emulated = scenario::run(&scenario, &mut backend, |_| {});
@@ -104,19 +114,13 @@ fn the_slope_drive_is_the_virtual_boards() {
 /// A vehicle with larger wheels, which the flash tells the firmware of: its odometry is the plant's.
 #[test]
 fn a_vehicle_laid_into_the_flash_is_the_one_flown() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenarios/emergency-stop.toml");
-    let mut scenario = Scenario::read(&path).expect("the scenario is valid");
+    let mut scenario = scenario("emergency-stop");
     // Up to driving at speed.
     scenario.duration_s = 7.0;
     scenario.steps.retain(|step| step.at_s < scenario.duration_s);
     let mut parameters = built_in::PARAMETERS.cast::<f64>();
     parameters.body.wheel_radius_m *= 1.08;
-    let vehicle = Vehicle::new(parameters).expect("a consistent vehicle");
-    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
-    let contents = [stored::set(&vehicle).expect("a vehicle of the firmware's kind")];
-    let mut backend =
-        EmulatedBackend::power_on_with(firmware(), plant, Settings::default(), &contents).expect("the board powers up");
-    let outcome = scenario::run(&scenario, &mut backend, |_| {});
+    let outcome = drive_laid(&scenario, &parameters);
     stored::was_taken(&outcome.log).expect("it is flown");
     let last = outcome.trace.rows.last().expect("a trace");
     let (told, truth) = (f64::from(last.status.speed_m_s), last.truth.speed_m_s);
@@ -127,18 +131,12 @@ fn a_vehicle_laid_into_the_flash_is_the_one_flown() {
 
 #[test]
 fn a_vehicle_of_another_kind_is_not_taken() {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenarios/emergency-stop.toml");
-    let mut scenario = Scenario::read(&path).expect("the scenario is valid");
+    let mut scenario = scenario("emergency-stop");
     scenario.duration_s = 0.2;
     scenario.steps.clear();
     let mut parameters = built_in::PARAMETERS.cast::<f64>();
     parameters.camera = None;
-    let vehicle = Vehicle::new(parameters).expect("a vehicle without a spar");
-    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
-    let contents = [stored::set(&vehicle).expect("a consistent vehicle")];
-    let mut backend =
-        EmulatedBackend::power_on_with(firmware(), plant, Settings::default(), &contents).expect("the board powers up");
-    let outcome = scenario::run(&scenario, &mut backend, |_| {});
+    let outcome = drive_laid(&scenario, &parameters);
     let refused = stored::was_taken(&outcome.log).expect_err("the firmware has a spar");
     assert!(refused.to_string().contains("camera spar"), "{refused}");
     assert!(
