@@ -7,9 +7,9 @@ use std::process::Command;
 
 use firmware::link::frame::encode;
 use firmware::link::message::HostMessage;
-use hil_sim::plant::fault::SensorFault;
-use hil_sim::scenario::{Scenario, metrics};
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
+use plant::fault::SensorFault;
+use virtual_board::scenario::{Scenario, metrics};
 
 #[path = "support/generated.rs"]
 mod generated;
@@ -153,6 +153,10 @@ fn selected(arguments: &[&str]) -> Vec<String> {
         ("vehicle-file", "model/vehicle-file"),
         ("firmware", "firmware"),
         ("hil-sim", "hil-sim"),
+        ("plant", "hil-sim/plant"),
+        ("virtual-board", "hil-sim/virtual-board"),
+        ("theory", "hil-sim/theory"),
+        ("report", "hil-sim/report"),
     ];
     let mut tests = Vec::new();
     for (name, folder) in packages {

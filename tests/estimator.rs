@@ -1,8 +1,8 @@
 //! The estimator against the truth, with data-sheet noise: at ease and under 0.3 g.
 
-use hil_sim::plant::Plant;
-use hil_sim::scenario::{self, Scenario, VirtualBackend, metrics};
 use model::vehicle::{GRAVITY_M_S2, Vehicle};
+use plant::Plant;
+use virtual_board::scenario::{self, Scenario, VirtualBackend, metrics};
 
 mod support;
 use support::reference;

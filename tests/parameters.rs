@@ -1,10 +1,10 @@
 //! Stored parameters over the link of the virtual board.
 
 use firmware::link::message::{HostMessage, ParameterAnswer, ParameterRequest};
-use hil_sim::virtual_board::flash::VirtualFlash;
-use hil_sim::virtual_board::log;
 use model::supervise::arming::Mode;
 use model::vehicle::VehicleParameters;
+use virtual_board::board::flash::VirtualFlash;
+use virtual_board::board::log;
 
 mod support;
 use support::{Bench, reference};
@@ -153,7 +153,7 @@ fn nothing_is_stored_while_armed() {
 fn random_flash_boots_to_the_built_in_set() {
     for seed in 0..8_u64 {
         let flash = VirtualFlash::erased();
-        let mut noise = hil_sim::plant::noise::Noise::new(seed, 1);
+        let mut noise = plant::noise::Noise::new(seed, 1);
         let bytes: Vec<u8> = (0..256 * 1024).map(|_| noise.bits() as u8).collect();
         flash.overwrite(&bytes);
         let mut bench = Bench::with(seed, flash);

@@ -2,14 +2,14 @@
 //! the safe state in bounded time.
 
 use firmware::link::message::HostMessage;
-use hil_sim::link_client::LinkClient;
-use hil_sim::plant::Plant;
-use hil_sim::plant::fault::SensorFault;
-use hil_sim::plant::noise::Noise;
-use hil_sim::virtual_board::hardware::World;
 use model::sample::Motor;
 use model::supervise::arming::{Mode, Request};
 use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
+use plant::Plant;
+use plant::fault::SensorFault;
+use plant::noise::Noise;
+use virtual_board::board::hardware::World;
+use virtual_board::link_client::LinkClient;
 
 mod support;
 use support::Bench;
@@ -350,9 +350,9 @@ fn an_overcharged_battery_opens_the_bridges() {
 #[test]
 fn a_disarmed_vehicle_on_a_slope_gets_no_help() {
     let vehicle = support::reference();
-    let terrain = hil_sim::plant::terrain::Terrain::incline(0.0873, 0.8).expect("valid");
+    let terrain = plant::terrain::Terrain::incline(0.0873, 0.8).expect("valid");
     let plant = Plant::new(&vehicle, terrain, 13).expect("drivable");
-    let mut board = hil_sim::virtual_board::VirtualBoard::boot(&vehicle, plant).expect("boots");
+    let mut board = virtual_board::board::VirtualBoard::boot(&vehicle, plant).expect("boots");
     board.run_until(3_000_000);
     let truth = board.world(|world| world.plant.truth());
     assert!(truth.speed_m_s < -0.5, "it must roll away: {}", truth.speed_m_s);

@@ -3,24 +3,25 @@
 
 use std::path::Path;
 
-use hil_sim::plant::Plant;
-use hil_sim::scenario::{self, Outcome, Scenario, VirtualBackend, evaluate};
+use hil_sim::cli::drive_page::columns;
+use plant::Plant;
+use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend, evaluate};
 
-use hil_sim::analysis::lqr::{Weights, regulator};
 use model::vehicle::{ParameterError, Vehicle};
+use theory::analysis::lqr::{Weights, regulator};
 
 mod support;
 use support::reference;
 
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/scenarios");
 
-fn run(name: &str) -> (Scenario, Outcome) {
+fn run(name: &str) -> (Scenario, DriveOutcome) {
     let scenario = Scenario::read(&Path::new(FOLDER).join(format!("{name}.toml"))).expect("a good file");
     let outcome = drive(&scenario, &reference());
     (scenario, outcome)
 }
 
-fn drive(scenario: &Scenario, vehicle: &Vehicle<f64>) -> Outcome {
+fn drive(scenario: &Scenario, vehicle: &Vehicle<f64>) -> DriveOutcome {
     let plant = Plant::new(vehicle, scenario.terrain.clone(), scenario.seed).expect("drivable");
     let mut backend = VirtualBackend::boot(vehicle, plant).expect("boots");
     let outcome = scenario::run(scenario, &mut backend, |_| {});
@@ -78,7 +79,7 @@ scenarios! {
 fn a_run_is_reproducible_to_the_bit() {
     let trace = || {
         let (_, outcome) = run("slope-drive");
-        (outcome.trace.columns().to_csv(), outcome.log)
+        (columns(&outcome.trace).to_csv(), outcome.log)
     };
     let (first, second) = (trace(), trace());
     assert_eq!(first, second);
@@ -88,7 +89,7 @@ fn a_run_is_reproducible_to_the_bit() {
 /// Two vehicles side by side in two threads do not see each other's time.
 #[test]
 fn two_runs_in_two_threads_are_two_runs_in_one() {
-    let csv = |name: &'static str| move || run(name).1.trace.columns().to_csv();
+    let csv = |name: &'static str| move || columns(&run(name).1.trace).to_csv();
     let alone = (csv("kerb")(), csv("side-slope")());
     let (kerb, side) = (std::thread::spawn(csv("kerb")), std::thread::spawn(csv("side-slope")));
     assert_eq!((kerb.join().expect("runs"), side.join().expect("runs")), alone);

@@ -1,15 +1,6 @@
-//! The biplanar bicycle on the host: the plant and its sensors, a virtual board that runs the
-//! firmware's own tasks in lockstep virtual time, scenarios, and the analysis of the vehicle class.
-// Not `forbid`: the time driver's two entry points are exported by name (virtual_board::time).
-#![deny(unsafe_code)]
+//! The command line of the biplanar bicycle's host tool, over the packages that do the work: `plant` (the
+//! physical vehicle), `virtual-board` (the firmware's tasks in virtual time, scenarios), `theory` (analysis
+//! and figures) and `report` (charts, pages, tables).
+#![forbid(unsafe_code)]
 
-pub mod analysis;
 pub mod cli;
-pub mod error;
-pub mod figures;
-pub mod html;
-pub mod link_client;
-pub mod plant;
-pub mod plot;
-pub mod scenario;
-pub mod virtual_board;

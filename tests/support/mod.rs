@@ -2,13 +2,13 @@
 #![allow(dead_code)] // Each test binary uses its part.
 
 use firmware::link::message::{HostMessage, Status};
-use hil_sim::link_client::LinkClient;
-use hil_sim::plant::Plant;
-use hil_sim::plant::terrain::Terrain;
-use hil_sim::virtual_board::VirtualBoard;
-use hil_sim::virtual_board::flash::VirtualFlash;
 use model::supervise::arming::{Mode, Request};
 use model::vehicle::Vehicle;
+use plant::Plant;
+use plant::terrain::Terrain;
+use virtual_board::board::VirtualBoard;
+use virtual_board::board::flash::VirtualFlash;
+use virtual_board::link_client::LinkClient;
 
 /// The reference vehicle.
 pub fn reference() -> Vehicle<f64> {

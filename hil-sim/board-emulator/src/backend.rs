@@ -2,8 +2,8 @@
 
 use std::sync::mpsc::channel;
 
-use hil_sim::plant::Plant;
-use hil_sim::scenario::{Backend, Observation};
+use plant::Plant;
+use virtual_board::scenario::{Backend, Observation};
 
 use crate::vehicle::VehicleAtPins;
 use crate::{Emulation, Error, Firmware, Settings};

@@ -8,7 +8,7 @@ use board_emulator::{Error, Firmware, MS, Settings, Work, build, flight, stored}
 use clap::Parser;
 use firmware::built_in;
 use hil_sim::cli::drive::{self, Arguments};
-use hil_sim::error::CommandError;
+use report::error::CommandError;
 
 /// The command line of `hil-sim drive`.
 #[derive(Debug, Parser)]

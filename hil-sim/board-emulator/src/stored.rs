@@ -1,6 +1,6 @@
 //! The firmware's stored parameters, laid into its flash before it starts.
 
-use hil_sim::virtual_board::flash::VirtualFlash;
+use virtual_board::board::flash::VirtualFlash;
 use model::vehicle::Vehicle;
 
 use crate::Error;

@@ -2,8 +2,8 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use hil_sim::plant::icm42688p::{Icm42688p, registers as register};
-use hil_sim::plant::{self, Plant};
+use plant::icm42688p::{Icm42688p, registers as register};
+use plant::{self, Plant};
 use model::sample::{Motor, imu_scale};
 
 use crate::plant::{BridgeState, ClosedPlant, ImuSensed, MOTORS, Sensed};

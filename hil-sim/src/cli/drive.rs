@@ -10,12 +10,12 @@ use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use serde::Serialize;
 
-use crate::cli::emulated;
-use crate::cli::output::{create_directory, print, progress_bar, write_file};
-use crate::error::CommandError;
-use crate::plant::Plant;
-use crate::scenario::file::{DEFAULT, DEFAULT_NAME};
-use crate::scenario::{self, Backend, Check, MetricValue, Outcome, Scenario, VirtualBackend, metrics};
+use crate::cli::{drive_page, emulated};
+use plant::Plant;
+use report::error::CommandError;
+use report::output::{create_directory, print, progress_bar, write_file};
+use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
+use virtual_board::scenario::{self, Backend, Check, DriveOutcome, MetricValue, Scenario, VirtualBackend, metrics};
 
 /// Flags of `drive`.
 #[derive(Debug, Args, Default)]
@@ -54,8 +54,6 @@ pub enum BoardKind {
 
 /// Where the report goes unless told otherwise.
 const DEFAULT_OUT: &str = "out/drive";
-const REFERENCE_VEHICLE: &str = include_str!("../../../vehicles/reference.toml");
-const REFERENCE_NAME: &str = "vehicles/reference.toml";
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
@@ -192,10 +190,7 @@ fn load_scenario(arguments: &Arguments) -> Result<Scenario, CommandError> {
 pub fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
     let vehicle = match path {
         Some(path) => vehicle_file::read_vehicle(path),
-        None => vehicle_file::parse(REFERENCE_NAME, REFERENCE_VEHICLE).and_then(|file| match file {
-            vehicle_file::VehicleFile::Vehicle(vehicle) => Ok(*vehicle),
-            vehicle_file::VehicleFile::Planar(_) => vehicle_file::read_vehicle(Path::new(REFERENCE_NAME)),
-        }),
+        None => vehicle_file::reference(),
     };
     vehicle.map_err(|error| CommandError::Input(error.to_string()))
 }
@@ -203,14 +198,14 @@ pub fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
 fn write_report(
     out: &Path,
     scenario: &Scenario,
-    outcome: &Outcome,
+    outcome: &DriveOutcome,
     values: &[MetricValue],
     checks: &[Check],
 ) -> Result<(), CommandError> {
     create_directory(out)?;
-    write_file(out, "trace.csv", &outcome.trace.columns().to_csv())?;
+    write_file(out, "trace.csv", &drive_page::columns(&outcome.trace).to_csv())?;
     let mut charts = Vec::new();
-    for (name, chart) in outcome.trace.charts() {
+    for (name, chart) in drive_page::charts(&outcome.trace) {
         let svg = chart.to_svg().map_err(CommandError::Other)?;
         write_file(out, &format!("{name}.svg"), &svg)?;
         charts.push(svg);
@@ -218,7 +213,7 @@ fn write_report(
     let mut log = outcome.log.join("\n");
     log.push('\n');
     write_file(out, "firmware.log", &log)?;
-    let page = scenario::report::page(scenario, values, checks, &charts, &outcome.log);
+    let page = drive_page::page(scenario, values, checks, &charts, &outcome.log);
     write_file(out, "index.html", &page)?;
     Ok(())
 }

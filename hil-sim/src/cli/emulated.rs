@@ -6,7 +6,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::error::CommandError;
+use report::error::CommandError;
 
 /// The emulator's manifest, beside this package's.
 const MANIFEST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/board-emulator/Cargo.toml");

@@ -10,9 +10,8 @@ use model::supervise::arming::{Mode, Request};
 use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use model::vehicle::{Field, VehicleParameters};
 
-use crate::cli::drive::load_vehicle;
-use crate::error::CommandError;
-use crate::link_client::LinkClient;
+use report::error::CommandError;
+use virtual_board::link_client::LinkClient;
 
 /// Flags of `link`.
 #[derive(Debug, Args)]
@@ -268,7 +267,8 @@ impl<W: Wire> Link<W> {
         let ParameterAnswer::Value { schema, .. } = self.ask(ParameterRequest::Read { number: 0 })? else {
             return Err(CommandError::Checks("the board has no parameters".into()));
         };
-        let with_camera = load_vehicle(None)?.parameters().cast::<f32>();
+        let reference = vehicle_file::reference().map_err(|error| CommandError::Other(error.to_string()))?;
+        let with_camera = reference.parameters().cast::<f32>();
         let without = VehicleParameters {
             camera: None,
             ..with_camera

@@ -3,26 +3,12 @@
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use theory::commands::{camera, coupled, critical, envelope, equilibrium, figures, lqr, simulate, slip_limit, spatial};
 
-pub mod camera;
-pub mod camera_arguments;
-pub mod coupled;
-pub mod critical;
 pub mod drive;
+pub mod drive_page;
 pub mod emulated;
-pub mod envelope;
-pub mod equilibrium;
-pub mod figures;
 pub mod link;
-pub mod lqr;
-pub mod output;
-pub mod planar_arguments;
-pub mod simulate;
-pub mod slip_limit;
-pub mod span;
-pub mod spatial;
-pub mod values;
-pub mod vehicle_argument;
 
 /// The biplanar bicycle, simulated and analysed.
 #[derive(Debug, Parser)]

@@ -120,10 +120,27 @@ pub fn read(path: &Path) -> Result<VehicleFile, VehicleFileError> {
 /// # Errors
 /// The first thing wrong with the file.
 pub fn read_vehicle(path: &Path) -> Result<Vehicle<f64>, VehicleFileError> {
-    match read(path)? {
+    whole_vehicle(&path.display().to_string(), read(path)?)
+}
+
+/// The text of the reference vehicle's file.
+pub const REFERENCE: &str = include_str!("../../../vehicles/reference.toml");
+/// Its name in messages.
+pub const REFERENCE_NAME: &str = "vehicles/reference.toml";
+
+/// The reference vehicle.
+///
+/// # Errors
+/// The first thing wrong with the file that this crate was built with.
+pub fn reference() -> Result<Vehicle<f64>, VehicleFileError> {
+    whole_vehicle(REFERENCE_NAME, parse(REFERENCE_NAME, REFERENCE)?)
+}
+
+fn whole_vehicle(file: &str, described: VehicleFile) -> Result<Vehicle<f64>, VehicleFileError> {
+    match described {
         VehicleFile::Vehicle(vehicle) => Ok(*vehicle),
         VehicleFile::Planar(_) => Err(VehicleFileError::MissingTable {
-            file: path.display().to_string(),
+            file: file.to_owned(),
             table: BodyParameters::<f64>::TABLE,
         }),
     }

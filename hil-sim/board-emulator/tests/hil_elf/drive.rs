@@ -5,9 +5,9 @@ use std::path::Path;
 use board_emulator::backend::EmulatedBackend;
 use board_emulator::{Settings, gaps, stored};
 use firmware::built_in;
-use hil_sim::plant::Plant;
-use hil_sim::scenario::trace::Row;
-use hil_sim::scenario::{self, Outcome, Scenario, VirtualBackend};
+use plant::Plant;
+use virtual_board::scenario::trace::Row;
+use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
 use model::vehicle::{Vehicle, VehicleParameters};
 
 use crate::support::firmware;
@@ -34,14 +34,14 @@ fn world(scenario: &Scenario) -> (Vehicle<f64>, Plant) {
     (vehicle, plant)
 }
 
-fn drive_virtual(scenario: &Scenario) -> Outcome {
+fn drive_virtual(scenario: &Scenario) -> DriveOutcome {
     let (vehicle, plant) = world(scenario);
     let mut backend = VirtualBackend::boot(&vehicle, plant).expect("the virtual board boots");
     scenario::run(scenario, &mut backend, |_| {})
 }
 
 /// Drives a vehicle that was laid into the emulated board's flash.
-fn drive_laid(scenario: &Scenario, parameters: &VehicleParameters<f64>) -> Outcome {
+fn drive_laid(scenario: &Scenario, parameters: &VehicleParameters<f64>) -> DriveOutcome {
     let vehicle = Vehicle::new(*parameters).expect("a consistent vehicle");
     let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
     let contents = [stored::set(&vehicle).expect("consistent in single precision")];
@@ -50,7 +50,7 @@ fn drive_laid(scenario: &Scenario, parameters: &VehicleParameters<f64>) -> Outco
     scenario::run(scenario, &mut backend, |_| {})
 }
 
-fn check(scenario: &Scenario, outcome: &Outcome, board: &str) {
+fn check(scenario: &Scenario, outcome: &DriveOutcome, board: &str) {
     for check in scenario::evaluate(scenario, outcome) {
         assert!(check.ok, "{board}: {check:?}");
     }

@@ -1,0 +1,247 @@
+//! The part over its bus.
+
+use super::*;
+use crate::noise::Noise;
+
+const STILL: Motion = Motion {
+    specific_force: [0.0, 0.0, GRAVITY_M_S2],
+    rate: [0.0, -1.0, 0.5],
+};
+const H: f64 = 5e-4;
+
+fn chip() -> Icm42688p {
+    Icm42688p::new(ImuErrors::NONE, Noise::new(1, 0))
+}
+
+fn read(chip: &mut Icm42688p, address: u8) -> u8 {
+    let mut bytes = [address | reg::READ, 0x55];
+    chip.transfer(&mut bytes);
+    bytes[1]
+}
+
+fn write(chip: &mut Icm42688p, address: u8, value: u8) {
+    chip.transfer(&mut [address, value]);
+}
+
+/// All data registers in one burst, as words.
+fn burst(chip: &mut Icm42688p) -> [i16; 7] {
+    let mut bytes = [0; 15];
+    bytes[0] = reg::TEMP_DATA1 | reg::READ;
+    chip.transfer(&mut bytes);
+    core::array::from_fn(|i| i16::from_be_bytes([bytes[1 + 2 * i], bytes[2 + 2 * i]]))
+}
+
+fn run(chip: &mut Icm42688p, seconds: f64, motion: &Motion) {
+    for _ in 0..(seconds / H).round() as usize {
+        chip.advance(H, motion);
+    }
+}
+
+/// Configured as the firmware does, run up.
+fn running() -> Icm42688p {
+    let mut c = chip();
+    // +-1000 deg/s and +-8 g, both at 1 kHz; two registers in one burst.
+    c.transfer(&mut [reg::GYRO_CONFIG0, 0x26, 0x26]);
+    write(&mut c, reg::PWR_MGMT0, 0x0f);
+    run(&mut c, 0.05, &STILL);
+    c
+}
+
+#[test]
+fn it_says_who_it_is_and_comes_up_off() {
+    let mut c = chip();
+    assert_eq!(read(&mut c, reg::WHO_AM_I), 0x47);
+    assert_eq!(read(&mut c, reg::GYRO_CONFIG0), 0x06);
+    assert_eq!(read(&mut c, reg::INT_STATUS), reg::INT_STATUS_RESET_DONE);
+    assert_eq!(read(&mut c, reg::INT_STATUS), 0, "reading clears it");
+    run(&mut c, 0.1, &STILL);
+    assert!(!c.data_ready());
+    assert_eq!(burst(&mut c), [INVALID; 7]);
+    write(&mut c, reg::WHO_AM_I, 0);
+    assert_eq!(read(&mut c, reg::WHO_AM_I), 0x47, "read only");
+}
+
+#[test]
+fn data_is_valid_only_after_the_start_up_times() {
+    let mut c = chip();
+    c.transfer(&mut [reg::GYRO_CONFIG0, 0x26, 0x26]);
+    write(&mut c, reg::PWR_MGMT0, 0x0f);
+    let (mut accel_ms, mut gyro_ms) = (None, None);
+    for ms in 1..=60 {
+        run(&mut c, 1e-3, &STILL);
+        let words = burst(&mut c);
+        if words[3] != INVALID {
+            accel_ms.get_or_insert(ms);
+        }
+        if words[5] != INVALID {
+            gyro_ms.get_or_insert(ms);
+        }
+    }
+    assert_eq!((accel_ms, gyro_ms), (Some(10), Some(30)));
+    write(&mut c, reg::PWR_MGMT0, 0x03);
+    assert_eq!(burst(&mut c)[5], INVALID, "a gyro switched off has no data");
+    assert_ne!(burst(&mut c)[3], INVALID);
+}
+
+#[test]
+fn readings_are_in_the_units_the_firmware_expects() {
+    let mut c = running();
+    let [_, ax, ay, az, gx, gy, gz] = burst(&mut c);
+    let scale = f64::from(model::sample::imu_scale::GYRO_LSB_PER_DEG_S);
+    assert_eq!((ax, ay, gx), (0, 0, 0));
+    assert_eq!(f64::from(az), f64::from(model::sample::imu_scale::ACCEL_LSB_PER_G));
+    assert_eq!(f64::from(gy), (-1.0_f64.to_degrees() * scale).round());
+    assert_eq!(f64::from(gz), (0.5_f64.to_degrees() * scale).round());
+}
+
+#[test]
+fn full_scale_is_honoured_and_saturates() {
+    let mut c = running();
+    // +-125 deg/s, +-2 g.
+    c.transfer(&mut [reg::GYRO_CONFIG0, 0x86, 0x66]);
+    run(&mut c, 0.01, &STILL);
+    let words = burst(&mut c);
+    assert_eq!(words[3], 16384);
+    assert_eq!(words[5], (-1.0_f64.to_degrees() * 262.0).round() as i16);
+    let hard = Motion {
+        specific_force: [-50.0, 0.0, 50.0],
+        rate: [10.0, -10.0, 0.0],
+    };
+    run(&mut c, 0.05, &hard);
+    let words = burst(&mut c);
+    assert_eq!((words[1], words[3], words[4], words[5]), (-32767, 32767, 32767, -32767));
+}
+
+#[test]
+fn data_comes_at_the_rate_that_was_asked_for() {
+    for (code, hertz) in [(0x06, 1000), (0x0f, 500), (0x07, 200), (0x08, 100)] {
+        let mut c = chip();
+        c.transfer(&mut [reg::GYRO_CONFIG0, 0x20 | code, 0x20 | code]);
+        write(&mut c, reg::PWR_MGMT0, 0x0f);
+        let mut samples = 0;
+        for _ in 0..2000 {
+            c.advance(H, &STILL);
+            if c.data_ready() {
+                samples += 1;
+                read(&mut c, reg::INT_STATUS);
+                assert!(!c.data_ready());
+            }
+        }
+        assert_eq!(samples, hertz, "in one second");
+    }
+}
+
+#[test]
+fn the_filter_follows_its_register() {
+    let mut c = running();
+    assert_eq!(c.sensor().filter().corner_hz(), 250.0, "as reset");
+    write(&mut c, reg::GYRO_ACCEL_CONFIG0, 0x06);
+    assert_eq!(c.sensor().filter().corner_hz(), 50.0);
+    write(&mut c, reg::GYRO_ACCEL_CONFIG0, 0x00);
+    assert_eq!(c.sensor().filter().corner_hz(), 500.0);
+}
+
+#[test]
+fn a_reset_takes_a_millisecond_and_forgets_everything() {
+    let mut c = running();
+    write(&mut c, reg::DEVICE_CONFIG, 1);
+    assert_eq!(read(&mut c, reg::WHO_AM_I), 0, "busy");
+    write(&mut c, reg::PWR_MGMT0, 0x0f);
+    run(&mut c, 1e-3, &STILL);
+    assert_eq!(read(&mut c, reg::WHO_AM_I), 0x47);
+    assert_eq!(read(&mut c, reg::PWR_MGMT0), 0, "what was written while busy is lost");
+    assert_eq!(read(&mut c, reg::GYRO_CONFIG0), 0x06);
+    assert_eq!(
+        read(&mut c, reg::INT_STATUS) & reg::INT_STATUS_RESET_DONE,
+        reg::INT_STATUS_RESET_DONE
+    );
+    run(&mut c, 0.05, &STILL);
+    assert!(!c.data_ready());
+}
+
+#[test]
+fn other_banks_are_other_registers() {
+    let mut c = running();
+    write(&mut c, reg::REG_BANK_SEL, 1);
+    assert_eq!(read(&mut c, reg::REG_BANK_SEL), 1);
+    assert_eq!(read(&mut c, reg::WHO_AM_I), 0);
+    write(&mut c, reg::PWR_MGMT0, 0xaa);
+    assert_eq!(read(&mut c, reg::PWR_MGMT0), 0xaa);
+    write(&mut c, reg::REG_BANK_SEL, 0);
+    assert_eq!(read(&mut c, reg::PWR_MGMT0), 0x0f, "bank 0 kept its own");
+    assert_eq!(read(&mut c, reg::WHO_AM_I), 0x47);
+}
+
+#[test]
+fn a_burst_reads_one_sample_even_if_another_comes_meanwhile() {
+    let mut c = running();
+    let before = burst(&mut c);
+    c.select();
+    c.exchange(reg::TEMP_DATA1 | reg::READ);
+    let mut bytes = Vec::new();
+    let other = Motion {
+        specific_force: [4.0, 4.0, 4.0],
+        rate: [2.0; 3],
+    };
+    for _ in 0..14 {
+        bytes.push(c.exchange(0));
+        run(&mut c, 2e-3, &other);
+    }
+    c.deselect();
+    let words: Vec<i16> = bytes.chunks(2).map(|b| i16::from_be_bytes([b[0], b[1]])).collect();
+    assert_eq!(words, before);
+    assert_ne!(burst(&mut c), before, "the new one is there afterwards");
+    assert_eq!(c.exchange(0x80), 0xff, "a chip that is not selected says nothing");
+}
+
+#[test]
+fn every_fault_shows_on_the_bus_as_it_must() {
+    use SensorFault as F;
+    let other = Motion {
+        specific_force: [0.0, 0.0, 5.0],
+        rate: [0.2; 3],
+    };
+    let good = {
+        let mut c = running();
+        run(&mut c, 0.03, &other);
+        burst(&mut c)
+    };
+    let with = |fault: F, seconds: f64| {
+        let mut c = running();
+        c.set_fault(fault);
+        run(&mut c, seconds, &other);
+        let answer = (read(&mut c, reg::WHO_AM_I), c.data_ready());
+        (answer, burst(&mut c))
+    };
+    let old = burst(&mut running());
+    assert_eq!(with(F::None, 0.03), ((0x47, true), good));
+    assert_eq!(with(F::Off, 0.03), ((0xff, false), [-1; 7]));
+    assert_eq!(with(F::Stuck, 0.03), ((0x47, true), old));
+    assert_eq!(with(F::WrongSign, 0.03).1[3], -good[3]);
+    assert_eq!(
+        with(F::WrongSign, 0.03).1[0],
+        good[0],
+        "temperature has no sign to be wrong"
+    );
+    let (_, garbage) = with(F::Garbage, 0.03);
+    let (_, later) = with(F::Garbage, 0.031);
+    assert!(garbage != good && garbage != later);
+    // 50 ms late: still the old data after 40, the new after 60.
+    assert_eq!(with(F::Delayed, 0.040).1, old);
+    assert_ne!(with(F::Delayed, 0.060).1, old);
+    // Started at 50 ms, turns of 20 ms: alive until 60, dead until 80, alive again.
+    assert_eq!(with(F::Intermittent, 0.005).0.0, 0x47);
+    assert_eq!(with(F::Intermittent, 0.020).0.0, 0xff);
+    assert_eq!(with(F::Intermittent, 0.035).0.0, 0x47);
+    let mut slow = running();
+    slow.set_fault(F::Slow);
+    let mut samples = 0;
+    read(&mut slow, reg::INT_STATUS);
+    for _ in 0..160 {
+        run(&mut slow, 1e-3, &other);
+        if read(&mut slow, reg::INT_STATUS) & reg::INT_STATUS_DATA_READY != 0 {
+            samples += 1;
+        }
+    }
+    assert_eq!(samples, 10);
+}

@@ -1,0 +1,7 @@
+//! How results reach a person: charts, tables, pages, JSON, progress bars, and errors with exit codes.
+#![forbid(unsafe_code)]
+
+pub mod error;
+pub mod html;
+pub mod output;
+pub mod plot;

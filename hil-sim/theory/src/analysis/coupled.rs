@@ -1,0 +1,281 @@
+//! The vehicle that carries a camera platform (ch. 8, corrected): responses and step limits.
+
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+
+use model::control::camera_law::CameraLaw;
+use model::control::speed_law::SpeedLaw;
+use model::dynamics::camera::CameraParameters;
+use model::dynamics::coupled::{
+    Bearing, Coupled, CoupledParameters, CoupledState, GAMMA, GAMMA_RATE, PHI, PHI_RATE, PSI, PSI_RATE, THETA,
+    THETA_RATE,
+};
+use model::dynamics::planar::PlanarParameters;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::critical::Direction;
+use super::dop853::Dense;
+use super::trajectory::{Extent, Trajectory, follow};
+use super::waveform::Waveform;
+
+/// Rate of the ballast beyond which a run is given up: it has long turned over.
+const RUNAWAY_RATE: f64 = 1e5;
+/// The span within which a step limit asks for a whirl or a tumble.
+pub const CRITICAL_SPAN: f64 = 100.0;
+
+/// The thesis's spar on the vehicle `planar`: `lp` wheel radii long, its ballast `kr` of M + m and the
+/// other masses, lengths, damping and motor of ch. 7 in proportion.
+pub fn with_thesis_spar(planar: PlanarParameters<f64>, lp: f64, kr: f64, bearing: Bearing) -> CoupledParameters<f64> {
+    let camera = CameraParameters::thesis();
+    CoupledParameters::with_camera(planar, &camera, lp, kr / camera.mr, bearing)
+}
+
+/// phi of the loaded vehicle's static equilibrium, (8.8) corrected; `None` beyond the static limit.
+pub fn static_phi(p: &CoupledParameters<f64>) -> Option<f64> {
+    let sine = p.hold_voltage() / (p.planar.alpha * p.planar.l);
+    (sine.abs() < 1.0).then(|| sine.asin())
+}
+
+/// The steepest slope (rad) on which the loaded vehicle stands: (8.9), corrected.
+pub fn static_limit(p: &CoupledParameters<f64>) -> f64 {
+    (p.planar.alpha * p.planar.l / (1.0 + p.platform_mass()))
+        .min(1.0)
+        .asin()
+}
+
+/// How a run ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Fate {
+    /// Neither of the two.
+    Ok,
+    /// The reaction mass turned fully.
+    Whirl,
+    /// The ballast turned fully first.
+    Tumble,
+}
+
+impl Fate {
+    /// The word used on the command line, in JSON and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Whirl => "whirl",
+            Self::Tumble => "tumble",
+        }
+    }
+}
+
+/// One vehicle with its spar controller and its input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drive {
+    /// The vehicle.
+    pub vehicle: CoupledParameters<f64>,
+    /// The spar's gains in vehicle units; without them the camera motor is left at v = 0.
+    pub gains: Option<[f64; 4]>,
+    /// The speed loop (3.25), if the drive's target is a speed and not a voltage.
+    pub law: Option<SpeedLaw<f64>>,
+    /// How the target is reached: a voltage from the hold, a speed from rest.
+    pub waveform: Waveform,
+    /// Time of that move.
+    pub ramp_time: f64,
+    /// phi at the start, at rest.
+    pub phi_0: f64,
+}
+
+/// What came of a drive.
+#[derive(Debug, Clone, Serialize)]
+pub struct CoupledRun {
+    /// Sample times.
+    pub t: Vec<f64>,
+    /// Wheel, rad.
+    pub theta: Vec<f64>,
+    /// Reaction mass from the vertical, rad.
+    pub phi: Vec<f64>,
+    /// Spar from the vertical, rad.
+    pub psi: Vec<f64>,
+    /// Ballast relative to the spar, rad.
+    pub gamma: Vec<f64>,
+    /// theta'.
+    pub theta_rate: Vec<f64>,
+    /// phi'.
+    pub phi_rate: Vec<f64>,
+    /// psi'.
+    pub psi_rate: Vec<f64>,
+    /// gamma'.
+    pub gamma_rate: Vec<f64>,
+    /// Drive voltage.
+    pub voltage: Vec<f64>,
+    /// Camera motor's voltage, in vehicle units.
+    pub v: Vec<f64>,
+    /// How it ended. A run whose ballast runs away ends early.
+    pub outcome: Fate,
+    /// Largest |psi|, deg.
+    pub psi_max_deg: f64,
+    /// Largest |phi|, deg.
+    pub phi_max_deg: f64,
+}
+
+/// A step limit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Critical {
+    /// The smallest final voltage that fails.
+    pub critical: f64,
+    /// How it fails.
+    pub outcome: Fate,
+}
+
+impl Drive {
+    /// A step from the static equilibrium; `None` if the slope has none.
+    pub fn step(vehicle: CoupledParameters<f64>, gains: Option<[f64; 4]>) -> Option<Self> {
+        let phi_0 = static_phi(&vehicle)?;
+        Some(Self {
+            vehicle,
+            gains,
+            law: None,
+            waveform: Waveform::Step,
+            ramp_time: 0.0,
+            phi_0,
+        })
+    }
+
+    /// The drive voltage at `t` in the state `x` on the way to `target`.
+    pub fn voltage(&self, target: f64, t: f64, x: &CoupledState<f64>) -> f64 {
+        let w = self.waveform.at(t, self.ramp_time);
+        match &self.law {
+            Some(law) => law.voltage(w * target, x[PHI], x[THETA_RATE], x[PHI_RATE]),
+            None if w == 1.0 => target,
+            None => {
+                let hold = self.vehicle.hold_voltage();
+                hold + (target - hold) * w
+            }
+        }
+    }
+
+    /// The camera motor's voltage in the state `x`.
+    pub fn camera_voltage(&self, x: &CoupledState<f64>) -> f64 {
+        let law = |gains| CameraLaw { gains }.voltage(x[PSI], x[GAMMA], x[PSI_RATE], x[GAMMA_RATE]);
+        self.gains.map_or(0.0, law)
+    }
+
+    /// Runs to `t_end` on the way to the final `target` and samples every `dt`.
+    pub fn run(&self, target: f64, t_end: f64, dt: f64) -> CoupledRun {
+        let mut samples = Trajectory::default();
+        let (mut psi, mut phi) = (Extent::EMPTY, Extent::EMPTY);
+        let mut outcome = Fate::Ok;
+        self.follow(target, t_end, |step| {
+            samples.sample(step, dt, t_end);
+            psi.see(step, 0.0, PSI);
+            phi.see(step, 0.0, PHI);
+            if outcome == Fate::Ok {
+                outcome = fate_of(step, self.phi_0);
+            }
+            false
+        });
+        CoupledRun {
+            theta: samples.component(THETA),
+            phi: samples.component(PHI),
+            psi: samples.component(PSI),
+            gamma: samples.component(GAMMA),
+            theta_rate: samples.component(THETA_RATE),
+            phi_rate: samples.component(PHI_RATE),
+            psi_rate: samples.component(PSI_RATE),
+            gamma_rate: samples.component(GAMMA_RATE),
+            voltage: samples
+                .t
+                .iter()
+                .zip(&samples.x)
+                .map(|(t, x)| self.voltage(target, *t, x))
+                .collect(),
+            v: samples.x.iter().map(|x| self.camera_voltage(x)).collect(),
+            t: samples.t,
+            outcome,
+            psi_max_deg: psi.largest().to_degrees(),
+            phi_max_deg: phi.largest().to_degrees(),
+        }
+    }
+
+    /// How the way to the final `target` ends within `t_end`.
+    pub fn fate(&self, target: f64, t_end: f64) -> Fate {
+        let mut fate = Fate::Ok;
+        self.follow(target, t_end, |step| {
+            fate = fate_of(step, self.phi_0);
+            fate != Fate::Ok
+        });
+        fate
+    }
+
+    /// Shows every step to `visit` until it says so or the ballast runs away.
+    fn follow(&self, target: f64, t_end: f64, mut visit: impl FnMut(&Dense<8>) -> bool) {
+        let model = Coupled::new(self.vehicle);
+        let rate = |t: f64, x: &CoupledState<f64>| model.rate(x, self.voltage(target, t, x), self.camera_voltage(x));
+        let start = [0.0, self.phi_0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        let kinks = [self.waveform.duration(self.ramp_time)];
+        // A step too small is a runaway too, and the last step seen has told so.
+        let _ = follow(rate, start, t_end, &kinks, |step| {
+            let runaway = step.at(step.end())[GAMMA_RATE].abs() > RUNAWAY_RATE;
+            if visit(step) || runaway {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        });
+    }
+
+    /// The smallest final voltage (or speed, with a speed loop) above the hold whose response whirls or tumbles within
+    /// [`CRITICAL_SPAN`], to 1e-8: a scan upwards, then bisection; `None` if none up to 1000 above it.
+    /// [`Direction::Reverse`] searches below the hold instead.
+    pub fn critical(&self, direction: Direction) -> Option<Critical> {
+        const BATCH: usize = 64;
+        let hold = if self.law.is_some() {
+            0.0
+        } else {
+            self.vehicle.hold_voltage()
+        };
+        let way = direction.sign();
+        let fate = |distance: f64| self.fate(hold + way * distance, CRITICAL_SPAN);
+        let mut distance: f64 = 0.0;
+        let mut bracket = None;
+        while bracket.is_none() && distance < 1000.0 {
+            let mut edges = vec![distance];
+            for _ in 0..BATCH {
+                distance += (0.004 * distance).max(0.01);
+                edges.push(distance);
+            }
+            let fates: Vec<Fate> = edges.par_iter().map(|d| fate(*d)).collect();
+            bracket = fates
+                .iter()
+                .position(|f| *f != Fate::Ok)
+                .map(|k| (edges[k.saturating_sub(1)], edges[k], fates[k]));
+        }
+        let (mut good, mut bad, mut outcome) = bracket?;
+        while bad - good > 2e-9 {
+            let middle = 0.5 * (good + bad);
+            match fate(middle) {
+                Fate::Ok => good = middle,
+                failed => (bad, outcome) = (middle, failed),
+            }
+        }
+        Some(Critical {
+            critical: hold + way * bad,
+            outcome,
+        })
+    }
+}
+
+/// Whether something has turned fully by the end of a step, and what.
+fn fate_of(step: &Dense<8>, phi_0: f64) -> Fate {
+    let x = step.at(step.end());
+    if (x[PHI] - phi_0).abs() >= TAU {
+        Fate::Whirl
+    } else if x[GAMMA].abs() >= TAU {
+        Fate::Tumble
+    } else {
+        Fate::Ok
+    }
+}
+
+#[cfg(test)]
+#[path = "coupled_tests.rs"]
+mod tests;

@@ -1,0 +1,161 @@
+//! `hil-sim coupled`.
+
+use clap::{Args, ValueEnum};
+use model::dynamics::coupled::{Bearing, CoupledParameters};
+
+use crate::analysis::coupled::{CoupledRun, Drive, Fate, static_limit};
+use crate::analysis::critical::Direction;
+use crate::analysis::lqr::{Weights, regulator};
+use crate::commands::planar_arguments::{PlanarArguments, PlanarVehicle, WaveformArguments};
+use crate::commands::span::SpanArguments;
+use crate::commands::values::{LARGEST_INPUT, finite, positive, require, within};
+use report::error::CommandError;
+use report::output::{OutputArguments, Report};
+use report::plot::{Chart, Columns, Series};
+
+/// Flags of `coupled`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    planar: PlanarArguments,
+    /// Spar length over wheel radius, > 0; the other lengths in proportion [default: the vehicle's, or 1]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    lp: Option<f64>,
+    /// Ballast over the vehicle's mass M + m, > 0; the other masses in proportion [default: the
+    /// vehicle's, or 0.15]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    kr: Option<f64>,
+    /// Whether the spar's regulator is on
+    #[arg(long, value_name = "true|false", default_value_t = true, action = clap::ArgAction::Set)]
+    controlled: bool,
+    /// What the spar's damped bearing turns against
+    #[arg(long, value_enum, default_value_t = BearingName::Inertial)]
+    bearing: BearingName,
+    /// Final drive voltage; the hold on the slope if not given
+    #[arg(long, value_name = "U", value_parser = finite, allow_hyphen_values = true)]
+    voltage: Option<f64>,
+    #[command(flatten)]
+    waveform: WaveformArguments,
+    /// Search the smallest final voltage that whirls the vehicle or tumbles the ballast
+    #[arg(long, conflicts_with = "voltage")]
+    critical: bool,
+    /// Which way from the hold to search
+    #[arg(long, value_enum, default_value_t = Direction::Forward, requires = "critical")]
+    direction: Direction,
+    #[command(flatten)]
+    span: SpanArguments,
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+/// A bearing's name on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum BearingName {
+    /// Nothing, as printed in (8.3)
+    Inertial,
+    /// The chassis
+    Chassis,
+    /// The turning axle
+    Axle,
+}
+
+impl From<BearingName> for Bearing {
+    fn from(name: BearingName) -> Self {
+        match name {
+            BearingName::Inertial => Self::Inertial,
+            BearingName::Chassis => Self::Chassis,
+            BearingName::Axle => Self::Axle,
+        }
+    }
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CommandError::Input`] on bad parameters or a slope on which the loaded vehicle cannot stand,
+/// [`CommandError::Other`] where no voltage fails.
+pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let PlanarVehicle {
+        parameters: planar,
+        source,
+        beta_name,
+    } = arguments.planar.resolve()?;
+    let bearing = arguments.bearing.into();
+    let (carried, camera) = source.coupled(bearing)?;
+    let lp = positive("--lp", arguments.lp.unwrap_or(carried.lp))?;
+    let kr = positive("--kr", arguments.kr.unwrap_or(carried.kr))?;
+    let vehicle = CoupledParameters::with_camera(planar, &camera, lp, kr / camera.mr, bearing);
+    let gains = if arguments.controlled {
+        let gains = regulator(&camera, &Weights::THESIS)?.gains;
+        Some(vehicle.gains_in_vehicle_units(gains))
+    } else {
+        None
+    };
+    let Some(at_rest) = Drive::step(vehicle, gains) else {
+        let limit = static_limit(&vehicle);
+        let allowed = format!("within the loaded vehicle's static limit |beta| < {limit} rad");
+        return require(&beta_name, planar.beta, false, &allowed).map(|_| ());
+    };
+    let (waveform, ramp_time) = arguments.waveform.resolve()?;
+    let drive = Drive {
+        waveform,
+        ramp_time,
+        ..at_rest
+    };
+    if arguments.critical {
+        let Some(found) = drive.critical(arguments.direction) else {
+            return Err(CommandError::Other(
+                "no final voltage within 1000 of the hold whirls or tumbles".into(),
+            ));
+        };
+        let report = Report::new("coupled", &found)
+            .line("critical voltage", format!("{:.8}", found.critical))
+            .line("outcome", found.outcome.name());
+        return arguments.output.emit(&report);
+    }
+    let (t_end, sample) = arguments.span.resolve(100.0, 0.05)?;
+    let voltage = arguments.voltage.unwrap_or_else(|| vehicle.hold_voltage());
+    let result = drive.run(within("--voltage", voltage, LARGEST_INPUT)?, t_end, sample);
+    let reached = result.t.last().copied().unwrap_or(0.0);
+    if result.outcome == Fate::Ok && reached < t_end - 1.001 * sample {
+        return Err(CommandError::Other(format!(
+            "the motion cannot be followed beyond t = {reached}"
+        )));
+    }
+    arguments.output.emit(&report(&result))
+}
+
+fn report(result: &CoupledRun) -> Report<'_, CoupledRun> {
+    let named = [
+        ("t", &result.t),
+        ("theta", &result.theta),
+        ("phi", &result.phi),
+        ("psi", &result.psi),
+        ("gamma", &result.gamma),
+        ("theta_rate", &result.theta_rate),
+        ("phi_rate", &result.phi_rate),
+        ("psi_rate", &result.psi_rate),
+        ("gamma_rate", &result.gamma_rate),
+        ("voltage", &result.voltage),
+        ("v", &result.v),
+    ];
+    let columns = named
+        .iter()
+        .fold(Columns::new(), |c, (name, values)| c.with(*name, (*values).clone()));
+    let degrees = |x: &[f64]| x.iter().map(|x| x.to_degrees()).collect::<Vec<_>>();
+    Report::new("coupled", result)
+        .line("outcome", result.outcome.name())
+        .line("largest spar angle (deg)", format!("{:.4}", result.psi_max_deg))
+        .line(
+            "largest reaction-mass angle (deg)",
+            format!("{:.4}", result.phi_max_deg),
+        )
+        .columns(columns)
+        .chart(
+            "angles",
+            Chart::new("Vehicle and camera platform", "time (1/w)", "angle (deg)")
+                .with(Series::new("spar", &result.t, &degrees(&result.psi)))
+                .with(Series::new("ballast", &result.t, &degrees(&result.gamma)))
+                .with(Series::new("reaction mass", &result.t, &degrees(&result.phi))),
+        )
+}

@@ -1,0 +1,120 @@
+//! `hil-sim critical`: the smallest final voltage or reference speed that makes the mass turn over.
+
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use crate::analysis::critical::{Direction, critical};
+use crate::analysis::input::Input;
+use crate::commands::planar_arguments::{LawArguments, PlanarArguments, WaveformArguments};
+use crate::commands::simulate::start_phi;
+use crate::commands::values::{LARGEST_START, finite, positive, require, within};
+use report::error::CommandError;
+use report::output::{OutputArguments, Report};
+use report::plot::Columns;
+
+/// What is searched.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Quantity {
+    /// The final open-loop voltage
+    Voltage,
+    /// The final reference speed of the speed law
+    Reference,
+}
+
+/// Flags of `critical`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    vehicle: PlanarArguments,
+    /// What is searched
+    #[arg(long, value_enum, default_value_t = Quantity::Voltage)]
+    quantity: Quantity,
+    #[command(flatten)]
+    shape: WaveformArguments,
+    /// phi at the start, rad; the static equilibrium if not given
+    #[arg(long, value_name = "X", value_parser = finite, allow_hyphen_values = true)]
+    phi0: Option<f64>,
+    /// theta' at the start
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
+    theta_rate0: f64,
+    /// Search above or below the hold
+    #[arg(long, value_enum, default_value_t = Direction::Forward)]
+    direction: Direction,
+    #[command(flatten)]
+    law: LawArguments,
+    /// Voltage available either way (with --quantity reference)
+    #[arg(long, value_name = "U", value_parser = finite, allow_hyphen_values = true)]
+    u_max: Option<f64>,
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+/// What the command prints with `--json`.
+#[derive(Debug, Serialize)]
+struct CriticalJson {
+    /// The smallest failing final value; null if none fails.
+    critical: Option<f64>,
+    /// +1 or -1.
+    whirl_direction: Option<i8>,
+    /// Whether the start already fails at the hold, so that the search began beyond it.
+    hold_fails: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CommandError::Input`] on bad parameters.
+pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let vehicle = arguments.vehicle.resolve()?;
+    let p = vehicle.in_equilibrium()?;
+    let (waveform, ramp_time) = arguments.shape.resolve()?;
+    let u_max = arguments.u_max.map_or(Ok(f64::INFINITY), |u| positive("--u-max", u))?;
+    let phi = start_phi(&vehicle, arguments.phi0)?;
+    require(
+        "--phi0",
+        phi,
+        phi.abs() <= std::f64::consts::TAU,
+        "between -2 pi and 2 pi (rad)",
+    )?;
+    within("--theta-rate0", arguments.theta_rate0, LARGEST_START)?;
+    let step = match arguments.quantity {
+        Quantity::Voltage => Input::voltage_step(&p, 0.0),
+        Quantity::Reference => Input {
+            u_max,
+            ..Input::reference_step(arguments.law.resolve(&p)?, 0.0)
+        },
+    };
+    let input = step.shaped(waveform, ramp_time);
+    let found = critical(&p, &input, [phi, arguments.theta_rate0, 0.0], arguments.direction).map_err(|e| {
+        let (kp, kd) = (arguments.law.kp, arguments.law.kd);
+        CommandError::Input(format!("{e} (--zeta is {}, --kp is {kp}, --kd is {kd})", p.zeta))
+    })?;
+    let outcome = CriticalJson {
+        critical: found.map(|c| c.value),
+        whirl_direction: found.map(|c| c.whirl_direction),
+        hold_fails: found.is_some_and(|c| c.hold_fails),
+    };
+    let name = match arguments.quantity {
+        Quantity::Voltage => "critical voltage",
+        Quantity::Reference => "critical reference",
+    };
+    let mut report = Report::new("critical", &outcome);
+    report = match found {
+        None => report.line(name, "none: no final value makes the mass turn over"),
+        Some(c) => report
+            .line(name, format!("{:.10}", c.value))
+            .line(
+                "the mass turns",
+                if c.whirl_direction > 0 { "forward" } else { "backward" },
+            )
+            .columns(
+                Columns::new()
+                    .with("critical", vec![c.value])
+                    .with("whirl_direction", vec![f64::from(c.whirl_direction)]),
+            ),
+    };
+    if outcome.hold_fails {
+        report = report.line("note", "the start already turns over at the hold; searched beyond it");
+    }
+    arguments.output.emit(&report)
+}

@@ -1,0 +1,118 @@
+//! `hil-sim envelope`: the critical voltage over the slope, for several waveforms.
+
+use clap::Args;
+use model::dynamics::planar::PlanarParameters;
+use serde::Serialize;
+
+use crate::analysis::envelope::{Row, envelope, slopes};
+use crate::analysis::waveform::Waveform;
+use crate::commands::planar_arguments::{PlanarArguments, ramp_time, require_static_equilibrium};
+use crate::commands::values::{finite, require};
+use report::error::CommandError;
+use report::output::{OutputArguments, Report, progress_bar};
+use report::plot::{Chart, Columns, Series};
+
+/// Flags of `envelope`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    vehicle: PlanarArguments,
+    /// Waveforms, separated by commas; all eleven if not given
+    #[arg(long, value_name = "A,B", value_enum, value_delimiter = ',')]
+    waveforms: Vec<Waveform>,
+    /// Time the waveform takes to arrive, in time units
+    #[arg(long, value_name = "T", default_value_t = 5.0, value_parser = finite, allow_hyphen_values = true)]
+    ramp_time: f64,
+    /// Slopes in rad: first, last and how many (--beta is ignored)
+    #[arg(long, value_name = "MIN:MAX:N", default_value = "-0.4:0.7:41", value_parser = slope_range, allow_hyphen_values = true)]
+    slopes: SlopeRange,
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+/// Equidistant slopes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct SlopeRange {
+    first: f64,
+    last: f64,
+    count: usize,
+}
+
+/// The most slopes of one envelope.
+const MOST_SLOPES: usize = 100_000;
+
+fn slope_range(text: &str) -> Result<SlopeRange, String> {
+    let allowed = "must be MIN:MAX:N with finite MIN <= MAX in rad and N from 1 to 100000, e.g. -0.3:0.7:41";
+    let [first, last, count] = text.split(':').collect::<Vec<_>>()[..] else {
+        return Err(allowed.into());
+    };
+    match (finite(first), finite(last), count.trim().parse::<usize>()) {
+        (Ok(first), Ok(last), Ok(count)) if first <= last && (1..=MOST_SLOPES).contains(&count) => {
+            Ok(SlopeRange { first, last, count })
+        }
+        _ => Err(allowed.into()),
+    }
+}
+
+/// What the command prints with `--json`.
+#[derive(Debug, Serialize)]
+struct EnvelopeJson {
+    rows: Vec<Row>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CommandError::Input`] on bad parameters.
+pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let SlopeRange { first, last, count } = arguments.slopes;
+    // The slopes stand in for --beta and for the slope of a [planar] file.
+    let vehicle = PlanarArguments {
+        beta: Some(0.0),
+        ..arguments.vehicle.clone()
+    };
+    let p = vehicle.resolve()?.parameters;
+    for beta in [first, last] {
+        let quarter = std::f64::consts::FRAC_PI_2;
+        require("--slopes", beta, beta.abs() < quarter, "between -pi/2 and pi/2 (rad)")?;
+        require_static_equilibrium("--slopes", &PlanarParameters { beta, ..p })?;
+    }
+    let ramp_time = ramp_time(arguments.ramp_time)?;
+    let waveforms = if arguments.waveforms.is_empty() {
+        &Waveform::ALL[..]
+    } else {
+        &arguments.waveforms
+    };
+    let slopes = slopes(first, last, count);
+    let bar = progress_bar(waveforms.len() * slopes.len(), "envelope");
+    let rows = envelope(&p, waveforms, ramp_time, &slopes, || bar.inc(1))
+        .map_err(|e| CommandError::Input(format!("{e} (--zeta is {})", p.zeta)))?;
+    bar.finish_and_clear();
+    let outcome = EnvelopeJson { rows };
+    arguments.output.emit(&report(&outcome, waveforms, &slopes))
+}
+
+fn report<'a>(outcome: &'a EnvelopeJson, waveforms: &[Waveform], slopes: &[f64]) -> Report<'a, EnvelopeJson> {
+    let mut report = Report::new("envelope", outcome).line(
+        "waveform",
+        format!(
+            "critical voltage at beta = {:.4} .. {:.4}",
+            slopes[0],
+            slopes[slopes.len() - 1]
+        ),
+    );
+    let mut columns = Columns::new().with("beta", slopes);
+    let mut chart = Chart::new("Whirl limits", "slope beta (rad)", "critical voltage U");
+    for (waveform, rows) in waveforms.iter().zip(outcome.rows.chunks(slopes.len())) {
+        let values: Vec<f64> = rows.iter().map(|r| r.critical.unwrap_or(f64::NAN)).collect();
+        let few = values
+            .iter()
+            .step_by(values.len().div_ceil(6))
+            .map(|v| format!("{v:.4}"))
+            .collect::<Vec<_>>();
+        report = report.line(waveform.name(), few.join("  "));
+        chart = chart.with(Series::new(waveform.name(), slopes, &values));
+        columns = columns.with(waveform.name(), values);
+    }
+    report.columns(columns).chart("critical", chart)
+}

@@ -1,0 +1,98 @@
+//! `hil-sim equilibrium`: where the vehicle can stand or roll steadily, and its poles there.
+
+use clap::Args;
+use serde::Serialize;
+
+use crate::analysis::equilibrium::{poles, static_phi, steady_theta_rate};
+use crate::commands::planar_arguments::{LawArguments, PlanarArguments};
+use crate::commands::values::{LARGEST_INPUT, finite, require, within};
+use report::error::CommandError;
+use report::output::{OutputArguments, Report};
+use report::plot::Columns;
+
+/// Flags of `equilibrium`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    vehicle: PlanarArguments,
+    /// Constant nondimensional voltage; the hold, sin(beta), if not given
+    #[arg(long, value_name = "U", value_parser = finite, allow_hyphen_values = true)]
+    voltage: Option<f64>,
+    #[command(flatten)]
+    law: LawArguments,
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+/// What the command prints with `--json`.
+#[derive(Debug, Serialize)]
+struct EquilibriumJson {
+    /// Stable equilibrium angle, rad; null if there is none.
+    phi: Option<f64>,
+    /// Steady wheel rate, rad per time unit; null if there is none.
+    theta_rate: Option<f64>,
+    /// Whether the slope is within the static limit.
+    exists: bool,
+    /// Open-loop poles of (phi, theta', phi'), `[re, im]`.
+    poles: Vec<[f64; 2]>,
+    /// Poles under the speed law.
+    poles_closed: Vec<[f64; 2]>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CommandError::Input`] on bad parameters.
+pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let p = arguments.vehicle.resolve()?.parameters;
+    let law = arguments.law.resolve(&p)?;
+    let hold = p.beta.sin();
+    let voltage = within("--voltage", arguments.voltage.unwrap_or(hold), LARGEST_INPUT)?;
+    if p.zeta == 0.0 {
+        let allowed = format!("the hold sin(beta) = {hold} without damping: no other voltage has a steady speed");
+        require("--voltage", voltage, voltage == hold, &allowed)?;
+    }
+    let phi = static_phi(&p);
+    let outcome = EquilibriumJson {
+        phi,
+        theta_rate: phi.map(|_| steady_theta_rate(&p, voltage)),
+        exists: phi.is_some(),
+        poles: phi.map_or_else(Vec::new, |phi| poles(&p, phi, None).to_vec()),
+        poles_closed: phi.map_or_else(Vec::new, |phi| poles(&p, phi, Some(&law)).to_vec()),
+    };
+    let text = |poles: &[[f64; 2]]| {
+        let one = |z: &[f64; 2]| {
+            if z[1] == 0.0 {
+                format!("{:.6}", z[0])
+            } else {
+                format!("{:.6}{:+.6}i", z[0], z[1])
+            }
+        };
+        poles.iter().map(one).collect::<Vec<_>>().join(", ")
+    };
+    let part = |poles: &[[f64; 2]], i: usize| poles.iter().map(|z| z[i]).collect::<Vec<f64>>();
+    let columns = Columns::new()
+        .with("pole_re", part(&outcome.poles, 0))
+        .with("pole_im", part(&outcome.poles, 1))
+        .with("pole_closed_re", part(&outcome.poles_closed, 0))
+        .with("pole_closed_im", part(&outcome.poles_closed, 1));
+    let mut report = Report::new("equilibrium", &outcome).columns(columns);
+    report = match phi {
+        None => report.line(
+            "equilibrium",
+            format!(
+                "none: |beta| is beyond the static limit {:.6} rad",
+                (p.alpha * p.l).asin()
+            ),
+        ),
+        Some(phi) => report
+            .line("phi", format!("{phi:.6} rad ({:.3} deg)", phi.to_degrees()))
+            .line("theta_rate", format!("{:.6}", steady_theta_rate(&p, voltage)))
+            .line("poles, open loop", text(&outcome.poles))
+            .line(
+                format!("poles, kp {} kd {}", law.kp, law.kd),
+                text(&outcome.poles_closed),
+            ),
+    };
+    arguments.output.emit(&report)
+}

@@ -1,0 +1,215 @@
+//! The flags of the planar vehicle, shared by every command of chapters 3 to 5 and 8.
+
+use clap::Args;
+use model::control::speed_law::SpeedLaw;
+use model::dynamics::planar::PlanarParameters;
+
+use crate::analysis::waveform::Waveform;
+use crate::commands::values::{finite, gain, not_negative, positive, require};
+use crate::commands::vehicle_argument::{Source, VehicleArgument};
+use report::error::CommandError;
+
+/// The nondimensional planar vehicle: each parameter from its flag, else from the vehicle file, else the
+/// thesis's (3.26), with its total damping.
+#[derive(Debug, Clone, Default, Args)]
+pub struct PlanarArguments {
+    /// The vehicle file.
+    #[command(flatten)]
+    pub vehicle: VehicleArgument,
+    /// Arm length over wheel radius, > 0 [default: the vehicle's, or 0.8]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    pub l: Option<f64>,
+    /// Reaction mass over total mass, above 0 and below 1 [default: the vehicle's, or 0.9]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    pub alpha: Option<f64>,
+    /// Total damping, back-EMF included, >= 0 [default: the vehicle's, or 2.2]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    pub zeta: Option<f64>,
+    /// Wheel inertia, >= 0 [default: the vehicle's, or 0.066]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    pub mu: Option<f64>,
+    /// Reflected rotor inertia, >= 0 [default: the vehicle's, or 0]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    pub nu: Option<f64>,
+    /// Slope in rad, positive uphill [default: that of a `[planar]` file, or 0.0873]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    pub beta: Option<f64>,
+}
+
+/// A planar vehicle, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlanarVehicle {
+    /// Its parameters.
+    pub parameters: PlanarParameters<f64>,
+    /// Where those come from that no flag gives.
+    pub source: Source,
+    /// What to call its slope in a message: the flag, or its place in the vehicle file.
+    pub beta_name: String,
+}
+
+impl PlanarArguments {
+    /// The vehicle these flags describe, every range checked.
+    ///
+    /// # Errors
+    /// [`CommandError::Input`] naming the file and field or the flag, the value and the allowed range.
+    pub fn resolve(&self) -> Result<PlanarVehicle, CommandError> {
+        let source = self.vehicle.read()?;
+        let default = source.planar();
+        let parameters = PlanarParameters {
+            l: self.l.unwrap_or(default.l),
+            alpha: self.alpha.unwrap_or(default.alpha),
+            zeta: self.zeta.unwrap_or(default.zeta),
+            mu: self.mu.unwrap_or(default.mu),
+            nu: self.nu.unwrap_or(default.nu),
+            beta: self.beta.unwrap_or(default.beta),
+        };
+        let PlanarParameters {
+            l,
+            alpha,
+            zeta,
+            mu,
+            nu,
+            beta,
+        } = parameters;
+        positive("--l", l)?;
+        require("--alpha", alpha, alpha > 0.0 && alpha < 1.0, "above 0 and below 1")?;
+        not_negative("--zeta", zeta)?;
+        not_negative("--mu", mu)?;
+        not_negative("--nu", nu)?;
+        let quarter = std::f64::consts::FRAC_PI_2;
+        require("--beta", beta, beta.abs() < quarter, "between -pi/2 and pi/2 (rad)")?;
+        let beta_name = source.name("beta", self.beta.is_some());
+        Ok(PlanarVehicle {
+            parameters,
+            source,
+            beta_name,
+        })
+    }
+}
+
+impl PlanarVehicle {
+    /// The parameters, for a command that starts from the static equilibrium: the slope must have one
+    /// (3.16), `|sin beta| < alpha l`.
+    ///
+    /// # Errors
+    /// [`CommandError::Input`] naming the slope and the limit.
+    pub fn in_equilibrium(&self) -> Result<PlanarParameters<f64>, CommandError> {
+        require_static_equilibrium(&self.beta_name, &self.parameters)?;
+        Ok(self.parameters)
+    }
+}
+
+/// Refuses a slope, called `name`, on which the vehicle cannot stand (3.16): `|sin beta| < alpha l` is needed.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the slope and the limit.
+pub fn require_static_equilibrium(name: &str, p: &PlanarParameters<f64>) -> Result<(), CommandError> {
+    let al = p.alpha * p.l;
+    let allowed = if al < 1.0 {
+        format!("within the static limit |beta| < asin(alpha l) = {} rad", al.asin())
+    } else {
+        "between -pi/2 and pi/2 (rad)".to_owned()
+    };
+    require(name, p.beta, p.beta.sin().abs() < al, &allowed).map(|_| ())
+}
+
+/// The gains of the speed law (3.25), corrected.
+#[derive(Debug, Clone, Args)]
+pub struct LawArguments {
+    /// Gain on theta' - theta'_ref
+    #[arg(long, default_value_t = 0.8, value_parser = finite, allow_hyphen_values = true)]
+    pub kp: f64,
+    /// Gain on phi', entering with a minus sign
+    #[arg(long, default_value_t = 10.0, value_parser = finite, allow_hyphen_values = true)]
+    pub kd: f64,
+    /// Damping assumed in the feed-forward; the vehicle's own if not given
+    #[arg(long, value_name = "ZETA", value_parser = finite, allow_hyphen_values = true)]
+    pub feed_forward: Option<f64>,
+}
+
+impl LawArguments {
+    /// The law for the vehicle `p`.
+    ///
+    /// # Errors
+    /// [`CommandError::Input`] naming the flag; every gain of reasonable size is a law, stable or not.
+    pub fn resolve(&self, p: &PlanarParameters<f64>) -> Result<SpeedLaw<f64>, CommandError> {
+        let feed_forward_zeta = gain("--feed-forward", self.feed_forward.unwrap_or(p.zeta))?;
+        Ok(SpeedLaw {
+            feed_forward_zeta,
+            alpha_l: p.alpha * p.l,
+            kp: gain("--kp", self.kp)?,
+            kd: gain("--kd", self.kd)?,
+        })
+    }
+}
+
+/// How an input arrives at its final value.
+#[derive(Debug, Clone, Args)]
+pub struct WaveformArguments {
+    /// Shape of the input
+    #[arg(long, value_enum, default_value_t = Waveform::Step)]
+    pub waveform: Waveform,
+    /// Time the waveform takes to arrive, in time units
+    #[arg(long, value_name = "T", default_value_t = 5.0, value_parser = finite, allow_hyphen_values = true)]
+    pub ramp_time: f64,
+}
+
+impl WaveformArguments {
+    /// The waveform and its ramp time, checked.
+    ///
+    /// # Errors
+    /// [`CommandError::Input`] for a negative or absurd ramp time.
+    pub fn resolve(&self) -> Result<(Waveform, f64), CommandError> {
+        Ok((self.waveform, ramp_time(self.ramp_time)?))
+    }
+}
+
+/// The longest ramp, in time units.
+const LONGEST_RAMP: f64 = 1e4;
+
+/// The `--ramp-time`, checked.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the flag, the value and the allowed range.
+pub fn ramp_time(value: f64) -> Result<f64, CommandError> {
+    let ok = (0.0..=LONGEST_RAMP).contains(&value);
+    let allowed = format!("zero or more and at most {LONGEST_RAMP}");
+    require("--ramp-time", value, ok, &allowed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn with(change: impl FnOnce(&mut PlanarArguments)) -> Result<PlanarParameters<f64>, String> {
+        let mut arguments = PlanarArguments::default();
+        change(&mut arguments);
+        arguments
+            .resolve()
+            .and_then(|vehicle| vehicle.in_equilibrium())
+            .map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn each_bad_value_is_named() {
+        assert_eq!(with(|_| ()), Ok(PlanarParameters::thesis()));
+        for (start, found) in [
+            ("--l is 0", with(|a| a.l = Some(0.0))),
+            ("--alpha is 1", with(|a| a.alpha = Some(1.0))),
+            ("--alpha is -0.1", with(|a| a.alpha = Some(-0.1))),
+            ("--zeta is -1", with(|a| a.zeta = Some(-1.0))),
+            ("--mu is NaN", with(|a| a.mu = Some(f64::NAN))),
+            ("--nu is inf", with(|a| a.nu = Some(f64::INFINITY))),
+            ("--beta is 0.81", with(|a| a.beta = Some(0.81))),
+            ("--beta is -1.6", with(|a| a.beta = Some(-1.6))),
+        ] {
+            let message = found.unwrap_err();
+            assert!(message.starts_with(start) && message.contains("must be"), "{message}");
+        }
+        let steep = PlanarArguments {
+            beta: Some(0.81),
+            ..PlanarArguments::default()
+        };
+        assert!(steep.resolve().is_ok());
+    }
+}

@@ -1,0 +1,155 @@
+//! `hil-sim simulate`: one run of the planar vehicle, open loop or under the speed law.
+
+use clap::Args;
+use model::dynamics::planar::PlanarParameters;
+
+use crate::analysis::equilibrium::static_phi;
+use crate::analysis::input::Input;
+use crate::analysis::simulate::{Run, simulate, simulate_f32};
+use crate::commands::planar_arguments::{LawArguments, PlanarArguments, PlanarVehicle, WaveformArguments};
+use crate::commands::span::SpanArguments;
+use crate::commands::values::{LARGEST_INPUT, LARGEST_START, finite, positive, require, within};
+use report::error::CommandError;
+use report::output::{OutputArguments, Report};
+use report::plot::{Chart, Columns, Series};
+
+/// The most fixed steps of a run.
+const MOST_FIXED_STEPS: f64 = 1e8;
+
+/// Flags of `simulate`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    vehicle: PlanarArguments,
+    /// Open loop: the final nondimensional voltage; it starts from the hold, sin(beta)
+    #[arg(long, value_name = "U", value_parser = finite, allow_hyphen_values = true, required_unless_present = "reference")]
+    voltage: Option<f64>,
+    /// Closed loop: the final reference speed theta'; it starts from 0
+    #[arg(long, value_name = "R", value_parser = finite, allow_hyphen_values = true, conflicts_with = "voltage")]
+    reference: Option<f64>,
+    #[command(flatten)]
+    law: LawArguments,
+    #[command(flatten)]
+    shape: WaveformArguments,
+    /// Voltage available either way
+    #[arg(long, value_name = "U", value_parser = finite, allow_hyphen_values = true)]
+    u_max: Option<f64>,
+    /// phi at the start, rad; the static equilibrium if not given
+    #[arg(long, value_name = "X", value_parser = finite, allow_hyphen_values = true)]
+    phi0: Option<f64>,
+    /// theta' at the start
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
+    theta_rate0: f64,
+    #[command(flatten)]
+    span: SpanArguments,
+    /// Use the vehicle's own arithmetic: fixed RK4 steps in f32, the voltage held over each
+    #[arg(long, requires = "dt")]
+    f32: bool,
+    /// Length of the fixed step
+    #[arg(long, value_name = "H", requires = "f32", value_parser = finite, allow_hyphen_values = true)]
+    dt: Option<f64>,
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+/// phi at the start: as given, or the static equilibrium, which then must exist.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the slope and its limit.
+pub fn start_phi(vehicle: &PlanarVehicle, phi0: Option<f64>) -> Result<f64, CommandError> {
+    if let Some(phi) = phi0 {
+        return Ok(phi);
+    }
+    let p = vehicle.in_equilibrium()?;
+    Ok(static_phi(&p).unwrap_or(0.0))
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CommandError::Input`] on bad parameters.
+pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let vehicle = arguments.vehicle.resolve()?;
+    let p = vehicle.parameters;
+    let input = input(arguments, &p)?;
+    let start = [
+        0.0,
+        within("--phi0", start_phi(&vehicle, arguments.phi0)?, LARGEST_START)?,
+        within("--theta-rate0", arguments.theta_rate0, LARGEST_START)?,
+        0.0,
+    ];
+    let (t_end, sample) = arguments.span.resolve(60.0, 0.05)?;
+    let run = match arguments.dt {
+        Some(dt) => {
+            let least = t_end / MOST_FIXED_STEPS;
+            require(
+                "--dt",
+                dt,
+                dt > 0.0 && dt >= least,
+                &format!("positive and at least {least} for this --t-end"),
+            )?;
+            require("--dt", dt, dt <= sample, &format!("at most --sample = {sample}"))?;
+            simulate_f32(&p, &input, start, t_end, sample, dt)
+        }
+        None => simulate(&p, &input, start, t_end, sample).map_err(|e| CommandError::Other(e.to_string()))?,
+    };
+    arguments.output.emit(&report(&run))
+}
+
+fn input(arguments: &Arguments, p: &PlanarParameters<f64>) -> Result<Input, CommandError> {
+    let (waveform, ramp_time) = arguments.shape.resolve()?;
+    let u_max = arguments.u_max.map_or(Ok(f64::INFINITY), |u| positive("--u-max", u))?;
+    let step = match (arguments.voltage, arguments.reference) {
+        (_, Some(reference)) => Input::reference_step(
+            arguments.law.resolve(p)?,
+            within("--reference", reference, LARGEST_INPUT)?,
+        ),
+        (Some(voltage), None) => Input::voltage_step(p, within("--voltage", voltage, LARGEST_INPUT)?),
+        (None, None) => return Err(CommandError::Input("give --voltage U or --reference R".into())),
+    };
+    Ok(Input {
+        u_max,
+        ..step.shaped(waveform, ramp_time)
+    })
+}
+
+fn report(run: &Run) -> Report<'_, Run> {
+    let columns = Columns::new()
+        .with("t", run.t.clone())
+        .with("theta", run.theta.clone())
+        .with("phi", run.phi.clone())
+        .with("theta_rate", run.theta_rate.clone())
+        .with("phi_rate", run.phi_rate.clone())
+        .with("voltage", run.voltage.clone())
+        .with("friction", run.friction.clone())
+        .with("normal", run.normal.clone());
+    let motion = Chart::new("Motion", "time", "rad, rad per time unit")
+        .with(Series::new("phi", &run.t, &run.phi))
+        .with(Series::new("theta'", &run.t, &run.theta_rate))
+        .with(Series::new("phi'", &run.t, &run.phi_rate));
+    let forces = Chart::new("Contact forces over (M+m) g", "time", "force")
+        .with(Series::new("friction", &run.t, &run.friction))
+        .with(Series::new("normal", &run.t, &run.normal));
+    let last = |v: &[f64]| v.last().copied().unwrap_or(f64::NAN);
+    let coefficient = match run.friction_coefficient_required {
+        Some(c) => format!("{c:.6}"),
+        None => "no grip is enough: the wheel lifts".to_owned(),
+    };
+    Report::new("simulate", run)
+        .line("whirled", run.whirled)
+        .line(
+            "phi_max",
+            format!("{:.6} rad ({:.3} deg)", run.phi_max, run.phi_max.to_degrees()),
+        )
+        .line(
+            "phi_min",
+            format!("{:.6} rad ({:.3} deg)", run.phi_min, run.phi_min.to_degrees()),
+        )
+        .line("friction_coefficient_required", coefficient)
+        .line("lifted", run.lifted)
+        .line("theta_rate at the end", format!("{:.6}", last(&run.theta_rate)))
+        .line("phi at the end", format!("{:.6} rad", last(&run.phi)))
+        .columns(columns)
+        .chart("motion", motion)
+        .chart("forces", forces)
+}

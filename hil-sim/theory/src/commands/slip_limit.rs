@@ -1,0 +1,78 @@
+//! `hil-sim slip-limit`: how large a voltage step the grip allows, against the whirl limit.
+
+use clap::Args;
+use serde::Serialize;
+
+use crate::analysis::slip::slip_limit;
+use crate::commands::planar_arguments::PlanarArguments;
+use crate::commands::values::{finite, not_negative};
+use report::error::CommandError;
+use report::output::{OutputArguments, Report};
+use report::plot::Columns;
+
+/// Flags of `slip-limit`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(flatten)]
+    vehicle: PlanarArguments,
+    /// Static friction coefficient between tyre and ground
+    #[arg(long, value_name = "X", default_value_t = 0.8, value_parser = finite, allow_hyphen_values = true)]
+    mu_s: f64,
+    #[command(flatten)]
+    output: OutputArguments,
+}
+
+/// What the command prints with `--json`.
+#[derive(Debug, Serialize)]
+struct SlipLimitJson {
+    /// The largest step without slip; null if the vehicle slides even when it stands.
+    critical_voltage: Option<f64>,
+    /// The smallest step that whirls.
+    whirl_voltage: f64,
+    /// "slip" or "whirl".
+    first: &'static str,
+    /// The friction coefficient from which whirl comes first; null if the wheel lifts before.
+    mu_s_where_whirl_comes_first: Option<f64>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CommandError::Input`] on bad parameters.
+pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let p = arguments.vehicle.resolve()?.in_equilibrium()?;
+    let mu_s = not_negative("--mu-s", arguments.mu_s)?;
+    let limit = slip_limit(&p, mu_s).map_err(|e| CommandError::Input(format!("{e} (--zeta is {})", p.zeta)))?;
+    let outcome = SlipLimitJson {
+        critical_voltage: limit.critical_voltage,
+        whirl_voltage: limit.whirl_voltage,
+        first: if limit.slips_first { "slip" } else { "whirl" },
+        mu_s_where_whirl_comes_first: limit.mu_s_where_whirl_comes_first,
+    };
+    let number = |v: Option<f64>, none: &str| v.map_or_else(|| none.to_owned(), |v| format!("{v:.6}"));
+    let report = Report::new("slip-limit", &outcome)
+        .line(
+            "largest step without slip",
+            number(outcome.critical_voltage, "none: it slides even standing"),
+        )
+        .line("whirl limit", format!("{:.6}", outcome.whirl_voltage))
+        .line("comes first", outcome.first)
+        .line(
+            "whirl comes first above mu_s",
+            number(outcome.mu_s_where_whirl_comes_first, "none: the wheel lifts"),
+        )
+        .columns(
+            Columns::new()
+                .with("mu_s", vec![mu_s])
+                .with(
+                    "critical_voltage",
+                    outcome.critical_voltage.into_iter().collect::<Vec<f64>>(),
+                )
+                .with("whirl_voltage", vec![outcome.whirl_voltage])
+                .with(
+                    "mu_s_where_whirl_comes_first",
+                    outcome.mu_s_where_whirl_comes_first.into_iter().collect::<Vec<f64>>(),
+                ),
+        );
+    arguments.output.emit(&report)
+}

@@ -1,0 +1,67 @@
+//! The flags of a run's span and sampling.
+
+use clap::Args;
+
+use crate::commands::values::{finite, positive, require};
+use report::error::CommandError;
+
+/// Samples a run may have: beyond it a typing mistake would fill the memory.
+const MOST_SAMPLES: f64 = 5e6;
+/// The longest run, in time units: hours of driving.
+const LONGEST: f64 = 1e5;
+
+/// How long to run and how often to sample.
+#[derive(Debug, Clone, Args)]
+pub struct SpanArguments {
+    /// Length of the run in time units, > 0
+    #[arg(long, value_name = "T", value_parser = finite, allow_hyphen_values = true)]
+    pub t_end: Option<f64>,
+    /// Time between samples, > 0
+    #[arg(long, value_name = "DT", value_parser = finite, allow_hyphen_values = true)]
+    pub sample: Option<f64>,
+}
+
+impl SpanArguments {
+    /// Length and sample time, checked; `t_end` and `sample` where not given.
+    ///
+    /// # Errors
+    /// [`CommandError::Input`] naming the flag, the value and the allowed range.
+    pub fn resolve(&self, t_end: f64, sample: f64) -> Result<(f64, f64), CommandError> {
+        let t_end = self.t_end.unwrap_or(t_end);
+        let allowed = format!("positive and at most {LONGEST}");
+        require("--t-end", t_end, t_end > 0.0 && t_end <= LONGEST, &allowed)?;
+        let sample = positive("--sample", self.sample.unwrap_or(sample))?;
+        let allowed = format!(
+            "from --t-end / {MOST_SAMPLES} = {} to --t-end = {t_end}",
+            t_end / MOST_SAMPLES
+        );
+        require(
+            "--sample",
+            sample,
+            t_end / sample <= MOST_SAMPLES && sample <= t_end,
+            &allowed,
+        )?;
+        Ok((t_end, sample))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spans_are_checked() {
+        let with = |t_end, sample| SpanArguments { t_end, sample }.resolve(10.0, 0.1);
+        assert_eq!(with(None, None).unwrap(), (10.0, 0.1));
+        assert_eq!(with(Some(3.0), Some(3.0)).unwrap(), (3.0, 3.0));
+        for (t_end, sample) in [
+            (Some(0.0), None),
+            (None, Some(-1.0)),
+            (Some(1e5), Some(1e-9)),
+            (Some(1.1e5), Some(10.0)),
+            (None, Some(10.1)),
+        ] {
+            assert!(matches!(with(t_end, sample), Err(CommandError::Input(_))));
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Checking what the user typed: each message names the flag, the value and what is allowed.
+
+use report::error::CommandError;
+
+/// Parses a finite number; what clap calls for every numeric flag.
+///
+/// # Errors
+/// What is allowed (clap adds the flag and the value).
+pub fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("must be a finite number".into()),
+    }
+}
+
+/// `value` of `flag` if `ok`, else the message that says what is `allowed`.
+///
+/// # Errors
+/// [`CommandError::Input`]; NaN and infinities never pass.
+pub fn require(flag: &str, value: f64, ok: bool, allowed: &str) -> Result<f64, CommandError> {
+    if ok && value.is_finite() {
+        Ok(value)
+    } else {
+        Err(CommandError::Input(format!("{flag} is {value}, must be {allowed}")))
+    }
+}
+
+/// The largest parameter, gain or friction coefficient: beyond it only typing mistakes lie, and the
+/// arithmetic ends.
+const LARGEST: f64 = 1e6;
+/// The largest voltage, reference speed or acceleration either way.
+pub const LARGEST_INPUT: f64 = 1e5;
+/// The largest angle (rad) or angular rate at the start of a run, either way.
+pub const LARGEST_START: f64 = 1e3;
+
+/// `value` if it is positive and not absurd.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the flag.
+pub fn positive(flag: &str, value: f64) -> Result<f64, CommandError> {
+    let ok = value > 0.0 && value <= LARGEST;
+    require(flag, value, ok, &format!("positive and at most {LARGEST}"))
+}
+
+/// `value` if it is zero or more and not absurd.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the flag.
+pub fn not_negative(flag: &str, value: f64) -> Result<f64, CommandError> {
+    let ok = (0.0..=LARGEST).contains(&value);
+    require(flag, value, ok, &format!("zero or more and at most {LARGEST}"))
+}
+
+/// `value` if it is between `-most` and `most`.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the flag.
+pub fn within(flag: &str, value: f64, most: f64) -> Result<f64, CommandError> {
+    require(flag, value, value.abs() <= most, &format!("between -{most} and {most}"))
+}
+
+/// A gain, of either sign.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the flag.
+pub fn gain(flag: &str, value: f64) -> Result<f64, CommandError> {
+    within(flag, value, LARGEST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_finite_numbers_pass() {
+        assert_eq!(finite("-0.3"), Ok(-0.3));
+        for bad in ["NaN", "inf", "-inf", "1e999", "", "one"] {
+            assert!(finite(bad).is_err(), "{bad}");
+        }
+        assert!(positive("--l", 0.0).is_err() && not_negative("--mu", 0.0).is_ok());
+        assert!(
+            positive("--l", 1e6).is_ok() && positive("--l", 1.1e6).is_err() && not_negative("--mu", 1e300).is_err()
+        );
+        assert!(gain("--kp", -1e6).is_ok() && within("--voltage", -2.0, 1.0).is_err());
+        let message = require("--alpha", 1.5, false, "above 0 and below 1")
+            .unwrap_err()
+            .to_string();
+        assert_eq!(message, "--alpha is 1.5, must be above 0 and below 1");
+    }
+}

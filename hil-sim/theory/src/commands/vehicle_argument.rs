@@ -1,0 +1,122 @@
+//! `--vehicle FILE.toml`: the vehicle whose numbers stand in for the flags not given.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use model::dynamics::camera::CameraParameters;
+use model::dynamics::coupled::{Bearing, CoupledParameters};
+use model::dynamics::planar::PlanarParameters;
+use model::dynamics::spatial::SpatialParameters;
+use vehicle_file::VehicleFile;
+
+use crate::analysis::coupled::with_thesis_spar;
+use report::error::CommandError;
+
+/// Half track over wheel radius where neither flag nor vehicle tells.
+pub const HALF_TRACK: f64 = 1.0;
+/// Spar length over wheel radius where neither flag nor vehicle tells.
+pub const SPAR_LENGTH: f64 = 1.0;
+/// Ballast over the vehicle's mass where neither flag nor vehicle tells.
+pub const BALLAST: f64 = 0.15;
+
+/// The flag that names a vehicle file, shared by every analysis command.
+#[derive(Debug, Clone, Default, Args)]
+pub struct VehicleArgument {
+    /// Vehicle file: a whole vehicle in SI units, or one table `[planar]` of nondimensional numbers.
+    /// Gives the model's parameters; a flag overrides its own
+    #[arg(long, value_name = "FILE.toml")]
+    pub vehicle: Option<PathBuf>,
+}
+
+/// Where the parameters come from that no flag gives.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Source {
+    /// No file: the thesis's vehicle.
+    Thesis,
+    /// The file of this name.
+    File(String, VehicleFile),
+}
+
+impl VehicleArgument {
+    /// Reads and checks the file, if one is named.
+    ///
+    /// # Errors
+    /// [`CommandError::Input`] naming the file, the field and the allowed range.
+    pub fn read(&self) -> Result<Source, CommandError> {
+        let Some(path) = &self.vehicle else {
+            return Ok(Source::Thesis);
+        };
+        let file = vehicle_file::read(path).map_err(|error| CommandError::Input(error.to_string()))?;
+        Ok(Source::File(path.display().to_string(), file))
+    }
+}
+
+impl Source {
+    /// What to call the parameter `name` of the planar vehicle in a message: its flag if the user gave
+    /// that (or if nothing else did), else its place in the file.
+    pub fn name(&self, name: &str, flag_given: bool) -> String {
+        match self {
+            Self::File(file, VehicleFile::Planar(_)) if !flag_given => format!("{file}: planar.{name}"),
+            _ => format!("--{name}"),
+        }
+    }
+
+    /// The planar vehicle. A whole vehicle has no slope of its own and stands on the thesis's.
+    pub fn planar(&self) -> PlanarParameters<f64> {
+        let thesis = PlanarParameters::thesis();
+        match self {
+            Self::Thesis => thesis,
+            Self::File(_, VehicleFile::Planar(planar)) => *planar,
+            Self::File(_, VehicleFile::Vehicle(vehicle)) => vehicle.planar(thesis.beta),
+        }
+    }
+
+    /// The vehicle in space, on the level; a `[planar]` file's slope leads up the first axis.
+    pub fn spatial(&self) -> SpatialParameters<f64> {
+        let level = PlanarParameters {
+            beta: 0.0,
+            ..PlanarParameters::thesis()
+        };
+        match self {
+            Self::Thesis => SpatialParameters::from_planar(&level, HALF_TRACK, 0.0),
+            Self::File(_, VehicleFile::Planar(planar)) => SpatialParameters::from_planar(planar, HALF_TRACK, 0.0),
+            Self::File(_, VehicleFile::Vehicle(vehicle)) => vehicle.spatial(0.0, 0.0),
+        }
+    }
+
+    /// The camera platform.
+    ///
+    /// # Errors
+    /// [`CommandError::Input`] if the file describes none.
+    pub fn camera(&self) -> Result<CameraParameters<f64>, CommandError> {
+        match self {
+            Self::Thesis => Ok(CameraParameters::thesis()),
+            Self::File(file, VehicleFile::Planar(_)) => Err(no_camera(file)),
+            Self::File(file, VehicleFile::Vehicle(vehicle)) => vehicle.camera().ok_or_else(|| no_camera(file)),
+        }
+    }
+
+    /// The vehicle with its camera platform, and the platform alone. A `[planar]` file, which cannot
+    /// describe a platform, carries the thesis's.
+    ///
+    /// # Errors
+    /// [`CommandError::Input`] if a whole vehicle has no platform.
+    pub fn coupled(&self, bearing: Bearing) -> Result<(CoupledParameters<f64>, CameraParameters<f64>), CommandError> {
+        match self {
+            Self::File(file, VehicleFile::Vehicle(vehicle)) => vehicle
+                .coupled(self.planar().beta, bearing)
+                .zip(vehicle.camera())
+                .ok_or_else(|| no_camera(file)),
+            _ => Ok((
+                with_thesis_spar(self.planar(), SPAR_LENGTH, BALLAST, bearing),
+                CameraParameters::thesis(),
+            )),
+        }
+    }
+}
+
+fn no_camera(file: &str) -> CommandError {
+    CommandError::Input(format!(
+        "{file}: tables [camera] and [camera_motor] are missing: this command needs a vehicle with a camera spar"
+    ))
+}

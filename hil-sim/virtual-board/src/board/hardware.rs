@@ -1,0 +1,231 @@
+//! The virtual board's hardware: the firmware's seams, closed around the plant.
+
+use std::cell::RefCell;
+use std::convert::Infallible;
+use std::rc::Rc;
+
+use embassy_time::Instant;
+use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
+use firmware::drive::{FlightRecord, Recorder};
+use firmware::hardware::{
+    AnalogInputs, AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Watchdog,
+};
+use firmware::imu::Place;
+use model::control::motor::DUTY_FULL_SCALE;
+use model::sample::{Actuation, MOTORS};
+
+use plant::{BridgeState, Plant};
+
+/// The hardware watchdog's time.
+pub const WATCHDOG_US: u64 = 20_000;
+
+/// The plant and everything of the board that is not the firmware.
+#[derive(Debug)]
+pub struct World {
+    /// The physical vehicle.
+    pub plant: Plant,
+    /// The emergency stop is pressed: as on the board, it also trips the bridges' break.
+    pub emergency_stop: bool,
+    /// The lamps: armed, faulted.
+    pub lamps: (bool, bool),
+    /// Ticks as they were, if they are kept.
+    pub records: Option<Vec<FlightRecord>>,
+    synced_us: u64,
+    bridges: [BridgeState; MOTORS],
+    break_tripped: bool,
+    fed_us: u64,
+}
+
+impl World {
+    /// The world at time 0.
+    pub fn new(plant: Plant) -> Self {
+        Self {
+            plant,
+            emergency_stop: false,
+            lamps: (false, false),
+            records: None,
+            synced_us: 0,
+            bridges: [BridgeState::Open; MOTORS],
+            break_tripped: false,
+            fed_us: 0,
+        }
+    }
+
+    /// Lets the plant catch up with the clock, the bridges held as they are.
+    pub fn sync(&mut self, now_us: u64) {
+        if self.emergency_stop {
+            self.trip();
+        }
+        if now_us > self.synced_us {
+            self.plant
+                .advance((now_us - self.synced_us) as f64 * 1e-6, &self.bridges);
+            self.synced_us = now_us;
+        }
+    }
+
+    /// The hardware break: opens the bridges without the firmware.
+    pub fn trip(&mut self) {
+        self.break_tripped = true;
+        self.bridges = [BridgeState::Open; MOTORS];
+    }
+
+    /// Whether any bridge is on.
+    pub fn bridges_on(&self) -> bool {
+        self.bridges.iter().any(|bridge| *bridge != BridgeState::Open)
+    }
+
+    /// The watchdog would have bitten by now.
+    pub fn watchdog_expired(&self, now_us: u64) -> bool {
+        now_us.saturating_sub(self.fed_us) > WATCHDOG_US
+    }
+}
+
+/// A handle on the world, as any part of the board's hardware has it.
+#[derive(Debug, Clone)]
+pub struct Hardware(pub Rc<RefCell<World>>);
+
+impl Hardware {
+    /// Does something with the world as it is now.
+    pub fn now<R>(&self, act: impl FnOnce(&mut World) -> R) -> R {
+        let mut world = self.0.borrow_mut();
+        world.sync(Instant::now().as_micros());
+        act(&mut world)
+    }
+}
+
+impl EncoderCounters for Hardware {
+    fn counts(&mut self) -> [u16; MOTORS] {
+        self.now(|world| world.plant.counters())
+    }
+}
+
+impl AnalogInputs for Hardware {
+    type Error = Infallible;
+
+    async fn read(&mut self) -> Result<AnalogReading, Infallible> {
+        let (battery, current) = self.now(|world| world.plant.analog());
+        Ok(AnalogReading { battery, current })
+    }
+}
+
+impl EmergencyStop for Hardware {
+    fn is_pressed(&mut self) -> bool {
+        self.now(|world| world.emergency_stop)
+    }
+}
+
+impl Bridges for Hardware {
+    fn apply(&mut self, actuation: &Actuation) {
+        self.now(|world| {
+            world.bridges = if actuation.enable && !world.break_tripped {
+                actuation
+                    .duty
+                    .map(|duty| BridgeState::Duty(f64::from(duty) / f64::from(DUTY_FULL_SCALE)))
+            } else {
+                [BridgeState::Open; MOTORS]
+            };
+        });
+    }
+
+    fn break_tripped(&mut self) -> bool {
+        self.now(|world| world.break_tripped)
+    }
+
+    fn clear_break(&mut self) {
+        self.now(|world| world.break_tripped = world.emergency_stop);
+    }
+}
+
+impl Watchdog for Hardware {
+    fn feed(&mut self) {
+        self.now(|world| world.fed_us = Instant::now().as_micros());
+    }
+}
+
+impl Indicators for Hardware {
+    fn show(&mut self, armed: bool, faulted: bool) {
+        self.now(|world| world.lamps = (armed, faulted));
+    }
+}
+
+impl Recorder for Hardware {
+    fn record(&mut self, record: &FlightRecord) {
+        self.now(|world| {
+            if let Some(records) = &mut world.records {
+                records.push(*record);
+            }
+        });
+    }
+}
+
+/// The cost of a tick on the host says nothing of the board's: the counter stands still.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NoCycles;
+
+impl CycleCounter for NoCycles {
+    fn cycles(&self) -> u32 {
+        0
+    }
+}
+
+/// The SPI device of one IMU.
+#[derive(Debug, Clone)]
+pub struct VirtualImu {
+    hardware: Hardware,
+    place: Place,
+}
+
+impl VirtualImu {
+    /// The IMU at `place`.
+    pub fn new(hardware: Hardware, place: Place) -> Self {
+        Self { hardware, place }
+    }
+}
+
+impl ErrorType for VirtualImu {
+    type Error = Infallible;
+}
+
+impl SpiDevice<u16> for VirtualImu {
+    async fn transaction(&mut self, operations: &mut [Operation<'_, u16>]) -> Result<(), Infallible> {
+        self.hardware.now(|world| {
+            let chip = match self.place {
+                Place::Chassis => Some(world.plant.chassis_imu()),
+                Place::Spar => world.plant.spar_imu(),
+            };
+            let mut chip = chip;
+            if let Some(chip) = &mut chip {
+                chip.select();
+            }
+            // A bus without a chip floats high. A frame's high byte goes first.
+            let mut exchange = |frame: u16| {
+                let answered = frame
+                    .to_be_bytes()
+                    .map(|byte| chip.as_mut().map_or(0xFF, |chip| chip.exchange(byte)));
+                u16::from_be_bytes(answered)
+            };
+            for operation in operations {
+                match operation {
+                    Operation::Read(frames) => frames.iter_mut().for_each(|frame| *frame = exchange(0)),
+                    Operation::Write(frames) => frames.iter().for_each(|frame| {
+                        exchange(*frame);
+                    }),
+                    Operation::Transfer(read, write) => {
+                        for i in 0..read.len().max(write.len()) {
+                            let answer = exchange(write.get(i).copied().unwrap_or(0));
+                            if let Some(slot) = read.get_mut(i) {
+                                *slot = answer;
+                            }
+                        }
+                    }
+                    Operation::TransferInPlace(frames) => frames.iter_mut().for_each(|frame| *frame = exchange(*frame)),
+                    Operation::DelayNs(_) => {}
+                }
+            }
+            if let Some(chip) = chip {
+                chip.deselect();
+            }
+        });
+        Ok(())
+    }
+}

@@ -1,0 +1,91 @@
+//! What runs a scenario: the virtual board, or any other board around the same plant.
+
+use model::vehicle::Vehicle;
+
+use crate::board::{VirtualBoard, VirtualBoardError};
+use plant::{Plant, Truth};
+
+/// A board and its vehicle at an instant, from outside.
+#[derive(Debug, Clone, Default)]
+pub struct Observation {
+    /// Time since boot, us.
+    pub now_us: u64,
+    /// The vehicle as it is.
+    pub truth: Truth,
+    /// Whether any bridge drives its motor.
+    pub bridges_on: bool,
+    /// Bytes that the board has sent since the observation before.
+    pub received: Vec<u8>,
+}
+
+/// A board with its vehicle in virtual time.
+pub trait Backend {
+    /// Time since boot, us.
+    fn now_us(&self) -> u64;
+    /// Runs through instants since boot, in us and in order, and is observed at each.
+    fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation));
+    /// Sends bytes to the board's link.
+    fn send(&mut self, bytes: &[u8]);
+    /// Does something with the plant as it is now.
+    fn plant(&mut self, act: &mut dyn FnMut(&mut Plant));
+    /// Presses or releases the emergency stop.
+    fn set_emergency_stop(&mut self, pressed: bool);
+    /// Takes the log lines since the last call.
+    fn log(&mut self) -> Vec<String>;
+}
+
+/// The virtual board as a back end.
+pub struct VirtualBackend {
+    /// The board.
+    pub board: VirtualBoard,
+}
+
+impl VirtualBackend {
+    /// Boots a virtual board.
+    ///
+    /// # Errors
+    /// As [`VirtualBoard::boot`].
+    pub fn boot(vehicle: &Vehicle<f64>, plant: Plant) -> Result<Self, VirtualBoardError> {
+        VirtualBoard::boot(vehicle, plant).map(|board| Self { board })
+    }
+}
+
+impl Backend for VirtualBackend {
+    fn now_us(&self) -> u64 {
+        self.board.now_us()
+    }
+
+    fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation)) {
+        for &instant_us in instants_us {
+            self.board.run_until(instant_us);
+            let received = self.board.receive();
+            observe(self.board.world(|world| Observation {
+                now_us: instant_us,
+                truth: world.plant.truth(),
+                bridges_on: world.bridges_on(),
+                received,
+            }));
+        }
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        self.board.send(bytes);
+    }
+
+    fn plant(&mut self, act: &mut dyn FnMut(&mut Plant)) {
+        self.board.world(|world| act(&mut world.plant));
+    }
+
+    fn set_emergency_stop(&mut self, pressed: bool) {
+        self.board.world(|world| {
+            world.emergency_stop = pressed;
+            if pressed {
+                world.trip();
+            }
+        });
+    }
+
+    fn log(&mut self) -> Vec<String> {
+        crate::board::log::take()
+    }
+}

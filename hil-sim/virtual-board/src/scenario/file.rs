@@ -1,0 +1,360 @@
+//! Scenario files.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use thiserror::Error;
+
+use super::metrics;
+use plant::fault::SensorFault;
+use plant::terrain::Terrain;
+
+/// What is wrong with a scenario file.
+#[derive(Debug, Error)]
+pub enum ScenarioError {
+    /// The file cannot be read.
+    #[error("{file}: {reason}")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// Why.
+        reason: String,
+    },
+    /// It is not TOML, a name is unknown or missing, or a value is of the wrong kind.
+    #[error("{file}: {reason}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// Where and why.
+        reason: String,
+    },
+    /// A value is out of range.
+    #[error("{file}: {field} = {value}: {allowed}")]
+    Value {
+        /// The file.
+        file: String,
+        /// Which value.
+        field: String,
+        /// The value.
+        value: String,
+        /// What is allowed.
+        allowed: String,
+    },
+}
+
+/// One scenario.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// One line: what it shows.
+    pub title: String,
+    /// Length in s.
+    pub duration_s: f64,
+    /// Seed of every sensor's noise.
+    #[serde(default = "default_seed")]
+    pub seed: u64,
+    /// Vehicle file, from the scenario's folder; the reference vehicle if left out.
+    pub vehicle: Option<PathBuf>,
+    /// Chocks hold the wheels until the vehicle is armed.
+    #[serde(default)]
+    pub chocked_until_armed: bool,
+    /// The ground.
+    #[serde(default)]
+    pub terrain: Terrain,
+    /// What happens, in order of time.
+    #[serde(default, rename = "step")]
+    pub steps: Vec<Step>,
+    /// Bounds of the metrics, `name = [least, most]`.
+    #[serde(default)]
+    pub metrics: BTreeMap<String, [f64; 2]>,
+}
+
+const fn default_seed() -> u64 {
+    1
+}
+
+/// Something that happens at a time.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(try_from = "toml::Table")]
+pub struct Step {
+    /// When, s.
+    pub at_s: f64,
+    /// What.
+    pub action: Action,
+}
+
+impl TryFrom<toml::Table> for Step {
+    type Error = String;
+
+    /// By hand: serde cannot refuse unknown names in a flattened enum.
+    fn try_from(mut table: toml::Table) -> Result<Self, String> {
+        let at_s = match table.remove("at_s") {
+            Some(toml::Value::Float(at_s)) => at_s,
+            Some(toml::Value::Integer(at_s)) => at_s as f64,
+            _ => return Err("a step needs at_s, a time in s".to_owned()),
+        };
+        let action = table
+            .clone()
+            .try_into::<Action>()
+            .map_err(|error| error.message().to_owned())?;
+        // A variant without values ignores what stands beside it.
+        if !matches!(
+            action,
+            Action::Drive { .. }
+                | Action::EmergencyStop { .. }
+                | Action::SensorFault { .. }
+                | Action::Battery { .. }
+                | Action::LinkNoise { .. }
+                | Action::Chocks { .. }
+        ) && let Some(name) = table.keys().find(|name| *name != "action")
+        {
+            return Err(format!("unknown name `{name}` in a step"));
+        }
+        Ok(Self { at_s, action })
+    }
+}
+
+/// The vocabulary of scenarios.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(tag = "action", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Action {
+    /// The operator asks to arm.
+    Arm,
+    /// The operator asks to disarm.
+    Disarm,
+    /// The operator clears latched faults.
+    ClearFaults,
+    /// The operator commands this from now on.
+    Drive {
+        /// Speed, m/s.
+        #[serde(default)]
+        speed_m_s: f64,
+        /// Yaw rate, rad/s, to the left positive.
+        #[serde(default)]
+        yaw_rate_rad_s: f64,
+    },
+    /// The operator falls silent: no more drive commands.
+    Silence,
+    /// The operator speaks again, standing still.
+    Speak,
+    /// The emergency stop is pressed or released.
+    EmergencyStop {
+        /// Pressed.
+        pressed: bool,
+    },
+    /// A sensor fails, or works again (`fault = "none"`).
+    SensorFault {
+        /// Which.
+        sensor: Sensor,
+        /// How.
+        fault: FaultName,
+    },
+    /// The battery's open-circuit voltage changes.
+    Battery {
+        /// To this, V.
+        open_circuit_v: f64,
+    },
+    /// Noise on the serial line, from the scenario's seed.
+    LinkNoise {
+        /// How many bytes.
+        bytes: u32,
+    },
+    /// Chocks are put to the wheels or taken away.
+    Chocks {
+        /// In place.
+        chocked: bool,
+    },
+}
+
+/// A sensor that can fail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sensor {
+    /// IMU on the arm.
+    ChassisImu,
+    /// IMU on the spar.
+    SparImu,
+    /// Left wheel's encoder.
+    LeftEncoder,
+    /// Right wheel's encoder.
+    RightEncoder,
+    /// Ballast's encoder.
+    CameraEncoder,
+}
+
+/// A [`SensorFault`] by its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub struct FaultName(pub SensorFault);
+
+impl TryFrom<String> for FaultName {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        SensorFault::from_name(&name).map(Self).ok_or_else(|| {
+            let names: Vec<&str> = SensorFault::ALL.iter().map(|fault| fault.name()).collect();
+            format!("unknown fault `{name}`: allowed is {}", names.join(", "))
+        })
+    }
+}
+
+/// The scenario that `cargo run` shows.
+pub const DEFAULT: &str = include_str!("../../../../tests/scenarios/slope-drive.toml");
+/// Its name in messages.
+pub const DEFAULT_NAME: &str = "tests/scenarios/slope-drive.toml";
+
+const DURATION_MAX_S: f64 = 3600.0;
+const SPEED_MAX_M_S: f64 = 20.0;
+
+impl Scenario {
+    /// Reads and checks the scenario at `path`.
+    ///
+    /// # Errors
+    /// The first thing wrong with it, with file, field and what is allowed.
+    pub fn read(path: &Path) -> Result<Self, ScenarioError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|error| ScenarioError::Unreadable {
+            file: file.clone(),
+            reason: error.to_string(),
+        })?;
+        let mut scenario = Self::parse(&file, &text)?;
+        if let (Some(vehicle), Some(folder)) = (&mut scenario.vehicle, path.parent()) {
+            *vehicle = folder.join(&vehicle);
+        }
+        Ok(scenario)
+    }
+
+    /// Checks a scenario's text; `file` is its name in messages.
+    ///
+    /// # Errors
+    /// The first thing wrong with it.
+    pub fn parse(file: &str, text: &str) -> Result<Self, ScenarioError> {
+        let scenario: Self = toml::from_str(text).map_err(|error| ScenarioError::Syntax {
+            file: file.to_owned(),
+            reason: error.to_string().trim_end().replace('\n', "\n  "),
+        })?;
+        scenario.check(file)?;
+        Ok(scenario)
+    }
+
+    fn check(&self, file: &str) -> Result<(), ScenarioError> {
+        let within = |field: String, value: f64, min: f64, max: f64| {
+            // Written so that NaN is refused.
+            if value >= min && value <= max {
+                Ok(())
+            } else {
+                Err(ScenarioError::Value {
+                    file: file.to_owned(),
+                    field,
+                    value: value.to_string(),
+                    allowed: format!("allowed is {min} to {max}"),
+                })
+            }
+        };
+        within("duration_s".into(), self.duration_s, 0.1, DURATION_MAX_S)?;
+        let mut last_s = 0.0;
+        for (i, step) in self.steps.iter().enumerate() {
+            within(format!("step[{i}].at_s"), step.at_s, last_s, self.duration_s)?;
+            last_s = step.at_s;
+            match step.action {
+                Action::Drive {
+                    speed_m_s,
+                    yaw_rate_rad_s,
+                } => {
+                    within(format!("step[{i}].speed_m_s"), speed_m_s, -SPEED_MAX_M_S, SPEED_MAX_M_S)?;
+                    within(
+                        format!("step[{i}].yaw_rate_rad_s"),
+                        yaw_rate_rad_s,
+                        -SPEED_MAX_M_S,
+                        SPEED_MAX_M_S,
+                    )?;
+                }
+                Action::Battery { open_circuit_v } => {
+                    within(format!("step[{i}].open_circuit_v"), open_circuit_v, 0.0, 100.0)?;
+                }
+                _ => {}
+            }
+        }
+        for (name, [least, most]) in &self.metrics {
+            let value = |value: String, allowed: String| ScenarioError::Value {
+                file: file.to_owned(),
+                field: format!("metrics.{name}"),
+                value,
+                allowed,
+            };
+            if !metrics::NAMES.contains(&name.as_str()) {
+                return Err(value(
+                    String::from("[..]"),
+                    format!("unknown metric: allowed is {}", metrics::NAMES.join(", ")),
+                ));
+            }
+            if least.is_nan() || most.is_nan() || least > most {
+                return Err(value(
+                    format!("[{least}, {most}]"),
+                    "the least must not exceed the most".into(),
+                ));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_scenario_is_valid() {
+        let scenario = Scenario::parse(DEFAULT_NAME, DEFAULT).expect("valid");
+        assert!(scenario.steps.len() > 4 && scenario.metrics.len() > 6);
+    }
+
+    #[test]
+    fn bad_scenarios_are_refused_with_file_field_and_range() {
+        let base = "title = \"t\"\nduration_s = 10.0\n";
+        for (text, parts) in [
+            ("duration_s = 1.0\n", vec!["missing field `title`"]),
+            (
+                "title = \"t\"\nduration_s = nan\n",
+                vec!["duration_s = NaN", "0.1 to 3600"],
+            ),
+            (&format!("{base}wings = 2\n"), vec!["unknown field `wings`"]),
+            (
+                &format!("{base}[[step]]\nat_s = 11.0\naction = \"arm\"\n"),
+                vec!["step[0].at_s = 11", "0 to 10"],
+            ),
+            (&format!("{base}[[step]]\nat_s = 1.0\naction = \"fly\"\n"), vec!["fly"]),
+            (
+                &format!("{base}[[step]]\nat_s = 1.0\naction = \"drive\"\nspeed_m_s = inf\n"),
+                vec!["step[0].speed_m_s = inf", "-20 to 20"],
+            ),
+            (
+                &format!("{base}[[step]]\nat_s=1.0\naction=\"sensor-fault\"\nsensor=\"chassis-imu\"\nfault=\"sad\"\n"),
+                vec!["unknown fault `sad`", "stuck"],
+            ),
+            (
+                &format!("{base}[[step]]\nat_s = 1.0\naction = \"drive\"\nspeed = 1.0\n"),
+                vec!["unknown field `speed`"],
+            ),
+            (
+                &format!("{base}[[step]]\nat_s = 1.0\naction = \"arm\"\nspeed = 1.0\n"),
+                vec!["unknown name `speed`"],
+            ),
+            (
+                &format!("{base}[metrics]\nbeauty = [0, 1]\n"),
+                vec!["metrics.beauty", "phi_peak_deg"],
+            ),
+            (
+                &format!("{base}[metrics]\nphi_peak_deg = [2, 1]\n"),
+                vec!["metrics.phi_peak_deg = [2, 1]"],
+            ),
+        ] {
+            let message = Scenario::parse("s.toml", text).expect_err(text).to_string();
+            assert!(message.starts_with("s.toml: "), "{message}");
+            for part in parts {
+                assert!(message.contains(part), "{message:?} lacks {part:?}");
+            }
+        }
+    }
+}

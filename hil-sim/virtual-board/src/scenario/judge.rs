@@ -1,0 +1,41 @@
+//! A scenario's bounds against what its run gave.
+
+use serde::Serialize;
+
+use super::file::Scenario;
+use super::metrics::measure;
+use super::outcome::DriveOutcome;
+
+/// A metric against its bounds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Check {
+    /// The metric.
+    pub name: String,
+    /// Its value.
+    pub value: f64,
+    /// Least allowed.
+    pub least: f64,
+    /// Most allowed.
+    pub most: f64,
+    /// Whether it holds.
+    pub ok: bool,
+}
+
+/// The scenario's bounds against the run. A metric that is not a number fails.
+pub fn evaluate(scenario: &Scenario, outcome: &DriveOutcome) -> Vec<Check> {
+    let values = measure(outcome);
+    scenario
+        .metrics
+        .iter()
+        .map(|(name, [least, most])| {
+            let value = values.iter().find(|m| m.name == name).map_or(f64::NAN, |m| m.value);
+            Check {
+                name: name.clone(),
+                value,
+                least: *least,
+                most: *most,
+                ok: *least <= value && value <= *most,
+            }
+        })
+        .collect()
+}

@@ -1,0 +1,20 @@
+//! Scenarios: what the vehicle meets, what the operator does, and what must come of it.
+//!
+//! A scenario is a TOML file and a test at once: every metric it names has a lower and an upper bound,
+//! so that a dead simulation fails too. It runs on any back end: the virtual board, or the release ELF
+//! on the emulated one.
+
+pub mod backend;
+pub mod file;
+pub mod judge;
+pub mod metrics;
+pub mod outcome;
+pub mod run;
+pub mod trace;
+
+pub use backend::{Backend, Observation, VirtualBackend};
+pub use file::{Action, Scenario, ScenarioError, Step};
+pub use judge::{Check, evaluate};
+pub use metrics::MetricValue;
+pub use outcome::DriveOutcome;
+pub use run::run;

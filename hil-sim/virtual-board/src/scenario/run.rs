@@ -1,0 +1,228 @@
+//! Runs a scenario on a back end.
+
+use firmware::link::message::HostMessage;
+use model::sample::Motor;
+use model::supervise::arming::{Mode, Request};
+
+use super::backend::{Backend, Observation};
+use super::file::{Action, Scenario, Sensor, Step};
+use super::outcome::DriveOutcome;
+use super::trace::Row;
+use crate::link_client::LinkClient;
+use plant::fault::SensorFault;
+use plant::noise::Noise;
+use plant::{Plant, Truth};
+
+/// The operator repeats the drive command this often, ms.
+const COMMAND_PERIOD_MS: u64 = 20;
+/// Stream of the scenario's seed for noise on the link.
+const LINK_NOISE_STREAM: u64 = 100;
+
+/// The operator and the world's events.
+struct Script<'a> {
+    scenario: &'a Scenario,
+    next: usize,
+    /// Speed and yaw rate; `None` while silent.
+    command: Option<[f64; 2]>,
+    noise: Noise,
+    pressed_at_ms: Option<u64>,
+}
+
+/// Runs `scenario`; `progress` is called with the milliseconds done.
+pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl FnMut(u64)) -> DriveOutcome {
+    let mut script = Script {
+        scenario,
+        next: 0,
+        command: Some([0.0, 0.0]),
+        noise: Noise::new(scenario.seed, LINK_NOISE_STREAM),
+        pressed_at_ms: None,
+    };
+    let mut observer = Observer::default();
+    let start_us = backend.now_us();
+    let mut chocked = scenario.chocked_until_armed;
+    if chocked {
+        backend.plant(&mut |plant| plant.set_chocked(true));
+    }
+    let end_ms = (scenario.duration_s * 1000.0).round() as u64;
+    let mut ms = 0;
+    while ms < end_ms {
+        script.events(ms, backend);
+        if ms % COMMAND_PERIOD_MS == 0
+            && let Some([speed_m_s, yaw_rate_rad_s]) = script.command
+        {
+            observer.commanded = [speed_m_s, yaw_rate_rad_s];
+            let message = HostMessage::Drive {
+                speed_m_s: speed_m_s as f32,
+                yaw_rate_rad_s: yaw_rate_rad_s as f32,
+            };
+            backend.send(&LinkClient::encode(&message));
+        }
+        // Until the operator does something again; while there are chocks to pull, he looks every time.
+        let until_ms = if chocked {
+            ms + 1
+        } else {
+            script.idle_until(ms).min(end_ms)
+        };
+        let instants: Vec<u64> = (ms + 1..=until_ms).map(|ms| start_us + ms * 1000).collect();
+        backend.run_through(&instants, &mut |observation| {
+            observer.observe(ms, observation, &script);
+            ms += 1;
+            progress(ms);
+        });
+        // A back end that cannot go on observes nothing more.
+        ms = until_ms;
+        if chocked && observer.mode.is_some_and(|mode| mode != Mode::Disarmed) {
+            chocked = false;
+            backend.plant(&mut |plant| plant.set_chocked(false));
+        }
+    }
+    let mut outcome = observer.outcome;
+    outcome.bad_frames = observer.client.bad_frames;
+    outcome.log = backend.log();
+    outcome
+}
+
+/// Who watches the run.
+#[derive(Debug, Default)]
+struct Observer {
+    outcome: DriveOutcome,
+    client: LinkClient,
+    /// The last command sent.
+    commanded: [f64; 2],
+    /// The truth of the last ticks, by time: a state tells of a tick that is some milliseconds old.
+    truths: Vec<(u64, Truth)>,
+    last_tick: Option<u32>,
+    /// As the vehicle last reported.
+    mode: Option<Mode>,
+}
+
+impl Observer {
+    /// Takes in what was seen at the end of millisecond `ms`.
+    fn observe(&mut self, ms: u64, observation: Observation, script: &Script<'_>) {
+        let Observation {
+            now_us,
+            truth,
+            bridges_on,
+            received,
+        } = observation;
+        self.truths.push((now_us, truth));
+        if self.truths.len() > 64 {
+            self.truths.drain(..32);
+        }
+        self.client.receive(&received);
+        let outcome = &mut self.outcome;
+        if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, outcome.emergency_stop_ms) {
+            outcome.emergency_stop_ms = Some(ms - pressed);
+        }
+        if let Some(status) = self.client.status.take()
+            && self.last_tick != Some(status.tick)
+        {
+            self.last_tick = Some(status.tick);
+            self.mode = Some(status.mode);
+            let truth = self
+                .truths
+                .iter()
+                .min_by_key(|(us, _)| us.abs_diff(status.time_us))
+                .map_or(truth, |(_, truth)| *truth);
+            outcome.trace.rows.push(Row {
+                commanded: self.commanded,
+                status,
+                truth,
+                bridges_on,
+            });
+        }
+        let armed_since = outcome
+            .trace
+            .rows
+            .iter()
+            .rev()
+            .take(3)
+            .any(|row| row.status.mode != Mode::Disarmed);
+        if bridges_on && !armed_since && script.arm_requested() != Some(true) {
+            outcome.unarmed_drive_ms += 1;
+        }
+    }
+}
+
+impl Script<'_> {
+    /// Whether the last request was to arm: between it and the next state the bridges may be on.
+    fn arm_requested(&self) -> Option<bool> {
+        self.scenario.steps[..self.next]
+            .iter()
+            .rev()
+            .find_map(|step| match step.action {
+                Action::Arm => Some(true),
+                Action::Disarm => Some(false),
+                _ => None,
+            })
+    }
+
+    /// The next millisecond after `ms` at which the operator or the world does something.
+    fn idle_until(&self, ms: u64) -> u64 {
+        let command = (ms / COMMAND_PERIOD_MS + 1) * COMMAND_PERIOD_MS;
+        let step = self.scenario.steps.get(self.next).map_or(u64::MAX, at_ms);
+        command.min(step).max(ms + 1)
+    }
+
+    fn events(&mut self, ms: u64, backend: &mut dyn Backend) {
+        while let Some(step) = self.scenario.steps.get(self.next)
+            && at_ms(step) <= ms
+        {
+            self.next += 1;
+            self.act(&step.action, ms, backend);
+        }
+    }
+
+    fn act(&mut self, action: &Action, ms: u64, backend: &mut dyn Backend) {
+        let request = |backend: &mut dyn Backend, request: Request| {
+            backend.send(&LinkClient::encode(&HostMessage::Request(request)));
+        };
+        match *action {
+            Action::Arm => request(backend, Request::Arm),
+            Action::Disarm => request(backend, Request::Disarm),
+            Action::ClearFaults => request(backend, Request::ClearFaults),
+            Action::Drive {
+                speed_m_s,
+                yaw_rate_rad_s,
+            } => self.command = Some([speed_m_s, yaw_rate_rad_s]),
+            Action::Silence => self.command = None,
+            Action::Speak => self.command = Some([0.0, 0.0]),
+            Action::EmergencyStop { pressed } => {
+                backend.set_emergency_stop(pressed);
+                if pressed {
+                    self.pressed_at_ms = Some(ms);
+                }
+            }
+            Action::SensorFault { sensor, fault } => {
+                backend.plant(&mut |plant| set_fault(plant, sensor, fault.0));
+            }
+            Action::Battery { open_circuit_v } => {
+                backend.plant(&mut |plant| plant.battery_mut().open_circuit_v = open_circuit_v);
+            }
+            Action::LinkNoise { bytes } => {
+                let noise: Vec<u8> = (0..bytes).map(|_| self.noise.bits() as u8).collect();
+                backend.send(&noise);
+            }
+            Action::Chocks { chocked } => backend.plant(&mut |plant| plant.set_chocked(chocked)),
+        }
+    }
+}
+
+/// The millisecond in which a step happens.
+fn at_ms(step: &Step) -> u64 {
+    (step.at_s * 1000.0).round() as u64
+}
+
+fn set_fault(plant: &mut Plant, sensor: Sensor, fault: SensorFault) {
+    match sensor {
+        Sensor::ChassisImu => plant.chassis_imu().set_fault(fault),
+        Sensor::SparImu => {
+            if let Some(imu) = plant.spar_imu() {
+                imu.set_fault(fault);
+            }
+        }
+        Sensor::LeftEncoder => plant.encoder_mut(Motor::Left).set_fault(fault),
+        Sensor::RightEncoder => plant.encoder_mut(Motor::Right).set_fault(fault),
+        Sensor::CameraEncoder => plant.encoder_mut(Motor::Camera).set_fault(fault),
+    }
+}

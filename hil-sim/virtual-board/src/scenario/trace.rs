@@ -1,0 +1,82 @@
+//! What a run leaves behind: one row every 10 ms of what the vehicle told and what was true.
+
+use firmware::link::message::Status;
+
+use plant::Truth;
+
+/// One row.
+#[derive(Debug, Clone, Copy)]
+pub struct Row {
+    /// What the operator commanded: speed (m/s) and yaw rate (rad/s).
+    pub commanded: [f64; 2],
+    /// What the vehicle told.
+    pub status: Status,
+    /// What was true when it sensed.
+    pub truth: Truth,
+    /// Whether any bridge was on.
+    pub bridges_on: bool,
+}
+
+impl Row {
+    /// Time of the row, s.
+    pub fn time_s(&self) -> f64 {
+        self.status.time_us as f64 * 1e-6
+    }
+}
+
+/// Every row of a run.
+#[derive(Debug, Clone, Default)]
+pub struct Trace {
+    /// In order of time.
+    pub rows: Vec<Row>,
+}
+
+/// A quantity of a row.
+pub type Value = fn(&Row) -> f64;
+
+/// The columns of the CSV file: name with its unit, and quantity.
+pub const COLUMNS: &[(&str, Value)] = &[
+    ("time_s", Row::time_s),
+    ("mode", |r| f64::from(r.status.mode as u8)),
+    ("faults", |r| f64::from(r.status.faults)),
+    ("blockers", |r| f64::from(r.status.blockers)),
+    ("limits", |r| f64::from(r.status.limits)),
+    ("commanded_speed_m_s", |r| r.commanded[0]),
+    ("speed_reference_m_s", |r| f64::from(r.status.speed_reference_m_s)),
+    ("speed_m_s", |r| r.truth.speed_m_s),
+    ("estimated_speed_m_s", |r| f64::from(r.status.speed_m_s)),
+    ("phi_rad", |r| r.truth.phi_rad),
+    ("estimated_phi_rad", |r| f64::from(r.status.phi_rad)),
+    ("slope_rad", |r| r.truth.slope_rad),
+    ("estimated_slope_rad", |r| f64::from(r.status.slope_rad)),
+    ("commanded_yaw_rate_rad_s", |r| r.commanded[1]),
+    ("yaw_rate_rad_s", |r| r.truth.yaw_rate_rad_s),
+    ("estimated_yaw_rate_rad_s", |r| f64::from(r.status.yaw_rate_rad_s)),
+    ("heading_rad", |r| r.truth.heading_rad),
+    ("estimated_heading_rad", |r| f64::from(r.status.heading_rad)),
+    ("x_m", |r| r.truth.x_m),
+    ("y_m", |r| r.truth.y_m),
+    ("estimated_x_m", |r| f64::from(r.status.x_m)),
+    ("estimated_y_m", |r| f64::from(r.status.y_m)),
+    ("spar_rad", |r| r.truth.spar_rad),
+    ("estimated_spar_rad", |r| f64::from(r.status.spar_rad)),
+    ("ballast_rad", |r| r.truth.ballast_rad),
+    ("left_voltage_v", |r| f64::from(r.status.voltage_v[0])),
+    ("right_voltage_v", |r| f64::from(r.status.voltage_v[1])),
+    ("camera_voltage_v", |r| f64::from(r.status.voltage_v[2])),
+    ("left_current_a", |r| r.truth.current_a[0]),
+    ("right_current_a", |r| r.truth.current_a[1]),
+    ("camera_current_a", |r| r.truth.current_a[2]),
+    ("battery_v", |r| r.truth.battery_v),
+    ("left_normal_n", |r| r.truth.normal_n[0]),
+    ("right_normal_n", |r| r.truth.normal_n[1]),
+    ("left_slip_m_s", |r| r.truth.slip_m_s[0]),
+    ("right_slip_m_s", |r| r.truth.slip_m_s[1]),
+];
+
+impl Trace {
+    /// The values of one quantity.
+    pub fn values(&self, value: impl Fn(&Row) -> f64) -> Vec<f64> {
+        self.rows.iter().map(value).collect()
+    }
+}
