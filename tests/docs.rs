@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::Command;
 
-use firmware::link::frame::encode;
-use firmware::link::message::HostMessage;
+use firmware::protocol::frame::encode;
+use firmware::protocol::message::HostMessage;
 use hil_sim::plant::fault::SensorFault;
 use hil_sim::scenario::{Scenario, metrics};
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};

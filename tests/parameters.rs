@@ -1,6 +1,6 @@
 //! Stored parameters over the link of the virtual board.
 
-use firmware::link::message::{HostMessage, ParameterAnswer, ParameterRequest};
+use firmware::protocol::message::{HostMessage, ParameterAnswer, ParameterRequest};
 use hil_sim::virtual_board::flash::VirtualFlash;
 use hil_sim::virtual_board::log;
 use model::supervise::arming::Mode;

@@ -1,7 +1,7 @@
 //! The safety rule: no defined or undefined input moves a motor that is not armed, and any fault reaches
 //! the safe state in bounded time.
 
-use firmware::link::message::HostMessage;
+use firmware::protocol::message::HostMessage;
 use hil_sim::link_client::LinkClient;
 use hil_sim::plant::Plant;
 use hil_sim::plant::fault::SensorFault;

@@ -30,6 +30,7 @@ pub mod imu;
 pub mod link;
 pub mod log_task;
 pub mod parameters;
+pub mod protocol;
 mod ticks;
 pub mod topics;
 pub mod watchdog;

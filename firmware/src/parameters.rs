@@ -16,7 +16,7 @@ use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
-use crate::link::message::{ParameterAnswer, ParameterRequest};
+use crate::protocol::message::{ParameterAnswer, ParameterRequest};
 use crate::topics::Topics;
 
 /// Longest stored set, a multiple of any flash's word.

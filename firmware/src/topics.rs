@@ -13,7 +13,7 @@ use model::tick::Telemetry;
 use model::vehicle::Vehicle;
 
 use crate::hardware::AnalogReading;
-use crate::link::message::{ParameterAnswer, ParameterRequest};
+use crate::protocol::message::{ParameterAnswer, ParameterRequest};
 use crate::watchdog::Checkins;
 
 /// A value with the time it was taken.

@@ -1,7 +1,7 @@
 //! What the vehicle's tests share.
 #![allow(dead_code)] // Each test binary uses its part.
 
-use firmware::link::message::{HostMessage, Status};
+use firmware::protocol::message::{HostMessage, Status};
 use hil_sim::link_client::LinkClient;
 use hil_sim::plant::Plant;
 use hil_sim::plant::terrain::Terrain;

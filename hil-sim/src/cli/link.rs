@@ -4,8 +4,8 @@ use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
-use firmware::link::message::{HostMessage, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest, Status};
 use firmware::parameters;
+use firmware::protocol::message::{HostMessage, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest, Status};
 use model::supervise::arming::{Mode, Request};
 use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use model::vehicle::{Field, VehicleParameters};
