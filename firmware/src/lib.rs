@@ -7,7 +7,7 @@
 //! | task | rate | executor |
 //! |---|---|---|
 //! | [`encoders::run`] | 1 kHz | control (interrupt) |
-//! | [`imu::run`], once for the chassis and once for the spar | 1 kHz | control (interrupt) |
+//! | [`imu::run`], once for the arm and once for the spar | 1 kHz | control (interrupt) |
 //! | [`drive::run`] | 1 kHz | control (interrupt) |
 //! | [`watchdog::run`] | 200 Hz | control (interrupt) |
 //! | [`analog::run`] | 1 kHz | thread |
