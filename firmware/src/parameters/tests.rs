@@ -10,7 +10,8 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorF
 use model::vehicle::Vehicle;
 use proptest::prelude::*;
 
-use super::{NoSet, ParameterStore, decode, encode, set, value};
+use super::store::{HEADER, SET_MAX, decode, encode};
+use super::{NoSet, ParameterStore, set, value};
 use crate::built_in::PARAMETERS;
 
 /// Nothing here waits.
@@ -239,7 +240,7 @@ fn a_power_cut_at_any_step_leaves_the_old_set_or_the_new() {
 fn another_schema_is_not_believed() {
     let mut other = PARAMETERS;
     other.camera = None;
-    let mut bytes = [0; super::SET_MAX];
+    let mut bytes = [0; SET_MAX];
     let length = encode(&other, &mut bytes).expect("fits");
     assert!(decode(&bytes[..length], &other).is_some());
     assert_eq!(decode(&bytes[..length], &PARAMETERS), None);
@@ -253,9 +254,9 @@ fn a_value_out_of_range_is_refused_where_it_is_set_and_where_it_is_stored() {
         assert!(set(&mut parameters, 0, bad).is_err());
     }
     assert_eq!(value(&parameters, 0), Some(before));
-    let mut bytes = [0; super::SET_MAX];
+    let mut bytes = [0; SET_MAX];
     let length = encode(&parameters, &mut bytes).expect("fits");
-    bytes[super::HEADER..super::HEADER + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+    bytes[HEADER..HEADER + 4].copy_from_slice(&f32::NAN.to_le_bytes());
     assert_eq!(decode(&bytes[..length], &PARAMETERS), None);
 }
 
