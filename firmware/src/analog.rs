@@ -4,10 +4,10 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant};
 use model::sample::TICK_US;
 
+use crate::checkins::Critical;
 use crate::hardware::AnalogInputs;
 use crate::ticks::aligned;
 use crate::topics::Topics;
-use crate::watchdog::Critical;
 
 /// Reads the inputs every tick and publishes them. A failed reading is not published: it goes stale.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut inputs: impl AnalogInputs) -> ! {

@@ -7,10 +7,10 @@ use model::sample::{Actuation, ImuRaw, ImuSample, Sample, TICK_US};
 use model::supervise::arming::{Mode, Request};
 use model::tick::{Command, VehicleCore};
 
+use crate::checkins::Critical;
 use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop};
 use crate::ticks::aligned;
 use crate::topics::{DriveCommand, TickCycles, Topics};
-use crate::watchdog::Critical;
 
 /// How long a tick waits for its IMU sample before it goes on without.
 const IMU_WAIT: Duration = Duration::from_micros(400);

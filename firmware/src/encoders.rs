@@ -4,10 +4,10 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant};
 use model::sample::{MOTORS, TICK_US};
 
+use crate::checkins::Critical;
 use crate::hardware::EncoderCounters;
 use crate::ticks::aligned;
 use crate::topics::Topics;
-use crate::watchdog::Critical;
 
 /// Extends a wrapping 16-bit counter to 64 bits. Right while the counter moves less than 32768 counts
 /// between two calls.

@@ -23,6 +23,7 @@ mod logging;
 
 pub mod analog;
 pub mod built_in;
+pub mod checkins;
 pub mod drive;
 pub mod encoders;
 pub mod hardware;

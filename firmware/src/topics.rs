@@ -12,9 +12,9 @@ use model::supervise::arming::Request;
 use model::tick::Telemetry;
 use model::vehicle::Vehicle;
 
+use crate::checkins::Checkins;
 use crate::hardware::AnalogReading;
 use crate::protocol::message::{ParameterAnswer, ParameterRequest};
-use crate::watchdog::Checkins;
 
 /// A value with the time it was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]

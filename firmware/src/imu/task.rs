@@ -6,9 +6,9 @@ use embedded_hal_async::spi::SpiDevice;
 use model::sample::{ImuRaw, TICK_US};
 
 use super::driver::{Icm42688p, ImuError, WHO_AM_I};
+use crate::checkins::Critical;
 use crate::ticks::aligned;
 use crate::topics::{Topic, Topics};
-use crate::watchdog::Critical;
 
 /// Which IMU a task serves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,10 +4,10 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, Ticker};
 use embedded_io_async::Write;
 
+use crate::checkins::Critical;
 use crate::protocol::frame::encode;
 use crate::protocol::message::{BoardMessage, PROTOCOL_VERSION, Status};
 use crate::topics::Topics;
-use crate::watchdog::Critical;
 
 /// How often the state is sent.
 const PERIOD: Duration = Duration::from_millis(10);
