@@ -3,13 +3,13 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, with_timeout};
-use model::sample::{Actuation, ImuRaw, ImuSample, Sample, TICK_US};
+use model::sample::{Actuation, ImuRaw, ImuSample, Sample};
 use model::supervise::arming::{Mode, Request};
 use model::tick::{Command, VehicleCore};
 
 use crate::checkins::Critical;
 use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop};
-use crate::ticks::aligned;
+use crate::ticks::every_tick;
 use crate::topics::{DriveCommand, TickCycles, Topics};
 
 /// How long a tick waits for its IMU sample before it goes on without.
@@ -67,7 +67,7 @@ where
     bridges.apply(&Actuation::SAFE);
     let mut cycles = TickCycles::default();
     let mut tick = 0_u32;
-    let mut ticker = aligned(Duration::from_micros(u64::from(TICK_US)));
+    let mut ticker = every_tick();
     loop {
         ticker.next().await;
         // The IMU's burst takes some tens of microseconds; without it the tick goes on and the

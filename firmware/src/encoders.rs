@@ -1,12 +1,12 @@
 //! The encoder task: hardware counters, extended to 64 bits, once a tick.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant};
-use model::sample::{MOTORS, TICK_US};
+use embassy_time::Instant;
+use model::sample::MOTORS;
 
 use crate::checkins::Critical;
 use crate::hardware::EncoderCounters;
-use crate::ticks::aligned;
+use crate::ticks::every_tick;
 use crate::topics::Topics;
 
 /// Extends a wrapping 16-bit counter to 64 bits. Right while the counter moves less than 32768 counts
@@ -38,7 +38,7 @@ impl CountExtender {
 /// Reads the counters every tick and publishes them.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut counters: impl EncoderCounters) -> ! {
     let mut extenders = [CountExtender::default(); MOTORS];
-    let mut ticker = aligned(Duration::from_micros(u64::from(TICK_US)));
+    let mut ticker = every_tick();
     loop {
         ticker.next().await;
         let at = Instant::now();

@@ -170,7 +170,7 @@ struct Reader<'a> {
     modules: Vec<&'a ItemMod>,
 }
 
-impl<'a> Reader<'a> {
+impl Reader<'_> {
     /// What the module names of its own crate, as the module `place`.
     fn names(&self, place: &[String]) -> Names {
         // A path starts with a keyword, a module of this one, or the name of another crate.

@@ -3,11 +3,11 @@
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, Timer};
 use embedded_hal_async::spi::SpiDevice;
-use model::sample::{ImuRaw, TICK_US};
+use model::sample::ImuRaw;
 
 use super::driver::{Icm42688p, ImuError, WHO_AM_I};
 use crate::checkins::Critical;
-use crate::ticks::aligned;
+use crate::ticks::every_tick;
 use crate::topics::{Topic, Topics};
 
 /// Which IMU a task serves.
@@ -67,7 +67,7 @@ async fn serve<M: RawMutex, S: SpiDevice<u16>>(topics: &Topics<M>, place: Place,
         Place::Arm => &topics.arm_imu,
         Place::Spar => &topics.spar_imu,
     };
-    let mut ticker = aligned(Duration::from_micros(u64::from(TICK_US)));
+    let mut ticker = every_tick();
     let mut failures = 0;
     while failures < RESTART_AFTER {
         ticker.next().await;
