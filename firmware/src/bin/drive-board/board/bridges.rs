@@ -50,10 +50,10 @@ pub struct BridgePins {
     pub right: Peri<'static, peripherals::PE11>,
     /// Right bridge, reverse.
     pub right_n: Peri<'static, peripherals::PE10>,
-    /// Camera bridge, forward.
-    pub camera: Peri<'static, peripherals::PE13>,
-    /// Camera bridge, reverse.
-    pub camera_n: Peri<'static, peripherals::PE12>,
+    /// Ballast bridge, forward.
+    pub ballast: Peri<'static, peripherals::PE13>,
+    /// Ballast bridge, reverse.
+    pub ballast_n: Peri<'static, peripherals::PE12>,
     /// Break input.
     pub break_input: Peri<'static, peripherals::PE15>,
 }
@@ -127,12 +127,12 @@ impl Tim1Bridges {
             _forward: (
                 PwmPin::new(pins.left, OutputType::PushPull),
                 PwmPin::new(pins.right, OutputType::PushPull),
-                PwmPin::new(pins.camera, OutputType::PushPull),
+                PwmPin::new(pins.ballast, OutputType::PushPull),
             ),
             _reverse: (
                 ComplementaryPwmPin::new(pins.left_n, OutputType::PushPull),
                 ComplementaryPwmPin::new(pins.right_n, OutputType::PushPull),
-                ComplementaryPwmPin::new(pins.camera_n, OutputType::PushPull),
+                ComplementaryPwmPin::new(pins.ballast_n, OutputType::PushPull),
             ),
             _break_input: break_input,
         }

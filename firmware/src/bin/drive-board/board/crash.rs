@@ -6,11 +6,14 @@ use core::panic::PanicInfo;
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
+use crc::{CRC_32_ISCSI, Crc, NoTable};
 
 use super::bridges;
 
 /// Longest message kept.
 const TEXT_BYTES: usize = 240;
+/// Checksum of the record's text, without a table in flash: the text is short, and nobody waits for it.
+const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 /// Marks a record as written, in a RAM that holds anything after power-up.
 const MAGIC: u32 = 0x4C41_5354;
 
@@ -19,7 +22,7 @@ const MAGIC: u32 = 0x4C41_5354;
 struct Record {
     magic: u32,
     length: u32,
-    sum: u32,
+    checksum: u32,
     text: [u8; TEXT_BYTES],
     /// The RAM's error correction holds the last partial write back until another comes: a reset would
     /// lose it. These come after.
@@ -46,13 +49,6 @@ impl LastWords {
     }
 }
 
-/// The record's check: FNV-1a over its text.
-fn checksum(text: &[u8]) -> u32 {
-    text.iter().fold(0x811C_9DC5, |hash: u32, byte| {
-        (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193)
-    })
-}
-
 /// Takes the message the run before left, if it left one. To be called before the tasks start.
 pub fn take() -> Option<LastWords> {
     // SAFETY: start-up is single threaded, and the only other access is a dying program's. The record is
@@ -63,7 +59,7 @@ pub fn take() -> Option<LastWords> {
     unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<u32>(), 0) };
     let length = record.length as usize;
     let text = record.text.get(..length)?;
-    (record.magic == MAGIC && record.sum == checksum(text)).then_some(LastWords {
+    (record.magic == MAGIC && record.checksum == CHECKSUM.checksum(text)).then_some(LastWords {
         text: record.text,
         length,
     })
@@ -98,7 +94,7 @@ fn die(message: fmt::Arguments<'_>) -> ! {
     let record = Record {
         magic: MAGIC,
         length: text.length as u32,
-        sum: checksum(text.bytes.get(..text.length).unwrap_or_default()),
+        checksum: CHECKSUM.checksum(text.bytes.get(..text.length).unwrap_or_default()),
         text: text.bytes,
         flush: [0; 2],
     };
