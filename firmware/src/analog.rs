@@ -1,4 +1,4 @@
-//! The analogue task: battery voltage and motor currents, once a tick.
+//! The analogue task: publishes the battery voltage and the motor currents once per tick.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
@@ -8,7 +8,8 @@ use crate::hardware::AnalogInputs;
 use crate::ticks::every_tick;
 use crate::topics::Topics;
 
-/// Reads the inputs every tick and publishes them. A failed reading is not published: it goes stale.
+/// Reads the inputs every tick and publishes the readings. After a failed reading the last good one stays
+/// published and grows stale.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut inputs: impl AnalogInputs) -> ! {
     let mut ticker = every_tick();
     loop {

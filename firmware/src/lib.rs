@@ -1,8 +1,8 @@
 //! The vehicle application: the tasks that move data between the hardware and the `model`.
 //!
-//! Nothing here decides: every decision is a pure step of `model`. Nothing here names a part or a
-//! pin: the board (a target-only binary, or the host's virtual board) implements [`hardware`] and the
-//! embedded-hal traits, makes one [`topics::Topics`], and spawns the tasks:
+//! This crate decides nothing: every decision is a pure step of `model`. It names no part and no pin: a
+//! board (the target-only binary, or the host's virtual board) implements the traits of [`hardware`] and of
+//! embedded-hal, makes one [`topics::Topics`], and spawns the tasks:
 //!
 //! | task | rate | executor |
 //! |---|---|---|
@@ -13,11 +13,11 @@
 //! | [`analog::run`] | 1 kHz | thread |
 //! | [`link::receive::run`], [`link::send::run`] | as bytes come; 100 Hz | thread |
 //! | [`parameters::run`] | on request | thread |
-//! | [`log_task::run`] | 1 Hz and on change | thread |
+//! | [`log_task::run`] | 20 Hz; logs one line per second and one per change | thread |
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
-// First: its macros are used by every module below.
+// First: every module below may use its macros.
 #[macro_use]
 mod logging;
 

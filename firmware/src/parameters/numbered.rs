@@ -25,7 +25,7 @@ pub fn count(parameters: &VehicleParameters<f32>) -> u16 {
     count
 }
 
-/// The value of one parameter.
+/// The value of one parameter; `None` if no parameter has this number.
 pub fn value(parameters: &VehicleParameters<f32>, number: u16) -> Option<f32> {
     let (mut at, mut found) = (0, None);
     parameters.for_each(|_, _, value| {
@@ -40,9 +40,9 @@ pub fn value(parameters: &VehicleParameters<f32>, number: u16) -> Option<f32> {
 /// Why a parameter was not changed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Refused {
-    /// There is no such number.
+    /// No parameter has this number.
     NoSuchNumber,
-    /// Out of range: least and most allowed.
+    /// The value is out of range: least and most allowed value.
     OutOfRange(f32, f32),
 }
 
@@ -67,7 +67,7 @@ pub fn set(parameters: &mut VehicleParameters<f32>, number: u16, value: f32) -> 
     Ok(())
 }
 
-/// Number of the field that an error is about.
+/// Number of the parameter that an error names; `u16::MAX` if the vehicle has no such parameter.
 pub(super) fn number_of(parameters: &VehicleParameters<f32>, error: &ParameterError) -> u16 {
     let (group, name) = match error {
         ParameterError::OutOfRange(out) => (out.group, out.field.name),

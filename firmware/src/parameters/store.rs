@@ -9,14 +9,14 @@ use sequential_storage::map::{MapConfig, MapStorage};
 use super::numbered::{count, schema, set};
 use super::tolerant_flash::Tolerant;
 
-/// Longest stored set, a multiple of any flash's word.
+/// Longest stored set in bytes, a multiple of any flash's word.
 pub(super) const SET_MAX: usize = 512;
-/// Schema, number of values.
+/// Bytes in front of the values: the schema and the number of values, 4 bytes each.
 pub(super) const HEADER: usize = 8;
 /// Key of the set in the store.
 const KEY: u8 = 1;
 
-/// Encodes a set; its length.
+/// Encodes a set and returns its length in bytes; `None` if the set does not fit.
 pub(super) fn encode(parameters: &VehicleParameters<f32>, bytes: &mut [u8; SET_MAX]) -> Option<usize> {
     let (header, values) = bytes.split_at_mut_checked(HEADER)?;
     header.get_mut(..4)?.copy_from_slice(&schema(parameters).to_le_bytes());
@@ -32,7 +32,8 @@ pub(super) fn encode(parameters: &VehicleParameters<f32>, bytes: &mut [u8; SET_M
     complete.then(|| HEADER + 4 * usize::from(count(parameters)))
 }
 
-/// Decodes a set for a vehicle of the kind of `like`; `None` if the schema or the length is another.
+/// Decodes a set for a vehicle of the kind of `like`; `None` if the schema or the length differs, or a value
+/// is out of range.
 pub(super) fn decode(bytes: &[u8], like: &VehicleParameters<f32>) -> Option<VehicleParameters<f32>> {
     let (header, values) = bytes.split_at_checked(HEADER)?;
     let (schema_bytes, count_bytes) = header.split_at_checked(4)?;
@@ -54,27 +55,27 @@ pub(super) fn decode(bytes: &[u8], like: &VehicleParameters<f32>) -> Option<Vehi
 /// Why there is no stored set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoSet {
-    /// Nothing was ever stored, or it was erased.
+    /// Nothing was ever stored, or the flash was erased.
     Absent,
-    /// What is there cannot be believed.
+    /// The flash holds something that is no valid set of this firmware.
     Corrupt,
 }
 
-/// Remembers where the newest set is. A store that moves to the next page asks it of every old set it
-/// meets; without this each question reads a whole page, which for a full one takes seconds.
+/// Remembers where the newest set is. A store that moves to the next page asks for that place at every old
+/// set it meets; without the cache each question reads a whole page, and moving a full page takes seconds.
 type WhereNewest = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 1>, u8>;
 
-/// The store.
+/// The store of one set of parameters.
 pub struct ParameterStore<F: NorFlash> {
     pub(super) map: MapStorage<u8, Tolerant<F>, WhereNewest>,
     buffer: [u8; SET_MAX + 64],
 }
 
 impl<F: NorFlash> ParameterStore<F> {
-    /// The store in the whole of `flash`, at least two of its erasable pages.
+    /// A store that takes the whole of `flash`, which needs at least two erasable pages.
     ///
     /// # Errors
-    /// The flash back, if it cannot hold a store.
+    /// Returns the flash if it cannot hold a store.
     pub fn new(flash: F) -> Result<Self, F> {
         let pages = flash.capacity() / F::ERASE_SIZE;
         match MapConfig::try_new(0..(pages * F::ERASE_SIZE) as u32) {
@@ -90,10 +91,10 @@ impl<F: NorFlash> ParameterStore<F> {
         }
     }
 
-    /// The stored vehicle, of the kind of `like`.
+    /// Loads the stored vehicle, of the kind of `like`.
     ///
     /// # Errors
-    /// [`NoSet`]: absent, or not to be believed.
+    /// [`NoSet`]: nothing is stored, or nothing valid.
     pub async fn load(&mut self, like: &VehicleParameters<f32>) -> Result<Vehicle<f32>, NoSet> {
         let bytes: &[u8] = match self.map.fetch_item(&mut self.buffer, &KEY).await {
             Ok(Some(bytes)) => bytes,
@@ -107,8 +108,8 @@ impl<F: NorFlash> ParameterStore<F> {
     /// Stores a vehicle. A flash that holds no sound store is erased first.
     ///
     /// # Errors
-    /// `()` if the flash fails.
-    #[allow(clippy::result_unit_err)] // There is one way to fail, and nothing to tell of it.
+    /// `()` if the flash fails; the set stored before stays.
+    #[allow(clippy::result_unit_err)] // The flash fails in one way only.
     pub async fn store(&mut self, vehicle: &Vehicle<f32>) -> Result<(), ()> {
         let mut bytes = [0; SET_MAX];
         let length = encode(vehicle.parameters(), &mut bytes).ok_or(())?;
@@ -116,8 +117,8 @@ impl<F: NorFlash> ParameterStore<F> {
         if self.map.store_item(&mut self.buffer, &KEY, &set).await.is_ok() {
             return Ok(());
         }
-        // The store repairs what a power cut leaves. Only where it finds no set is there nothing to lose
-        // by starting anew.
+        // The store repairs what a power cut leaves. Erasing everything loses nothing only if the store finds
+        // no set.
         if let Ok(Some(_)) = self.map.fetch_item::<&[u8]>(&mut self.buffer, &KEY).await {
             return Err(());
         }

@@ -12,7 +12,7 @@ use super::store::{NoSet, ParameterStore};
 use crate::protocol::message::{ParameterAnswer, ParameterRequest};
 use crate::topics::Topics;
 
-/// Says in the log where the vehicle's numbers come from, and gives them.
+/// Returns the vehicle to boot with, stored or built in, and logs which of the two.
 pub async fn boot<F: NorFlash>(store: &mut ParameterStore<F>, built_in: &Vehicle<f32>) -> Vehicle<f32> {
     match store.load(built_in.parameters()).await {
         Ok(vehicle) => {
@@ -24,16 +24,16 @@ pub async fn boot<F: NorFlash>(store: &mut ParameterStore<F>, built_in: &Vehicle
             *built_in
         }
         Err(NoSet::Corrupt) => {
-            warning!("parameters: stored set is corrupt or of another firmware, built-in set");
+            warning!("parameters: stored set is corrupt or belongs to another firmware, built-in set");
             *built_in
         }
     }
 }
 
-/// How long the control task may take to see that arming is blocked.
+/// Longest time that the control task may take to report that arming is blocked.
 const BLOCK_TIMEOUT: Duration = Duration::from_millis(20);
 
-/// Answers requests for ever. `vehicle` is the set in force, `built_in` the one of the build.
+/// Answers requests for ever. `vehicle` holds the set in force, `built_in` the set of the build.
 pub async fn run<M: RawMutex, F: NorFlash>(
     topics: &Topics<M>,
     mut store: ParameterStore<F>,
@@ -77,7 +77,7 @@ pub async fn run<M: RawMutex, F: NorFlash>(
     }
 }
 
-/// Blocks arming, stores the set, puts it in force, and unblocks.
+/// Blocks arming, stores the set, puts the set in force, and unblocks arming.
 async fn keep<M: RawMutex, F: NorFlash>(
     topics: &Topics<M>,
     store: &mut ParameterStore<F>,
@@ -88,10 +88,10 @@ async fn keep<M: RawMutex, F: NorFlash>(
     let answer = if blocked(topics, since).await {
         if store.store(vehicle).await.is_ok() {
             topics.new_vehicle.signal(*vehicle);
-            info!("parameters: stored");
+            info!("parameters: new set stored and in force");
             ParameterAnswer::Stored
         } else {
-            warning!("parameters: the flash failed");
+            warning!("parameters: not stored, the flash failed");
             ParameterAnswer::FlashFailed
         }
     } else {
@@ -101,7 +101,8 @@ async fn keep<M: RawMutex, F: NorFlash>(
     answer
 }
 
-/// Waits until a tick after `since` says that the vehicle is disarmed and that arming is blocked.
+/// Waits for the first tick after `since`. Returns whether the vehicle was disarmed in that tick with arming
+/// blocked; `false` if no tick came in time.
 async fn blocked<M: RawMutex>(topics: &Topics<M>, since: Instant) -> bool {
     while Instant::now().saturating_duration_since(since) < BLOCK_TIMEOUT {
         if let Some(telemetry) = topics.telemetry.latest()

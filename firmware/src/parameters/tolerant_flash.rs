@@ -1,14 +1,15 @@
-//! A flash in which a word that lost its power halfway is an unsound word, and no failure of the flash.
+//! A flash that stays readable after a power cut in the middle of a word.
 
 use embedded_storage_async::nor_flash::{ErrorType, MultiwriteNorFlash, NorFlash, ReadNorFlash};
 
-/// A flash whose unreadable places read as zeros.
+/// A flash whose unreadable words read as zeros.
 ///
-/// A power cut in the middle of a word can leave it beyond its error correction. The store must see
-/// such a word as written and wrong, which its checksums find, and not as a flash that has failed.
+/// After a power cut in the middle of a word, the flash's error correction may no longer restore that word.
+/// The store must see such a word as written and wrong, which the store's checksums find, and not as a flash
+/// that failed.
 pub(super) struct Tolerant<F>(pub(super) F);
 
-/// Largest piece in which an unreadable place is looked for.
+/// Bytes that are read at once in the search for an unreadable word.
 const PIECE: usize = 32;
 
 impl<F: ErrorType> ErrorType for Tolerant<F> {
@@ -16,8 +17,9 @@ impl<F: ErrorType> ErrorType for Tolerant<F> {
 }
 
 impl<F: NorFlash> ReadNorFlash for Tolerant<F> {
-    /// A word: the store then judges its page markers by whole words, and sees one that was cut halfway
-    /// as written, where it would otherwise program it again, which no flash with error correction takes.
+    /// One word: the store then reads its page markers as whole words, and takes a marker that a power cut
+    /// left half written as written. Otherwise the store would program the word again, which no flash with
+    /// error correction accepts.
     const READ_SIZE: usize = F::WRITE_SIZE;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), F::Error> {
@@ -27,7 +29,7 @@ impl<F: NorFlash> ReadNorFlash for Tolerant<F> {
         let mut at = offset as usize;
         let mut rest = bytes;
         while !rest.is_empty() {
-            // Up to the next word's boundary, so that a good word is not lost with a bad one.
+            // Up to the next word's boundary, so that no good word is lost with a bad one.
             let length = rest.len().min(PIECE - at % PIECE);
             let Some((piece, after)) = rest.split_at_mut_checked(length) else {
                 break;

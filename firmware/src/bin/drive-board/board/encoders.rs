@@ -5,7 +5,7 @@ use embassy_stm32::timer::qei::Qei;
 use firmware::hardware::EncoderCounters;
 use model::sample::MOTORS;
 
-/// The counters, in the order of the motors.
+/// The hardware counters, in the order of the motors.
 pub struct QuadratureCounters {
     /// Left wheel.
     pub left: Qei<'static, TIM2>,

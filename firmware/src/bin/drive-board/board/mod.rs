@@ -22,9 +22,9 @@
 //! | Lamps: armed (green), faulted (red) | GPIO | PB0, PB14 | | |
 //! | User button: disarm | GPIO | PC13, high = pressed | | |
 //!
-//! A lower DMA stream wins over a higher one of the same controller: input stands before output, or the
-//! SPI's FIFO overruns. The buffers are in the AXI SRAM, which DMA1 and DMA2 reach; the stack is not.
-//! The bridges' inputs need pull-downs on the power stage: the pins float until this code runs.
+//! Of two DMA streams of one controller the lower wins: input has the lower one, or the SPI's FIFO would
+//! overrun. The buffers lie in the AXI SRAM, which DMA1 and DMA2 reach; the stack does not. The power stage
+//! needs pull-downs at the inputs of its bridges: the pins float until this code runs.
 
 mod analog;
 mod bridges;
@@ -85,7 +85,7 @@ pub type Imu = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, Del
 pub struct Board {
     /// Why the part started.
     pub reset_cause: ResetCause,
-    /// What the run before said when it died.
+    /// The message of the last run, if a panic or a fault ended it.
     pub last_words: Option<crash::LastWords>,
     /// Motor bridges, open.
     pub bridges: Tim1Bridges,
@@ -99,7 +99,7 @@ pub struct Board {
     pub analog: AnalogSequence,
     /// Emergency stop.
     pub emergency_stop: StopContact,
-    /// Watchdog, to be started with the task that feeds it.
+    /// Watchdog, not started: the task that feeds it starts with it.
     pub watchdog: WatchdogAtRest,
     /// Cycle counter, running.
     pub cycles: CoreCycles,
@@ -118,7 +118,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// Brings the board up, the bridges first and open.
+    /// Starts the board: the bridges first, open.
     ///
     /// # Panics
     /// When called twice.
@@ -184,7 +184,7 @@ impl Board {
             Interrupts,
             link::config(),
         )
-        .expect("the link's settings are constants the part can do");
+        .expect("the part supports the link's settings");
         let (link_sender, link_receiver) = link::split(uart);
 
         Self {
@@ -211,7 +211,7 @@ impl Board {
     }
 }
 
-/// Both edges of both channels count, and a pull-up holds an unplugged encoder still.
+/// The counters count both edges of both channels; pull-ups keep the inputs of an unplugged encoder still.
 fn encoder_config() -> qei::Config {
     qei::Config {
         ch1_pull: Pull::Up,
@@ -220,7 +220,7 @@ fn encoder_config() -> qei::Config {
     }
 }
 
-/// The IMU samples on the clock's second edge, with the clock idle high.
+/// The clock idles high, and the IMU samples on its second edge.
 fn imu_config() -> spi::Config {
     let mut config = spi::Config::default();
     config.mode = spi::MODE_3;
@@ -228,7 +228,7 @@ fn imu_config() -> spi::Config {
     config
 }
 
-/// Bus clock of the IMUs, half of what they allow: a tick's burst takes 10 us.
+/// Bus clock of the IMUs, half of the largest that they allow: one tick's burst takes 10 us.
 const IMU_CLOCK: Hertz = Hertz(12_500_000);
 
 fn imu(bus: Spi<'static, Async, Master>, select: Output<'static>) -> Imu {
@@ -238,26 +238,26 @@ fn imu(bus: Spi<'static, Async, Master>, select: Output<'static>) -> Imu {
     }
 }
 
-/// Connects what would leave the bridges running on their own to the hardware break: a locked-up core
-/// and damaged memory. A debugger that halts the core stops TIM1, which opens its outputs, and the
-/// watchdog with it.
+/// Makes a locked-up core and uncorrectable errors of the memory trip the hardware break: they would leave
+/// the bridges driven with nothing in control. A debugger that halts the core stops TIM1, which switches its
+/// outputs off, and the watchdog.
 fn guard_outputs() {
-    /// SYSCFG's configuration register, which the register description leaves out, and its lock bits.
+    /// SYSCFG's configuration register, which the HAL's register description leaves out, and its lock bits.
     const SYSCFG_CFGR: *mut u32 = 0x5800_0418 as *mut u32;
     const AXI_SRAM_LOCK: u32 = 1 << 15;
     const DTCM_LOCK: u32 = 1 << 13;
     const CORE_LOCKUP_LOCK: u32 = 1 << 6;
     pac::RCC.apb4enr().modify(|w| w.set_syscfgen(true));
-    // SAFETY: a device register of this part, written once at start-up; its bits can only be set.
+    // SAFETY: this is a register of this part; start-up writes it once, and its bits can only be set.
     unsafe { SYSCFG_CFGR.write_volatile(CORE_LOCKUP_LOCK | DTCM_LOCK | AXI_SRAM_LOCK) };
     pac::DBGMCU.apb2fzr1().modify(|w| w.set_tim1(true));
     pac::DBGMCU.apb4fzr1().modify(|w| w.set_iwdg1(true));
 }
 
-/// The executor of the control task, above every other task.
+/// The executor of the control task; its tasks interrupt every other task.
 pub static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
-/// Starts the executor of the control task: below the drivers' interrupts, above the thread.
+/// Starts the executor of the control task, with a priority below the drivers' interrupts and above the thread.
 pub fn start_control_executor() -> embassy_executor::SendSpawner {
     interrupt::UART5.set_priority(Priority::P6);
     CONTROL_EXECUTOR.start(interrupt::UART5)
@@ -265,6 +265,6 @@ pub fn start_control_executor() -> embassy_executor::SendSpawner {
 
 #[interrupt]
 unsafe fn UART5() {
-    // SAFETY: the executor was started on this interrupt, and this is its handler.
+    // SAFETY: the executor runs on this interrupt, and this is the interrupt's handler.
     unsafe { CONTROL_EXECUTOR.on_interrupt() }
 }
