@@ -45,8 +45,8 @@ fn the_board_boots_says_so_and_keeps_its_bridges_open() {
     };
     line("biplanar drive board");
     line("reset by power-on");
-    line("imu chassis: started");
-    line("imu spar: started");
+    line("arm IMU: started");
+    line("spar IMU: started");
     let done = line("self-check done");
     let seconds: f64 = done
         .split_whitespace()

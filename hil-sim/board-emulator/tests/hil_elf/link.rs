@@ -1,8 +1,8 @@
 //! Anything on the wire: nothing moves, nothing breaks, everything is counted.
 
 use board_emulator::plant::BridgeState;
-use firmware::link::frame::encode;
-use firmware::link::message::{HostMessage, PROTOCOL_VERSION};
+use firmware::protocol::frame::encode;
+use firmware::protocol::message::{HostMessage, PROTOCOL_VERSION};
 use model::supervise::arming::{Mode, Request};
 
 use crate::support::{Operator, ready};

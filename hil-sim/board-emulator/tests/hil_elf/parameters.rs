@@ -12,8 +12,8 @@ use board_emulator::stored::REGION;
 use board_emulator::{Emulation, MS, Settings, US};
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use firmware::built_in;
-use firmware::link::message::{HostMessage, ParameterAnswer, ParameterRequest};
 use firmware::parameters::{ParameterStore, set, value};
+use firmware::protocol::message::{HostMessage, ParameterAnswer, ParameterRequest};
 use model::vehicle::{Vehicle, VehicleParameters};
 
 use crate::support::{BATTERY_V, Operator, firmware, powered, ready};

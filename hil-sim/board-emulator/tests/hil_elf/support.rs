@@ -4,8 +4,8 @@ use std::sync::OnceLock;
 
 use board_emulator::plant::Bench;
 use board_emulator::{Emulation, Firmware, Frozen, MS, Settings, build};
-use firmware::link::frame::{Decoder, Received, encode};
-use firmware::link::message::{BoardMessage, HostMessage, ParameterAnswer, ParameterRequest, Status};
+use firmware::protocol::frame::{Decoder, Received, encode};
+use firmware::protocol::message::{BoardMessage, HostMessage, ParameterAnswer, ParameterRequest, Status};
 use model::supervise::arming::{Mode, Request};
 
 /// Battery of the vehicle on the bench in V.

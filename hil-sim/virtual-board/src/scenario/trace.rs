@@ -1,6 +1,6 @@
 //! What a run leaves behind: one row every 10 ms of what the vehicle told and what was true.
 
-use firmware::link::message::Status;
+use firmware::protocol::message::Status;
 
 use plant::Truth;
 

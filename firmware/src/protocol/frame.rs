@@ -75,8 +75,8 @@ impl Decoder {
     /// Takes one byte.
     ///
     /// ```
-    /// use firmware::link::frame::{Decoder, Received, encode};
-    /// use firmware::link::message::HostMessage;
+    /// use firmware::protocol::frame::{Decoder, Received, encode};
+    /// use firmware::protocol::message::HostMessage;
     /// let sent = HostMessage::Drive { speed_m_s: 1.0, yaw_rate_rad_s: -0.5 };
     /// let mut decoder = Decoder::new();
     /// let received = encode(&sent).unwrap().iter().fold(Received::Nothing, |_, byte| decoder.push(*byte));
@@ -129,7 +129,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::link::message::HostMessage;
+    use crate::protocol::message::HostMessage;
 
     fn feed(decoder: &mut Decoder, bytes: &[u8]) -> std::vec::Vec<Received<HostMessage>> {
         bytes

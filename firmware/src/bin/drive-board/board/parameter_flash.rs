@@ -1,4 +1,4 @@
-//! The parameters' flash: the last two sectors of bank 2, so that erasing them does not stall code,
+//! The flash of the stored parameters: the last two sectors of bank 2. Erasing them does not stall the code,
 //! which runs from bank 1.
 
 use embassy_futures::yield_now;
@@ -8,27 +8,28 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorF
 
 /// Offset of the region from the start of the flash.
 const REGION_OFFSET: u32 = 14 * SECTOR_BYTES;
-/// One sector.
+/// Bytes of one sector, the unit that the flash erases.
 const SECTOR_BYTES: u32 = 128 * 1024;
-/// Two sectors: the store needs one to move to while it keeps the other.
+/// Bytes of the region, two sectors: the store moves to one while it keeps the other.
 const REGION_BYTES: u32 = 2 * SECTOR_BYTES;
-/// The unit the flash programs, and corrects errors over.
+/// Bytes of one word, the unit that the flash programs and that its error correction covers.
 const WORD_BYTES: usize = 32;
-/// Where the flash appears to the core.
+/// Address of the flash's first byte.
 const FLASH_BASE: usize = 0x0800_0000;
 
-/// Bits of the system control block's `CCR` and `CFSR` used below.
+/// Bit of the system control block's `CCR`: the core ignores data bus faults while FAULTMASK is set.
 const CCR_BFHFNMIGN: u32 = 1 << 8;
+/// Bits of the system control block's `CFSR` that report bus faults.
 const CFSR_BUS_FAULTS: u32 = 0x0000_FF00;
 
 /// Why an access failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum StorageError {
-    /// Outside the region, or not on a word's or a sector's boundary.
+    /// The access does not lie in the region.
     Bounds,
-    /// A word that two bit errors or more make unreadable, as a power cut in a write can leave.
+    /// A word has two bit errors or more, as a power cut during a write can leave.
     Unreadable,
-    /// The flash refused to program or erase.
+    /// The flash failed to program or to erase.
     Program(DriverError),
 }
 
@@ -41,11 +42,11 @@ impl NorFlashError for StorageError {
     }
 }
 
-/// Words read without a pause: reading never waits, and the store reads a whole sector in one go, in
-/// which time the other tasks of its executor must have their turns.
+/// Words that are read without a pause. Reading never waits, and the store may read a whole sector in one
+/// go: the pauses give the other tasks of its executor their turns.
 const WORDS_WITHOUT_PAUSE: u32 = 16;
 
-/// The region.
+/// The region of the flash that holds the parameters.
 pub struct ParameterFlash {
     flash: Flash<'static, Async>,
     words_since_pause: u32,
@@ -65,7 +66,7 @@ impl ErrorType for ParameterFlash {
     type Error = StorageError;
 }
 
-/// An offset into the region as one into the flash, with its length checked against the region's.
+/// Turns an offset into the region into one into the flash. Checks that the access stays in the region.
 fn flash_offset(offset: u32, length: usize) -> Result<u32, StorageError> {
     let end = u32::try_from(length)
         .ok()
@@ -84,7 +85,7 @@ impl ReadNorFlash for ParameterFlash {
         let mut address = FLASH_BASE + flash_offset(offset, bytes.len())? as usize;
         let mut rest = bytes;
         while !rest.is_empty() {
-            // At most one word with interrupts off.
+            // Interrupts are off for one word at most.
             let length = rest.len().min(WORD_BYTES - address % WORD_BYTES);
             let (piece, after) = rest.split_at_mut(length);
             read_guarded(address, piece)?;
@@ -123,8 +124,8 @@ impl NorFlash for ParameterFlash {
     }
 }
 
-/// Copies out of one flash word. A word with an uncorrectable error answers with a bus fault, which at
-/// boot would repeat for ever; here it is masked and becomes an error.
+/// Copies bytes out of one flash word. Reading a word with an uncorrectable error raises a bus fault, which
+/// would end every boot anew; this function masks the bus fault and returns an error.
 fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), StorageError> {
     let bank = pac::FLASH.bank(1);
     bank.ccr().write(|w| w.set_clr_dbeccerr(true));
@@ -145,7 +146,7 @@ fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), StorageError> {
         }
         cortex_m::asm::dsb();
         faulted = scb.cfsr.read() & CFSR_BUS_FAULTS != 0;
-        // Written ones clear.
+        // Writing ones clears the flags.
         scb.cfsr.write(CFSR_BUS_FAULTS);
         scb.ccr.modify(|w| w & !CCR_BFHFNMIGN);
         cortex_m::asm::dsb();
