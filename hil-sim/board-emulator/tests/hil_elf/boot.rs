@@ -1,7 +1,7 @@
 //! From power-up to ready.
 
-use board_emulator::plant::BridgeState;
-use board_emulator::{MS, gaps};
+use board_emulator::board::{BridgeState, gaps};
+use board_emulator::time::MS;
 
 use crate::support::{Operator, READY, powered};
 

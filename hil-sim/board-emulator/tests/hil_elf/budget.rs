@@ -1,6 +1,6 @@
 //! What a tick costs, and how deep the stack goes.
 
-use board_emulator::MS;
+use board_emulator::time::MS;
 
 use crate::support::{firmware, ready};
 

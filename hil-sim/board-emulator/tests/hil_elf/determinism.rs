@@ -2,7 +2,9 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use board_emulator::{Emulation, MS, flight};
+use board_emulator::elf::flight;
+use board_emulator::run::Emulation;
+use board_emulator::time::MS;
 
 use crate::support::{Operator, firmware, powered, ready};
 

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use board_emulator::backend::EmulatedBackend;
-use board_emulator::{Settings, gaps, stored};
+use board_emulator::board::gaps;
+use board_emulator::run::{EmulatedBackend, Settings};
+use board_emulator::vehicle::stored;
 use firmware::built_in;
 use hil_sim::plant::Plant;
 use hil_sim::scenario::trace::Row;

@@ -1,6 +1,6 @@
 //! The flashed code and the host's pure step: the same bits, tick after tick.
 
-use board_emulator::flight;
+use board_emulator::elf::flight;
 use firmware::built_in;
 use firmware::drive::FlightRecord;
 use model::tick::VehicleCore;

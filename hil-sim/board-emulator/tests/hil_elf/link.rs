@@ -1,6 +1,6 @@
 //! Anything on the wire: nothing moves, nothing breaks, everything is counted.
 
-use board_emulator::plant::BridgeState;
+use board_emulator::board::BridgeState;
 use firmware::link::frame::encode;
 use firmware::link::message::{HostMessage, PROTOCOL_VERSION};
 use model::supervise::arming::{Mode, Request};

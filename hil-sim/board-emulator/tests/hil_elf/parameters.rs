@@ -7,9 +7,10 @@ use std::pin::pin;
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
-use board_emulator::plant::Bench;
-use board_emulator::stored::REGION;
-use board_emulator::{Emulation, MS, Settings, US};
+use board_emulator::run::{Emulation, Settings};
+use board_emulator::time::{MS, US};
+use board_emulator::vehicle::Bench;
+use board_emulator::vehicle::stored::REGION;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use firmware::built_in;
 use firmware::link::message::{HostMessage, ParameterAnswer, ParameterRequest};

@@ -1,7 +1,8 @@
 //! The emergency stop and the watchdog, with and without a CPU to help.
 
-use board_emulator::plant::BridgeState;
-use board_emulator::{Emulation, MS, US};
+use board_emulator::board::BridgeState;
+use board_emulator::run::Emulation;
+use board_emulator::time::{MS, US};
 use model::supervise::arming::Mode;
 
 use crate::support::{Operator, firmware, ready};
@@ -59,8 +60,8 @@ fn the_stop_opens_the_bridges_in_10_us_with_the_cpu_in_an_endless_loop() {
     board
         .emulation
         .at(|stopped| {
-            let now = rigless_now(stopped.now());
-            stopped.board().set_stop(now, true);
+            let (board, now) = stopped.board_now();
+            board.set_stop(now, true);
         })
         .expect("it runs");
     let opened = first_open(&mut board, pressed_at, 20 * US, US / 10);
@@ -77,8 +78,8 @@ fn the_stops_first_contact_alone_disarms_within_a_tick() {
     board
         .emulation
         .at(|stopped| {
-            let now = rigless_now(stopped.now());
-            stopped.board().set_stop_contact(now, true);
+            let (board, now) = stopped.board_now();
+            board.set_stop_contact(now, true);
         })
         .expect("it runs");
     let opened = first_open(&mut board, pressed_at, 5 * MS, 20 * US);
@@ -98,8 +99,8 @@ fn a_driver_fault_stays_open_until_it_is_cleared() {
         board
             .emulation
             .at(move |stopped| {
-                let now = rigless_now(stopped.now());
-                stopped.board().set_driver_fault(now, fault);
+                let (board, now) = stopped.board_now();
+                board.set_driver_fault(now, fault);
             })
             .expect("it runs");
         board.run(20);
@@ -221,8 +222,4 @@ fn first_open(board: &mut Operator, from: u64, within: u64, step: u64) -> u64 {
         }
     }
     panic!("the bridges are not open {within} ns later");
-}
-
-fn rigless_now(now: u64) -> board_emulator::Instant {
-    board_emulator::Instant(now)
 }

@@ -1,9 +1,12 @@
 //! A booted board, and an operator at the end of its link.
 
+use std::io::Write as _;
 use std::sync::OnceLock;
 
-use board_emulator::plant::Bench;
-use board_emulator::{Emulation, Firmware, Frozen, MS, Settings, build};
+use board_emulator::elf::{Firmware, build};
+use board_emulator::run::{Emulation, Frozen, Settings};
+use board_emulator::time::MS;
+use board_emulator::vehicle::Bench;
 use firmware::link::frame::{Decoder, Received, encode};
 use firmware::link::message::{BoardMessage, HostMessage, ParameterAnswer, ParameterRequest, Status};
 use model::supervise::arming::{Mode, Request};
@@ -13,9 +16,16 @@ pub const BATTERY_V: f64 = 24.0;
 /// By then the firmware has calibrated.
 pub const READY: u64 = 700 * MS;
 
-/// The firmware under test.
+/// The firmware under test. Without it no test can run: the first test to ask for it ends them all, with one
+/// message and a failure.
 pub fn firmware() -> &'static Firmware {
-    build::firmware().expect("the firmware builds")
+    build::firmware().unwrap_or_else(|error| {
+        // Not `eprintln!`, whose output is lost when the process ends within a test. The lock keeps other tests
+        // from repeating the message.
+        let mut messages = std::io::stderr().lock();
+        let _ = writeln!(messages, "error: {error}");
+        std::process::exit(1)
+    })
 }
 
 /// A board just powered up, its vehicle on the bench.
