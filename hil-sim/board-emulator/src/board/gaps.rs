@@ -3,7 +3,7 @@
 
 use rigless::session::Session;
 
-use super::DriveBoard;
+use super::drive_board::DriveBoard;
 
 /// One such place.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]

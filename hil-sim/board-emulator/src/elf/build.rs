@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
-use super::Firmware;
+use super::firmware::Firmware;
 use crate::error::Error;
 
 /// Environment variable that names an ELF to test instead of building one.

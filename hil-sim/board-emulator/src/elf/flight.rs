@@ -7,7 +7,7 @@ use model::sample::{Actuation, ImuRaw, ImuSample, Sample};
 use model::supervise::arming::Request;
 use model::tick::Command;
 
-use super::Firmware;
+use super::firmware::Firmware;
 use crate::error::Error;
 
 /// Symbol of the record in the firmware.

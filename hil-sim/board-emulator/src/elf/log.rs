@@ -3,7 +3,7 @@
 use rigless::emulator::{self, Memory};
 use rigless::soc::Width;
 
-use super::Firmware;
+use super::firmware::Firmware;
 use crate::error::Error;
 
 /// Offsets into the RTT control block of up-channel 0's fields: after the identifier (16 bytes), the two

@@ -1,6 +1,6 @@
 //! A vehicle on a test bench, for tests that need no simulator.
 
-use super::ClosedPlant;
+use super::closed_plant::ClosedPlant;
 use crate::board::{BridgeState, MOTORS, Sensed};
 
 /// A motor that moves its own and its wheel's inertia only, all referred to the motor's shaft.

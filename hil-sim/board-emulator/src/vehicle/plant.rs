@@ -6,7 +6,7 @@ use hil_sim::plant::icm42688p::{Icm42688p, registers as register};
 use hil_sim::plant::{self, Plant};
 use model::sample::{Motor, imu_scale};
 
-use super::ClosedPlant;
+use super::closed_plant::ClosedPlant;
 use crate::board::{BridgeState, ImuSensed, MOTORS, Sensed};
 
 /// Register values that turn both sensors on, with the firmware's ranges, at 1 kHz.
