@@ -1,20 +1,25 @@
-//! Scenarios on the emulated board: the same files, operator, trace and metrics as on the virtual one.
+//! Scenarios on the emulated board: the same files, operator, trace and metrics as on the virtual board.
 
 use std::sync::mpsc::channel;
 
 use plant::Plant;
 use virtual_board::scenario::{Backend, Observation};
 
+use super::emulation::Emulation;
+use super::settings::Settings;
+use crate::elf::Firmware;
+use crate::error::Error;
+use crate::time::US;
 use crate::vehicle::VehicleAtPins;
-use crate::{Emulation, Error, Firmware, Settings};
 
 /// The emulated board with hil-sim's plant around it.
 pub struct EmulatedBackend<'a> {
     firmware: &'a Firmware,
     emulation: Emulation,
     vehicle: VehicleAtPins,
+    /// Lines of the log that [`Backend::log`] has returned.
     log_lines: usize,
-    /// Why the run could not go on; it stands still from then on.
+    /// Why the run ended early; time stands still from then on.
     failure: Option<Error>,
 }
 
@@ -27,7 +32,7 @@ impl<'a> EmulatedBackend<'a> {
         Self::power_on_with(firmware, plant, settings, &[])
     }
 
-    /// Powers the board up with more in its flash: addresses and bytes, as an earlier run left them.
+    /// [`EmulatedBackend::power_on`] with further contents of the flash, as addresses and bytes.
     ///
     /// # Errors
     /// As [`Emulation::power_on`].
@@ -48,10 +53,10 @@ impl<'a> EmulatedBackend<'a> {
         })
     }
 
-    /// The run itself, for what a scenario does not ask.
+    /// The run itself, for what a scenario does not need.
     ///
     /// # Errors
-    /// Why it could not go on, where it could not.
+    /// The error with which the run ended early, if it did.
     pub fn emulation(&mut self) -> Result<&mut Emulation, Error> {
         match self.failure.take() {
             Some(failure) => Err(failure),
@@ -59,8 +64,8 @@ impl<'a> EmulatedBackend<'a> {
         }
     }
 
-    /// Keeps the first failure: the trait's calls have no way to tell.
-    fn told<T: Default>(&mut self, result: Result<T, Error>) -> T {
+    /// Keeps the first failure, because the trait's calls return no errors.
+    fn note<T: Default>(&mut self, result: Result<T, Error>) -> T {
         result.unwrap_or_else(|error| {
             self.failure.get_or_insert(error);
             T::default()
@@ -70,26 +75,26 @@ impl<'a> EmulatedBackend<'a> {
 
 impl Backend for EmulatedBackend<'_> {
     fn now_us(&self) -> u64 {
-        self.emulation.now() / 1000
+        self.emulation.now() / US
     }
 
     fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation)) {
-        // What had come up before the run begins is seen first.
+        // Bytes that came up before this call belong to the first observation.
         let mut before = self.emulation.receive();
         let vehicle = self.vehicle.clone();
         let (seen, observations) = channel();
-        let instants = instants_us.iter().map(|instant_us| instant_us * 1000);
+        let instants = instants_us.iter().map(|instant_us| instant_us * US);
         let result = self.emulation.run_through(instants, move |stopped| {
             let observation = Observation {
-                now_us: stopped.now() / 1000,
+                now_us: stopped.now() / US,
                 truth: vehicle.plant().truth(),
                 bridges_on: stopped.bridges().iter().any(|bridge| bridge.duty().is_some()),
                 received: stopped.receive(),
             };
-            // Taken up below, as long as there is someone to.
+            // The receiver lives until the run has arrived.
             let _ = seen.send(observation);
         });
-        self.told(result);
+        self.note(result);
         for mut observation in observations.try_iter() {
             before.append(&mut observation.received);
             observation.received = std::mem::take(&mut before);
@@ -99,7 +104,7 @@ impl Backend for EmulatedBackend<'_> {
 
     fn send(&mut self, bytes: &[u8]) {
         let result = self.emulation.send(bytes);
-        self.told(result);
+        self.note(result);
     }
 
     fn plant(&mut self, act: &mut dyn FnMut(&mut Plant)) {
@@ -108,16 +113,16 @@ impl Backend for EmulatedBackend<'_> {
 
     fn set_emergency_stop(&mut self, pressed: bool) {
         let result = self.emulation.at(move |stopped| {
-            let now = crate::Instant(stopped.now());
-            stopped.board().set_stop(now, pressed);
+            let (board, now) = stopped.board_now();
+            board.set_stop(now, pressed);
         });
-        self.told(result);
+        self.note(result);
     }
 
     fn log(&mut self) -> Vec<String> {
         let bytes = self.emulation.at(|stopped| stopped.log_bytes()).and_then(|bytes| bytes);
         let lines = bytes.and_then(|bytes| self.firmware.decode(&bytes));
-        let lines = self.told(lines);
+        let lines = self.note(lines);
         let new = lines.get(self.log_lines..).unwrap_or_default().to_vec();
         self.log_lines = lines.len();
         new

@@ -1,19 +1,19 @@
-//! The independent watchdog, which the emulated part's own model leaves to its register file.
+//! The independent watchdog, for which the emulated part has registers but no model.
 
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::stm32h743::generated::iwdg::Register;
 use rigless::time::{EventId, VirtualNanos};
 
-/// Nominal rate of the low-speed oscillator it counts on.
+/// Nominal rate of the low-speed oscillator that drives the watchdog.
 const LSI_HZ: u64 = 32_000;
-/// Keys of its key register.
+/// Keys of the key register.
 const START: u64 = 0xCCCC;
 const RELOAD: u64 = 0xAAAA;
 const UNLOCK: u64 = 0x5555;
 
-/// IWDG1: keys, prescaler, reload value, end of count. Changes of the prescaler and the reload value
-/// take effect at the next reload, as the part's do within five cycles of its slow clock; a write of
-/// either without the unlocking key is refused.
+/// IWDG1: keys, prescaler, reload value, end of count. A change of the prescaler or the reload value takes
+/// effect at the next reload; on the part, within five cycles of the slow clock. A write to either register
+/// without the unlocking key changes nothing.
 #[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Watchdog {
     started: bool,
@@ -21,12 +21,10 @@ pub struct Watchdog {
     prescaler: u64,
     reload: u64,
     end: Option<EventId>,
-    /// Writes of prescaler or reload value the lock kept out.
-    pub refused_writes: u32,
 }
 
 impl Watchdog {
-    /// The part at power-up.
+    /// The watchdog at power-up.
     pub fn new() -> Self {
         Self {
             reload: 0xFFF,
@@ -34,19 +32,14 @@ impl Watchdog {
         }
     }
 
-    /// Whether the firmware started it.
-    pub fn started(&self) -> bool {
-        self.started
-    }
-
-    /// Time from a reload to the reset in virtual nanoseconds.
-    pub fn period_nanos(&self) -> u64 {
+    /// Time from a reload to the reset in ns.
+    fn period_ns(&self) -> u64 {
         (self.reload + 1) * (4 << self.prescaler.min(6)) * 1_000_000_000 / LSI_HZ
     }
 
     fn restart_count(&mut self, context: &mut DeviceContext<'_>) {
         if self.started {
-            self.end = Some(context.schedule(VirtualNanos(context.now().0 + self.period_nanos())));
+            self.end = Some(context.schedule(VirtualNanos(context.now().0 + self.period_ns())));
         }
     }
 }
@@ -69,13 +62,12 @@ impl Device for Watchdog {
             }
             Register::Pr if self.unlocked => self.prescaler = registers.get(Register::Pr) & 7,
             Register::Rlr if self.unlocked => self.reload = registers.get(Register::Rlr) & 0xFFF,
-            Register::Pr | Register::Rlr => self.refused_writes += 1,
             _ => {}
         }
     }
 
     fn on_event(&mut self, event: EventId, _: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        // Events of counts that were reloaded since are stale.
+        // The event of a count that has been reloaded since is stale.
         if self.end == Some(event) {
             context.request_reset();
         }

@@ -1,14 +1,14 @@
-//! Where the emulated part could not stand in for the real one, and which of those are known not to
-//! matter here.
+//! Places where the emulated part could not stand in for the real one, and which of them are known not to
+//! matter on this board.
 
 use rigless::session::Session;
 
-use crate::board::DriveBoard;
+use super::drive_board::DriveBoard;
 
-/// One place.
+/// One such place.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Gap {
-    /// What kind of place: `unmapped`, `refused`, `unimplemented`, `undefined`, `unrouted`, `told`.
+    /// The kind of place: `unmapped`, `refused`, `unimplemented`, `undefined`, `unrouted`, `told`.
     pub kind: &'static str,
     /// The instance and register, or the address.
     pub place: String,
@@ -16,14 +16,14 @@ pub struct Gap {
     pub detail: String,
 }
 
-/// A gap that does not matter, and why.
+/// A gap that does not matter, with the reason.
 #[derive(Debug, Clone, Copy)]
 pub struct Allowed {
-    /// Its kind.
+    /// The gap's kind.
     pub kind: &'static str,
-    /// Its place.
+    /// The gap's place.
     pub place: &'static str,
-    /// Why it does not matter.
+    /// Why the gap does not matter.
     pub reason: &'static str,
 }
 
@@ -78,7 +78,7 @@ pub fn of(session: &Session<DriveBoard>) -> Vec<Gap> {
     gaps
 }
 
-/// The gaps nobody has reasoned away.
+/// The gaps that [`ALLOWED`] does not list.
 pub fn unexpected(gaps: &[Gap]) -> Vec<Gap> {
     gaps.iter()
         .filter(|gap| {

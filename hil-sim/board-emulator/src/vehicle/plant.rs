@@ -1,14 +1,15 @@
-//! The simulated vehicle around the emulated board: hil-sim's plant at the pins.
+//! The simulated vehicle around the emulated board: hil-sim's plant at the board's pins.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use model::sample::{Motor, imu_scale};
 use plant::icm42688p::{Icm42688p, registers as register};
 use plant::{self, Plant};
-use model::sample::{Motor, imu_scale};
 
-use crate::plant::{BridgeState, ClosedPlant, ImuSensed, MOTORS, Sensed};
+use super::closed_plant::ClosedPlant;
+use crate::board::{BridgeState, ImuSensed, MOTORS, Sensed};
 
-/// Both sensors on; ranges of the firmware at 1 kHz.
+/// Register values that turn both sensors on, with the firmware's ranges, at 1 kHz.
 const SETTINGS: [(u8, u8); 3] = [
     (register::GYRO_CONFIG0, 0x26),
     (register::ACCEL_CONFIG0, 0x26),
@@ -17,14 +18,14 @@ const SETTINGS: [(u8, u8); 3] = [
 
 /// The plant at the board's pins. Clones share the plant.
 ///
-/// The plant's IMUs come with a register model of their own, which the virtual board's driver talks to.
-/// Here the firmware talks to the emulator's independent model of the part; this one runs behind it as
-/// the sensor, noise and faults included.
+/// The plant's IMUs have a register model of their own, which the virtual board's driver talks to. On the
+/// emulated board the firmware talks to the emulator's independent model of the IMU; the plant's model is the
+/// sensor behind it and contributes noise and faults.
 #[derive(Debug, Clone)]
 pub struct VehicleAtPins(Arc<Mutex<Plant>>);
 
 impl VehicleAtPins {
-    /// The plant, its IMUs switched on.
+    /// Switches the plant's IMUs on.
     pub fn new(mut plant: Plant) -> Self {
         for (register, value) in SETTINGS {
             plant.chassis_imu().transfer(&mut [register, value]);
@@ -35,9 +36,9 @@ impl VehicleAtPins {
         Self(Arc::new(Mutex::new(plant)))
     }
 
-    /// The plant, as it was at its last step.
+    /// The plant as its last step left it.
     pub fn plant(&self) -> MutexGuard<'_, Plant> {
-        // A panic while it was held left it as consistent as any step does.
+        // A panic while another thread held the lock leaves the plant as consistent as any step does.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -46,8 +47,8 @@ impl ClosedPlant for VehicleAtPins {
     fn step(&mut self, seconds: f64, bridges: &[BridgeState; MOTORS]) -> Sensed {
         let mut plant = self.plant();
         let bridges = bridges.map(|bridge| match bridge {
-            // A bridge that conducts without switching holds its motor at one rail: a short for a plant
-            // that cannot tell which.
+            // A bridge that conducts without switching connects its motor to one of the supply's poles. The plant
+            // cannot tell which; it takes the full duty.
             BridgeState::Held => plant::BridgeState::Duty(1.0),
             _ => bridge.duty().map_or(plant::BridgeState::Open, plant::BridgeState::Duty),
         });
@@ -56,13 +57,7 @@ impl ClosedPlant for VehicleAtPins {
         let counted = |motor| plant.encoder(motor).counted();
         let encoder_counts = [counted(Motor::Left), counted(Motor::Right), counted(Motor::Camera)];
         let chassis = sensed(plant.chassis_imu());
-        let spar = plant.spar_imu().map_or(
-            ImuSensed {
-                silent: true,
-                ..ImuSensed::default()
-            },
-            |imu| sensed(imu),
-        );
+        let spar = plant.spar_imu().map_or(ImuSensed::SILENT, |imu| sensed(imu));
         Sensed {
             encoder_counts,
             imus: [chassis, spar],
@@ -76,18 +71,15 @@ impl ClosedPlant for VehicleAtPins {
     }
 }
 
-/// The voltage that converts to a 16-bit count of 3.3 V.
+/// The voltage in mV that converts to `count`, of 65536 at 3.3 V.
 fn millivolts(count: u16) -> u32 {
     (f64::from(count) * 3300.0 / 65536.0).round() as u32
 }
 
-/// Reads the sensor behind the plant's IMU out, in the units in which the emulator's IMU is told.
+/// Reads out the plant's IMU, in the units that the emulator's IMU takes.
 fn sensed(imu: &Icm42688p) -> ImuSensed {
     let Some([_, accel @ .., gx, gy, gz]) = imu.data() else {
-        return ImuSensed {
-            silent: true,
-            ..ImuSensed::default()
-        };
+        return ImuSensed::SILENT;
     };
     let scaled = |words: [i16; 3], unit: f64| words.map(|word| (f64::from(word) * unit).round() as i32);
     let g = 1e6 / f64::from(imu_scale::ACCEL_LSB_PER_G);

@@ -1,4 +1,4 @@
-//! The far end of the host link's wire.
+//! The host's end of the link's wire.
 
 use std::collections::VecDeque;
 
@@ -6,7 +6,7 @@ use rigless::chip::Timeline;
 use rigless::chip::uart::Peer;
 use rigless::time::VirtualNanos;
 
-/// The debugger's virtual COM port: bytes the host has sent, bytes the board has sent.
+/// The debugger's virtual COM port: bytes that the host has sent, bytes that the board has sent.
 #[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct Wire {
     to_board: VecDeque<u8>,
@@ -16,17 +16,17 @@ pub struct Wire {
 rigless::store!(Wire);
 
 impl Wire {
-    /// Queues bytes, which reach the board at the line's rate from the next stop on.
+    /// Queues bytes, which reach the board at the line's rate from the emulator's next stop on.
     pub fn send(&mut self, bytes: &[u8]) {
         self.to_board.extend(bytes);
     }
 
-    /// Bytes queued and not on the line yet.
+    /// Number of bytes that are queued and have not been sent.
     pub fn pending(&self) -> usize {
         self.to_board.len()
     }
 
-    /// Takes what the board sent.
+    /// Takes the bytes that the board has sent since the last call.
     pub fn take(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.from_board)
     }

@@ -1,9 +1,9 @@
-//! The microcontroller: the emulated STM32H743 with its watchdog, without what this board leaves alone.
+//! The microcontroller: the emulator's STM32H743 with a watchdog, without the models this firmware never uses.
 //!
 //! The emulated part offers every change of every request line to every model that might be wired to it, some
-//! hundred thousand times a second here. So the models this firmware never touches are left out (their
-//! registers still stand; a firmware that reached one would show up among the [`crate::gaps`]), the timers hear
-//! none, and DMAMUX1 drives only lines that lead anywhere on this board.
+//! hundred thousand times per second here. Therefore the models that this firmware never accesses are left out
+//! (their registers remain; the list of gaps would report a firmware that accessed one), the timers hear no
+//! request line, and DMAMUX1 drives only the lines that something on this board listens to.
 
 use rigless::device::{DeviceContext, ErasedDevice, RegisterFile, ResetCause};
 use rigless::mcu::Mcu;
@@ -11,13 +11,11 @@ use rigless::soc::stm32h743::Stm32h743;
 use rigless::soc::{Bus, Error};
 use rigless::time::VirtualNanos;
 
-use crate::bridge_timer::BridgeTimer;
-use crate::multiplexer::RequestMultiplexer;
-use crate::plant::MOTORS;
-use crate::timer::Timer;
-use crate::watchdog::Watchdog;
+use super::multiplexer::RequestMultiplexer;
+use super::timer::{BridgeTimer, GeneralTimer};
+use super::watchdog::Watchdog;
 
-/// Instances left out: those that listen to request lines and that no code of the firmware touches.
+/// Instances left out: those that listen to request lines and that the firmware never accesses.
 const LEFT_OUT: [&str; 18] = [
     "TIM6",
     "TIM7",
@@ -38,15 +36,15 @@ const LEFT_OUT: [&str; 18] = [
     "ADC3",
     "ADC3_Common",
 ];
-/// Timers of this board's own: the encoders' in the order of the motors, then the tasks' clock.
-const TIMERS: [&str; MOTORS + 1] = ["TIM2", "TIM3", "TIM4", "TIM5"];
+/// General-purpose timers, in the order in which [`Part::with_timer`] numbers them.
+const TIMERS: [&str; 4] = ["TIM2", "TIM3", "TIM4", "TIM5"];
 
-/// Which model answers for a slot.
+/// The model that answers for a slot of the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Model {
     /// The part's own.
     Own,
-    /// None: the registers alone.
+    /// No model: the registers alone.
     LeftOut,
     Watchdog,
     BridgeTimer,
@@ -54,20 +52,20 @@ enum Model {
     Multiplexer,
 }
 
-/// The part.
+/// The emulated part.
 #[derive(Debug)]
 pub struct Part {
-    /// Everything but the models below.
+    /// Every peripheral but those below.
     pub h7: Stm32h743,
     /// TIM1.
-    pub bridge_timer: BridgeTimer,
+    bridge_timer: BridgeTimer,
     /// TIM2 to TIM5.
-    timers: [Timer; TIMERS.len()],
+    timers: [GeneralTimer; TIMERS.len()],
     /// DMAMUX1.
     multiplexer: RequestMultiplexer,
     /// IWDG1.
-    pub watchdog: Watchdog,
-    /// By slot.
+    watchdog: Watchdog,
+    /// The model of each slot.
     models: Vec<Model>,
     bridge_timer_slot: usize,
     timer_slots: [usize; TIMERS.len()],
@@ -81,7 +79,7 @@ rigless::store!(Part {
 });
 
 impl Part {
-    /// The part, powered.
+    /// The part at power-up.
     ///
     /// # Errors
     /// When the emulated part's own description is inconsistent.
@@ -104,8 +102,8 @@ impl Part {
         let link_slot = bus.slot("USART3")?;
         Ok(Self {
             h7,
-            bridge_timer: BridgeTimer::new(),
-            timers: std::array::from_fn(Timer::new),
+            bridge_timer: BridgeTimer::bridges(),
+            timers: std::array::from_fn(GeneralTimer::general),
             multiplexer: RequestMultiplexer::new()?,
             watchdog: Watchdog::new(),
             models,
@@ -115,7 +113,7 @@ impl Part {
         })
     }
 
-    /// Does something with TIM1 from outside the part, at an instant.
+    /// Acts on TIM1 from outside the part, at an instant.
     pub fn with_bridge_timer<T>(
         &mut self,
         at: VirtualNanos,
@@ -125,12 +123,12 @@ impl Part {
         action(&mut self.bridge_timer, registers, &mut context)
     }
 
-    /// Does something with the nth encoder's timer from outside the part, at an instant.
-    pub fn with_encoder_timer<T>(
+    /// Acts on a general-purpose timer from outside the part, at an instant: TIM2 for 0, to TIM5 for 3.
+    pub fn with_timer<T>(
         &mut self,
         at: VirtualNanos,
         nth: usize,
-        action: impl FnOnce(&mut Timer, &mut RegisterFile, &mut DeviceContext<'_>) -> T,
+        action: impl FnOnce(&mut GeneralTimer, &mut RegisterFile, &mut DeviceContext<'_>) -> T,
     ) -> T {
         let (registers, mut context) = self.h7.bus_mut().drive(at, self.timer_slots[nth]);
         action(&mut self.timers[nth], registers, &mut context)
@@ -156,8 +154,8 @@ impl Mcu for Part {
         self.h7.reset(at, cause);
     }
 
-    /// Asks the one model that has anything outside to look: the link's. The part's own way asks all
-    /// hundred of them at every stop.
+    /// Polls the link's model, the only one that something outside the part feeds. The part's own `poll` asks
+    /// all hundred models at every stop.
     fn poll(&mut self, now: VirtualNanos) {
         let slot = self.link_slot;
         if let (bus, Some(model)) = self.h7.split(slot) {

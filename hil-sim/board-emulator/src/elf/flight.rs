@@ -1,46 +1,33 @@
-//! The firmware's flight record, read out of the emulated board's memory.
+//! The firmware's flight record, decoded from the emulated board's memory.
 
 use std::mem::{offset_of, size_of};
 
 use firmware::drive::FlightRecord;
-use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
+use model::sample::{Actuation, ImuRaw, ImuSample, Sample};
 use model::supervise::arming::Request;
 use model::tick::Command;
 
-use crate::{Emulation, Error, Firmware, Stopped};
+use super::firmware::Firmware;
+use crate::error::Error;
 
 /// Symbol of the record in the firmware.
-pub const SYMBOL: &str = "FLIGHT_RECORD";
+const SYMBOL: &str = "FLIGHT_RECORD";
 
-/// Length of a record in 32-bit words. Host and target lay it out alike: the same C layout, with the
-/// same sizes and alignments of every field.
+/// Length of a record in 32-bit words. Its layout is the same on the host and on the target: C's, with the same
+/// size and alignment of every field.
 pub const WORDS: usize = size_of::<FlightRecord>() / 4;
 
-/// Reads the last tick's record where the run stands.
+/// Address of the record in the firmware's RAM.
 ///
 /// # Errors
-/// When the firmware's record is not the host's.
-pub fn last(emulation: &mut Emulation, firmware: &Firmware) -> Result<FlightRecord, Error> {
-    let address = address(firmware)?;
-    let words = emulation.at(move |stopped: &mut Stopped<'_>| {
-        (0..WORDS as u64)
-            .map(|n| stopped.read_word(address + 4 * n))
-            .collect::<Result<Vec<_>, _>>()
-    })??;
-    decode(&words)
-}
-
-/// Address of the record, its length checked against the host's.
-///
-/// # Errors
-/// When the firmware has none, or one of another length.
+/// When the firmware has no record, or its record's length is not the host's.
 pub fn address(firmware: &Firmware) -> Result<u64, Error> {
     let (address, size) = firmware.symbol(SYMBOL)?;
     if size == size_of::<FlightRecord>() as u64 {
         Ok(address)
     } else {
         Err(Error::Record(format!(
-            "{SYMBOL} has {size} bytes, the host's {}",
+            "{SYMBOL} has {size} bytes, the host's record {}",
             size_of::<FlightRecord>()
         )))
     }
@@ -49,7 +36,7 @@ pub fn address(firmware: &Firmware) -> Result<u64, Error> {
 /// Decodes one record.
 ///
 /// # Errors
-/// When a field holds no value of its type.
+/// When `words` is too short or a field holds no value of its type.
 pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let at = |offset| Fields { bytes: &bytes, offset };
@@ -91,7 +78,7 @@ pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
     })
 }
 
-/// A place in a record.
+/// The fields of a record from an offset on.
 struct Fields<'a> {
     bytes: &'a [u8],
     offset: usize,
@@ -103,7 +90,7 @@ impl Fields<'_> {
             .get(self.offset..)
             .and_then(|rest| rest.first_chunk())
             .copied()
-            .ok_or_else(|| Error::Record("shorter than a record".to_owned()))
+            .ok_or_else(|| Error::Record("the words end within a record".to_owned()))
     }
 
     fn u8(&self) -> Result<u8, Error> {
@@ -162,5 +149,3 @@ impl Fields<'_> {
         })
     }
 }
-
-const _: () = assert!(MOTORS == crate::plant::MOTORS);

@@ -1,45 +1,25 @@
-//! A run: the emulated core on a thread of its own, told by the caller how far to go and what to do
-//! where it stands.
+//! The caller's side of a run: orders to the emulated core, which runs on a thread of its own.
 //!
-//! The two threads take turns, so a run is as deterministic as if there were one.
+//! The two threads take turns, so a run is as deterministic as on a single thread.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 
 use rigless::emulator::{self, Start};
 use rigless::image;
-use rigless::machine::Board;
 use rigless::session::Session;
 use rigless::snapshot::Snapshot;
 use rigless::time::VirtualNanos;
 
-use crate::board::{DriveBoard, INSTRUCTIONS_PER_SECOND};
-use crate::conductor::{Arrival, Conductor, Nothing, Order, State, Stopped, Task};
+use super::conductor::Conductor;
+use super::orders::{Arrival, Order, Task};
+use super::settings::Settings;
+use super::state::State;
+use super::stopped::{NoDriver, Stopped};
+use crate::board::DriveBoard;
 use crate::elf::Firmware;
-use crate::plant::ClosedPlant;
-use crate::{Error, MS};
-
-/// How a run is made.
-#[derive(Debug, Clone, Copy)]
-pub struct Settings {
-    /// Virtual time between two steps of the plant in ns. A multiple or a fraction of the firmware's tick
-    /// of 1 ms: the steps are laid just before ticks.
-    pub plant_interval: u64,
-    /// Instructions a second of virtual time.
-    pub instructions_per_second: u64,
-    /// Virtual time between two drains of the log in ns.
-    pub log_interval: u64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            plant_interval: MS,
-            instructions_per_second: INSTRUCTIONS_PER_SECOND,
-            log_interval: 5 * MS,
-        }
-    }
-}
+use crate::error::Error;
+use crate::vehicle::ClosedPlant;
 
 /// A firmware running on the board.
 pub struct Emulation {
@@ -49,11 +29,11 @@ pub struct Emulation {
     arrived: Arrival,
 }
 
-/// A run stood still, from which others go on.
+/// The state of a run, from which any number of runs can continue.
 pub struct Frozen {
     snapshot: Snapshot,
     state: State,
-    /// What had come up the host link and not been taken.
+    /// Bytes that had come up the host link and had not been taken.
     received: Vec<u8>,
 }
 
@@ -61,12 +41,12 @@ impl Emulation {
     /// Powers the board up with `firmware` in its flash and stops at the first step of the plant.
     ///
     /// # Errors
-    /// When the emulated part or core cannot be made, or ends at once.
+    /// When the emulated part or core cannot be built, or the run ends at once.
     pub fn power_on(firmware: &Firmware, plant: Box<dyn ClosedPlant>, settings: Settings) -> Result<Self, Error> {
         Self::power_on_with(firmware, plant, settings, &[])
     }
 
-    /// [`Emulation::power_on`] with more in its flash: addresses and bytes, as an earlier run left them.
+    /// [`Emulation::power_on`] with further contents of the flash, as addresses and bytes.
     ///
     /// # Errors
     /// As [`Emulation::power_on`].
@@ -91,7 +71,7 @@ impl Emulation {
         let mut session = Session::new(board, 0, first).map_err(|error| Error::Core(error.to_string()))?;
         let resume = match from {
             Some(snapshot) => {
-                let resume = snapshot.restore(&mut session, &digest, &mut Nothing {})?;
+                let resume = snapshot.restore(&mut session, &digest, &mut NoDriver {})?;
                 session.run_until(VirtualNanos(snapshot.stop().at.0 + 1));
                 Some(resume)
             }
@@ -123,7 +103,7 @@ impl Emulation {
     /// Runs for a span of virtual time in ns.
     ///
     /// # Errors
-    /// When the run ends before.
+    /// When the run ends earlier.
     pub fn run_for(&mut self, span: u64) -> Result<(), Error> {
         self.run_until(self.now() + span)
     }
@@ -131,16 +111,16 @@ impl Emulation {
     /// Runs until an instant in ns.
     ///
     /// # Errors
-    /// When the run ends before.
+    /// When the run ends earlier.
     pub fn run_until(&mut self, instant: u64) -> Result<(), Error> {
         self.run_through([instant], |_| {})
     }
 
-    /// Runs through instants in ns and in order, and does something at each. Cheaper than stopping there:
-    /// to stop and to go on wakes a thread each, which costs a good part of a simulated millisecond.
+    /// Runs through ascending instants in ns and calls `watch` at each. Cheaper than stopping at each: a stop and
+    /// a start each wake a thread, which costs as much as a good part of a simulated millisecond.
     ///
     /// # Errors
-    /// When the run ends before.
+    /// When the run ends earlier.
     pub fn run_through(
         &mut self,
         instants: impl IntoIterator<Item = u64>,
@@ -153,7 +133,7 @@ impl Emulation {
         self.arrive()
     }
 
-    /// Does something where the run stands.
+    /// Carries out `task` where the run stands; returns its result.
     ///
     /// # Errors
     /// When the run has ended.
@@ -181,20 +161,20 @@ impl Emulation {
         sent.map_err(|_| self.ended())
     }
 
-    /// Takes what had come up the host link when the run came to stand where it does.
+    /// Takes the bytes that came up the host link before the run stopped where it stands.
     pub fn receive(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.arrived.received)
     }
 
-    /// Keeps the run as it stands.
+    /// Takes a snapshot of the run.
     ///
     /// # Errors
-    /// When a reset is under way.
+    /// When a reset is in progress or the snapshot's file cannot be written.
     pub fn freeze(&mut self) -> Result<Frozen, Error> {
         let received = self.arrived.received.clone();
         self.at(move |stopped| {
             let (taken, state) = stopped.freeze()?;
-            // The emulator reads snapshots from files only.
+            // The emulator reads snapshots only from files.
             let name = format!(
                 "board-emulator-{}-{:?}.snap",
                 std::process::id(),
@@ -219,7 +199,7 @@ impl Emulation {
     fn arrive(&mut self) -> Result<(), Error> {
         match self.arrivals.recv() {
             Ok(mut arrival) => {
-                // Bytes nobody has taken yet come before the new ones.
+                // Bytes that have not been taken yet come before the new ones.
                 let mut received = self.receive();
                 received.append(&mut arrival.received);
                 self.arrived = Arrival { received, ..arrival };
@@ -229,7 +209,7 @@ impl Emulation {
         }
     }
 
-    /// Why the emulator's thread is gone.
+    /// The error with which the emulator's thread ended.
     fn ended(&mut self) -> Error {
         match self.thread.take().map(JoinHandle::join) {
             Some(Ok(Err(error))) => error,
@@ -240,13 +220,13 @@ impl Emulation {
 }
 
 impl Frozen {
-    /// Goes on from the frozen run; `firmware` must be the one it ran.
+    /// Starts a run that continues from here; `firmware` must be the one that the frozen run ran.
     ///
     /// # Errors
-    /// When it is not.
+    /// When it is another firmware.
     pub fn thaw(&self, firmware: &Firmware) -> Result<Emulation, Error> {
         let mut emulation = Emulation::start(vec![firmware.image().clone()], self.state.fork(), Some(&self.snapshot))?;
-        // The run has gone on for an instruction to get here.
+        // The new run executed an instruction before it stopped, which may have received bytes of its own.
         emulation.arrived.received.splice(..0, self.received.iter().copied());
         Ok(emulation)
     }
@@ -254,12 +234,10 @@ impl Frozen {
 
 impl Drop for Emulation {
     fn drop(&mut self) {
-        // A run that ended on its own has nobody to hear this.
+        // Nobody hears this if the run has already ended.
         let _ = self.orders.send(Order::End);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
     }
 }
-
-const _: fn(&DriveBoard) -> &'static str = <DriveBoard as Board>::name;

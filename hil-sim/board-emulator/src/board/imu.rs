@@ -5,8 +5,8 @@ use rigless::chip::icm42688p::Icm42688p;
 use rigless::chip::spi::Peer;
 use rigless::time::EventId;
 
-/// The emulated ICM-42688-P, whose model takes a byte at a time, in frames of any whole number of bytes: on
-/// the wires they are the same bits.
+/// The emulated ICM-42688-P. Its model transfers one byte at a time; this wrapper transfers frames of any whole
+/// number of bytes, which put the same bits on the wires.
 #[derive(Debug)]
 pub struct Imu {
     /// The part's model.
@@ -20,7 +20,7 @@ rigless::store!(Imu {
 });
 
 impl Imu {
-    /// The part, powered.
+    /// The IMU at power-up.
     pub fn new() -> Self {
         Self { chip: Icm42688p::new() }
     }

@@ -1,4 +1,4 @@
-//! The board: what hangs on the part's pins, as the firmware's wiring table has it.
+//! The drive board: the part and what the firmware's wiring table connects to its pins.
 
 use std::num::{NonZeroU32, NonZeroU64};
 
@@ -6,20 +6,19 @@ use rigless::device::Level;
 use rigless::machine::{Board, Crystal, Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Error;
-use rigless::soc::stm32h743::Stm32h743;
 use rigless::soc::stm32h743::peripherals::gpio::Pin;
 use rigless::soc::stm32h743::peripherals::spi::Select;
 use rigless::soc::stm32h743::peripherals::tim::Channel;
 use rigless::soc::stm32h743::peripherals::{adc, gpio};
 use rigless::time::VirtualNanos;
 
-use crate::imu::Imu;
-use crate::link::Wire;
+use super::imu::Imu;
+use super::pins::{BridgeState, MOTORS, Sensed};
+use super::wire::Wire;
 use crate::part::Part;
-use crate::plant::{BridgeState, MOTORS, Sensed};
 
-/// Instructions the emulated core retires in a second of virtual time, unless a run asks otherwise: the
-/// 400 MHz core at one instruction in four cycles, a cautious figure for code in flash with its cache on.
+/// Instructions the emulated core retires per second of virtual time, unless a run sets another rate: the
+/// 400 MHz core at one instruction in four cycles, a cautious figure for code in flash with the cache on.
 pub const INSTRUCTIONS_PER_SECOND: u64 = 100_000_000;
 
 const CORE_HZ: u64 = 400_000_000;
@@ -34,23 +33,22 @@ mod at {
     pub const LINK: usize = 2;
     /// ADC1.
     pub const CONVERTER: usize = 0;
-    /// GPIOG, GPIOB.
+    /// GPIOG.
     pub const PORT_G: usize = 6;
-    pub const PORT_B: usize = 1;
 }
 
 /// Chip selects of the chassis and the spar IMU.
 const IMU_SELECTS: [(&str, u8); 2] = [("GPIOD", 14), ("GPIOE", 4)];
-/// Converter channels of the battery and the motors' currents.
+/// Converter channels of the battery and of the motors' currents.
 const ANALOG_CHANNELS: [u8; 1 + MOTORS] = [15, 10, 5, 18];
 /// The emergency stop's first contact, PG2.
 const STOP_PIN: u8 = 2;
 /// Pins of the bridges on port E: forward, reverse.
 const BRIDGE_PINS: [(u8, u8); MOTORS] = [(9, 8), (11, 10), (13, 12)];
-/// TIM1's alternate function on them.
+/// Alternate function that connects TIM1 to the bridges' pins.
 const BRIDGE_FUNCTION: u8 = 1;
 
-/// One turn through the four phases of a quadrature encoder: forward is A before B.
+/// Levels of A and B in the four phases of a quadrature encoder that turns forward: A leads B.
 const PHASES: [(Level, Level); 4] = [
     (Level::Low, Level::Low),
     (Level::High, Level::Low),
@@ -61,16 +59,15 @@ const PHASES: [(Level, Level); 4] = [
 /// The emulated drive board.
 #[derive(Debug)]
 pub struct DriveBoard {
-    /// The part.
-    pub mcu: Part,
+    mcu: Part,
     instructions_per_second: u64,
-    /// Encoder positions fed so far.
+    /// Encoder positions, in counts, that the timers have been fed up to.
     fed_counts: [i64; MOTORS],
     /// IMUs that do not answer.
     silent_imus: [bool; 2],
     /// Both contacts of the emergency stop open.
     stop_pressed: bool,
-    /// Level on the break pin that the stop does not explain: a bridge driver's fault.
+    /// A bridge driver reports a fault.
     driver_fault: bool,
 }
 
@@ -87,10 +84,10 @@ rigless::store!(DriveBoard {
 });
 
 impl DriveBoard {
-    /// The board, powered, its stop released, its vehicle at rest.
+    /// The board at power-up: emergency stop released, vehicle at rest.
     ///
     /// # Errors
-    /// When the emulated part does not carry a peripheral of the wiring table.
+    /// When the emulated part lacks a peripheral of the wiring table.
     pub fn new(instructions_per_second: u64) -> Result<Self, Error> {
         let mut mcu = Part::new()?;
         let h7 = &mut mcu.h7;
@@ -121,10 +118,11 @@ impl DriveBoard {
         Ok(board)
     }
 
-    /// What each bridge does to its motor.
+    /// State of each bridge.
     pub fn bridges(&mut self, now: VirtualNanos) -> [BridgeState; MOTORS] {
+        let break_level = self.break_level();
         self.mcu.with_bridge_timer(now, |timer, registers, context| {
-            timer.touch(registers, context);
+            timer.drive_break(break_level, registers, context);
             let timer = &timer.model;
             std::array::from_fn(|n| {
                 let channel = Channel::new(n as u8 + 1).expect("a timer has six channels");
@@ -152,7 +150,7 @@ impl DriveBoard {
         })
     }
 
-    /// Whether TIM1 drives the bridges' pins, as opposed to their being left to their pull-downs.
+    /// Whether TIM1 drives the bridges' pins; until it does, pull-downs hold them low.
     pub fn bridge_pins_connected(&mut self) -> bool {
         let port = self.mcu.h7.bus().slot("GPIOE").expect("the part has port E");
         let registers = self.mcu.h7.bus_mut().slot_mut(port).registers_mut();
@@ -170,7 +168,7 @@ impl DriveBoard {
         for (n, imu) in sensed.imus.iter().enumerate() {
             if imu.silent != self.silent_imus[n] {
                 self.silent_imus[n] = imu.silent;
-                // There is a chip on either bus: they were attached when the board was built.
+                // This cannot fail: each bus has had its chip since the board was built.
                 let _ = self.mcu.h7.spi[at::IMU_BUSES[n]].silence(0, imu.silent);
             }
         }
@@ -190,59 +188,44 @@ impl DriveBoard {
         }
     }
 
-    /// Presses or releases the emergency stop: both its contacts.
+    /// Presses or releases the emergency stop, which moves both of its contacts.
     pub fn set_stop(&mut self, now: VirtualNanos, pressed: bool) {
         self.set_stop_contact(now, pressed);
+        let before = self.break_level();
         self.stop_pressed = pressed;
-        self.drive_break(now);
+        self.drive_break(now, before);
     }
 
     /// Opens or closes the stop's first contact alone, which software reads.
     pub fn set_stop_contact(&mut self, now: VirtualNanos, open: bool) {
-        // Closed is ground; open is left to the pin's own pull.
+        // A closed contact grounds the pin; an open one leaves it to its pull-up.
         let level = (!open).then_some(Level::Low);
         self.mcu.h7.drive_port(now, at::PORT_G, |port, registers, context| {
             port.drive(pin(STOP_PIN), level, registers, context);
         });
     }
 
-    /// Raises or clears the fault output of the bridges' drivers, which shares the break's wire.
+    /// Raises or clears the fault output of the bridges' drivers, which shares the break input's wire.
     pub fn set_driver_fault(&mut self, now: VirtualNanos, fault: bool) {
+        let before = self.break_level();
         self.driver_fault = fault;
-        self.drive_break(now);
+        self.drive_break(now, before);
     }
 
-    /// Whether the stop is pressed.
-    pub fn stop_pressed(&self) -> bool {
-        self.stop_pressed
-    }
-
-    /// Lamps: armed (green), faulted (red).
-    pub fn lamps(&mut self) -> (bool, bool) {
-        let h7 = &mut self.mcu.h7;
-        let slot = h7.bus().slot("GPIOB").expect("the part has port B");
-        let (bus, port) = (
-            h7.bus_mut().slot_mut(slot).registers_mut().clone(),
-            &h7.gpio[at::PORT_B],
-        );
-        let lit = |number| port.level(pin(number), &bus) == Level::High;
-        (lit(0), lit(14))
-    }
-
-    /// The far end of the host link.
+    /// The host's end of the link.
     pub fn wire(&mut self) -> &mut Wire {
         self.mcu.h7.usart[at::LINK]
             .chip_mut::<Wire>()
             .expect("the wire was attached when the board was built")
     }
 
-    /// Turns an encoder to a position, edge by edge.
+    /// Turns an encoder to a position in counts, edge by edge.
     fn turn_encoder(&mut self, now: VirtualNanos, nth: usize, counts: i64) {
         let fed = &mut self.fed_counts[nth];
         if *fed == counts {
             return;
         }
-        self.mcu.with_encoder_timer(now, nth, |timer, registers, context| {
+        self.mcu.with_timer(now, nth, |timer, registers, context| {
             while *fed != counts {
                 let before = PHASES[fed.rem_euclid(4) as usize];
                 *fed += (counts - *fed).signum();
@@ -258,14 +241,22 @@ impl DriveBoard {
         });
     }
 
-    /// The break's wire: high when a contact opens or a driver pulls it up.
-    fn drive_break(&mut self, now: VirtualNanos) {
-        let level = if self.stop_pressed || self.driver_fault {
+    /// Level of the break input's wire: high while the stop's second contact is open or a driver reports a fault.
+    fn break_level(&self) -> Level {
+        if self.stop_pressed || self.driver_fault {
             Level::High
         } else {
             Level::Low
-        };
+        }
+    }
+
+    /// Puts the wire's level, which was `before`, on the break input.
+    fn drive_break(&mut self, now: VirtualNanos, before: Level) {
+        let level = self.break_level();
         self.mcu.with_bridge_timer(now, |timer, registers, context| {
+            if level != before {
+                timer.time_break_filter(now);
+            }
             timer.drive_break(level, registers, context);
         });
     }
@@ -273,13 +264,6 @@ impl DriveBoard {
 
 fn pin(number: u8) -> Pin {
     Pin::new(number).expect("a port has sixteen pins")
-}
-
-/// The part of a board, for reading a peripheral of it by field.
-impl AsMut<Stm32h743> for DriveBoard {
-    fn as_mut(&mut self) -> &mut Stm32h743 {
-        &mut self.mcu.h7
-    }
 }
 
 impl Board for DriveBoard {
@@ -306,7 +290,7 @@ impl Board for DriveBoard {
             instructions_per_second: NonZeroU64::new(self.instructions_per_second).unwrap_or(NonZeroU64::MIN),
             boot: "flash",
         };
-        // The part's own core, as its reference manual and its data sheet describe it.
+        // The core as the part's reference manual and data sheet describe it.
         let mut config = armv7m::Config::new(core, &rigless::cpu::armv7m::windows(self.mcu.bus()));
         config.fpu = armv7m::Fpu::FpV5Dp;
         config.mpu_regions = armv7m::MpuRegions::Sixteen;

@@ -1,9 +1,9 @@
-//! DMAMUX1, reduced to the lines that lead anywhere on this board.
+//! DMAMUX1, reduced to the lines that something on this board listens to.
 //!
-//! For each word moved the multiplexer's model drives six changes of lines: its channel's request, an event
-//! and an acknowledge, each up and down. Events lead back to its own synchronisation and trigger inputs, which
-//! no channel of this firmware uses; acknowledges lead to the timers, none of which asks for DMA. Both are kept
-//! off the part's lines here, where every listener would hear of them.
+//! For each word moved the multiplexer's model changes lines six times: its channel's request, an event and an
+//! acknowledge, each up and down. Events lead back to the multiplexer's own synchronisation and trigger inputs,
+//! which no channel of this firmware uses; acknowledges lead to the timers, none of which requests DMA. This
+//! wrapper keeps both off the part's lines, where every listener would be told of them.
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile, RequestChange};
 use rigless::mcu::{Bare, Mcu, Operate};
@@ -15,14 +15,14 @@ use rigless::soc::stm32h743::peripherals::dmamux::{DMAMUX1_FIRST_EVENT, Dmamux1}
 type Register = <Dmamux1 as Device>::Register;
 
 const INSTANCE: &str = "DMAMUX1";
-/// Position of its only interrupt.
+/// Position of the multiplexer's only interrupt.
 const OVERRUN: usize = 0;
 
 /// The multiplexer between the peripherals' request lines and the DMA streams.
 #[derive(Debug)]
 pub struct RequestMultiplexer {
     model: Dmamux1,
-    /// A part without models, whose lines the model drives in place of the real part's.
+    /// A part without models: the multiplexer's model drives the lines of this part instead of the board's.
     lines: Bare,
     slot: usize,
 }
@@ -48,7 +48,7 @@ impl RequestMultiplexer {
         })
     }
 
-    /// Does something with the model, and passes on what it does to lines that lead anywhere.
+    /// Acts on the model, and passes on its changes of the lines that something listens to.
     fn call(&mut self, context: &mut DeviceContext<'_>, action: impl FnOnce(&mut Dmamux1, &mut DeviceContext<'_>)) {
         let (_, mut own) = self.lines.bus_mut().drive(context.now(), self.slot);
         action(&mut self.model, &mut own);
@@ -74,7 +74,7 @@ impl Device for RequestMultiplexer {
     }
 
     fn on_request(&mut self, request: RequestChange, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        // The end of a controller's acknowledge means nothing, nor does what the multiplexer drives itself.
+        // The multiplexer ignores its own lines, and the falling edge of a controller's acknowledge.
         let controller = matches!(request.instance, "DMA1" | "DMA2");
         if request.instance != INSTANCE && !(controller && request.level == Level::Low) {
             self.call(context, |model, own| model.on_request(request, file, own));
