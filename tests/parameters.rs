@@ -21,14 +21,7 @@ fn ask(bench: &mut Bench, request: ParameterRequest) -> ParameterAnswer {
 
 /// The number of a parameter, as host and board count them.
 fn number(parameters: &VehicleParameters<f64>, table: &str, name: &str) -> u16 {
-    let (mut at, mut found) = (0, None);
-    parameters.for_each(|t, field, _| {
-        if t == table && field.name == name {
-            found = Some(at);
-        }
-        at += 1;
-    });
-    found.expect("known")
+    parameters.number_of(table, name).expect("known")
 }
 
 #[test]

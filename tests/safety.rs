@@ -206,11 +206,11 @@ enum Expect {
 
 fn set(plant: &mut Plant, sensor: &str, fault: SensorFault) {
     match sensor {
-        "chassis-imu" => plant.chassis_imu().set_fault(fault),
+        "arm-imu" => plant.arm_imu().set_fault(fault),
         "spar-imu" => plant.spar_imu().expect("has a camera").set_fault(fault),
         "left-encoder" => plant.encoder_mut(Motor::Left).set_fault(fault),
         "right-encoder" => plant.encoder_mut(Motor::Right).set_fault(fault),
-        "camera-encoder" => plant.encoder_mut(Motor::Camera).set_fault(fault),
+        "ballast-encoder" => plant.encoder_mut(Motor::Ballast).set_fault(fault),
         other => panic!("{other}"),
     }
 }
@@ -249,7 +249,7 @@ fn fail_while_driving(sensor: &str, fault: SensorFault, expect: Expect) {
 }
 
 #[test]
-fn a_failed_chassis_imu_opens_the_bridges() {
+fn a_failed_arm_imu_opens_the_bridges() {
     for (fault, expect) in [
         (SensorFault::Off, Expect::Open(15)),
         (SensorFault::Stuck, Expect::Open(40)),
@@ -259,7 +259,7 @@ fn a_failed_chassis_imu_opens_the_bridges() {
         (SensorFault::Delayed, Expect::OpenOrHarmless),
         (SensorFault::Intermittent, Expect::Open(60)),
     ] {
-        fail_while_driving("chassis-imu", fault, expect);
+        fail_while_driving("arm-imu", fault, expect);
     }
 }
 
@@ -306,8 +306,8 @@ fn a_failed_spar_imu_switches_the_camera_off_and_leaves_the_vehicle_driving() {
 #[test]
 fn sensors_that_fail_before_arming_block_it() {
     for (sensor, fault, blocker) in [
-        ("chassis-imu", SensorFault::Off, Blocker::Imu),
-        ("chassis-imu", SensorFault::Stuck, Blocker::Imu),
+        ("arm-imu", SensorFault::Off, Blocker::Imu),
+        ("arm-imu", SensorFault::Stuck, Blocker::Imu),
     ] {
         let mut bench = Bench::new(10);
         bench.run(1000);

@@ -97,7 +97,7 @@ fn two_runs_in_two_threads_are_two_runs_in_one() {
 /// The reference with another spar under it and these gains.
 fn with_spar(gains: [f64; 4]) -> Result<Vehicle<f64>, ParameterError> {
     let mut parameters = *reference().parameters();
-    let (spar, _) = parameters.camera.as_mut().expect("the reference has a spar");
+    let (spar, _) = parameters.spar.as_mut().expect("the reference has a spar");
     spar.camera_mass_kg = 1.0;
     spar.ballast_mass_kg = 3.0;
     spar.motor_arm_m = 0.08;

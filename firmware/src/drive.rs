@@ -72,7 +72,7 @@ where
         ticker.next().await;
         // The IMU's burst takes some tens of microseconds; without it the tick goes on and the
         // sample's age tells.
-        let _ = with_timeout(IMU_WAIT, topics.chassis_imu_ready.wait()).await;
+        let _ = with_timeout(IMU_WAIT, topics.arm_imu_ready.wait()).await;
 
         let started = counter.cycles();
         let now = Instant::now();
@@ -137,7 +137,7 @@ fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, emergency_stop: bool, b
         time_us: now.as_micros(),
         encoder_counts: counts.unwrap_or_default(),
         encoder_age_us,
-        chassis_imu: imu(topics.chassis_imu.with_age(now)),
+        arm_imu: imu(topics.arm_imu.with_age(now)),
         spar_imu: imu(topics.spar_imu.with_age(now)),
         battery,
         current,

@@ -161,8 +161,8 @@ fn address_frame(address: u8) -> u16 {
 /// Which IMU a task serves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
-    /// On the reaction-mass arm.
-    Chassis,
+    /// On the arm.
+    Arm,
     /// On the camera spar.
     Spar,
 }
@@ -176,7 +176,7 @@ const RETRY: Duration = Duration::from_millis(50);
 pub async fn run<M: RawMutex>(topics: &Topics<M>, place: Place, spi: impl SpiDevice<u16>) -> ! {
     let mut imu = Icm42688p::new(spi);
     let name = match place {
-        Place::Chassis => "chassis",
+        Place::Arm => "arm",
         Place::Spar => "spar",
     };
     let mut complained = false;
@@ -205,7 +205,7 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, place: Place, spi: impl SpiDev
 /// Reads and publishes until the part stops answering.
 async fn serve<M: RawMutex, S: SpiDevice<u16>>(topics: &Topics<M>, place: Place, imu: &mut Icm42688p<S>) {
     let topic: &Topic<M, ImuRaw> = match place {
-        Place::Chassis => &topics.chassis_imu,
+        Place::Arm => &topics.arm_imu,
         Place::Spar => &topics.spar_imu,
     };
     let mut ticker = aligned(Duration::from_micros(u64::from(TICK_US)));
@@ -217,8 +217,8 @@ async fn serve<M: RawMutex, S: SpiDevice<u16>>(topics: &Topics<M>, place: Place,
             Ok(raw) => {
                 failures = 0;
                 topic.publish(at, raw);
-                if place == Place::Chassis {
-                    topics.chassis_imu_ready.signal(());
+                if place == Place::Arm {
+                    topics.arm_imu_ready.signal(());
                 }
             }
             Err(_) => failures += 1,
@@ -228,8 +228,8 @@ async fn serve<M: RawMutex, S: SpiDevice<u16>>(topics: &Topics<M>, place: Place,
 }
 
 fn check_in<M: RawMutex>(topics: &Topics<M>, place: Place) {
-    if place == Place::Chassis {
-        topics.checkins.check_in(Critical::ChassisImu);
+    if place == Place::Arm {
+        topics.checkins.check_in(Critical::ArmImu);
     }
 }
 

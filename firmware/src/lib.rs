@@ -7,13 +7,13 @@
 //! | task | rate | executor |
 //! |---|---|---|
 //! | [`encoders::run`] | 1 kHz | control (interrupt) |
-//! | [`imu::run`], once for the chassis and once for the spar | 1 kHz | control (interrupt) |
+//! | [`imu::run`], once for the arm and once for the spar | 1 kHz | control (interrupt) |
 //! | [`drive::run`] | 1 kHz | control (interrupt) |
 //! | [`watchdog::run`] | 200 Hz | control (interrupt) |
 //! | [`analog::run`] | 1 kHz | thread |
 //! | [`link::receive::run`], [`link::send::run`] | as bytes come; 100 Hz | thread |
 //! | [`parameters::run`] | on request | thread |
-//! | [`log_task::run`] | 1 Hz and on change | thread |
+//! | [`log_task::run`] | 20 Hz; a line per second and on change | thread |
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 

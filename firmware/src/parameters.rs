@@ -11,7 +11,7 @@ use embassy_time::{Duration, Instant, Timer};
 use embedded_storage_async::nor_flash::{ErrorType, MultiwriteNorFlash, NorFlash, ReadNorFlash};
 use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
-use model::vehicle::{ParameterError, Vehicle, VehicleParameters};
+use model::vehicle::{NotSet, ParameterError, Vehicle, VehicleParameters};
 use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
@@ -30,65 +30,16 @@ const HASH: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 /// Hash of the names and ranges of every parameter of a vehicle of this kind, in order.
 pub fn schema(parameters: &VehicleParameters<f32>) -> u32 {
     let mut digest = HASH.digest();
-    parameters.for_each(|table, field, _| {
+    for (table, field) in (0..parameters.count()).filter_map(|number| parameters.field(number)) {
         digest.update(table.as_bytes());
         digest.update(field.name.as_bytes());
         digest.update(&field.min.to_le_bytes());
         digest.update(&field.max.to_le_bytes());
-    });
+    }
     digest.finalize()
 }
 
-/// How many parameters a vehicle has.
-pub fn count(parameters: &VehicleParameters<f32>) -> u16 {
-    let mut count = 0;
-    parameters.for_each(|_, _, _| count += 1);
-    count
-}
-
-/// The value of one parameter.
-pub fn value(parameters: &VehicleParameters<f32>, number: u16) -> Option<f32> {
-    let (mut at, mut found) = (0, None);
-    parameters.for_each(|_, _, value| {
-        if at == number {
-            found = Some(value);
-        }
-        at += 1;
-    });
-    found
-}
-
-/// Why a parameter was not changed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Refused {
-    /// There is no such number.
-    NoSuchNumber,
-    /// Out of range: least and most allowed.
-    OutOfRange(f32, f32),
-}
-
-/// Changes one parameter.
-///
-/// # Errors
-/// [`Refused`]; the parameters stay as they are.
-pub fn set(parameters: &mut VehicleParameters<f32>, number: u16, value: f32) -> Result<(), Refused> {
-    let (mut at, mut found) = (0, None);
-    parameters.for_each(|table, field, _| {
-        if at == number {
-            found = Some((table, field));
-        }
-        at += 1;
-    });
-    let (table, field) = found.ok_or(Refused::NoSuchNumber)?;
-    if !field.allows(f64::from(value)) {
-        return Err(Refused::OutOfRange(field.min as f32, field.max as f32));
-    }
-    let slot = parameters.field_mut(table, field.name).ok_or(Refused::NoSuchNumber)?;
-    *slot = value;
-    Ok(())
-}
-
-/// Number of the field that an error is about.
+/// Number of the parameter that an error is about.
 fn number_of(parameters: &VehicleParameters<f32>, error: &ParameterError) -> u16 {
     let (group, name) = match error {
         ParameterError::OutOfRange(out) => (out.group, out.field.name),
@@ -96,14 +47,7 @@ fn number_of(parameters: &VehicleParameters<f32>, error: &ParameterError) -> u16
             (*group, *field)
         }
     };
-    let (mut at, mut found) = (0, u16::MAX);
-    parameters.for_each(|table, field, _| {
-        if table == group && field.name == name {
-            found = at;
-        }
-        at += 1;
-    });
-    found
+    parameters.number_of(group, name).unwrap_or(u16::MAX)
 }
 
 /// Encodes a set; its length.
@@ -112,21 +56,19 @@ fn encode(parameters: &VehicleParameters<f32>, bytes: &mut [u8; SET_MAX]) -> Opt
     header.get_mut(..4)?.copy_from_slice(&schema(parameters).to_le_bytes());
     header
         .get_mut(4..)?
-        .copy_from_slice(&u32::from(count(parameters)).to_le_bytes());
+        .copy_from_slice(&u32::from(parameters.count()).to_le_bytes());
     let mut slots = values.chunks_exact_mut(4);
-    let mut complete = true;
-    parameters.for_each(|_, _, value| match slots.next() {
-        Some(slot) => slot.copy_from_slice(&value.to_le_bytes()),
-        None => complete = false,
-    });
-    complete.then(|| HEADER + 4 * usize::from(count(parameters)))
+    for number in 0..parameters.count() {
+        slots.next()?.copy_from_slice(&parameters.value(number)?.to_le_bytes());
+    }
+    Some(HEADER + 4 * usize::from(parameters.count()))
 }
 
 /// Decodes a set for a vehicle of the kind of `like`; `None` if the schema or the length is another.
 fn decode(bytes: &[u8], like: &VehicleParameters<f32>) -> Option<VehicleParameters<f32>> {
     let (header, values) = bytes.split_at_checked(HEADER)?;
     let (schema_bytes, count_bytes) = header.split_at_checked(4)?;
-    let count = count(like);
+    let count = like.count();
     if schema_bytes != schema(like).to_le_bytes()
         || count_bytes != u32::from(count).to_le_bytes()
         || values.len() != 4 * usize::from(count)
@@ -136,7 +78,7 @@ fn decode(bytes: &[u8], like: &VehicleParameters<f32>) -> Option<VehicleParamete
     let mut parameters = *like;
     for (number, bytes) in (0..count).zip(values.chunks_exact(4)) {
         let value = f32::from_le_bytes(bytes.try_into().ok()?);
-        set(&mut parameters, number, value).ok()?;
+        parameters.set(number, value).ok()?;
     }
     Some(parameters)
 }
@@ -247,24 +189,27 @@ pub async fn run<M: RawMutex, F: NorFlash>(
     let mut staged = *vehicle.parameters();
     loop {
         let answer = match topics.parameter_requests.receive().await {
-            ParameterRequest::Read { number } => match value(&staged, number) {
+            ParameterRequest::Read { number } => match staged.value(number) {
                 Some(value) => ParameterAnswer::Value {
                     number,
-                    count: count(&staged),
+                    count: staged.count(),
                     value,
                     schema: schema(&staged),
                 },
                 None => ParameterAnswer::NoSuchNumber,
             },
-            ParameterRequest::Write { number, value } => match set(&mut staged, number, value) {
+            ParameterRequest::Write { number, value } => match staged.set(number, value) {
                 Ok(()) => ParameterAnswer::Value {
                     number,
-                    count: count(&staged),
+                    count: staged.count(),
                     value,
                     schema: schema(&staged),
                 },
-                Err(Refused::NoSuchNumber) => ParameterAnswer::NoSuchNumber,
-                Err(Refused::OutOfRange(min, max)) => ParameterAnswer::OutOfRange { min, max },
+                Err(NotSet::NoSuchNumber) => ParameterAnswer::NoSuchNumber,
+                Err(NotSet::OutOfRange(out)) => ParameterAnswer::OutOfRange {
+                    min: out.field.min as f32,
+                    max: out.field.max as f32,
+                },
             },
             ParameterRequest::Defaults => {
                 staged = *built_in.parameters();

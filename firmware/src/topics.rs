@@ -111,10 +111,10 @@ pub struct TickCycles {
 /// Everything the tasks share. One for each vehicle.
 #[allow(missing_debug_implementations)] // Its parts have none.
 pub struct Topics<M: RawMutex> {
-    /// Chassis IMU readings.
-    pub chassis_imu: Topic<M, ImuRaw>,
-    /// Raised with each chassis IMU reading: the control task waits for it.
-    pub chassis_imu_ready: Signal<M, ()>,
+    /// Readings of the arm IMU.
+    pub arm_imu: Topic<M, ImuRaw>,
+    /// Raised with each reading of the arm IMU: the control task waits for it.
+    pub arm_imu_ready: Signal<M, ()>,
     /// Spar IMU readings.
     pub spar_imu: Topic<M, ImuRaw>,
     /// Encoder counts, extended.
@@ -149,8 +149,8 @@ impl<M: RawMutex> Topics<M> {
     /// All empty.
     pub const fn new() -> Self {
         Self {
-            chassis_imu: Topic::new(),
-            chassis_imu_ready: Signal::new(),
+            arm_imu: Topic::new(),
+            arm_imu_ready: Signal::new(),
             spar_imu: Topic::new(),
             encoders: Topic::new(),
             analog: Topic::new(),

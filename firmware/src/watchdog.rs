@@ -17,8 +17,8 @@ pub enum Critical {
     Drive = 0,
     /// The encoder task.
     Encoders = 1,
-    /// The chassis IMU's task (alive even while the IMU is not).
-    ChassisImu = 2,
+    /// The arm IMU's task (alive even while the IMU is not).
+    ArmImu = 2,
     /// The analogue inputs' task.
     Analog = 3,
     /// The link's sending task, for everything on the thread executor.

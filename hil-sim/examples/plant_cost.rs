@@ -13,7 +13,7 @@ fn main() {
         let mut plant = Plant::new(&vehicle, terrain, 1).expect("a plant");
         for imu in [0, 1] {
             let chip = if imu == 0 {
-                Some(plant.chassis_imu())
+                Some(plant.arm_imu())
             } else {
                 plant.spar_imu()
             };

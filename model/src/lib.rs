@@ -7,11 +7,11 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod bounded;
 pub mod control;
 pub mod dynamics;
 pub mod estimate;
 pub mod integrate;
-pub mod limit;
 pub mod linear;
 pub mod real;
 pub mod sample;

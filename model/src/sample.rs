@@ -10,8 +10,8 @@ pub enum Motor {
     Left = 0,
     /// Right wheel (-y side).
     Right = 1,
-    /// Camera ballast.
-    Camera = 2,
+    /// Ballast of the camera spar.
+    Ballast = 2,
 }
 
 /// Number of motors.
@@ -72,7 +72,7 @@ pub struct Sample {
     /// Age of the encoder counts in us.
     pub encoder_age_us: u32,
     /// IMU on the reaction-mass arm.
-    pub chassis_imu: ImuSample,
+    pub arm_imu: ImuSample,
     /// IMU on the camera spar.
     pub spar_imu: ImuSample,
     /// Battery voltage, raw.

@@ -4,8 +4,8 @@
 //! *decide* (supervision and control laws) and *actuate* (limits, duties). The step holds no clock and
 //! no hardware: a recorded sequence of samples and commands replays bit for bit.
 
-use crate::control::camera::{CameraController, CameraState};
 use crate::control::motor::{DUTY_MAX, MotorLimits, duty, voltage};
+use crate::control::spar::{SparController, SparState};
 use crate::control::speed::{SpeedController, SpeedInput};
 use crate::control::steering::{SteeringController, SteeringInput};
 use crate::estimate::rate_filter::LowPass;
@@ -112,7 +112,7 @@ pub struct VehicleCore {
     estimator: Estimator,
     speed: SpeedController,
     steering: SteeringController,
-    camera: Option<CameraController>,
+    camera: Option<SparController>,
     arming: Arming,
     chassis_watch: ImuWatch,
     spar_watch: ImuWatch,
@@ -148,8 +148,8 @@ impl VehicleCore {
     /// The core for a checked vehicle: disarmed, uncalibrated, every blocker set.
     pub fn new(vehicle: &Vehicle<f32>) -> Self {
         let p = vehicle.parameters();
-        let drive = MotorLimits::drive(&p.drive_motor);
-        let camera = p.camera.as_ref().map_or(drive, |(_, motor)| MotorLimits::camera(motor));
+        let drive = MotorLimits::new(&p.drive_motor);
+        let camera = p.spar.as_ref().map_or(drive, |(_, motor)| MotorLimits::new(motor));
         let motor_limits = [drive, drive, camera];
         // Twice the no-load speed at the highest supply.
         let jump = |constant: f32, counts: f32| {
@@ -160,7 +160,7 @@ impl VehicleCore {
             p.drive_motor.back_emf_constant_v_s_per_rad,
             p.drive_motor.encoder_counts_per_rev,
         );
-        let camera_jump = p.camera.as_ref().map_or(drive_jump, |(_, motor)| {
+        let camera_jump = p.spar.as_ref().map_or(drive_jump, |(_, motor)| {
             jump(motor.back_emf_constant_v_s_per_rad, motor.encoder_counts_per_rev)
         });
         let us = |s: f32| (s * 1e6) as u32;
@@ -170,7 +170,7 @@ impl VehicleCore {
             estimator: Estimator::new(vehicle),
             speed: SpeedController::new(vehicle, TICK_S),
             steering: SteeringController::new(vehicle, TICK_S),
-            camera: CameraController::new(vehicle),
+            camera: SparController::new(vehicle),
             arming: Arming::new((p.safety.stop_timeout_s / TICK_S) as u32),
             chassis_watch: ImuWatch::new(sensor_timeout_us),
             spar_watch: ImuWatch::new(sensor_timeout_us),
@@ -252,7 +252,7 @@ impl VehicleCore {
             self.steering.reset();
             self.camera_off = false;
         }
-        self.camera_off |= !faults.intersection(FaultSet::CAMERA).is_empty();
+        self.camera_off |= !faults.intersection(FaultSet::SPAR).is_empty();
 
         let (speed_m_s, yaw_rate_rad_s) = if mode == Mode::Armed {
             (command.speed_m_s, command.yaw_rate_rad_s)
@@ -278,7 +278,7 @@ impl VehicleCore {
         });
         let camera_v = match &self.camera {
             Some(camera) if !self.camera_off => camera.step(
-                &CameraState {
+                &SparState {
                     spar_rad: estimate.spar_rad,
                     ballast_rad: estimate.ballast_rad,
                     spar_rate_rad_s: estimate.spar_rate_rad_s,
@@ -299,10 +299,10 @@ impl VehicleCore {
         let battery_v = self.battery.value();
         let mut actuation = Actuation::SAFE;
         if self.arming.mode() != Mode::Disarmed {
-            for motor in [Motor::Left, Motor::Right, Motor::Camera] {
+            for motor in [Motor::Left, Motor::Right, Motor::Ballast] {
                 let i = motor as usize;
                 let limited = self.motor_limits[i].limit(self.voltage_v[i], sensed.relative_rate_rad_s[i]);
-                let limit = [Limit::LeftCurrent, Limit::RightCurrent, Limit::Camera][i];
+                let limit = [Limit::LeftCurrent, Limit::RightCurrent, Limit::BallastCurrent][i];
                 self.limits.set(limit, limited.by_current);
                 self.voltage_v[i] = limited.voltage_v;
                 actuation.duty[i] = duty(limited.voltage_v, battery_v);
@@ -354,7 +354,7 @@ impl VehicleCore {
         faults.set(Fault::EmergencyStop, sample.emergency_stop);
         faults.set(Fault::BridgeBreak, sample.bridge_break);
 
-        let chassis = self.chassis_watch.update(&sample.chassis_imu);
+        let chassis = self.chassis_watch.update(&sample.arm_imu);
         faults.set(Fault::ImuStale, chassis == ImuHealth::Stale);
         faults.set(
             Fault::ImuImplausible,
@@ -372,7 +372,7 @@ impl VehicleCore {
         let motors = if self.camera.is_some() {
             MOTORS
         } else {
-            Motor::Camera as usize
+            Motor::Ballast as usize
         };
         let mut implausible = false;
         for (i, watch) in self.encoder_watches.iter_mut().enumerate().take(motors) {

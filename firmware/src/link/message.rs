@@ -26,8 +26,7 @@ pub enum HostMessage {
     Parameters(ParameterRequest),
 }
 
-/// What the host asks of the parameters. Numbers are in the order of
-/// [`model::vehicle::VehicleParameters::for_each`]; [`ParameterAnswer::Value`] tells each one's place.
+/// What the host asks of the parameters. Numbers are those of [`model::vehicle::VehicleParameters`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum ParameterRequest {
     /// Tell one value.

@@ -10,7 +10,7 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorF
 use model::vehicle::Vehicle;
 use proptest::prelude::*;
 
-use super::{NoSet, ParameterStore, decode, encode, set, value};
+use super::{NoSet, ParameterStore, decode, encode};
 use crate::built_in::PARAMETERS;
 
 /// Nothing here waits.
@@ -238,7 +238,7 @@ fn a_power_cut_at_any_step_leaves_the_old_set_or_the_new() {
 #[test]
 fn another_schema_is_not_believed() {
     let mut other = PARAMETERS;
-    other.camera = None;
+    other.spar = None;
     let mut bytes = [0; super::SET_MAX];
     let length = encode(&other, &mut bytes).expect("fits");
     assert!(decode(&bytes[..length], &other).is_some());
@@ -248,11 +248,11 @@ fn another_schema_is_not_believed() {
 #[test]
 fn a_value_out_of_range_is_refused_where_it_is_set_and_where_it_is_stored() {
     let mut parameters = PARAMETERS;
-    let before = value(&parameters, 0).expect("first");
+    let before = parameters.value(0).expect("first");
     for bad in [f32::NAN, f32::INFINITY, -1.0, 1e9] {
-        assert!(set(&mut parameters, 0, bad).is_err());
+        assert!(parameters.set(0, bad).is_err());
     }
-    assert_eq!(value(&parameters, 0), Some(before));
+    assert_eq!(parameters.value(0), Some(before));
     let mut bytes = [0; super::SET_MAX];
     let length = encode(&parameters, &mut bytes).expect("fits");
     bytes[super::HEADER..super::HEADER + 4].copy_from_slice(&f32::NAN.to_le_bytes());

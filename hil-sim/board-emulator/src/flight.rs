@@ -63,7 +63,7 @@ pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
             encoder_counts: sample(offset_of!(Sample, encoder_counts))
                 .each(8, |field| Ok(field.u64()?.cast_signed()))?,
             encoder_age_us: sample(offset_of!(Sample, encoder_age_us)).u32()?,
-            chassis_imu: sample(offset_of!(Sample, chassis_imu)).imu()?,
+            arm_imu: sample(offset_of!(Sample, arm_imu)).imu()?,
             spar_imu: sample(offset_of!(Sample, spar_imu)).imu()?,
             battery: sample(offset_of!(Sample, battery)).u16()?,
             current: sample(offset_of!(Sample, current)).each(2, |field| field.u16())?,

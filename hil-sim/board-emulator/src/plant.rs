@@ -51,7 +51,7 @@ pub struct ImuSensed {
 pub struct Sensed {
     /// Encoder positions in counts.
     pub encoder_counts: [i64; MOTORS],
-    /// IMUs: chassis, spar.
+    /// IMUs: arm, spar.
     pub imus: [ImuSensed; 2],
     /// Battery divider's output in mV.
     pub battery_mv: u32,

@@ -27,7 +27,7 @@ impl VehicleAtPins {
     /// The plant, its IMUs switched on.
     pub fn new(mut plant: Plant) -> Self {
         for (register, value) in SETTINGS {
-            plant.chassis_imu().transfer(&mut [register, value]);
+            plant.arm_imu().transfer(&mut [register, value]);
             if let Some(imu) = plant.spar_imu() {
                 imu.transfer(&mut [register, value]);
             }
@@ -54,8 +54,8 @@ impl ClosedPlant for VehicleAtPins {
         plant.advance(seconds, &bridges);
         let (battery, current) = plant.analog();
         let counted = |motor| plant.encoder(motor).counted();
-        let encoder_counts = [counted(Motor::Left), counted(Motor::Right), counted(Motor::Camera)];
-        let chassis = sensed(plant.chassis_imu());
+        let encoder_counts = [counted(Motor::Left), counted(Motor::Right), counted(Motor::Ballast)];
+        let arm = sensed(plant.arm_imu());
         let spar = plant.spar_imu().map_or(
             ImuSensed {
                 silent: true,
@@ -65,7 +65,7 @@ impl ClosedPlant for VehicleAtPins {
         );
         Sensed {
             encoder_counts,
-            imus: [chassis, spar],
+            imus: [arm, spar],
             battery_mv: millivolts(battery),
             current_mv: current.map(millivolts),
         }

@@ -268,12 +268,12 @@ impl<W: Wire> Link<W> {
         let ParameterAnswer::Value { schema, .. } = self.ask(ParameterRequest::Read { number: 0 })? else {
             return Err(CommandError::Checks("the board has no parameters".into()));
         };
-        let with_camera = load_vehicle(None)?.parameters().cast::<f32>();
+        let with_spar = load_vehicle(None)?.parameters().cast::<f32>();
         let without = VehicleParameters {
-            camera: None,
-            ..with_camera
+            spar: None,
+            ..with_spar
         };
-        let kind = [with_camera, without]
+        let kind = [with_spar, without]
             .into_iter()
             .find(|kind| parameters::schema(kind) == schema);
         let kind = kind.ok_or_else(|| {
@@ -281,9 +281,7 @@ impl<W: Wire> Link<W> {
                 "the board's firmware has other parameters than this tool: build both from one tree".into(),
             )
         })?;
-        let mut names = Vec::new();
-        kind.for_each(|table, field, _| names.push((table, field)));
-        Ok(names)
+        Ok((0..kind.count()).filter_map(|number| kind.field(number)).collect())
     }
 
     /// Every parameter by name, `table.name`, with its value.

@@ -15,7 +15,7 @@ pub(super) fn reference_vehicle() -> Vehicle<f64> {
 /// The reference vehicle without its camera.
 pub(super) fn bare_vehicle() -> Vehicle<f64> {
     let mut parameters = *reference_vehicle().parameters();
-    parameters.camera = None;
+    parameters.spar = None;
     Vehicle::new(parameters).unwrap()
 }
 
@@ -66,7 +66,7 @@ fn read_imu(chip: &mut Icm42688p) -> [i16; 6] {
 #[test]
 fn on_the_level_it_stands_and_its_sensors_say_so() {
     let mut plant = Plant::new(&reference_vehicle(), incline(0.0), 3).unwrap();
-    start_imu(plant.chassis_imu());
+    start_imu(plant.arm_imu());
     start_imu(plant.spar_imu().unwrap());
     for _ in 0..500 {
         plant.advance(1e-3, &OPEN);
@@ -76,7 +76,7 @@ fn on_the_level_it_stands_and_its_sensors_say_so() {
     assert_eq!(plant.counters(), [0; 3]);
     for chip in 0..2 {
         let words = if chip == 0 {
-            read_imu(plant.chassis_imu())
+            read_imu(plant.arm_imu())
         } else {
             read_imu(plant.spar_imu().unwrap())
         };
@@ -141,12 +141,12 @@ fn a_disarmed_vehicle_rolls_away_and_is_not_righted() {
 fn one_seed_one_run() {
     let run = |seed| {
         let mut plant = Plant::new(&reference_vehicle(), incline(0.05), seed).unwrap();
-        start_imu(plant.chassis_imu());
+        start_imu(plant.arm_imu());
         let mut log = Vec::new();
         for k in 0..300 {
             let duty = 0.2 * f64::from(k) / 300.0;
             plant.advance(1e-3, &drive(duty, 0.9 * duty, 0.01));
-            log.push((plant.counters(), plant.analog(), read_imu(plant.chassis_imu())));
+            log.push((plant.counters(), plant.analog(), read_imu(plant.arm_imu())));
         }
         (log, plant.truth().x_m.to_bits())
     };
@@ -323,12 +323,12 @@ fn joints_shake_the_accelerometer_at_every_rail_length() {
     let text = "[[profile]]\nkind = \"joints\"\nfrom_m = 0.2\nrail_length_m = 0.5\ngap_m = 0.01\ncount = 3\n";
     let run = |text: &str| {
         let mut plant = Plant::with_imu_errors(&coasting_vehicle(), terrain(text), 1, imu::ImuErrors::NONE).unwrap();
-        start_imu(plant.chassis_imu());
+        start_imu(plant.arm_imu());
         roll(&mut plant, 1.0);
         let mut jolts = Vec::new();
         for ms in 0..1500 {
             plant.advance(1e-3, &OPEN);
-            let z = f64::from(read_imu(plant.chassis_imu())[2]) / 4096.0;
+            let z = f64::from(read_imu(plant.arm_imu())[2]) / 4096.0;
             if ms > 40 && (z - 1.0).abs() > 0.5 && jolts.last().is_none_or(|x: &f64| plant.truth().x_m - x > 0.1) {
                 jolts.push(plant.truth().x_m);
             }
@@ -397,27 +397,23 @@ fn any_vehicle_on_any_ground_stays_finite_and_within_its_means() {
     let mut ran = 0;
     for round in 0..400 {
         let mut parameters = *reference_vehicle().parameters();
-        let mut fields = Vec::new();
-        parameters.for_each(|table, field, value| fields.push((table, field, value)));
-        for (table, field, value) in fields {
+        for number in 0..parameters.count() {
+            let (table, field) = parameters.field(number).unwrap();
+            let value = parameters.value(number).unwrap();
             if table == "control" || table == "safety" || table == "battery" {
                 continue;
             }
             // Nothing is controlled here: no levelling, which any spar may have.
             if field.name.ends_with("_gain") {
-                if let Some(slot) = parameters.field_mut(table, field.name) {
-                    *slot = 0.0;
-                }
+                parameters.set(number, 0.0).unwrap();
                 continue;
             }
             let value = (value * 5.0_f64.powf(uniform(-1.0, 1.0))).clamp(field.min, field.max);
-            if let Some(slot) = parameters.field_mut(table, field.name) {
-                *slot = value;
-            }
+            parameters.set(number, value).unwrap();
         }
         parameters.control.kp = -10.0;
         if uniform(0.0, 1.0) < 0.2 {
-            parameters.camera = None;
+            parameters.spar = None;
         }
         if uniform(0.0, 1.0) < 0.2 {
             parameters.drive_motor.inductance_h = 0.0;

@@ -229,7 +229,7 @@ fn at_ms(step: &Step) -> u64 {
 
 fn set_fault(plant: &mut Plant, sensor: Sensor, fault: SensorFault) {
     match sensor {
-        Sensor::ChassisImu => plant.chassis_imu().set_fault(fault),
+        Sensor::ArmImu => plant.arm_imu().set_fault(fault),
         Sensor::SparImu => {
             if let Some(imu) = plant.spar_imu() {
                 imu.set_fault(fault);
@@ -237,6 +237,6 @@ fn set_fault(plant: &mut Plant, sensor: Sensor, fault: SensorFault) {
         }
         Sensor::LeftEncoder => plant.encoder_mut(Motor::Left).set_fault(fault),
         Sensor::RightEncoder => plant.encoder_mut(Motor::Right).set_fault(fault),
-        Sensor::CameraEncoder => plant.encoder_mut(Motor::Camera).set_fault(fault),
+        Sensor::BallastEncoder => plant.encoder_mut(Motor::Ballast).set_fault(fault),
     }
 }

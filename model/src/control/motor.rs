@@ -1,7 +1,7 @@
 //! From wanted motor voltages to duties: current limit, supply limit, battery compensation.
 
-use crate::limit::Limit;
-use crate::vehicle::{CameraMotorParameters, DriveMotorParameters};
+use crate::bounded::Bounded;
+use crate::vehicle::MotorParameters;
 
 /// Largest share of the supply that a duty may take: the bridge's high side needs its pause.
 pub const DUTY_MAX: f32 = 0.95;
@@ -28,17 +28,8 @@ pub struct LimitedVoltage {
 }
 
 impl MotorLimits {
-    /// Limits of a drive motor.
-    pub fn drive(motor: &DriveMotorParameters<f32>) -> Self {
-        Self {
-            back_emf_v_s_per_rad: motor.back_emf_constant_v_s_per_rad * motor.gear_ratio,
-            current_v: motor.current_limit_a * motor.resistance_ohm,
-            resistance_ohm: motor.resistance_ohm,
-        }
-    }
-
-    /// Limits of the camera motor.
-    pub fn camera(motor: &CameraMotorParameters<f32>) -> Self {
+    /// The limits of a motor of these parameters.
+    pub fn new(motor: &MotorParameters<f32>) -> Self {
         Self {
             back_emf_v_s_per_rad: motor.back_emf_constant_v_s_per_rad * motor.gear_ratio,
             current_v: motor.current_limit_a * motor.resistance_ohm,
@@ -50,7 +41,7 @@ impl MotorLimits {
     /// limit. Inductance is neglected: its time constant is a quarter of a tick.
     pub fn limit(&self, wanted_v: f32, rate_rad_s: f32) -> LimitedVoltage {
         let back_emf = self.back_emf_v_s_per_rad * rate_rad_s;
-        let voltage_v = wanted_v.limit(back_emf - self.current_v, back_emf + self.current_v);
+        let voltage_v = wanted_v.bounded(back_emf - self.current_v, back_emf + self.current_v);
         LimitedVoltage {
             voltage_v,
             by_current: voltage_v != wanted_v,
@@ -82,7 +73,7 @@ pub fn duty(voltage_v: f32, battery_v: f32) -> i16 {
     if battery_v <= 1.0 {
         return 0;
     }
-    let share = (voltage_v / battery_v).limit(-DUTY_MAX, DUTY_MAX);
+    let share = (voltage_v / battery_v).bounded(-DUTY_MAX, DUTY_MAX);
     let scaled = share * DUTY_FULL_SCALE;
     // Half away from zero; `as` saturates and gives 0 for NaN.
     (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i16

@@ -14,7 +14,7 @@
 //! moves that mode and nothing else: at equilibrium the term is 0, so the zero steady-state error stays.
 
 use super::speed_law::SpeedLaw;
-use crate::limit::Limit;
+use crate::bounded::Bounded;
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
 /// What the speed loop reads, SI.
@@ -121,7 +121,7 @@ impl SpeedController {
 
     /// One tick: the voltage for both motors, V, within `voltage_max_v`.
     pub fn step(&mut self, input: &SpeedInput) -> f32 {
-        let target = input.target_m_s.limit(-self.speed_max_m_s, self.speed_max_m_s);
+        let target = input.target_m_s.bounded(-self.speed_max_m_s, self.speed_max_m_s);
         let hold_m_s = self.hold(target, input.distance_m);
         let acceleration_g = self.govern(target + hold_m_s);
 
@@ -130,18 +130,18 @@ impl SpeedController {
         let phi_rate = self.scales.rate_from_si(input.phi_rate_rad_s);
         let law = self.law.voltage(reference, input.phi_rad, theta_rate, phi_rate);
         let sin_equilibrium = (self.weight * input.sin_slope + self.inertia * acceleration_g)
-            .limit(-SIN_EQUILIBRIUM_MAX, SIN_EQUILIBRIUM_MAX);
+            .bounded(-SIN_EQUILIBRIUM_MAX, SIN_EQUILIBRIUM_MAX);
         let swing = self.swing_gain * (input.phi_rad - libm::asinf(sin_equilibrium));
-        let friction = self.friction * (reference / FRICTION_FULL).limit(-1.0, 1.0);
+        let friction = self.friction * (reference / FRICTION_FULL).bounded(-1.0, 1.0);
         let error = reference - theta_rate;
         let beyond = GUARD_BEYOND_M_S / self.scales.speed_m_s;
-        let guard = GUARD_GAIN * (error - error.limit(-beyond, beyond));
+        let guard = GUARD_GAIN * (error - error.bounded(-beyond, beyond));
         let u = law + guard - swing + friction + self.trim;
         let u_max = self.scales.voltage_from_si(input.voltage_max_v);
-        let limited = u.limit(-u_max, u_max);
+        let limited = u.bounded(-u_max, u_max);
         // Anti-windup: the trim does not grow into a limit, and is bounded for ever.
         if limited == u || (u - limited) * error < 0.0 {
-            self.trim = (self.trim + self.trim_gain * error).limit(-TRIM_MAX, TRIM_MAX);
+            self.trim = (self.trim + self.trim_gain * error).bounded(-TRIM_MAX, TRIM_MAX);
         }
         self.scales.voltage_to_si(limited)
     }
@@ -149,7 +149,7 @@ impl SpeedController {
     /// Slews and smooths the reference; returns its acceleration in g.
     fn govern(&mut self, target_m_s: f32) -> f32 {
         let step = self.reference_step_m_s;
-        self.ramp_m_s += (target_m_s - self.ramp_m_s).limit(-step, step);
+        self.ramp_m_s += (target_m_s - self.ramp_m_s).bounded(-step, step);
         let change = self.reference_gain * (self.ramp_m_s - self.reference_m_s);
         self.reference_m_s += change;
         change * self.per_g_tick
@@ -163,7 +163,7 @@ impl SpeedController {
             self.hold_m = Some(distance_m);
         }
         self.hold_m.map_or(0.0, |held_m| {
-            (self.hold_kp_per_s * (held_m - distance_m)).limit(-HOLD_SPEED_M_S, HOLD_SPEED_M_S)
+            (self.hold_kp_per_s * (held_m - distance_m)).bounded(-HOLD_SPEED_M_S, HOLD_SPEED_M_S)
         })
     }
 

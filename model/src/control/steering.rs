@@ -1,6 +1,6 @@
 //! Yaw-rate loop and heading hold: a voltage difference between the two wheels.
 
-use crate::limit::Limit;
+use crate::bounded::Bounded;
 use crate::vehicle::Vehicle;
 
 /// What the steering loop reads, SI.
@@ -67,8 +67,8 @@ impl SteeringController {
     /// One tick: the voltage to add to the right wheel and to take from the left, V.
     pub fn step(&mut self, input: &SteeringInput) -> f32 {
         let step = self.rate_step_rad_s;
-        let target = input.target_rad_s.limit(-self.rate_max_rad_s, self.rate_max_rad_s);
-        self.reference_rad_s += (target - self.reference_rad_s).limit(-step, step);
+        let target = input.target_rad_s.bounded(-self.rate_max_rad_s, self.rate_max_rad_s);
+        self.reference_rad_s += (target - self.reference_rad_s).bounded(-step, step);
         let turning = target != 0.0 || self.reference_rad_s != 0.0;
         if turning {
             self.hold_rad = None;
@@ -77,16 +77,16 @@ impl SteeringController {
         }
         let hold_max = HOLD_SHARE * self.rate_max_rad_s;
         let hold = self.hold_rad.map_or(0.0, |held| {
-            (self.heading_kp_per_s * (held - input.heading_rad)).limit(-hold_max, hold_max)
+            (self.heading_kp_per_s * (held - input.heading_rad)).bounded(-hold_max, hold_max)
         });
         let reference = self.reference_rad_s + hold;
         let error = reference - input.yaw_rate_rad_s;
         let wanted = self.feed_forward_v_s_per_rad * reference + self.kp_v_s_per_rad * error + self.integral_v;
-        let limited = wanted.limit(-input.voltage_max_v, input.voltage_max_v);
+        let limited = wanted.bounded(-input.voltage_max_v, input.voltage_max_v);
         // Anti-windup: the integral does not grow into the limit, and never beyond it.
         if limited == wanted || (wanted - limited) * error < 0.0 {
             self.integral_v =
-                (self.integral_v + self.ki_tick_v_per_rad_s * error).limit(-input.voltage_max_v, input.voltage_max_v);
+                (self.integral_v + self.ki_tick_v_per_rad_s * error).bounded(-input.voltage_max_v, input.voltage_max_v);
         }
         limited
     }

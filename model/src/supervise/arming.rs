@@ -88,7 +88,7 @@ impl Arming {
         }
         self.blockers = conditions.blockers;
         // Camera faults leave the vehicle drivable.
-        let blocking = self.latched.bits() & !FaultSet::CAMERA.bits() != 0;
+        let blocking = self.latched.bits() & !FaultSet::SPAR.bits() != 0;
         self.blockers.set(Blocker::FaultLatched, blocking);
 
         self.mode = match self.mode {
@@ -226,7 +226,7 @@ mod tests {
             let mode = arming.step(&fault(code));
             let mut only = FaultSet::EMPTY;
             only.insert(code);
-            let expected = if !only.intersection(FaultSet::CAMERA).is_empty() {
+            let expected = if !only.intersection(FaultSet::SPAR).is_empty() {
                 Mode::Armed
             } else if !only.intersection(FaultSet::STOPPING).is_empty() {
                 Mode::Stopping
@@ -300,7 +300,7 @@ mod tests {
                     prop_assert_eq!(conditions.request, Request::Arm);
                     let blocked = conditions.blockers.bits() & !(1 << Blocker::FaultLatched as u8);
                     prop_assert_eq!(blocked, 0);
-                    prop_assert_eq!(before.latched().bits() & !FaultSet::CAMERA.bits(), 0);
+                    prop_assert_eq!(before.latched().bits() & !FaultSet::SPAR.bits(), 0);
                 }
                 if before.mode() != Mode::Disarmed
                     && (conditions.request == Request::Disarm

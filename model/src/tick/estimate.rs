@@ -1,11 +1,11 @@
 //! Stage 2: what the vehicle knows of itself.
 
+use crate::bounded::Bounded;
 use crate::estimate::heading::HeadingEstimator;
 use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
 use crate::estimate::slope::SlopeEstimator;
 use crate::estimate::tilt::{Disturbance, TiltEstimator};
-use crate::limit::Limit;
 use crate::sample::Motor;
 use crate::supervise::plausibility::Persistence;
 use crate::tick::{Sensed, TICK_S};
@@ -125,9 +125,9 @@ impl Estimator {
         Self {
             scales: vehicle.scales(),
             half_track_m: p.body.half_track_m,
-            arm: tilt(p.imu.chassis_radius_m),
+            arm: tilt(p.imu.arm_radius_m),
             // The spar's IMU sits above the axle: a negative radius.
-            spar: p.camera.as_ref().map(|_| tilt(-p.imu.spar_radius_m)),
+            spar: p.spar.as_ref().map(|_| tilt(-p.imu.spar_radius_m)),
             slope: SlopeEstimator::new(
                 TICK_S,
                 times.slope_time_constant_s,
@@ -174,7 +174,7 @@ impl Estimator {
         // Roll of the axle: gravity along it, once the acceleration of the turn is taken away.
         let yaw_rate = self.heading.yaw_rate_rad_s();
         let lateral_m_s2 = sensed.arm_force_y_m_s2 - theta_rate * r * yaw_rate;
-        self.roll.update((lateral_m_s2 / G).limit(-1.0, 1.0));
+        self.roll.update((lateral_m_s2 / G).bounded(-1.0, 1.0));
         let sin_roll = self.roll.value();
         self.slope.turn(yaw_rate * TICK_S, sin_roll);
         let disturbance = Disturbance {

@@ -49,7 +49,7 @@ impl Sensing {
         let scale = |counts: f32, ratio: f32| 2.0 * core::f32::consts::PI / (counts * ratio);
         let drive = scale(p.drive_motor.encoder_counts_per_rev, p.drive_motor.gear_ratio);
         let camera = p
-            .camera
+            .spar
             .as_ref()
             .map_or(drive, |(_, m)| scale(m.encoder_counts_per_rev, m.gear_ratio));
         Self {
@@ -75,7 +75,7 @@ impl Sensing {
             relative_advance_rad[i] = counts[i].wrapping_sub(last[i]) as f32 * self.rad_per_count[i];
         }
         let gyro = |raw: &ImuRaw, axis: usize| f32::from(raw.gyro[axis]) * GYRO_RAD_S;
-        let arm = &sample.chassis_imu.raw;
+        let arm = &sample.arm_imu.raw;
         Sensed {
             relative_rate_rad_s,
             relative_advance_rad,

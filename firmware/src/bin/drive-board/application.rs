@@ -50,7 +50,7 @@ async fn main(spawner: Spawner) {
     // In the order in which they are to run within a tick.
     let control = board::start_control_executor();
     control.spawn(started(encoder_task(board.encoders)));
-    control.spawn(started(imu_task(Place::Chassis, board.chassis_imu)));
+    control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
     control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
     control.spawn(started(drive_task(VehicleCore::new(&vehicle), drive_hardware)));
     control.spawn(started(watchdog_task(board.watchdog.start())));

@@ -45,7 +45,7 @@ fn the_board_boots_says_so_and_keeps_its_bridges_open() {
     };
     line("biplanar drive board");
     line("reset by power-on");
-    line("imu chassis: started");
+    line("imu arm: started");
     line("imu spar: started");
     let done = line("self-check done");
     let seconds: f64 = done

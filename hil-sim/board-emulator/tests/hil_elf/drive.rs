@@ -135,7 +135,7 @@ fn a_vehicle_of_another_kind_is_not_taken() {
     scenario.duration_s = 0.2;
     scenario.steps.clear();
     let mut parameters = built_in::PARAMETERS.cast::<f64>();
-    parameters.camera = None;
+    parameters.spar = None;
     let outcome = drive_laid(&scenario, &parameters);
     let refused = stored::was_taken(&outcome.log).expect_err("the firmware has a spar");
     assert!(refused.to_string().contains("camera spar"), "{refused}");

@@ -10,7 +10,7 @@
 //! | Left encoder | TIM2 CH1, CH2 | PA15, PB3 | | |
 //! | Right encoder | TIM3 CH1, CH2 | PC6, PC7 | | |
 //! | Camera encoder | TIM4 CH1, CH2 | PD12, PD13 | | |
-//! | Chassis IMU, ICM-42688-P | SPI1 | PA5 SCK, PA6 MISO, PB5 MOSI, PD14 CS | DMA2 stream 0 in, 1 out | DMA2_STREAM0, 1 |
+//! | Arm IMU, ICM-42688-P | SPI1 | PA5 SCK, PA6 MISO, PB5 MOSI, PD14 CS | DMA2 stream 0 in, 1 out | DMA2_STREAM0, 1 |
 //! | Spar IMU, ICM-42688-P | SPI4 | PE2 SCK, PE5 MISO, PE6 MOSI, PE4 CS | DMA2 stream 2 in, 3 out | DMA2_STREAM2, 3 |
 //! | Battery voltage | ADC1 channel 15 | PA3 | DMA2 stream 4 | DMA2_STREAM4 |
 //! | Motor currents left, right, camera | ADC1 channels 10, 5, 18 | PC0, PB1, PA4 | as above | as above |
@@ -84,8 +84,8 @@ pub struct Board {
     pub bridges: Tim1Bridges,
     /// Motor encoders.
     pub encoders: QuadratureCounters,
-    /// IMU on the reaction-mass arm.
-    pub chassis_imu: Imu,
+    /// IMU on the arm.
+    pub arm_imu: Imu,
     /// IMU on the camera spar.
     pub spar_imu: Imu,
     /// Battery and currents.
@@ -141,7 +141,7 @@ impl Board {
             right: Qei::new(p.TIM3, p.PC6, p.PC7, encoder_config()),
             camera: Qei::new(p.TIM4, p.PD12, p.PD13, encoder_config()),
         };
-        let chassis_imu = imu(
+        let arm_imu = imu(
             Spi::new(
                 p.SPI1,
                 p.PA5,
@@ -185,7 +185,7 @@ impl Board {
             last_words,
             bridges,
             encoders,
-            chassis_imu,
+            arm_imu,
             spar_imu,
             analog,
             emergency_stop: StopContact(Input::new(p.PG2, Pull::Up)),

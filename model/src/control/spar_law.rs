@@ -8,7 +8,7 @@ use crate::real::Real;
 /// With the gains of ch. 7 everything is in the units of ch. 7 (time in 1/w_c, v as a torque over
 /// m_c g l_c); `CoupledParameters::gains_in_vehicle_units` gives those of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CameraLaw<T> {
+pub struct SparLaw<T> {
     /// g: feedback of spar, ballast, spar rate, ballast rate.
     pub gains: [T; 4],
 }
@@ -20,13 +20,13 @@ pub struct CameraLaw<T> {
 /// of v (erratum E28).
 pub const THESIS_SPAR_GAINS: [f32; 4] = [-92.06057, 6.84090, -49.14485, -6.49598];
 
-impl<T: Real> CameraLaw<T> {
+impl<T: Real> SparLaw<T> {
     /// The motor voltage for the measured angles (rad) and rates.
     ///
     /// ```
-    /// use model::control::camera_law::{CameraLaw, THESIS_SPAR_GAINS};
+    /// use model::control::spar_law::{SparLaw, THESIS_SPAR_GAINS};
     /// // A spar turned anticlockwise (its camera leaning back) is righted by swinging the ballast forward.
-    /// let law = CameraLaw { gains: THESIS_SPAR_GAINS };
+    /// let law = SparLaw { gains: THESIS_SPAR_GAINS };
     /// let v = law.voltage(0.01, 0.0, 0.0, 0.0);
     /// assert!((v - 0.920_605_7).abs() < 1e-6);
     /// ```
