@@ -1,14 +1,16 @@
 //! The safety rule: no defined or undefined input moves a motor that is not armed, and any fault reaches
 //! the safe state in bounded time.
 
+use firmware::drive_board::SCALES;
 use firmware::link::message::HostMessage;
 use hil_sim::link_client::LinkClient;
 use hil_sim::plant::Plant;
 use hil_sim::plant::fault::SensorFault;
 use hil_sim::plant::noise::Noise;
 use hil_sim::virtual_board::hardware::World;
+use model::command::Request;
 use model::sample::Motor;
-use model::supervise::arming::{Mode, Request};
+use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
 
 mod support;
@@ -27,17 +29,17 @@ fn bridges_off_within(bench: &mut Bench, limit_ms: u64) -> u64 {
     off_after.unwrap_or_else(|| {
         panic!(
             "the bridges are still on after {limit_ms} ms: {:?}",
-            bench.board.telemetry()
+            bench.board.status()
         )
     })
 }
 
 fn faults(bench: &Bench) -> FaultSet {
-    bench.board.telemetry().expect("runs").faults
+    bench.board.status().expect("runs").faults
 }
 
 fn blockers(bench: &Bench) -> BlockerSet {
-    bench.board.telemetry().expect("runs").blockers
+    bench.board.status().expect("runs").blockers
 }
 
 #[test]
@@ -47,7 +49,7 @@ fn it_boots_disarmed_and_blocked_and_calibrates_within_two_seconds() {
     assert!(blockers(&bench).contains(Blocker::NotCalibrated));
     bench.request(Request::Arm);
     bench.run_watching(50, |bench| assert!(!bench.bridges_on()));
-    assert_eq!(bench.status().refused_arms, 1);
+    assert_eq!(bench.status().vehicle.refused_arms, 1);
     bench.run(1650);
     assert_eq!(blockers(&bench), BlockerSet::EMPTY, "{:b}", blockers(&bench).bits());
 }
@@ -92,7 +94,7 @@ fn noise_and_broken_frames_move_nothing_unarmed_and_stop_an_armed_vehicle() {
         bench.run(3000);
         assert!(sent > 100_000, "{sent} bytes");
         let status = bench.status();
-        assert!(status.bad_frames > 1000, "{}", status.bad_frames);
+        assert!(status.link.unreadable_frames() > 1000, "{:?}", status.link);
         assert!(!bench.bridges_on());
         assert_eq!(bench.mode(), Mode::Disarmed);
         if armed {
@@ -281,7 +283,7 @@ fn a_failed_wheel_encoder_opens_the_bridges() {
 }
 
 #[test]
-fn a_failed_spar_imu_switches_the_camera_off_and_leaves_the_vehicle_driving() {
+fn a_failed_spar_imu_switches_the_ballast_motor_off_and_leaves_the_vehicle_driving() {
     for fault in [SensorFault::Off, SensorFault::Stuck] {
         fail_while_driving("spar-imu", fault, Expect::Drives);
     }
@@ -299,7 +301,7 @@ fn a_failed_spar_imu_switches_the_camera_off_and_leaves_the_vehicle_driving() {
         .world(|world| set(&mut world.plant, "spar-imu", SensorFault::Off));
     bench.run(1000);
     assert!(faults(&bench).contains(Fault::SparImu));
-    assert_eq!(bench.status().voltage_v[2], 0.0);
+    assert_eq!(bench.status().vehicle.voltage_v[2], 0.0);
     assert_eq!(bench.mode(), Mode::Armed);
 }
 
@@ -351,7 +353,7 @@ fn an_overcharged_battery_opens_the_bridges() {
 fn a_disarmed_vehicle_on_a_slope_gets_no_help() {
     let vehicle = support::reference();
     let terrain = hil_sim::plant::terrain::Terrain::incline(0.0873, 0.8).expect("valid");
-    let plant = Plant::new(&vehicle, terrain, 13).expect("drivable");
+    let plant = Plant::new(&vehicle, &SCALES, terrain, 13).expect("drivable");
     let mut board = hil_sim::virtual_board::VirtualBoard::boot(&vehicle, plant).expect("boots");
     board.run_until(3_000_000);
     let truth = board.world(|world| world.plant.truth());

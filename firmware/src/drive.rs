@@ -3,13 +3,15 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, with_timeout};
-use model::sample::{Actuation, ImuRaw, ImuSample, Sample, TICK_US};
-use model::supervise::arming::{Mode, Request};
-use model::tick::{Command, VehicleCore};
+use model::command::{Command, Request};
+use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample, TICK_US};
+use model::supervise::arming::Mode;
+use model::tick::VehicleCore;
 
 use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop};
+use crate::link::message::TickCycles;
 use crate::ticks::aligned;
-use crate::topics::{DriveCommand, TickCycles, Topics};
+use crate::topics::{DriveCommand, Topics};
 use crate::watchdog::Critical;
 
 /// How long a tick waits for its IMU sample before it goes on without.
@@ -87,15 +89,15 @@ where
         if core.mode() == Mode::Disarmed
             && let Some(vehicle) = topics.new_vehicle.try_take()
         {
-            core = VehicleCore::new(&vehicle);
+            core = core.renewed(&vehicle);
         }
         let sensed = core.sense(&sample);
         let after_sense = counter.cycles();
         let estimate = core.estimate(&sensed);
         let after_estimate = counter.cycles();
-        core.decide(&sample, &sensed, &estimate, &command);
+        let decision = core.decide(&sensed, &estimate, &command);
         let after_decide = counter.cycles();
-        let output = core.actuate(&sample, &sensed, &estimate);
+        let output = core.actuate(&sensed, &estimate, decision);
         bridges.apply(&output.actuation);
         let after_actuate = counter.cycles();
 
@@ -106,7 +108,7 @@ where
             command,
             actuation: output.actuation,
         });
-        topics.telemetry.publish(now, output.telemetry);
+        topics.status.publish(now, output.status);
         let total = after_actuate.wrapping_sub(started);
         cycles = TickCycles {
             sense: after_sense.wrapping_sub(started),
@@ -131,7 +133,7 @@ fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, emergency_stop: bool, b
     let (analog, analog_age_us) = topics.analog.with_age(now);
     let AnalogReading { battery, current } = analog.unwrap_or(AnalogReading {
         battery: 0,
-        current: [0; 3],
+        current: [0; MOTORS],
     });
     Sample {
         time_us: now.as_micros(),

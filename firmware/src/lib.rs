@@ -24,6 +24,7 @@ mod logging;
 pub mod analog;
 pub mod built_in;
 pub mod drive;
+pub mod drive_board;
 pub mod encoders;
 pub mod hardware;
 pub mod imu;

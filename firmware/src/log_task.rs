@@ -1,4 +1,5 @@
-//! The log: one line a second, and a line at every change of mode or fault. Never in the fast loop.
+//! The log: one line per second, and a line at every change of mode or fault; looked at 20 times per second, never in
+//! the fast loop.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Ticker};
@@ -9,7 +10,7 @@ use crate::hardware::{Indicators, ResetCause};
 use crate::topics::Topics;
 
 const PERIOD: Duration = Duration::from_millis(50);
-/// One summary a second.
+/// Rounds per summary: one summary per second.
 const SUMMARY_EVERY: u32 = 20;
 
 fn mode_name(mode: Mode) -> &'static str {
@@ -43,10 +44,10 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut indicators: impl Indicator
     let mut round = 0_u32;
     loop {
         ticker.next().await;
-        let Some(telemetry) = topics.telemetry.latest() else {
+        let Some(status) = topics.status.latest() else {
             continue;
         };
-        let t = telemetry.value;
+        let t = status.value;
         indicators.show(t.mode != Mode::Disarmed, !t.faults.is_empty());
         if !ready && !t.blockers.contains(Blocker::NotCalibrated) {
             ready = true;

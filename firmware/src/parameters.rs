@@ -253,10 +253,10 @@ async fn keep<M: RawMutex, F: NorFlash>(
 /// Waits until a tick after `since` says that the vehicle is disarmed and that arming is blocked.
 async fn blocked<M: RawMutex>(topics: &Topics<M>, since: Instant) -> bool {
     while Instant::now().saturating_duration_since(since) < BLOCK_TIMEOUT {
-        if let Some(telemetry) = topics.telemetry.latest()
-            && telemetry.at > since
+        if let Some(status) = topics.status.latest()
+            && status.at > since
         {
-            let t = telemetry.value;
+            let t = status.value;
             return t.mode == Mode::Disarmed && t.blockers.contains(Blocker::Parameters);
         }
         Timer::after(Duration::from_millis(1)).await;

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
+use firmware::drive_board::SCALES;
 use hil_sim::plant::terrain::Terrain;
 use hil_sim::plant::{BridgeState, Plant};
 
@@ -10,7 +11,7 @@ fn main() {
     let vehicle = vehicle_file::read_vehicle(Path::new("vehicles/reference.toml")).expect("the reference vehicle");
     for (name, friction) in [("rolling", 0.8), ("slipping", 0.01)] {
         let terrain = Terrain::incline(0.0873, friction).expect("a terrain");
-        let mut plant = Plant::new(&vehicle, terrain, 1).expect("a plant");
+        let mut plant = Plant::new(&vehicle, &SCALES, terrain, 1).expect("a plant");
         for imu in [0, 1] {
             let chip = if imu == 0 {
                 Some(plant.arm_imu())

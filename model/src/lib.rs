@@ -7,7 +7,9 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod board;
 pub mod bounded;
+pub mod command;
 pub mod control;
 pub mod dynamics;
 pub mod estimate;
@@ -15,6 +17,7 @@ pub mod integrate;
 pub mod linear;
 pub mod real;
 pub mod sample;
+pub mod status;
 pub mod supervise;
 pub mod tick;
 pub mod vehicle;

@@ -21,7 +21,7 @@ fn now<F: Future>(future: F) -> F::Output {
     }
 }
 
-const WORD: usize = 32;
+const WORD: usize = crate::drive_board::FLASH_WORD_BYTES;
 const PAGE: usize = 4096;
 const PAGES: usize = 2;
 

@@ -3,9 +3,8 @@
 use std::mem::{offset_of, size_of};
 
 use firmware::drive::FlightRecord;
+use model::command::{Command, Request};
 use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
-use model::supervise::arming::Request;
-use model::tick::Command;
 
 use crate::{Emulation, Error, Firmware, Stopped};
 

@@ -2,9 +2,10 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use firmware::imu;
 use hil_sim::plant::icm42688p::{Icm42688p, registers as register};
 use hil_sim::plant::{self, Plant};
-use model::sample::{Motor, imu_scale};
+use model::sample::Motor;
 
 use crate::plant::{BridgeState, ClosedPlant, ImuSensed, MOTORS, Sensed};
 
@@ -90,8 +91,8 @@ fn sensed(imu: &Icm42688p) -> ImuSensed {
         };
     };
     let scaled = |words: [i16; 3], unit: f64| words.map(|word| (f64::from(word) * unit).round() as i32);
-    let g = 1e6 / f64::from(imu_scale::ACCEL_LSB_PER_G);
-    let rate = 1e3 / f64::from(imu_scale::GYRO_LSB_PER_DEG_S);
+    let g = 1e6 / f64::from(imu::SCALES.accel_lsb_per_g);
+    let rate = 1e3 / f64::from(imu::SCALES.gyro_lsb_per_deg_s);
     ImuSensed {
         silent: false,
         specific_force_ug: scaled(accel, g),

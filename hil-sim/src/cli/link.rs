@@ -4,10 +4,14 @@ use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
-use firmware::link::message::{HostMessage, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest, Status};
+use firmware::drive_board::LINK_BAUD;
+use firmware::link::message::{
+    BoardStatus, COMMAND_PERIOD_MS, HostMessage, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest,
+};
 use firmware::parameters;
-use model::supervise::arming::{Mode, Request};
-use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
+use model::command::Request;
+use model::supervise::arming::Mode;
+use model::supervise::codes::{Blocker, Fault};
 use model::vehicle::{Field, VehicleParameters};
 
 use crate::cli::drive::load_vehicle;
@@ -71,10 +75,8 @@ enum ParameterAction {
     Defaults,
 }
 
-/// Speed of the board's port.
-const BAUD: u32 = 921_600;
 /// How often the drive command is repeated.
-const COMMAND_PERIOD: Duration = Duration::from_millis(20);
+const COMMAND_PERIOD: Duration = Duration::from_millis(COMMAND_PERIOD_MS);
 /// How long the board may take to answer.
 const ANSWER_TIME: Duration = Duration::from_secs(3);
 
@@ -88,7 +90,7 @@ impl<T: Read + Write> Wire for T {}
 /// [`CommandError::Input`] for a port or parameter that is not there, [`CommandError::Checks`] when the
 /// board refuses or does not answer.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let port = serialport::new(&arguments.port, BAUD)
+    let port = serialport::new(&arguments.port, LINK_BAUD)
         .timeout(Duration::from_millis(5))
         .open()
         .map_err(|error| CommandError::Input(format!("--port {}: {error}", arguments.port)))?;
@@ -209,12 +211,9 @@ impl<W: Wire> Link<W> {
         self.hold(0.3, 0.0, 0.0)?;
         self.send(&HostMessage::Request(Request::Arm))?;
         self.hold(0.3, 0.0, 0.0)?;
-        let status = self.wait("state", |client| client.status)?;
-        if status.mode != Mode::Armed {
-            let blockers: Vec<_> = BlockerSet::from_bits(status.blockers)
-                .iter()
-                .map(Blocker::name)
-                .collect();
+        let status = self.wait("status", |client| client.status)?;
+        if status.vehicle.mode != Mode::Armed {
+            let blockers: Vec<_> = status.vehicle.blockers.iter().map(Blocker::name).collect();
             return Err(CommandError::Checks(format!(
                 "not armed: blocked by {}",
                 blockers.join(", ")
@@ -223,11 +222,11 @@ impl<W: Wire> Link<W> {
         self.hold(seconds, speed_m_s, yaw_rate_rad_s)?;
         // A controlled stop, then open.
         self.hold(3.0, 0.0, 0.0)?;
-        let status = self.wait("state", |client| client.status)?;
+        let status = self.wait("status", |client| client.status)?;
         println!("{}", line(&status));
         self.send(&HostMessage::Request(Request::Disarm))?;
-        if status.mode == Mode::Disarmed {
-            let faults: Vec<_> = FaultSet::from_bits(status.faults).iter().map(Fault::name).collect();
+        if status.vehicle.mode == Mode::Disarmed {
+            let faults: Vec<_> = status.vehicle.faults.iter().map(Fault::name).collect();
             return Err(CommandError::Checks(format!(
                 "the vehicle disarmed by itself: {}",
                 faults.join(", ")
@@ -351,9 +350,10 @@ fn refused(answer: &ParameterAnswer) -> CommandError {
     })
 }
 
-/// One line of state.
-fn line(status: &Status) -> String {
-    let mode = match status.mode {
+/// One line of status.
+fn line(status: &BoardStatus) -> String {
+    let BoardStatus { vehicle, link, .. } = status;
+    let mode = match vehicle.mode {
         Mode::Disarmed => "disarmed",
         Mode::Armed => "armed",
         Mode::Stopping => "stopping",
@@ -366,17 +366,17 @@ fn line(status: &Status) -> String {
         }
     };
     format!(
-        "{mode}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V, faults {}, blockers {}",
-        status.speed_m_s,
-        status.phi_rad.to_degrees(),
-        status.slope_rad.to_degrees(),
-        status.battery_v,
-        names(FaultSet::from_bits(status.faults).iter().map(Fault::name).collect()),
-        names(
-            BlockerSet::from_bits(status.blockers)
-                .iter()
-                .map(Blocker::name)
-                .collect()
-        ),
+        "{mode}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V, faults {}, blockers {}; \
+         link: {} frames, {} unreadable, {} UART errors, {} requests dropped",
+        vehicle.estimate.speed_m_s,
+        vehicle.estimate.phi_rad.to_degrees(),
+        vehicle.estimate.slope_rad.to_degrees(),
+        vehicle.battery_v,
+        names(vehicle.faults.iter().map(Fault::name).collect()),
+        names(vehicle.blockers.iter().map(Blocker::name).collect()),
+        link.frames,
+        link.unreadable_frames(),
+        link.uart_errors,
+        link.dropped_requests,
     )
 }

@@ -7,7 +7,8 @@
 //! A disarmed vehicle gets no help: with its bridges open nothing but gearbox friction and damping acts
 //! on the wheels, and on a slope it rolls away. A scenario that wants it to stand puts chocks to it.
 
-use model::sample::{MOTORS, Motor as MotorIndex, analog_scale};
+use model::board::BoardScales;
+use model::sample::{MOTORS, Motor as MotorIndex};
 use model::vehicle::Vehicle;
 
 pub mod body;
@@ -67,6 +68,7 @@ pub struct Plant {
     arm_radius_m: f64,
     spar_radius_m: f64,
     has_spar: bool,
+    scales: BoardScales,
     analog_noise: Noise,
     time_s: f64,
     battery_v: f64,
@@ -76,12 +78,18 @@ pub struct Plant {
 
 impl Plant {
     /// The vehicle at rest at the terrain's origin, heading along x, everything hanging from the
-    /// vertical, bridges open, battery full; sensor errors as on the data sheets.
+    /// vertical, bridges open, battery full; sensor errors as on the data sheets. `scales` are those of the
+    /// board that reads the analogue signals.
     ///
     /// # Errors
     /// A terrain that this vehicle's wheels cannot follow.
-    pub fn new(vehicle: &Vehicle<f64>, terrain: Terrain, seed: u64) -> Result<Self, TerrainError> {
-        Self::with_imu_errors(vehicle, terrain, seed, ImuErrors::default())
+    pub fn new(
+        vehicle: &Vehicle<f64>,
+        scales: &BoardScales,
+        terrain: Terrain,
+        seed: u64,
+    ) -> Result<Self, TerrainError> {
+        Self::with_imu_errors(vehicle, scales, terrain, seed, ImuErrors::default())
     }
 
     /// As [`Plant::new`], with IMUs of the given errors.
@@ -90,6 +98,7 @@ impl Plant {
     /// A terrain that this vehicle's wheels cannot follow.
     pub fn with_imu_errors(
         vehicle: &Vehicle<f64>,
+        scales: &BoardScales,
         terrain: Terrain,
         seed: u64,
         errors: ImuErrors,
@@ -132,6 +141,7 @@ impl Plant {
             arm_radius_m: p.imu.arm_radius_m,
             spar_radius_m: p.imu.spar_radius_m,
             has_spar: p.spar.is_some(),
+            scales: *scales,
             analog_noise: Noise::new(seed, stream::ANALOG),
             time_s: 0.0,
             battery_v: battery.open_circuit_v - battery.resistance_ohm * IDLE_A,
@@ -237,14 +247,14 @@ impl Plant {
         &mut self.encoders[motor as usize]
     }
 
-    /// One conversion of the analogue inputs ([`model::sample::analog_scale`]): battery voltage and the
+    /// One conversion of the analogue inputs ([`BoardScales`]): battery voltage and the
     /// motor currents, with the converter's noise, saturated at its range.
     pub fn analog(&mut self) -> (u16, [u16; MOTORS]) {
         let mut count = |value: f64| (value + ANALOG_NOISE_COUNTS * self.analog_noise.normal()).round() as u16;
-        let battery = count(self.battery_v / f64::from(analog_scale::BATTERY_V_PER_COUNT));
+        let battery = count(self.battery_v / f64::from(self.scales.battery_v_per_count));
         let current = core::array::from_fn(|i| {
             let current = self.motors.get(i).map_or(0.0, Motor::mean_current_a);
-            count(f64::from(analog_scale::CURRENT_ZERO_COUNT) + current / f64::from(analog_scale::CURRENT_A_PER_COUNT))
+            count(f64::from(self.scales.current_zero_count) + current / f64::from(self.scales.current_a_per_count))
         });
         (battery, current)
     }

@@ -1,8 +1,9 @@
 //! Runs a scenario on a back end.
 
-use firmware::link::message::HostMessage;
+use firmware::link::message::{COMMAND_PERIOD_MS, HostMessage};
+use model::command::Request;
 use model::sample::Motor;
-use model::supervise::arming::{Mode, Request};
+use model::supervise::arming::Mode;
 
 use super::backend::{Backend, Observation};
 use super::file::{Action, Scenario, Sensor, Step};
@@ -15,11 +16,11 @@ use crate::plant::{Plant, Truth};
 /// What a run gave.
 #[derive(Debug, Default)]
 pub struct Outcome {
-    /// One row for each state the vehicle sent.
+    /// One row for each status that the vehicle sent.
     pub trace: Trace,
     /// The firmware's log.
     pub log: Vec<String>,
-    /// States that the link could not read.
+    /// Frames from the board that could not be read.
     pub bad_frames: u64,
     /// Milliseconds in which a bridge was on although the vehicle had not been armed.
     pub unarmed_drive_ms: u64,
@@ -27,8 +28,6 @@ pub struct Outcome {
     pub emergency_stop_ms: Option<u64>,
 }
 
-/// The operator repeats the drive command this often, ms.
-const COMMAND_PERIOD_MS: u64 = 20;
 /// Stream of the scenario's seed for noise on the link.
 const LINK_NOISE_STREAM: u64 = 100;
 
@@ -103,7 +102,7 @@ struct Observer {
     client: LinkClient,
     /// The last command sent.
     commanded: [f64; 2],
-    /// The truth of the last ticks, by time: a state tells of a tick that is some milliseconds old.
+    /// The truth of the last ticks, by time: a status is of a tick some milliseconds ago.
     truths: Vec<(u64, Truth)>,
     last_tick: Option<u32>,
     /// As the vehicle last reported.
@@ -129,8 +128,10 @@ impl Observer {
             outcome.emergency_stop_ms = Some(ms - pressed);
         }
         if let Some(status) = self.client.status.take()
-            && self.last_tick != Some(status.tick)
+            && self.last_tick != Some(status.vehicle.tick)
         {
+            let link = status.link;
+            let status = status.vehicle;
             self.last_tick = Some(status.tick);
             self.mode = Some(status.mode);
             let truth = self
@@ -141,6 +142,7 @@ impl Observer {
             outcome.trace.rows.push(Row {
                 commanded: self.commanded,
                 status,
+                link,
                 truth,
                 bridges_on,
             });

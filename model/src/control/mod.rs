@@ -6,3 +6,12 @@ pub mod spar_law;
 pub mod speed;
 pub mod speed_law;
 pub mod steering;
+
+/// What a law gives in one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LawOutput<T> {
+    /// The voltage asked for, V, within the law's limit.
+    pub voltage_v: f32,
+    /// The terms whose sum it is before the limit.
+    pub terms: T,
+}

@@ -1,4 +1,4 @@
-//! The full-state feedback that levels the camera spar: Eq. 7.19 with the gains of (7.20), (7.21).
+//! The full-state feedback that levels the camera spar: Eq. 7.19 with the gains of (7.20) and (7.21).
 
 use crate::real::Real;
 
@@ -6,7 +6,7 @@ use crate::real::Real;
 /// and their rates.
 ///
 /// With the gains of ch. 7 everything is in the units of ch. 7 (time in 1/w_c, v as a torque over
-/// m_c g l_c); `CoupledParameters::gains_in_vehicle_units` gives those of the vehicle.
+/// m_c g l_c); `CoupledParameters::gains_in_vehicle_units` converts the gains to the vehicle's units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparLaw<T> {
     /// g: feedback of spar, ballast, spar rate, ballast rate.
@@ -21,6 +21,20 @@ pub struct SparLaw<T> {
 pub const THESIS_SPAR_GAINS: [f32; 4] = [-92.06057, 6.84090, -49.14485, -6.49598];
 
 impl<T: Real> SparLaw<T> {
+    /// The four products of Eq. 7.19, `-g_i x_i`, for the measured angles (rad) and rates.
+    #[inline]
+    pub fn terms(&self, spar: T, ballast: T, spar_rate: T, ballast_rate: T) -> [T; 4] {
+        let [g1, g2, g3, g4] = self.gains;
+        [-(g1 * spar), -(g2 * ballast), -(g3 * spar_rate), -(g4 * ballast_rate)]
+    }
+
+    /// The sum of the four products.
+    #[inline]
+    pub fn sum(terms: [T; 4]) -> T {
+        let [spar, ballast, spar_rate, ballast_rate] = terms;
+        spar + ballast + spar_rate + ballast_rate
+    }
+
     /// The motor voltage for the measured angles (rad) and rates.
     ///
     /// ```
@@ -32,7 +46,6 @@ impl<T: Real> SparLaw<T> {
     /// ```
     #[inline]
     pub fn voltage(&self, spar: T, ballast: T, spar_rate: T, ballast_rate: T) -> T {
-        let [g1, g2, g3, g4] = self.gains;
-        -(g1 * spar + g2 * ballast + g3 * spar_rate + g4 * ballast_rate)
+        Self::sum(self.terms(spar, ballast, spar_rate, ballast_rate))
     }
 }

@@ -1,6 +1,7 @@
 //! The arming state machine: time and conditions in, mode out.
 
 use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
+use crate::command::Request;
 
 /// What the vehicle may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -14,22 +15,6 @@ pub enum Mode {
     Armed = 1,
     /// A controlled stop on the way to [`Mode::Disarmed`].
     Stopping = 2,
-}
-
-/// What the operator asks of the arming state machine; each request counts once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(u8)]
-pub enum Request {
-    /// Nothing.
-    #[default]
-    None = 0,
-    /// Arm, if nothing blocks it.
-    Arm = 1,
-    /// Open the bridges at once.
-    Disarm = 2,
-    /// Forget latched faults (while disarmed).
-    ClearFaults = 3,
 }
 
 /// What the state machine sees in one tick.
@@ -52,13 +37,13 @@ pub struct Arming {
     latched: FaultSet,
     blockers: BlockerSet,
     stopping_ticks: u32,
-    rest_ticks: u32,
+    stopped_ticks: u32,
     stop_timeout_ticks: u32,
     refused: u32,
 }
 
-/// Rest after which a controlled stop is over.
-const REST_TICKS: u32 = 300;
+/// Ticks in a row for which the vehicle must be stopped for a controlled stop to be over.
+const STOPPED_TICKS: u32 = 300;
 
 impl Arming {
     /// Disarmed, with every blocker set.
@@ -68,7 +53,7 @@ impl Arming {
             latched: FaultSet::EMPTY,
             blockers: BlockerSet::FULL,
             stopping_ticks: 0,
-            rest_ticks: 0,
+            stopped_ticks: 0,
             stop_timeout_ticks,
             refused: 0,
         }
@@ -96,7 +81,7 @@ impl Arming {
             _ if request == Request::Disarm || !faults.intersection(FaultSet::OPENING).is_empty() => Mode::Disarmed,
             Mode::Armed if !faults.intersection(FaultSet::STOPPING).is_empty() => {
                 self.stopping_ticks = 0;
-                self.rest_ticks = 0;
+                self.stopped_ticks = 0;
                 Mode::Stopping
             }
             Mode::Armed => Mode::Armed,
@@ -126,8 +111,12 @@ impl Arming {
 
     fn stopping(&mut self, stopped: bool) -> Mode {
         self.stopping_ticks = self.stopping_ticks.saturating_add(1);
-        self.rest_ticks = if stopped { self.rest_ticks.saturating_add(1) } else { 0 };
-        if self.rest_ticks >= REST_TICKS {
+        self.stopped_ticks = if stopped {
+            self.stopped_ticks.saturating_add(1)
+        } else {
+            0
+        };
+        if self.stopped_ticks >= STOPPED_TICKS {
             Mode::Disarmed
         } else if self.stopping_ticks >= self.stop_timeout_ticks {
             self.latched.insert(Fault::StopTimeout);
@@ -265,7 +254,7 @@ mod tests {
         let ticks = (1..10_000)
             .find(|_| arming.step(&CLEAR) == Mode::Disarmed)
             .expect("ends");
-        assert_eq!(ticks, REST_TICKS);
+        assert_eq!(ticks, STOPPED_TICKS);
         let mut arming = armed();
         arming.step(&fault(Fault::CommandTimeout));
         let moving = Conditions {

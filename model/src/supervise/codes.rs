@@ -35,8 +35,21 @@ macro_rules! codes {
 
         $(#[doc = $set_doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(from = "u32", into = "u32"))]
         #[repr(transparent)]
         pub struct $set(u32);
+
+        impl From<u32> for $set {
+            fn from(bits: u32) -> Self {
+                Self::from_bits(bits)
+            }
+        }
+
+        impl From<$set> for u32 {
+            fn from(set: $set) -> Self {
+                set.bits()
+            }
+        }
 
         impl $set {
             /// No code.

@@ -13,6 +13,7 @@ use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
 /// The vehicle's estimate of itself in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[allow(clippy::struct_excessive_bools)] // Independent findings, not the states of one thing.
 pub struct Estimate {
     /// Arm angle phi from the vertical, rad, forward positive.
@@ -102,8 +103,8 @@ const STOPPED_ARM_RAD_S: f32 = 0.2;
 /// Wheel and arm rates below which the vehicle stands still.
 const REST_WHEEL_RAD_S: f32 = 0.03;
 const REST_ARM_RAD_S: f32 = 0.05;
-/// How long it must do so.
-const REST_TICKS: u16 = 100;
+/// Ticks in a row for which the vehicle must stand still to be at rest.
+const STILL_TICKS: u16 = 100;
 /// Largest gyro bias that a calibration may find; more is motion.
 const BIAS_MAX_RAD_S: f32 = 0.1;
 /// Standing still long enough to average the gyros.
@@ -140,7 +141,7 @@ impl Estimator {
             odometry: Odometry::default(),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
             roll: LowPass::new(TICK_S, ROLL_TIME_CONSTANT_S),
-            rest: Persistence::new(REST_TICKS),
+            rest: Persistence::new(STILL_TICKS),
             contradicted: Persistence::new(CONTRADICTION_TICKS),
             calibration: Calibration::default(),
             ballast_offset_rad: 0.0,

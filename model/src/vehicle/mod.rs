@@ -10,6 +10,8 @@ mod groups;
 mod models;
 mod parameters;
 mod scales;
+#[cfg(test)]
+pub(crate) mod test_vehicle;
 
 pub use fields::{Field, NotSet, OutOfRange};
 pub use groups::{Table, VehicleParameters};

@@ -5,6 +5,7 @@ use std::path::Path;
 use board_emulator::backend::EmulatedBackend;
 use board_emulator::{Settings, gaps, stored};
 use firmware::built_in;
+use firmware::drive_board::SCALES;
 use hil_sim::plant::Plant;
 use hil_sim::scenario::trace::Row;
 use hil_sim::scenario::{self, Outcome, Scenario, VirtualBackend};
@@ -30,7 +31,8 @@ fn scenario(name: &str) -> Scenario {
 
 fn world(scenario: &Scenario) -> (Vehicle<f64>, Plant) {
     let vehicle = Vehicle::new(built_in::PARAMETERS.cast::<f64>()).expect("the built-in vehicle");
-    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
+    let plant =
+        Plant::new(&vehicle, &SCALES, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
     (vehicle, plant)
 }
 
@@ -43,7 +45,8 @@ fn drive_virtual(scenario: &Scenario) -> Outcome {
 /// Drives a vehicle that was laid into the emulated board's flash.
 fn drive_laid(scenario: &Scenario, parameters: &VehicleParameters<f64>) -> Outcome {
     let vehicle = Vehicle::new(*parameters).expect("a consistent vehicle");
-    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
+    let plant =
+        Plant::new(&vehicle, &SCALES, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
     let contents = [stored::set(&vehicle).expect("consistent in single precision")];
     let mut backend =
         EmulatedBackend::power_on_with(firmware(), plant, Settings::default(), &contents).expect("the board powers up");
@@ -123,7 +126,7 @@ fn a_vehicle_laid_into_the_flash_is_the_one_flown() {
     let outcome = drive_laid(&scenario, &parameters);
     stored::was_taken(&outcome.log).expect("it is flown");
     let last = outcome.trace.rows.last().expect("a trace");
-    let (told, truth) = (f64::from(last.status.speed_m_s), last.truth.speed_m_s);
+    let (told, truth) = (f64::from(last.status.estimate.speed_m_s), last.truth.speed_m_s);
     println!("{told:.4} m/s told, {truth:.4} m/s driven");
     assert!((0.8..1.2).contains(&truth), "{truth}");
     assert!((told / truth - 1.0).abs() < 0.01, "{told} told, {truth} driven");

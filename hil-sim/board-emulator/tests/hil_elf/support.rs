@@ -5,8 +5,9 @@ use std::sync::OnceLock;
 use board_emulator::plant::Bench;
 use board_emulator::{Emulation, Firmware, Frozen, MS, Settings, build};
 use firmware::link::frame::{Decoder, Received, encode};
-use firmware::link::message::{BoardMessage, HostMessage, ParameterAnswer, ParameterRequest, Status};
-use model::supervise::arming::{Mode, Request};
+use firmware::link::message::{BoardMessage, BoardStatus, HostMessage, ParameterAnswer, ParameterRequest};
+use model::command::Request;
+use model::supervise::arming::Mode;
 
 /// Battery of the vehicle on the bench in V.
 pub const BATTERY_V: f64 = 24.0;
@@ -38,7 +39,7 @@ pub fn ready() -> Operator {
 pub struct Operator {
     pub emulation: Emulation,
     decoder: Decoder,
-    pub statuses: Vec<Status>,
+    pub statuses: Vec<BoardStatus>,
     pub protocol: Option<u16>,
     pub answers: Vec<ParameterAnswer>,
     pub bad_frames: u32,
@@ -113,7 +114,7 @@ impl Operator {
     }
 
     /// The latest state the board sent.
-    pub fn status(&self) -> &Status {
+    pub fn status(&self) -> &BoardStatus {
         self.statuses.last().expect("the board sends its state")
     }
 
@@ -123,14 +124,8 @@ impl Operator {
         self.run(100);
         self.send(&HostMessage::Request(Request::Arm));
         self.run(50);
-        let status = self.status();
-        assert_eq!(
-            status.mode,
-            Mode::Armed,
-            "blockers {:#b}, faults {:#b}",
-            status.blockers,
-            status.faults
-        );
+        let status = &self.status().vehicle;
+        assert_eq!(status.mode, Mode::Armed, "{:?}, {:?}", status.blockers, status.faults);
     }
 
     /// The firmware's log so far.

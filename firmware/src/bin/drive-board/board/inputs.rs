@@ -6,6 +6,7 @@ use embassy_stm32::gpio::{Input, Level, Output};
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::IWDG1;
 use embassy_stm32::wdg::IndependentWatchdog;
+use firmware::drive_board::WATCHDOG_US;
 use firmware::hardware::{CycleCounter, EmergencyStop, Indicators, ResetCause, Watchdog};
 
 /// The stop's first contact, normally closed to ground, with a pull-up: an open wire is a press.
@@ -31,10 +32,6 @@ impl UserButton {
         self.0.is_high()
     }
 }
-
-/// Its time: long enough for a control task that is late by many ticks, and with the reset itself short
-/// of the 40 ms within which a hung part must be back in its safe state.
-const WATCHDOG_US: u32 = 20_000;
 
 /// The independent watchdog, on its own oscillator, not started yet: until the tasks run, the bridges are
 /// open, and slow parts of the bring-up (the converter's calibration takes 10 ms) must not end in a

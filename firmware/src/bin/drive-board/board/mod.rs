@@ -4,19 +4,19 @@
 //! |---|---|---|---|---|
 //! | Left bridge | TIM1 CH1, CH1N | PE9, PE8 | | |
 //! | Right bridge | TIM1 CH2, CH2N | PE11, PE10 | | |
-//! | Camera bridge | TIM1 CH3, CH3N | PE13, PE12 | | |
+//! | Ballast bridge | TIM1 CH3, CH3N | PE13, PE12 | | |
 //! | Hardware break: stop's second contact, bridge fault | TIM1 BKIN | PE15, pull-up, open = break | | |
 //! | Emergency stop, first contact | GPIO | PG2, pull-up, open = pressed | | |
 //! | Left encoder | TIM2 CH1, CH2 | PA15, PB3 | | |
 //! | Right encoder | TIM3 CH1, CH2 | PC6, PC7 | | |
-//! | Camera encoder | TIM4 CH1, CH2 | PD12, PD13 | | |
+//! | Ballast encoder | TIM4 CH1, CH2 | PD12, PD13 | | |
 //! | Arm IMU, ICM-42688-P | SPI1 | PA5 SCK, PA6 MISO, PB5 MOSI, PD14 CS | DMA2 stream 0 in, 1 out | DMA2_STREAM0, 1 |
 //! | Spar IMU, ICM-42688-P | SPI4 | PE2 SCK, PE5 MISO, PE6 MOSI, PE4 CS | DMA2 stream 2 in, 3 out | DMA2_STREAM2, 3 |
 //! | Battery voltage | ADC1 channel 15 | PA3 | DMA2 stream 4 | DMA2_STREAM4 |
-//! | Motor currents left, right, camera | ADC1 channels 10, 5, 18 | PC0, PB1, PA4 | as above | as above |
-//! | Host link, 921600 baud | USART3 | PD8 out, PD9 in | DMA1 stream 0 in, 1 out | USART3, DMA1_STREAM0, 1 |
+//! | Motor currents left, right, ballast | ADC1 channels 10, 5, 18 | PC0, PB1, PA4 | as above | as above |
+//! | Host link | USART3 | PD8 out, PD9 in | DMA1 stream 0 in, 1 out | USART3, DMA1_STREAM0, 1 |
 //! | Parameters | flash bank 2, last two sectors | | | FLASH |
-//! | Watchdog, 20 ms | IWDG1 | | | |
+//! | Watchdog | IWDG1 | | | |
 //! | Clock of the tasks, 1 MHz | TIM5 | | | TIM5 |
 //! | Executor of the control task | | | | UART5, as a software interrupt |
 //! | Lamps: armed (green), faulted (red) | GPIO | PB0, PB14 | | |
@@ -128,8 +128,8 @@ impl Board {
                 left_n: p.PE8,
                 right: p.PE11,
                 right_n: p.PE10,
-                camera: p.PE13,
-                camera_n: p.PE12,
+                ballast: p.PE13,
+                ballast_n: p.PE12,
                 break_input: p.PE15,
             },
         );
@@ -139,7 +139,7 @@ impl Board {
         let encoders = QuadratureCounters {
             left: Qei::new(p.TIM2, p.PA15, p.PB3, encoder_config()),
             right: Qei::new(p.TIM3, p.PC6, p.PC7, encoder_config()),
-            camera: Qei::new(p.TIM4, p.PD12, p.PD13, encoder_config()),
+            ballast: Qei::new(p.TIM4, p.PD12, p.PD13, encoder_config()),
         };
         let arm_imu = imu(
             Spi::new(
