@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::Command;
 
+use firmware::drive_board;
 use firmware::protocol::frame::encode;
 use firmware::protocol::message::HostMessage;
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
@@ -113,6 +114,69 @@ fn the_architecture_page_shows_a_frame() {
         .collect();
     let text = format!("`{}`", bytes.join(" "));
     generated::check("architecture.md", "frame", &text);
+}
+
+#[test]
+fn the_architecture_page_has_the_boards_facts() {
+    let scales = &drive_board::SCALES;
+    let rows = [
+        (
+            "`DUTY_MAX_PERCENT`",
+            format!("{} %", drive_board::DUTY_MAX_PERCENT),
+            "largest duty of a bridge",
+        ),
+        (
+            "`WATCHDOG_US`",
+            format!("{} us", drive_board::WATCHDOG_US),
+            "watchdog's time",
+        ),
+        ("`LINK_BAUD`", format!("{} baud", drive_board::LINK_BAUD), "host link"),
+        (
+            "`FLASH_SECTOR_BYTES`",
+            format!("{} bytes", drive_board::FLASH_SECTOR_BYTES),
+            "what an erase clears",
+        ),
+        (
+            "`FLASH_WORD_BYTES`",
+            format!("{} bytes", drive_board::FLASH_WORD_BYTES),
+            "what is programmed at once",
+        ),
+        (
+            "`PARAMETER_SECTORS`",
+            format!("{}", drive_board::PARAMETER_SECTORS),
+            "sectors of the parameter store",
+        ),
+        (
+            "`battery_v_per_count`",
+            format!("{:.6} V", scales.battery_v_per_count),
+            "battery, 16 bits",
+        ),
+        (
+            "`current_a_per_count`",
+            format!("{:.6} A", scales.current_a_per_count),
+            "motor currents, 16 bits",
+        ),
+        (
+            "`current_zero_count`",
+            format!("{}", scales.current_zero_count),
+            "count at zero current",
+        ),
+        (
+            "`gyro_lsb_per_deg_s`",
+            format!("{}", scales.imu.gyro_lsb_per_deg_s),
+            "gyros",
+        ),
+        (
+            "`accel_lsb_per_g`",
+            format!("{}", scales.imu.accel_lsb_per_g),
+            "accelerometers",
+        ),
+    ];
+    let mut text = String::from("| Fact | Value | Of |\n|---|---|---|\n");
+    for (name, value, of) in rows {
+        let _ = writeln!(text, "| {name} | {value} | {of} |");
+    }
+    generated::check("architecture.md", "board", &text);
 }
 
 #[test]

@@ -19,7 +19,6 @@ const LINES_MAX: usize = 400;
 const LONG: &[(&str, &str)] = &[
     ("hil-sim/plant/src/icm42688p/mod.rs", "not split yet"),
     ("hil-sim/plant/src/tests.rs", "not split yet"),
-    ("model/src/tick.rs", "not split yet"),
 ];
 
 /// Modules whose circles may stay, each as the crate's root and the module, with the reason.

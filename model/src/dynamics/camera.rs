@@ -2,7 +2,6 @@
 //!
 //! Lengths are over the spar l_c, masses over the camera m_c, time over 1/w_c, w_c = sqrt(g / l_c).
 
-use crate::integrate::{rk4_step, symplectic_euler_step};
 use crate::linear::solve_symmetric;
 use crate::real::Real;
 
@@ -207,17 +206,5 @@ impl<T: Real> Camera<T> {
     pub fn rate(&self, x: &CameraState<T>, v: T, base: [T; 2]) -> CameraState<T> {
         let [theta, phi] = self.accelerations(x, v, base);
         [x[THETA_RATE], x[PHI_RATE], theta, phi]
-    }
-
-    /// One fixed RK4 step of length `h` (in time units) with `v` and `base` held.
-    #[inline]
-    pub fn rk4(&self, x: &CameraState<T>, v: T, base: [T; 2], h: T) -> CameraState<T> {
-        rk4_step(x, h, |x| self.rate(x, v, base))
-    }
-
-    /// One cheap semi-implicit Euler step of length `h` with `v` and `base` held.
-    #[inline]
-    pub fn euler(&self, x: &CameraState<T>, v: T, base: [T; 2], h: T) -> CameraState<T> {
-        symplectic_euler_step(x, h, |x| self.rate(x, v, base))
     }
 }

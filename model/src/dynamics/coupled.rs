@@ -13,7 +13,7 @@
 
 use crate::dynamics::camera::{CameraParameters, SparCoefficients};
 use crate::dynamics::planar::PlanarParameters;
-use crate::integrate::{rk4_step, symplectic_euler_step};
+use crate::integrate::rk4_step;
 use crate::linear::solve_symmetric;
 use crate::real::Real;
 
@@ -274,12 +274,6 @@ impl<T: Real> Coupled<T> {
     #[inline]
     pub fn rk4(&self, x: &CoupledState<T>, u: T, v: T, h: T) -> CoupledState<T> {
         rk4_step(x, h, |x| self.rate(x, u, v))
-    }
-
-    /// One cheap semi-implicit Euler step of length `h` with `u` and `v` held.
-    #[inline]
-    pub fn euler(&self, x: &CoupledState<T>, u: T, v: T, h: T) -> CoupledState<T> {
-        symplectic_euler_step(x, h, |x| self.rate(x, u, v))
     }
 
     /// Kinetic and potential energy over `(M+m) g r`: (8.1), corrected (M, not M/2, erratum E32), and
