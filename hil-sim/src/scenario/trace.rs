@@ -37,6 +37,18 @@ pub struct Trace {
 
 type Value = fn(&Row) -> f64;
 
+/// The terms of the speed law, by the names of the chart.
+const SPEED_TERMS: &[(&str, Value)] = &[
+    ("feed-forward", |r| f64::from(r.status.terms.speed.feed_forward_v)),
+    ("weight", |r| f64::from(r.status.terms.speed.weight_v)),
+    ("speed feedback", |r| f64::from(r.status.terms.speed.speed_feedback_v)),
+    ("swing rate", |r| f64::from(r.status.terms.speed.swing_rate_v)),
+    ("swing damping", |r| f64::from(r.status.terms.speed.swing_damping_v)),
+    ("friction", |r| f64::from(r.status.terms.speed.friction_v)),
+    ("guard", |r| f64::from(r.status.terms.speed.guard_v)),
+    ("trim", |r| f64::from(r.status.terms.speed.trim_v)),
+];
+
 /// The columns of the CSV file.
 const COLUMNS: &[(&str, Value)] = &[
     ("time_s", Row::time_s),
@@ -209,23 +221,7 @@ impl Trace {
                     ],
                 ),
             ),
-            (
-                "speed-terms",
-                over_time(
-                    "Terms of the speed law",
-                    "V",
-                    &[
-                        ("feed-forward", |r| f64::from(r.status.terms.speed.feed_forward_v)),
-                        ("weight", |r| f64::from(r.status.terms.speed.weight_v)),
-                        ("speed feedback", |r| f64::from(r.status.terms.speed.speed_feedback_v)),
-                        ("swing rate", |r| f64::from(r.status.terms.speed.swing_rate_v)),
-                        ("swing damping", |r| f64::from(r.status.terms.speed.swing_damping_v)),
-                        ("friction", |r| f64::from(r.status.terms.speed.friction_v)),
-                        ("guard", |r| f64::from(r.status.terms.speed.guard_v)),
-                        ("trim", |r| f64::from(r.status.terms.speed.trim_v)),
-                    ],
-                ),
-            ),
+            ("speed-terms", over_time("Terms of the speed law", "V", SPEED_TERMS)),
             (
                 "path",
                 Chart::new("Path on the plane", "x, m", "y, m")
