@@ -1,12 +1,12 @@
-//! Limiting a value without a way to panic.
+//! Bounding a value without a way to panic.
 
-/// Limits a value to a range.
+/// Bounds a value to a range.
 ///
 /// `f32::clamp` panics when its bounds are out of order or not numbers, and `f32::min` leaves the sign of
 /// zero open, so that two processors may differ. Control code uses this instead.
 pub trait Bounded {
-    /// `low` below it, `high` above it, else the value; what is not a number stays so, for the check
-    /// before the bridges to find.
+    /// `low` for a value below the range, `high` for one above it, else the value itself. NaN stays NaN, which
+    /// the check before the bridges finds.
     #[must_use]
     fn bounded(self, low: Self, high: Self) -> Self;
 }
@@ -29,7 +29,7 @@ mod tests {
     use super::Bounded;
 
     #[test]
-    fn it_limits_and_never_panics() {
+    fn it_bounds_and_never_panics() {
         assert_eq!(5.0_f32.bounded(-1.0, 1.0), 1.0);
         assert_eq!((-5.0_f32).bounded(-1.0, 1.0), -1.0);
         assert_eq!(0.5_f32.bounded(-1.0, 1.0), 0.5);

@@ -102,8 +102,8 @@ impl VehicleCore {
 
     /// Stage 3: supervision, then the control laws.
     pub fn decide(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command) -> Decision {
-        let verdict = self.supervisor.step(sensed, estimate, command, &self.applied);
-        let wish = self.laws.step(&verdict, sensed, estimate, command);
+        let verdict = self.supervisor.step(sensed, estimate, command, self.applied);
+        let wish = self.laws.step(verdict, sensed, estimate, command);
         Decision {
             mode: verdict.mode,
             faults: self.supervisor.latched(),

@@ -74,6 +74,18 @@ pub fn columns(trace: &Trace) -> Columns {
     })
 }
 
+/// The terms of the speed law, by the names of the chart.
+const SPEED_TERMS: &[(&str, Value)] = &[
+    ("feed-forward", |r| f64::from(r.status.terms.speed.feed_forward_v)),
+    ("weight", |r| f64::from(r.status.terms.speed.weight_v)),
+    ("speed feedback", |r| f64::from(r.status.terms.speed.speed_feedback_v)),
+    ("swing rate", |r| f64::from(r.status.terms.speed.swing_rate_v)),
+    ("swing damping", |r| f64::from(r.status.terms.speed.swing_damping_v)),
+    ("friction", |r| f64::from(r.status.terms.speed.friction_v)),
+    ("guard", |r| f64::from(r.status.terms.speed.guard_v)),
+    ("trim", |r| f64::from(r.status.terms.speed.trim_v)),
+];
+
 /// The charts of the report: file name and chart.
 pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
     let t = trace.values(Row::time_s);
@@ -152,23 +164,7 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
                 ],
             ),
         ),
-        (
-            "speed-terms",
-            over_time(
-                "Terms of the speed law",
-                "V",
-                &[
-                    ("feed-forward", |r| f64::from(r.status.terms.speed.feed_forward_v)),
-                    ("weight", |r| f64::from(r.status.terms.speed.weight_v)),
-                    ("speed feedback", |r| f64::from(r.status.terms.speed.speed_feedback_v)),
-                    ("swing rate", |r| f64::from(r.status.terms.speed.swing_rate_v)),
-                    ("swing damping", |r| f64::from(r.status.terms.speed.swing_damping_v)),
-                    ("friction", |r| f64::from(r.status.terms.speed.friction_v)),
-                    ("guard", |r| f64::from(r.status.terms.speed.guard_v)),
-                    ("trim", |r| f64::from(r.status.terms.speed.trim_v)),
-                ],
-            ),
-        ),
+        ("speed-terms", over_time("Terms of the speed law", "V", SPEED_TERMS)),
         (
             "path",
             Chart::new("Path on the plane", "x, m", "y, m")

@@ -46,8 +46,8 @@ impl MotorLimits {
         }
     }
 
-    /// What the armature equation leaves over: applied voltage less resistance drop and back-EMF, V.
-    /// Near 0 while encoder and current tell the truth.
+    /// Residual of the armature equation: applied voltage less resistance drop and back-EMF, V. Near 0 while
+    /// encoder and current sensor are right.
     pub fn residual_v(&self, voltage_v: f32, current_a: f32, rate_rad_s: f32) -> f32 {
         voltage_v - self.resistance_ohm * current_a - self.back_emf_v_s_per_rad * rate_rad_s
     }

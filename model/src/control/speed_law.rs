@@ -94,9 +94,9 @@ mod tests {
         damping_n_m_s_rad: T,
         /// Wheel radius r in m, > 0.
         wheel_radius_m: T,
-        /// Distance l of the reaction mass from the axle in m, > 0.
+        /// Distance l of the arm's centre of mass from the axle in m, > 0.
         arm_length_m: T,
-        /// Reaction mass m in kg, > 0.
+        /// Mass m of the arm in kg, > 0.
         arm_mass_kg: T,
         /// M + m in kg, > `arm_mass_kg`.
         total_mass_kg: T,

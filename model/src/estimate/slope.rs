@@ -26,7 +26,7 @@ pub struct SlopeEstimator {
     cos: f32,
 }
 
-/// The steepest slope that is believed.
+/// Sine of the steepest slope that is believed.
 const SIN_MAX: f32 = 0.9;
 
 impl SlopeEstimator {
@@ -44,8 +44,8 @@ impl SlopeEstimator {
         }
     }
 
-    /// The vehicle has turned by `turn_rad` with its axle rolled by `sin_roll` (left end up): the slope
-    /// along its heading is another now.
+    /// Follows a turn of the vehicle by `turn_rad` with its axle rolled by `sin_roll` (left end up), which
+    /// changes the slope along its heading.
     pub fn turn(&mut self, turn_rad: f32, sin_roll: f32) {
         self.filtered
             .reset((self.filtered.value() + turn_rad * sin_roll).bounded(-SIN_MAX, SIN_MAX));

@@ -13,8 +13,8 @@
 //! While the vehicle turns on a slope, the slope along its heading changes by `sin(roll) psi'`: the body
 //! swings with the plane, and its gyro, which turns with the plane too, shows phi' less that much.
 //!
-//! Everything but the terms of gravity is computed and taken away; what is left corrects the
-//! integrated gyro slowly. Uncompensated, 0.3 g of axle acceleration would read as 17 degrees.
+//! Every term but those of gravity is computed and subtracted; the rest slowly corrects the integrated
+//! gyro. Uncompensated, 0.3 g of axle acceleration would read as 17 degrees.
 
 use super::rate_filter::LowPass;
 use crate::bounded::Bounded;
@@ -65,7 +65,7 @@ pub struct TiltEstimator {
 
 /// Speed-up of the angle's correction while the body is known to be at rest.
 const STANDSTILL_FACTOR: f32 = 20.0;
-/// Speed-up of the bias's correction then: with the reference time constants the two poles are about
+/// Speed-up of the bias's correction at rest: with the reference time constants the two poles are about
 /// critically damped at 4.5 1/s.
 const STANDSTILL_BIAS_FACTOR: f32 = 2400.0;
 /// Time constant of the angular acceleration's filter.
@@ -99,8 +99,8 @@ impl TiltEstimator {
         self.acceleration.reset(self.rate_rad_s);
     }
 
-    /// Takes one reading. `at_rest` tells that the vehicle does not move, so that what the gyro shows
-    /// is its bias and the accelerometer shows gravity alone.
+    /// Takes one reading. While `at_rest`, the vehicle does not move: the gyro shows its bias and
+    /// the accelerometer shows gravity alone.
     pub fn update(&mut self, reading: &TiltReading, disturbance: &Disturbance, at_rest: bool) {
         let Disturbance {
             axle_acceleration_m_s2: a,

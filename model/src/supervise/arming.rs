@@ -31,13 +31,13 @@ impl Mode {
 /// What the state machine sees in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Conditions {
-    /// Faults whose cause is there now.
+    /// Faults whose cause is present in this tick.
     pub faults: FaultSet,
-    /// Blockers that are there now ([`Blocker::FaultLatched`] is added here).
+    /// Blockers present in this tick; the state machine adds [`Blocker::FaultLatched`].
     pub blockers: BlockerSet,
     /// The operator's request.
     pub request: Request,
-    /// The vehicle has come to a stop: a controlled stop ends when it lasts.
+    /// The vehicle is stopped; a controlled stop ends once this lasts.
     pub stopped: bool,
 }
 
@@ -79,11 +79,11 @@ impl Arming {
             ..
         } = *conditions;
         if self.mode != Mode::Disarmed {
-            // A fault that shows while the bridges are on is kept until someone has seen it.
+            // A fault that occurs while the bridges are on stays latched until the operator clears it.
             self.latched = self.latched.union(faults);
         }
         self.blockers = conditions.blockers;
-        // Camera faults leave the vehicle drivable.
+        // Spar faults leave the vehicle drivable.
         let blocking = self.latched.bits() & !FaultSet::SPAR.bits() != 0;
         self.blockers.set(Blocker::FaultLatched, blocking);
 
@@ -104,7 +104,7 @@ impl Arming {
     fn disarmed(&mut self, request: Request) -> Mode {
         match request {
             Request::Arm if self.blockers.is_empty() => {
-                // Camera faults of the last drive are forgotten with a new one.
+                // Arming clears the spar faults of the last drive.
                 self.latched = FaultSet::EMPTY;
                 Mode::Armed
             }
@@ -155,12 +155,12 @@ impl Arming {
         self.latched
     }
 
-    /// What blocks arming now.
+    /// What blocked arming in the last tick.
     pub fn blockers(&self) -> BlockerSet {
         self.blockers
     }
 
-    /// How many requests to arm were refused.
+    /// Number of refused requests to arm.
     pub fn refused(&self) -> u32 {
         self.refused
     }

@@ -72,7 +72,7 @@ macro_rules! codes {
                 self.0 |= code.bit();
             }
 
-            /// Adds or removes a code.
+            /// Adds a code if `present`, else removes it.
             pub fn set(&mut self, code: $code, present: bool) {
                 if present { self.0 |= code.bit() } else { self.0 &= !code.bit() }
             }
@@ -120,7 +120,7 @@ macro_rules! codes {
 }
 
 codes! {
-    /// Why the vehicle stopped: latched when it happens while armed, until cleared. Numbers are stable.
+    /// Why the vehicle stopped. A fault is latched when it occurs while armed, until it is cleared. Numbers are stable.
     Fault;
     /// A set of faults.
     FaultSet;
@@ -136,7 +136,7 @@ codes! {
     EncoderStale = 4,
     /// An encoder contradicts its motor's voltage and current, or jumped.
     EncoderImplausible = 5,
-    /// A motor's current exceeded the bridge's limit.
+    /// A motor's current exceeded the largest allowed.
     Overcurrent = 6,
     /// The battery is below its lowest voltage.
     BatteryLow = 7,
@@ -163,7 +163,7 @@ codes! {
 codes! {
     /// Why the vehicle may not be armed. All are present at boot.
     Blocker;
-    /// A set of blockers; boots full.
+    /// A set of blockers; full at boot.
     BlockerSet;
     /// The gyros are not calibrated yet: keep the vehicle at rest.
     NotCalibrated = 0,
@@ -194,7 +194,7 @@ codes! {
 }
 
 codes! {
-    /// What bounds the vehicle's response in this tick; no fault.
+    /// What bounds the vehicle's response in this tick. A limit is no fault.
     Limit;
     /// A set of limits.
     LimitSet;
@@ -213,7 +213,7 @@ codes! {
 impl FaultSet {
     /// Faults that open the bridges at once.
     pub const OPENING: Self = Self(Self::FULL.0 & !Self::STOPPING.0 & !Self::SPAR.0);
-    /// Faults that bring the vehicle to a controlled stop first: it can still be controlled.
+    /// Faults that bring the vehicle, which can still be controlled, to a controlled stop.
     pub const STOPPING: Self = Self(Fault::CommandTimeout.bit() | Fault::BatteryLow.bit() | Fault::AnalogStale.bit());
     /// Faults that only switch the ballast motor off.
     pub const SPAR: Self = Self(Fault::SparAngle.bit() | Fault::SparImu.bit());

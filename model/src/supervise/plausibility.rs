@@ -1,4 +1,4 @@
-//! Whether what a sensor says can be true.
+//! Whether a sensor's reading can be true.
 
 use crate::board::ImuScales;
 use crate::control::motor::MotorLimits;
@@ -24,7 +24,7 @@ impl Persistence {
     }
 }
 
-/// Counts bad ticks against good ones: trips on what is bad most of the time, though not always.
+/// Weighs bad ticks against good ones: trips on a sensor that is bad most of the time, though not always.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Suspicion {
     level: u16,
@@ -35,8 +35,8 @@ pub struct Suspicion {
 const BAD_WEIGHT: u16 = 3;
 
 impl Suspicion {
-    /// Trips after `ticks` bad ticks in a row, or the later the more good ones are among them; never while
-    /// good ticks are three times as many.
+    /// Trips after `ticks` bad ticks in a row, later with good ticks among them, and never while good ticks are
+    /// three times as many as bad ones.
     pub const fn new(ticks: u16) -> Self {
         Self {
             level: 0,
@@ -55,14 +55,14 @@ impl Suspicion {
     }
 }
 
-/// What is thought of an IMU.
+/// Whether an IMU can be believed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImuHealth {
     /// Fresh and believable.
     Good,
     /// Too old.
     Stale,
-    /// Repeats itself, sits at the end of its range, or shows an impossible force.
+    /// Repeats itself, saturates, jumps, or shows an impossible force.
     Implausible,
 }
 
@@ -80,11 +80,11 @@ pub struct ImuWatch {
     impossible: Suspicion,
 }
 
-/// Identical readings in a row that cannot be: the noise of six axes never repeats that long.
+/// Identical readings in a row that a working IMU never gives: the noise of six axes does not repeat that long.
 const REPEATED_TICKS: u16 = 20;
 const SATURATED_TICKS: u16 = 10;
 const IMPOSSIBLE_TICKS: u16 = 40;
-/// Change of an angular rate from one tick to the next that no body with mass makes.
+/// Change of an angular rate within one tick that no body with mass makes.
 const JUMP_DEG_S: f32 = 200.0;
 /// Bounds of the specific force's magnitude that a rolling vehicle can show for long, in g.
 const FORCE_MIN_G: f32 = 0.2;

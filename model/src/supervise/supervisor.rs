@@ -99,7 +99,7 @@ impl Supervisor {
     }
 
     /// One tick. `applied` is what the bridges did since the last tick.
-    pub fn step(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command, applied: &Actuation) -> Verdict {
+    pub fn step(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command, applied: Actuation) -> Verdict {
         let faults = self.faults(sensed, estimate, command, applied);
         let blockers = self.blockers(faults, estimate, command);
         let before = self.arming.mode();
@@ -147,7 +147,7 @@ impl Supervisor {
     }
 
     /// The faults whose cause is present in this tick.
-    fn faults(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command, applied: &Actuation) -> FaultSet {
+    fn faults(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command, applied: Actuation) -> FaultSet {
         let limits = self.thresholds;
         let mut faults = FaultSet::EMPTY;
 

@@ -75,7 +75,7 @@ impl Laws {
     }
 
     /// One tick: what the laws ask for; nothing while disarmed.
-    pub(super) fn step(&mut self, verdict: &Verdict, sensed: &Sensed, estimate: &Estimate, command: &Command) -> Wish {
+    pub(super) fn step(&mut self, verdict: Verdict, sensed: &Sensed, estimate: &Estimate, command: &Command) -> Wish {
         if verdict.mode == Mode::Disarmed {
             return Wish::default();
         }

@@ -18,7 +18,7 @@ use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 pub struct Estimate {
     /// Arm angle phi from the vertical, rad, forward positive.
     pub phi_rad: f32,
-    /// phi', rad/s.
+    /// Arm rate phi', rad/s.
     pub phi_rate_rad_s: f32,
     /// Mean wheel rate theta', rad/s, forward positive.
     pub theta_rate_rad_s: f32,
@@ -26,25 +26,25 @@ pub struct Estimate {
     pub speed_m_s: f32,
     /// Slope beta, rad, uphill positive.
     pub slope_rad: f32,
-    /// Its sine.
+    /// Sine of the slope.
     pub sin_slope: f32,
-    /// Heading since boot, rad, anticlockwise positive, not wrapped.
+    /// Heading since the core began, rad, anticlockwise positive, not wrapped.
     pub heading_rad: f32,
     /// Yaw rate, rad/s.
     pub yaw_rate_rad_s: f32,
-    /// Distance driven since boot, m, forward positive.
+    /// Distance driven since the core began, m, forward positive.
     pub distance_m: f32,
     /// Dead-reckoned position along the first heading, m.
     pub x_m: f32,
-    /// Dead-reckoned position to its left, m.
+    /// Dead-reckoned position to the left of the first heading, m.
     pub y_m: f32,
     /// Spar angle from the vertical, rad, in the sense of phi.
     pub spar_rad: f32,
-    /// Its rate, rad/s.
+    /// Spar rate, rad/s.
     pub spar_rate_rad_s: f32,
     /// Ballast angle relative to the spar, rad.
     pub ballast_rad: f32,
-    /// Its rate, rad/s.
+    /// Ballast rate relative to the spar, rad/s.
     pub ballast_rate_rad_s: f32,
     /// Learnt bias of the arm gyro's swing axis, rad/s.
     pub gyro_bias_rad_s: f32,
@@ -97,7 +97,7 @@ pub(super) struct Estimator {
 }
 
 const G: f32 = GRAVITY_M_S2 as f32;
-/// Speed and swing below which a controlled stop has come to its end.
+/// Speed and arm rate below which the vehicle is stopped.
 const STOPPED_M_S: f32 = 0.05;
 const STOPPED_ARM_RAD_S: f32 = 0.2;
 /// Wheel and arm rates below which the vehicle stands still.
@@ -107,13 +107,13 @@ const REST_ARM_RAD_S: f32 = 0.05;
 const STILL_TICKS: u16 = 100;
 /// Largest gyro bias that a calibration may find; more is motion.
 const BIAS_MAX_RAD_S: f32 = 0.1;
-/// Standing still long enough to average the gyros.
+/// Ticks over which a calibration averages the gyros.
 const CALIBRATION_TICKS: u16 = 500;
 /// Time constant of the axle acceleration's filter.
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
 /// Time constant of the axle's roll.
 const ROLL_TIME_CONSTANT_S: f32 = 0.2;
-/// Angle between integrated gyro and accelerometer that cannot last: gyro or accelerometer lies.
+/// Sine of the angle between integrated gyro and accelerometer that cannot last: one of the two is wrong.
 const CONTRADICTION: f32 = 0.7;
 const CONTRADICTION_TICKS: u16 = 300;
 
@@ -149,7 +149,7 @@ impl Estimator {
         }
     }
 
-    /// One tick. `disarmed` tells that no motor is driven: only then is the ballast known to hang.
+    /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang.
     pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool) -> Estimate {
         let [left, right, ballast_rate_rad_s] = sensed.relative_rate_rad_s;
         let still = left.abs() < REST_WHEEL_RAD_S
@@ -158,7 +158,7 @@ impl Estimator {
         let at_rest = self.rest.update(still);
         self.calibrate(sensed, still && disarmed);
 
-        // The wheels: relative rate less the arm's.
+        // Wheel rate: the relative rate less the arm's.
         let r = self.scales.length_m;
         let phi_rate = sensed.arm.rate_rad_s - self.arm.bias_rad_s();
         let theta_rate = 0.5 * (left + right) - phi_rate;
@@ -240,7 +240,7 @@ impl Estimator {
         }
     }
 
-    /// Averages the gyros while the vehicle stands still, once.
+    /// Averages the gyros once, while the vehicle stands still.
     fn calibrate(&mut self, sensed: &Sensed, still: bool) {
         if self.calibration.done {
             return;
@@ -272,12 +272,12 @@ struct Calibration {
 }
 
 impl Calibration {
-    /// Swing rate that may still be rest: before the bias is known it may be all bias.
+    /// Arm rate that still counts as rest: before the bias is known, all of it may be bias.
     fn tolerance(&self) -> f32 {
         if self.done { 0.0 } else { BIAS_MAX_RAD_S }
     }
 
-    /// Takes the gyros of one tick; the averages once there are enough.
+    /// Takes the gyros of one tick; returns the averages once there are enough.
     fn update(&mut self, rates: [f32; 4], still: bool) -> Option<[f32; 4]> {
         let plausible = rates.iter().all(|rate| rate.abs() < BIAS_MAX_RAD_S);
         if !still || !plausible {

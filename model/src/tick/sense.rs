@@ -141,16 +141,16 @@ struct ImuUnits {
 }
 
 impl ImuUnits {
-    fn rate_rad_s(&self, raw: &ImuRaw, axis: usize) -> f32 {
+    fn rate_rad_s(self, raw: &ImuRaw, axis: usize) -> f32 {
         f32::from(raw.gyro[axis]) * self.rad_s_per_lsb
     }
 
-    fn force_m_s2(&self, raw: &ImuRaw, axis: usize) -> f32 {
+    fn force_m_s2(self, raw: &ImuRaw, axis: usize) -> f32 {
         f32::from(raw.accel[axis]) * self.m_s2_per_lsb
     }
 
     /// The in-plane part of an IMU reading. Swinging forward is turning about -y.
-    fn tilt(&self, raw: &ImuRaw) -> TiltReading {
+    fn tilt(self, raw: &ImuRaw) -> TiltReading {
         TiltReading {
             rate_rad_s: -self.rate_rad_s(raw, 1),
             force_x_m_s2: self.force_m_s2(raw, 0),

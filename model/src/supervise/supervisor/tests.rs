@@ -73,7 +73,7 @@ impl Bench {
             }
         }
         self.supervisor
-            .step(&self.sensed, &self.estimate, &self.command, &self.applied)
+            .step(&self.sensed, &self.estimate, &self.command, self.applied)
     }
 
     /// Ticks until `fault` shows, at most `limit`.
