@@ -17,6 +17,7 @@ pub mod integrate;
 pub mod linear;
 pub mod real;
 pub mod sample;
+pub mod sensed;
 pub mod status;
 pub mod supervise;
 pub mod tick;

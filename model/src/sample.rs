@@ -19,6 +19,8 @@ pub const MOTORS: usize = 3;
 
 /// The tick of the vehicle, us.
 pub const TICK_US: u32 = 1000;
+/// The tick of the vehicle, s.
+pub const TICK_S: f32 = TICK_US as f32 * 1e-6;
 
 /// One reading of an IMU, as its registers hold it: axes x forward, y left, z up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

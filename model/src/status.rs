@@ -3,10 +3,10 @@
 use crate::control::spar::SparTerms;
 use crate::control::speed::SpeedTerms;
 use crate::control::steering::SteeringTerms;
+use crate::estimate::Estimate;
 use crate::sample::MOTORS;
 use crate::supervise::arming::Mode;
 use crate::supervise::codes::{BlockerSet, FaultSet, LimitSet};
-use crate::tick::Estimate;
 
 /// The terms of the three control laws, V at the motors; all 0 while disarmed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -8,7 +8,9 @@
 use crate::board::BoardScales;
 use crate::command::Command;
 use crate::control::motor::{MotorLimits, duty};
+use crate::estimate::Estimate;
 use crate::sample::{Actuation, MOTORS, Motor, Sample};
+use crate::sensed::Sensed;
 use crate::status::Status;
 use crate::supervise::arming::Mode;
 use crate::supervise::codes::{Fault, Limit};
@@ -21,13 +23,8 @@ mod sense;
 
 pub use decide::Decision;
 use decide::Laws;
-pub use estimate::Estimate;
 use estimate::Estimator;
-pub use sense::Sensed;
 use sense::Sensing;
-
-/// The tick, s.
-pub const TICK_S: f32 = crate::sample::TICK_US as f32 * 1e-6;
 
 /// What one tick gives.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -54,10 +54,10 @@ mod tests {
     use super::*;
     use crate::protocol::frame::FRAME_MAX;
     use crate::protocol::message::{LinkCounters, TickCycles};
+    use model::estimate::Estimate;
     use model::status::{Status, Terms};
     use model::supervise::arming::Mode;
     use model::supervise::codes::{BlockerSet, FaultSet, LimitSet};
-    use model::tick::Estimate;
 
     /// The longest status there can be fits a frame, with room to grow: every varint at its longest.
     #[test]

@@ -7,5 +7,8 @@
 pub mod heading;
 pub mod odometry;
 pub mod rate_filter;
+mod result;
 pub mod slope;
 pub mod tilt;
+
+pub use result::Estimate;

@@ -6,8 +6,10 @@ use super::plausibility::{EncoderWatch, ImuHealth, ImuWatch, Persistence};
 use crate::board::BoardScales;
 use crate::command::Command;
 use crate::control::motor::{MotorLimits, voltage};
+use crate::estimate::Estimate;
+use crate::sample::TICK_S;
 use crate::sample::{Actuation, MOTORS, Motor};
-use crate::tick::{Estimate, Sensed, TICK_S};
+use crate::sensed::Sensed;
 use crate::vehicle::{MotorParameters, Vehicle};
 
 /// A tick that comes later than this after the last one is counted late.

@@ -5,12 +5,14 @@ use crate::control::LawOutput;
 use crate::control::spar::{SparController, SparState, SparTerms};
 use crate::control::speed::{SpeedController, SpeedInput};
 use crate::control::steering::{SteeringController, SteeringInput};
+use crate::estimate::Estimate;
 use crate::sample::MOTORS;
+use crate::sample::TICK_S;
+use crate::sensed::Sensed;
 use crate::status::Terms;
 use crate::supervise::arming::Mode;
 use crate::supervise::codes::{BlockerSet, FaultSet, Limit, LimitSet};
 use crate::supervise::supervisor::Verdict;
-use crate::tick::{Estimate, Sensed, TICK_S};
 use crate::vehicle::Vehicle;
 
 /// Share of the supply that steering may take from driving.
