@@ -4,7 +4,7 @@ use std::mem::{offset_of, size_of};
 
 use firmware::drive::FlightRecord;
 use model::command::{Command, Request};
-use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
+use model::sample::{Actuation, ImuRaw, ImuSample, Sample};
 
 use super::firmware::Firmware;
 use crate::error::Error;
