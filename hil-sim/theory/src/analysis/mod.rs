@@ -10,7 +10,7 @@ pub mod equilibrium;
 pub mod input;
 pub mod jumps;
 pub mod lqr;
-pub mod matrix;
+pub mod poles;
 pub mod response;
 pub mod roots;
 pub mod simulate;

@@ -1,6 +1,6 @@
 use super::*;
 use crate::analysis::dop853::integrate;
-use crate::analysis::matrix::eigenvalues;
+use crate::analysis::poles::eigenvalues;
 use model::dynamics::planar::{Planar, PlanarParameters};
 use proptest::prelude::*;
 
@@ -106,7 +106,7 @@ fn spin_poles(p: &SpatialParameters<f64>, rate: f64) -> [[f64; 2]; 4] {
         let (plus, minus) = (moved(h), moved(-h));
         std::array::from_fn(|i| (plus[i] - minus[i]) / (2.0 * h))
     });
-    eigenvalues(&std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i]))).unwrap()
+    eigenvalues(&nalgebra::SMatrix::from_fn(|i, j| columns[j][i])).unwrap()
 }
 
 fn spin_growth(p: &SpatialParameters<f64>, rate: f64) -> f64 {
