@@ -284,6 +284,16 @@ impl Columns {
         Self::default()
     }
 
+    /// The columns of `named`, in its order.
+    pub fn named(named: &[(&str, &Vec<f64>)]) -> Self {
+        let columns = named
+            .iter()
+            .map(|(name, values)| ((*name).to_owned(), (*values).clone()));
+        Self {
+            columns: columns.collect(),
+        }
+    }
+
     /// With one more column.
     #[must_use]
     pub fn with(mut self, name: impl Into<String>, values: impl Into<Vec<f64>>) -> Self {

@@ -5,14 +5,14 @@ use model::dynamics::planar::PlanarParameters;
 use theory::analysis::equilibrium::static_phi;
 use theory::analysis::input::Input;
 use theory::analysis::roots::root_between;
-use theory::analysis::simulate::{Run, simulate};
+use theory::analysis::simulate::{PlanarRun, simulate};
 use theory::analysis::slip::{longest_pulse, required_by_step, slip_limit};
 use theory::analysis::waveform::Waveform;
 
 mod support;
 use support::{close, thesis};
 
-fn run(p: &PlanarParameters<f64>, input: &Input) -> Run {
+fn run(p: &PlanarParameters<f64>, input: &Input) -> PlanarRun {
     simulate(p, input, [0.0, static_phi(p).unwrap(), 0.0, 0.0], 60.0, 0.005).unwrap()
 }
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
-use theory::analysis::critical::{Critical, Direction, critical};
+use theory::analysis::critical::{CriticalValue, Direction, critical};
 use theory::analysis::envelope::{envelope, slopes};
 use theory::analysis::equilibrium::{static_phi, sustained_acceleration_limit};
 use theory::analysis::input::Input;
@@ -13,15 +13,15 @@ use theory::analysis::waveform::Waveform;
 mod support;
 use support::{close, thesis};
 
-fn limit(p: &PlanarParameters<f64>, input: &Input, start: [f64; 3], direction: Direction) -> Critical {
+fn limit(p: &PlanarParameters<f64>, input: &Input, start: [f64; 3], direction: Direction) -> CriticalValue {
     critical(p, input, start, direction).unwrap().unwrap()
 }
 
-fn from_rest(p: &PlanarParameters<f64>, input: &Input) -> Critical {
+fn from_rest(p: &PlanarParameters<f64>, input: &Input) -> CriticalValue {
     limit(p, input, [static_phi(p).unwrap(), 0.0, 0.0], Direction::Forward)
 }
 
-fn step_limit(p: &PlanarParameters<f64>) -> Critical {
+fn step_limit(p: &PlanarParameters<f64>) -> CriticalValue {
     from_rest(p, &Input::voltage_step(p, 0.0))
 }
 

@@ -5,7 +5,7 @@ use model::dynamics::planar::{Planar, PlanarParameters, PlanarState};
 use theory::analysis::dop853::integrate;
 use theory::analysis::equilibrium::{poles, static_phi};
 use theory::analysis::input::Input;
-use theory::analysis::simulate::{Run, simulate, simulate_f32};
+use theory::analysis::simulate::{PlanarRun, simulate, simulate_f32};
 use theory::analysis::speed_response::{SpeedResponse, speed_response};
 use theory::analysis::waveform::Waveform;
 
@@ -24,7 +24,7 @@ fn at_rest(p: &PlanarParameters<f64>) -> PlanarState<f64> {
     [0.0, static_phi(p).unwrap(), 0.0, 0.0]
 }
 
-fn reference_step(p: &PlanarParameters<f64>, law: SpeedLaw<f64>, reference: f64, t_end: f64) -> Run {
+fn reference_step(p: &PlanarParameters<f64>, law: SpeedLaw<f64>, reference: f64, t_end: f64) -> PlanarRun {
     simulate(p, &Input::reference_step(law, reference), at_rest(p), t_end, 0.01).unwrap()
 }
 

@@ -47,7 +47,7 @@ pub fn static_limit(p: &CoupledParameters<f64>) -> f64 {
 /// How a run ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Fate {
+pub enum Ending {
     /// Neither of the two.
     Ok,
     /// The reaction mass turned fully.
@@ -56,7 +56,7 @@ pub enum Fate {
     Tumble,
 }
 
-impl Fate {
+impl Ending {
     /// The word used on the command line, in JSON and in reports.
     pub fn name(self) -> &'static str {
         match self {
@@ -110,7 +110,7 @@ pub struct CoupledRun {
     /// Camera motor's voltage, in vehicle units.
     pub v: Vec<f64>,
     /// How it ended. A run whose ballast runs away ends early.
-    pub outcome: Fate,
+    pub outcome: Ending,
     /// Largest |psi|, deg.
     pub psi_max_deg: f64,
     /// Largest |phi|, deg.
@@ -119,11 +119,11 @@ pub struct CoupledRun {
 
 /// A step limit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Critical {
+pub struct StepLimit {
     /// The smallest final voltage that fails.
     pub critical: f64,
     /// How it fails.
-    pub outcome: Fate,
+    pub outcome: Ending,
 }
 
 impl Drive {
@@ -163,13 +163,13 @@ impl Drive {
     pub fn run(&self, target: f64, t_end: f64, dt: f64) -> CoupledRun {
         let mut samples = Trajectory::default();
         let (mut psi, mut phi) = (Extent::EMPTY, Extent::EMPTY);
-        let mut outcome = Fate::Ok;
+        let mut outcome = Ending::Ok;
         self.follow(target, t_end, |step| {
             samples.sample(step, dt, t_end);
             psi.see(step, 0.0, PSI);
             phi.see(step, 0.0, PHI);
-            if outcome == Fate::Ok {
-                outcome = fate_of(step, self.phi_0);
+            if outcome == Ending::Ok {
+                outcome = ending_of(step, self.phi_0);
             }
             false
         });
@@ -197,13 +197,13 @@ impl Drive {
     }
 
     /// How the way to the final `target` ends within `t_end`.
-    pub fn fate(&self, target: f64, t_end: f64) -> Fate {
-        let mut fate = Fate::Ok;
+    pub fn ending(&self, target: f64, t_end: f64) -> Ending {
+        let mut ending = Ending::Ok;
         self.follow(target, t_end, |step| {
-            fate = fate_of(step, self.phi_0);
-            fate != Fate::Ok
+            ending = ending_of(step, self.phi_0);
+            ending != Ending::Ok
         });
-        fate
+        ending
     }
 
     /// Shows every step to `visit` until it says so or the ballast runs away.
@@ -226,7 +226,7 @@ impl Drive {
     /// The smallest final voltage (or speed, with a speed loop) above the hold whose response whirls or tumbles within
     /// [`CRITICAL_SPAN`], to 1e-8: a scan upwards, then bisection; `None` if none up to 1000 above it.
     /// [`Direction::Reverse`] searches below the hold instead.
-    pub fn critical(&self, direction: Direction) -> Option<Critical> {
+    pub fn critical(&self, direction: Direction) -> Option<StepLimit> {
         const BATCH: usize = 64;
         let hold = if self.law.is_some() {
             0.0
@@ -234,7 +234,7 @@ impl Drive {
             self.vehicle.hold_voltage()
         };
         let way = direction.sign();
-        let fate = |distance: f64| self.fate(hold + way * distance, CRITICAL_SPAN);
+        let ending = |distance: f64| self.ending(hold + way * distance, CRITICAL_SPAN);
         let mut distance: f64 = 0.0;
         let mut bracket = None;
         while bracket.is_none() && distance < 1000.0 {
@@ -243,21 +243,21 @@ impl Drive {
                 distance += (0.004 * distance).max(0.01);
                 edges.push(distance);
             }
-            let fates: Vec<Fate> = edges.par_iter().map(|d| fate(*d)).collect();
-            bracket = fates
+            let endings: Vec<Ending> = edges.par_iter().map(|d| ending(*d)).collect();
+            bracket = endings
                 .iter()
-                .position(|f| *f != Fate::Ok)
-                .map(|k| (edges[k.saturating_sub(1)], edges[k], fates[k]));
+                .position(|f| *f != Ending::Ok)
+                .map(|k| (edges[k.saturating_sub(1)], edges[k], endings[k]));
         }
         let (mut good, mut bad, mut outcome) = bracket?;
         while bad - good > 2e-9 {
             let middle = 0.5 * (good + bad);
-            match fate(middle) {
-                Fate::Ok => good = middle,
+            match ending(middle) {
+                Ending::Ok => good = middle,
                 failed => (bad, outcome) = (middle, failed),
             }
         }
-        Some(Critical {
+        Some(StepLimit {
             critical: hold + way * bad,
             outcome,
         })
@@ -265,14 +265,14 @@ impl Drive {
 }
 
 /// Whether something has turned fully by the end of a step, and what.
-fn fate_of(step: &Dense<8>, phi_0: f64) -> Fate {
+fn ending_of(step: &Dense<8>, phi_0: f64) -> Ending {
     let x = step.at(step.end());
     if (x[PHI] - phi_0).abs() >= TAU {
-        Fate::Whirl
+        Ending::Whirl
     } else if x[GAMMA].abs() >= TAU {
-        Fate::Tumble
+        Ending::Tumble
     } else {
-        Fate::Ok
+        Ending::Ok
     }
 }
 

@@ -25,9 +25,9 @@ fn close(a: f64, b: f64, tolerance: f64) -> bool {
 }
 
 /// The limit lies just below `want`'s last digit: the step fails above it and not below, in the way said.
-fn assert_limit(drive: &Drive, want: f64, tolerance: f64, how: Fate) {
-    assert_eq!(drive.fate(want - tolerance, CRITICAL_SPAN), Fate::Ok, "{want}");
-    assert_eq!(drive.fate(want + tolerance, CRITICAL_SPAN), how, "{want}");
+fn assert_limit(drive: &Drive, want: f64, tolerance: f64, how: Ending) {
+    assert_eq!(drive.ending(want - tolerance, CRITICAL_SPAN), Ending::Ok, "{want}");
+    assert_eq!(drive.ending(want + tolerance, CRITICAL_SPAN), how, "{want}");
 }
 
 /// Erratum E37: a platform of 15 % of the vehicle's mass costs 18.7 % of the step.
@@ -35,11 +35,11 @@ fn assert_limit(drive: &Drive, want: f64, tolerance: f64, how: Fate) {
 fn a_passive_platform_lowers_the_step_limit() {
     let found = passive(0.15).critical(Direction::Forward).unwrap();
     assert!(
-        close(found.critical, 4.0847, 5e-5) && found.outcome == Fate::Whirl,
+        close(found.critical, 4.0847, 5e-5) && found.outcome == Ending::Whirl,
         "{found:?}"
     );
     for (kr, want) in [(1e-6, 5.0230), (0.015, 4.9149), (0.05, 4.6695), (0.4, 3.1869)] {
-        assert_limit(&passive(kr), want, 6e-5, Fate::Whirl);
+        assert_limit(&passive(kr), want, 6e-5, Ending::Whirl);
     }
     let bare = 5.023_056_271_100;
     assert!(close(1.0 - found.critical / bare, 0.187, 5e-4) && close(1.0 - 4.9149 / bare, 0.022, 5e-4));
@@ -53,11 +53,11 @@ fn a_passive_platform_lowers_the_step_limit() {
 fn an_unlimited_spar_controller_tumbles_its_ballast_first() {
     let found = controlled(0.15).critical(Direction::Forward).unwrap();
     assert!(
-        close(found.critical, 2.838, 5e-4) && found.outcome == Fate::Tumble,
+        close(found.critical, 2.838, 5e-4) && found.outcome == Ending::Tumble,
         "{found:?}"
     );
-    assert_limit(&controlled(0.015), 1.239, 6e-4, Fate::Tumble);
-    assert_limit(&controlled(0.4), 3.205, 6e-4, Fate::Whirl);
+    assert_limit(&controlled(0.015), 1.239, 6e-4, Ending::Tumble);
+    assert_limit(&controlled(0.4), 3.205, 6e-4, Ending::Whirl);
     let psi = |drive: Drive, u: f64| drive.run(u, CRITICAL_SPAN, 1.0).psi_max_deg;
     let near = 0.999 * found.critical;
     for (got, want, tolerance) in [
@@ -151,7 +151,7 @@ fn the_speed_loop_with_a_ramp_meets_the_claim() {
         let run = drive.run(4.0, CRITICAL_SPAN, 1.0);
         // The poorly damped speed swings about the reference.
         let speed = run.theta[100] / 100.0;
-        assert!(run.outcome == Fate::Ok && close(speed, 4.0, 0.4), "{speed}");
+        assert!(run.outcome == Ending::Ok && close(speed, 4.0, 0.4), "{speed}");
         run.psi_max_deg
     };
     let (with, without) = (psi(controlled(0.15)), psi(passive(0.15)));

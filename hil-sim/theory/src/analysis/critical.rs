@@ -35,7 +35,7 @@ impl Direction {
 
 /// The limit found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Critical {
+pub struct CriticalValue {
     /// The smallest final value (in the direction searched) at which responses that return become
     /// responses that leave; the hold itself if no response near it returns.
     pub value: f64,
@@ -86,7 +86,7 @@ pub fn critical(
     input: &Input,
     start: State,
     direction: Direction,
-) -> Result<Option<Critical>, NoLimit> {
+) -> Result<Option<CriticalValue>, NoLimit> {
     let judge = Judge::new(p, input).ok_or(NoLimit::NoEquilibrium)?;
     if p.zeta <= 0.0 && input.law.is_none() {
         return Err(NoLimit::NoDamping);
@@ -201,7 +201,7 @@ impl Search {
     }
 
     /// The crossing within the bracket.
-    fn refine(&self, bracket: Bracket, hold_fails: bool) -> Critical {
+    fn refine(&self, bracket: Bracket, hold_fails: bool) -> CriticalValue {
         let first = bracket.fails - bracket.returns;
         let mut low = self.sharp(bracket.returns, first);
         let mut high = self.sharp(bracket.fails, first);
@@ -259,12 +259,12 @@ impl Search {
         *(if point.fate == Fate::Returns { low } else { high }) = point;
     }
 
-    fn found(&self, failing: &Point, distance: f64, hold_fails: bool) -> Critical {
+    fn found(&self, failing: &Point, distance: f64, hold_fails: bool) -> CriticalValue {
         let whirl_direction = match failing.fate {
             Fate::Leaves(way) => way,
             Fate::Returns => self.sign as i8,
         };
-        Critical {
+        CriticalValue {
             value: self.target(distance),
             whirl_direction,
             hold_fails,

@@ -194,13 +194,13 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
 
     /// `x + h sum of weighted stages`.
     #[inline]
-    fn combined<const K: usize>(&self, x: &[f64; N], h: f64, row: &c::Row<K>) -> [f64; N] {
+    fn combined<const K: usize>(&self, x: &[f64; N], h: f64, row: &c::TableauRow<K>) -> [f64; N] {
         let sum = self.weighted(row);
         std::array::from_fn(|i| x[i] + h * sum[i])
     }
 
     #[inline]
-    fn weighted<const K: usize>(&self, row: &c::Row<K>) -> [f64; N] {
+    fn weighted<const K: usize>(&self, row: &c::TableauRow<K>) -> [f64; N] {
         let mut sum = [0.0; N];
         for &(stage, weight) in row {
             for (s, k) in sum.iter_mut().zip(&self.k[stage]) {

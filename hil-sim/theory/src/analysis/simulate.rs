@@ -18,7 +18,7 @@ const PIECES: i32 = 8;
 
 /// A sampled run. Forces over `(M + m) g`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct Run {
+pub struct PlanarRun {
     /// Times of the samples.
     pub t: Vec<f64>,
     /// Wheel angle, rad.
@@ -81,7 +81,7 @@ impl Extremes {
         }
     }
 
-    fn finish(&self, run: &mut Run) {
+    fn finish(&self, run: &mut PlanarRun) {
         run.phi_max = self.phi_max;
         run.phi_min = self.phi_min;
         run.whirled = self.phi_max - self.phi_start >= TAU || self.phi_start - self.phi_min >= TAU;
@@ -100,11 +100,11 @@ pub fn simulate(
     start: PlanarState<f64>,
     t_end: f64,
     sample: f64,
-) -> Result<Run, StepTooSmall> {
+) -> Result<PlanarRun, StepTooSmall> {
     let planar = Planar::new(*p);
-    let mut run = Run::default();
+    let mut run = PlanarRun::default();
     let mut extremes = Extremes::new(start[PHI]);
-    let record = |run: &mut Run, t: f64, x: &PlanarState<f64>| {
+    let record = |run: &mut PlanarRun, t: f64, x: &PlanarState<f64>| {
         let u = input.voltage(t, x);
         run.push(t, x, u, &planar.contact_forces(x, u));
     };
@@ -188,7 +188,7 @@ pub fn simulate_f32(
     t_end: f64,
     sample: f64,
     dt: f64,
-) -> Run {
+) -> PlanarRun {
     let planar: Planar<f32> = Planar::new(p.cast());
     let law = input.law.map(|law| SpeedLaw {
         feed_forward_zeta: law.feed_forward_zeta as f32,
@@ -199,7 +199,7 @@ pub fn simulate_f32(
     let limit = input.u_max as f32;
     let step = dt as f32;
     let mut x = start.map(|v| v as f32);
-    let mut run = Run::default();
+    let mut run = PlanarRun::default();
     let mut extremes = Extremes::new(f64::from(x[PHI]));
     let steps = (t_end / dt).round() as u64;
     let mut next: f64 = 0.0;
@@ -228,7 +228,7 @@ pub fn simulate_f32(
     run
 }
 
-impl Run {
+impl PlanarRun {
     fn push(&mut self, t: f64, x: &PlanarState<f64>, u: f64, forces: &ContactForces<f64>) {
         self.t.push(t);
         self.theta.push(x[THETA]);

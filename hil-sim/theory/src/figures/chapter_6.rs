@@ -2,22 +2,17 @@
 
 use model::dynamics::spatial::{PHI, PHI_RATE, PSI, RATE_L, RATE_R, Spatial, SpatialParameters, SpatialState};
 
-use super::{Entry, Figure, FigureError, Verdict};
+use super::figure::{Entry, Figure, FigureError, Verdict};
 use crate::analysis::dop853::Dop853;
+use crate::analysis::series::last;
 use crate::analysis::spatial;
 use report::plot::{Chart, Series};
 
 /// The chapter's figures.
 pub const FIGURES: &[Entry] = &[
-    Entry {
-        id: "6.1a",
-        make: level_turn,
-    },
-    Entry {
-        id: "6.1b",
-        make: side_slope,
-    },
-    Entry { id: "6.1c", make: spin },
+    Entry::new("6.1a", level_turn),
+    Entry::new("6.1b", side_slope),
+    Entry::new("6.1c", spin),
 ];
 
 const SPAN: f64 = 10.0;
@@ -49,7 +44,6 @@ struct Track {
 
 impl Track {
     fn end(&self) -> String {
-        let last = |x: &[f64]| x.last().copied().unwrap_or(f64::NAN);
         format!("{:.3}, {:.3}, {:.3}", last(&self.x), last(&self.y), last(&self.psi))
     }
 }

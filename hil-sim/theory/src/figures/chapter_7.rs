@@ -3,30 +3,19 @@
 use model::dynamics::camera::CameraParameters;
 use rayon::prelude::*;
 
-use super::{Entry, Figure, FigureError, Verdict};
+use super::figure::{Entry, Figure, FigureError, Verdict};
 use crate::analysis::camera::{CameraRun, Experiment};
 use crate::analysis::lqr::{Weights, regulator};
+use crate::analysis::series::{degrees, first, largest};
 use report::plot::{Chart, Series};
 
 /// The chapter's figures.
 pub const FIGURES: &[Entry] = &[
-    Entry { id: "7.2a", make: tilt },
-    Entry {
-        id: "7.2b",
-        make: tilt_effort,
-    },
-    Entry {
-        id: "7.3a",
-        make: forced,
-    },
-    Entry {
-        id: "7.3b",
-        make: forced_effort,
-    },
-    Entry {
-        id: "7.4a",
-        make: recovery,
-    },
+    Entry::new("7.2a", tilt),
+    Entry::new("7.2b", tilt_effort),
+    Entry::new("7.3a", forced),
+    Entry::new("7.3b", forced_effort),
+    Entry::new("7.4a", recovery),
 ];
 
 /// The thesis's platform under its optimal regulator.
@@ -36,10 +25,6 @@ fn reference() -> Result<Experiment, FigureError> {
         .map_err(FigureError::from_error)?
         .gains;
     Ok(Experiment::new(camera, Some(gains)))
-}
-
-fn degrees(x: &[f64]) -> Vec<f64> {
-    x.iter().map(|x| x.to_degrees()).collect()
 }
 
 fn tilted() -> Result<CameraRun, FigureError> {
@@ -61,7 +46,7 @@ fn shaken(controlled: bool) -> Result<CameraRun, FigureError> {
 
 /// The largest |x|, as text.
 fn peak(x: &[f64], digits: usize) -> String {
-    format!("{:.digits$}", x.iter().fold(0.0_f64, |m, x| m.max(x.abs())))
+    format!("{:.digits$}", largest(x))
 }
 
 fn tilt() -> Result<Figure, FigureError> {
@@ -98,7 +83,7 @@ fn tilt() -> Result<Figure, FigureError> {
 fn tilt_effort() -> Result<Figure, FigureError> {
     let run = tilted()?;
     let capacity = CameraParameters::<f64>::thesis().coefficients().k2;
-    let first = run.v.first().copied().unwrap_or(f64::NAN);
+    let first = first(&run.v);
     Ok(
         Figure::new("7.2b", "Ballast after a tilt of 10 deg", Verdict::Confirmed)
             .claim("The control effort, shown as the ballast's angle.")

@@ -6,33 +6,22 @@ use model::dynamics::coupled::{Bearing, CoupledParameters};
 use model::dynamics::planar::PlanarParameters;
 use rayon::prelude::*;
 
-use super::{Entry, Figure, FigureError, Verdict};
-use crate::analysis::coupled::{CRITICAL_SPAN, CoupledRun, Critical, Drive, with_thesis_spar};
+use super::figure::{Entry, Figure, FigureError, Verdict};
+use crate::analysis::coupled::{CRITICAL_SPAN, CoupledRun, Drive, StepLimit, with_thesis_spar};
 use crate::analysis::critical::Direction;
 use crate::analysis::lqr::{Weights, regulator};
+use crate::analysis::series::{degrees, largest, last};
 use crate::analysis::waveform::Waveform;
 use report::plot::{Chart, Series};
 
 /// The chapter's figures.
 pub const FIGURES: &[Entry] = &[
-    Entry { id: "8.2", make: spar },
-    Entry {
-        id: "8.3",
-        make: ballast,
-    },
-    Entry { id: "8.4", make: wheel },
-    Entry {
-        id: "8.5",
-        make: reaction_mass,
-    },
-    Entry {
-        id: "8.5a",
-        make: step_limits,
-    },
-    Entry {
-        id: "8.5b",
-        make: bearings,
-    },
+    Entry::new("8.2", spar),
+    Entry::new("8.3", ballast),
+    Entry::new("8.4", wheel),
+    Entry::new("8.5", reaction_mass),
+    Entry::new("8.5a", step_limits),
+    Entry::new("8.5b", bearings),
 ];
 
 /// Ballast of the chapter's example over M + m.
@@ -56,7 +45,7 @@ fn drive(kr: f64, bearing: Bearing, controlled: bool) -> Result<Drive, FigureErr
         .ok_or_else(|| FigureError("no static equilibrium".into()))
 }
 
-fn limit(drive: &Drive) -> Result<Critical, FigureError> {
+fn limit(drive: &Drive) -> Result<StepLimit, FigureError> {
     drive
         .critical(Direction::Forward)
         .ok_or_else(|| FigureError("no step limit found".into()))
@@ -72,10 +61,6 @@ fn ramped(drive: Drive) -> Drive {
     }
 }
 
-fn degrees(x: &[f64]) -> Vec<f64> {
-    x.iter().map(|x| x.to_degrees()).collect()
-}
-
 /// The ballast from the vertical, deg.
 fn ballast_angle(run: &CoupledRun) -> Vec<f64> {
     run.psi
@@ -83,10 +68,6 @@ fn ballast_angle(run: &CoupledRun) -> Vec<f64> {
         .zip(&run.gamma)
         .map(|(psi, gamma)| (psi + gamma).to_degrees())
         .collect()
-}
-
-fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 
 fn spar() -> Result<Figure, FigureError> {
@@ -224,19 +205,19 @@ fn reaction_mass() -> Result<Figure, FigureError> {
 
 fn step_limits() -> Result<Figure, FigureError> {
     const MASSES: [f64; 11] = [1e-4, 0.015, 0.03, 0.05, 0.08, 0.11, 0.15, 0.2, 0.26, 0.33, 0.4];
-    let limits = |controlled: bool| -> Result<Vec<Critical>, FigureError> {
+    let limits = |controlled: bool| -> Result<Vec<StepLimit>, FigureError> {
         MASSES
             .par_iter()
             .map(|kr| limit(&drive(*kr, Bearing::Inertial, controlled)?))
             .collect()
     };
     let (passive, controlled) = (limits(false)?, limits(true)?);
-    let values = |limits: &[Critical]| limits.iter().map(|c| c.critical).collect::<Vec<_>>();
+    let values = |limits: &[StepLimit]| limits.iter().map(|c| c.critical).collect::<Vec<_>>();
     let mut figure = Figure::new("8.5a", "Step limit over the ballast's mass", Verdict::Added)
         .claim("A ballast of up to 15 % of the vehicle's mass does not matter.");
     for (k, thesis) in [(1, "5.0345"), (3, "5.0345"), (6, "5.0345"), (10, "")] {
         for (spar, limits) in [("passive", &passive), ("controlled", &controlled)] {
-            let Critical { critical, outcome } = limits[k];
+            let StepLimit { critical, outcome } = limits[k];
             let name = format!("limit, {spar}, {:.1} %", 100.0 * MASSES[k]);
             figure = figure.number(name, thesis, format!("{critical:.4} ({})", outcome.name()));
         }
@@ -264,13 +245,19 @@ fn bearings() -> Result<Figure, FigureError> {
     ] {
         let run = drive(BALLAST, bearing, false)?.run(2.0, 300.0, 0.1);
         let controlled = drive(BALLAST, bearing, true)?.run(2.0, 300.0, 1.0);
-        let last = |x: &[f64]| x.last().map_or(f64::NAN, |x| x.to_degrees());
         // What has died out is 0, not -0.
-        let last = |x: &[f64]| if last(x).abs() < 5e-4 { 0.0 } else { last(x) };
+        let at_the_end = |x: &[f64]| match last(x).to_degrees() {
+            psi if psi.abs() < 5e-4 => 0.0,
+            psi => psi,
+        };
         figure = figure.number(
             format!("{name}: psi at t = 300 (deg)"),
             "",
-            format!("{:.3}, controlled {:.3}", last(&run.psi), last(&controlled.psi)),
+            format!(
+                "{:.3}, controlled {:.3}",
+                at_the_end(&run.psi),
+                at_the_end(&controlled.psi)
+            ),
         );
         chart = chart.with(Series::new(name, &run.t, &degrees(&run.psi)));
     }

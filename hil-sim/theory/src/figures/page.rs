@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Figure, Verdict};
+use super::figure::{Figure, Verdict};
 use report::html::{document, escaped};
 
 /// The whole page: each figure with the SVG of its charts.
