@@ -1,4 +1,4 @@
-//! The vehicle that carries a camera platform (ch. 8, corrected): responses and step limits.
+//! The vehicle that carries a camera spar (ch. 8, corrected): responses and step limits.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -19,9 +19,9 @@ use super::dop853::Dense;
 use super::trajectory::{Extent, Trajectory, follow};
 use super::waveform::Waveform;
 
-/// Rate of the ballast beyond which a run is given up: it has long turned over.
+/// Rate of the ballast beyond which a run ends: the ballast has long turned over.
 const RUNAWAY_RATE: f64 = 1e5;
-/// The span within which a step limit asks for a whirl or a tumble.
+/// The span within which the search for a step limit looks for a whirl or a tumble, in time units.
 pub const CRITICAL_SPAN: f64 = 100.0;
 
 /// The thesis's spar on the vehicle `planar`: `lp` wheel radii long, its ballast `kr` of M + m and the
@@ -48,9 +48,9 @@ pub fn static_limit(p: &CoupledParameters<f64>) -> f64 {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Ending {
-    /// Neither of the two.
+    /// Neither the arm nor the ballast turned fully.
     Ok,
-    /// The reaction mass turned fully.
+    /// The arm turned fully.
     Whirl,
     /// The ballast turned fully first.
     Tumble,
@@ -72,26 +72,26 @@ impl Ending {
 pub struct Drive {
     /// The vehicle.
     pub vehicle: CoupledParameters<f64>,
-    /// The spar's gains in vehicle units; without them the camera motor is left at v = 0.
+    /// The spar's gains in vehicle units; without gains the ballast motor stays at v = 0.
     pub gains: Option<[f64; 4]>,
-    /// The speed loop (3.25), if the drive's target is a speed and not a voltage.
+    /// The speed loop (3.25), if the target is a speed and not a voltage.
     pub law: Option<SpeedLaw<f64>>,
-    /// How the target is reached: a voltage from the hold, a speed from rest.
+    /// How the input moves to its target: a voltage from the hold, a speed from 0.
     pub waveform: Waveform,
-    /// Time of that move.
+    /// Duration of that move, in time units.
     pub ramp_time: f64,
     /// phi at the start, at rest.
     pub phi_0: f64,
 }
 
-/// What came of a drive.
+/// The sampled motion of a drive, and how it ended.
 #[derive(Debug, Clone, Serialize)]
 pub struct CoupledRun {
     /// Sample times.
     pub t: Vec<f64>,
     /// Wheel, rad.
     pub theta: Vec<f64>,
-    /// Reaction mass from the vertical, rad.
+    /// Arm from the vertical, rad.
     pub phi: Vec<f64>,
     /// Spar from the vertical, rad.
     pub psi: Vec<f64>,
@@ -107,9 +107,9 @@ pub struct CoupledRun {
     pub gamma_rate: Vec<f64>,
     /// Drive voltage.
     pub voltage: Vec<f64>,
-    /// Camera motor's voltage, in vehicle units.
+    /// Ballast motor's voltage, in vehicle units.
     pub v: Vec<f64>,
-    /// How it ended. A run whose ballast runs away ends early.
+    /// How the drive ended. A run whose ballast runs away ends early.
     pub outcome: Ending,
     /// Largest |psi|, deg.
     pub psi_max_deg: f64,
@@ -117,12 +117,12 @@ pub struct CoupledRun {
     pub phi_max_deg: f64,
 }
 
-/// A step limit.
+/// The smallest input that fails.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct StepLimit {
-    /// The smallest final voltage that fails.
+    /// The smallest final voltage (or speed, with a speed loop) that fails.
     pub critical: f64,
-    /// How it fails.
+    /// How the drive fails there.
     pub outcome: Ending,
 }
 
@@ -153,7 +153,7 @@ impl Drive {
         }
     }
 
-    /// The camera motor's voltage in the state `x`.
+    /// The ballast motor's voltage in the state `x`.
     pub fn camera_voltage(&self, x: &CoupledState<f64>) -> f64 {
         let law = |gains| CameraLaw { gains }.voltage(x[PSI], x[GAMMA], x[PSI_RATE], x[GAMMA_RATE]);
         self.gains.map_or(0.0, law)
@@ -196,7 +196,7 @@ impl Drive {
         }
     }
 
-    /// How the way to the final `target` ends within `t_end`.
+    /// How the drive to the final `target` ends within `t_end`.
     pub fn ending(&self, target: f64, t_end: f64) -> Ending {
         let mut ending = Ending::Ok;
         self.follow(target, t_end, |step| {
@@ -206,13 +206,13 @@ impl Drive {
         ending
     }
 
-    /// Shows every step to `visit` until it says so or the ballast runs away.
+    /// Shows every step to `visit` until `visit` returns true or the ballast runs away.
     fn follow(&self, target: f64, t_end: f64, mut visit: impl FnMut(&Dense<8>) -> bool) {
         let model = Coupled::new(self.vehicle);
         let rate = |t: f64, x: &CoupledState<f64>| model.rate(x, self.voltage(target, t, x), self.camera_voltage(x));
         let start = [0.0, self.phi_0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let kinks = [self.waveform.duration(self.ramp_time)];
-        // A step too small is a runaway too, and the last step seen has told so.
+        // The steps become too small only in a runaway, which `visit` has seen in the last step.
         let _ = follow(rate, start, t_end, &kinks, |step| {
             let runaway = step.at(step.end())[GAMMA_RATE].abs() > RUNAWAY_RATE;
             if visit(step) || runaway {
@@ -223,9 +223,9 @@ impl Drive {
         });
     }
 
-    /// The smallest final voltage (or speed, with a speed loop) above the hold whose response whirls or tumbles within
-    /// [`CRITICAL_SPAN`], to 1e-8: a scan upwards, then bisection; `None` if none up to 1000 above it.
-    /// [`Direction::Reverse`] searches below the hold instead.
+    /// The smallest final voltage (or speed, with a speed loop) above the hold whose response whirls or
+    /// tumbles within [`CRITICAL_SPAN`], to 1e-8: by a scan upwards, then bisection. `None` if no final value
+    /// up to 1000 above the hold fails. [`Direction::Reverse`] searches below the hold instead.
     pub fn critical(&self, direction: Direction) -> Option<StepLimit> {
         const BATCH: usize = 64;
         let hold = if self.law.is_some() {
@@ -264,7 +264,7 @@ impl Drive {
     }
 }
 
-/// Whether something has turned fully by the end of a step, and what.
+/// What has turned fully by the end of a step, if anything.
 fn ending_of(step: &Dense<8>, phi_0: f64) -> Ending {
     let x = step.at(step.end());
     if (x[PHI] - phi_0).abs() >= TAU {

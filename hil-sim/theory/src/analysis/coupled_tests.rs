@@ -24,15 +24,15 @@ fn close(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() < tolerance
 }
 
-/// The limit lies just below `want`'s last digit: the step fails above it and not below, in the way said.
+/// The drive fails just above `want` in the way `how`, and does not fail just below.
 fn assert_limit(drive: &Drive, want: f64, tolerance: f64, how: Ending) {
     assert_eq!(drive.ending(want - tolerance, CRITICAL_SPAN), Ending::Ok, "{want}");
     assert_eq!(drive.ending(want + tolerance, CRITICAL_SPAN), how, "{want}");
 }
 
-/// Erratum E37: a platform of 15 % of the vehicle's mass costs 18.7 % of the step.
+/// Erratum E37: a ballast of 15 % of the vehicle's mass costs 18.7 % of the step.
 #[test]
-fn a_passive_platform_lowers_the_step_limit() {
+fn a_passive_spar_lowers_the_step_limit() {
     let found = passive(0.15).critical(Direction::Forward).unwrap();
     assert!(
         close(found.critical, 4.0847, 5e-5) && found.outcome == Ending::Whirl,
@@ -80,7 +80,7 @@ fn the_static_limit_counts_every_mass_over_the_same_mass() {
     let p = vehicle(0.15, Bearing::Inertial);
     assert!(close(p.platform_mass(), 0.3, 1e-15));
     assert!(close(static_limit(&p).to_degrees(), 33.631, 5e-4));
-    // As printed: platform masses over M = (1 - alpha)(M + m), the rest over M + m.
+    // As printed: the spar's masses over M = (1 - alpha)(M + m), the rest over M + m.
     let printed = (0.72_f64 / (1.0 + 0.3 / (1.0 - 0.9))).asin().to_degrees();
     assert!(close(printed, 10.370, 5e-4), "{printed}");
     // Rest in equilibrium just inside the limit; none just outside.
@@ -110,7 +110,7 @@ fn the_same_weights_are_not_the_same_controller() {
     for (got, want) in same.iter().zip([-3.452, 0.2565, -1.843, -0.2436]) {
         assert!(close(*got, want, 5e-4 * want.abs().max(0.1)), "{same:?}");
     }
-    // The vehicle's units with ch. 7's Q and r: the platform with masses kc times as large.
+    // The vehicle's units with ch. 7's Q and r: a spar with masses kc times as large.
     let k = p.coefficients();
     let mass = [[k.m1 + k.m2 + 2.0 * k.m3, k.m2 + k.m3], [k.m2 + k.m3, k.m2]];
     let camera = CameraParameters::<f64>::thesis().coefficients();
@@ -136,8 +136,8 @@ fn the_same_weights_are_not_the_same_controller() {
     assert!(same.iter().zip(f32_gains).all(|(a, b)| close(*a, b, 1e-6)));
 }
 
-/// Erratum E38: what does meet the claim of 4 deg against more than 60 deg: the speed loop, its reference
-/// of 4 ramped over 5.
+/// Erratum E38: the speed loop, its reference of 4 ramped over 5, meets the claim of 4 deg against more than
+/// 60 deg.
 #[test]
 fn the_speed_loop_with_a_ramp_meets_the_claim() {
     let law = SpeedLaw::thesis(2.2, 0.72);
@@ -163,7 +163,7 @@ fn the_speed_loop_with_a_ramp_meets_the_claim() {
 
 /// Erratum E33: where the spar is pivoted decides whether it stays up.
 #[test]
-fn a_spar_on_the_turning_axle_tips_and_one_on_the_chassis_does_not() {
+fn a_spar_on_the_turning_axle_tips_and_one_on_the_arm_does_not() {
     let psi_deg = |bearing, gains: Option<[f64; 4]>, t_end: f64| {
         let v = vehicle(0.15, bearing);
         let drive = Drive::step(v, gains.map(|g| v.gains_in_vehicle_units(g))).unwrap();
@@ -178,13 +178,13 @@ fn a_spar_on_the_turning_axle_tips_and_one_on_the_chassis_does_not() {
     // On the axle: 1.105 deg off for ever with the controller, and over without it.
     assert!(close(psi_deg(Bearing::Axle, Some(thesis_gains()), 100.0), -1.105, 5e-4));
     assert!(close(psi_deg(Bearing::Axle, None, 300.0), -115.1, 0.05));
-    // It has no equilibrium: the bearing's drag is more than the spar's own weight can hold.
+    // No equilibrium exists: the bearing's drag exceeds what the spar's own weight can balance.
     let v = vehicle(0.15, Bearing::Axle);
     assert!(v.zeta_c * 0.8547 > v.coefficients().k1);
     assert!(psi_deg(Bearing::Axle, None, 400.0) < -360.0);
 }
 
-/// Erratum E34: a camera motor fed with the drive's rate would have to hold more than the ballast weighs.
+/// Erratum E34: a ballast motor fed with the drive's rate would have to hold more than the ballast weighs.
 #[test]
 fn the_drive_rate_in_the_camera_motor_leaves_no_equilibrium() {
     let p = vehicle(0.15, Bearing::Inertial);
@@ -193,7 +193,7 @@ fn the_drive_rate_in_the_camera_motor_leaves_no_equilibrium() {
     assert!(close(bias, 0.064, 5e-4) && close(capacity, 0.025, 5e-4) && bias > capacity);
 }
 
-/// The closed form's balance along a whole run: energy against the work of both motors and the bearing.
+/// Along a whole run of the closed form, the energy equals the work of both motors and of the bearing.
 #[test]
 fn energy_balances_over_a_run_with_every_bearing() {
     for bearing in [Bearing::Inertial, Bearing::Chassis, Bearing::Axle] {
@@ -220,7 +220,7 @@ fn energy_balances_over_a_run_with_every_bearing() {
     }
 }
 
-/// In f32 with a fixed step, as a plant on the vehicle would run it.
+/// The model in f32 with a fixed step, as the vehicle's own arithmetic would run it.
 #[test]
 fn f32_follows_f64() {
     let p = vehicle(0.15, Bearing::Chassis);

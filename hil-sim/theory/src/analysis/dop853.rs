@@ -3,8 +3,8 @@
 
 use super::dop853_coefficients as c;
 
-/// Why an integration cannot go on: it needs too small a step, or, where their number is limited, too
-/// many of them.
+/// Why an integration cannot go on: the next step is too small, or the limit on the number of steps is
+/// reached.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("the motion cannot be followed beyond t = {t:e}: it needs steps of {step:e}")]
 pub struct StepTooSmall {
@@ -14,7 +14,7 @@ pub struct StepTooSmall {
     pub step: f64,
 }
 
-/// The most steps of a run that is sampled: seconds of work, and ten times what the longest span needs.
+/// The most steps of a sampled run: ten times what the longest span needs, and seconds of work.
 pub const MOST_STEPS: u64 = 2_000_000;
 
 /// An integration in progress: the state `x` at the time `t`.

@@ -18,7 +18,7 @@ pub struct EnvelopePoint {
     pub waveform: Waveform,
     /// The critical forward voltage from the static equilibrium; `None` if none whirls.
     pub critical: Option<f64>,
-    /// The way the mass turns: +1 forward, -1 backward.
+    /// The way the arm turns: +1 forward, -1 backward.
     pub whirl_direction: Option<i8>,
 }
 

@@ -25,7 +25,7 @@ fn the_reference_vehicle_has_the_optimal_gains_of_its_spar() {
     }
 }
 
-/// The model's own test of a vehicle's gains against the eigenvalues, on spars and gains of every kind.
+/// The model's stability test of a vehicle's gains agrees with the eigenvalues, for random spars and gains.
 #[test]
 fn gains_that_hold_the_spar_are_told_from_those_that_do_not() {
     let mut noise = plant::noise::Noise::new(5, 0);
@@ -43,12 +43,12 @@ fn gains_that_hold_the_spar_are_told_from_those_that_do_not() {
         let Ok(optimal) = regulator(&camera, &Weights::THESIS) else {
             continue;
         };
-        // From the optimum out to gains that have nothing to do with it.
+        // From the optimum out to gains far away from it.
         let spread = between(0.0, 2.0);
         let gains = optimal.gains.map(|gain| gain * (1.0 + between(-spread, spread)));
         let poles = closed_loop_poles(&camera, &gains).unwrap();
         let slowest = poles.iter().fold(f64::NEG_INFINITY, |slowest, p| slowest.max(p[0]));
-        // On the very edge rounding decides.
+        // Within rounding of the edge the two may differ.
         if slowest.abs() < 1e-6 {
             continue;
         }
@@ -77,7 +77,7 @@ fn the_printed_gains_are_unstable_with_either_sign() {
         let poles = closed_loop_poles(&camera, &gains).unwrap();
         poles.into_iter().filter(|p| p[0] > 0.0).collect::<Vec<_>>()
     };
-    // v = -g . x: a real pole, and a growing oscillation besides.
+    // v = -g . x: a real pole and a growing oscillation.
     let minus = unstable(printed);
     assert!(
         minus.iter().any(|p| close(p[0], 2.198, 5e-4) && p[1] == 0.0),
@@ -95,7 +95,7 @@ fn the_printed_gains_are_unstable_with_either_sign() {
     assert!(twice.iter().any(|p| close(p[0], 9.776, 5e-4)), "{twice:?}");
 }
 
-/// The gain by another road: the Riccati differential equation integrated backwards from P = 0, in plain
+/// The gains by another method: the Riccati differential equation integrated backwards from P = 0, in plain
 /// arrays.
 fn by_integration(camera: &CameraParameters<f64>, weights: &Weights, span: f64, steps: usize) -> [f64; 4] {
     type Square = [[f64; 4]; 4];

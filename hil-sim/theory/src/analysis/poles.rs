@@ -13,8 +13,8 @@ pub fn eigenvalues<const N: usize>(a: &SMatrix<f64, N, N>) -> Option<[[f64; 2]; 
     }
     let schur = Schur::try_new(DMatrix::from_fn(N, N, |i, j| a[(i, j)]), f64::EPSILON, MOST_ITERATIONS)?;
     let values = schur.complex_eigenvalues();
-    // Where rounding makes the discriminant of a double eigenvalue positive, the library takes the root of
-    // its negative.
+    // The library takes the imaginary part from a discriminant that rounding may make positive at a double
+    // eigenvalue: the part is then NaN and stands for 0.
     let or_zero = |im: f64| if im.is_nan() { 0.0 } else { im };
     let mut found = std::array::from_fn(|i| [values[i].re, or_zero(values[i].im)]);
     found.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
@@ -80,8 +80,8 @@ mod tests {
         );
     }
 
-    /// Double roots at a fixed place of a companion matrix: on either side of the real axis or on it, as
-    /// rounding decides, and never without a number.
+    /// Rounding splits the double root of a companion matrix along or across the real axis, and every part
+    /// of it stays a number.
     #[test]
     fn double_eigenvalues_have_numbers() {
         let mut next = numbers(3);

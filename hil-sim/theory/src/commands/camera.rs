@@ -1,4 +1,4 @@
-//! `hil-sim camera`.
+//! `hil-sim camera`: the camera spar alone, tilted or shaken.
 
 use clap::Args;
 
@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     };
     let result = experiment.run(t_end, sample);
     let reached = result.t.last().copied().unwrap_or(0.0);
-    // A ballast that runs away may end a run early; anything else must not.
+    // Only a ballast that runs away may end a run early.
     let turned_over = result.phi.iter().any(|phi| phi.abs() >= std::f64::consts::TAU);
     if !turned_over && reached < t_end - 1.001 * sample {
         return Err(CommandError::Other(format!(

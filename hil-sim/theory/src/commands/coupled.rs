@@ -1,4 +1,4 @@
-//! `hil-sim coupled`.
+//! `hil-sim coupled`: the vehicle that carries a camera spar, and its step limits.
 
 use clap::{Args, ValueEnum};
 use model::dynamics::coupled::{Bearing, CoupledParameters};
@@ -37,7 +37,7 @@ pub struct Arguments {
     voltage: Option<f64>,
     #[command(flatten)]
     waveform: WaveformArguments,
-    /// Search the smallest final voltage that whirls the vehicle or tumbles the ballast
+    /// Search the smallest final voltage that turns the arm or the ballast over
     #[arg(long, conflicts_with = "voltage")]
     critical: bool,
     /// Which way from the hold to search
@@ -52,7 +52,7 @@ pub struct Arguments {
 /// A bearing's name on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum BearingName {
-    /// Nothing, as printed in (8.3)
+    /// Inertial space, as printed in (8.3)
     Inertial,
     /// The arm
     #[value(alias = "chassis")]

@@ -49,7 +49,7 @@ pub struct Arguments {
 struct CriticalJson {
     /// The smallest failing final value; null if none fails.
     critical: Option<f64>,
-    /// +1 or -1.
+    /// The way the arm turns: +1 forward, -1 backward; null if no final value fails.
     whirl_direction: Option<i8>,
     /// Whether the arm turns over even at the hold, so that the search began beyond it.
     hold_fails: bool,

@@ -58,8 +58,8 @@ impl PlanarArguments {
 }
 
 impl PlanarVehicle {
-    /// The parameters, for a command that starts from the static equilibrium: the slope must have one
-    /// (3.16), `|sin beta| < alpha l`.
+    /// The parameters, for a command that starts from the static equilibrium, which exists only where
+    /// `|sin beta| < alpha l` (3.16).
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the slope and the limit.
@@ -101,7 +101,7 @@ impl LawArguments {
     /// The law for the vehicle `p`.
     ///
     /// # Errors
-    /// [`CommandError::Input`] naming the flag; every gain of reasonable size is a law, stable or not.
+    /// [`CommandError::Input`] naming the flag of a gain beyond the largest; unstable gains are allowed.
     pub fn resolve(&self, p: &PlanarParameters<f64>) -> Result<SpeedLaw<f64>, CommandError> {
         let feed_forward_zeta = gain("--feed-forward", self.feed_forward.unwrap_or(p.zeta))?;
         Ok(SpeedLaw {
@@ -153,7 +153,7 @@ impl WaveformArguments {
     /// The waveform and its ramp time, checked.
     ///
     /// # Errors
-    /// [`CommandError::Input`] for a negative or absurd ramp time.
+    /// [`CommandError::Input`] for a ramp time that is negative or beyond the longest.
     pub fn resolve(&self) -> Result<(Waveform, f64), CommandError> {
         Ok((self.waveform, ramp_time(self.ramp_time)?))
     }

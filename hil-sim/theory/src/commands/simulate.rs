@@ -21,10 +21,10 @@ const MOST_FIXED_STEPS: f64 = 1e8;
 pub struct Arguments {
     #[command(flatten)]
     vehicle: PlanarArguments,
-    /// Open loop: the final nondimensional voltage; it starts from the hold, sin(beta)
+    /// Open loop: the final nondimensional voltage; the voltage starts from the hold, sin(beta)
     #[arg(long, value_name = "U", value_parser = finite, allow_hyphen_values = true, required_unless_present = "reference")]
     voltage: Option<f64>,
-    /// Closed loop: the final reference speed theta'; it starts from 0
+    /// Closed loop: the final reference speed theta'; the reference starts from 0
     #[arg(long, value_name = "R", value_parser = finite, allow_hyphen_values = true, conflicts_with = "voltage")]
     reference: Option<f64>,
     #[command(flatten)]
@@ -38,7 +38,7 @@ pub struct Arguments {
     start: StartArguments,
     #[command(flatten)]
     span: SpanArguments,
-    /// Use the vehicle's own arithmetic: fixed RK4 steps in f32, the voltage held over each
+    /// Use the vehicle's own arithmetic: fixed RK4 steps in f32, one voltage per step
     #[arg(long, requires = "dt")]
     f32: bool,
     /// Length of the fixed step

@@ -1,4 +1,4 @@
-//! `hil-sim spatial`.
+//! `hil-sim spatial`: one run of the vehicle in space.
 
 use clap::Args;
 use model::dynamics::planar::PlanarParameters;
@@ -33,10 +33,10 @@ pub struct Arguments {
     /// Slope about the first axis in rad, positive downhill along the second [default: 0]
     #[arg(long, value_parser = finite, allow_hyphen_values = true)]
     slope_y: Option<f64>,
-    /// Voltage of the right motor, nondimensional over both wheels' mass
+    /// Nondimensional voltage of the right motor; the sum of both motors is the planar voltage
     #[arg(long, default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
     u_right: f64,
-    /// Voltage of the left motor
+    /// Nondimensional voltage of the left motor
     #[arg(long, default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
     u_left: f64,
     /// State at the start: x,y,psi,theta_r,theta_l,phi,rate_r,rate_l,phi_rate (phi from the plane's normal)

@@ -1,8 +1,8 @@
-//! Checking what the user typed: each message names the flag, the value and what is allowed.
+//! Checks of the values that the user typed: each message names the flag, the value and what is allowed.
 
 use report::error::CommandError;
 
-/// Parses a finite number; what clap calls for every numeric flag.
+/// Parses a finite number: the value parser of every numeric flag.
 ///
 /// # Errors
 /// What is allowed (clap adds the flag and the value).
@@ -25,15 +25,15 @@ pub fn require(flag: &str, value: f64, ok: bool, allowed: &str) -> Result<f64, C
     }
 }
 
-/// The largest parameter, gain or friction coefficient: beyond it only typing mistakes lie, and the
-/// arithmetic ends.
+/// The largest parameter, gain or friction coefficient: a larger one is a typing mistake and would overflow
+/// the arithmetic.
 const LARGEST: f64 = 1e6;
 /// The largest voltage, reference speed or acceleration either way.
 pub const LARGEST_INPUT: f64 = 1e5;
 /// The largest angle (rad) or angular rate at the start of a run, either way.
 pub const LARGEST_START: f64 = 1e3;
 
-/// `value` if it is positive and not absurd.
+/// `value` if it is positive and at most the largest parameter.
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the flag.
@@ -42,7 +42,7 @@ pub fn positive(flag: &str, value: f64) -> Result<f64, CommandError> {
     require(flag, value, ok, &format!("positive and at most {LARGEST}"))
 }
 
-/// `value` if it is zero or more and not absurd.
+/// `value` if it is zero or more and at most the largest parameter.
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the flag.
@@ -67,7 +67,7 @@ pub fn available(flag: &str, voltage: Option<f64>) -> Result<f64, CommandError> 
     voltage.map_or(Ok(f64::INFINITY), |v| positive(flag, v))
 }
 
-/// A slope in rad, steeper than neither vertical.
+/// A slope in rad, less steep than a wall.
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the flag.

@@ -66,7 +66,7 @@ fn above_the_limit() -> Result<Figure, FigureError> {
         &whirl.normal,
     ));
     Ok(Figure::new("3.3", "Open-loop step just above the whirl limit", Verdict::Corrected)
-        .claim("At U = 5.0345 the mass whirls for ever: a stable limit cycle in which the vehicle drifts down the slope.")
+        .claim("At U = 5.0345 the arm whirls for ever: a stable limit cycle in which the vehicle drifts down the slope.")
         .number("mean theta'", "negative", format!("{:.4}", cycle.mean_theta_rate))
         .number("mean phi'", "", format!("{:.6}", cycle.mean_phi_rate))
         .number("voltage above which the whirling vehicle climbs", "", format!("{climbs_above:.3}"))
@@ -97,7 +97,7 @@ fn whirl_over_slope() -> Result<Figure, FigureError> {
     let over = limit(&level, &Input::voltage_step(&level, 0.0))? + 0.01;
     let settles = run(&level, &Input::voltage_step(&level, over), 40.0)?;
     let turns = Chart::new("Sustained whirl", "slope beta (rad)", "mean phi'").with(Series::new("", &slopes, &turning));
-    let level = Chart::new("Level: the mass turns over once and settles", "time", "rad").with(Series::new(
+    let level = Chart::new("Level: the arm turns over once and settles", "time", "rad").with(Series::new(
         "phi",
         &settles.t,
         &settles.phi,
@@ -106,7 +106,7 @@ fn whirl_over_slope() -> Result<Figure, FigureError> {
         .claim("Whirl is the other stable state of the vehicle.")
         .number("slopes with a sustained forward whirl", "", "above 0.004482")
         .number("level, just above the limit", "", format!("phi ends at {:.4} rad = one turn", last(&settles.phi)))
-        .finding("The slope feeds the cycle: sin(beta) <phi'> = zeta var(theta' + phi'). Below the fold at 0.004482 the mass turns over and settles (E10).")
+        .finding("The slope feeds the cycle: sin(beta) <phi'> = zeta var(theta' + phi'). Below the fold at 0.004482 the arm turns over and settles (E10).")
         .chart(turns)
         .chart(level))
 }
@@ -174,6 +174,6 @@ fn sign_of_kp() -> Result<Figure, FigureError> {
         chart = chart.with(Series::new(format!("{kp:+}"), &response.t, &response.theta_rate));
     }
     Ok(figure
-        .finding("As (3.25) is written the term is positive feedback of the speed error. It slows the response; what it buys is a smaller swing and a larger step, and it costs robustness: the loop needs zeta > 0.8 (E6).")
+        .finding("As (3.25) is written the term is positive feedback of the speed error. It slows the response; in return the swing is smaller and the largest step larger, at a cost in robustness: the loop needs zeta > 0.8 (E6).")
         .chart(chart))
 }

@@ -142,7 +142,7 @@ fn pulses() -> Result<Figure, FigureError> {
         .critical_voltage
         .unwrap_or(f64::NAN);
     let chart = Chart::new(
-        "Longest pulse from which the mass returns",
+        "Longest pulse from which the arm returns",
         "pulse voltage U",
         "duration",
     )

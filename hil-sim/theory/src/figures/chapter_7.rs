@@ -1,4 +1,4 @@
-//! Chapter 7: the camera platform alone.
+//! Chapter 7: the camera spar alone.
 
 use model::dynamics::camera::CameraParameters;
 use rayon::prelude::*;
@@ -18,7 +18,7 @@ pub const FIGURES: &[Entry] = &[
     Entry::new("7.4a", recovery),
 ];
 
-/// The thesis's platform under its optimal regulator.
+/// The thesis's spar under its optimal regulator.
 fn reference() -> Result<Experiment, FigureError> {
     let camera = CameraParameters::thesis();
     let gains = regulator(&camera, &Weights::THESIS)
@@ -143,7 +143,7 @@ fn recovery() -> Result<Figure, FigureError> {
     let limits: Vec<f64> = voltages.par_iter().map(|v| limit(*v)).collect();
     let unlimited = limit(f64::INFINITY);
     let at = |v: usize| format!("{:.2}", limits.get(v - 1).copied().unwrap_or(f64::NAN));
-    Ok(Figure::new("7.4a", "Largest tilt the platform recovers from", Verdict::Added)
+    Ok(Figure::new("7.4a", "Largest tilt from which the spar recovers", Verdict::Added)
         .claim("\"Robustness is demonstrated\" with 10 deg; the motor is not limited.")
         .number("limit without a voltage limit (deg)", "", format!("{unlimited:.2}"))
         .number("limit at |v| <= 20 (deg)", "", at(20))

@@ -1,4 +1,4 @@
-//! Chapter 8: the vehicle that carries the camera platform.
+//! Chapter 8: the vehicle that carries the camera spar.
 
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::camera::CameraParameters;
@@ -19,17 +19,17 @@ pub const FIGURES: &[Entry] = &[
     Entry::new("8.2", spar),
     Entry::new("8.3", ballast),
     Entry::new("8.4", wheel),
-    Entry::new("8.5", reaction_mass),
+    Entry::new("8.5", arm),
     Entry::new("8.5a", step_limits),
     Entry::new("8.5b", bearings),
 ];
 
 /// Ballast of the chapter's example over M + m.
 const BALLAST: f64 = 0.15;
-/// A platform too light to be felt.
-const NO_PLATFORM: f64 = 1e-9;
+/// The ballast of a spar too light to matter, over M + m.
+const NO_SPAR: f64 = 1e-9;
 const SAMPLE: f64 = 0.02;
-/// How long the responses are shown.
+/// Shown span of the responses, in time units.
 const SHOWN: f64 = 30.0;
 
 fn vehicle(kr: f64, bearing: Bearing) -> CoupledParameters<f64> {
@@ -97,7 +97,7 @@ fn spar() -> Result<Figure, FigureError> {
         .number("largest spar angle at 0.999 of it (deg)", "4 against 60", pair(&a, &b))
         .number("uncontrolled at 0.999 of its own limit (deg)", "60", format!("{own:.1}"))
         .number("speed loop, reference ramped to 4 in 5 (deg)", "", pair(&c, &d))
-        .finding("By a step it is not: the unlimited camera motor tumbles its ballast before the vehicle whirls. A ramped speed reference meets the claim (E38).")
+        .finding("By a step it is not: the unlimited ballast motor tumbles its ballast before the vehicle whirls. A ramped speed reference meets the claim (E38).")
         .chart(chart(format!("Step to U = {u:.3}"), &a, &b))
         .chart(chart("Speed loop, reference ramped to 4 in 5 time units".into(), &c, &d)))
 }
@@ -143,19 +143,19 @@ fn ballast() -> Result<Figure, FigureError> {
     ))
 }
 
-/// The same step with and without the platform.
+/// The same step with and without the spar.
 fn side_by_side() -> Result<(f64, CoupledRun, CoupledRun), FigureError> {
     let with = drive(BALLAST, Bearing::Inertial, true)?;
-    let bare = drive(NO_PLATFORM, Bearing::Inertial, false)?;
+    let bare = drive(NO_SPAR, Bearing::Inertial, false)?;
     let u = 0.999 * limit(&with)?.critical;
     Ok((u, with.run(u, SHOWN, SAMPLE), bare.run(u, SHOWN, SAMPLE)))
 }
 
 fn wheel() -> Result<Figure, FigureError> {
     let (u, with, bare) = side_by_side()?;
-    let bare_limit = limit(&drive(NO_PLATFORM, Bearing::Inertial, false)?)?.critical;
+    let bare_limit = limit(&drive(NO_SPAR, Bearing::Inertial, false)?)?.critical;
     let difference: Vec<f64> = with.theta.iter().zip(&bare.theta).map(|(a, b)| a - b).collect();
-    Ok(Figure::new("8.4", "Wheel angle with and without the platform", Verdict::Corrected)
+    Ok(Figure::new("8.4", "Wheel angle with and without the spar", Verdict::Corrected)
         .claim("Near the critical input the two are near identical.")
         .number("largest difference over 30 time units (rad)", "0", format!("{:.2}", largest(&difference)))
         .finding(format!(
@@ -164,43 +164,37 @@ fn wheel() -> Result<Figure, FigureError> {
     ))
         .chart(
             Chart::new(format!("Wheel angle, step to U = {u:.3}"), "time (1/w)", "theta (rad)")
-                .with(Series::new("with platform, controlled", &with.t, &with.theta))
+                .with(Series::new("with spar, controlled", &with.t, &with.theta))
                 .with(Series::new("without", &bare.t, &bare.theta)),
         ))
 }
 
-fn reaction_mass() -> Result<Figure, FigureError> {
+fn arm() -> Result<Figure, FigureError> {
     let (u, with, bare) = side_by_side()?;
     let passive = |kr: f64| -> Result<f64, FigureError> {
         Ok(drive(kr, Bearing::Inertial, false)?
             .run(3.0, CRITICAL_SPAN, 1.0)
             .phi_max_deg)
     };
-    Ok(Figure::new(
-        "8.5",
-        "Reaction-mass angle with and without the platform",
-        Verdict::Refuted,
+    Ok(
+        Figure::new("8.5", "Arm angle with and without the spar", Verdict::Refuted)
+            .claim("Near the critical input the two are near identical.")
+            .number("largest phi, with spar (deg)", "", format!("{:.1}", with.phi_max_deg))
+            .number("largest phi, without (deg)", "", format!("{:.1}", bare.phi_max_deg))
+            .number(
+                "passive spar at U = 3 (deg)",
+                "",
+                format!("{:.1} against {:.1}", passive(BALLAST)?, passive(NO_SPAR)?),
+            )
+            .finding(
+                "The spar adds 30 % to the mass that the arm must drive: the arm swings farther at every step (E37).",
+            )
+            .chart(
+                Chart::new(format!("Arm, step to U = {u:.3}"), "time (1/w)", "phi (deg)")
+                    .with(Series::new("with spar, controlled", &with.t, &degrees(&with.phi)))
+                    .with(Series::new("without", &bare.t, &degrees(&bare.phi))),
+            ),
     )
-    .claim("Near the critical input the two are near identical.")
-    .number(
-        "largest phi, with platform (deg)",
-        "",
-        format!("{:.1}", with.phi_max_deg),
-    )
-    .number("largest phi, without (deg)", "", format!("{:.1}", bare.phi_max_deg))
-    .number(
-        "passive platform at U = 3 (deg)",
-        "",
-        format!("{:.1} against {:.1}", passive(BALLAST)?, passive(NO_PLATFORM)?),
-    )
-    .finding(
-        "The platform adds 30 % to the mass that the reaction mass must drive: it swings farther at every step (E37).",
-    )
-    .chart(
-        Chart::new(format!("Reaction mass, step to U = {u:.3}"), "time (1/w)", "phi (deg)")
-            .with(Series::new("with platform, controlled", &with.t, &degrees(&with.phi)))
-            .with(Series::new("without", &bare.t, &degrees(&bare.phi))),
-    ))
 }
 
 fn step_limits() -> Result<Figure, FigureError> {
@@ -240,7 +234,7 @@ fn bearings() -> Result<Figure, FigureError> {
         .claim("(8.3) damps the spar against inertial space.");
     for (bearing, name) in [
         (Bearing::Inertial, "inertial, as printed"),
-        (Bearing::Chassis, "chassis"),
+        (Bearing::Chassis, "arm"),
         (Bearing::Axle, "turning axle"),
     ] {
         let run = drive(BALLAST, bearing, false)?.run(2.0, 300.0, 0.1);
@@ -262,6 +256,6 @@ fn bearings() -> Result<Figure, FigureError> {
         chart = chart.with(Series::new(name, &run.t, &degrees(&run.psi)));
     }
     Ok(figure
-        .finding("On the turning axle the drag of a steady speed tips an uncontrolled spar over and leaves a controlled one 1.1 deg off: pivot it on the chassis (E33).")
+        .finding("On the turning axle the drag of a steady speed tips an uncontrolled spar over and leaves a controlled spar 1.1 deg off: pivot the spar on the arm (E33).")
         .chart(chart))
 }

@@ -2,16 +2,16 @@
 
 use report::plot::{Chart, Columns, Series};
 
-/// What comes of the thesis's claim.
+/// The verdict on the thesis's claim.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// It holds, to the precision of the print.
+    /// The claim holds, to the precision of the print.
     Confirmed,
-    /// It holds in part, or with other numbers.
+    /// The claim holds in part, or with other numbers.
     Corrected,
-    /// It does not hold.
+    /// The claim does not hold.
     Refuted,
-    /// The thesis has no such figure: it supports a correction.
+    /// The thesis has no such figure; the figure supports a correction.
     Added,
 }
 
@@ -30,30 +30,30 @@ impl Verdict {
 /// One number of the comparison.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Number {
-    /// What it is.
+    /// What the number measures.
     pub name: String,
-    /// What the thesis prints; empty if it prints none.
+    /// What the thesis prints; empty if it prints no such number.
     pub thesis: String,
-    /// What is found here.
+    /// The value computed here.
     pub ours: String,
 }
 
 /// A figure with its comparison.
 #[derive(Debug, Clone)]
 pub struct Figure {
-    /// Its number: "3.2"; figures that the thesis lacks have a letter: "4.2a".
+    /// Number of the figure: "3.2"; figures that the thesis lacks have a letter: "4.2a".
     pub id: &'static str,
-    /// What it shows.
+    /// What the figure shows.
     pub title: String,
     /// What the thesis claims, in our words.
     pub claim: String,
     /// The numbers side by side.
     pub numbers: Vec<Number>,
-    /// What comes of the claim.
+    /// The verdict on the claim.
     pub verdict: Verdict,
     /// Why, in a sentence or two, with the erratum's number.
     pub finding: String,
-    /// What is drawn; each chart is written as SVG, all their series as one CSV file.
+    /// The charts; each chart is written as SVG, the series of all charts as one CSV file.
     pub charts: Vec<Chart>,
 }
 
@@ -79,7 +79,7 @@ impl Figure {
         self
     }
 
-    /// With what was found.
+    /// With the finding.
     #[must_use]
     pub fn finding(mut self, finding: impl Into<String>) -> Self {
         self.finding = finding.into();

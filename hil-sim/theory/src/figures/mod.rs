@@ -1,8 +1,8 @@
 //! Every figure of the thesis, computed afresh, beside what the thesis claims of it.
 //!
-//! A chapter's file lists its figures in a `FIGURES` constant; [`all`] joins the chapters. A figure is
-//! made by a function without arguments, so that the figures can be made in parallel, and is written
-//! as SVG and CSV and onto one page.
+//! The file of each chapter lists its figures in a `FIGURES` constant; [`all`] joins the chapters. Functions
+//! without arguments make the figures, in parallel, and [`write_all`] writes each figure as SVG and CSV and
+//! onto one page.
 
 mod chapter_3;
 mod chapter_4;

@@ -8,7 +8,7 @@ use crate::analysis::equilibrium::static_phi;
 use crate::analysis::input::Input;
 use crate::analysis::simulate::{PlanarRun, simulate};
 
-/// Time between two points of a curve.
+/// Time between two points of a curve, in time units.
 const SAMPLE: f64 = 0.02;
 
 /// The thesis's vehicle on its slope of 0.0873 rad.
