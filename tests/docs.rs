@@ -5,17 +5,20 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::Command;
 
-use firmware::link::frame::encode;
-use firmware::link::message::HostMessage;
+use firmware::protocol::frame::encode;
+use firmware::protocol::message::HostMessage;
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::fault::SensorFault;
 use virtual_board::scenario::{Scenario, metrics};
 
+#[path = "support/files.rs"]
+mod files;
 #[path = "support/generated.rs"]
 mod generated;
 #[path = "support/pages.rs"]
 mod pages;
 
+use files::files;
 use generated::root;
 use pages::Page;
 
@@ -72,7 +75,7 @@ fn the_safety_page_tells_how_each_fault_is_found() {
 #[test]
 fn the_scenarios_page_lists_every_scenario() {
     let mut text = String::from("| File | Length, s | Shows |\n|---|---|---|\n");
-    for path in pages::files(&root().join("tests/scenarios"), &["toml"]) {
+    for path in files(&root().join("tests/scenarios"), &["toml"]) {
         let scenario = Scenario::read(&path).expect("a good file");
         let name = path.file_name().expect("a file").to_string_lossy().into_owned();
         let Scenario { title, duration_s, .. } = scenario;
@@ -241,7 +244,7 @@ fn is_name(code: &str) -> bool {
 #[test]
 fn every_name_and_file_that_a_page_mentions_exists() {
     let root = root();
-    let sources: String = pages::files(&root, &["rs", "toml", "x", "c"])
+    let sources: String = files(&root, &["rs", "toml", "x", "c"])
         .iter()
         .filter(|path| !path.ends_with("tests/docs.rs"))
         .map(|path| std::fs::read_to_string(path).expect("a source"))

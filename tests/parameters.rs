@@ -1,6 +1,6 @@
 //! Stored parameters over the link of the virtual board.
 
-use firmware::link::message::{HostMessage, ParameterAnswer, ParameterRequest};
+use firmware::protocol::message::{HostMessage, ParameterAnswer, ParameterRequest};
 use model::supervise::arming::Mode;
 use model::vehicle::VehicleParameters;
 use virtual_board::board::flash::VirtualFlash;

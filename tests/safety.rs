@@ -1,7 +1,7 @@
 //! The safety rule: no defined or undefined input moves a motor that is not armed, and any fault reaches
 //! the safe state in bounded time.
 
-use firmware::link::message::HostMessage;
+use firmware::protocol::message::HostMessage;
 use model::sample::Motor;
 use model::supervise::arming::{Mode, Request};
 use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};

@@ -1,7 +1,7 @@
 //! What the vehicle's tests share.
 #![allow(dead_code)] // Each test binary uses its part.
 
-use firmware::link::message::{HostMessage, Status};
+use firmware::protocol::message::{HostMessage, Status};
 use model::supervise::arming::{Mode, Request};
 use model::vehicle::Vehicle;
 use plant::Plant;

@@ -4,8 +4,8 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
 use embedded_io_async::Read;
 
-use super::frame::{Decoder, Received};
-use super::message::HostMessage;
+use crate::protocol::frame::{Decoder, Received};
+use crate::protocol::message::HostMessage;
 use crate::topics::{DriveCommand, LinkCounters, Topics};
 
 /// Reads frames for ever and publishes what they command.

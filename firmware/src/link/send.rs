@@ -4,10 +4,10 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, Ticker};
 use embedded_io_async::Write;
 
-use super::frame::encode;
-use super::message::{BoardMessage, PROTOCOL_VERSION, Status};
+use crate::checkins::Critical;
+use crate::protocol::frame::encode;
+use crate::protocol::message::{BoardMessage, PROTOCOL_VERSION, Status};
 use crate::topics::Topics;
-use crate::watchdog::Critical;
 
 /// How often the state is sent.
 const PERIOD: Duration = Duration::from_millis(10);
@@ -50,8 +50,8 @@ async fn send(uart: &mut impl Write, message: &BoardMessage) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::frame::FRAME_MAX;
     use super::*;
+    use crate::protocol::frame::FRAME_MAX;
     use model::supervise::arming::Mode;
 
     /// The longest state there can be fits a frame: every varint at its longest.

@@ -4,10 +4,10 @@ use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
-use firmware::link::message::{HostMessage, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest, Status};
 use firmware::parameters;
+use firmware::protocol::message::{HostMessage, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest, Status};
 use model::supervise::arming::{Mode, Request};
-use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
+use model::supervise::codes::{BlockerSet, FaultSet};
 use model::vehicle::{Field, VehicleParameters};
 
 use report::error::CommandError;
@@ -210,14 +210,8 @@ impl<W: Wire> Link<W> {
         self.hold(0.3, 0.0, 0.0)?;
         let status = self.wait("state", |client| client.status)?;
         if status.mode != Mode::Armed {
-            let blockers: Vec<_> = BlockerSet::from_bits(status.blockers)
-                .iter()
-                .map(Blocker::name)
-                .collect();
-            return Err(CommandError::Checks(format!(
-                "not armed: blocked by {}",
-                blockers.join(", ")
-            )));
+            let blockers = BlockerSet::from_bits(status.blockers);
+            return Err(CommandError::Checks(format!("not armed: blocked by {blockers}")));
         }
         self.hold(seconds, speed_m_s, yaw_rate_rad_s)?;
         // A controlled stop, then open.
@@ -226,10 +220,9 @@ impl<W: Wire> Link<W> {
         println!("{}", line(&status));
         self.send(&HostMessage::Request(Request::Disarm))?;
         if status.mode == Mode::Disarmed {
-            let faults: Vec<_> = FaultSet::from_bits(status.faults).iter().map(Fault::name).collect();
+            let faults = FaultSet::from_bits(status.faults);
             return Err(CommandError::Checks(format!(
-                "the vehicle disarmed by itself: {}",
-                faults.join(", ")
+                "the vehicle disarmed by itself: {faults}"
             )));
         }
         Ok(())
@@ -355,30 +348,14 @@ fn refused(answer: &ParameterAnswer) -> CommandError {
 
 /// One line of state.
 fn line(status: &Status) -> String {
-    let mode = match status.mode {
-        Mode::Disarmed => "disarmed",
-        Mode::Armed => "armed",
-        Mode::Stopping => "stopping",
-    };
-    let names = |codes: Vec<&str>| {
-        if codes.is_empty() {
-            "none".to_owned()
-        } else {
-            codes.join(",")
-        }
-    };
     format!(
-        "{mode}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V, faults {}, blockers {}",
+        "{}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V; faults {}; blockers {}",
+        status.mode.name(),
         status.speed_m_s,
         status.phi_rad.to_degrees(),
         status.slope_rad.to_degrees(),
         status.battery_v,
-        names(FaultSet::from_bits(status.faults).iter().map(Fault::name).collect()),
-        names(
-            BlockerSet::from_bits(status.blockers)
-                .iter()
-                .map(Blocker::name)
-                .collect()
-        ),
+        FaultSet::from_bits(status.faults),
+        BlockerSet::from_bits(status.blockers),
     )
 }

@@ -1,8 +1,8 @@
 //! The host's end of the link: messages out, states in. Knows frames, not wires: the bytes travel over
 //! the virtual board's line, the emulated board's USART or a serial port alike.
 
-use firmware::link::frame::{Decoder, Received, encode};
-use firmware::link::message::{BoardMessage, HostMessage, ParameterAnswer, Status};
+use firmware::protocol::frame::{Decoder, Received, encode};
+use firmware::protocol::message::{BoardMessage, HostMessage, ParameterAnswer, Status};
 
 /// The host's end of the link.
 #[derive(Debug, Default)]

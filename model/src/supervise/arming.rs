@@ -16,6 +16,17 @@ pub enum Mode {
     Stopping = 2,
 }
 
+impl Mode {
+    /// The mode's name, as logs and tools show it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Disarmed => "disarmed",
+            Self::Armed => "armed",
+            Self::Stopping => "stopping",
+        }
+    }
+}
+
 /// What the operator asks of the arming state machine; each request counts once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

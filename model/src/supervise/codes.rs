@@ -89,6 +89,20 @@ macro_rules! codes {
                 $code::ALL.iter().copied().filter(move |code| self.contains(*code))
             }
         }
+
+        /// The codes' names in order, commas between them; `none` for the empty set.
+        impl core::fmt::Display for $set {
+            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+                if self.is_empty() {
+                    return f.write_str("none");
+                }
+                for (n, code) in self.iter().enumerate() {
+                    f.write_str(if n == 0 { "" } else { ", " })?;
+                    f.write_str(code.name())?;
+                }
+                Ok(())
+            }
+        }
     };
 }
 
@@ -190,4 +204,23 @@ impl FaultSet {
     pub const STOPPING: Self = Self(Fault::CommandTimeout.bit() | Fault::BatteryLow.bit() | Fault::AnalogStale.bit());
     /// Faults that only switch the camera motor off.
     pub const CAMERA: Self = Self(Fault::SparAngle.bit() | Fault::SparImu.bit());
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use std::string::ToString;
+
+    use super::*;
+
+    #[test]
+    fn a_set_shows_the_names_of_its_codes() {
+        let mut faults = FaultSet::EMPTY;
+        assert_eq!(faults.to_string(), "none");
+        faults.insert(Fault::SparImu);
+        assert_eq!(faults.to_string(), "SparImu");
+        faults.insert(Fault::ImuStale);
+        assert_eq!(faults.to_string(), "ImuStale, SparImu");
+    }
 }

@@ -1,26 +1,14 @@
-//! Anything on the wire: nothing moves, nothing breaks, everything is counted.
+//! Noise and broken frames on the wire: nothing moves, the board keeps answering, every bad frame is counted.
 
-use board_emulator::plant::BridgeState;
-use firmware::link::frame::encode;
-use firmware::link::message::{HostMessage, PROTOCOL_VERSION};
+use board_emulator::board::BridgeState;
+use firmware::protocol::frame::encode;
+use firmware::protocol::message::{HostMessage, PROTOCOL_VERSION};
 use model::supervise::arming::{Mode, Request};
 
-use crate::support::{Operator, ready};
+use crate::support::{Operator, noise, ready};
 
-/// Bytes from a xorshift generator: the same noise in every run.
-fn noise(length: usize, seed: u64) -> Vec<u8> {
-    let mut state = seed;
-    (0..length)
-        .map(|_| {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            (state >> 32) as u8
-        })
-        .collect()
-}
-
-fn unharmed(board: &mut Operator) {
+/// Checks that the board is disarmed, has not reset and still sends good frames.
+fn assert_unharmed(board: &mut Operator) {
     let (bridges, resets) = board
         .emulation
         .at(|stopped| (stopped.bridges(), stopped.resets()))
@@ -49,10 +37,10 @@ fn a_hundred_thousand_bytes_of_noise_move_nothing() {
             .expect("it runs"),
         0
     );
-    unharmed(&mut board);
+    assert_unharmed(&mut board);
     let counted = board.status().bad_frames - before;
     println!("{counted} bad frames counted of {zeros} delimiters");
-    // Every delimiter ends a frame; two in a row end none, and an overlong one is counted once.
+    // Every delimiter ends a frame, but two in a row end none. An overlong frame is counted once.
     assert!(counted <= zeros + 100_000 / 256, "{counted}");
     assert!(counted * 10 >= zeros * 9, "{counted} of {zeros}");
 
@@ -69,13 +57,13 @@ fn garbage_truncated_and_overlong_frames_are_counted() {
     let before = board.status().bad_frames;
     let arm = encode(&HostMessage::Request(Request::Arm)).expect("it fits");
 
-    // Truncated: all of it but the byte before the delimiter.
+    // Truncated: the byte before the delimiter is missing.
     let mut bytes = arm[..arm.len() - 2].to_vec();
     bytes.push(0);
-    // Overlong, then its delimiter.
+    // Overlong, with its delimiter.
     bytes.extend([1; 400]);
     bytes.push(0);
-    // A wrong bit in every byte in turn.
+    // One flipped bit, in every byte in turn.
     for n in 0..arm.len() - 1 {
         let mut flipped = arm.to_vec();
         flipped[n] ^= 0x10;
@@ -83,9 +71,9 @@ fn garbage_truncated_and_overlong_frames_are_counted() {
     }
     board.emulation.send(&bytes).expect("the wire stands");
     board.run(100);
-    unharmed(&mut board);
+    assert_unharmed(&mut board);
     let counted = board.status().bad_frames - before;
-    // A flip may make a byte of it a delimiter or a delimiter of it data, never a good frame.
+    // A flipped bit may turn a byte into a delimiter or a delimiter into data; no flip leaves a good frame.
     let flips = arm.len() as u32 - 1;
     assert!(
         (2 + flips..=2 + 2 * flips).contains(&counted),

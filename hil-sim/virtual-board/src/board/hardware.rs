@@ -190,7 +190,7 @@ impl SpiDevice<u16> for VirtualImu {
     async fn transaction(&mut self, operations: &mut [Operation<'_, u16>]) -> Result<(), Infallible> {
         self.hardware.now(|world| {
             let chip = match self.place {
-                Place::Chassis => Some(world.plant.chassis_imu()),
+                Place::Arm => Some(world.plant.chassis_imu()),
                 Place::Spar => world.plant.spar_imu(),
             };
             let mut chip = chip;

@@ -100,7 +100,7 @@ impl VirtualBoard {
         let mut store = ParameterStore::new(flash).map_err(|_| VirtualBoardError::Flash)?;
         let vehicle = futures_executor::block_on(parameters::boot(&mut store, &built_in));
         spawn!(|topics, hardware| encoders::run(&topics, hardware));
-        spawn!(|topics, hardware| imu::run(&topics, Place::Chassis, VirtualImu::new(hardware, Place::Chassis)));
+        spawn!(|topics, hardware| imu::run(&topics, Place::Arm, VirtualImu::new(hardware, Place::Arm)));
         spawn!(|topics, hardware| imu::run(&topics, Place::Spar, VirtualImu::new(hardware, Place::Spar)));
         let core = VehicleCore::new(&vehicle);
         spawn!(|topics, hardware| drive::run(

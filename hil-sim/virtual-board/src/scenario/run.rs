@@ -1,6 +1,6 @@
 //! Runs a scenario on a back end.
 
-use firmware::link::message::HostMessage;
+use firmware::protocol::message::HostMessage;
 use model::sample::Motor;
 use model::supervise::arming::{Mode, Request};
 

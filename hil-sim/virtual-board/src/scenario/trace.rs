@@ -1,6 +1,6 @@
 //! What a run leaves behind: one row every 10 ms of what the vehicle told and what was true.
 
-use firmware::link::message::Status;
+use firmware::protocol::message::Status;
 
 use plant::Truth;
 
@@ -79,4 +79,21 @@ impl Trace {
     pub fn values(&self, value: impl Fn(&Row) -> f64) -> Vec<f64> {
         self.rows.iter().map(value).collect()
     }
+
+    /// FNV-1a hash of every value of every column, bit for bit: equal hashes are equal drives.
+    pub fn hash(&self) -> u64 {
+        let values = self
+            .rows
+            .iter()
+            .flat_map(|row| COLUMNS.iter().map(move |(_, value)| value(row)));
+        values
+            .flat_map(|value| value.to_bits().to_le_bytes())
+            .fold(FNV_OFFSET, |hash, byte| {
+                (hash ^ u64::from(byte)).wrapping_mul(FNV_PRIME)
+            })
+    }
 }
+
+/// Constants of the 64-bit FNV-1a hash.
+const FNV_OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
+const FNV_PRIME: u64 = 0x0000_0100_0000_01b3;

@@ -1,0 +1,40 @@
+//! The part's independent watchdog.
+
+use embassy_stm32::Peri;
+use embassy_stm32::peripherals::IWDG1;
+use embassy_stm32::wdg::IndependentWatchdog;
+use firmware::hardware::Watchdog;
+
+/// Time without feeding after which the watchdog resets the part: longer than a control task that is late by
+/// many ticks takes, and short enough that a hung part, its reset included, is back in the safe state within
+/// 40 ms.
+const WATCHDOG_US: u32 = 20_000;
+
+/// The independent watchdog, on its own oscillator, not started yet. Until the tasks run, the bridges are
+/// open, and the slow parts of the start-up (the converter's calibration takes 10 ms) must not end in one
+/// reset after another.
+pub struct WatchdogAtRest(Peri<'static, IWDG1>);
+
+impl WatchdogAtRest {
+    /// The watchdog as it is after a reset.
+    pub(super) fn new(peripheral: Peri<'static, IWDG1>) -> Self {
+        Self(peripheral)
+    }
+
+    /// Starts the watchdog; nothing stops it again. While a debugger halts the core, the watchdog stands
+    /// still and the bridges are open.
+    pub fn start(self) -> RunningWatchdog {
+        let mut watchdog = IndependentWatchdog::new(self.0, WATCHDOG_US);
+        watchdog.unleash();
+        RunningWatchdog(watchdog)
+    }
+}
+
+/// The independent watchdog, running.
+pub struct RunningWatchdog(IndependentWatchdog<'static, IWDG1>);
+
+impl Watchdog for RunningWatchdog {
+    fn feed(&mut self) {
+        self.0.pet();
+    }
+}
