@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// Climbs a slope of 3 deg at 0.5 m/s, then stands; every metric of the run.
-pub fn fly() -> Result<Vec<MetricValue>, Box<dyn Error>> {
+pub(crate) fn fly() -> Result<Vec<MetricValue>, Box<dyn Error>> {
     let step = |at_s, action| Step { at_s, action };
     let drive = |speed_m_s| Action::Drive {
         speed_m_s,

@@ -11,7 +11,7 @@ const PERIOD_S: f64 = 0.001;
 
 /// A speed law: called once per period with the wanted speed in m/s and the state of the vehicle, it returns
 /// the voltage of both drive motors in V.
-pub trait SpeedLaw {
+pub(crate) trait SpeedLaw {
     /// The voltage for the next period.
     fn voltage(&mut self, target_m_s: f64, truth: &Truth) -> f64;
 }
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// An example for the level: proportional and integral feedback of the speed, less the arm's angle and rate,
 /// which keeps the swing small.
-pub fn law() -> impl SpeedLaw {
+pub(crate) fn law() -> impl SpeedLaw {
     let mut integral_m = 0.0;
     move |target_m_s: f64, truth: &Truth| {
         let error = target_m_s - truth.speed_m_s;
@@ -48,7 +48,7 @@ pub fn law() -> impl SpeedLaw {
 }
 
 /// Drives the reference vehicle on the level from rest under `law`; its speed after each period, m/s.
-pub fn fly(law: &mut dyn SpeedLaw, target_m_s: f64) -> Result<Vec<f64>, Box<dyn Error>> {
+pub(crate) fn fly(law: &mut dyn SpeedLaw, target_m_s: f64) -> Result<Vec<f64>, Box<dyn Error>> {
     let vehicle = vehicle_file::reference()?;
     let mut plant = Plant::new(&vehicle, Terrain::incline(0.0, 0.8)?, 1)?;
     let mut speeds = Vec::new();
@@ -64,7 +64,7 @@ pub fn fly(law: &mut dyn SpeedLaw, target_m_s: f64) -> Result<Vec<f64>, Box<dyn 
 }
 
 /// The time after which `speeds` stay within 2 % of the target, s; `None` if they end outside.
-pub fn settling_s(speeds: &[f64], target_m_s: f64) -> Option<f64> {
+pub(crate) fn settling_s(speeds: &[f64], target_m_s: f64) -> Option<f64> {
     let outside = |speed: &f64| (speed - target_m_s).abs() > 0.02 * target_m_s;
     let after = speeds.iter().rposition(outside).map_or(0, |k| k + 1);
     (after < speeds.len()).then_some(after as f64 * PERIOD_S)

@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 /// The ticks of the default drive: what the vehicle sensed, the command, and the actuation.
-pub fn record(vehicle: &Vehicle<f64>) -> Result<Vec<FlightRecord>, Box<dyn Error>> {
+pub(crate) fn record(vehicle: &Vehicle<f64>) -> Result<Vec<FlightRecord>, Box<dyn Error>> {
     let drive = Scenario::parse(DEFAULT_NAME, DEFAULT)?;
     let plant = Plant::new(vehicle, drive.terrain.clone(), drive.seed)?;
     let mut backend = VirtualBackend::boot(vehicle, plant)?;
@@ -31,7 +31,7 @@ pub fn record(vehicle: &Vehicle<f64>) -> Result<Vec<FlightRecord>, Box<dyn Error
 }
 
 /// The first record whose actuation a core that starts anew does not repeat.
-pub fn first_difference<'a>(
+pub(crate) fn first_difference<'a>(
     vehicle: &Vehicle<f64>,
     records: &'a [FlightRecord],
 ) -> Result<Option<&'a FlightRecord>, Box<dyn Error>> {

@@ -133,7 +133,7 @@ impl Problem {
                 r: self.r * 100_f64.powi(k),
                 ..*self
             };
-            let gains = dearer.gains(&dearer.from_hamiltonian()?);
+            let gains = dearer.gains(&dearer.hamiltonian_solution()?);
             let poles = eigenvalues(&self.closed_loop(&gains))?;
             poles.iter().all(|p| p[0] < 0.0).then_some(gains)
         })
@@ -141,7 +141,7 @@ impl Problem {
 
     /// P from the invariant subspace of the Hamiltonian's stable poles, which the matrix sign function
     /// separates: `(sign(H) + 1) [1; P] = 0`.
-    fn from_hamiltonian(&self) -> Option<Matrix4<f64>> {
+    fn hamiltonian_solution(&self) -> Option<Matrix4<f64>> {
         // Costates in the unit that makes both off-diagonal blocks equally large: fewer digits are lost.
         let (weighted, reached) = (self.q.amax(), self.b.amax().powi(2) / self.r);
         let unit = if weighted > 0.0 {
