@@ -1,4 +1,4 @@
-//! What a run leaves behind: one row every 10 ms of what the vehicle told and what was true.
+//! The trace of a run: one row every 10 ms with the vehicle's status and the truth.
 
 use firmware::protocol::message::Status;
 
@@ -9,7 +9,7 @@ use plant::Truth;
 pub struct Row {
     /// What the operator commanded: speed (m/s) and yaw rate (rad/s).
     pub commanded: [f64; 2],
-    /// What the vehicle told.
+    /// What the vehicle reported.
     pub status: Status,
     /// What was true when it sensed.
     pub truth: Truth,
