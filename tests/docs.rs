@@ -36,7 +36,7 @@ fn the_safety_page_names_every_code() {
         let classes = [
             (FaultSet::OPENING, "opens"),
             (FaultSet::STOPPING, "stops"),
-            (FaultSet::CAMERA, "camera"),
+            (FaultSet::SPAR, "spar"),
         ];
         let class: Vec<&str> = classes
             .iter()

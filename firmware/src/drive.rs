@@ -3,14 +3,16 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, with_timeout};
-use model::sample::{Actuation, ImuRaw, ImuSample, Sample};
-use model::supervise::arming::{Mode, Request};
-use model::tick::{Command, VehicleCore};
+use model::command::{Command, Request};
+use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
+use model::supervise::arming::Mode;
+use model::tick::VehicleCore;
 
 use crate::checkins::Critical;
 use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop};
+use crate::protocol::message::TickCycles;
 use crate::ticks::every_tick;
-use crate::topics::{DriveCommand, TickCycles, Topics};
+use crate::topics::{DriveCommand, Topics};
 
 /// Longest time that a tick waits for its sample of the arm IMU before it goes on without.
 const IMU_WAIT: Duration = Duration::from_micros(400);
@@ -87,15 +89,15 @@ where
         if core.mode() == Mode::Disarmed
             && let Some(vehicle) = topics.new_vehicle.try_take()
         {
-            core = VehicleCore::new(&vehicle);
+            core = core.renewed(&vehicle);
         }
         let sensed = core.sense(&sample);
         let after_sense = counter.cycles();
         let estimate = core.estimate(&sensed);
         let after_estimate = counter.cycles();
-        core.decide(&sample, &sensed, &estimate, &command);
+        let decision = core.decide(&sensed, &estimate, &command);
         let after_decide = counter.cycles();
-        let output = core.actuate(&sample, &sensed, &estimate);
+        let output = core.actuate(&sensed, &estimate, decision);
         bridges.apply(&output.actuation);
         let after_actuate = counter.cycles();
 
@@ -106,7 +108,7 @@ where
             command,
             actuation: output.actuation,
         });
-        topics.telemetry.publish(now, output.telemetry);
+        topics.status.publish(now, output.status);
         let total = after_actuate.wrapping_sub(started);
         cycles = TickCycles {
             sense: after_sense.wrapping_sub(started),
@@ -131,13 +133,13 @@ fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, emergency_stop: bool, b
     let (analog, analog_age_us) = topics.analog.with_age(now);
     let AnalogReading { battery, current } = analog.unwrap_or(AnalogReading {
         battery: 0,
-        current: [0; 3],
+        current: [0; MOTORS],
     });
     Sample {
         time_us: now.as_micros(),
         encoder_counts: counts.unwrap_or_default(),
         encoder_age_us,
-        chassis_imu: imu(topics.arm_imu.with_age(now)),
+        arm_imu: imu(topics.arm_imu.with_age(now)),
         spar_imu: imu(topics.spar_imu.with_age(now)),
         battery,
         current,

@@ -25,6 +25,7 @@ pub mod analog;
 pub mod built_in;
 pub mod checkins;
 pub mod drive;
+pub mod drive_board;
 pub mod encoders;
 pub mod hardware;
 pub mod imu;

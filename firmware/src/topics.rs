@@ -8,14 +8,14 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
+use model::command::Request;
 use model::sample::{ImuRaw, MOTORS};
-use model::supervise::arming::Request;
-use model::tick::Telemetry;
+use model::status::Status;
 use model::vehicle::Vehicle;
 
 use crate::checkins::Checkins;
 use crate::hardware::AnalogReading;
-use crate::protocol::message::{ParameterAnswer, ParameterRequest};
+use crate::protocol::message::{LinkCounters, ParameterAnswer, ParameterRequest, TickCycles};
 
 /// A value with the time it was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,38 +77,6 @@ pub struct DriveCommand {
     pub yaw_rate_rad_s: f32,
 }
 
-/// Counters of the link's input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct LinkCounters {
-    /// Good frames.
-    pub frames: u32,
-    /// Frames with a wrong checksum, stuffing or content.
-    pub bad_frames: u32,
-    /// Frames longer than any message.
-    pub overlong_frames: u32,
-    /// Errors the UART reported (overrun, noise, framing).
-    pub uart_errors: u32,
-    /// Requests dropped because too many were waiting.
-    pub dropped_requests: u32,
-}
-
-/// CPU cycles of one tick by stage, and of the worst tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct TickCycles {
-    /// Raw to SI.
-    pub sense: u32,
-    /// Estimation.
-    pub estimate: u32,
-    /// Supervision and laws.
-    pub decide: u32,
-    /// Limits, duties, bridges.
-    pub actuate: u32,
-    /// All four.
-    pub total: u32,
-    /// The largest total since boot.
-    pub worst: u32,
-}
-
 /// Everything the tasks share; one per vehicle.
 #[allow(missing_debug_implementations)] // Signals and channels have none.
 pub struct Topics<M: RawMutex> {
@@ -136,8 +104,8 @@ pub struct Topics<M: RawMutex> {
     pub new_vehicle: Signal<M, Vehicle<f32>>,
     /// The host asked for the board's identity.
     pub identify: Signal<M, ()>,
-    /// What the vehicle tells.
-    pub telemetry: Topic<M, Telemetry>,
+    /// The vehicle's status after the last tick.
+    pub status: Topic<M, Status>,
     /// CPU cycles of the last tick.
     pub cycles: Topic<M, TickCycles>,
     /// Counters of the link's input.
@@ -162,7 +130,7 @@ impl<M: RawMutex> Topics<M> {
             parameters_pending: Topic::new(),
             new_vehicle: Signal::new(),
             identify: Signal::new(),
-            telemetry: Topic::new(),
+            status: Topic::new(),
             cycles: Topic::new(),
             link: Topic::new(),
             checkins: Checkins::new(),

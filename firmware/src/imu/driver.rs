@@ -6,6 +6,7 @@
 
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::spi::{Operation, SpiDevice};
+use model::board::ImuScales;
 use model::sample::ImuRaw;
 
 /// Registers of bank 0.
@@ -32,6 +33,11 @@ const LOW_NOISE: u8 = 0x0F;
 const GYRO_1000_DPS_1_KHZ: u8 = 0x26;
 /// Full scale 1 (+-8 g), data rate 1 kHz.
 const ACCEL_8_G_1_KHZ: u8 = 0x26;
+/// What the words stand for at these ranges: 16 bits over +-1000 deg/s and over +-8 g.
+pub const SCALES: ImuScales = ImuScales {
+    gyro_lsb_per_deg_s: 32.8,
+    accel_lsb_per_g: 4096.0,
+};
 /// What a data register holds before there is data.
 const NO_DATA: i16 = i16::MIN;
 

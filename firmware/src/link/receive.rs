@@ -5,8 +5,8 @@ use embassy_time::Instant;
 use embedded_io_async::Read;
 
 use crate::protocol::frame::{Decoder, Received};
-use crate::protocol::message::HostMessage;
-use crate::topics::{DriveCommand, LinkCounters, Topics};
+use crate::protocol::message::{HostMessage, LinkCounters};
+use crate::topics::{DriveCommand, Topics};
 
 /// Reads frames for ever and publishes what they command.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Read) -> ! {

@@ -10,7 +10,7 @@ mod store;
 mod task;
 mod tolerant_flash;
 
-pub use numbered::{Refused, count, schema, set, value};
+pub use numbered::schema;
 pub use store::{NoSet, ParameterStore};
 pub use task::{boot, run};
 

@@ -1,5 +1,5 @@
-//! A vehicle's parameters by number: how many there are, their values and changes, and the schema that tells
-//! whether two programs mean the same by a number.
+//! A vehicle's parameters as the link and the store number them: the schema, which tells whether two programs
+//! mean the same by a number, and the number that an error is about.
 
 use crc::{CRC_32_ISCSI, Crc};
 use model::vehicle::{ParameterError, VehicleParameters};
@@ -9,62 +9,13 @@ const HASH: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 /// Hash of the names and ranges of every parameter of a vehicle of this kind, in order.
 pub fn schema(parameters: &VehicleParameters<f32>) -> u32 {
     let mut digest = HASH.digest();
-    parameters.for_each(|table, field, _| {
+    for (table, field) in (0..parameters.count()).filter_map(|number| parameters.field(number)) {
         digest.update(table.as_bytes());
         digest.update(field.name.as_bytes());
         digest.update(&field.min.to_le_bytes());
         digest.update(&field.max.to_le_bytes());
-    });
-    digest.finalize()
-}
-
-/// How many parameters a vehicle has.
-pub fn count(parameters: &VehicleParameters<f32>) -> u16 {
-    let mut count = 0;
-    parameters.for_each(|_, _, _| count += 1);
-    count
-}
-
-/// The value of one parameter; `None` if no parameter has this number.
-pub fn value(parameters: &VehicleParameters<f32>, number: u16) -> Option<f32> {
-    let (mut at, mut found) = (0, None);
-    parameters.for_each(|_, _, value| {
-        if at == number {
-            found = Some(value);
-        }
-        at += 1;
-    });
-    found
-}
-
-/// Why a parameter was not changed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Refused {
-    /// No parameter has this number.
-    NoSuchNumber,
-    /// The value is out of range: least and most allowed value.
-    OutOfRange(f32, f32),
-}
-
-/// Changes one parameter.
-///
-/// # Errors
-/// [`Refused`]; the parameters stay as they are.
-pub fn set(parameters: &mut VehicleParameters<f32>, number: u16, value: f32) -> Result<(), Refused> {
-    let (mut at, mut found) = (0, None);
-    parameters.for_each(|table, field, _| {
-        if at == number {
-            found = Some((table, field));
-        }
-        at += 1;
-    });
-    let (table, field) = found.ok_or(Refused::NoSuchNumber)?;
-    if !field.allows(f64::from(value)) {
-        return Err(Refused::OutOfRange(field.min as f32, field.max as f32));
     }
-    let slot = parameters.field_mut(table, field.name).ok_or(Refused::NoSuchNumber)?;
-    *slot = value;
-    Ok(())
+    digest.finalize()
 }
 
 /// Number of the parameter that an error names; `u16::MAX` if the vehicle has no such parameter.
@@ -75,12 +26,5 @@ pub(super) fn number_of(parameters: &VehicleParameters<f32>, error: &ParameterEr
             (*group, *field)
         }
     };
-    let (mut at, mut found) = (0, u16::MAX);
-    parameters.for_each(|table, field, _| {
-        if table == group && field.name == name {
-            found = at;
-        }
-        at += 1;
-    });
-    found
+    parameters.number_of(group, name).unwrap_or(u16::MAX)
 }

@@ -6,7 +6,7 @@ use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
-use super::numbered::{count, schema, set};
+use super::numbered::schema;
 use super::tolerant_flash::Tolerant;
 
 /// Longest stored set in bytes, a multiple of any flash's word.
@@ -22,14 +22,12 @@ pub(super) fn encode(parameters: &VehicleParameters<f32>, bytes: &mut [u8; SET_M
     header.get_mut(..4)?.copy_from_slice(&schema(parameters).to_le_bytes());
     header
         .get_mut(4..)?
-        .copy_from_slice(&u32::from(count(parameters)).to_le_bytes());
+        .copy_from_slice(&u32::from(parameters.count()).to_le_bytes());
     let mut slots = values.chunks_exact_mut(4);
-    let mut complete = true;
-    parameters.for_each(|_, _, value| match slots.next() {
-        Some(slot) => slot.copy_from_slice(&value.to_le_bytes()),
-        None => complete = false,
-    });
-    complete.then(|| HEADER + 4 * usize::from(count(parameters)))
+    for number in 0..parameters.count() {
+        slots.next()?.copy_from_slice(&parameters.value(number)?.to_le_bytes());
+    }
+    Some(HEADER + 4 * usize::from(parameters.count()))
 }
 
 /// Decodes a set for a vehicle of the kind of `like`; `None` if the schema or the length differs, or a value
@@ -37,7 +35,7 @@ pub(super) fn encode(parameters: &VehicleParameters<f32>, bytes: &mut [u8; SET_M
 pub(super) fn decode(bytes: &[u8], like: &VehicleParameters<f32>) -> Option<VehicleParameters<f32>> {
     let (header, values) = bytes.split_at_checked(HEADER)?;
     let (schema_bytes, count_bytes) = header.split_at_checked(4)?;
-    let count = count(like);
+    let count = like.count();
     if schema_bytes != schema(like).to_le_bytes()
         || count_bytes != u32::from(count).to_le_bytes()
         || values.len() != 4 * usize::from(count)
@@ -47,7 +45,7 @@ pub(super) fn decode(bytes: &[u8], like: &VehicleParameters<f32>) -> Option<Vehi
     let mut parameters = *like;
     for (number, bytes) in (0..count).zip(values.chunks_exact(4)) {
         let value = f32::from_le_bytes(bytes.try_into().ok()?);
-        set(&mut parameters, number, value).ok()?;
+        parameters.set(number, value).ok()?;
     }
     Some(parameters)
 }

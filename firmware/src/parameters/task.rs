@@ -5,9 +5,9 @@ use embassy_time::{Duration, Instant, Timer};
 use embedded_storage_async::nor_flash::NorFlash;
 use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
-use model::vehicle::Vehicle;
+use model::vehicle::{NotSet, Vehicle};
 
-use super::numbered::{Refused, count, number_of, schema, set, value};
+use super::numbered::{number_of, schema};
 use super::store::{NoSet, ParameterStore};
 use crate::protocol::message::{ParameterAnswer, ParameterRequest};
 use crate::topics::Topics;
@@ -43,24 +43,27 @@ pub async fn run<M: RawMutex, F: NorFlash>(
     let mut staged = *vehicle.parameters();
     loop {
         let answer = match topics.parameter_requests.receive().await {
-            ParameterRequest::Read { number } => match value(&staged, number) {
+            ParameterRequest::Read { number } => match staged.value(number) {
                 Some(value) => ParameterAnswer::Value {
                     number,
-                    count: count(&staged),
+                    count: staged.count(),
                     value,
                     schema: schema(&staged),
                 },
                 None => ParameterAnswer::NoSuchNumber,
             },
-            ParameterRequest::Write { number, value } => match set(&mut staged, number, value) {
+            ParameterRequest::Write { number, value } => match staged.set(number, value) {
                 Ok(()) => ParameterAnswer::Value {
                     number,
-                    count: count(&staged),
+                    count: staged.count(),
                     value,
                     schema: schema(&staged),
                 },
-                Err(Refused::NoSuchNumber) => ParameterAnswer::NoSuchNumber,
-                Err(Refused::OutOfRange(min, max)) => ParameterAnswer::OutOfRange { min, max },
+                Err(NotSet::NoSuchNumber) => ParameterAnswer::NoSuchNumber,
+                Err(NotSet::OutOfRange(out)) => ParameterAnswer::OutOfRange {
+                    min: out.field.min as f32,
+                    max: out.field.max as f32,
+                },
             },
             ParameterRequest::Defaults => {
                 staged = *built_in.parameters();
@@ -105,10 +108,10 @@ async fn keep<M: RawMutex, F: NorFlash>(
 /// blocked; `false` if no tick came in time.
 async fn blocked<M: RawMutex>(topics: &Topics<M>, since: Instant) -> bool {
     while Instant::now().saturating_duration_since(since) < BLOCK_TIMEOUT {
-        if let Some(telemetry) = topics.telemetry.latest()
-            && telemetry.at > since
+        if let Some(status) = topics.status.latest()
+            && status.at > since
         {
-            let t = telemetry.value;
+            let t = status.value;
             return t.mode == Mode::Disarmed && t.blockers.contains(Blocker::Parameters);
         }
         Timer::after(Duration::from_millis(1)).await;

@@ -11,7 +11,7 @@ use model::vehicle::Vehicle;
 use proptest::prelude::*;
 
 use super::store::{HEADER, SET_MAX, decode, encode};
-use super::{NoSet, ParameterStore, set, value};
+use super::{NoSet, ParameterStore};
 use crate::built_in::PARAMETERS;
 
 /// Runs a future that never waits.
@@ -22,7 +22,7 @@ fn now<F: Future>(future: F) -> F::Output {
     }
 }
 
-const WORD: usize = 32;
+const WORD: usize = crate::drive_board::FLASH_WORD_BYTES;
 const PAGE: usize = 4096;
 const PAGES: usize = 2;
 
@@ -239,7 +239,7 @@ fn a_power_cut_at_any_step_leaves_the_old_set_or_the_new() {
 #[test]
 fn another_schema_is_not_believed() {
     let mut other = PARAMETERS;
-    other.camera = None;
+    other.spar = None;
     let mut bytes = [0; SET_MAX];
     let length = encode(&other, &mut bytes).expect("fits");
     assert!(decode(&bytes[..length], &other).is_some());
@@ -249,11 +249,11 @@ fn another_schema_is_not_believed() {
 #[test]
 fn a_value_out_of_range_is_refused_where_it_is_set_and_where_it_is_stored() {
     let mut parameters = PARAMETERS;
-    let before = value(&parameters, 0).expect("first");
+    let before = parameters.value(0).expect("first");
     for bad in [f32::NAN, f32::INFINITY, -1.0, 1e9] {
-        assert!(set(&mut parameters, 0, bad).is_err());
+        assert!(parameters.set(0, bad).is_err());
     }
-    assert_eq!(value(&parameters, 0), Some(before));
+    assert_eq!(parameters.value(0), Some(before));
     let mut bytes = [0; SET_MAX];
     let length = encode(&parameters, &mut bytes).expect("fits");
     bytes[HEADER..HEADER + 4].copy_from_slice(&f32::NAN.to_le_bytes());

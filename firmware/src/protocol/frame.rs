@@ -5,9 +5,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Longest frame on the wire, final zero included.
-pub const FRAME_MAX: usize = 256;
-/// Longest encoded message with its checksum: what COBS fits into a frame.
-const PAYLOAD_MAX: usize = 252;
+pub const FRAME_MAX: usize = 512;
+/// Longest encoded message with its checksum: a frame less its zero and the bytes that COBS adds, one for every 254
+/// begun.
+const PAYLOAD_MAX: usize = FRAME_MAX - 1 - FRAME_MAX.div_ceil(255);
 const CHECKSUM: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 const CHECKSUM_LEN: usize = 2;
 

@@ -1,19 +1,21 @@
 //! What host and board say to each other.
 
-use model::sample::MOTORS;
-use model::supervise::arming::{Mode, Request};
-use model::tick::Telemetry;
+use model::command::Request;
+use model::status::Status;
 use serde::{Deserialize, Serialize};
 
 /// Version of the messages: host and board must agree.
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;
+
+/// How often an operator repeats [`HostMessage::Drive`], ms: many times within any dead-man time.
+pub const COMMAND_PERIOD_MS: u64 = 20;
 
 /// From the host to the board.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum HostMessage {
     /// Who are you? Answered by [`BoardMessage::Identity`].
     Identify,
-    /// Drive so; repeated before the dead-man time is over.
+    /// Drive so; repeated every [`COMMAND_PERIOD_MS`], in any case before the dead-man time is over.
     Drive {
         /// Speed, m/s, forward positive.
         speed_m_s: f32,
@@ -26,8 +28,7 @@ pub enum HostMessage {
     Parameters(ParameterRequest),
 }
 
-/// What the host asks of the parameters. Numbers are in the order of
-/// [`model::vehicle::VehicleParameters::for_each`]; [`ParameterAnswer::Value`] tells each one's place.
+/// What the host asks of the parameters. Numbers are those of [`model::vehicle::VehicleParameters`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum ParameterRequest {
     /// Tell one value.
@@ -88,100 +89,65 @@ pub enum ParameterAnswer {
 
 /// From the board to the host.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant)] // Nearly every message is a status, and none is kept in numbers.
 pub enum BoardMessage {
     /// Answer to [`HostMessage::Identify`].
     Identity {
         /// [`PROTOCOL_VERSION`] of the board.
         protocol: u16,
     },
-    /// The state of the vehicle.
-    Status(Status),
+    /// The status of vehicle and board, every 10 ms.
+    Status(BoardStatus),
     /// Answer to [`HostMessage::Parameters`].
     Parameters(ParameterAnswer),
 }
 
-/// The state of the vehicle as it is sent, [`Telemetry`] in the form of the wire.
+/// The status of vehicle and board as it is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Status {
-    /// Ticks since boot.
-    pub tick: u32,
-    /// Time of the tick's sample, us since boot.
-    pub time_us: u64,
-    /// Arming state.
-    pub mode: Mode,
-    /// Latched faults, bit n is fault n.
-    pub faults: u32,
-    /// Arming blockers, bit n is blocker n.
-    pub blockers: u32,
-    /// Limits, bit n is limit n.
-    pub limits: u32,
-    /// Arm angle from the vertical, rad.
-    pub phi_rad: f32,
-    /// Its rate, rad/s.
-    pub phi_rate_rad_s: f32,
-    /// Speed, m/s.
-    pub speed_m_s: f32,
-    /// Governed speed reference, m/s.
-    pub speed_reference_m_s: f32,
-    /// Slope, rad.
-    pub slope_rad: f32,
-    /// Heading, rad.
-    pub heading_rad: f32,
-    /// Yaw rate, rad/s.
-    pub yaw_rate_rad_s: f32,
-    /// Dead-reckoned position, m.
-    pub x_m: f32,
-    /// Dead-reckoned position, m.
-    pub y_m: f32,
-    /// Spar angle from the vertical, rad.
-    pub spar_rad: f32,
-    /// Ballast angle relative to the spar, rad.
-    pub ballast_rad: f32,
-    /// Motor voltages, V.
-    pub voltage_v: [f32; MOTORS],
-    /// Motor currents, A.
-    pub current_a: [f32; MOTORS],
-    /// Supply voltage, V.
-    pub battery_v: f32,
-    /// Late ticks since boot.
-    pub late_ticks: u32,
-    /// Refused requests to arm.
-    pub refused_arms: u32,
-    /// Frames the board could not read.
-    pub bad_frames: u32,
-    /// CPU cycles of the last tick and of the worst.
-    pub tick_cycles: [u32; 2],
+pub struct BoardStatus {
+    /// The vehicle, as the last tick left it.
+    pub vehicle: Status,
+    /// The link's input.
+    pub link: LinkCounters,
+    /// Cost of the ticks.
+    pub cycles: TickCycles,
 }
 
-impl Status {
-    /// The state for the wire.
-    pub fn new(telemetry: &Telemetry, bad_frames: u32, tick_cycles: [u32; 2]) -> Self {
-        let estimate = &telemetry.estimate;
-        Self {
-            tick: telemetry.tick,
-            time_us: telemetry.time_us,
-            mode: telemetry.mode,
-            faults: telemetry.faults.bits(),
-            blockers: telemetry.blockers.bits(),
-            limits: telemetry.limits.bits(),
-            phi_rad: estimate.phi_rad,
-            phi_rate_rad_s: estimate.phi_rate_rad_s,
-            speed_m_s: estimate.speed_m_s,
-            speed_reference_m_s: telemetry.speed_reference_m_s,
-            slope_rad: estimate.slope_rad,
-            heading_rad: estimate.heading_rad,
-            yaw_rate_rad_s: estimate.yaw_rate_rad_s,
-            x_m: estimate.x_m,
-            y_m: estimate.y_m,
-            spar_rad: estimate.spar_rad,
-            ballast_rad: estimate.ballast_rad,
-            voltage_v: telemetry.voltage_v,
-            current_a: telemetry.current_a,
-            battery_v: telemetry.battery_v,
-            late_ticks: telemetry.late_ticks,
-            refused_arms: telemetry.refused_arms,
-            bad_frames,
-            tick_cycles,
-        }
+/// Counters of the link's input, since boot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct LinkCounters {
+    /// Good frames.
+    pub frames: u32,
+    /// Frames with a wrong checksum, stuffing or content.
+    pub bad_frames: u32,
+    /// Frames longer than any message.
+    pub overlong_frames: u32,
+    /// Errors that the UART reported (overrun, noise, framing).
+    pub uart_errors: u32,
+    /// Requests dropped because too many were waiting.
+    pub dropped_requests: u32,
+}
+
+impl LinkCounters {
+    /// Frames that could not be read, for whatever reason.
+    pub fn unreadable_frames(&self) -> u32 {
+        self.bad_frames.wrapping_add(self.overlong_frames)
     }
+}
+
+/// Execution cost of one tick in CPU cycles, by stage: the latest, and the worst total.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct TickCycles {
+    /// Raw to SI.
+    pub sense: u32,
+    /// Estimation.
+    pub estimate: u32,
+    /// Supervision and laws.
+    pub decide: u32,
+    /// Limits, duties, bridges.
+    pub actuate: u32,
+    /// All four.
+    pub total: u32,
+    /// The largest total since boot.
+    pub worst: u32,
 }

@@ -9,7 +9,8 @@
 
 #![forbid(unsafe_code)]
 
-use model::sample::{MOTORS, Motor as MotorIndex, analog_scale};
+use model::board::BoardScales;
+use model::sample::{MOTORS, Motor as MotorIndex};
 use model::vehicle::Vehicle;
 
 pub mod body;
@@ -49,7 +50,7 @@ const ANALOG_NOISE_COUNTS: f64 = 2.0;
 
 /// Streams of the scenario's seed.
 mod stream {
-    pub const CHASSIS_IMU: u64 = 0;
+    pub const ARM_IMU: u64 = 0;
     pub const SPAR_IMU: u64 = 1;
     pub const ANALOG: u64 = 2;
     /// Three, one a motor.
@@ -64,11 +65,12 @@ pub struct Plant {
     motors: [Motor; MOTORS],
     battery: Battery,
     encoders: [Encoder; MOTORS],
-    chassis_imu: Icm42688p,
+    arm_imu: Icm42688p,
     spar_imu: Icm42688p,
-    chassis_radius_m: f64,
+    arm_radius_m: f64,
     spar_radius_m: f64,
-    has_camera: bool,
+    has_spar: bool,
+    scales: BoardScales,
     analog_noise: Noise,
     time_s: f64,
     battery_v: f64,
@@ -78,12 +80,18 @@ pub struct Plant {
 
 impl Plant {
     /// The vehicle at rest at the terrain's origin, heading along x, everything hanging from the
-    /// vertical, bridges open, battery full; sensor errors as on the data sheets.
+    /// vertical, bridges open, battery full; sensor errors as on the data sheets. `scales` are those of the
+    /// board that reads the analogue signals.
     ///
     /// # Errors
     /// A terrain that this vehicle's wheels cannot follow.
-    pub fn new(vehicle: &Vehicle<f64>, terrain: Terrain, seed: u64) -> Result<Self, TerrainError> {
-        Self::with_imu_errors(vehicle, terrain, seed, ImuErrors::default())
+    pub fn new(
+        vehicle: &Vehicle<f64>,
+        scales: &BoardScales,
+        terrain: Terrain,
+        seed: u64,
+    ) -> Result<Self, TerrainError> {
+        Self::with_imu_errors(vehicle, scales, terrain, seed, ImuErrors::default())
     }
 
     /// As [`Plant::new`], with IMUs of the given errors.
@@ -92,6 +100,7 @@ impl Plant {
     /// A terrain that this vehicle's wheels cannot follow.
     pub fn with_imu_errors(
         vehicle: &Vehicle<f64>,
+        scales: &BoardScales,
         terrain: Terrain,
         seed: u64,
         errors: ImuErrors,
@@ -99,21 +108,21 @@ impl Plant {
         let p = vehicle.parameters();
         let ground = Ground::new(terrain, p.body.wheel_radius_m)?;
         let chop = (CHOP_FACTOR * p.safety.overcurrent_a).min(CHOP_MAX_A);
-        let drive = Motor::drive(&p.drive_motor, chop);
-        // Without a camera its bridge has no motor: one that never draws a current.
-        let camera = p
-            .camera
+        let drive = Motor::new(&p.drive_motor, chop);
+        // Without a spar the third bridge has no motor: one that never draws a current.
+        let ballast = p
+            .spar
             .as_ref()
-            .map_or_else(|| drive.clone(), |(_, m)| Motor::camera(m, chop));
-        let (camera_counts, camera_ratio) = p
-            .camera
+            .map_or_else(|| drive.clone(), |(_, m)| Motor::new(m, chop));
+        let (ballast_counts, ballast_ratio) = p
+            .spar
             .as_ref()
             .map_or((4.0, 1.0), |(_, m)| (m.encoder_counts_per_rev, m.gear_ratio));
         let drive_encoder = |motor: MotorIndex| {
             let noise = Noise::new(seed, stream::ENCODERS + motor as u64);
             Encoder::new(p.drive_motor.encoder_counts_per_rev, p.drive_motor.gear_ratio, noise)
         };
-        let camera_noise = Noise::new(seed, stream::ENCODERS + MotorIndex::Camera as u64);
+        let ballast_noise = Noise::new(seed, stream::ENCODERS + MotorIndex::Ballast as u64);
         let battery = Battery {
             open_circuit_v: p.battery.nominal_v,
             resistance_ohm: p.battery.resistance_ohm,
@@ -122,18 +131,19 @@ impl Plant {
         let mut plant = Self {
             body: Body::new(vehicle, &ground),
             ground,
-            motors: [drive.clone(), drive, camera],
+            motors: [drive.clone(), drive, ballast],
             battery,
             encoders: [
                 drive_encoder(MotorIndex::Left),
                 drive_encoder(MotorIndex::Right),
-                Encoder::new(camera_counts, camera_ratio, camera_noise),
+                Encoder::new(ballast_counts, ballast_ratio, ballast_noise),
             ],
-            chassis_imu: Icm42688p::new(errors, Noise::new(seed, stream::CHASSIS_IMU)),
+            arm_imu: Icm42688p::new(errors, Noise::new(seed, stream::ARM_IMU)),
             spar_imu: Icm42688p::new(errors, Noise::new(seed, stream::SPAR_IMU)),
-            chassis_radius_m: p.imu.chassis_radius_m,
+            arm_radius_m: p.imu.arm_radius_m,
             spar_radius_m: p.imu.spar_radius_m,
-            has_camera: p.camera.is_some(),
+            has_spar: p.spar.is_some(),
+            scales: *scales,
             analog_noise: Noise::new(seed, stream::ANALOG),
             time_s: 0.0,
             battery_v: battery.open_circuit_v - battery.resistance_ohm * IDLE_A,
@@ -186,8 +196,8 @@ impl Plant {
 
     fn substep(&mut self, h: f64, bridges: &[BridgeState; MOTORS]) {
         let mut bridges = *bridges;
-        if !self.has_camera {
-            bridges[MotorIndex::Camera as usize] = BridgeState::Open;
+        if !self.has_spar {
+            bridges[MotorIndex::Ballast as usize] = BridgeState::Open;
         }
         let before: [f64; MOTORS] = core::array::from_fn(|i| self.body.joint_rate(i));
         self.battery_v = self
@@ -210,9 +220,9 @@ impl Plant {
     /// Lets the IMUs feel the last substep.
     fn feel(&mut self, h: f64) {
         let (u, a, gravity) = (self.body.speed(), self.body.acceleration(), self.body.gravity());
-        let chassis = motion_at(self.chassis_radius_m, &self.body.arm_swing(), u, a, &gravity);
-        self.chassis_imu.advance(h, &chassis);
-        if self.has_camera {
+        let arm = motion_at(self.arm_radius_m, &self.body.arm_swing(), u, a, &gravity);
+        self.arm_imu.advance(h, &arm);
+        if self.has_spar {
             // The spar's angle is that of its lower end; the IMU sits above the axle.
             let spar = motion_at(-self.spar_radius_m, &self.body.spar_swing(), u, a, &gravity);
             self.spar_imu.advance(h, &spar);
@@ -239,26 +249,26 @@ impl Plant {
         &mut self.encoders[motor as usize]
     }
 
-    /// One conversion of the analogue inputs ([`model::sample::analog_scale`]): battery voltage and the
+    /// One conversion of the analogue inputs ([`BoardScales`]): battery voltage and the
     /// motor currents, with the converter's noise, saturated at its range.
     pub fn analog(&mut self) -> (u16, [u16; MOTORS]) {
         let mut count = |value: f64| (value + ANALOG_NOISE_COUNTS * self.analog_noise.normal()).round() as u16;
-        let battery = count(self.battery_v / f64::from(analog_scale::BATTERY_V_PER_COUNT));
+        let battery = count(self.battery_v / f64::from(self.scales.battery_v_per_count));
         let current = core::array::from_fn(|i| {
             let current = self.motors.get(i).map_or(0.0, Motor::mean_current_a);
-            count(f64::from(analog_scale::CURRENT_ZERO_COUNT) + current / f64::from(analog_scale::CURRENT_A_PER_COUNT))
+            count(f64::from(self.scales.current_zero_count) + current / f64::from(self.scales.current_a_per_count))
         });
         (battery, current)
     }
 
     /// The IMU on the arm.
-    pub fn chassis_imu(&mut self) -> &mut Icm42688p {
-        &mut self.chassis_imu
+    pub fn arm_imu(&mut self) -> &mut Icm42688p {
+        &mut self.arm_imu
     }
 
-    /// The IMU on the camera spar. Without a camera there is none: its bus floats.
+    /// The IMU on the camera spar. Without a spar there is none: its bus floats.
     pub fn spar_imu(&mut self) -> Option<&mut Icm42688p> {
-        self.has_camera.then_some(&mut self.spar_imu)
+        self.has_spar.then_some(&mut self.spar_imu)
     }
 
     /// The battery, to drain or weaken it.
@@ -292,7 +302,7 @@ impl Plant {
         let [right, left] = *self.body.wheels();
         let vertical = self.body.vertical_rad();
         let [slope_right, slope_left] = self.body.path_slopes();
-        let (spar, spar_rate) = if self.has_camera {
+        let (spar, spar_rate) = if self.has_spar {
             (q[SPAR] + vertical, u[SPAR])
         } else {
             (0.0, 0.0)

@@ -17,7 +17,7 @@
 //! integrated gyro slowly. Uncompensated, 0.3 g of axle acceleration would read as 17 degrees.
 
 use super::rate_filter::LowPass;
-use crate::limit::Limit;
+use crate::bounded::Bounded;
 use crate::vehicle::GRAVITY_M_S2;
 
 /// What moves the body besides gravity: known from encoders and from the other estimates.
@@ -122,7 +122,7 @@ impl TiltEstimator {
         let gravity_z = reading.force_z_m_s2 - a * sin_relative - self.radius_m * (swing * swing + turn * sin);
         // g sin(phi_measured - phi): no inverse function, and bounded for any reading.
         let error = (gravity_x * cos - gravity_z * sin) / G;
-        let error = error.limit(-1.0, 1.0);
+        let error = error.bounded(-1.0, 1.0);
         self.error = error;
         let (factor, bias_factor) = if at_rest {
             (STANDSTILL_FACTOR, STANDSTILL_BIAS_FACTOR)

@@ -7,3 +7,4 @@
 pub mod arming;
 pub mod codes;
 pub mod plausibility;
+pub mod supervisor;

@@ -1,11 +1,11 @@
 //! Stage 2: what the vehicle knows of itself.
 
+use crate::bounded::Bounded;
 use crate::estimate::heading::HeadingEstimator;
 use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
 use crate::estimate::slope::SlopeEstimator;
 use crate::estimate::tilt::{Disturbance, TiltEstimator};
-use crate::limit::Limit;
 use crate::sample::Motor;
 use crate::supervise::plausibility::Persistence;
 use crate::tick::{Sensed, TICK_S};
@@ -13,6 +13,7 @@ use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
 /// The vehicle's estimate of itself in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[allow(clippy::struct_excessive_bools)] // Independent findings, not the states of one thing.
 pub struct Estimate {
     /// Arm angle phi from the vertical, rad, forward positive.
@@ -102,8 +103,8 @@ const STOPPED_ARM_RAD_S: f32 = 0.2;
 /// Wheel and arm rates below which the vehicle stands still.
 const REST_WHEEL_RAD_S: f32 = 0.03;
 const REST_ARM_RAD_S: f32 = 0.05;
-/// How long it must do so.
-const REST_TICKS: u16 = 100;
+/// Ticks in a row for which the vehicle must stand still to be at rest.
+const STILL_TICKS: u16 = 100;
 /// Largest gyro bias that a calibration may find; more is motion.
 const BIAS_MAX_RAD_S: f32 = 0.1;
 /// Standing still long enough to average the gyros.
@@ -125,9 +126,9 @@ impl Estimator {
         Self {
             scales: vehicle.scales(),
             half_track_m: p.body.half_track_m,
-            arm: tilt(p.imu.chassis_radius_m),
+            arm: tilt(p.imu.arm_radius_m),
             // The spar's IMU sits above the axle: a negative radius.
-            spar: p.camera.as_ref().map(|_| tilt(-p.imu.spar_radius_m)),
+            spar: p.spar.as_ref().map(|_| tilt(-p.imu.spar_radius_m)),
             slope: SlopeEstimator::new(
                 TICK_S,
                 times.slope_time_constant_s,
@@ -140,7 +141,7 @@ impl Estimator {
             odometry: Odometry::default(),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
             roll: LowPass::new(TICK_S, ROLL_TIME_CONSTANT_S),
-            rest: Persistence::new(REST_TICKS),
+            rest: Persistence::new(STILL_TICKS),
             contradicted: Persistence::new(CONTRADICTION_TICKS),
             calibration: Calibration::default(),
             ballast_offset_rad: 0.0,
@@ -174,7 +175,7 @@ impl Estimator {
         // Roll of the axle: gravity along it, once the acceleration of the turn is taken away.
         let yaw_rate = self.heading.yaw_rate_rad_s();
         let lateral_m_s2 = sensed.arm_force_y_m_s2 - theta_rate * r * yaw_rate;
-        self.roll.update((lateral_m_s2 / G).limit(-1.0, 1.0));
+        self.roll.update((lateral_m_s2 / G).bounded(-1.0, 1.0));
         let sin_roll = self.roll.value();
         self.slope.turn(yaw_rate * TICK_S, sin_roll);
         let disturbance = Disturbance {

@@ -5,11 +5,12 @@ use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker};
 use firmware::drive::DriveHardware;
+use firmware::drive_board::SCALES;
 use firmware::imu::Place;
 use firmware::parameters::ParameterStore;
 use firmware::topics;
 use firmware::{analog, built_in, drive, encoders, imu, link, log_task, parameters, watchdog};
-use model::supervise::arming::Request;
+use model::command::Request;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
@@ -52,7 +53,7 @@ async fn main(spawner: Spawner) {
     control.spawn(started(encoder_task(board.encoders)));
     control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
     control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
-    control.spawn(started(drive_task(VehicleCore::new(&vehicle), drive_hardware)));
+    control.spawn(started(drive_task(VehicleCore::new(&vehicle, &SCALES), drive_hardware)));
     control.spawn(started(watchdog_task(board.watchdog.start())));
 
     spawner.spawn(started(analog_task(board.analog)));

@@ -37,7 +37,7 @@ mod at {
     pub const PORT_G: usize = 6;
 }
 
-/// Chip selects of the chassis and the spar IMU.
+/// Chip selects of the arm IMU and the spar IMU.
 const IMU_SELECTS: [(&str, u8); 2] = [("GPIOD", 14), ("GPIOE", 4)];
 /// Converter channels of the battery and of the motors' currents.
 const ANALOG_CHANNELS: [u8; 1 + MOTORS] = [15, 10, 5, 18];

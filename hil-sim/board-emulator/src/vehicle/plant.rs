@@ -2,7 +2,8 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use model::sample::{Motor, imu_scale};
+use firmware::imu;
+use model::sample::Motor;
 use plant::icm42688p::{Icm42688p, registers as register};
 use plant::{self, Plant};
 
@@ -28,7 +29,7 @@ impl VehicleAtPins {
     /// Switches the plant's IMUs on.
     pub fn new(mut plant: Plant) -> Self {
         for (register, value) in SETTINGS {
-            plant.chassis_imu().transfer(&mut [register, value]);
+            plant.arm_imu().transfer(&mut [register, value]);
             if let Some(imu) = plant.spar_imu() {
                 imu.transfer(&mut [register, value]);
             }
@@ -55,12 +56,12 @@ impl ClosedPlant for VehicleAtPins {
         plant.advance(seconds, &bridges);
         let (battery, current) = plant.analog();
         let counted = |motor| plant.encoder(motor).counted();
-        let encoder_counts = [counted(Motor::Left), counted(Motor::Right), counted(Motor::Camera)];
-        let chassis = sensed(plant.chassis_imu());
+        let encoder_counts = [counted(Motor::Left), counted(Motor::Right), counted(Motor::Ballast)];
+        let arm = sensed(plant.arm_imu());
         let spar = plant.spar_imu().map_or(ImuSensed::SILENT, |imu| sensed(imu));
         Sensed {
             encoder_counts,
-            imus: [chassis, spar],
+            imus: [arm, spar],
             battery_mv: millivolts(battery),
             current_mv: current.map(millivolts),
         }
@@ -82,8 +83,8 @@ fn sensed(imu: &Icm42688p) -> ImuSensed {
         return ImuSensed::SILENT;
     };
     let scaled = |words: [i16; 3], unit: f64| words.map(|word| (f64::from(word) * unit).round() as i32);
-    let g = 1e6 / f64::from(imu_scale::ACCEL_LSB_PER_G);
-    let rate = 1e3 / f64::from(imu_scale::GYRO_LSB_PER_DEG_S);
+    let g = 1e6 / f64::from(imu::driver::SCALES.accel_lsb_per_g);
+    let rate = 1e3 / f64::from(imu::driver::SCALES.gyro_lsb_per_deg_s);
     ImuSensed {
         silent: false,
         specific_force_ug: scaled(accel, g),

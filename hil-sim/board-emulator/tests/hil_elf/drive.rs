@@ -6,6 +6,7 @@ use board_emulator::board::gaps;
 use board_emulator::run::{EmulatedBackend, Settings};
 use board_emulator::vehicle::stored;
 use firmware::built_in;
+use firmware::drive_board::SCALES;
 use model::vehicle::{Vehicle, VehicleParameters};
 use plant::Plant;
 use virtual_board::scenario::trace::Row;
@@ -31,7 +32,8 @@ fn scenario(name: &str) -> Scenario {
 
 fn world(scenario: &Scenario) -> (Vehicle<f64>, Plant) {
     let vehicle = Vehicle::new(built_in::PARAMETERS.cast::<f64>()).expect("the built-in vehicle");
-    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
+    let plant =
+        Plant::new(&vehicle, &SCALES, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
     (vehicle, plant)
 }
 
@@ -44,7 +46,8 @@ fn drive_virtual(scenario: &Scenario) -> DriveOutcome {
 /// Drives with a vehicle that is stored in the emulated board's flash.
 fn drive_stored(scenario: &Scenario, parameters: &VehicleParameters<f64>) -> DriveOutcome {
     let vehicle = Vehicle::new(*parameters).expect("a consistent vehicle");
-    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
+    let plant =
+        Plant::new(&vehicle, &SCALES, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
     let contents = [stored::set(&vehicle).expect("consistent in single precision")];
     let mut backend =
         EmulatedBackend::power_on_with(firmware(), plant, Settings::default(), &contents).expect("the board powers up");
@@ -124,7 +127,7 @@ fn a_vehicle_laid_into_the_flash_is_the_one_flown() {
     let outcome = drive_stored(&scenario, &parameters);
     stored::was_taken(&outcome.log).expect("it is flown");
     let last = outcome.trace.rows.last().expect("a trace");
-    let (reported, truth) = (f64::from(last.status.speed_m_s), last.truth.speed_m_s);
+    let (reported, truth) = (f64::from(last.status.estimate.speed_m_s), last.truth.speed_m_s);
     println!("{reported:.4} m/s reported, {truth:.4} m/s driven");
     assert!((0.8..1.2).contains(&truth), "{truth}");
     assert!(
@@ -139,7 +142,7 @@ fn a_vehicle_of_another_kind_is_not_taken() {
     scenario.duration_s = 0.2;
     scenario.steps.clear();
     let mut parameters = built_in::PARAMETERS.cast::<f64>();
-    parameters.camera = None;
+    parameters.spar = None;
     let outcome = drive_stored(&scenario, &parameters);
     let refused = stored::was_taken(&outcome.log).expect_err("the firmware has a spar");
     assert!(refused.to_string().contains("camera spar"), "{refused}");

@@ -13,15 +13,14 @@ use board_emulator::vehicle::Bench;
 use board_emulator::vehicle::stored::REGION;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use firmware::built_in;
-use firmware::parameters::{ParameterStore, set, value};
+use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, PARAMETER_SECTORS};
+use firmware::parameters::ParameterStore;
 use firmware::protocol::message::{HostMessage, ParameterAnswer, ParameterRequest};
 use model::vehicle::{Vehicle, VehicleParameters};
 
 use crate::support::{BATTERY_V, Operator, firmware, noise, powered, ready};
 
-const SECTOR: usize = 128 * 1024;
-const REGION_BYTES: usize = 2 * SECTOR;
-const WORD: usize = 32;
+const REGION_BYTES: usize = PARAMETER_SECTORS * FLASH_SECTOR_BYTES;
 /// The parameter that the tests change: its number, and two values in its range.
 const NUMBER: u16 = 0;
 const OLD: f32 = 0.26;
@@ -64,7 +63,7 @@ fn log_has(board: &mut Operator, text: &str) -> bool {
 fn a_stored_set_is_kept_over_resets_and_power_cycles() {
     let mut board = ready();
     assert!(log_has(&mut board, "parameters: nothing stored, built-in set"));
-    let built_in = value(&built_in::PARAMETERS, NUMBER).expect("the number is a parameter's");
+    let built_in = built_in::PARAMETERS.value(NUMBER).expect("the number is a parameter's");
     assert_eq!(read(&mut board), built_in);
     write(&mut board, NEW);
     assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Stored);
@@ -114,7 +113,7 @@ fn random_bytes_boot_to_the_built_in_set() {
     let log = board.log();
     assert!(log.iter().any(|line| line.contains("built-in set")), "{log:#?}");
     assert!(log.iter().any(|line| line.contains("self-check done")), "{log:#?}");
-    assert_eq!(Some(read(&mut board)), value(&built_in::PARAMETERS, NUMBER));
+    assert_eq!(Some(read(&mut board)), built_in::PARAMETERS.value(NUMBER));
     let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
     assert_eq!(resets, []);
 }
@@ -183,7 +182,7 @@ fn torn(before: &[u8], after: &[u8]) -> Vec<u8> {
     let mut torn = after.to_vec();
     for (n, (byte, old)) in torn.iter_mut().zip(before).enumerate() {
         // Half of the bytes, in a pattern unrelated to any field's boundaries.
-        if (n * 7 + n / WORD * 3) % 16 < 8 {
+        if (n * 7 + n / FLASH_WORD_BYTES * 3) % 16 < 8 {
             *byte = *old;
         }
     }
@@ -215,8 +214,8 @@ impl ReadNorFlash for HostFlash {
 }
 
 impl NorFlash for HostFlash {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = SECTOR;
+    const WRITE_SIZE: usize = FLASH_WORD_BYTES;
+    const ERASE_SIZE: usize = FLASH_SECTOR_BYTES;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Infallible> {
         *self.erases.borrow_mut() += 1;
@@ -243,7 +242,7 @@ fn stored_until(enough: impl Fn(u32, u32) -> bool) -> Vec<u8> {
         panic!("two sectors are enough");
     };
     let mut parameters: VehicleParameters<f32> = built_in::PARAMETERS;
-    set(&mut parameters, NUMBER, OLD).expect("in range");
+    parameters.set(NUMBER, OLD).expect("in range");
     let vehicle = Vehicle::new(parameters).expect("consistent");
     for stores in 0.. {
         let before = flash.bytes.borrow().clone();

@@ -8,8 +8,9 @@ use board_emulator::run::{Emulation, Frozen, Settings};
 use board_emulator::time::MS;
 use board_emulator::vehicle::Bench;
 use firmware::protocol::frame::{Decoder, Received, encode};
-use firmware::protocol::message::{BoardMessage, HostMessage, ParameterAnswer, ParameterRequest, Status};
-use model::supervise::arming::{Mode, Request};
+use firmware::protocol::message::{BoardMessage, BoardStatus, HostMessage, ParameterAnswer, ParameterRequest};
+use model::command::Request;
+use model::supervise::arming::Mode;
 
 /// Battery voltage of the vehicle on the bench in V.
 pub const BATTERY_V: f64 = 24.0;
@@ -61,7 +62,7 @@ pub fn noise(length: usize, seed: u64) -> Vec<u8> {
 pub struct Operator {
     pub emulation: Emulation,
     decoder: Decoder,
-    pub statuses: Vec<Status>,
+    pub statuses: Vec<BoardStatus>,
     pub protocol: Option<u16>,
     pub answers: Vec<ParameterAnswer>,
     pub bad_frames: u32,
@@ -136,7 +137,7 @@ impl Operator {
     }
 
     /// The latest status that the board sent.
-    pub fn status(&self) -> &Status {
+    pub fn status(&self) -> &BoardStatus {
         self.statuses.last().expect("the board sends its status")
     }
 
@@ -146,14 +147,8 @@ impl Operator {
         self.run(100);
         self.send(&HostMessage::Request(Request::Arm));
         self.run(50);
-        let status = self.status();
-        assert_eq!(
-            status.mode,
-            Mode::Armed,
-            "blockers {:#b}, faults {:#b}",
-            status.blockers,
-            status.faults
-        );
+        let status = &self.status().vehicle;
+        assert_eq!(status.mode, Mode::Armed, "{:?}, {:?}", status.blockers, status.faults);
     }
 
     /// The firmware's log so far.

@@ -28,7 +28,7 @@ pub struct Inertia {
     /// Rotor inertia of one drive at its output, n^2 J.
     pub rotor: f64,
     /// Rotor inertia of the camera motor at its output.
-    pub camera_rotor: f64,
+    pub ballast_rotor: f64,
     /// Viscous damping between one wheel and the arm.
     pub bearing_damping: f64,
     /// Viscous damping of the spar's bearing, pivoted on the arm.
@@ -38,7 +38,7 @@ pub struct Inertia {
     /// Half the track.
     pub half_track: f64,
     /// Whether there is a camera spar.
-    pub has_camera: bool,
+    pub has_spar: bool,
 }
 
 impl Inertia {
@@ -61,16 +61,16 @@ impl Inertia {
             // A wheel without inertia would have no equation of motion while it is off the ground.
             wheel: (0.5 * b.wheels_inertia_kg_m2).max(1e-6 * b.total_mass_kg * b.wheel_radius_m * b.wheel_radius_m),
             rotor: d.gear_ratio * d.gear_ratio * d.rotor_inertia_kg_m2,
-            camera_rotor: 0.0,
+            ballast_rotor: 0.0,
             bearing_damping: 0.5 * b.bearing_damping_n_m_s,
             spar_damping: 0.0,
             radius: b.wheel_radius_m,
             half_track: b.half_track_m,
-            has_camera: false,
+            has_spar: false,
         };
-        if let Some((c, m)) = &p.camera {
+        if let Some((c, m)) = &p.spar {
             let below = c.motor_mass_kg + c.ballast_mass_kg;
-            inertia.has_camera = true;
+            inertia.has_spar = true;
             inertia.total_mass += c.camera_mass_kg + below;
             inertia.spar_first = below * c.motor_arm_m - c.camera_mass_kg * c.spar_length_m;
             inertia.spar_second =
@@ -78,7 +78,7 @@ impl Inertia {
             inertia.ballast_first = c.ballast_mass_kg * c.ballast_arm_m;
             inertia.ballast_second = inertia.ballast_first * c.ballast_arm_m;
             inertia.cross = inertia.ballast_first * c.motor_arm_m;
-            inertia.camera_rotor = m.gear_ratio * m.gear_ratio * m.rotor_inertia_kg_m2;
+            inertia.ballast_rotor = m.gear_ratio * m.gear_ratio * m.rotor_inertia_kg_m2;
             inertia.spar_damping = c.spar_damping_n_m_s;
         }
         inertia

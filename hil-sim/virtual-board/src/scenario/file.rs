@@ -172,7 +172,8 @@ pub enum Action {
 #[serde(rename_all = "kebab-case")]
 pub enum Sensor {
     /// IMU on the arm.
-    ChassisImu,
+    #[serde(alias = "chassis-imu")]
+    ArmImu,
     /// IMU on the spar.
     SparImu,
     /// Left wheel's encoder.
@@ -180,7 +181,8 @@ pub enum Sensor {
     /// Right wheel's encoder.
     RightEncoder,
     /// Ballast's encoder.
-    CameraEncoder,
+    #[serde(alias = "camera-encoder")]
+    BallastEncoder,
 }
 
 /// A [`SensorFault`] by its name.
@@ -330,7 +332,7 @@ mod tests {
                 vec!["step[0].speed_m_s = inf", "-20 to 20"],
             ),
             (
-                &format!("{base}[[step]]\nat_s=1.0\naction=\"sensor-fault\"\nsensor=\"chassis-imu\"\nfault=\"sad\"\n"),
+                &format!("{base}[[step]]\nat_s=1.0\naction=\"sensor-fault\"\nsensor=\"arm-imu\"\nfault=\"sad\"\n"),
                 vec!["unknown fault `sad`", "stuck"],
             ),
             (

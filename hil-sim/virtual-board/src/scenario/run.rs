@@ -1,8 +1,9 @@
 //! Runs a scenario on a back end.
 
-use firmware::protocol::message::HostMessage;
+use firmware::protocol::message::{COMMAND_PERIOD_MS, HostMessage};
+use model::command::Request;
 use model::sample::Motor;
-use model::supervise::arming::{Mode, Request};
+use model::supervise::arming::Mode;
 
 use super::backend::{Backend, Observation};
 use super::file::{Action, Scenario, Sensor, Step};
@@ -13,8 +14,6 @@ use plant::fault::SensorFault;
 use plant::noise::Noise;
 use plant::{Plant, Truth};
 
-/// The operator repeats the drive command this often, ms.
-const COMMAND_PERIOD_MS: u64 = 20;
 /// Stream of the scenario's seed for noise on the link.
 const LINK_NOISE_STREAM: u64 = 100;
 
@@ -115,8 +114,10 @@ impl Observer {
             outcome.emergency_stop_ms = Some(ms - pressed);
         }
         if let Some(status) = self.client.status.take()
-            && self.last_tick != Some(status.tick)
+            && self.last_tick != Some(status.vehicle.tick)
         {
+            let link = status.link;
+            let status = status.vehicle;
             self.last_tick = Some(status.tick);
             self.mode = Some(status.mode);
             let truth = self
@@ -127,6 +128,7 @@ impl Observer {
             outcome.trace.rows.push(Row {
                 commanded: self.commanded,
                 status,
+                link,
                 truth,
                 bridges_on,
             });
@@ -215,7 +217,7 @@ fn at_ms(step: &Step) -> u64 {
 
 fn set_fault(plant: &mut Plant, sensor: Sensor, fault: SensorFault) {
     match sensor {
-        Sensor::ChassisImu => plant.chassis_imu().set_fault(fault),
+        Sensor::ArmImu => plant.arm_imu().set_fault(fault),
         Sensor::SparImu => {
             if let Some(imu) = plant.spar_imu() {
                 imu.set_fault(fault);
@@ -223,6 +225,6 @@ fn set_fault(plant: &mut Plant, sensor: Sensor, fault: SensorFault) {
         }
         Sensor::LeftEncoder => plant.encoder_mut(Motor::Left).set_fault(fault),
         Sensor::RightEncoder => plant.encoder_mut(Motor::Right).set_fault(fault),
-        Sensor::CameraEncoder => plant.encoder_mut(Motor::Camera).set_fault(fault),
+        Sensor::BallastEncoder => plant.encoder_mut(Motor::Ballast).set_fault(fault),
     }
 }

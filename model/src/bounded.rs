@@ -4,16 +4,16 @@
 ///
 /// `f32::clamp` panics when its bounds are out of order or not numbers, and `f32::min` leaves the sign of
 /// zero open, so that two processors may differ. Control code uses this instead.
-pub trait Limit {
+pub trait Bounded {
     /// `low` below it, `high` above it, else the value; what is not a number stays so, for the check
     /// before the bridges to find.
     #[must_use]
-    fn limit(self, low: Self, high: Self) -> Self;
+    fn bounded(self, low: Self, high: Self) -> Self;
 }
 
-impl Limit for f32 {
+impl Bounded for f32 {
     #[inline]
-    fn limit(self, low: Self, high: Self) -> Self {
+    fn bounded(self, low: Self, high: Self) -> Self {
         if self < low {
             low
         } else if self > high {
@@ -26,16 +26,16 @@ impl Limit for f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::Limit;
+    use super::Bounded;
 
     #[test]
     fn it_limits_and_never_panics() {
-        assert_eq!(5.0_f32.limit(-1.0, 1.0), 1.0);
-        assert_eq!((-5.0_f32).limit(-1.0, 1.0), -1.0);
-        assert_eq!(0.5_f32.limit(-1.0, 1.0), 0.5);
-        assert!(f32::NAN.limit(-1.0, 1.0).is_nan());
+        assert_eq!(5.0_f32.bounded(-1.0, 1.0), 1.0);
+        assert_eq!((-5.0_f32).bounded(-1.0, 1.0), -1.0);
+        assert_eq!(0.5_f32.bounded(-1.0, 1.0), 0.5);
+        assert!(f32::NAN.bounded(-1.0, 1.0).is_nan());
         // Bounds out of order or not numbers: a value, no panic.
-        assert_eq!(0.0_f32.limit(1.0, -1.0), 1.0);
-        assert_eq!(0.0_f32.limit(f32::NAN, f32::NAN), 0.0);
+        assert_eq!(0.0_f32.bounded(1.0, -1.0), 1.0);
+        assert_eq!(0.0_f32.bounded(f32::NAN, f32::NAN), 0.0);
     }
 }
