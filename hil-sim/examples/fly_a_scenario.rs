@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 
+use firmware::drive_board::SCALES;
 use plant::Plant;
 use plant::terrain::Terrain;
 use virtual_board::scenario::{self, Action, MetricValue, Scenario, Step, VirtualBackend, metrics};
@@ -37,7 +38,7 @@ pub(crate) fn fly() -> Result<Vec<MetricValue>, Box<dyn Error>> {
         metrics: BTreeMap::new(),
     };
     let vehicle = vehicle_file::reference()?;
-    let plant = Plant::new(&vehicle, climb.terrain.clone(), climb.seed)?;
+    let plant = Plant::new(&vehicle, &SCALES, climb.terrain.clone(), climb.seed)?;
     let mut board = VirtualBackend::boot(&vehicle, plant)?;
     let outcome = scenario::run(&climb, &mut board, |_ms| {});
     Ok(metrics::measure(&outcome))

@@ -3,6 +3,7 @@
 
 use std::error::Error;
 
+use firmware::drive_board::SCALES;
 use plant::terrain::Terrain;
 use plant::{BridgeState, Plant, Truth};
 
@@ -50,7 +51,7 @@ pub(crate) fn law() -> impl SpeedLaw {
 /// Drives the reference vehicle on the level from rest under `law`; its speed after each period, m/s.
 pub(crate) fn fly(law: &mut dyn SpeedLaw, target_m_s: f64) -> Result<Vec<f64>, Box<dyn Error>> {
     let vehicle = vehicle_file::reference()?;
-    let mut plant = Plant::new(&vehicle, Terrain::incline(0.0, 0.8)?, 1)?;
+    let mut plant = Plant::new(&vehicle, &SCALES, Terrain::incline(0.0, 0.8)?, 1)?;
     let mut speeds = Vec::new();
     for _ in 0..6_000 {
         let truth = plant.truth();

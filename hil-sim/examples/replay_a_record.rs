@@ -4,6 +4,7 @@
 use std::error::Error;
 
 use firmware::drive::FlightRecord;
+use firmware::drive_board::SCALES;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use plant::Plant;
@@ -23,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// The ticks of the default drive: what the vehicle sensed, the command, and the actuation.
 pub(crate) fn record(vehicle: &Vehicle<f64>) -> Result<Vec<FlightRecord>, Box<dyn Error>> {
     let drive = Scenario::parse(DEFAULT_NAME, DEFAULT)?;
-    let plant = Plant::new(vehicle, drive.terrain.clone(), drive.seed)?;
+    let plant = Plant::new(vehicle, &SCALES, drive.terrain.clone(), drive.seed)?;
     let mut backend = VirtualBackend::boot(vehicle, plant)?;
     backend.board.world(|world| world.records = Some(Vec::new()));
     scenario::run(&drive, &mut backend, |_ms| {});
@@ -37,7 +38,7 @@ pub(crate) fn first_difference<'a>(
 ) -> Result<Option<&'a FlightRecord>, Box<dyn Error>> {
     // The board computes in single precision.
     let vehicle = Vehicle::new(vehicle.parameters().cast::<f32>())?;
-    let mut core = VehicleCore::new(&vehicle);
+    let mut core = VehicleCore::new(&vehicle, &SCALES);
     let differs = |record: &&FlightRecord| core.step(&record.sample, &record.command).actuation != record.actuation;
     Ok(records.iter().find(differs))
 }

@@ -1,8 +1,8 @@
-//! The planar vehicle with the camera platform on its axle: ch. 8 with its motor, damper and
+//! The planar vehicle with the camera spar on its axle: ch. 8 with its motor, damper and
 //! normalisation corrected (errata E32 to E36).
 //!
 //! Four degrees of freedom; lengths over the wheel radius r, masses over M + m, time over 1/w. With the
-//! platform's coefficients (7.14) in these units, S the platform's mass and b the slope:
+//! spar's coefficients (7.14) in these units, S the spar's mass and b the slope:
 //!
 //! ```text
 //! T = 1/2 (1 + mu + S) th'^2 + 1/2 aL^2 phi'^2 + aL cos(phi-b) th' phi' + 1/2 nu (th' + phi')^2
@@ -17,19 +17,19 @@ use crate::integrate::{rk4_step, symplectic_euler_step};
 use crate::linear::solve_symmetric;
 use crate::real::Real;
 
-/// What the far side of the spar's damped bearing turns with (erratum E33).
+/// The body that carries the far side of the spar's damped bearing (erratum E33).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bearing {
-    /// Nothing: damping to inertial space, as printed in (8.3). Not physical.
+    /// Inertial space: damping of psi', as printed in (8.3). Not physical.
     #[default]
     Inertial,
-    /// The chassis (the reaction mass): damping of psi' - phi'. The one to build.
-    Chassis,
+    /// The arm: damping of psi' - phi'. The bearing to build.
+    Arm,
     /// The turning axle: damping of psi' + theta'. Drags the spar along with the wheels.
     Axle,
 }
 
-/// The nondimensional vehicle with its camera platform.
+/// The nondimensional vehicle with its camera spar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoupledParameters<T> {
     /// The vehicle.
@@ -77,7 +77,7 @@ pub const PSI_RATE: usize = 6;
 pub const GAMMA_RATE: usize = 7;
 
 impl<T: Real> CoupledParameters<T> {
-    /// The vehicle `planar` carrying the platform `camera` of ch. 7, whose spar is `lp` wheel radii
+    /// The vehicle `planar` carrying the spar `camera` of ch. 7, which is `lp` wheel radii
     /// long and whose camera weighs `kc` (M + m).
     ///
     /// Lengths scale by lp, masses by kc, damping and back-EMF by kc lp^(3/2).
@@ -120,8 +120,8 @@ impl<T: Real> CoupledParameters<T> {
         }
     }
 
-    /// S: the platform's whole mass over M + m.
-    pub fn platform_mass(&self) -> T {
+    /// S: the spar's whole mass over M + m, ballast included.
+    pub fn spar_mass(&self) -> T {
         self.kc + self.km + self.kr
     }
 
@@ -129,7 +129,7 @@ impl<T: Real> CoupledParameters<T> {
     ///
     /// It can be held only up to `alpha l`: (8.9), corrected, `|beta| <= asin(L a / (1 + S))`.
     pub fn hold_voltage(&self) -> T {
-        (T::ONE + self.platform_mass()) * self.planar.beta.sin()
+        (T::ONE + self.spar_mass()) * self.planar.beta.sin()
     }
 
     /// (7.14) in vehicle units.
@@ -178,7 +178,7 @@ impl<T: Real> Coupled<T> {
             sin_beta,
             cos_beta,
             slope_force: parameters.hold_voltage(),
-            m11: T::ONE + p.mu + parameters.platform_mass() + p.nu,
+            m11: T::ONE + p.mu + parameters.spar_mass() + p.nu,
             m22: al * p.l + p.nu,
         }
     }
@@ -231,7 +231,7 @@ impl<T: Real> Coupled<T> {
         let damper = self.parameters.zeta_c * self.bearing_rate(x);
         let [damp_theta, damp_phi] = match self.parameters.bearing {
             Bearing::Inertial => [T::ZERO, T::ZERO],
-            Bearing::Chassis => [T::ZERO, damper],
+            Bearing::Arm => [T::ZERO, damper],
             Bearing::Axle => [-damper, T::ZERO],
         };
         let f1 = drive - self.slope_force
@@ -258,7 +258,7 @@ impl<T: Real> Coupled<T> {
     pub fn bearing_rate(&self, x: &CoupledState<T>) -> T {
         match self.parameters.bearing {
             Bearing::Inertial => x[PSI_RATE],
-            Bearing::Chassis => x[PSI_RATE] - x[PHI_RATE],
+            Bearing::Arm => x[PSI_RATE] - x[PHI_RATE],
             Bearing::Axle => x[PSI_RATE] + x[THETA_RATE],
         }
     }

@@ -39,9 +39,7 @@ pub fn static_phi(p: &CoupledParameters<f64>) -> Option<f64> {
 
 /// The steepest slope (rad) on which the loaded vehicle stands: (8.9), corrected.
 pub fn static_limit(p: &CoupledParameters<f64>) -> f64 {
-    (p.planar.alpha * p.planar.l / (1.0 + p.platform_mass()))
-        .min(1.0)
-        .asin()
+    (p.planar.alpha * p.planar.l / (1.0 + p.spar_mass())).min(1.0).asin()
 }
 
 /// How a run ends.

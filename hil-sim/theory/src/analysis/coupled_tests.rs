@@ -78,7 +78,7 @@ fn an_unlimited_spar_controller_tumbles_its_ballast_first() {
 #[test]
 fn the_static_limit_counts_every_mass_over_the_same_mass() {
     let p = vehicle(0.15, Bearing::Inertial);
-    assert!(close(p.platform_mass(), 0.3, 1e-15));
+    assert!(close(p.spar_mass(), 0.3, 1e-15));
     assert!(close(static_limit(&p).to_degrees(), 33.631, 5e-4));
     // As printed: the spar's masses over M = (1 - alpha)(M + m), the rest over M + m.
     let printed = (0.72_f64 / (1.0 + 0.3 / (1.0 - 0.9))).asin().to_degrees();
@@ -92,7 +92,7 @@ fn the_static_limit_counts_every_mass_over_the_same_mass() {
             },
             1.0,
             0.15,
-            Bearing::Chassis,
+            Bearing::Arm,
         )
     };
     let inside = on(33.629);
@@ -171,7 +171,7 @@ fn a_spar_on_the_turning_axle_tips_and_one_on_the_arm_does_not() {
         assert!(close(run.theta_rate[1], 0.857, 3e-3), "{:?}", run.theta_rate);
         run.psi[1].to_degrees()
     };
-    for bearing in [Bearing::Inertial, Bearing::Chassis] {
+    for bearing in [Bearing::Inertial, Bearing::Arm] {
         assert!(psi_deg(bearing, None, 300.0).abs() < 1e-5);
         assert!(psi_deg(bearing, Some(thesis_gains()), 100.0).abs() < 1e-6);
     }
@@ -196,7 +196,7 @@ fn the_drive_rate_in_the_camera_motor_leaves_no_equilibrium() {
 /// Along a whole run of the closed form, the energy equals the work of both motors and of the bearing.
 #[test]
 fn energy_balances_over_a_run_with_every_bearing() {
-    for bearing in [Bearing::Inertial, Bearing::Chassis, Bearing::Axle] {
+    for bearing in [Bearing::Inertial, Bearing::Arm, Bearing::Axle] {
         let p = vehicle(0.15, bearing);
         let drive = Drive::step(p, Some(p.gains_in_vehicle_units(thesis_gains()))).unwrap();
         let model = Coupled::new(p);
@@ -223,7 +223,7 @@ fn energy_balances_over_a_run_with_every_bearing() {
 /// The model in f32 with a fixed step, as the vehicle's own arithmetic would run it.
 #[test]
 fn f32_follows_f64() {
-    let p = vehicle(0.15, Bearing::Chassis);
+    let p = vehicle(0.15, Bearing::Arm);
     let (wide, narrow) = (Coupled::new(p), Coupled::new(p.cast::<f32>()));
     let gains = p.gains_in_vehicle_units(thesis_gains());
     let (mut a, mut b) = ([0.0; 8], [0.0_f32; 8]);

@@ -65,7 +65,7 @@ impl From<BearingName> for Bearing {
     fn from(name: BearingName) -> Self {
         match name {
             BearingName::Inertial => Self::Inertial,
-            BearingName::Arm => Self::Chassis,
+            BearingName::Arm => Self::Arm,
             BearingName::Axle => Self::Axle,
         }
     }

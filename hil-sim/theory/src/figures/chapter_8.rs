@@ -234,7 +234,7 @@ fn bearings() -> Result<Figure, FigureError> {
         .claim("(8.3) damps the spar against inertial space.");
     for (bearing, name) in [
         (Bearing::Inertial, "inertial, as printed"),
-        (Bearing::Chassis, "arm"),
+        (Bearing::Arm, "arm"),
         (Bearing::Axle, "turning axle"),
     ] {
         let run = drive(BALLAST, bearing, false)?.run(2.0, 300.0, 0.1);
