@@ -1,11 +1,11 @@
-//! The physical vehicle and the ground it drives on: what a board closes its loops around.
+//! The physical vehicle and its ground, around which a board closes its control loops.
 //!
 //! [`Plant`] joins the bodies ([`body`]), the ground ([`terrain`]), motors and battery ([`motor`]),
 //! encoders ([`encoder`]) and two IMUs ([`imu`], [`icm42688p`]). A board, virtual or emulated, sets the
 //! bridges, advances the plant, and reads the sensors; everything is deterministic from one seed.
 //!
 //! A disarmed vehicle gets no help: with its bridges open nothing but gearbox friction and damping acts
-//! on the wheels, and on a slope it rolls away. A scenario that wants it to stand puts chocks to it.
+//! on the wheels, and on a slope it rolls away. Chocks hold the vehicle in a scenario that needs it to stand.
 
 #![forbid(unsafe_code)]
 
@@ -43,7 +43,7 @@ pub const SUBSTEP_S: f64 = 0.0005;
 const CHOP_FACTOR: f64 = 1.5;
 /// ... as far as the current sensor reaches.
 const CHOP_MAX_A: f64 = 60.0;
-/// What the board and its sensors draw.
+/// Current that the board and its sensors draw, in A.
 const IDLE_A: f64 = 0.2;
 /// Noise of an analogue reading, in counts.
 const ANALOG_NOISE_COUNTS: f64 = 2.0;
@@ -217,7 +217,7 @@ impl Plant {
         self.feel(h);
     }
 
-    /// Lets the IMUs feel the substep that has just been.
+    /// Lets the IMUs feel the last substep.
     fn feel(&mut self, h: f64) {
         let (u, a, gravity) = (self.body.speed(), self.body.acceleration(), self.body.gravity());
         let arm = motion_at(self.arm_radius_m, &self.body.arm_swing(), u, a, &gravity);
@@ -296,7 +296,7 @@ impl Plant {
         &self.ground
     }
 
-    /// What is really the case.
+    /// The true state of the world.
     pub fn truth(&self) -> Truth {
         let (q, u) = (self.body.position(), self.body.speed());
         let [right, left] = *self.body.wheels();

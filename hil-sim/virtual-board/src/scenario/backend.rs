@@ -1,4 +1,4 @@
-//! What runs a scenario: the virtual board, or any other board around the same plant.
+//! The boards that can run a scenario: the virtual board, or any other board around the same plant.
 
 use model::vehicle::Vehicle;
 
@@ -10,7 +10,7 @@ use plant::{Plant, Truth};
 pub struct Observation {
     /// Time since boot, us.
     pub now_us: u64,
-    /// The vehicle as it is.
+    /// The true state of the vehicle.
     pub truth: Truth,
     /// Whether any bridge drives its motor.
     pub bridges_on: bool,

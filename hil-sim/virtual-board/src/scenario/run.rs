@@ -56,7 +56,7 @@ pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl Fn
             };
             backend.send(&LinkClient::encode(&message));
         }
-        // Until the operator does something again; while there are chocks to pull, he looks every time.
+        // Until the operator acts again; while there are chocks to pull, the operator looks every millisecond.
         let until_ms = if chocked {
             ms + 1
         } else {
@@ -81,14 +81,14 @@ pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl Fn
     outcome
 }
 
-/// Who watches the run.
+/// The observer of the run.
 #[derive(Debug, Default)]
 struct Observer {
     outcome: DriveOutcome,
     client: LinkClient,
     /// The last command sent.
     commanded: [f64; 2],
-    /// The truth of the last ticks, by time: a status is of a tick some milliseconds ago.
+    /// The truth of the last ticks, by time: a status reports a tick that is some milliseconds old.
     truths: Vec<(u64, Truth)>,
     last_tick: Option<u32>,
     /// As the vehicle last reported.
@@ -96,7 +96,7 @@ struct Observer {
 }
 
 impl Observer {
-    /// Takes in what was seen at the end of millisecond `ms`.
+    /// Records the observation at the end of millisecond `ms`.
     fn observe(&mut self, ms: u64, observation: Observation, script: &Script<'_>) {
         let Observation {
             now_us,
