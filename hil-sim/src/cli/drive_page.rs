@@ -84,6 +84,7 @@ const SPEED_TERMS: &[(&str, Value)] = &[
     ("friction", |r| f64::from(r.status.terms.speed.friction_v)),
     ("guard", |r| f64::from(r.status.terms.speed.guard_v)),
     ("trim", |r| f64::from(r.status.terms.speed.trim_v)),
+    ("governed", |r| f64::from(r.status.terms.speed.governed_v)),
 ];
 
 /// The charts of the report: file name and chart.

@@ -69,7 +69,10 @@ impl Drive<'_> {
             f = self.friction
         );
         if let Some(height) = self.kerb_m {
-            write!(text, "[[terrain.profile]]\nkind = 'step'\nat_m = 3.0\nheight_m = {height}\n")?;
+            write!(
+                text,
+                "[[terrain.profile]]\nkind = 'step'\nat_m = 3.0\nheight_m = {height}\n"
+            )?;
         }
         text += "[[step]]\nat_s = 2.0\naction = 'arm'\n";
         for (at_s, speed) in self.speeds {
@@ -238,6 +241,9 @@ fn wall(vehicle: &Vehicle<f64>) -> Result<(), Failure> {
 }
 
 fn slopes(vehicle: &Vehicle<f64>) -> Result<(), Failure> {
+    let mut parameters = *vehicle.parameters();
+    parameters.control.grip_mu = 0.9;
+    let vehicle = &Vehicle::new(parameters)?;
     for slope_deg in [22.0, 24.0, 26.0, 28.0, 30.0, 31.0, 32.0, 35.0, -28.0, -31.0, -35.0] {
         let drive = Drive {
             slope_deg,

@@ -1,12 +1,15 @@
 //! The control laws: pure functions of what the vehicle senses and what it is asked for.
 
 pub mod equilibrium;
+pub mod hold;
+pub mod landing;
 pub mod motor;
 pub mod spar;
 pub mod spar_law;
 pub mod speed;
 pub mod speed_law;
 pub mod steering;
+pub mod swing_damped;
 
 /// What a law gives in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -208,6 +208,8 @@ codes! {
     BallastCurrent = 3,
     /// The reference governor is still on its way to the command.
     Reference = 4,
+    /// The slope is beyond what the arm's weight can carry or the configured grip can hold: no driving further up.
+    SlopeLimit = 5,
 }
 
 impl FaultSet {

@@ -114,6 +114,7 @@ impl Laws {
         let mut limits = LimitSet::EMPTY;
         limits.set(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);
         let behind_m_s = (self.speed.reference_m_s() - speed_m_s).abs();
+        limits.set(Limit::SlopeLimit, self.speed.slope_limited());
         limits.set(Limit::Reference, behind_m_s > REFERENCE_REACHED_M_S);
         Wish {
             limits,

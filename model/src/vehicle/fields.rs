@@ -14,6 +14,8 @@ pub struct Field {
     pub min: f64,
     /// Largest allowed value.
     pub max: f64,
+    /// Names of the values 0, 1, ... of a choice, in order; empty for a number. Vehicle files write the name.
+    pub choices: &'static [&'static str],
 }
 
 /// A value outside its field's range, or not a number.
@@ -29,8 +31,18 @@ pub struct OutOfRange {
 
 impl fmt::Display for OutOfRange {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Field { name, min, max, .. } = self.field;
-        write!(f, "{}.{name} = {}: allowed is {min} to {max}", self.group, self.value)
+        let Field {
+            name,
+            min,
+            max,
+            choices,
+            ..
+        } = self.field;
+        write!(f, "{}.{name} = {}: allowed is {min} to {max}", self.group, self.value)?;
+        for (value, choice) in choices.iter().enumerate() {
+            write!(f, "{} {value} ({choice})", if value == 0 { ":" } else { "," })?;
+        }
+        Ok(())
     }
 }
 
@@ -40,7 +52,20 @@ impl Field {
     /// Whether `value` is a number within the range.
     pub fn allows(&self, value: f64) -> bool {
         // Written so that NaN is refused.
-        value >= self.min && value <= self.max
+        value >= self.min && value <= self.max && (self.choices.is_empty() || self.choice(value).is_some())
+    }
+
+    /// The name of a choice's value; `None` for a number, and for a value that is no choice.
+    pub fn choice(&self, value: f64) -> Option<&'static str> {
+        let place = value as usize;
+        let name = self.choices.get(place).copied()?;
+        (place as f64 == value).then_some(name)
+    }
+
+    /// The value of a choice's name; `None` for a name that is no choice.
+    pub fn value_of(&self, name: &str) -> Option<f64> {
+        let place = self.choices.iter().position(|choice| *choice == name)?;
+        Some(place as f64)
     }
 }
 
@@ -68,7 +93,7 @@ macro_rules! parameter_group {
     (
         $(#[doc = $doc:literal])*
         $name:ident {
-            $( $(#[doc = $meaning:literal])+ $field:ident: $min:literal to $max:literal, )+
+            $( $(#[doc = $meaning:literal])+ $field:ident: $min:literal to $max:literal $(: $($choice:literal),+)?, )+
         }
     ) => {
         $(#[doc = $doc])*
@@ -85,6 +110,7 @@ macro_rules! parameter_group {
                     meaning: concat!($($meaning),+),
                     min: $min as f64,
                     max: $max as f64,
+                    choices: &[$($($choice),+)?],
                 }, )+
             ];
 

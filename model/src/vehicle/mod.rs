@@ -21,6 +21,15 @@ pub use parameters::{
 };
 pub use scales::{Scales, SparScales};
 
+/// The speed laws that a vehicle file can name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SpeedLawChoice {
+    /// Eq. 3.25 with what surrounds it, `eq-3.25`.
+    SwingDamped,
+    /// The landing law, `landing`.
+    Landing,
+}
+
 /// Acceleration of gravity, m/s^2.
 pub const GRAVITY_M_S2: f64 = 9.81;
 
@@ -189,6 +198,15 @@ impl<T: Real> Vehicle<T> {
             spar.ballast_rate_gain,
         ];
         gains.iter().any(|gain| *gain != T::ZERO).then_some(gains)
+    }
+
+    /// The speed law that the file names.
+    pub fn speed_law(&self) -> SpeedLawChoice {
+        if self.parameters.control.law == T::ZERO {
+            SpeedLawChoice::SwingDamped
+        } else {
+            SpeedLawChoice::Landing
+        }
     }
 
     /// The checked parameters.

@@ -104,28 +104,34 @@ parameter_group! {
 }
 
 parameter_group! {
-    /// Gains and limits of the controller.
+    /// Which speed law drives, its limits and gains.
     ControlParameters {
-        /// Speed gain of Eq. 3.25, nondimensional; it multiplies theta' - reference (+0.8 in the thesis).
-        kp: -20.0 to 5.0,
-        /// Gain of Eq. 3.25 on the arm's rate phi', nondimensional.
-        kd: 0.0 to 25.0,
-        /// Slow integral gain on the speed error against unmodelled friction, nondimensional.
-        ki: 0.0 to 1.0,
-        /// Swing damping: gain on phi less its equilibrium, nondimensional; 0 leaves Eq. 3.25 alone.
-        swing_gain: 0.0 to 10.0,
+        /// Speed law: Eq. 3.25 with what surrounds it (0), or the landing law (1), whose gains follow from the vehicle.
+        law: 0.0 to 1.0: "eq-3.25", "landing",
+        /// Largest forward or backward speed.
+        speed_max_m_s: 0.0 to 20.0,
+        /// Largest commanded acceleration of the axle.
+        acceleration_max_m_s2: 0.01 to 20.0,
+        /// Friction coefficient of the tyres on the ground; the landing law plans with three quarters of it.
+        grip_mu: 0.05 to 2.0,
+        /// Time constant that smooths the commanded speed, for the camera; longer is softer and slower.
+        comfort_s: 0.0 to 2.0,
         /// Position hold at rest: speed per metre of displacement; 0 holds the speed only.
         hold_kp_per_s: 0.0 to 2.0,
+        /// Eq. 3.25: speed gain, nondimensional; it multiplies theta' - reference (+0.8 in the thesis).
+        kp: -20.0 to 5.0,
+        /// Eq. 3.25: gain on the arm's rate phi', nondimensional.
+        kd: 0.0 to 25.0,
+        /// Eq. 3.25: slow integral gain on the speed error against unmodelled friction, nondimensional.
+        ki: 0.0 to 1.0,
+        /// Eq. 3.25: swing damping, gain on phi less its equilibrium, nondimensional; 0 leaves Eq. 3.25 alone.
+        swing_gain: 0.0 to 10.0,
         /// Yaw-rate gain: voltage per rad/s of error.
         yaw_kp_v_s_per_rad: 0.0 to 200.0,
         /// Integral yaw-rate gain: voltage per rad of integrated error.
         yaw_ki_v_per_rad: 0.0 to 500.0,
         /// Heading-hold gain: yaw rate per rad of heading error.
         heading_kp_per_s: 0.0 to 10.0,
-        /// Largest forward or backward speed.
-        speed_max_m_s: 0.0 to 20.0,
-        /// Largest commanded acceleration of the axle.
-        acceleration_max_m_s2: 0.01 to 20.0,
         /// Largest yaw rate.
         yaw_rate_max_rad_s: 0.0 to 20.0,
         /// Largest commanded yaw acceleration.

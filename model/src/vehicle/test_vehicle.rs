@@ -1,11 +1,11 @@
 //! The reference vehicle for tests of this crate, which cannot use the vehicle-file crate: that one uses this.
 
-use super::{Vehicle, VehicleParameters};
+use super::{Field, Vehicle, VehicleParameters};
 
 const FILE: &str = include_str!("../../../vehicles/reference.toml");
 
-/// The number of `name` in the table `table` of [`FILE`], whose every line is a table, a number or a comment.
-fn number(table: &str, name: &str) -> Option<f32> {
+/// The value of `field` in the table `table` of [`FILE`], whose every line is a table, a value or a comment.
+fn value(table: &str, field: &Field) -> Option<f32> {
     let mut inside = false;
     for line in FILE.lines() {
         let line = line.split('#').next().unwrap_or(line).trim();
@@ -13,9 +13,13 @@ fn number(table: &str, name: &str) -> Option<f32> {
             inside = head.strip_suffix(']') == Some(table);
         } else if inside
             && let Some((key, value)) = line.split_once('=')
-            && key.trim() == name
+            && key.trim() == field.name
         {
-            return value.trim().parse().ok();
+            let value = value.trim();
+            return match value.strip_prefix('"').and_then(|value| value.strip_suffix('"')) {
+                Some(choice) => field.value_of(choice).map(|number| number as f32),
+                None => value.parse().ok(),
+            };
         }
     }
     None
@@ -23,7 +27,6 @@ fn number(table: &str, name: &str) -> Option<f32> {
 
 /// The reference vehicle.
 pub(crate) fn reference() -> Vehicle<f32> {
-    let parameters =
-        VehicleParameters::try_from_source(true, |table, field| number(table, field.name).ok_or(field.name));
+    let parameters = VehicleParameters::try_from_source(true, |table, field| value(table, field).ok_or(field.name));
     Vehicle::new(parameters.expect("every field is there")).expect("the reference vehicle is good")
 }

@@ -64,11 +64,16 @@ fn the_page_names_every_field() {
             meaning,
             min,
             max,
+            choices,
         } = field;
         let (unit, meaning) = (unit(name), meaning.trim());
+        let (allowed, value) = match field.choice(value) {
+            Some(choice) => (quoted(choices), format!("{choice:?}")),
+            None => (format!("{min} to {max}"), value.to_string()),
+        };
         let _ = writeln!(
             text,
-            "| {number} | `{name}` | {unit} | {min} to {max} | {value} | {meaning} |"
+            "| {number} | `{name}` | {unit} | {allowed} | {value} | {meaning} |"
         );
     }
     generated::check("vehicle-file.md", "fields", &text);
@@ -82,6 +87,7 @@ fn the_page_names_every_planar_field() {
         meaning,
         min,
         max,
+        ..
     } in &PLANAR_FIELDS
     {
         let _ = writeln!(text, "| `{name}` | {min} to {max} | {meaning} |");

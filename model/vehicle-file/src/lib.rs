@@ -68,6 +68,18 @@ pub enum VehicleFileError {
         /// Largest allowed value.
         max: f64,
     },
+    /// A field that is a choice has another value.
+    #[error("{file}: {table}.{name} is not one of its choices: allowed is {}", quoted(choices))]
+    NotAChoice {
+        /// The file.
+        file: String,
+        /// The table.
+        table: &'static str,
+        /// The field.
+        name: &'static str,
+        /// The choices.
+        choices: &'static [&'static str],
+    },
     /// A name that means nothing here.
     #[error("{file}: unknown name `{name}`: allowed here is {allowed}")]
     Unknown {
@@ -86,6 +98,12 @@ pub enum VehicleFileError {
         /// The field, its value and what is allowed.
         error: ParameterError,
     },
+}
+
+/// Names as TOML writes them, commas between them.
+fn quoted(names: &[&str]) -> String {
+    let names: Vec<String> = names.iter().map(|name| format!("{name:?}")).collect();
+    names.join(", ")
 }
 
 /// What a vehicle file describes.
@@ -219,6 +237,7 @@ const PLANAR_FIELDS: [Field; 6] = {
             meaning,
             min,
             max,
+            choices: &[],
         }
     }
     [
@@ -277,9 +296,26 @@ impl Reader<'_> {
 
     /// The value of one field.
     fn value(&self, table: &'static str, field: &'static Field) -> Result<f64, VehicleFileError> {
-        let Field { name, min, max, .. } = *field;
+        let Field {
+            name,
+            min,
+            max,
+            choices,
+            ..
+        } = *field;
         let file = || self.file.to_owned();
         match self.table(table)?.get(name) {
+            Some(value) if !choices.is_empty() => {
+                value
+                    .as_str()
+                    .and_then(|value| field.value_of(value))
+                    .ok_or_else(|| VehicleFileError::NotAChoice {
+                        file: file(),
+                        table,
+                        name,
+                        choices,
+                    })
+            }
             None => Err(VehicleFileError::MissingField {
                 file: file(),
                 table,

@@ -13,6 +13,7 @@ pub mod lqr;
 pub mod poles;
 pub mod response;
 pub mod roots;
+pub mod sampled;
 pub mod series;
 pub mod simulate;
 pub mod slip;

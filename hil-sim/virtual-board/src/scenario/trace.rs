@@ -100,6 +100,15 @@ pub const COLUMNS: &[(&str, Value)] = &[
     ("term_speed_friction_v", |r| f64::from(r.status.terms.speed.friction_v)),
     ("term_speed_guard_v", |r| f64::from(r.status.terms.speed.guard_v)),
     ("term_speed_trim_v", |r| f64::from(r.status.terms.speed.trim_v)),
+    ("term_speed_governed_v", |r| f64::from(r.status.terms.speed.governed_v)),
+    ("landing_speed_m_s", |r| {
+        f64::from(r.status.terms.speed.aim.landing_speed_m_s)
+    }),
+    ("commanded_acceleration_m_s2", |r| {
+        f64::from(r.status.terms.speed.aim.acceleration_m_s2)
+    }),
+    ("commanded_phi_rad", |r| f64::from(r.status.terms.speed.aim.phi_rad)),
+    ("law_slope_rad", |r| f64::from(r.status.terms.speed.aim.slope_rad)),
     ("term_steering_feed_forward_v", |r| {
         f64::from(r.status.terms.steering.feed_forward_v)
     }),

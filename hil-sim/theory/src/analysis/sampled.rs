@@ -1,0 +1,233 @@
+//! The planar vehicle under the flown speed loop: sampled, filtered and delayed as on the board, nondimensional.
+//!
+//! Some microseconds per tick, so that a search can drive a hundred thousand times. The full plant (tyres, kerbs, sensors,
+//! the spar's own swing) is the virtual board's.
+
+use model::control::landing::Balance;
+use model::control::speed::{SpeedController, SpeedInput};
+use model::sample::TICK_S;
+use model::vehicle::Vehicle;
+
+/// The vehicle as it truly is, where its law knows only its file.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampledPlant {
+    /// Inertias.
+    pub balance: Balance<f64>,
+    /// Total damping, back-EMF included.
+    pub zeta: f64,
+    /// Torque per unit of voltage; 1 where the file is right.
+    pub torque_per_voltage: f64,
+    /// Slope, rad.
+    pub beta: f64,
+    /// Largest torque of the motors either way.
+    pub torque_max: f64,
+    /// Supply: largest voltage either way.
+    pub voltage_max: f64,
+}
+
+/// Factors of the nine parameters of a vehicle that a file may have wrong.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Factors {
+    /// Arm's mass.
+    pub arm_mass: f64,
+    /// Arm's length.
+    pub arm_length: f64,
+    /// Wheels' mass.
+    pub wheel_mass: f64,
+    /// Wheels' inertia.
+    pub wheel_inertia: f64,
+    /// Rotors' inertia.
+    pub rotor_inertia: f64,
+    /// Spar's mass.
+    pub spar_mass: f64,
+    /// Bearing damping.
+    pub bearing_damping: f64,
+    /// Torque and back-EMF constant.
+    pub motor_constant: f64,
+    /// Armature resistance.
+    pub resistance: f64,
+}
+
+impl Factors {
+    /// The vehicle as its file has it.
+    pub const NONE: Self = Self::from_array([1.0; 9]);
+
+    /// From the factors in the order of the fields.
+    pub const fn from_array(f: [f64; 9]) -> Self {
+        Self {
+            arm_mass: f[0],
+            arm_length: f[1],
+            wheel_mass: f[2],
+            wheel_inertia: f[3],
+            rotor_inertia: f[4],
+            spar_mass: f[5],
+            bearing_damping: f[6],
+            motor_constant: f[7],
+            resistance: f[8],
+        }
+    }
+}
+
+impl SampledPlant {
+    /// The plant of a vehicle whose parameters differ from its file by `factors`, on the slope `beta`.
+    pub fn new(vehicle: &Vehicle<f64>, factors: &Factors, beta: f64) -> Self {
+        let (planar, p) = (vehicle.planar(beta), vehicle.parameters());
+        let scales = vehicle.scales();
+        let f = factors;
+        let moment = planar.alpha * planar.l * f.arm_mass * f.arm_length;
+        let bearing = p.body.bearing_damping_n_m_s / (scales.torque_n_m * scales.time_s);
+        let back_emf = planar.zeta - bearing;
+        let motor = &p.drive_motor;
+        let torque_limit = 2.0 * motor.current_limit_a * motor.torque_constant_n_m_per_a * motor.gear_ratio;
+        Self {
+            balance: Balance {
+                mass: planar.alpha * f.arm_mass
+                    + (1.0 - planar.alpha) * f.wheel_mass
+                    + vehicle.spar_mass_ratio() * f.spar_mass,
+                alpha_l: moment,
+                alpha_l2: moment * planar.l * f.arm_length,
+                mu: planar.mu * f.wheel_inertia,
+                nu: planar.nu * f.rotor_inertia,
+            },
+            zeta: bearing * f.bearing_damping + back_emf * f.motor_constant * f.motor_constant / f.resistance,
+            torque_per_voltage: f.motor_constant / f.resistance,
+            beta,
+            torque_max: torque_limit * f.motor_constant / scales.torque_n_m,
+            voltage_max: scales.voltage_from_si(0.94 * p.battery.nominal_v),
+        }
+    }
+
+    /// Sine of the angle at which the arm stands on the slope; beyond 1 it cannot.
+    pub fn standing_sin_phi(&self) -> f64 {
+        self.balance.mass * libm::sin(self.beta) / self.balance.alpha_l
+    }
+}
+
+/// One tick of a drive, nondimensional.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SampledRow {
+    /// Time, in time units.
+    pub time: f64,
+    /// Arm angle, rad.
+    pub phi: f64,
+    /// theta'.
+    pub theta_rate: f64,
+    /// phi'.
+    pub phi_rate: f64,
+    /// Friction on the wheels, up the slope positive.
+    pub friction: f64,
+    /// Normal force on the wheels.
+    pub normal: f64,
+}
+
+/// How the vehicle senses.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensing {
+    /// Ticks until a command acts: 0 or more.
+    pub delay: usize,
+    /// Standard deviations of the noise on phi (rad), phi' and the joint rate (per time unit).
+    pub noise: [f64; 3],
+}
+
+/// A drive of a sampled plant.
+#[derive(Debug, Clone)]
+pub struct SampledDrive<'a> {
+    /// The vehicle's file: what the law knows.
+    pub vehicle: &'a Vehicle<f64>,
+    /// The vehicle as it is.
+    pub plant: SampledPlant,
+    /// How it senses.
+    pub sensing: Sensing,
+    /// Speeds asked for, in units of the speed unit, and from when on, in time units.
+    pub targets: &'a [(f64, f64)],
+    /// Length, in time units.
+    pub duration: f64,
+}
+
+impl SampledDrive<'_> {
+    /// Drives from standing on the slope, and lets `see` see each tick; ends when `see` says so or the time is up. `noise`
+    /// gives numbers of mean 0 and deviation 1.
+    pub fn run(&self, mut noise: impl FnMut() -> f64, mut see: impl FnMut(&SampledRow) -> bool) {
+        let scales = self.vehicle.scales();
+        let parameters = self.vehicle.parameters();
+        let mut law = SpeedController::new(&cast(self.vehicle), TICK_S);
+        let tick = f64::from(TICK_S) / scales.time_s;
+        let lag = parameters.estimator.wheel_rate_time_constant_s / scales.time_s;
+        let gain = 1.0 - libm::exp(-tick / lag);
+        let plant = &self.plant;
+        let slope = (libm::sin(plant.beta), libm::cos(plant.beta));
+        let phi = libm::asin(plant.standing_sin_phi().clamp(-1.0, 1.0));
+        let [mut theta, mut phi, mut w, mut q] = [0.0, phi, 0.0, 0.0];
+        let mut stages = [0.0; 2];
+        // What stands in the delay line acts first: the voltage that holds.
+        let hold = plant.balance.mass * slope.0 / plant.torque_per_voltage;
+        let mut line = vec![hold; self.sensing.delay];
+        let mut next = 0;
+        // The slope as an estimator at rest knows it, from the file's weights.
+        let file = self.vehicle.planar(0.0);
+        let sin_slope = (file.alpha * file.l * libm::sin(phi) / (1.0 + self.vehicle.spar_mass_ratio())) as f32;
+        let ticks = (self.duration / tick) as u32;
+        law.reset(0.0);
+        for k in 0..ticks {
+            let time = f64::from(k) * tick;
+            while next + 1 < self.targets.len() && time >= self.targets[next + 1].0 {
+                next += 1;
+            }
+            let target = if time >= self.targets[next].0 {
+                self.targets[next].1
+            } else {
+                0.0
+            };
+            stages[0] += gain * (w + q - stages[0]);
+            stages[1] += gain * (stages[0] - stages[1]);
+            let [n0, n1, n2] = self.sensing.noise;
+            let sensed_q = q + n1 * noise();
+            let output = law.step(&SpeedInput {
+                target_m_s: (target * scales.speed_m_s) as f32,
+                phi_rad: (phi + n0 * noise()) as f32,
+                theta_rate_rad_s: ((stages[1] + n2 * noise() - sensed_q) / scales.time_s) as f32,
+                phi_rate_rad_s: (sensed_q / scales.time_s) as f32,
+                sin_slope,
+                distance_m: (theta * scales.length_m) as f32,
+                voltage_max_v: scales.voltage_to_si(plant.voltage_max) as f32,
+            });
+            let commanded = scales.voltage_from_si(f64::from(output.voltage_v));
+            line.push(commanded);
+            let voltage = line.remove(0);
+            let torque = |w: f64, q: f64| {
+                (plant.torque_per_voltage * voltage - plant.zeta * (w + q)).clamp(-plant.torque_max, plant.torque_max)
+            };
+            let motion = plant.balance.motion((libm::sin(phi), libm::cos(phi)), q, slope);
+            let now = torque(w, q);
+            let row = SampledRow {
+                time,
+                phi,
+                theta_rate: w,
+                phi_rate: q,
+                friction: motion.friction.at(now),
+                normal: motion.normal.at(now),
+            };
+            if !see(&row) {
+                return;
+            }
+            let h = tick / f64::from(SUBSTEPS);
+            for _ in 0..SUBSTEPS {
+                let motion = plant.balance.motion((libm::sin(phi), libm::cos(phi)), q, slope);
+                let torque = torque(w, q);
+                w += h * motion.wheel.at(torque);
+                q += h * motion.arm.at(torque);
+                theta += h * w;
+                phi += h * q;
+            }
+        }
+    }
+}
+
+/// Semi-implicit Euler steps per tick: the fastest pole, 42 per time unit, is 15 steps away.
+const SUBSTEPS: u32 = 4;
+
+/// The vehicle in the law's single precision.
+fn cast(vehicle: &Vehicle<f64>) -> Vehicle<f32> {
+    // A checked vehicle is a vehicle in single precision too: vehicle files are checked in both.
+    Vehicle::new(vehicle.parameters().cast()).expect("a checked vehicle")
+}

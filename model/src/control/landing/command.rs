@@ -1,0 +1,79 @@
+//! The commanded speed on its way to the law: ramped within what the ground allows, then smoothed.
+
+use crate::bounded::Bounded;
+use crate::control::hold::Hold;
+use crate::control::speed::SpeedInput;
+use crate::vehicle::ControlParameters;
+
+/// Reference below which the place is captured, nondimensional.
+const HOLD_REFERENCE: f32 = 0.03;
+
+/// Bounds of the acceleration in one tick, g, both > 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Room {
+    /// Friction coefficient planned with.
+    pub(super) mu: f32,
+    pub(super) forward: f32,
+    pub(super) backward: f32,
+}
+
+/// The commanded speed on its way to the law: ramped within what the ground allows, then smoothed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Command {
+    speed_max_m_s: f32,
+    hold: Hold,
+    gain: f32,
+    ramp: f32,
+    reference: f32,
+    acceleration: f32,
+}
+
+impl Command {
+    pub(super) fn new(control: &ControlParameters<f32>, dt_s: f32) -> Self {
+        Self {
+            speed_max_m_s: control.speed_max_m_s,
+            hold: Hold::new(control.hold_kp_per_s),
+            gain: if control.comfort_s > 0.0 {
+                1.0 - libm::expf(-dt_s / control.comfort_s)
+            } else {
+                1.0
+            },
+            ramp: 0.0,
+            reference: 0.0,
+            acceleration: 0.0,
+        }
+    }
+
+    /// The reference, nondimensional.
+    pub(super) fn reference(&self) -> f32 {
+        self.reference
+    }
+
+    /// Starts anew at `speed`, nondimensional.
+    pub(super) fn reset(&mut self, speed: f32) {
+        self.ramp = speed;
+        self.reference = speed;
+        self.acceleration = 0.0;
+        self.hold.release();
+    }
+
+    /// The speed asked for, m/s: the operator's, or the one that holds the place, which is captured once the vehicle is
+    /// `slow`.
+    pub(super) fn target_m_s(&mut self, input: &SpeedInput, slow: bool) -> f32 {
+        let target = input.target_m_s.bounded(-self.speed_max_m_s, self.speed_max_m_s);
+        let slow = slow && self.reference.abs() < HOLD_REFERENCE;
+        target + self.hold.speed_m_s(target, input.distance_m, slow)
+    }
+
+    /// One tick towards `target`; the acceleration of the reference, g. The ramp runs ahead of the landing speed by no
+    /// more than what saturates the acceleration, so that nothing winds up.
+    pub(super) fn advance(&mut self, target: f32, landing: f32, tick: f32, room: &Room, pole: f32) -> f32 {
+        let step = (target - self.ramp).bounded(-room.backward * tick, room.forward * tick);
+        let (least, most) = (landing - room.backward / pole, landing + room.forward / pole);
+        self.ramp = (self.ramp + step).bounded(least, most);
+        self.reference = (self.reference + self.gain * (self.ramp - self.reference)).bounded(least, most);
+        // What the landing speed moves the ramp is no acceleration that anybody asked for.
+        self.acceleration += self.gain * (step / tick - self.acceleration);
+        self.acceleration
+    }
+}

@@ -1,0 +1,55 @@
+//! The landing law's gains, by rule from the vehicle.
+
+use crate::bounded::Bounded;
+
+/// Gains in 1/(time unit).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Design {
+    /// Both poles of the arm servo.
+    pub servo: f32,
+    /// Pole of the landing speed.
+    pub speed: f32,
+    /// Both poles of the torque observer.
+    pub torque_observer: f32,
+    /// Both poles of the joint-rate observer.
+    pub rate_observer: f32,
+}
+
+/// Pole of the arm servo where neither tick nor lag bounds it. Faster gains little, since grip bounds every step, and
+/// costs robustness: with 4, some vehicles of +-20 % limit-cycle.
+const SERVO: f32 = 3.0;
+/// Pole of the torque observer over the arm servo's.
+const TORQUE_OBSERVER: f32 = 5.0;
+/// Pole of the landing speed over the arm servo's.
+const SPEED: f32 = 0.5;
+/// Largest product of the torque observer's pole and the tick: a discrete observer with both poles at
+/// `1 - product` is well damped up to here.
+const TICK_SHARE: f32 = 0.35;
+/// Largest product of the arm servo's pole and the lag of the wheel-rate filter.
+const LAG_SHARE: f32 = 0.2;
+
+impl Design {
+    /// The gains for a tick and a time constant of the wheel-rate filter in time units.
+    ///
+    /// ```
+    /// use model::control::landing::Design;
+    /// // The reference vehicle: 1 ms and 4 ms of 159.6 ms.
+    /// let design = Design::by_rule(0.00626, 0.0251);
+    /// assert_eq!((design.servo, design.speed), (3.0, 1.5));
+    /// assert_eq!((design.torque_observer, design.rate_observer), (15.0, 3.0));
+    /// // Wheels of 20 mm radius: the tick is long, and the law becomes slower.
+    /// let small = Design::by_rule(0.0222, 0.0886);
+    /// assert!(small.servo < 2.3 && small.torque_observer * 0.0222 < 0.36);
+    /// ```
+    pub fn by_rule(tick: f32, lag: f32) -> Self {
+        let servo = SERVO
+            .bounded(0.0, TICK_SHARE / (TORQUE_OBSERVER * tick))
+            .bounded(0.0, LAG_SHARE / lag);
+        Self {
+            servo,
+            speed: SPEED * servo,
+            torque_observer: TORQUE_OBSERVER * servo,
+            rate_observer: servo,
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! What bounds the torque: the ground's grip, and the arm's barrier, which goes before grip.
+
+use super::balance::Motion;
+use crate::bounded::Bounded;
+
+/// An interval of torques.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interval {
+    /// Least torque.
+    pub least: f32,
+    /// Greatest torque.
+    pub most: f32,
+}
+
+impl Interval {
+    /// No bound.
+    pub const ALL: Self = Self {
+        least: f32::NEG_INFINITY,
+        most: f32::INFINITY,
+    };
+
+    /// Whether no torque is within.
+    pub fn is_empty(&self) -> bool {
+        self.least > self.most
+    }
+
+    /// The torque in the interval that is nearest to `torque`.
+    pub fn nearest(&self, torque: f32) -> f32 {
+        torque.bounded(self.least, self.most)
+    }
+}
+
+/// Change of a constraint per unit of torque below which the torque does not matter to it.
+const INDIFFERENT: f32 = 1e-6;
+
+/// The torques for which the wheels grip: `|F| <= mu N`. Both forces are linear in the torque, so this is an interval;
+/// where no torque grips it is empty.
+///
+/// ```
+/// use model::control::landing::{Balance, grip};
+/// let vehicle = Balance { mass: 1.0_f32, alpha_l: 0.72, alpha_l2: 0.576, mu: 0.066, nu: 0.0 };
+/// // Hanging on the level: the same to either side, and at the bound the friction is mu N.
+/// let motion = vehicle.motion((0.0, 1.0), 0.0, (0.0, 1.0));
+/// let torques = grip(&motion, 0.6);
+/// assert!((torques.least + torques.most).abs() < 1e-6);
+/// assert!((motion.friction.at(torques.most) - 0.6 * motion.normal.at(torques.most)).abs() < 1e-6);
+/// ```
+pub fn grip(motion: &Motion<f32>, mu: f32) -> Interval {
+    let mut torques = Interval::ALL;
+    for side in [-1.0, 1.0] {
+        // side F <= mu N, or: slope * torque <= room.
+        let slope = side * motion.friction.per_torque - mu * motion.normal.per_torque;
+        let room = mu * motion.normal.at_zero - side * motion.friction.at_zero;
+        if slope > INDIFFERENT {
+            torques.most = torques.most.bounded(f32::NEG_INFINITY, room / slope);
+        } else if slope < -INDIFFERENT {
+            torques.least = torques.least.bounded(room / slope, f32::INFINITY);
+        }
+    }
+    torques
+}
+
+/// The arm's barrier: the arm is always able to stop before `phi_max`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Barrier {
+    /// Angle that the arm is not to pass, rad, > 0.
+    pub phi_max: f32,
+}
+
+impl Barrier {
+    /// `torque` within `torques`; or, if no torque within stops an arm that swings outwards in time, the torque that does.
+    ///
+    /// An arm at the rate phi' that decelerates with D stops after phi'^2 / (2 D). While the deceleration that
+    /// `torques` allow stops the arm within what is left to `phi_max`, nothing is changed. Else the torque is the one
+    /// whose deceleration just does: `D = phi'^2 / (2 (phi_max - |phi|))`. Beyond the barrier it is all the torque there
+    /// is: the caller bounds it.
+    pub fn guard(&self, motion: &Motion<f32>, phi: f32, phi_rate: f32, torque: f32, torques: Interval) -> f32 {
+        let inside = if torques.is_empty() {
+            torque
+        } else {
+            torques.nearest(torque)
+        };
+        let outwards = if phi_rate < 0.0 { -1.0 } else { 1.0 };
+        let left = self.phi_max - outwards * phi;
+        if outwards * phi < 0.0 || phi_rate == 0.0 {
+            return inside;
+        }
+        if left <= 0.0 {
+            return -outwards * f32::MAX;
+        }
+        let needed = 0.5 * phi_rate * phi_rate / left;
+        // The deceleration is greatest at the end of the interval that pulls against the swing.
+        let pulling = if outwards > 0.0 { torques.least } else { torques.most };
+        let possible = -outwards * motion.arm.at(pulling);
+        if !torques.is_empty() && possible >= needed {
+            return inside;
+        }
+        let stopping = motion.arm.solve(-outwards * needed);
+        if outwards > 0.0 {
+            inside.bounded(f32::MIN, stopping)
+        } else {
+            inside.bounded(stopping, f32::MAX)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::control::landing::balance::Balance;
+
+    const VEHICLE: Balance<f32> = Balance {
+        mass: 1.3,
+        alpha_l: 0.72,
+        alpha_l2: 0.576,
+        mu: 0.066,
+        nu: 0.0583,
+    };
+
+    proptest! {
+        /// Inside the interval the wheels grip, outside they do not.
+        #[test]
+        fn the_wheels_grip_inside_the_interval_only(
+            phi in -1.4_f32..1.4, phi_rate in -3.0_f32..3.0, beta in -0.5_f32..0.5, mu in 0.2_f32..1.0, at in 0.0_f32..1.0,
+        ) {
+            let motion = VEHICLE.motion(libm::sincosf(phi), phi_rate, libm::sincosf(beta));
+            let torques = grip(&motion, mu);
+            prop_assume!(!torques.is_empty() && torques.most - torques.least < 1e3);
+            let room = |torque: f32| mu * motion.normal.at(torque) - motion.friction.at(torque).abs();
+            let width = torques.most - torques.least;
+            prop_assert!(room(torques.least + at * width) > -1e-3);
+            prop_assert!(room(torques.least - 0.1) < 0.0 || room(torques.most + 0.1) < 0.0);
+        }
+
+        /// With the torque that the barrier gives, an arm that can be stopped stops before the barrier.
+        #[test]
+        fn an_arm_that_can_be_stopped_stops_before_the_barrier(
+            phi in 0.0_f32..1.2, phi_rate in 0.0_f32..3.0, beta in -0.3_f32..0.3, wanted in -1.0_f32..1.0,
+        ) {
+            let barrier = Barrier { phi_max: 1.35 };
+            let limit = 2.5_f32;
+            let slope = libm::sincosf(beta);
+            let (mut phi, mut rate) = (phi, phi_rate);
+            let first = VEHICLE.motion(libm::sincosf(phi), rate, slope);
+            // Only starts from which the torque limit stops the arm with room to spare.
+            let deceleration = -first.arm.at(-limit);
+            prop_assume!(deceleration > 0.0 && phi + 0.5 * rate * rate / (0.9 * deceleration) < barrier.phi_max);
+            for _ in 0..20_000 {
+                let motion = VEHICLE.motion(libm::sincosf(phi), rate, slope);
+                let torque = barrier.guard(&motion, phi, rate, wanted, grip(&motion, 0.45)).bounded(-limit, limit);
+                rate += 0.001 * motion.arm.at(torque);
+                phi += 0.001 * rate;
+                prop_assert!(phi < barrier.phi_max + 0.01, "{phi} {rate}");
+                if rate <= 0.0 {
+                    break;
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn without_a_swing_the_barrier_changes_nothing() {
+        let motion = VEHICLE.motion(libm::sincosf(0.5), 0.0, (0.0, 1.0));
+        let barrier = Barrier { phi_max: 1.3 };
+        assert_eq!(barrier.guard(&motion, 0.5, 0.0, 0.3, Interval::ALL), 0.3);
+        // A fast arm beyond the barrier gets all there is, against its swing.
+        assert!(barrier.guard(&motion, 1.31, 1.0, 0.3, Interval::ALL) < -1e30);
+        assert!(barrier.guard(&motion, -1.31, -1.0, 0.3, Interval::ALL) > 1e30);
+    }
+}

@@ -1,0 +1,349 @@
+//! The landing law: observers, landing speed, governor, arm servo.
+
+use super::balance::Balance;
+use super::command::{Command, Room};
+use super::design::Design;
+use super::governor::{Barrier, Interval, grip};
+use super::observer::{RateObserver, TorqueObserver};
+use super::obstacle::{Obstacle, Push};
+use crate::bounded::Bounded;
+use crate::control::LawOutput;
+use crate::control::equilibrium::{ArmAngle, Equilibrium};
+use crate::control::speed::{SpeedAim, SpeedInput, SpeedTerms};
+use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
+
+/// Share of the configured grip that the governor plans with. With more, the slope observer takes model error for
+/// grip while accelerating.
+const GRIP_SHARE: f32 = 0.75;
+/// Friction coefficient kept beyond what standing needs, where standing needs much of the planned share: there holding
+/// and stopping go before margin, up to the configured grip.
+const STANDING_RESERVE: f32 = 0.25;
+/// Share of the planned grip that a commanded acceleration takes; the rest is for the arm's swing.
+const STEADY_SHARE: f32 = 0.9;
+/// The same in the time after the start, START_TIME time units: a vehicle that is let go on a slope rolls back until its
+/// arm is up, and stopping goes before margin.
+const START_SHARE: f32 = 0.97;
+const START_TIME: f32 = 12.0;
+/// Least acceleration that is always allowed, g: the law never locks up.
+const ACCELERATION_MIN_G: f32 = 0.02;
+/// Share of the current limit that the law takes, so that what it commands is what the motor gives.
+const CURRENT_SHARE: f32 = 0.98;
+/// Share of the supply, and reserve in nondimensional volts, that bound the speed.
+const SUPPLY_SHARE: f32 = 0.97;
+const SUPPLY_RESERVE: f32 = 0.45;
+/// Share of the fault's angle that the arm takes to accelerate.
+const WORKING_SHARE: f32 = 0.71;
+/// Angle kept free below the fault's: of the barrier, and of the arm standing on a steep slope.
+const BARRIER_MARGIN_RAD: f32 = 0.05;
+const STANDING_MARGIN_RAD: f32 = 0.12;
+/// Sine by which a standing arm may be commanded beyond its equilibrium on a steep slope.
+const STANDING_LEAN: f32 = 0.08;
+/// Speed below which the place is captured and held once no motion is asked for, m/s.
+const HOLD_BELOW_M_S: f32 = 0.05;
+/// Time after the start, in time units, in which the slope is learnt with a pole that is faster by the factor HASTE:
+/// a vehicle that is let go with its arm hanging does not know its slope.
+const ACQUISITION_TIME: f32 = 6.0;
+const HASTE: f32 = 2.0;
+
+/// The landing law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LandingLaw {
+    scales: Scales<f32>,
+    balance: Balance<f32>,
+    equilibrium: Equilibrium<f32>,
+    zeta: f32,
+    tick: f32,
+    design: Design,
+    limits: Limits,
+    torque_observer: TorqueObserver,
+    rate_observer: RateObserver,
+    command: Command,
+    obstacle: Obstacle,
+    /// Torque at the joint in the last tick, as the model has it.
+    torque: f32,
+    started: bool,
+    /// Time since the law started, in time units.
+    age: f32,
+    slope_limited: bool,
+}
+
+/// What the vehicle file bounds, nondimensional.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Limits {
+    acceleration: f32,
+    grip_mu: f32,
+    torque: f32,
+    working_sin_phi: f32,
+    standing_sin_phi: f32,
+    barrier: Barrier,
+}
+
+impl LandingLaw {
+    /// The law for `vehicle`, called every `dt_s` seconds.
+    pub fn new(vehicle: &Vehicle<f32>, dt_s: f32) -> Self {
+        let (p, planar, scales) = (vehicle.parameters(), vehicle.planar(0.0), vehicle.scales());
+        let tick = dt_s / scales.time_s;
+        let lag = p.estimator.wheel_rate_time_constant_s / scales.time_s;
+        let design = Design::by_rule(tick, lag);
+        let alpha_l = planar.alpha * planar.l;
+        let mass = 1.0 + vehicle.spar_mass_ratio();
+        let motor = &p.drive_motor;
+        let torque_limit_n_m =
+            2.0 * motor.current_limit_a * motor.torque_constant_n_m_per_a * motor.gear_ratio * CURRENT_SHARE;
+        let phi_max = p.safety.phi_max_rad;
+        Self {
+            scales,
+            balance: Balance {
+                mass,
+                alpha_l,
+                alpha_l2: alpha_l * planar.l,
+                mu: planar.mu,
+                nu: planar.nu,
+            },
+            equilibrium: Equilibrium {
+                alpha_l,
+                mass,
+                mu: planar.mu,
+            },
+            zeta: planar.zeta,
+            tick,
+            design,
+            limits: Limits {
+                acceleration: p.control.acceleration_max_m_s2 / GRAVITY_M_S2 as f32,
+                grip_mu: p.control.grip_mu,
+                torque: torque_limit_n_m / scales.torque_n_m,
+                working_sin_phi: sine(WORKING_SHARE * phi_max),
+                standing_sin_phi: sine(phi_max - STANDING_MARGIN_RAD),
+                barrier: Barrier {
+                    phi_max: phi_max - BARRIER_MARGIN_RAD,
+                },
+            },
+            torque_observer: TorqueObserver::new(&design, tick),
+            rate_observer: RateObserver::new(&design, tick, 1.0 - libm::expf(-tick / lag)),
+            command: Command::new(&p.control, dt_s),
+            obstacle: Obstacle::default(),
+            torque: 0.0,
+            started: false,
+            age: 0.0,
+            slope_limited: false,
+        }
+    }
+
+    /// Starts anew at the present speed: no jump of the reference, nothing observed.
+    pub fn reset(&mut self, speed_m_s: f32) {
+        self.command.reset(speed_m_s / self.scales.speed_m_s);
+        self.obstacle = Obstacle::default();
+        self.started = false;
+    }
+
+    /// The governed reference, m/s.
+    pub fn reference_m_s(&self) -> f32 {
+        self.command.reference() * self.scales.speed_m_s
+    }
+
+    /// The slope is beyond what the arm's weight can carry or the configured grip can hold.
+    pub fn slope_limited(&self) -> bool {
+        self.slope_limited
+    }
+
+    /// One tick: the voltage for each of the two motors within `voltage_max_v`, and its terms.
+    pub fn step(&mut self, input: &SpeedInput) -> LawOutput<SpeedTerms> {
+        let phi = input.phi_rad;
+        let phi_rate = self.scales.rate_from_si(input.phi_rate_rad_s);
+        let sensed_wheel_rate = self.scales.rate_from_si(input.theta_rate_rad_s);
+        let arm = libm::sincosf(phi);
+        if !self.started {
+            self.started = true;
+            self.torque = 0.0;
+            self.age = 0.0;
+            self.torque_observer.reset(phi_rate);
+            self.rate_observer.reset(sensed_wheel_rate, phi_rate, input.sin_slope);
+        }
+        self.age += self.tick;
+        let push = self.obstacle.push();
+        let stuck = push == Push::Stuck;
+        let motion = if stuck {
+            self.balance.blocked_motion(arm.0)
+        } else {
+            self.balance.motion(arm, phi_rate, self.rate_observer.slope())
+        };
+        self.torque_observer.update(&motion, self.torque, phi_rate);
+        let whole_torque = self.torque + self.torque_observer.torque();
+        let haste = if self.age < ACQUISITION_TIME { HASTE } else { 1.0 };
+        self.rate_observer.update(
+            &motion,
+            whole_torque,
+            phi_rate,
+            sensed_wheel_rate + phi_rate,
+            push,
+            haste,
+        );
+        let wheel_rate = self.rate_observer.wheel_rate();
+        let slope = self.rate_observer.slope();
+
+        let home = self.equilibrium.arm(0.0, slope.0, slope.1);
+        let landing = self.landing_speed(wheel_rate, arm.0, phi_rate, &home, slope);
+
+        // Wanted acceleration within grip.
+        let mut room = self.room(slope);
+        let mut excess = 0.0;
+        if stuck {
+            room.forward = self.obstacle.effort();
+            room.backward = room.forward;
+            excess = self.obstacle.excess();
+        }
+        self.slope_limited = !home.exists
+            || home.sin.abs() > self.limits.standing_sin_phi
+            || slope.0.abs() > self.limits.grip_mu * slope.1;
+        let voltage_max = self.scales.voltage_from_si(input.voltage_max_v);
+        let target = self.target(input, slope.0, voltage_max, wheel_rate);
+        let feed_forward = self
+            .command
+            .advance(target, landing, self.tick, &room, self.design.speed);
+        let acceleration = (feed_forward + self.design.speed * (self.command.reference() + excess - landing))
+            .bounded(-room.backward, room.forward);
+        self.obstacle
+            .update(self.command.reference() - wheel_rate, input.distance_m, self.tick);
+
+        // The arm's angle for it, and the servo's torque.
+        let commanded_phi = self.arm_command(acceleration, &home, slope);
+        let servo = self.design.servo;
+        let per_torque = 1.0 / motion.arm.per_torque;
+        let weight = -motion.arm.at_zero * per_torque;
+        let swing_damping = -servo * servo * (phi - commanded_phi) * per_torque;
+        let swing_rate = -2.0 * servo * phi_rate * per_torque;
+        let servo_torque = weight + swing_damping + swing_rate;
+
+        // Within grip, unless the arm must be stopped; within the current limit.
+        let gripping = if stuck { Interval::ALL } else { grip(&motion, room.mu) };
+        let torque = self
+            .limits
+            .barrier
+            .guard(&motion, phi, phi_rate, servo_torque, gripping)
+            .bounded(-self.limits.torque, self.limits.torque);
+        let disturbance = self.torque_observer.torque();
+        let damping = self.zeta * (wheel_rate + phi_rate);
+        let voltage = (torque - disturbance + damping).bounded(-voltage_max, voltage_max);
+        self.torque = voltage - damping;
+        let volts = |u: f32| self.scales.voltage_to_si(u);
+        LawOutput {
+            voltage_v: volts(voltage),
+            terms: SpeedTerms {
+                feed_forward_v: volts(damping),
+                weight_v: volts(weight),
+                swing_rate_v: volts(swing_rate),
+                swing_damping_v: volts(swing_damping),
+                friction_v: volts(-disturbance),
+                governed_v: volts(torque - servo_torque),
+                aim: SpeedAim {
+                    landing_speed_m_s: landing * self.scales.speed_m_s,
+                    acceleration_m_s2: acceleration * GRAVITY_M_S2 as f32,
+                    phi_rad: commanded_phi,
+                    slope_rad: libm::asinf(slope.0),
+                },
+                ..SpeedTerms::default()
+            },
+        }
+    }
+
+    /// The landing speed: what theta' becomes once the servo has brought the arm home and stopped it there.
+    fn landing_speed(
+        &self,
+        wheel_rate: f32,
+        sin_phi: f32,
+        phi_rate: f32,
+        home: &ArmAngle<f32>,
+        slope: (f32, f32),
+    ) -> f32 {
+        let (balance, servo) = (&self.balance, self.design.servo);
+        let along = balance.alpha_l * (slope.1 * home.cos + slope.0 * home.sin);
+        let inverse = 1.0 / (balance.mass + balance.mu - along);
+        let swing = 2.0 * (sin_phi - home.sin) / servo + home.cos * phi_rate / (servo * servo);
+        wheel_rate + inverse * (balance.alpha_l * swing + (along - balance.alpha_l2) * phi_rate)
+    }
+
+    /// The arm's angle for an acceleration, within the arm's limits: to accelerate the working limit, or a little more
+    /// than standing takes; and never so far that the arm cannot stand.
+    fn arm_command(&self, acceleration: f32, home: &ArmAngle<f32>, slope: (f32, f32)) -> f32 {
+        let limits = &self.limits;
+        let most = (home.sin.abs() + STANDING_LEAN).bounded(limits.working_sin_phi, limits.standing_sin_phi);
+        let wanted = self.equilibrium.arm(acceleration, slope.0, slope.1);
+        let sin = if wanted.cos > 0.0 {
+            wanted.sin
+        } else if wanted.sin < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        libm::asinf(sin.bounded(-most, most))
+    }
+
+    /// What grip and the vehicle file leave to accelerate with.
+    fn room(&self, (sin_slope, cos_slope): (f32, f32)) -> Room {
+        let limits = &self.limits;
+        // Where standing alone needs more than the planned share, holding goes before margin.
+        let standing = sin_slope.abs() / cos_slope + STANDING_RESERVE;
+        let mu = standing.bounded(GRIP_SHARE * limits.grip_mu, limits.grip_mu);
+        let bound = |room: f32| {
+            room.bounded(f32::MIN, limits.acceleration)
+                .bounded(ACCELERATION_MIN_G, f32::MAX)
+        };
+        let share = if self.age < START_TIME { START_SHARE } else { STEADY_SHARE };
+        Room {
+            mu,
+            forward: bound(share * mu * cos_slope - sin_slope),
+            backward: bound(share * mu * cos_slope + sin_slope),
+        }
+    }
+
+    /// The speed asked for within what the supply leaves: the operator's, or the one that holds the place. Beyond the
+    /// slope's limit no speed further up.
+    fn target(&mut self, input: &SpeedInput, sin_slope: f32, voltage_max: f32, wheel_rate: f32) -> f32 {
+        let slow = (wheel_rate * self.scales.speed_m_s).abs() < HOLD_BELOW_M_S;
+        let target = self.command.target_m_s(input, slow) / self.scales.speed_m_s;
+        let weight = (self.balance.mass * sin_slope).abs();
+        let most = ((SUPPLY_SHARE * voltage_max - weight - SUPPLY_RESERVE) / self.zeta).bounded(0.0, f32::MAX);
+        let within = target.bounded(-most, most);
+        if self.slope_limited && within * sin_slope > 0.0 {
+            0.0
+        } else {
+            within
+        }
+    }
+}
+
+/// Sine of an angle within a quarter turn.
+fn sine(angle: f32) -> f32 {
+    libm::sinf(angle.bounded(0.0, core::f32::consts::FRAC_PI_2))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::vehicle::test_vehicle::reference;
+
+    proptest! {
+        /// The terms add up to the voltage before its limit, in the first tick and after the observers have moved.
+        #[test]
+        fn the_terms_sum_to_the_voltage_before_its_limit(
+            target_m_s in -3.0_f32..3.0, phi_rad in -1.2_f32..1.2, theta_rate_rad_s in -12.0_f32..12.0,
+            phi_rate_rad_s in -6.0_f32..6.0, sin_slope in -0.3_f32..0.3, ticks in 1_usize..400,
+        ) {
+            let mut law = LandingLaw::new(&reference(), 0.001);
+            let mut input = SpeedInput {
+                target_m_s, phi_rad, theta_rate_rad_s, phi_rate_rad_s, sin_slope, distance_m: 0.0, voltage_max_v: 1e6,
+            };
+            for _ in 1..ticks {
+                law.step(&input);
+            }
+            let free = law.step(&input);
+            let terms = free.terms;
+            let size: f32 = terms.voltages_v().iter().map(|term| term.abs()).sum();
+            prop_assert!((terms.sum_v() - free.voltage_v).abs() <= 1e-5 * (1.0 + size), "{terms:?} {}", free.voltage_v);
+            input.voltage_max_v = 3.0;
+            prop_assert!(law.step(&input).voltage_v.abs() <= 3.0);
+        }
+    }
+}

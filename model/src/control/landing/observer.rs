@@ -1,0 +1,149 @@
+//! What the law knows beyond its sensors: a torque at the joint that the model does not have, the wheel's rate without
+//! the filter's lag, and the slope.
+
+use super::balance::Motion;
+use super::design::Design;
+use super::obstacle::Push;
+use crate::bounded::Bounded;
+
+/// Largest torque that the torque observer believes.
+const TORQUE_MAX: f32 = 2.0;
+/// Sine of the steepest slope that the rate observer believes.
+const SIN_SLOPE_MAX: f32 = 0.66;
+/// Error of the joint rate beyond which the slope learns no faster: a wheel that hits a kerb.
+const JOLT: f32 = 0.1;
+/// Error of the joint rate below which the vehicle moves as the model does, and the rate at which the calm slope then
+/// follows.
+const CALM: f32 = 0.03;
+const CALM_RATE: f32 = 0.1;
+
+/// Torque observer on phi': what the arm does beyond the model is a torque at the joint. It takes up errors of damping,
+/// motor constant, resistance and friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct TorqueObserver {
+    tick: f32,
+    pole: f32,
+    phi_rate: f32,
+    torque: f32,
+}
+
+impl TorqueObserver {
+    pub(super) fn new(design: &Design, tick: f32) -> Self {
+        Self {
+            tick,
+            pole: design.torque_observer,
+            phi_rate: 0.0,
+            torque: 0.0,
+        }
+    }
+
+    pub(super) fn reset(&mut self, phi_rate: f32) {
+        self.phi_rate = phi_rate;
+        self.torque = 0.0;
+    }
+
+    /// Predicts with the torque `applied` in the last tick, corrects with the sensed phi'.
+    pub(super) fn update(&mut self, motion: &Motion<f32>, applied: f32, phi_rate: f32) {
+        self.phi_rate += self.tick * motion.arm.at(applied + self.torque);
+        let error = self.tick * (phi_rate - self.phi_rate);
+        self.phi_rate += 2.0 * self.pole * error;
+        self.torque += self.pole * self.pole / motion.arm.per_torque * error;
+        self.torque = self.torque.bounded(-TORQUE_MAX, TORQUE_MAX);
+    }
+
+    /// The torque found, to be added to the applied one.
+    pub(super) fn torque(&self) -> f32 {
+        self.torque
+    }
+}
+
+/// Joint-rate observer: the model predicts theta' + phi' and passes it through the same filter as the sensed joint
+/// rate, so that the filter's lag costs nothing. What the wheel does beyond the model is a slope.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct RateObserver {
+    tick: f32,
+    pole: f32,
+    filter_gain: f32,
+    wheel_rate: f32,
+    sin_slope: f32,
+    cos_slope: f32,
+    calm_sin_slope: f32,
+    /// The predicted joint rate now, and behind the filter's first and second stage.
+    joint_rate: f32,
+    stages: [f32; 2],
+}
+
+impl RateObserver {
+    /// `filter_gain` is that of each of the two stages of the sensed joint rate's filter
+    /// ([`RateFilter`](crate::estimate::rate_filter::RateFilter)).
+    pub(super) fn new(design: &Design, tick: f32, filter_gain: f32) -> Self {
+        Self {
+            tick,
+            pole: design.rate_observer,
+            filter_gain,
+            wheel_rate: 0.0,
+            sin_slope: 0.0,
+            cos_slope: 1.0,
+            calm_sin_slope: 0.0,
+            joint_rate: 0.0,
+            stages: [0.0; 2],
+        }
+    }
+
+    pub(super) fn reset(&mut self, wheel_rate: f32, phi_rate: f32, sin_slope: f32) {
+        self.wheel_rate = wheel_rate;
+        self.joint_rate = wheel_rate + phi_rate;
+        self.stages = [self.joint_rate; 2];
+        self.set_slope(sin_slope);
+        self.calm_sin_slope = self.sin_slope;
+    }
+
+    /// Predicts with the whole torque in the last tick, corrects with the sensed joint rate. A vehicle that is `stuck`
+    /// learns nothing of its slope: it takes the one that it knew before it pushed.
+    pub(super) fn update(
+        &mut self,
+        motion: &Motion<f32>,
+        torque: f32,
+        phi_rate: f32,
+        sensed: f32,
+        push: Push,
+        haste: f32,
+    ) {
+        let pole = haste * self.pole;
+        let predicted = self.wheel_rate + self.tick * motion.wheel.at(torque);
+        // The encoder's filter sees the mean rate of the tick.
+        let mean = 0.5 * (predicted + phi_rate + self.joint_rate);
+        let [first, second] = &mut self.stages;
+        *first += self.filter_gain * (mean - *first);
+        *second += self.filter_gain * (*first - *second);
+        let error = sensed - *second;
+        self.wheel_rate = predicted + 2.0 * pole * self.tick * error;
+        self.joint_rate = self.wheel_rate + phi_rate;
+        if push == Push::Stuck {
+            self.set_slope(self.calm_sin_slope);
+            return;
+        }
+        // A jolt is no slope: what the slope learns from one tick is bounded.
+        let learnt = error.bounded(-JOLT * haste, JOLT * haste);
+        let change = pole * pole * self.tick / motion.wheel_per_sin_slope * learnt;
+        self.set_slope(self.sin_slope + change);
+        if error.abs() < CALM && push == Push::None {
+            self.calm_sin_slope += CALM_RATE * self.tick * (self.sin_slope - self.calm_sin_slope);
+        }
+    }
+
+    fn set_slope(&mut self, sin: f32) {
+        self.sin_slope = sin.bounded(-SIN_SLOPE_MAX, SIN_SLOPE_MAX);
+        self.cos_slope = libm::sqrtf(1.0 - self.sin_slope * self.sin_slope);
+    }
+
+    /// theta' without the filter's lag.
+    pub(super) fn wheel_rate(&self) -> f32 {
+        self.wheel_rate
+    }
+
+    /// Sine and cosine of the slope.
+    pub(super) fn slope(&self) -> (f32, f32) {
+        (self.sin_slope, self.cos_slope)
+    }
+}
