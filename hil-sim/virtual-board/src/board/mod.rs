@@ -14,7 +14,7 @@ use firmware::hardware::ResetCause;
 use firmware::imu::Place;
 use firmware::parameters::{self, ParameterStore};
 use firmware::topics::Topics;
-use firmware::{analog, drive, encoders, imu, link, log_task, watchdog};
+use firmware::{analog, drive, imu, link, log_task, watchdog};
 use futures_executor::LocalPool;
 use futures_util::task::LocalSpawnExt;
 use model::status::Status;
@@ -101,7 +101,6 @@ impl VirtualBoard {
         // The virtual flash never waits, so this is over at once, as on the board before its tasks start.
         let mut store = ParameterStore::new(flash).map_err(|_| VirtualBoardError::Flash)?;
         let vehicle = futures_executor::block_on(parameters::boot(&mut store, &built_in));
-        spawn!(|topics, hardware| encoders::run(&topics, hardware));
         spawn!(|topics, hardware| imu::run(&topics, Place::Arm, VirtualImu::new(hardware, Place::Arm)));
         spawn!(|topics, hardware| imu::run(&topics, Place::Spar, VirtualImu::new(hardware, Place::Spar)));
         let core = VehicleCore::new(&vehicle, &SCALES);
@@ -109,6 +108,7 @@ impl VirtualBoard {
             &topics,
             core,
             DriveHardware {
+                encoders: hardware.clone(),
                 bridges: hardware.clone(),
                 emergency_stop: hardware.clone(),
                 cycles: NoCycles,
