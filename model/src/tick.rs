@@ -94,7 +94,8 @@ impl VehicleCore {
 
     /// Stage 2: angles, rates, slope, pose.
     pub fn estimate(&mut self, sensed: &Sensed) -> Estimate {
-        self.estimator.step(sensed, self.mode() == Mode::Disarmed)
+        let disarmed = self.mode() == Mode::Disarmed;
+        self.estimator.step(sensed, disarmed, self.laws.speed_reference_m_s())
     }
 
     /// Stage 3: supervision, then the control laws.

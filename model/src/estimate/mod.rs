@@ -9,6 +9,8 @@ pub mod odometry;
 pub mod rate_filter;
 mod result;
 pub mod slope;
+pub mod stall;
 pub mod tilt;
+pub mod traction;
 
 pub use result::Estimate;

@@ -45,6 +45,10 @@ pub struct Estimate {
     pub stopped: bool,
     /// Gyro and accelerometer have contradicted each other for a while.
     pub contradicted: bool,
+    /// The wheels slide: speed and distance come from the accelerometer.
+    pub sliding: bool,
+    /// Something blocks the vehicle, which is told to drive.
+    pub stalled: bool,
 }
 
 impl Estimate {

@@ -115,6 +115,8 @@ impl Laws {
         limits.set(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);
         let behind_m_s = (self.speed.reference_m_s() - speed_m_s).abs();
         limits.set(Limit::Reference, behind_m_s > REFERENCE_REACHED_M_S);
+        limits.set(Limit::Stall, estimate.stalled);
+        limits.set(Limit::Slip, estimate.sliding);
         Wish {
             limits,
             voltage_v: [

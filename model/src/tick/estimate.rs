@@ -2,11 +2,13 @@
 
 use crate::bounded::Bounded;
 use crate::estimate::Estimate;
-use crate::estimate::heading::HeadingEstimator;
+use crate::estimate::heading::{HeadingEstimator, YawReading};
 use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
 use crate::estimate::slope::SlopeEstimator;
-use crate::estimate::tilt::{Disturbance, TiltEstimator};
+use crate::estimate::stall::{Progress, Stall};
+use crate::estimate::tilt::{Disturbance, TiltEstimator, TiltReading, Trust};
+use crate::estimate::traction::{Evidence, Traction};
 use crate::sample::{Motor, TICK_S};
 use crate::sensed::Sensed;
 use crate::supervise::plausibility::Persistence;
@@ -22,11 +24,17 @@ pub(super) struct Estimator {
     slope: SlopeEstimator,
     heading: HeadingEstimator,
     odometry: Odometry,
+    traction: Traction,
+    stall: Stall,
+    /// Sine of the slope before the vehicle began to hesitate.
+    free_sin_slope: f32,
     theta_acceleration: LowPass,
     roll: LowPass,
+    weighs: Persistence,
     rest: Persistence,
     contradicted: Persistence,
-    calibration: Calibration,
+    calibration: Calibration<3>,
+    spar_calibration: Calibration<1>,
     ballast_offset_rad: f32,
     last_heading_rad: f32,
 }
@@ -48,6 +56,14 @@ const CALIBRATION_TICKS: u16 = 500;
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
 /// Time constant of the axle's roll.
 const ROLL_TIME_CONSTANT_S: f32 = 0.2;
+/// Range of the specific force, in g, in which the accelerometer shows where down is: below, the vehicle falls; above,
+/// it lands.
+const WEIGHT_MIN_G: f32 = 0.5;
+const WEIGHT_MAX_G: f32 = 2.0;
+/// Ticks for which it must be back in the range before it is trusted again: the wheels rebound.
+const WEIGHT_TICKS: u16 = 30;
+/// Distance of the sine of the arm's angle from that of its equilibrium within which the arm counts as lowered.
+const LOWERED: f32 = 0.1;
 /// Sine of the angle between integrated gyro and accelerometer that cannot last: one of the two is wrong.
 const CONTRADICTION: f32 = 0.7;
 const CONTRADICTION_TICKS: u16 = 300;
@@ -74,18 +90,24 @@ impl Estimator {
             ),
             heading: HeadingEstimator::new(TICK_S, times.bias_time_constant_s),
             odometry: Odometry::default(),
+            traction: Traction::new(TICK_S, p.body.half_track_m),
+            stall: Stall::default(),
+            free_sin_slope: 0.0,
+            weighs: Persistence::new(WEIGHT_TICKS),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
             roll: LowPass::new(TICK_S, ROLL_TIME_CONSTANT_S),
             rest: Persistence::new(STILL_TICKS),
             contradicted: Persistence::new(CONTRADICTION_TICKS),
             calibration: Calibration::default(),
+            spar_calibration: Calibration::default(),
             ballast_offset_rad: 0.0,
             last_heading_rad: 0.0,
         }
     }
 
-    /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang.
-    pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool) -> Estimate {
+    /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang. `reference_m_s` is what the
+    /// speed law aimed at in the last tick.
+    pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool, reference_m_s: f32) -> Estimate {
         let [left, right, ballast_rate_rad_s] = sensed.relative_rate_rad_s;
         let still = left.abs() < REST_WHEEL_RAD_S
             && right.abs() < REST_WHEEL_RAD_S
@@ -98,14 +120,19 @@ impl Estimator {
         let phi_rate = sensed.arm.rate_rad_s - self.arm.bias_rad_s();
         let theta_rate = 0.5 * (left + right) - phi_rate;
         let theta_acceleration = self.theta_acceleration.update(theta_rate);
-        let [gyro_x, gyro_z] = sensed.arm_gyro_xz_rad_s;
         // The plane's normal seen from the arm: turned by phi - beta from the arm's z axis.
         let (sin, cos) = (self.arm.sin(), self.arm.cos());
         let sin_normal = sin * self.slope.cos() - cos * self.slope.sin();
         let cos_normal = cos * self.slope.cos() + sin * self.slope.sin();
-        let gyro_yaw = gyro_z * cos_normal + gyro_x * sin_normal;
-        let wheels_yaw = 0.5 * (right - left) * r / self.half_track_m;
-        self.heading.update(gyro_yaw, wheels_yaw, at_rest);
+        let wheels_yaw_rad_s = 0.5 * (right - left) * r / self.half_track_m;
+        self.heading.update(
+            &YawReading {
+                gyro_xz_rad_s: sensed.arm_gyro_xz_rad_s,
+                normal_sin_cos: [sin_normal, cos_normal],
+                wheels_rad_s: wheels_yaw_rad_s,
+            },
+            at_rest,
+        );
 
         // Roll of the axle: gravity along it, once the acceleration of the turn is taken away.
         let yaw_rate = self.heading.yaw_rate_rad_s();
@@ -113,34 +140,58 @@ impl Estimator {
         self.roll.update((lateral_m_s2 / G).bounded(-1.0, 1.0));
         let sin_roll = self.roll.value();
         self.slope.turn(yaw_rate * TICK_S, sin_roll);
+        let wheels_m_s2 = r * theta_acceleration;
+        let axle_m_s2 = self.traction.acceleration_m_s2(wheels_m_s2);
         let disturbance = Disturbance {
-            axle_acceleration_m_s2: r * theta_acceleration,
+            axle_acceleration_m_s2: wheels_m_s2,
             sin_slope: self.slope.sin(),
             cos_slope: self.slope.cos(),
             yaw_rate_rad_s: yaw_rate,
             sin_roll,
         };
         let rest = at_rest && disarmed;
-        self.arm.update(&sensed.arm, &disturbance, rest);
+        let weighs = self.weighs.update(weighs(&sensed.arm));
+        let trust = match (weighs, self.traction.slides()) {
+            _ if rest => Trust::AtRest,
+            (false, _) => Trust::None,
+            (true, true) => Trust::Little,
+            (true, false) => Trust::Driving,
+        };
+        self.arm.update(&sensed.arm, &disturbance, trust);
+        self.traction.update(&Evidence {
+            wheels_m_s: theta_rate * r,
+            wheels_m_s2,
+            tilt_error: self.arm.error(),
+            yaw_difference_rad_s: yaw_rate - wheels_yaw_rad_s,
+            weighs,
+        });
         let contradicted = self.contradicted.update(self.arm.error().abs() > CONTRADICTION);
         if let Some(spar) = &mut self.spar {
-            spar.update(&sensed.spar, &disturbance, rest);
+            spar.update(&sensed.spar, &disturbance, trust);
         }
-        let t = self.scales.time_s;
-        self.slope.update(
-            self.arm.sin(),
-            self.arm.cos(),
-            phi_rate * t,
-            self.arm.acceleration_rad_s2() * t * t,
-            theta_acceleration * t * t,
-        );
+        let progress = self.progress(disarmed, reference_m_s, theta_rate * r);
+        if weighs && progress != Progress::Stuck {
+            let t = self.scales.time_s;
+            self.slope.update(
+                self.arm.sin(),
+                self.arm.cos(),
+                phi_rate * t,
+                self.arm.acceleration_rad_s2() * t * t,
+                axle_m_s2 / r * t * t,
+            );
+        }
 
-        // The mean advance of the wheels over the plane, at the mean heading of the tick.
+        // The mean advance of the wheels over the plane, or of the sliding vehicle, at the mean heading of the tick.
         let advance = sensed.relative_advance_rad;
         let advance_rad = 0.5 * (advance[Motor::Left as usize] + advance[Motor::Right as usize]) - phi_rate * TICK_S;
+        let advance_m = if self.traction.slides() {
+            self.traction.speed_m_s() * TICK_S
+        } else {
+            advance_rad * r
+        };
         let heading = self.heading.heading_rad();
         self.odometry
-            .advance(advance_rad * r, 0.5 * (heading + self.last_heading_rad));
+            .advance(advance_m, 0.5 * (heading + self.last_heading_rad));
         self.last_heading_rad = heading;
 
         let (spar_rad, spar_rate_rad_s) = self
@@ -155,7 +206,7 @@ impl Estimator {
             phi_rad: self.arm.angle_rad(),
             phi_rate_rad_s: self.arm.rate_rad_s(),
             theta_rate_rad_s: theta_rate,
-            speed_m_s: theta_rate * r,
+            speed_m_s: self.traction.speed_m_s(),
             slope_rad: self.slope.angle_rad(),
             sin_slope: self.slope.sin(),
             heading_rad: heading,
@@ -170,50 +221,96 @@ impl Estimator {
             gyro_bias_rad_s: self.arm.bias_rad_s(),
             calibrated: self.calibration.done,
             at_rest,
-            stopped: (theta_rate * r).abs() < STOPPED_M_S && phi_rate.abs() < STOPPED_ARM_RAD_S,
+            stopped: (theta_rate * r).abs() < STOPPED_M_S && phi_rate.abs() < STOPPED_ARM_RAD_S && self.lowered(),
             contradicted,
+            sliding: self.traction.slides(),
+            stalled: self.stall.stalls(),
         }
     }
 
-    /// Averages the gyros once, while the vehicle stands still.
-    fn calibrate(&mut self, sensed: &Sensed, still: bool) {
-        if self.calibration.done {
-            return;
+    /// Whether something blocks the vehicle. While it does, the slope stays what it was before.
+    fn progress(&mut self, disarmed: bool, reference_m_s: f32, speed_m_s: f32) -> Progress {
+        if disarmed {
+            self.stall.reset();
+            return Progress::Free;
         }
+        let was_stuck = self.stall.stalls();
+        let progress = self.stall.update(reference_m_s, speed_m_s, self.odometry.distance_m());
+        if progress == Progress::Free {
+            self.free_sin_slope = self.slope.sin();
+        } else if self.stall.stalls() && !was_stuck {
+            self.slope.reset(self.free_sin_slope);
+        }
+        progress
+    }
+
+    /// Whether the arm hangs about where it does when the vehicle stands still on this slope: open bridges then leave
+    /// it there.
+    fn lowered(&self) -> bool {
+        (self.arm.sin() - self.slope.sin_equilibrium()).abs() < LOWERED
+    }
+
+    /// Averages the gyros once, while the vehicle stands still: the spar's by itself, as the vehicle drives without.
+    fn calibrate(&mut self, sensed: &Sensed, still: bool) {
         let [gyro_x, gyro_z] = sensed.arm_gyro_xz_rad_s;
-        let Some([arm, spar, x, z]) = self
+        if let Some([arm, x, z]) = self
             .calibration
-            .update([sensed.arm.rate_rad_s, sensed.spar.rate_rad_s, gyro_x, gyro_z], still)
-        else {
-            return;
-        };
-        self.arm.set_bias(arm);
-        self.arm.align(&sensed.arm);
-        if let Some(estimator) = &mut self.spar {
+            .update([sensed.arm.rate_rad_s, gyro_x, gyro_z], still)
+        {
+            self.arm.set_bias(arm);
+            self.arm.align(&sensed.arm);
+            self.heading.set_bias([x, z]);
+            self.slope.align(self.arm.sin());
+        }
+        if let Some(estimator) = &mut self.spar
+            && let Some([spar]) = self.spar_calibration.update([sensed.spar.rate_rad_s], still)
+        {
             estimator.set_bias(spar);
             estimator.align(&sensed.spar);
         }
-        self.heading.set_bias(z * self.arm.cos() + x * self.arm.sin());
-        self.slope.align(self.arm.sin());
     }
 }
 
-/// Average of the gyros at rest.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Calibration {
-    sums: [f32; 4],
+/// Whether the accelerometer feels about the weight of a vehicle that stands on its wheels.
+fn weighs(reading: &TiltReading) -> bool {
+    let TiltReading {
+        force_x_m_s2: x,
+        force_z_m_s2: z,
+        ..
+    } = *reading;
+    let squared_g2 = (x * x + z * z) / (G * G);
+    (WEIGHT_MIN_G * WEIGHT_MIN_G..WEIGHT_MAX_G * WEIGHT_MAX_G).contains(&squared_g2)
+}
+
+/// Average of gyro axes at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Calibration<const N: usize> {
+    sums: [f32; N],
     ticks: u16,
     done: bool,
 }
 
-impl Calibration {
+impl<const N: usize> Default for Calibration<N> {
+    fn default() -> Self {
+        Self {
+            sums: [0.0; N],
+            ticks: 0,
+            done: false,
+        }
+    }
+}
+
+impl<const N: usize> Calibration<N> {
     /// Arm rate that still counts as rest: before the bias is known, all of it may be bias.
     fn tolerance(&self) -> f32 {
         if self.done { 0.0 } else { BIAS_MAX_RAD_S }
     }
 
-    /// Takes the gyros of one tick; returns the averages once there are enough.
-    fn update(&mut self, rates: [f32; 4], still: bool) -> Option<[f32; 4]> {
+    /// Takes the gyros of one tick; returns the averages once, when there are enough.
+    fn update(&mut self, rates: [f32; N], still: bool) -> Option<[f32; N]> {
+        if self.done {
+            return None;
+        }
         let plausible = rates.iter().all(|rate| rate.abs() < BIAS_MAX_RAD_S);
         if !still || !plausible {
             *self = Self::default();
