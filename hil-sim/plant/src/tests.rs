@@ -5,6 +5,8 @@ use std::path::Path;
 use model::vehicle::Vehicle;
 
 use super::*;
+use crate::noise::Noise;
+use crate::terrain::Terrain;
 
 /// The reference vehicle.
 pub(super) fn reference_vehicle() -> Vehicle<f64> {
