@@ -125,7 +125,7 @@ impl Plant {
         if !self.has_camera {
             bridges[MotorIndex::Camera as usize] = BridgeState::Open;
         }
-        if self.wiring != Wiring::default() {
+        if self.wiring.faulty() {
             bridges = self.wiring.through(&bridges);
         }
         for _ in 0..count as u64 {

@@ -48,6 +48,14 @@ impl Plant {
     /// Looks at what has just been simulated.
     pub(super) fn watch_validity(&mut self) {
         let (q, u) = (self.body.position(), self.body.speed());
+        // Nearly always everything is far within: one comparison that what is no number fails.
+        let speeds: f64 = u.iter().map(|u| u * u).sum();
+        if speeds < SPEED_MAX_M_S * SPEED_MAX_M_S
+            && q[PHI].abs() < ARM_ANGLE_MAX_RAD
+            && self.battery_v.abs() < BATTERY_MAX_V
+        {
+            return;
+        }
         let watched = [
             ("speed_m_s", u[FORWARD], SPEED_MAX_M_S),
             ("side speed_m_s", u[SIDE], SPEED_MAX_M_S),

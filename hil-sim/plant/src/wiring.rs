@@ -41,6 +41,12 @@ pub(crate) struct Wiring {
 }
 
 impl Wiring {
+    /// Whether anything is wrong.
+    #[inline]
+    pub(crate) fn faulty(self) -> bool {
+        self != Self::default()
+    }
+
     /// What arrives at the motors of what the bridges do.
     pub(crate) fn through(self, bridges: &[BridgeState; MOTORS]) -> [BridgeState; MOTORS] {
         let mut arrives = *bridges;

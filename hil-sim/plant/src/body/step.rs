@@ -67,6 +67,9 @@ impl Body {
 
         let mut branches: [Branch; MOTORS] = core::array::from_fn(|i| joints[i].branch(dot(&JOINTS[i], &u)));
         let (mut base, mut load) = self.smooth_terms(h, &c, joints, branches, weights);
+        if self.outside.acts {
+            self.act(h, &c, &mut base, &mut load);
+        }
 
         let predicted = self.position[LIFT] + h * u[LIFT];
         let mut grounded = !self.in_flight || predicted <= contacts.height;
@@ -129,6 +132,9 @@ impl Body {
             }
             if switched {
                 (base, load) = self.smooth_terms(h, &c, joints, branches, weights);
+                if self.outside.acts {
+                    self.act(h, &c, &mut base, &mut load);
+                }
                 again = true;
             }
             let forces: [[f64; 2]; 2] = core::array::from_fn(|i| laws[i].force(slip[i]));
@@ -172,7 +178,7 @@ impl Body {
 
     /// The mass matrix, the motors' torques and the viscous dampers.
     fn smooth_terms(
-        &mut self,
+        &self,
         h: f64,
         c: &Configuration,
         joints: &[JointTorque; MOTORS],
@@ -195,9 +201,6 @@ impl Body {
             let weight = end_weight(h * damping, self.inertia.spar_second);
             add_outer(&mut a, &SPAR_BEARING, weight * h * damping);
             add_scaled(&mut b, &SPAR_BEARING, -h * damping * dot(&SPAR_BEARING, &self.speed));
-        }
-        if self.outside.acts {
-            self.act(h, c, &mut a, &mut b);
         }
         (a, b)
     }
