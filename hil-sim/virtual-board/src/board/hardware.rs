@@ -34,6 +34,7 @@ pub struct World {
     bridges: [BridgeState; MOTORS],
     break_tripped: bool,
     fed_us: u64,
+    unpowered: bool,
 }
 
 impl World {
@@ -48,6 +49,7 @@ impl World {
             bridges: [BridgeState::Open; MOTORS],
             break_tripped: false,
             fed_us: 0,
+            unpowered: false,
         }
     }
 
@@ -60,7 +62,29 @@ impl World {
             self.plant
                 .advance((now_us - self.synced_us) as f64 * 1e-6, &self.bridges);
             self.synced_us = now_us;
+            if !self.plant.powers_board() {
+                // A bridge without its controller is open.
+                self.unpowered = true;
+                self.bridges = [BridgeState::Open; MOTORS];
+            }
         }
+    }
+
+    /// Whether the supply has failed the board since it last booted.
+    pub fn unpowered(&self) -> bool {
+        self.unpowered
+    }
+
+    /// The board starts as after power-up at `now_us`, if its supply allows; says whether it does.
+    pub(super) fn power_up(&mut self, now_us: u64) -> bool {
+        if !self.plant.powers_board() {
+            return false;
+        }
+        self.unpowered = false;
+        self.break_tripped = false;
+        self.lamps = (false, false);
+        self.fed_us = now_us;
+        true
     }
 
     /// The hardware break: opens the bridges without the firmware.
@@ -117,7 +141,7 @@ impl EmergencyStop for Hardware {
 impl Bridges for Hardware {
     fn apply(&mut self, actuation: &Actuation) {
         self.now(|world| {
-            world.bridges = if actuation.enable && !world.break_tripped {
+            world.bridges = if actuation.enable && !world.break_tripped && !world.unpowered {
                 actuation
                     .duty
                     .map(|duty| BridgeState::Duty(f64::from(duty) / f64::from(DUTY_FULL_SCALE)))

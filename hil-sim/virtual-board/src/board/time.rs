@@ -82,6 +82,11 @@ impl VirtualTime {
         CLOCK.with(|clock| clock.queue.borrow_mut().next_expiration(clock.now_us.get()))
     }
 
+    /// Forgets every alarm: whoever set one is gone.
+    pub fn forget_alarms(&self) {
+        CLOCK.with(|clock| *clock.queue.borrow_mut() = Queue::new());
+    }
+
     /// Moves the clock forward.
     pub fn advance_to(&self, now_us: u64) {
         CLOCK.with(|clock| clock.now_us.set(clock.now_us.get().max(now_us)));
