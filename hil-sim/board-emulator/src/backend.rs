@@ -82,6 +82,7 @@ impl Backend for EmulatedBackend<'_> {
         let result = self.emulation.run_through(instants, move |stopped| {
             let observation = Observation {
                 now_us: stopped.now() / 1000,
+                booted_us: stopped.started_at() / 1000,
                 truth: vehicle.plant().truth(),
                 bridges_on: stopped.bridges().iter().any(|bridge| bridge.duty().is_some()),
                 received: stopped.receive(),

@@ -217,6 +217,11 @@ impl Stopped<'_> {
         }
     }
 
+    /// When the part last started, in ns.
+    pub fn started_at(&self) -> u64 {
+        started_at(self.session)
+    }
+
     /// Restarts so far: when, and whose.
     pub fn resets(&self) -> Vec<(u64, String)> {
         let resets = self.session.resets().iter();

@@ -75,15 +75,16 @@ impl World {
         self.unpowered
     }
 
-    /// The board starts as after power-up at `now_us`, if its supply allows; says whether it does.
-    pub(super) fn power_up(&mut self, now_us: u64) -> bool {
+    /// The board starts as after power-up, its clock at 0, if its supply allows; says whether it does.
+    pub(super) fn power_up(&mut self) -> bool {
         if !self.plant.powers_board() {
             return false;
         }
         self.unpowered = false;
         self.break_tripped = false;
         self.lamps = (false, false);
-        self.fed_us = now_us;
+        self.synced_us = 0;
+        self.fed_us = 0;
         true
     }
 

@@ -62,6 +62,8 @@ pub struct VirtualBoard {
     /// What a reset leaves: the parameter flash, and the vehicle the firmware was built for.
     flash: VirtualFlash,
     built_in: Vehicle<f32>,
+    /// When the board last booted, us since the start.
+    booted_us: u64,
     time: VirtualTime,
 }
 
@@ -94,6 +96,7 @@ impl VirtualBoard {
             watchdog_bitten: false,
             flash,
             built_in,
+            booted_us: 0,
             time,
         };
         board.start(ResetCause::PowerOn)?;
@@ -151,33 +154,41 @@ impl VirtualBoard {
         // The tasks stop where they are; the clock and the world go on.
         self.pool = LocalPool::new();
         self.topics = Rc::new(Topics::new());
-        self.time.forget_alarms();
         loop {
-            let now_us = self.time.now_us();
             // What was sent meanwhile is lost.
             self.to_board.take_all();
-            if self.world(|world| world.power_up(now_us)) {
+            let now_us = self.now_us();
+            if self.world(World::power_up) {
+                self.booted_us = now_us;
+                self.time.restart();
                 // It has booted from this flash before.
                 return self.start(ResetCause::BrownOut).is_ok();
             }
             if now_us >= until_us {
                 return false;
             }
-            self.time.advance_to((now_us + SUPPLY_PERIOD_US).min(until_us));
+            let next_us = (now_us + SUPPLY_PERIOD_US).min(until_us);
+            self.time.advance_to(next_us - self.booted_us);
         }
     }
 
-    /// The time since boot, us.
+    /// The time since the start, us.
     pub fn now_us(&self) -> u64 {
-        self.time.now_us()
+        self.booted_us + self.time.now_us()
     }
 
-    /// Runs until `until_us` since boot.
+    /// When the board last booted, us since the start: at 0, or after a failure of its supply.
+    pub fn booted_us(&self) -> u64 {
+        self.booted_us
+    }
+
+    /// Runs until `until_us` since the start.
     pub fn run_until(&mut self, until_us: u64) {
         loop {
             if self.hardware.0.borrow().unpowered() && !self.wait_for_supply(until_us) {
                 return;
             }
+            let until_us = until_us - self.booted_us;
             let next_us = self.time.next_alarm_us();
             self.pool.run_until_stalled();
             // Polling may have set an earlier alarm.

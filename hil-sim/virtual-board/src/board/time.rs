@@ -64,11 +64,11 @@ impl VirtualTime {
             if clock.taken.replace(true) {
                 return Err(ClockTaken);
             }
-            clock.now_us.set(0);
-            *clock.queue.borrow_mut() = Queue::new();
-            Ok(Self {
+            let time = Self {
                 _not_send: std::marker::PhantomData,
-            })
+            };
+            time.restart();
+            Ok(time)
         })
     }
 
@@ -82,9 +82,12 @@ impl VirtualTime {
         CLOCK.with(|clock| clock.queue.borrow_mut().next_expiration(clock.now_us.get()))
     }
 
-    /// Forgets every alarm: whoever set one is gone.
-    pub fn forget_alarms(&self) {
-        CLOCK.with(|clock| *clock.queue.borrow_mut() = Queue::new());
+    /// Sets the clock to 0 and forgets every alarm, as a reset does: whoever set one is gone.
+    pub fn restart(&self) {
+        CLOCK.with(|clock| {
+            clock.now_us.set(0);
+            *clock.queue.borrow_mut() = Queue::new();
+        });
     }
 
     /// Moves the clock forward.

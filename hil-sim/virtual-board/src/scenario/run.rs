@@ -152,6 +152,7 @@ impl Observer {
     fn observe(&mut self, ms: u64, observation: Observation, script: &Script<'_>) {
         let Observation {
             now_us,
+            booted_us,
             truth,
             bridges_on,
             received,
@@ -165,11 +166,13 @@ impl Observer {
         if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, outcome.emergency_stop_ms) {
             outcome.emergency_stop_ms = Some(ms - pressed);
         }
-        if let Some(status) = self.client.status.take()
+        if let Some(mut status) = self.client.status.take()
             && self.last_tick != Some(status.tick)
         {
             self.last_tick = Some(status.tick);
             self.mode = Some(status.mode);
+            // The board's clock starts at each of its boots; a run has one time.
+            status.time_us += booted_us;
             let truth = self
                 .truths
                 .iter()
