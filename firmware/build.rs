@@ -1,8 +1,8 @@
-//! Turns the vehicle file into constants, and hands the linker the memory layout and the scripts of
-//! the start-up code and of defmt (target only).
+//! Turns the vehicle file into constants, and for the target gives the linker the memory layout and the
+//! scripts of the start-up code and of defmt.
 //!
-//! The vehicle is `vehicles/reference.toml`, or the file that the environment variable `VEHICLE` names
-//! (from the workspace root). A wrong file ends the build with its message.
+//! The vehicle file is `vehicles/reference.toml`, or the file that the environment variable `VEHICLE` names,
+//! relative to the workspace root. A wrong file ends the build with the reader's message.
 
 use std::path::{Path, PathBuf};
 use std::{env, fs};

@@ -140,8 +140,9 @@ fn files_that_never_end_are_refused_at_once() {
     let mut paths = vec![long, std::env::temp_dir()];
     if cfg!(unix) {
         paths.push("/dev/zero".into());
-        let pipe = own("pipe", "");
-        std::fs::remove_file(&pipe).expect("removes");
+        // Writing to a pipe that an earlier run left would wait for its reader.
+        let pipe = own("beside-the-pipe", "").with_file_name("pipe");
+        let _ = std::fs::remove_file(&pipe);
         let made = Command::new("mkfifo")
             .arg(&pipe)
             .status()

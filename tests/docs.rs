@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::Command;
 
-use firmware::link::frame::encode;
-use firmware::link::message::HostMessage;
+use firmware::drive_board;
+use firmware::protocol::frame::encode;
+use firmware::protocol::message::HostMessage;
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::fault::SensorFault;
 use plant::settings::{BoardSettings, DriveSettings, ImuSettings, Setting};
@@ -14,11 +15,14 @@ use virtual_board::scenario::wire::LinkStep;
 use virtual_board::scenario::world::WorldStep;
 use virtual_board::scenario::{Action, Scenario, metrics};
 
+#[path = "support/files.rs"]
+mod files;
 #[path = "support/generated.rs"]
 mod generated;
 #[path = "support/pages.rs"]
 mod pages;
 
+use files::files;
 use generated::root;
 use pages::Page;
 
@@ -36,7 +40,7 @@ fn the_safety_page_names_every_code() {
         let classes = [
             (FaultSet::OPENING, "opens"),
             (FaultSet::STOPPING, "stops"),
-            (FaultSet::CAMERA, "camera"),
+            (FaultSet::SPAR, "spar"),
         ];
         let class: Vec<&str> = classes
             .iter()
@@ -75,7 +79,7 @@ fn the_safety_page_tells_how_each_fault_is_found() {
 #[test]
 fn the_scenarios_page_lists_every_scenario() {
     let mut text = String::from("| File | Length, s | Shows |\n|---|---|---|\n");
-    for path in pages::files(&root().join("tests/scenarios"), &["toml"]) {
+    for path in files(&root().join("tests/scenarios"), &["toml"]) {
         let scenario = Scenario::read(&path).expect("a good file");
         let name = path.file_name().expect("a file").to_string_lossy().into_owned();
         let Scenario { title, duration_s, .. } = scenario;
@@ -147,6 +151,69 @@ fn the_architecture_page_shows_a_frame() {
         .collect();
     let text = format!("`{}`", bytes.join(" "));
     generated::check("architecture.md", "frame", &text);
+}
+
+#[test]
+fn the_architecture_page_has_the_boards_facts() {
+    let scales = &drive_board::SCALES;
+    let rows = [
+        (
+            "`DUTY_MAX_PERCENT`",
+            format!("{} %", drive_board::DUTY_MAX_PERCENT),
+            "largest duty of a bridge",
+        ),
+        (
+            "`WATCHDOG_US`",
+            format!("{} us", drive_board::WATCHDOG_US),
+            "watchdog's time",
+        ),
+        ("`LINK_BAUD`", format!("{} baud", drive_board::LINK_BAUD), "host link"),
+        (
+            "`FLASH_SECTOR_BYTES`",
+            format!("{} bytes", drive_board::FLASH_SECTOR_BYTES),
+            "what an erase clears",
+        ),
+        (
+            "`FLASH_WORD_BYTES`",
+            format!("{} bytes", drive_board::FLASH_WORD_BYTES),
+            "what is programmed at once",
+        ),
+        (
+            "`PARAMETER_SECTORS`",
+            format!("{}", drive_board::PARAMETER_SECTORS),
+            "sectors of the parameter store",
+        ),
+        (
+            "`battery_v_per_count`",
+            format!("{:.6} V", scales.battery_v_per_count),
+            "battery, 16 bits",
+        ),
+        (
+            "`current_a_per_count`",
+            format!("{:.6} A", scales.current_a_per_count),
+            "motor currents, 16 bits",
+        ),
+        (
+            "`current_zero_count`",
+            format!("{}", scales.current_zero_count),
+            "count at zero current",
+        ),
+        (
+            "`gyro_lsb_per_deg_s`",
+            format!("{}", scales.imu.gyro_lsb_per_deg_s),
+            "gyros",
+        ),
+        (
+            "`accel_lsb_per_g`",
+            format!("{}", scales.imu.accel_lsb_per_g),
+            "accelerometers",
+        ),
+    ];
+    let mut text = String::from("| Fact | Value | Of |\n|---|---|---|\n");
+    for (name, value, of) in rows {
+        let _ = writeln!(text, "| {name} | {value} | {of} |");
+    }
+    generated::check("architecture.md", "board", &text);
 }
 
 #[test]
@@ -278,7 +345,7 @@ fn is_name(code: &str) -> bool {
 #[test]
 fn every_name_and_file_that_a_page_mentions_exists() {
     let root = root();
-    let sources: String = pages::files(&root, &["rs", "toml", "x", "c"])
+    let sources: String = files(&root, &["rs", "toml", "x", "c"])
         .iter()
         .filter(|path| !path.ends_with("tests/docs.rs"))
         .map(|path| std::fs::read_to_string(path).expect("a source"))

@@ -1,6 +1,6 @@
 //! Stored parameters over the link of the virtual board.
 
-use firmware::link::message::{HostMessage, ParameterAnswer, ParameterRequest};
+use firmware::protocol::message::{HostMessage, ParameterAnswer, ParameterRequest};
 use model::supervise::arming::Mode;
 use model::vehicle::VehicleParameters;
 use virtual_board::board::flash::VirtualFlash;
@@ -21,14 +21,7 @@ fn ask(bench: &mut Bench, request: ParameterRequest) -> ParameterAnswer {
 
 /// The number of a parameter, as host and board count them.
 fn number(parameters: &VehicleParameters<f64>, table: &str, name: &str) -> u16 {
-    let (mut at, mut found) = (0, None);
-    parameters.for_each(|t, field, _| {
-        if t == table && field.name == name {
-            found = Some(at);
-        }
-        at += 1;
-    });
-    found.expect("known")
+    parameters.number_of(table, name).expect("known")
 }
 
 #[test]
@@ -69,7 +62,7 @@ fn a_stored_parameter_is_in_force_after_the_next_boot_and_before() {
             log::take().iter().any(|line| line.contains("parameters: stored set")),
             "boot {round}"
         );
-        bench.request(model::supervise::arming::Request::Arm);
+        bench.request(model::command::Request::Arm);
         bench.run(20);
         bench.drive = Some([2.0, 0.0]);
         bench.run(6000);
@@ -160,7 +153,7 @@ fn random_flash_boots_to_the_built_in_set() {
         bench.run(1500);
         let lines = log::take();
         assert!(lines.iter().any(|line| line.contains("built-in set")), "{lines:?}");
-        bench.request(model::supervise::arming::Request::Arm);
+        bench.request(model::command::Request::Arm);
         bench.run(20);
         assert_eq!(bench.mode(), Mode::Armed);
     }

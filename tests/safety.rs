@@ -1,9 +1,11 @@
 //! The safety rule: no defined or undefined input moves a motor that is not armed, and any fault reaches
 //! the safe state in bounded time.
 
-use firmware::link::message::HostMessage;
+use firmware::drive_board::SCALES;
+use firmware::protocol::message::HostMessage;
+use model::command::Request;
 use model::sample::Motor;
-use model::supervise::arming::{Mode, Request};
+use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use plant::Plant;
 use plant::fault::SensorFault;
@@ -27,17 +29,17 @@ fn bridges_off_within(bench: &mut Bench, limit_ms: u64) -> u64 {
     off_after.unwrap_or_else(|| {
         panic!(
             "the bridges are still on after {limit_ms} ms: {:?}",
-            bench.board.telemetry()
+            bench.board.status()
         )
     })
 }
 
 fn faults(bench: &Bench) -> FaultSet {
-    bench.board.telemetry().expect("runs").faults
+    bench.board.status().expect("runs").faults
 }
 
 fn blockers(bench: &Bench) -> BlockerSet {
-    bench.board.telemetry().expect("runs").blockers
+    bench.board.status().expect("runs").blockers
 }
 
 #[test]
@@ -47,7 +49,7 @@ fn it_boots_disarmed_and_blocked_and_calibrates_within_two_seconds() {
     assert!(blockers(&bench).contains(Blocker::NotCalibrated));
     bench.request(Request::Arm);
     bench.run_watching(50, |bench| assert!(!bench.bridges_on()));
-    assert_eq!(bench.status().refused_arms, 1);
+    assert_eq!(bench.status().vehicle.refused_arms, 1);
     bench.run(1650);
     assert_eq!(blockers(&bench), BlockerSet::EMPTY, "{:b}", blockers(&bench).bits());
 }
@@ -92,7 +94,7 @@ fn noise_and_broken_frames_move_nothing_unarmed_and_stop_an_armed_vehicle() {
         bench.run(3000);
         assert!(sent > 100_000, "{sent} bytes");
         let status = bench.status();
-        assert!(status.bad_frames > 1000, "{}", status.bad_frames);
+        assert!(status.link.unreadable_frames() > 1000, "{:?}", status.link);
         assert!(!bench.bridges_on());
         assert_eq!(bench.mode(), Mode::Disarmed);
         if armed {
@@ -206,11 +208,11 @@ enum Expect {
 
 fn set(plant: &mut Plant, sensor: &str, fault: SensorFault) {
     match sensor {
-        "chassis-imu" => plant.chassis_imu().set_fault(fault),
+        "arm-imu" => plant.arm_imu().set_fault(fault),
         "spar-imu" => plant.spar_imu().expect("has a camera").set_fault(fault),
         "left-encoder" => plant.encoder_mut(Motor::Left).set_fault(fault),
         "right-encoder" => plant.encoder_mut(Motor::Right).set_fault(fault),
-        "camera-encoder" => plant.encoder_mut(Motor::Camera).set_fault(fault),
+        "ballast-encoder" => plant.encoder_mut(Motor::Ballast).set_fault(fault),
         other => panic!("{other}"),
     }
 }
@@ -249,7 +251,7 @@ fn fail_while_driving(sensor: &str, fault: SensorFault, expect: Expect) {
 }
 
 #[test]
-fn a_failed_chassis_imu_opens_the_bridges() {
+fn a_failed_arm_imu_opens_the_bridges() {
     for (fault, expect) in [
         (SensorFault::Off, Expect::Open(15)),
         (SensorFault::Stuck, Expect::Open(40)),
@@ -259,7 +261,7 @@ fn a_failed_chassis_imu_opens_the_bridges() {
         (SensorFault::Delayed, Expect::OpenOrHarmless),
         (SensorFault::Intermittent, Expect::Open(60)),
     ] {
-        fail_while_driving("chassis-imu", fault, expect);
+        fail_while_driving("arm-imu", fault, expect);
     }
 }
 
@@ -281,7 +283,7 @@ fn a_failed_wheel_encoder_opens_the_bridges() {
 }
 
 #[test]
-fn a_failed_spar_imu_switches_the_camera_off_and_leaves_the_vehicle_driving() {
+fn a_failed_spar_imu_switches_the_ballast_motor_off_and_leaves_the_vehicle_driving() {
     for fault in [SensorFault::Off, SensorFault::Stuck] {
         fail_while_driving("spar-imu", fault, Expect::Drives);
     }
@@ -299,15 +301,15 @@ fn a_failed_spar_imu_switches_the_camera_off_and_leaves_the_vehicle_driving() {
         .world(|world| set(&mut world.plant, "spar-imu", SensorFault::Off));
     bench.run(1000);
     assert!(faults(&bench).contains(Fault::SparImu));
-    assert_eq!(bench.status().voltage_v[2], 0.0);
+    assert_eq!(bench.status().vehicle.voltage_v[2], 0.0);
     assert_eq!(bench.mode(), Mode::Armed);
 }
 
 #[test]
 fn sensors_that_fail_before_arming_block_it() {
     for (sensor, fault, blocker) in [
-        ("chassis-imu", SensorFault::Off, Blocker::Imu),
-        ("chassis-imu", SensorFault::Stuck, Blocker::Imu),
+        ("arm-imu", SensorFault::Off, Blocker::Imu),
+        ("arm-imu", SensorFault::Stuck, Blocker::Imu),
     ] {
         let mut bench = Bench::new(10);
         bench.run(1000);
@@ -351,7 +353,7 @@ fn an_overcharged_battery_opens_the_bridges() {
 fn a_disarmed_vehicle_on_a_slope_gets_no_help() {
     let vehicle = support::reference();
     let terrain = plant::terrain::Terrain::incline(0.0873, 0.8).expect("valid");
-    let plant = Plant::new(&vehicle, terrain, 13).expect("drivable");
+    let plant = Plant::new(&vehicle, &SCALES, terrain, 13).expect("drivable");
     let mut board = virtual_board::board::VirtualBoard::boot(&vehicle, plant).expect("boots");
     board.run_until(3_000_000);
     let truth = board.world(|world| world.plant.truth());

@@ -76,22 +76,22 @@ const STEPS: &[Shown] = &[
     ("action = \"stand\"\nraised = true", |r| r.truth.height_m, 0.049),
     (
         "action = \"temperature\"\nto_c = 70.0\nover_s = 1.0",
-        |r| f64::from(r.status.phi_rad),
+        |r| f64::from(r.status.estimate.phi_rad),
         0.005,
     ),
     (
         "action = \"vibration\"\namplitude_rad_s = 0.5\nfrequency_hz = 30.0",
-        |r| f64::from(r.status.yaw_rate_rad_s),
+        |r| f64::from(r.status.estimate.yaw_rate_rad_s),
         0.05,
     ),
     (
         "action = \"analog-fault\"\nsensor = \"left-current\"\noffset = 59.0",
-        |r| f64::from(r.status.faults != 0),
+        |r| f64::from(!r.status.faults.is_empty()),
         1.0,
     ),
     (
         "action = \"encoder-loss\"\nmotor = \"left\"\nshare = 0.2",
-        |r| f64::from(r.status.x_m),
+        |r| f64::from(r.status.estimate.x_m),
         0.01,
     ),
     (
@@ -136,7 +136,7 @@ const TABLES: &[Shown] = &[
     ),
     (
         "[plant.arm_imu]\nmisalignment_y_deg = 2.0\n",
-        |r| f64::from(r.status.phi_rad),
+        |r| f64::from(r.status.estimate.phi_rad),
         0.02,
     ),
     (

@@ -1,17 +1,17 @@
-//! The analogue task: battery voltage and motor currents, once a tick.
+//! The analogue task: publishes the battery voltage and the motor currents once per tick.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant};
-use model::sample::TICK_US;
+use embassy_time::Instant;
 
+use crate::checkins::Critical;
 use crate::hardware::AnalogInputs;
-use crate::ticks::aligned;
+use crate::ticks::every_tick;
 use crate::topics::Topics;
-use crate::watchdog::Critical;
 
-/// Reads the inputs every tick and publishes them. A failed reading is not published: it goes stale.
+/// Reads the inputs every tick and publishes the readings. After a failed reading the last good one stays
+/// published and grows stale.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut inputs: impl AnalogInputs) -> ! {
-    let mut ticker = aligned(Duration::from_micros(u64::from(TICK_US)));
+    let mut ticker = every_tick();
     loop {
         ticker.next().await;
         let at = Instant::now();

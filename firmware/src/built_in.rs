@@ -1,4 +1,4 @@
-//! The vehicle that this firmware was built for, from its vehicle file.
+//! The vehicle that this firmware was built for: constants that the build script writes from the vehicle file.
 
 include!(concat!(env!("OUT_DIR"), "/vehicle.rs"));
 

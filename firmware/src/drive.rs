@@ -1,37 +1,39 @@
-//! The control task: once a tick it gathers what the sensors said, takes the vehicle's one step, and
+//! The control task: once per tick it gathers the latest readings, takes one step of the vehicle's core, and
 //! drives the bridges.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, with_timeout};
-use model::sample::{Actuation, ImuRaw, ImuSample, Sample, TICK_US};
-use model::supervise::arming::{Mode, Request};
-use model::tick::{Command, VehicleCore};
+use model::command::{Command, Request};
+use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
+use model::supervise::arming::Mode;
+use model::tick::VehicleCore;
 
+use crate::checkins::Critical;
 use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop};
-use crate::ticks::aligned;
-use crate::topics::{DriveCommand, TickCycles, Topics};
-use crate::watchdog::Critical;
+use crate::protocol::message::TickCycles;
+use crate::ticks::every_tick;
+use crate::topics::{DriveCommand, Topics};
 
-/// How long a tick waits for its IMU sample before it goes on without.
+/// Longest time that a tick waits for its sample of the arm IMU before it goes on without.
 const IMU_WAIT: Duration = Duration::from_micros(400);
 
-/// Everything that went into and came out of one tick: kept for a debugger, and for replays on the host.
+/// Everything that went into one tick and came out of it, for a debugger and for replays on the host.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct FlightRecord {
     /// Number of the tick; 0 before the first.
     pub tick: u32,
-    /// What was sensed.
+    /// What the vehicle sensed.
     pub sample: Sample,
-    /// What was commanded.
+    /// What the operator commanded.
     pub command: Command,
-    /// What the bridges were told.
+    /// What the bridges received.
     pub actuation: Actuation,
 }
 
 /// Where flight records go.
 pub trait Recorder {
-    /// Keeps the record of one tick.
+    /// Takes the record of one tick.
     fn record(&mut self, record: &FlightRecord);
 }
 
@@ -42,13 +44,13 @@ pub struct DriveHardware<B, E, C, R> {
     pub bridges: B,
     /// The emergency stop.
     pub emergency_stop: E,
-    /// Cycle counter.
+    /// The counter of CPU cycles.
     pub cycles: C,
-    /// Recorder of ticks.
+    /// The recorder of ticks.
     pub recorder: R,
 }
 
-/// Runs the vehicle, tick after tick.
+/// Runs the vehicle, tick after tick: `core` decides, `hardware` acts.
 pub async fn run<M, B, E, C, R>(topics: &Topics<M>, core: VehicleCore, hardware: DriveHardware<B, E, C, R>) -> !
 where
     M: RawMutex,
@@ -67,17 +69,17 @@ where
     bridges.apply(&Actuation::SAFE);
     let mut cycles = TickCycles::default();
     let mut tick = 0_u32;
-    let mut ticker = aligned(Duration::from_micros(u64::from(TICK_US)));
+    let mut ticker = every_tick();
     loop {
         ticker.next().await;
-        // The IMU's burst takes some tens of microseconds; without it the tick goes on and the
-        // sample's age tells.
-        let _ = with_timeout(IMU_WAIT, topics.chassis_imu_ready.wait()).await;
+        // Reading the IMU takes some tens of microseconds. If no sample comes in time, the tick goes on with
+        // the last one, whose age tells the core.
+        let _ = with_timeout(IMU_WAIT, topics.arm_imu_ready.wait()).await;
 
         let started = counter.cycles();
         let now = Instant::now();
         let request = topics.requests.try_receive().unwrap_or(Request::None);
-        // Only while disarmed: a break in the very tick of the request must not be cleared unseen.
+        // Only while disarmed: a break that trips in the very tick of the request must not be cleared unseen.
         if request == Request::ClearFaults && core.mode() == Mode::Disarmed {
             bridges.clear_break();
         }
@@ -87,15 +89,15 @@ where
         if core.mode() == Mode::Disarmed
             && let Some(vehicle) = topics.new_vehicle.try_take()
         {
-            core = VehicleCore::new(&vehicle);
+            core = core.renewed(&vehicle);
         }
         let sensed = core.sense(&sample);
         let after_sense = counter.cycles();
         let estimate = core.estimate(&sensed);
         let after_estimate = counter.cycles();
-        core.decide(&sample, &sensed, &estimate, &command);
+        let decision = core.decide(&sensed, &estimate, &command);
         let after_decide = counter.cycles();
-        let output = core.actuate(&sample, &sensed, &estimate);
+        let output = core.actuate(&sensed, &estimate, decision);
         bridges.apply(&output.actuation);
         let after_actuate = counter.cycles();
 
@@ -106,7 +108,7 @@ where
             command,
             actuation: output.actuation,
         });
-        topics.telemetry.publish(now, output.telemetry);
+        topics.status.publish(now, output.status);
         let total = after_actuate.wrapping_sub(started);
         cycles = TickCycles {
             sense: after_sense.wrapping_sub(started),
@@ -121,7 +123,7 @@ where
     }
 }
 
-/// The sample of this tick.
+/// The sample of this tick, from the latest readings.
 fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, emergency_stop: bool, bridge_break: bool) -> Sample {
     let imu = |(raw, age_us): (Option<ImuRaw>, u32)| ImuSample {
         raw: raw.unwrap_or_default(),
@@ -131,13 +133,13 @@ fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, emergency_stop: bool, b
     let (analog, analog_age_us) = topics.analog.with_age(now);
     let AnalogReading { battery, current } = analog.unwrap_or(AnalogReading {
         battery: 0,
-        current: [0; 3],
+        current: [0; MOTORS],
     });
     Sample {
         time_us: now.as_micros(),
         encoder_counts: counts.unwrap_or_default(),
         encoder_age_us,
-        chassis_imu: imu(topics.chassis_imu.with_age(now)),
+        arm_imu: imu(topics.arm_imu.with_age(now)),
         spar_imu: imu(topics.spar_imu.with_age(now)),
         battery,
         current,

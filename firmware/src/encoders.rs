@@ -1,16 +1,16 @@
-//! The encoder task: hardware counters, extended to 64 bits, once a tick.
+//! The encoder task: extends the hardware counters to 64 bits and publishes the counts once per tick.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant};
-use model::sample::{MOTORS, TICK_US};
+use embassy_time::Instant;
+use model::sample::MOTORS;
 
+use crate::checkins::Critical;
 use crate::hardware::EncoderCounters;
-use crate::ticks::aligned;
+use crate::ticks::every_tick;
 use crate::topics::Topics;
-use crate::watchdog::Critical;
 
-/// Extends a wrapping 16-bit counter to 64 bits. Right while the counter moves less than 32768 counts
-/// between two calls.
+/// Extends a wrapping 16-bit counter to 64 bits. The result is right as long as the counter moves by less
+/// than 32768 counts between two calls.
 ///
 /// ```
 /// use firmware::encoders::CountExtender;
@@ -26,7 +26,7 @@ pub struct CountExtender {
 }
 
 impl CountExtender {
-    /// Takes the counter; returns the extended count since the first reading.
+    /// Takes a reading of the counter; returns the counts since the first reading.
     pub fn extend(&mut self, counter: u16) -> i64 {
         let moved = self.last.map_or(0, |last| counter.wrapping_sub(last).cast_signed());
         self.last = Some(counter);
@@ -35,10 +35,10 @@ impl CountExtender {
     }
 }
 
-/// Reads the counters every tick and publishes them.
+/// Reads the counters every tick and publishes the counts.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut counters: impl EncoderCounters) -> ! {
     let mut extenders = [CountExtender::default(); MOTORS];
-    let mut ticker = aligned(Duration::from_micros(u64::from(TICK_US)));
+    let mut ticker = every_tick();
     loop {
         ticker.next().await;
         let at = Instant::now();

@@ -7,23 +7,23 @@ use model::sample::{Actuation, MOTORS};
 
 /// Hardware quadrature counters.
 pub trait EncoderCounters {
-    /// The counters as they stand: 16 bits, wrapping, forward positive, in the order of
+    /// The present counts: 16 bits, wrapping, forward positive, in the order of
     /// [`model::sample::Motor`].
     fn counts(&mut self) -> [u16; MOTORS];
 }
 
 /// The motor bridges. They come up open and stay open until [`Bridges::apply`] enables them.
 pub trait Bridges {
-    /// Applies one tick's actuation: opens every bridge when it is not enabled, else sets the duties.
+    /// Applies one tick's actuation: sets the duties, or opens every bridge unless the actuation is enabled.
     fn apply(&mut self, actuation: &Actuation);
-    /// The hardware break has opened the bridges since they were last enabled.
+    /// Whether the hardware break has tripped since the break was last cleared.
     fn break_tripped(&mut self) -> bool;
-    /// Clears a tripped break, so that the bridges can be enabled again. Has no effect while the
-    /// break's cause lasts.
+    /// Clears a tripped break, so that the bridges can be enabled again. Has no effect as long as the cause
+    /// of the break lasts.
     fn clear_break(&mut self);
 }
 
-/// One round of analogue readings, raw ([`model::sample::analog_scale`]).
+/// One round of analogue readings, raw ([`model::board::BoardScales`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AnalogReading {
     /// Battery voltage.
@@ -42,13 +42,13 @@ pub trait AnalogInputs {
 
 /// The emergency-stop input.
 pub trait EmergencyStop {
-    /// Whether it is pressed now (an open wire reads as pressed).
+    /// Whether the stop is pressed now (an open wire reads as pressed).
     fn is_pressed(&mut self) -> bool;
 }
 
-/// The hardware watchdog: resets the part unless fed in time.
+/// The hardware watchdog: resets the part unless the firmware feeds it in time.
 pub trait Watchdog {
-    /// Starts its time again.
+    /// Starts the watchdog's time anew.
     fn feed(&mut self);
 }
 
@@ -58,9 +58,9 @@ pub trait CycleCounter {
     fn cycles(&self) -> u32;
 }
 
-/// Lamps an operator reads.
+/// The lamps that tell the operator the vehicle's state.
 pub trait Indicators {
-    /// Shows the vehicle's state: armed and faulted.
+    /// Shows whether the vehicle is armed, and whether a fault is latched.
     fn show(&mut self, armed: bool, faulted: bool);
 }
 
@@ -68,15 +68,15 @@ pub trait Indicators {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum ResetCause {
-    /// Power came up.
+    /// The power came up.
     PowerOn,
-    /// Supply dipped below the brown-out level.
+    /// The supply dipped below the brown-out level.
     BrownOut,
-    /// The reset pin.
+    /// The reset pin was pulled.
     Pin,
-    /// Software asked for it.
+    /// Software reset the part.
     Software,
-    /// The independent watchdog was not fed.
+    /// Nothing fed the independent watchdog in time.
     Watchdog,
     /// None of the above.
     Other,

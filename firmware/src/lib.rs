@@ -1,35 +1,38 @@
 //! The vehicle application: the tasks that move data between the hardware and the `model`.
 //!
-//! Nothing here decides: every decision is a pure step of `model`. Nothing here names a part or a
-//! pin: the board (a target-only binary, or the host's virtual board) implements [`hardware`] and the
-//! embedded-hal traits, makes one [`topics::Topics`], and spawns the tasks:
+//! This crate decides nothing: every decision is a pure step of `model`. It names no part and no pin: a
+//! board (the target-only binary, or the host's virtual board) implements the traits of [`hardware`] and of
+//! embedded-hal, makes one [`topics::Topics`], and spawns the tasks:
 //!
 //! | task | rate | executor |
 //! |---|---|---|
 //! | [`encoders::run`] | 1 kHz | control (interrupt) |
-//! | [`imu::run`], once for the chassis and once for the spar | 1 kHz | control (interrupt) |
+//! | [`imu::run`], once for the arm and once for the spar | 1 kHz | control (interrupt) |
 //! | [`drive::run`] | 1 kHz | control (interrupt) |
 //! | [`watchdog::run`] | 200 Hz | control (interrupt) |
 //! | [`analog::run`] | 1 kHz | thread |
 //! | [`link::receive::run`], [`link::send::run`] | as bytes come; 100 Hz | thread |
 //! | [`parameters::run`] | on request | thread |
-//! | [`log_task::run`] | 1 Hz and on change | thread |
+//! | [`log_task::run`] | 20 Hz; logs one line per second and one per change | thread |
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
-// First: its macros are used by every module below.
+// First: every module below may use its macros.
 #[macro_use]
 mod logging;
 
 pub mod analog;
 pub mod built_in;
+pub mod checkins;
 pub mod drive;
+pub mod drive_board;
 pub mod encoders;
 pub mod hardware;
 pub mod imu;
 pub mod link;
 pub mod log_task;
 pub mod parameters;
+pub mod protocol;
 mod ticks;
 pub mod topics;
 pub mod watchdog;

@@ -1,4 +1,5 @@
-//! The log: one line a second, and a line at every change of mode or fault. Never in the fast loop.
+//! The log task: looks at the vehicle's state 20 times per second, logs one summary per second and one line
+//! per change (mode, fault, refused request to arm), and drives the lamps. The control task logs nothing.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Ticker};
@@ -8,19 +9,12 @@ use model::supervise::codes::{Blocker, Fault, FaultSet};
 use crate::hardware::{Indicators, ResetCause};
 use crate::topics::Topics;
 
+/// How often the task looks at the vehicle's state.
 const PERIOD: Duration = Duration::from_millis(50);
-/// One summary a second.
+/// Rounds per summary: one summary per second.
 const SUMMARY_EVERY: u32 = 20;
 
-fn mode_name(mode: Mode) -> &'static str {
-    match mode {
-        Mode::Disarmed => "disarmed",
-        Mode::Armed => "armed",
-        Mode::Stopping => "stopping",
-    }
-}
-
-/// Says how the board came up.
+/// Logs the firmware's version and why the part started.
 pub fn boot(version: &str, cause: ResetCause) {
     let cause = match cause {
         ResetCause::PowerOn => "power-on",
@@ -33,7 +27,7 @@ pub fn boot(version: &str, cause: ResetCause) {
     info!("biplanar drive board {}, reset by {}", version, cause);
 }
 
-/// Logs and shows the vehicle's state for ever.
+/// Logs the vehicle's state and shows it on the lamps, for ever.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut indicators: impl Indicators) -> ! {
     let mut ticker = Ticker::every(PERIOD);
     let mut mode = Mode::Disarmed;
@@ -43,14 +37,14 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut indicators: impl Indicator
     let mut round = 0_u32;
     loop {
         ticker.next().await;
-        let Some(telemetry) = topics.telemetry.latest() else {
+        let Some(status) = topics.status.latest() else {
             continue;
         };
-        let t = telemetry.value;
+        let t = status.value;
         indicators.show(t.mode != Mode::Disarmed, !t.faults.is_empty());
         if !ready && !t.blockers.contains(Blocker::NotCalibrated) {
             ready = true;
-            info!("self-check done: calibrated after {} ms", t.time_us / 1000);
+            info!("self-check done: gyros calibrated after {} ms", t.time_us / 1000);
         }
         for fault in Fault::ALL {
             if t.faults.contains(*fault) && !faults.contains(*fault) {
@@ -60,19 +54,19 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut indicators: impl Indicator
         faults = t.faults;
         if t.mode != mode {
             mode = t.mode;
-            info!("{}", mode_name(mode));
+            info!("{}", mode.name());
         }
         if t.refused_arms != refused {
             refused = t.refused_arms;
             for blocker in t.blockers.iter() {
-                warning!("not armed: blocked by {}", blocker.name());
+                warning!("not armed: {} blocks arming", blocker.name());
             }
         }
         if round.is_multiple_of(SUMMARY_EVERY) {
             let cycles = topics.cycles.latest().map(|c| c.value).unwrap_or_default();
             info!(
                 "{}: {} mm/s, phi {} mrad, slope {} mrad, {} mV, tick {} cycles (worst {}), late {}",
-                mode_name(t.mode),
+                t.mode.name(),
                 (t.estimate.speed_m_s * 1000.0) as i32,
                 (t.estimate.phi_rad * 1000.0) as i32,
                 (t.estimate.slope_rad * 1000.0) as i32,

@@ -1,4 +1,5 @@
-//! What the tasks tell each other: one latest value a topic, stamped, and the age judged where it is used.
+//! What the tasks tell each other. Each topic holds its latest value with a time stamp; the reader judges its
+//! age.
 
 use core::cell::Cell;
 
@@ -7,21 +8,21 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
+use model::command::Request;
 use model::sample::{ImuRaw, MOTORS};
-use model::supervise::arming::Request;
-use model::tick::Telemetry;
+use model::status::Status;
 use model::vehicle::Vehicle;
 
+use crate::checkins::Checkins;
 use crate::hardware::AnalogReading;
-use crate::link::message::{ParameterAnswer, ParameterRequest};
-use crate::watchdog::Checkins;
+use crate::protocol::message::{LinkCounters, ParameterAnswer, ParameterRequest, TickCycles};
 
 /// A value with the time it was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stamped<T> {
-    /// When.
+    /// When the value was taken.
     pub at: Instant,
-    /// What.
+    /// The value.
     pub value: T,
 }
 
@@ -32,7 +33,7 @@ pub struct Topic<M: RawMutex, T: Copy> {
 }
 
 impl<M: RawMutex, T: Copy> Topic<M, T> {
-    /// Nothing yet.
+    /// A topic without a value.
     pub const fn new() -> Self {
         Self {
             latest: Mutex::new(Cell::new(None)),
@@ -49,7 +50,7 @@ impl<M: RawMutex, T: Copy> Topic<M, T> {
         self.latest.lock(Cell::get)
     }
 
-    /// The latest value and its age at `now` in us; `u32::MAX` where there is none (or it is older).
+    /// The latest value, if any, and its age at `now` in us: `u32::MAX` without a value, or for an older one.
     pub fn with_age(&self, now: Instant) -> (Option<T>, u32) {
         match self.latest() {
             None => (None, u32::MAX),
@@ -67,7 +68,7 @@ impl<M: RawMutex, T: Copy> Default for Topic<M, T> {
     }
 }
 
-/// A drive command as the operator sent it; finite by construction (the link refuses others).
+/// A drive command as the operator sent it. Both numbers are finite: the receiving task drops others.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DriveCommand {
     /// Speed, m/s.
@@ -76,81 +77,49 @@ pub struct DriveCommand {
     pub yaw_rate_rad_s: f32,
 }
 
-/// Counters of the link's input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct LinkCounters {
-    /// Good frames.
-    pub frames: u32,
-    /// Frames with a wrong checksum, stuffing or content.
-    pub bad_frames: u32,
-    /// Frames longer than any message.
-    pub overlong_frames: u32,
-    /// Errors the UART reported (overrun, noise, framing).
-    pub uart_errors: u32,
-    /// Requests dropped because too many were waiting.
-    pub dropped_requests: u32,
-}
-
-/// Execution cost of one tick, in CPU cycles, by stage: latest and worst.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct TickCycles {
-    /// Raw to SI.
-    pub sense: u32,
-    /// Estimation.
-    pub estimate: u32,
-    /// Supervision and laws.
-    pub decide: u32,
-    /// Limits, duties, bridges.
-    pub actuate: u32,
-    /// All four.
-    pub total: u32,
-    /// The largest total since boot.
-    pub worst: u32,
-}
-
-/// Everything the tasks share. One for each vehicle.
-#[allow(missing_debug_implementations)] // Its parts have none.
+/// Everything the tasks share; one per vehicle.
+#[allow(missing_debug_implementations)] // Signals and channels have none.
 pub struct Topics<M: RawMutex> {
-    /// Chassis IMU readings.
-    pub chassis_imu: Topic<M, ImuRaw>,
-    /// Raised with each chassis IMU reading: the control task waits for it.
-    pub chassis_imu_ready: Signal<M, ()>,
-    /// Spar IMU readings.
+    /// Readings of the arm IMU.
+    pub arm_imu: Topic<M, ImuRaw>,
+    /// Raised with each reading of the arm IMU; the control task waits for the signal.
+    pub arm_imu_ready: Signal<M, ()>,
+    /// Readings of the spar IMU.
     pub spar_imu: Topic<M, ImuRaw>,
-    /// Encoder counts, extended.
+    /// Encoder counts, extended to 64 bits.
     pub encoders: Topic<M, [i64; MOTORS]>,
     /// Analogue readings.
     pub analog: Topic<M, AnalogReading>,
     /// The latest drive command.
     pub command: Topic<M, DriveCommand>,
-    /// Requests to the arming state machine, each to be taken once.
+    /// Requests to the arming state machine; the control task takes each once.
     pub requests: Channel<M, Request, 4>,
-    /// What the host asks of the parameters.
+    /// The host's requests about parameters.
     pub parameter_requests: Channel<M, ParameterRequest, 4>,
-    /// Answers to it.
+    /// The answers to them.
     pub parameter_answers: Channel<M, ParameterAnswer, 4>,
-    /// Parameters are being changed: the vehicle must not arm.
+    /// Whether a changed set is about to come into force: the vehicle must not arm meanwhile.
     pub parameters_pending: Topic<M, bool>,
-    /// A new set to drive by from the next disarmed tick on.
+    /// A new set of parameters, in force from the next disarmed tick on.
     pub new_vehicle: Signal<M, Vehicle<f32>>,
-    /// The host asked who we are.
+    /// The host asked for the board's identity.
     pub identify: Signal<M, ()>,
-    /// What the vehicle tells.
-    pub telemetry: Topic<M, Telemetry>,
-    /// Cost of the last tick.
+    /// The vehicle's status after the last tick.
+    pub status: Topic<M, Status>,
+    /// CPU cycles of the last tick.
     pub cycles: Topic<M, TickCycles>,
-    /// Link counters.
+    /// Counters of the link's input.
     pub link: Topic<M, LinkCounters>,
-    /// Who is alive.
+    /// Check-ins of the critical tasks.
     pub checkins: Checkins<M>,
 }
 
 impl<M: RawMutex> Topics<M> {
-    /// All empty.
+    /// All topics empty.
     pub const fn new() -> Self {
         Self {
-            chassis_imu: Topic::new(),
-            chassis_imu_ready: Signal::new(),
+            arm_imu: Topic::new(),
+            arm_imu_ready: Signal::new(),
             spar_imu: Topic::new(),
             encoders: Topic::new(),
             analog: Topic::new(),
@@ -161,7 +130,7 @@ impl<M: RawMutex> Topics<M> {
             parameters_pending: Topic::new(),
             new_vehicle: Signal::new(),
             identify: Signal::new(),
-            telemetry: Topic::new(),
+            status: Topic::new(),
             cycles: Topic::new(),
             link: Topic::new(),
             checkins: Checkins::new(),

@@ -196,7 +196,7 @@ fn bad_files_end_with_2_and_name_file_field_and_range() {
         ),
         (
             reference_with("missing.toml", &[("ballast_mass_kg = 2.04", "")]),
-            vec!["missing.toml: camera.ballast_mass_kg is missing", "0.005 to 500"],
+            vec!["missing.toml: spar.ballast_mass_kg is missing", "0.005 to 500"],
         ),
         (
             file("alpha.toml", "[planar]\nl = 0.8\nalpha = 1.0\nzeta = 2.2\nmu = 0.066\n"),
@@ -232,7 +232,7 @@ fn bad_files_end_with_2_and_name_file_field_and_range() {
 #[test]
 fn a_vehicle_without_a_spar_has_no_camera_commands() {
     let text = std::fs::read_to_string(REFERENCE).unwrap();
-    let (head, tail) = text.split_once("[camera]").unwrap();
+    let (head, tail) = text.split_once("[spar]").unwrap();
     let bare = file(
         "bare.toml",
         &format!("{head}[imu]{}", tail.split_once("[imu]").unwrap().1),
@@ -250,7 +250,7 @@ fn a_vehicle_without_a_spar_has_no_camera_commands() {
     ] {
         let message = refused(line, vehicle);
         assert!(
-            message.contains(vehicle.as_str()) && message.contains("[camera]"),
+            message.contains(vehicle.as_str()) && message.contains("[spar]"),
             "{message}"
         );
     }

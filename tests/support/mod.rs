@@ -1,8 +1,10 @@
 //! What the vehicle's tests share.
 #![allow(dead_code)] // Each test binary uses its part.
 
-use firmware::link::message::{HostMessage, Status};
-use model::supervise::arming::{Mode, Request};
+use firmware::drive_board::SCALES;
+use firmware::protocol::message::{BoardStatus, COMMAND_PERIOD_MS, HostMessage};
+use model::command::Request;
+use model::supervise::arming::Mode;
 use model::vehicle::Vehicle;
 use plant::Plant;
 use plant::terrain::Terrain;
@@ -23,7 +25,7 @@ pub fn reference() -> Vehicle<f64> {
 pub struct Bench {
     pub board: VirtualBoard,
     pub client: LinkClient,
-    /// What the operator repeats every 20 ms, if anything.
+    /// What the operator repeats every [`COMMAND_PERIOD_MS`], if anything.
     pub drive: Option<[f32; 2]>,
     ms: u64,
 }
@@ -35,7 +37,7 @@ impl Bench {
 
     pub fn with(seed: u64, flash: VirtualFlash) -> Self {
         let vehicle = reference();
-        let plant = Plant::new(&vehicle, Terrain::default(), seed).expect("level ground");
+        let plant = Plant::new(&vehicle, &SCALES, Terrain::default(), seed).expect("level ground");
         let board = VirtualBoard::boot_with(&vehicle, plant, flash).expect("boots");
         Self {
             board,
@@ -48,7 +50,7 @@ impl Bench {
     /// Lets `ms` milliseconds pass; `each` sees the bench after every one.
     pub fn run_watching(&mut self, ms: u64, mut each: impl FnMut(&mut Self)) {
         for _ in 0..ms {
-            if self.ms.is_multiple_of(20)
+            if self.ms.is_multiple_of(COMMAND_PERIOD_MS)
                 && let Some([speed_m_s, yaw_rate_rad_s]) = self.drive
             {
                 self.send(&HostMessage::Drive {
@@ -82,12 +84,12 @@ impl Bench {
         self.send(&HostMessage::Request(request));
     }
 
-    pub fn status(&self) -> Status {
+    pub fn status(&self) -> BoardStatus {
         self.client.status.expect("the board speaks")
     }
 
     pub fn mode(&self) -> Mode {
-        self.board.telemetry().expect("the board runs").mode
+        self.board.status().expect("the board runs").mode
     }
 
     pub fn bridges_on(&mut self) -> bool {
@@ -100,7 +102,7 @@ impl Bench {
         bench.run(1000);
         bench.request(Request::Arm);
         bench.run(20);
-        assert_eq!(bench.mode(), Mode::Armed, "blockers {:b}", bench.status().blockers);
+        assert_eq!(bench.mode(), Mode::Armed, "{:?}", bench.status().vehicle.blockers);
         bench
     }
 

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use super::files::files;
+
 /// A page of `docs/`.
 pub struct Page {
     pub name: String,
@@ -17,30 +19,6 @@ pub fn all(root: &Path) -> Vec<Page> {
         text: std::fs::read_to_string(&path).expect("the page is readable"),
     };
     files.into_iter().map(page).collect()
-}
-
-/// The files below `folder` whose names end with one of `endings`, build directories left out.
-pub fn files(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
-    let mut found = Vec::new();
-    let mut entries: Vec<PathBuf> = std::fs::read_dir(folder)
-        .expect("the folder is readable")
-        .map(|entry| entry.expect("an entry").path())
-        .collect();
-    entries.sort();
-    for path in entries {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        if path.is_dir() {
-            if !name.starts_with("target") && !name.starts_with(".git") && name != "out" {
-                found.extend(files(&path, endings));
-            }
-        } else if path
-            .extension()
-            .is_some_and(|e| endings.iter().any(|ending| e == *ending))
-        {
-            found.push(path);
-        }
-    }
-    found
 }
 
 impl Page {

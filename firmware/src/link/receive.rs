@@ -4,9 +4,9 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::Instant;
 use embedded_io_async::Read;
 
-use super::frame::{Decoder, Received};
-use super::message::HostMessage;
-use crate::topics::{DriveCommand, LinkCounters, Topics};
+use crate::protocol::frame::{Decoder, Received};
+use crate::protocol::message::{HostMessage, LinkCounters};
+use crate::topics::{DriveCommand, Topics};
 
 /// Reads frames for ever and publishes what they command.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Read) -> ! {

@@ -1,18 +1,18 @@
-//! The link's sending task: the vehicle's state, and answers.
+//! The link's sending task: the status, and answers.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::{Duration, Ticker};
 use embedded_io_async::Write;
 
-use super::frame::encode;
-use super::message::{BoardMessage, PROTOCOL_VERSION, Status};
+use crate::checkins::Critical;
+use crate::protocol::frame::encode;
+use crate::protocol::message::{BoardMessage, BoardStatus, PROTOCOL_VERSION};
 use crate::topics::Topics;
-use crate::watchdog::Critical;
 
-/// How often the state is sent.
+/// How often the status is sent.
 const PERIOD: Duration = Duration::from_millis(10);
 
-/// Sends the state for ever.
+/// Sends the status for ever.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write) -> ! {
     let mut ticker = Ticker::every(PERIOD);
     loop {
@@ -30,13 +30,14 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write) -> ! {
         while let Ok(answer) = topics.parameter_answers.try_receive() {
             send(&mut uart, &BoardMessage::Parameters(answer)).await;
         }
-        let Some(telemetry) = topics.telemetry.latest() else {
+        let Some(vehicle) = topics.status.latest() else {
             continue;
         };
-        let link = topics.link.latest().map(|l| l.value).unwrap_or_default();
-        let cycles = topics.cycles.with_age(Instant::now()).0.unwrap_or_default();
-        let bad = link.bad_frames.wrapping_add(link.overlong_frames);
-        let status = Status::new(&telemetry.value, bad, [cycles.total, cycles.worst]);
+        let status = BoardStatus {
+            vehicle: vehicle.value,
+            link: topics.link.latest().map(|l| l.value).unwrap_or_default(),
+            cycles: topics.cycles.latest().map(|c| c.value).unwrap_or_default(),
+        };
         send(&mut uart, &BoardMessage::Status(status)).await;
     }
 }
@@ -50,40 +51,50 @@ async fn send(uart: &mut impl Write, message: &BoardMessage) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::frame::FRAME_MAX;
     use super::*;
+    use crate::protocol::frame::FRAME_MAX;
+    use crate::protocol::message::{LinkCounters, TickCycles};
+    use model::estimate::Estimate;
+    use model::status::{Status, Terms};
     use model::supervise::arming::Mode;
+    use model::supervise::codes::{BlockerSet, FaultSet, LimitSet};
 
-    /// The longest state there can be fits a frame: every varint at its longest.
+    /// The longest status there can be fits a frame, with room to grow: every varint at its longest.
     #[test]
-    fn the_longest_state_fits_a_frame() {
-        let status = Status {
+    fn the_longest_status_fits_a_frame() {
+        let vehicle = Status {
             tick: u32::MAX,
             time_us: u64::MAX,
             mode: Mode::Stopping,
-            faults: u32::MAX,
-            blockers: u32::MAX,
-            limits: u32::MAX,
-            phi_rad: 0.0,
-            phi_rate_rad_s: 0.0,
-            speed_m_s: 0.0,
+            faults: FaultSet::FULL,
+            blockers: BlockerSet::FULL,
+            limits: LimitSet::FULL,
+            estimate: Estimate::default(),
             speed_reference_m_s: 0.0,
-            slope_rad: 0.0,
-            heading_rad: 0.0,
-            yaw_rate_rad_s: 0.0,
-            x_m: 0.0,
-            y_m: 0.0,
-            spar_rad: 0.0,
-            ballast_rad: 0.0,
+            yaw_rate_reference_rad_s: 0.0,
+            terms: Terms::default(),
             voltage_v: [0.0; 3],
             current_a: [0.0; 3],
             battery_v: 0.0,
             late_ticks: u32::MAX,
             refused_arms: u32::MAX,
-            bad_frames: u32::MAX,
-            tick_cycles: [u32::MAX; 2],
         };
-        let frame = encode(&BoardMessage::Status(status)).expect("fits");
-        assert!(frame.len() > 100 && frame.len() < FRAME_MAX, "{}", frame.len());
+        let link = LinkCounters {
+            frames: u32::MAX,
+            bad_frames: u32::MAX,
+            overlong_frames: u32::MAX,
+            uart_errors: u32::MAX,
+            dropped_requests: u32::MAX,
+        };
+        let cycles = TickCycles {
+            sense: u32::MAX,
+            estimate: u32::MAX,
+            decide: u32::MAX,
+            actuate: u32::MAX,
+            total: u32::MAX,
+            worst: u32::MAX,
+        };
+        let frame = encode(&BoardMessage::Status(BoardStatus { vehicle, link, cycles })).expect("fits");
+        assert!(frame.len() > 200 && frame.len() < FRAME_MAX - 100, "{}", frame.len());
     }
 }

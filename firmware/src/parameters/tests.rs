@@ -1,4 +1,4 @@
-//! The store against a flash that loses power, corrupts, and refuses what real NOR flash refuses.
+//! The store on a flash that loses power, corrupts words, and refuses what a real NOR flash refuses.
 
 use core::future::Future;
 use core::pin::pin;
@@ -10,10 +10,11 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorF
 use model::vehicle::Vehicle;
 use proptest::prelude::*;
 
-use super::{NoSet, ParameterStore, decode, encode, set, value};
+use super::store::{HEADER, SET_MAX, decode, encode};
+use super::{NoSet, ParameterStore};
 use crate::built_in::PARAMETERS;
 
-/// Nothing here waits.
+/// Runs a future that never waits.
 fn now<F: Future>(future: F) -> F::Output {
     match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
         Poll::Ready(output) => output,
@@ -21,15 +22,15 @@ fn now<F: Future>(future: F) -> F::Output {
     }
 }
 
-const WORD: usize = 32;
+const WORD: usize = crate::drive_board::FLASH_WORD_BYTES;
 const PAGE: usize = 4096;
 const PAGES: usize = 2;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Trouble {
-    /// Power is gone.
+    /// The power is gone.
     Cut,
-    /// Beyond error correction.
+    /// Error correction cannot restore the word.
     Unreadable,
 }
 
@@ -39,17 +40,17 @@ impl NorFlashError for Trouble {
     }
 }
 
-/// NOR flash with 32-byte words that are programmed once, as the drive board's.
+/// A NOR flash with 32-byte words, each programmed once between erasures, as the drive board's.
 #[derive(Debug, Clone)]
 struct TestFlash {
     bytes: Vec<u8>,
-    /// Words whose error correction does not come out.
+    /// Whether error correction can no longer restore each word.
     damaged: Vec<bool>,
-    /// Words (or pages) that may still be programmed (or erased) before power goes; after it nothing
-    /// happens any more.
+    /// Number of words that may still be programmed, or pages erased, before the power goes. After that the
+    /// flash does nothing.
     power: usize,
     dead: bool,
-    /// Whether the cut word ends damaged (as on the part), or half written.
+    /// Whether the word that a power cut hits ends damaged (as on the part) or half written.
     damage_on_cut: bool,
 }
 
@@ -64,14 +65,14 @@ impl TestFlash {
         }
     }
 
-    /// Whether the next operation still has power; takes its share of it.
+    /// Whether the next operation still has power; uses up its share.
     fn powered(&mut self) -> bool {
         let powered = self.power > 0;
         self.power = self.power.saturating_sub(1);
         powered
     }
 
-    /// Power is back.
+    /// Brings the power back.
     fn revive(&mut self) {
         self.power = usize::MAX;
         self.dead = false;
@@ -143,7 +144,7 @@ impl NorFlash for TestFlash {
             let range = page * PAGE..(page + 1) * PAGE;
             if !self.powered() {
                 self.dead = true;
-                // Half of it is gone.
+                // Half of the page is erased.
                 self.bytes[range.start..range.start + PAGE / 2].fill(0xFF);
                 return Err(Trouble::Cut);
             }
@@ -185,7 +186,7 @@ fn stored(flash: TestFlash, kp: f32) -> TestFlash {
 fn an_empty_flash_has_no_set_and_a_stored_one_comes_back_to_the_bit() {
     assert_eq!(load(TestFlash::new()), Err(NoSet::Absent));
     let mut flash = TestFlash::new();
-    // Enough stores to go round both pages several times.
+    // Enough stores to fill both pages several times in turn.
     for round in 0..60 {
         let kp = 0.01 * round as f32;
         flash = stored(flash, kp);
@@ -198,7 +199,7 @@ fn a_power_cut_at_any_step_leaves_the_old_set_or_the_new() {
     let mut cuts = 0;
     let (mut old_kept, mut new_kept) = (0, 0);
     for damage_on_cut in [true, false] {
-        // Fill levels up to and over the change of pages, where the store moves.
+        // Fill levels up to the change of pages, where the store moves, and beyond.
         for stores_before in 1..24 {
             let mut before = TestFlash::new();
             before.damage_on_cut = damage_on_cut;
@@ -218,7 +219,7 @@ fn a_power_cut_at_any_step_leaves_the_old_set_or_the_new() {
                 assert!(found == old || found == new, "cut after {power} steps");
                 old_kept += u32::from(found == old);
                 new_kept += u32::from(found == new);
-                // And the next store works.
+                // The next store works, too.
                 let again = stored(flash, 0.33);
                 assert_eq!(load(again), Ok(vehicle(0.33)), "after a cut at {power}");
                 if finished {
@@ -238,8 +239,8 @@ fn a_power_cut_at_any_step_leaves_the_old_set_or_the_new() {
 #[test]
 fn another_schema_is_not_believed() {
     let mut other = PARAMETERS;
-    other.camera = None;
-    let mut bytes = [0; super::SET_MAX];
+    other.spar = None;
+    let mut bytes = [0; SET_MAX];
     let length = encode(&other, &mut bytes).expect("fits");
     assert!(decode(&bytes[..length], &other).is_some());
     assert_eq!(decode(&bytes[..length], &PARAMETERS), None);
@@ -248,21 +249,21 @@ fn another_schema_is_not_believed() {
 #[test]
 fn a_value_out_of_range_is_refused_where_it_is_set_and_where_it_is_stored() {
     let mut parameters = PARAMETERS;
-    let before = value(&parameters, 0).expect("first");
+    let before = parameters.value(0).expect("first");
     for bad in [f32::NAN, f32::INFINITY, -1.0, 1e9] {
-        assert!(set(&mut parameters, 0, bad).is_err());
+        assert!(parameters.set(0, bad).is_err());
     }
-    assert_eq!(value(&parameters, 0), Some(before));
-    let mut bytes = [0; super::SET_MAX];
+    assert_eq!(parameters.value(0), Some(before));
+    let mut bytes = [0; SET_MAX];
     let length = encode(&parameters, &mut bytes).expect("fits");
-    bytes[super::HEADER..super::HEADER + 4].copy_from_slice(&f32::NAN.to_le_bytes());
+    bytes[HEADER..HEADER + 4].copy_from_slice(&f32::NAN.to_le_bytes());
     assert_eq!(decode(&bytes[..length], &PARAMETERS), None);
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Random flash contents are never believed and never panic, and the next store works.
+    /// Random contents of the flash never give a set and never panic, and the next store works.
     #[test]
     fn random_contents_give_no_set(seed in proptest::collection::vec(any::<u8>(), 64), damaged in any::<u64>()) {
         let mut flash = TestFlash::new();
@@ -276,7 +277,7 @@ proptest! {
         prop_assert_eq!(load(stored(flash, 0.25)), Ok(vehicle(0.25)));
     }
 
-    /// Any flipped bit of a stored set is found or harmless: never another set.
+    /// A flipped bit never turns a stored set into another one.
     #[test]
     fn a_flipped_bit_is_never_believed(bit in 0_usize..(PAGE * 8)) {
         let mut flash = stored(TestFlash::new(), 0.5);

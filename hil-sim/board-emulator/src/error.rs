@@ -1,8 +1,8 @@
-//! Why a run could not be made.
+//! Errors of this crate.
 
 use std::path::PathBuf;
 
-/// Why a run could not be made, or ended.
+/// Why a run could not start, or why it ended.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// A file could not be read.
@@ -10,13 +10,13 @@ pub enum Error {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The operating system's reason.
         source: std::io::Error,
     },
-    /// The firmware is not an ELF this crate reads.
+    /// The firmware's file is no ELF.
     #[error(transparent)]
     Elf(#[from] object::Error),
-    /// The firmware has no such symbol.
+    /// The firmware lacks a symbol.
     #[error("{}: no symbol `{name}`", path.display())]
     NoSymbol {
         /// The ELF.
@@ -27,28 +27,35 @@ pub enum Error {
     /// The firmware's log cannot be decoded.
     #[error("the firmware's log: {0}")]
     Log(String),
-    /// The firmware's flight record is not what the host expects.
+    /// The firmware's flight record does not have the host's layout.
     #[error("the flight record: {0}")]
     Record(String),
-    /// The emulator refuses the image.
+    /// The emulator rejects the image.
     #[error(transparent)]
     Image(#[from] rigless::image::Error),
-    /// The emulated part refuses an access.
+    /// The emulated part rejects an access.
     #[error(transparent)]
     Part(#[from] rigless::soc::Error),
-    /// The emulated core or its memory refuses.
+    /// The emulated core or its memory rejects an operation.
     #[error(transparent)]
     Emulator(#[from] rigless::emulator::Error),
-    /// The run ended before it should have.
+    /// The run ended early.
     #[error("the emulated core: {0}")]
     Core(String),
     /// A snapshot could not be taken or read back.
     #[error(transparent)]
     Snapshot(#[from] rigless::snapshot::Error),
-    /// The firmware would not fly this vehicle.
+    /// The firmware does not fly this vehicle.
     #[error("the vehicle: {0}")]
     Vehicle(String),
     /// The firmware could not be built.
     #[error("building the firmware: {0}")]
     Build(String),
+}
+
+impl Error {
+    /// An access to a register that the emulated part's bus does not answer.
+    pub(crate) fn access(fault: &rigless::soc::Fault) -> Self {
+        Self::Core(format!("{fault:?}"))
+    }
 }

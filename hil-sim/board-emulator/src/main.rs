@@ -3,10 +3,14 @@
 use std::cell::Cell;
 use std::process::ExitCode;
 
-use board_emulator::backend::EmulatedBackend;
-use board_emulator::{Error, Firmware, MS, Settings, Work, build, flight, stored};
+use board_emulator::Error;
+use board_emulator::elf::{Firmware, build, flight};
+use board_emulator::run::{EmulatedBackend, Settings, Stopped, Work};
+use board_emulator::time::MS;
+use board_emulator::vehicle::stored;
 use clap::Parser;
 use firmware::built_in;
+use firmware::drive::FlightRecord;
 use hil_sim::cli::drive::{self, Arguments};
 use report::error::CommandError;
 
@@ -33,70 +37,68 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let given = given.map_err(|error| input(&error))?;
     let firmware = match &given {
         Some(firmware) => firmware,
-        None => build::firmware().map_err(|error| input(&error))?,
+        None => build::firmware().map_err(input)?,
     };
     let record = flight::address(firmware).map_err(|error| input(&error))?;
     let (mut work, mut simulated_ms) = (Work::default(), 0);
-    let laid = Cell::new(false);
+    let stores_vehicle = Cell::new(false);
     drive::run_on(
         arguments,
         |vehicle, plant| {
-            // The ELF flies the vehicle it was built for, unless its flash holds another. What a given one was
-            // built for is not known.
-            let contents = if given.is_none() && vehicle.parameters().cast::<f32>() == built_in::PARAMETERS {
+            // The workspace's ELF flies the vehicle it was built for without stored parameters. Which vehicle a
+            // given ELF was built for is not known.
+            let built_for = given.is_none() && vehicle.parameters().cast::<f32>() == built_in::PARAMETERS;
+            stores_vehicle.set(!built_for);
+            let contents = if built_for {
                 Vec::new()
             } else {
                 vec![stored::set(vehicle).map_err(|error| input(&error))?]
             };
-            laid.set(!contents.is_empty());
-            let mut backend = EmulatedBackend::power_on_with(firmware, plant, Settings::default(), &contents)
-                .map_err(|error| other(&error))?;
-            let emulation = backend.emulation().map_err(|error| other(&error))?;
-            emulation
-                .at(move |stopped| stopped.probe(record, flight::WORDS as u64))
-                .map_err(|error| other(&error))?;
-            Ok(backend)
+            EmulatedBackend::power_on_with(firmware, plant, Settings::default(), &contents)
+                .and_then(|mut backend| {
+                    let probe = move |stopped: &mut Stopped<'_>| stopped.probe(record, flight::WORDS as u64);
+                    backend.emulation()?.at(probe)?;
+                    Ok(backend)
+                })
+                .map_err(|error| other(&error))
         },
         |backend| {
-            let (words, now);
-            (words, work, now) = backend
-                .emulation()
-                .and_then(|emulation| emulation.at(|stopped| (stopped.take_probe(), stopped.work(), stopped.now())))
+            let emulation = backend.emulation().map_err(|error| other(&error))?;
+            let words;
+            (words, work, simulated_ms) = emulation
+                .at(|stopped| (stopped.take_probe(), stopped.work(), stopped.now() / MS))
                 .map_err(|error| other(&error))?;
-            simulated_ms = now / MS;
-            if laid.get() {
-                let log = backend
-                    .emulation()
-                    .and_then(|emulation| emulation.at(|stopped| stopped.log_bytes()))
-                    .and_then(|bytes| firmware.decode(&bytes?))
-                    .map_err(|error| other(&error))?;
-                stored::was_taken(&log).map_err(|error| input(&error))?;
+            if stores_vehicle.get() {
+                let log = emulation.at(|stopped| stopped.log_bytes());
+                let log = log.and_then(|bytes| firmware.decode(&bytes?));
+                stored::was_taken(&log.map_err(|error| other(&error))?).map_err(|error| input(&error))?;
             }
-            let mut records = Vec::new();
-            for words in words.chunks(flight::WORDS) {
-                let record = flight::decode(words).map_err(|error| other(&error))?;
-                // Until the first tick, and where two steps of the plant fall into one tick.
-                if record.tick
-                    != records
-                        .last()
-                        .map_or(0, |last: &firmware::drive::FlightRecord| last.tick)
-                {
-                    records.push(record);
-                }
-            }
-            Ok(records)
+            records(&words).map_err(|error| other(&error))
         },
     )?;
     if !arguments.json {
-        let each_ms = |count: u64| count / simulated_ms.max(1);
+        let per_ms = |count: u64| count / simulated_ms.max(1);
         println!(
             "each simulated ms      {} instructions, {} register accesses, {} stops",
-            each_ms(work.instructions),
-            each_ms(work.accesses),
-            each_ms(work.stops)
+            per_ms(work.instructions),
+            per_ms(work.accesses),
+            per_ms(work.stops)
         );
     }
     Ok(())
+}
+
+/// The record of each tick, from the words read at each step of the plant.
+fn records(words: &[u32]) -> Result<Vec<FlightRecord>, Error> {
+    let mut records: Vec<FlightRecord> = Vec::new();
+    for words in words.chunks(flight::WORDS) {
+        let record = flight::decode(words)?;
+        // No tick has passed since the step before: the firmware is starting, or ticks lie further apart than steps.
+        if record.tick != records.last().map_or(0, |last| last.tick) {
+            records.push(record);
+        }
+    }
+    Ok(records)
 }
 
 fn input(error: &Error) -> CommandError {

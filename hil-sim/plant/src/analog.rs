@@ -1,7 +1,8 @@
 //! The board's analogue inputs: battery voltage and motor currents as its converter sees them, sensor
 //! faults included.
 
-use model::sample::{MOTORS, analog_scale};
+use model::board::BoardScales;
+use model::sample::MOTORS;
 use serde::Deserialize;
 
 use crate::noise::Noise;
@@ -69,14 +70,19 @@ impl Input {
 /// The converter and the sensors before it.
 #[derive(Debug, Clone)]
 pub(crate) struct AnalogInputs {
+    scales: BoardScales,
     noise: Noise,
     /// Once any sensor has failed.
     faulty: Option<Box<[Input; INPUTS]>>,
 }
 
 impl AnalogInputs {
-    pub(crate) fn new(noise: Noise) -> Self {
-        Self { noise, faulty: None }
+    pub(crate) fn new(scales: &BoardScales, noise: Noise) -> Self {
+        Self {
+            scales: *scales,
+            noise,
+            faulty: None,
+        }
     }
 
     /// Fails or repairs the input `index`: a motor's current, or [`BATTERY`].
@@ -95,9 +101,9 @@ impl AnalogInputs {
             battery_v = faulty[BATTERY].read(battery_v);
         }
         let mut count = |value: f64| (value + NOISE_COUNTS * self.noise.normal()).round() as u16;
-        let battery = count(battery_v / f64::from(analog_scale::BATTERY_V_PER_COUNT));
+        let battery = count(battery_v / f64::from(self.scales.battery_v_per_count));
         let current = current_a.map(|current| {
-            count(f64::from(analog_scale::CURRENT_ZERO_COUNT) + current / f64::from(analog_scale::CURRENT_A_PER_COUNT))
+            count(f64::from(self.scales.current_zero_count) + current / f64::from(self.scales.current_a_per_count))
         });
         (battery, current)
     }
@@ -106,6 +112,7 @@ impl AnalogInputs {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tests::SCALES;
 
     /// Mean of many readings in A and V: battery, then currents.
     fn mean(inputs: &mut AnalogInputs, battery_v: f64, current_a: [f64; MOTORS]) -> [f64; INPUTS] {
@@ -113,10 +120,10 @@ mod tests {
         for _ in 0..1000 {
             let (battery, current) = inputs.convert(battery_v, current_a);
             for (sum, count) in sums.iter_mut().zip(current) {
-                let zeroed = f64::from(count) - f64::from(analog_scale::CURRENT_ZERO_COUNT);
-                *sum += zeroed * f64::from(analog_scale::CURRENT_A_PER_COUNT) / 1000.0;
+                let zeroed = f64::from(count) - f64::from(SCALES.current_zero_count);
+                *sum += zeroed * f64::from(SCALES.current_a_per_count) / 1000.0;
             }
-            sums[BATTERY] += f64::from(battery) * f64::from(analog_scale::BATTERY_V_PER_COUNT) / 1000.0;
+            sums[BATTERY] += f64::from(battery) * f64::from(SCALES.battery_v_per_count) / 1000.0;
         }
         sums
     }
@@ -132,7 +139,7 @@ mod tests {
 
     #[test]
     fn each_sensor_fails_alone_and_is_repaired() {
-        let mut inputs = AnalogInputs::new(Noise::new(1, 2));
+        let mut inputs = AnalogInputs::new(&SCALES, Noise::new(1, 2));
         let truth = [4.0, -6.0, 1.0, 24.0];
         assert_reads(&mut inputs, truth, truth);
         let fault = |gain, offset| AnalogFault {
@@ -159,7 +166,7 @@ mod tests {
 
     #[test]
     fn the_converter_saturates() {
-        let mut inputs = AnalogInputs::new(Noise::new(1, 2));
+        let mut inputs = AnalogInputs::new(&SCALES, Noise::new(1, 2));
         inputs.set_fault(
             0,
             AnalogFault {

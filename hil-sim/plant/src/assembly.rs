@@ -1,7 +1,8 @@
 //! Puts a plant together from a vehicle and what is other about it.
 
+use model::board::BoardScales;
 use model::sample::Motor as MotorIndex;
-use model::vehicle::{DriveMotorParameters, Vehicle};
+use model::vehicle::{MotorParameters, Vehicle};
 
 use crate::analog::AnalogInputs;
 use crate::body::Body;
@@ -26,7 +27,7 @@ const GEAR_STIFFNESS_N_M_PER_RAD: f64 = 3000.0;
 
 /// Streams of the scenario's seed.
 mod stream {
-    pub const CHASSIS_IMU: u64 = 0;
+    pub const ARM_IMU: u64 = 0;
     pub const SPAR_IMU: u64 = 1;
     pub const ANALOG: u64 = 2;
     /// Three, one a motor.
@@ -34,7 +35,7 @@ mod stream {
 }
 
 /// A drive motor as one side has it.
-fn of_side(p: &DriveMotorParameters<f64>, side: &DriveSettings) -> DriveMotorParameters<f64> {
+fn of_side(p: &MotorParameters<f64>, side: &DriveSettings) -> MotorParameters<f64> {
     let mut p = *p;
     p.torque_constant_n_m_per_a *= side.torque_constant_factor;
     p.back_emf_constant_v_s_per_rad *= side.back_emf_factor;
@@ -45,12 +46,18 @@ fn of_side(p: &DriveMotorParameters<f64>, side: &DriveSettings) -> DriveMotorPar
 
 impl Plant {
     /// The vehicle at rest at the terrain's origin, heading along x, everything hanging from the
-    /// vertical, bridges open, battery full; sensor errors as on the data sheets.
+    /// vertical, bridges open, battery full; sensor errors as on the data sheets. `scales` are those of the
+    /// board that reads the analogue signals.
     ///
     /// # Errors
     /// A terrain that this vehicle's wheels cannot follow.
-    pub fn new(vehicle: &Vehicle<f64>, terrain: Terrain, seed: u64) -> Result<Self, TerrainError> {
-        Self::with_imu_errors(vehicle, terrain, seed, ImuErrors::default())
+    pub fn new(
+        vehicle: &Vehicle<f64>,
+        scales: &BoardScales,
+        terrain: Terrain,
+        seed: u64,
+    ) -> Result<Self, TerrainError> {
+        Self::with_imu_errors(vehicle, scales, terrain, seed, ImuErrors::default())
     }
 
     /// As [`Plant::new`], with IMUs of the given errors.
@@ -59,11 +66,12 @@ impl Plant {
     /// A terrain that this vehicle's wheels cannot follow.
     pub fn with_imu_errors(
         vehicle: &Vehicle<f64>,
+        scales: &BoardScales,
         terrain: Terrain,
         seed: u64,
         errors: ImuErrors,
     ) -> Result<Self, TerrainError> {
-        Self::assembled(vehicle, terrain, seed, errors, &Settings::default())
+        Self::assembled(vehicle, scales, terrain, seed, errors, &Settings::default())
     }
 
     /// As [`Plant::new`], differing from the vehicle file as `settings` say. `vehicle` is the simulated one
@@ -73,15 +81,17 @@ impl Plant {
     /// A terrain that this vehicle's wheels cannot follow.
     pub fn with_settings(
         vehicle: &Vehicle<f64>,
+        scales: &BoardScales,
         terrain: Terrain,
         seed: u64,
         settings: &Settings,
     ) -> Result<Self, TerrainError> {
-        Self::assembled(vehicle, terrain, seed, ImuErrors::default(), settings)
+        Self::assembled(vehicle, scales, terrain, seed, ImuErrors::default(), settings)
     }
 
     fn assembled(
         vehicle: &Vehicle<f64>,
+        scales: &BoardScales,
         terrain: Terrain,
         seed: u64,
         errors: ImuErrors,
@@ -91,21 +101,21 @@ impl Plant {
         let ground = Ground::new(terrain, p.body.wheel_radius_m)?;
         let chop = (CHOP_FACTOR * p.safety.overcurrent_a).min(CHOP_MAX_A);
         let drives = [&settings.left, &settings.right];
-        let [left, right] = drives.map(|settings| Motor::drive(&of_side(&p.drive_motor, settings), chop));
-        // Without a camera its bridge has no motor: one that never draws a current.
-        let camera = p
-            .camera
+        let [left, right] = drives.map(|settings| Motor::new(&of_side(&p.drive_motor, settings), chop));
+        // Without a spar the third bridge has no motor: one that never draws a current.
+        let ballast = p
+            .spar
             .as_ref()
-            .map_or_else(|| left.clone(), |(_, m)| Motor::camera(m, chop));
-        let (camera_counts, camera_ratio) = p
-            .camera
+            .map_or_else(|| left.clone(), |(_, m)| Motor::new(m, chop));
+        let (ballast_counts, ballast_ratio) = p
+            .spar
             .as_ref()
             .map_or((4.0, 1.0), |(_, m)| (m.encoder_counts_per_rev, m.gear_ratio));
         let drive_encoder = |motor: MotorIndex| {
             let noise = Noise::new(seed, stream::ENCODERS + motor as u64);
             Encoder::new(p.drive_motor.encoder_counts_per_rev, p.drive_motor.gear_ratio, noise)
         };
-        let camera_noise = Noise::new(seed, stream::ENCODERS + MotorIndex::Camera as u64);
+        let ballast_noise = Noise::new(seed, stream::ENCODERS + MotorIndex::Ballast as u64);
         let battery = Battery {
             open_circuit_v: p.battery.nominal_v,
             resistance_ohm: p.battery.resistance_ohm,
@@ -114,19 +124,19 @@ impl Plant {
         let mut plant = Self {
             body: Body::new(vehicle, &ground),
             ground,
-            motors: [left, right, camera],
+            motors: [left, right, ballast],
             battery,
             encoders: [
                 drive_encoder(MotorIndex::Left),
                 drive_encoder(MotorIndex::Right),
-                Encoder::new(camera_counts, camera_ratio, camera_noise),
+                Encoder::new(ballast_counts, ballast_ratio, ballast_noise),
             ],
-            chassis_imu: Icm42688p::new(errors, Noise::new(seed, stream::CHASSIS_IMU)),
+            arm_imu: Icm42688p::new(errors, Noise::new(seed, stream::ARM_IMU)),
             spar_imu: Icm42688p::new(errors, Noise::new(seed, stream::SPAR_IMU)),
-            chassis_radius_m: p.imu.chassis_radius_m,
+            arm_radius_m: p.imu.arm_radius_m,
             spar_radius_m: p.imu.spar_radius_m,
-            has_camera: p.camera.is_some(),
-            analog: AnalogInputs::new(Noise::new(seed, stream::ANALOG)),
+            has_spar: p.spar.is_some(),
+            analog: AnalogInputs::new(scales, Noise::new(seed, stream::ANALOG)),
             gears: None,
             wiring: Wiring::default(),
             supply: Supply::new(settings.battery.as_ref(), settings.board.brown_out_v),
@@ -137,7 +147,7 @@ impl Plant {
             substep_s: SUBSTEP_S,
             invalid: None,
         };
-        plant.chassis_imu.sensor_mut().mount(&settings.arm_imu);
+        plant.arm_imu.sensor_mut().mount(&settings.arm_imu);
         plant.spar_imu.sensor_mut().mount(&settings.spar_imu);
         let radii = drives.map(|side| p.body.wheel_radius_m * side.wheel_radius_factor);
         let inertia = plant.body.inertia_mut();

@@ -97,14 +97,14 @@ impl Plant {
 
     /// Warms or cools both IMUs to `to_c` within `over_s` seconds.
     pub fn heat(&mut self, to_c: f64, over_s: f64) {
-        for imu in [&mut self.chassis_imu, &mut self.spar_imu] {
+        for imu in [&mut self.arm_imu, &mut self.spar_imu] {
             imu.heat(to_c, over_s);
         }
     }
 
     /// Shakes both IMUs from now on.
     pub fn shake(&mut self, vibration: &Vibration) {
-        for imu in [&mut self.chassis_imu, &mut self.spar_imu] {
+        for imu in [&mut self.arm_imu, &mut self.spar_imu] {
             imu.sensor_mut().shake(vibration);
         }
     }

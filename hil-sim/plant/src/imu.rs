@@ -100,7 +100,7 @@ impl Default for ImuErrors {
 /// Second-order Butterworth low-pass (the part's filter), discretised by the trapezoidal rule with its
 /// corner prewarped; exact gain 1 at rest.
 #[derive(Debug, Clone, Copy)]
-pub struct LowPass {
+pub struct Butterworth {
     corner_hz: f64,
     step_s: f64,
     /// Coefficients of the state-variable form.
@@ -111,7 +111,7 @@ pub struct LowPass {
     states: [[f64; 2]; 6],
 }
 
-impl LowPass {
+impl Butterworth {
     /// A filter with its -3 dB point at `corner_hz`.
     pub fn new(corner_hz: f64) -> Self {
         Self {
@@ -178,7 +178,7 @@ impl LowPass {
 pub struct ImuSensor {
     errors: ImuErrors,
     bias: [f64; 6],
-    filter: LowPass,
+    filter: Butterworth,
     filtered: [f64; 6],
     settled: bool,
     noise: Noise,
@@ -200,7 +200,7 @@ impl ImuSensor {
         Self {
             errors,
             bias,
-            filter: LowPass::new(corner_hz),
+            filter: Butterworth::new(corner_hz),
             filtered: [0.0; 6],
             settled: false,
             noise,
@@ -260,7 +260,7 @@ impl ImuSensor {
     }
 
     /// The filter.
-    pub fn filter(&self) -> &LowPass {
+    pub fn filter(&self) -> &Butterworth {
         &self.filter
     }
 

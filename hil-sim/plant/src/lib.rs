@@ -23,6 +23,7 @@ pub mod icm42688p;
 pub mod imu;
 pub mod motor;
 pub mod noise;
+mod ranges;
 pub mod settings;
 mod supply;
 pub mod terrain;
@@ -67,11 +68,11 @@ pub struct Plant {
     motors: [Motor; MOTORS],
     battery: Battery,
     encoders: [Encoder; MOTORS],
-    chassis_imu: Icm42688p,
+    arm_imu: Icm42688p,
     spar_imu: Icm42688p,
-    chassis_radius_m: f64,
+    arm_radius_m: f64,
     spar_radius_m: f64,
-    has_camera: bool,
+    has_spar: bool,
     analog: AnalogInputs,
     /// Where any drive's gearbox has play: left, right.
     gears: Option<Box<[Option<Gear>; GEARS]>>,
@@ -122,8 +123,8 @@ impl Plant {
             self.end_push();
         }
         let mut bridges = *bridges;
-        if !self.has_camera {
-            bridges[MotorIndex::Camera as usize] = BridgeState::Open;
+        if !self.has_spar {
+            bridges[MotorIndex::Ballast as usize] = BridgeState::Open;
         }
         if self.wiring.faulty() {
             bridges = self.wiring.through(&bridges);
@@ -175,9 +176,9 @@ impl Plant {
     /// Lets the IMUs feel the substep that has just been.
     fn feel(&mut self, h: f64) {
         let (u, a, gravity) = (self.body.speed(), self.body.acceleration(), self.body.gravity());
-        let chassis = motion_at(self.chassis_radius_m, &self.body.arm_swing(), u, a, &gravity);
-        self.chassis_imu.advance(h, &chassis);
-        if self.has_camera {
+        let arm = motion_at(self.arm_radius_m, &self.body.arm_swing(), u, a, &gravity);
+        self.arm_imu.advance(h, &arm);
+        if self.has_spar {
             // The spar's angle is that of its lower end; the IMU sits above the axle.
             let spar = motion_at(-self.spar_radius_m, &self.body.spar_swing(), u, a, &gravity);
             self.spar_imu.advance(h, &spar);
@@ -204,20 +205,20 @@ impl Plant {
         &mut self.encoders[motor as usize]
     }
 
-    /// One conversion of the analogue inputs ([`model::sample::analog_scale`]): battery voltage and the
+    /// One conversion of the analogue inputs ([`BoardScales`]): battery voltage and the
     /// motor currents, with the converter's noise, saturated at its range.
     pub fn analog(&mut self) -> (u16, [u16; MOTORS]) {
         self.analog.convert(self.battery_v, self.bridge_current_a())
     }
 
     /// The IMU on the arm.
-    pub fn chassis_imu(&mut self) -> &mut Icm42688p {
-        &mut self.chassis_imu
+    pub fn arm_imu(&mut self) -> &mut Icm42688p {
+        &mut self.arm_imu
     }
 
-    /// The IMU on the camera spar. Without a camera there is none: its bus floats.
+    /// The IMU on the camera spar. Without a spar there is none: its bus floats.
     pub fn spar_imu(&mut self) -> Option<&mut Icm42688p> {
-        self.has_camera.then_some(&mut self.spar_imu)
+        self.has_spar.then_some(&mut self.spar_imu)
     }
 
     /// The battery, to drain or weaken it.
@@ -246,7 +247,7 @@ impl Plant {
         let [right, left] = *self.body.wheels();
         let vertical = self.body.vertical_rad();
         let [slope_right, slope_left] = self.body.path_slopes();
-        let (spar, spar_rate) = if self.has_camera {
+        let (spar, spar_rate) = if self.has_spar {
             (q[SPAR] + vertical, u[SPAR])
         } else {
             (0.0, 0.0)

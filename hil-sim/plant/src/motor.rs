@@ -18,7 +18,7 @@ mod battery;
 mod tests;
 
 pub use battery::Battery;
-use model::vehicle::{CameraMotorParameters, DriveMotorParameters};
+use model::vehicle::MotorParameters;
 
 use super::body::JointTorque;
 
@@ -82,51 +82,15 @@ enum Law {
     Voltage { volts: f64, rectified: f64 },
 }
 
-/// The numbers of a motor that both motor groups of the vehicle file share.
-#[derive(Debug, Clone, Copy)]
-struct Constants {
-    torque: f64,
-    back_emf: f64,
-    resistance: f64,
-    inductance: f64,
-    ratio: f64,
-    coulomb: f64,
-}
-
 impl Motor {
-    /// A drive motor whose bridge chops at `chop_a`.
-    pub fn drive(p: &DriveMotorParameters<f64>, chop_a: f64) -> Self {
-        let constants = Constants {
-            torque: p.torque_constant_n_m_per_a,
-            back_emf: p.back_emf_constant_v_s_per_rad,
-            resistance: p.resistance_ohm,
-            inductance: p.inductance_h,
-            ratio: p.gear_ratio,
-            coulomb: p.coulomb_friction_n_m,
-        };
-        Self::new(&constants, chop_a)
-    }
-
-    /// The camera motor, whose bridge chops at `chop_a`.
-    pub fn camera(p: &CameraMotorParameters<f64>, chop_a: f64) -> Self {
-        let constants = Constants {
-            torque: p.torque_constant_n_m_per_a,
-            back_emf: p.back_emf_constant_v_s_per_rad,
-            resistance: p.resistance_ohm,
-            inductance: p.inductance_h,
-            ratio: p.gear_ratio,
-            coulomb: p.coulomb_friction_n_m,
-        };
-        Self::new(&constants, chop_a)
-    }
-
-    fn new(c: &Constants, chop_a: f64) -> Self {
+    /// A motor whose bridge chops at `chop_a`.
+    pub fn new(p: &MotorParameters<f64>, chop_a: f64) -> Self {
         Self {
-            torque_constant: c.torque * c.ratio,
-            back_emf: c.back_emf * c.ratio,
-            resistance: c.resistance,
-            inductance: c.inductance,
-            coulomb: c.coulomb,
+            torque_constant: p.torque_constant_n_m_per_a * p.gear_ratio,
+            back_emf: p.back_emf_constant_v_s_per_rad * p.gear_ratio,
+            resistance: p.resistance_ohm,
+            inductance: p.inductance_h,
+            coulomb: p.coulomb_friction_n_m,
             chop_a,
             step: 0.0,
             decay: 0.0,

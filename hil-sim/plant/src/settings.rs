@@ -4,115 +4,11 @@
 
 use std::collections::BTreeMap;
 
-use model::vehicle::{ParameterError, Vehicle};
+use model::vehicle::{NotSet, Vehicle, VehicleParameters};
 use serde::Deserialize;
-use thiserror::Error;
 
-/// One number of a settings table.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Setting {
-    /// Its name, unit included.
-    pub name: &'static str,
-    /// What it is.
-    pub meaning: &'static str,
-    /// Smallest allowed value.
-    pub min: f64,
-    /// Largest allowed value.
-    pub max: f64,
-    /// Its value if left out.
-    pub default: f64,
-}
-
-/// What is wrong with the settings.
-#[derive(Debug, Clone, PartialEq, Error)]
-pub enum SettingsError {
-    /// A value is out of its range or not a number.
-    #[error("{field} = {value}: allowed is {min} to {max}")]
-    OutOfRange {
-        /// Table and name.
-        field: String,
-        /// The value.
-        value: f64,
-        /// Smallest allowed value.
-        min: f64,
-        /// Largest allowed value.
-        max: f64,
-    },
-    /// A name of `[plant.vehicle]` that is no part of the simulated vehicle.
-    #[error("plant.vehicle.{name}: unknown name: allowed are the fields of {allowed}, where the vehicle has them")]
-    UnknownField {
-        /// Table and field.
-        name: String,
-        /// The tables allowed.
-        allowed: String,
-    },
-    /// The changed vehicle is none.
-    #[error("plant.vehicle: {0}")]
-    Vehicle(ParameterError),
-    /// The curve of the open-circuit voltage is none.
-    #[error("plant.battery.open_circuit_v: {0}")]
-    Curve(&'static str),
-}
-
-/// Refuses a value outside its range, NaN included.
-pub(crate) fn within(field: impl Into<String>, value: f64, min: f64, max: f64) -> Result<(), SettingsError> {
-    if value >= min && value <= max {
-        Ok(())
-    } else {
-        Err(SettingsError::OutOfRange {
-            field: field.into(),
-            value,
-            min,
-            max,
-        })
-    }
-}
-
-/// Defines a table of numbers, each with its meaning, range and default.
-macro_rules! settings_table {
-    (
-        $(#[doc = $doc:literal])*
-        $name:ident {
-            $( $(#[doc = $meaning:literal])+ $field:ident: $min:literal to $max:literal = $default:literal, )+
-        }
-    ) => {
-        $(#[doc = $doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-        #[serde(deny_unknown_fields, default)]
-        pub struct $name {
-            $( $(#[doc = $meaning])+ #[doc = concat!("\n\nAllowed: ", stringify!($min), " to ", stringify!($max), ".")] pub $field: f64, )+
-        }
-
-        impl Default for $name {
-            fn default() -> Self {
-                Self { $($field: $default),+ }
-            }
-        }
-
-        impl $name {
-            /// The fields, in order.
-            pub const FIELDS: &'static [Setting] = &[
-                $( Setting {
-                    name: stringify!($field),
-                    meaning: concat!($($meaning),+),
-                    min: $min,
-                    max: $max,
-                    default: $default,
-                }, )+
-            ];
-
-            /// Checks every value; `table` is the table's name in messages.
-            ///
-            /// # Errors
-            /// The first value out of its range.
-            pub fn check(&self, table: &str) -> Result<(), SettingsError> {
-                $( within(format!("{table}.{}", stringify!($field)), self.$field, $min, $max)?; )+
-                Ok(())
-            }
-        }
-    };
-}
-pub(crate) use settings_table;
+pub use crate::ranges::{Setting, SettingsError};
+use crate::ranges::{settings_table, within};
 
 settings_table! {
     /// One drive: motor, gearbox and wheel, against what the vehicle file says of both.
@@ -195,29 +91,22 @@ impl Settings {
         }
         let mut parameters = *vehicle.parameters();
         // Gains say nothing of the simulated vehicle and must not refuse it.
-        let mut gains = Vec::new();
-        parameters.for_each(|table, field, _| {
-            if table != CONTROLLER[0] && field.name.ends_with("_gain") {
-                gains.push((table, field.name));
-            }
-        });
-        for (table, name) in gains {
-            if let Some(gain) = parameters.field_mut(table, name) {
-                *gain = 0.0;
-            }
-        }
-        if let Some(kp) = parameters.field_mut(CONTROLLER[0], "kp") {
-            *kp = -1.0;
+        parameters.control.kp = -1.0;
+        if let Some((spar, _)) = &mut parameters.spar {
+            (spar.spar_gain, spar.ballast_gain) = (0.0, 0.0);
+            (spar.spar_rate_gain, spar.ballast_rate_gain) = (0.0, 0.0);
         }
         for (table, fields) in &self.vehicle {
             for (name, value) in fields {
-                let known = !CONTROLLER.contains(&table.as_str());
-                match parameters.field_mut(table, name).filter(|_| known) {
-                    Some(slot) => *slot = *value,
-                    None => {
+                let number = parameters.number_of(table, name);
+                let number = number.filter(|_| !CONTROLLER.contains(&table.as_str()));
+                match number.map_or(Err(NotSet::NoSuchNumber), |number| parameters.set(number, *value)) {
+                    Ok(()) => {}
+                    Err(NotSet::OutOfRange(error)) => return Err(SettingsError::Vehicle(error.into())),
+                    Err(NotSet::NoSuchNumber) => {
                         return Err(SettingsError::UnknownField {
                             name: format!("{table}.{name}"),
-                            allowed: tables(vehicle).join(", "),
+                            allowed: tables().join(", "),
                         });
                     }
                 }
@@ -227,13 +116,8 @@ impl Settings {
     }
 }
 
-/// The tables of a vehicle that the plant simulates.
-fn tables(vehicle: &Vehicle<f64>) -> Vec<&'static str> {
-    let mut tables = Vec::new();
-    vehicle.parameters().for_each(|table, _, _| {
-        if !CONTROLLER.contains(&table) && !tables.contains(&table) {
-            tables.push(table);
-        }
-    });
-    tables
+/// The tables of a vehicle file that the plant simulates.
+fn tables() -> Vec<&'static str> {
+    let tables = VehicleParameters::<f64>::TABLES.iter().map(|table| table.name);
+    tables.filter(|name| !CONTROLLER.contains(name)).collect()
 }

@@ -4,7 +4,7 @@
 use serde::Deserialize;
 
 use crate::motor::Battery;
-use crate::settings::{SettingsError, within};
+use crate::ranges::{SettingsError, within};
 
 /// A battery with a charge.
 #[derive(Debug, Clone, PartialEq, Deserialize)]

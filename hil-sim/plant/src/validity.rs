@@ -86,11 +86,11 @@ mod tests {
     use super::*;
     use crate::motor::BridgeState;
     use crate::terrain::Terrain;
-    use crate::tests::reference_vehicle;
+    use crate::tests::{SCALES, reference_vehicle};
 
     #[test]
     fn a_plant_beyond_its_range_stops_and_says_why() {
-        let new = || Plant::new(&reference_vehicle(), Terrain::default(), 1).expect("a plant");
+        let new = || Plant::new(&reference_vehicle(), &SCALES, Terrain::default(), 1).expect("a plant");
         for (index, value, quantity) in [
             (FORWARD, 101.0, "speed_m_s"),
             (SPAR, 700.0, "spar_rate_rad_s"),

@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use firmware::drive::FlightRecord;
+use firmware::drive_board::SCALES;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use serde::Serialize;
@@ -277,7 +278,7 @@ fn bounds(checks: &[Check], name: &str) -> String {
 fn replay_ns(vehicle: &Vehicle<f64>, records: &[FlightRecord]) -> Result<f64, CommandError> {
     let vehicle =
         Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(|error| CommandError::Other(error.to_string()))?;
-    let mut core = VehicleCore::new(&vehicle);
+    let mut core = VehicleCore::new(&vehicle, &SCALES);
     let started = Instant::now();
     let wrong = records
         .iter()

@@ -4,10 +4,13 @@ use std::io::{ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
-use firmware::link::message::{HostMessage, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest, Status};
+use firmware::drive_board::LINK_BAUD;
 use firmware::parameters;
-use model::supervise::arming::{Mode, Request};
-use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
+use firmware::protocol::message::{
+    BoardStatus, COMMAND_PERIOD_MS, HostMessage, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest,
+};
+use model::command::Request;
+use model::supervise::arming::Mode;
 use model::vehicle::{Field, VehicleParameters};
 
 use report::error::CommandError;
@@ -70,10 +73,8 @@ enum ParameterAction {
     Defaults,
 }
 
-/// Speed of the board's port.
-const BAUD: u32 = 921_600;
 /// How often the drive command is repeated.
-const COMMAND_PERIOD: Duration = Duration::from_millis(20);
+const COMMAND_PERIOD: Duration = Duration::from_millis(COMMAND_PERIOD_MS);
 /// How long the board may take to answer.
 const ANSWER_TIME: Duration = Duration::from_secs(3);
 
@@ -87,7 +88,7 @@ impl<T: Read + Write> Wire for T {}
 /// [`CommandError::Input`] for a port or parameter that is not there, [`CommandError::Checks`] when the
 /// board refuses or does not answer.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let port = serialport::new(&arguments.port, BAUD)
+    let port = serialport::new(&arguments.port, LINK_BAUD)
         .timeout(Duration::from_millis(5))
         .open()
         .map_err(|error| CommandError::Input(format!("--port {}: {error}", arguments.port)))?;
@@ -208,28 +209,21 @@ impl<W: Wire> Link<W> {
         self.hold(0.3, 0.0, 0.0)?;
         self.send(&HostMessage::Request(Request::Arm))?;
         self.hold(0.3, 0.0, 0.0)?;
-        let status = self.wait("state", |client| client.status)?;
-        if status.mode != Mode::Armed {
-            let blockers: Vec<_> = BlockerSet::from_bits(status.blockers)
-                .iter()
-                .map(Blocker::name)
-                .collect();
-            return Err(CommandError::Checks(format!(
-                "not armed: blocked by {}",
-                blockers.join(", ")
-            )));
+        let status = self.wait("status", |client| client.status)?;
+        if status.vehicle.mode != Mode::Armed {
+            let blockers = status.vehicle.blockers;
+            return Err(CommandError::Checks(format!("not armed: blocked by {blockers}")));
         }
         self.hold(seconds, speed_m_s, yaw_rate_rad_s)?;
         // A controlled stop, then open.
         self.hold(3.0, 0.0, 0.0)?;
-        let status = self.wait("state", |client| client.status)?;
+        let status = self.wait("status", |client| client.status)?;
         println!("{}", line(&status));
         self.send(&HostMessage::Request(Request::Disarm))?;
-        if status.mode == Mode::Disarmed {
-            let faults: Vec<_> = FaultSet::from_bits(status.faults).iter().map(Fault::name).collect();
+        if status.vehicle.mode == Mode::Disarmed {
+            let faults = status.vehicle.faults;
             return Err(CommandError::Checks(format!(
-                "the vehicle disarmed by itself: {}",
-                faults.join(", ")
+                "the vehicle disarmed by itself: {faults}"
             )));
         }
         Ok(())
@@ -268,12 +262,12 @@ impl<W: Wire> Link<W> {
             return Err(CommandError::Checks("the board has no parameters".into()));
         };
         let reference = vehicle_file::reference().map_err(|error| CommandError::Other(error.to_string()))?;
-        let with_camera = reference.parameters().cast::<f32>();
+        let with_spar = reference.parameters().cast::<f32>();
         let without = VehicleParameters {
-            camera: None,
-            ..with_camera
+            spar: None,
+            ..with_spar
         };
-        let kind = [with_camera, without]
+        let kind = [with_spar, without]
             .into_iter()
             .find(|kind| parameters::schema(kind) == schema);
         let kind = kind.ok_or_else(|| {
@@ -281,9 +275,7 @@ impl<W: Wire> Link<W> {
                 "the board's firmware has other parameters than this tool: build both from one tree".into(),
             )
         })?;
-        let mut names = Vec::new();
-        kind.for_each(|table, field, _| names.push((table, field)));
-        Ok(names)
+        Ok((0..kind.count()).filter_map(|number| kind.field(number)).collect())
     }
 
     /// Every parameter by name, `table.name`, with its value.
@@ -353,32 +345,22 @@ fn refused(answer: &ParameterAnswer) -> CommandError {
     })
 }
 
-/// One line of state.
-fn line(status: &Status) -> String {
-    let mode = match status.mode {
-        Mode::Disarmed => "disarmed",
-        Mode::Armed => "armed",
-        Mode::Stopping => "stopping",
-    };
-    let names = |codes: Vec<&str>| {
-        if codes.is_empty() {
-            "none".to_owned()
-        } else {
-            codes.join(",")
-        }
-    };
+/// One line of status.
+fn line(status: &BoardStatus) -> String {
+    let BoardStatus { vehicle, link, .. } = status;
     format!(
-        "{mode}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V, faults {}, blockers {}",
-        status.speed_m_s,
-        status.phi_rad.to_degrees(),
-        status.slope_rad.to_degrees(),
-        status.battery_v,
-        names(FaultSet::from_bits(status.faults).iter().map(Fault::name).collect()),
-        names(
-            BlockerSet::from_bits(status.blockers)
-                .iter()
-                .map(Blocker::name)
-                .collect()
-        ),
+        "{}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V; faults {}; blockers {}; \
+         link: {} frames, {} unreadable, {} UART errors, {} requests dropped",
+        vehicle.mode.name(),
+        vehicle.estimate.speed_m_s,
+        vehicle.estimate.phi_rad.to_degrees(),
+        vehicle.estimate.slope_rad.to_degrees(),
+        vehicle.battery_v,
+        vehicle.faults,
+        vehicle.blockers,
+        link.frames,
+        link.unreadable_frames(),
+        link.uart_errors,
+        link.dropped_requests,
     )
 }

@@ -1,15 +1,15 @@
-//! The host's end of the link: messages out, states in. Knows frames, not wires: the bytes travel over
+//! The host's end of the link: messages out, statuses in. Knows frames, not wires: the bytes travel over
 //! the virtual board's line, the emulated board's USART or a serial port alike.
 
-use firmware::link::frame::{Decoder, Received, encode};
-use firmware::link::message::{BoardMessage, HostMessage, ParameterAnswer, Status};
+use firmware::protocol::frame::{Decoder, Received, encode};
+use firmware::protocol::message::{BoardMessage, BoardStatus, HostMessage, ParameterAnswer};
 
 /// The host's end of the link.
 #[derive(Debug, Default)]
 pub struct LinkClient {
     decoder: Decoder,
-    /// The newest state of the vehicle.
-    pub status: Option<Status>,
+    /// The newest status of vehicle and board.
+    pub status: Option<BoardStatus>,
     /// Protocol version the board told.
     pub protocol: Option<u16>,
     /// Answers to parameter requests, in order, until taken.
@@ -51,7 +51,7 @@ impl LinkClient {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use model::supervise::arming::Request;
+    use model::command::Request;
 
     #[test]
     fn every_host_message_fits_a_frame() {

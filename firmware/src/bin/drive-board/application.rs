@@ -1,15 +1,16 @@
-//! Start-up: the board, the vehicle, the tasks.
+//! Start-up: takes the board, loads the vehicle, spawns the tasks.
 
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker};
 use firmware::drive::DriveHardware;
+use firmware::drive_board::SCALES;
 use firmware::imu::Place;
 use firmware::parameters::ParameterStore;
 use firmware::topics;
 use firmware::{analog, built_in, drive, encoders, imu, link, log_task, parameters, watchdog};
-use model::supervise::arming::Request;
+use model::command::Request;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
@@ -19,7 +20,7 @@ use crate::board::{
     RunningWatchdog, StopContact, Tim1Bridges, UserButton,
 };
 
-/// What the tasks share. The control executor's tasks interrupt the thread's.
+/// What the tasks share: the tasks of the control executor interrupt those of the thread.
 type Topics = topics::Topics<CriticalSectionRawMutex>;
 static TOPICS: Topics = Topics::new();
 
@@ -30,9 +31,9 @@ async fn main(spawner: Spawner) {
     let board = Board::take();
     log_task::boot(env!("CARGO_PKG_VERSION"), board.reset_cause);
     if let Some(words) = &board.last_words {
-        defmt::error!("the run before ended: {=str}", words.as_str());
+        defmt::error!("the last run ended: {=str}", words.as_str());
     }
-    // The build has checked the vehicle file; a vehicle this rejects would not have been built.
+    // The build script has checked the vehicle file by the same rules.
     let Ok(built_in) = Vehicle::new(built_in::PARAMETERS) else {
         defmt::panic!("the built-in vehicle is out of range");
     };
@@ -47,12 +48,12 @@ async fn main(spawner: Spawner) {
         recorder: board.flight_recorder,
     };
 
-    // In the order in which they are to run within a tick.
+    // In the order in which the tasks run within a tick.
     let control = board::start_control_executor();
     control.spawn(started(encoder_task(board.encoders)));
-    control.spawn(started(imu_task(Place::Chassis, board.chassis_imu)));
+    control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
     control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
-    control.spawn(started(drive_task(VehicleCore::new(&vehicle), drive_hardware)));
+    control.spawn(started(drive_task(VehicleCore::new(&vehicle, &SCALES), drive_hardware)));
     control.spawn(started(watchdog_task(board.watchdog.start())));
 
     spawner.spawn(started(analog_task(board.analog)));
@@ -63,7 +64,7 @@ async fn main(spawner: Spawner) {
     spawner.spawn(started(button_task(board.user_button)));
 }
 
-/// A task's token; each task is spawned once, so its storage is free.
+/// The token of a task. Each task is spawned once, so its storage is free.
 fn started<S>(
     token: Result<embassy_executor::SpawnToken<S>, embassy_executor::SpawnError>,
 ) -> embassy_executor::SpawnToken<S> {
@@ -83,7 +84,7 @@ async fn imu_task(place: Place, device: Imu) {
     imu::run(&TOPICS, place, device).await;
 }
 
-// Moved once, at start-up, into the task's own storage.
+// The arguments move once, at start-up, into the task's own storage.
 #[allow(clippy::large_types_passed_by_value)]
 #[embassy_executor::task]
 async fn drive_task(core: VehicleCore, hardware: BoardDrive) {
@@ -110,7 +111,7 @@ async fn send_task(uart: LinkSender) {
     link::send::run(&TOPICS, uart).await;
 }
 
-// Moved once, at start-up, into the task's own storage.
+// The arguments move once, at start-up, into the task's own storage.
 #[allow(clippy::large_types_passed_by_value)]
 #[embassy_executor::task]
 async fn parameter_task(store: ParameterStore<ParameterFlash>, vehicle: Vehicle<f32>, built_in: Vehicle<f32>) {
@@ -122,14 +123,14 @@ async fn log_task(lamps: Lamps) {
     firmware::log_task::run(&TOPICS, lamps).await;
 }
 
-/// The board's own button disarms: for whoever stands beside the vehicle.
+/// The board's own button disarms the vehicle: for whoever stands beside it.
 #[embassy_executor::task]
 async fn button_task(button: UserButton) {
     let mut ticker = Ticker::every(Duration::from_millis(20));
     loop {
         ticker.next().await;
         if button.is_pressed() {
-            // A full queue has requests waiting; the button is still down at the next look.
+            // If the queue is full, the next round tries again: the button is still down.
             let _ = TOPICS.requests.try_send(Request::Disarm);
         }
     }

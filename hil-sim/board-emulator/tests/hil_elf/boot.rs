@@ -1,18 +1,18 @@
-//! From power-up to ready.
+//! Power-up until the board is ready to arm.
 
-use board_emulator::plant::BridgeState;
-use board_emulator::{MS, gaps};
+use board_emulator::board::{BridgeState, gaps};
+use board_emulator::time::MS;
 
 use crate::support::{Operator, READY, powered};
 
-/// Time from power-up to the end of the self-check.
+/// Longest time from power-up to the end of the self-check in ms.
 const READY_WITHIN_MS: f64 = 600.0;
 
 #[test]
 fn the_board_boots_says_so_and_keeps_its_bridges_open() {
     let mut board = Operator::new(powered());
     let mut connected_at = None;
-    // Every half millisecond through the start-up code, then every ten.
+    // In steps of half a millisecond through the start-up code, then of 10 ms.
     while board.emulation.now() < READY {
         let step = if board.emulation.now() < 20 * MS {
             MS / 2
@@ -45,8 +45,8 @@ fn the_board_boots_says_so_and_keeps_its_bridges_open() {
     };
     line("biplanar drive board");
     line("reset by power-on");
-    line("imu chassis: started");
-    line("imu spar: started");
+    line("arm IMU: started");
+    line("spar IMU: started");
     let done = line("self-check done");
     let seconds: f64 = done
         .split_whitespace()
@@ -65,19 +65,19 @@ fn the_board_boots_says_so_and_keeps_its_bridges_open() {
         .at(|stopped| (stopped.gaps(), stopped.resets()))
         .expect("it runs");
     assert_eq!(gaps::unexpected(&found), [], "allowed: {:#?}", gaps::ALLOWED);
-    // A gap that is no longer there must leave the list.
+    // A gap that no longer occurs must leave the list.
     for allowed in gaps::ALLOWED {
         assert!(
             found
                 .iter()
                 .any(|gap| gap.kind == allowed.kind && gap.place == allowed.place),
-            "{allowed:?} is allowed and does not happen"
+            "{allowed:?} is allowed and does not occur"
         );
     }
     assert_eq!(resets, []);
 }
 
-/// The clock tree as the part's own registers have it: 400 MHz from the debugger's clock.
+/// The clock tree as the part's registers show it: 400 MHz from the debugger's clock.
 #[test]
 fn the_clock_tree_is_as_designed() {
     const RCC: u64 = 0x5802_4400;

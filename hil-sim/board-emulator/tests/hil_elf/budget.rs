@@ -1,14 +1,15 @@
-//! What a tick costs, and how deep the stack goes.
+//! The cost of a tick and the depth of the stack.
 
-use board_emulator::MS;
+use board_emulator::time::MS;
+use firmware::protocol::frame::FRAME_MAX;
 
 use crate::support::{firmware, ready};
 
-/// The goal for one tick of the vehicle, all stages.
+/// Budget of one tick, all stages, in instructions.
 const TICK_INSTRUCTIONS_MAX: u32 = 5_000;
-/// Cycles that the emulated core counts an instruction: 400 MHz over its instructions a second.
+/// Cycles that the emulated core counts per instruction: 400 MHz over 100 million instructions per second.
 const CYCLES_PER_INSTRUCTION: u32 = 4;
-/// What the start-up code paints the stack with.
+/// Word with which the start-up code fills the stack.
 const PAINT: u32 = 0xCCCC_CCCC;
 
 #[test]
@@ -20,14 +21,14 @@ fn a_tick_stays_within_its_budget() {
     let ticks: Vec<u32> = board
         .statuses
         .iter()
-        .map(|status| status.tick_cycles[0] / CYCLES_PER_INSTRUCTION)
+        .map(|status| status.cycles.total / CYCLES_PER_INSTRUCTION)
         .collect();
-    let worst = board.status().tick_cycles[1] / CYCLES_PER_INSTRUCTION;
+    let worst = board.status().cycles.worst / CYCLES_PER_INSTRUCTION;
     let mean = ticks.iter().sum::<u32>() / ticks.len() as u32;
     println!("instructions a tick: mean {mean}, worst since boot {worst}");
     assert!(mean > 500, "a tick does something");
     assert!(worst <= TICK_INSTRUCTIONS_MAX, "{worst}");
-    assert_eq!(board.status().late_ticks, 0);
+    assert_eq!(board.status().vehicle.late_ticks, 0);
 }
 
 /// Where the control task reads the cycle counter: at the start of a tick, and after each stage.
@@ -55,7 +56,7 @@ fn each_stage_is_counted() {
     for tick in &ticks {
         assert!(
             tick.windows(2).all(|pair| pair[1] - pair[0] < WITHIN_A_TICK),
-            "the reads of one tick stand together: {tick:?}"
+            "the reads of one tick follow each other: {tick:?}"
         );
     }
     println!("stage      mean  worst  (instructions)");
@@ -76,7 +77,7 @@ fn no_soft_float_is_linked() {
     let found = firmware()
         .functions(|name| name.starts_with("__aeabi_d") || name.starts_with("__aeabi_f"))
         .expect("the ELF has symbols");
-    // Conversions to and from 64-bit integers have no instruction.
+    // The core has no instruction for conversions to and from 64-bit integers.
     let allowed = [
         "__aeabi_d2lz",
         "__aeabi_d2ulz",
@@ -102,8 +103,8 @@ fn half_of_the_stack_is_never_used() {
     board.arm();
     board.command = Some((0.5, 0.2));
     board.run(1000);
-    // The link's worst: an overlong frame and noise.
-    board.emulation.send(&[1; 600]).expect("the wire stands");
+    // The deepest path of the link: an overlong frame of noise.
+    board.emulation.send(&[1; FRAME_MAX + 100]).expect("it runs");
     board.run(300);
     let untouched = board
         .emulation
@@ -117,7 +118,7 @@ fn half_of_the_stack_is_never_used() {
         .expect("it runs");
     let size = top - bottom;
     println!("stack: {} of {size} bytes used", size - untouched);
-    assert!(untouched < size, "the stack is painted and used");
+    assert!(untouched < size, "the stack is filled at start-up and used");
     assert!(2 * untouched >= size, "{untouched} of {size} bytes left");
     assert!(board.emulation.now() > 1000 * MS);
 }

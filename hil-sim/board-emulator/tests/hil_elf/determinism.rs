@@ -1,12 +1,14 @@
-//! Two runs are one.
+//! A run is the same every time, bit for bit.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use board_emulator::{Emulation, MS, flight};
+use board_emulator::elf::flight;
+use board_emulator::run::Emulation;
+use board_emulator::time::MS;
 
 use crate::support::{Operator, firmware, powered, ready};
 
-/// Everything a run shows, in one number.
+/// Hash of everything that a run shows.
 fn digest(mut board: Operator) -> u64 {
     let record = flight::address(firmware()).expect("the record is the host's");
     board
@@ -36,5 +38,9 @@ fn two_runs_have_one_hash() {
     let (first, second) = (run(), run());
     println!("{first:016x}");
     assert_eq!(first, second);
-    assert_eq!(first, digest(ready()), "and so has one that went on from a snapshot");
+    assert_eq!(
+        first,
+        digest(ready()),
+        "and so has a run that continued from a snapshot"
+    );
 }

@@ -1,26 +1,27 @@
-//! The scenario that the virtual board drives, driven by the flashed code.
+//! Scenarios driven by the flashed code, compared with the virtual board's drive.
 
 use std::path::Path;
 
-use board_emulator::backend::EmulatedBackend;
-use board_emulator::{Settings, gaps, stored};
+use board_emulator::board::gaps;
+use board_emulator::run::{EmulatedBackend, Settings};
+use board_emulator::vehicle::stored;
 use firmware::built_in;
+use model::vehicle::{Vehicle, VehicleParameters};
 use plant::Plant;
 use virtual_board::scenario::trace::Row;
 use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
-use model::vehicle::{Vehicle, VehicleParameters};
 
 use crate::support::firmware;
 
-/// Difference between the two boards' trajectories. They decide alike, on readings that differ: the
-/// emulated board's clock runs from another instant, so its ticks meet commands and the sensors' noise
-/// at another phase, and its readings pass converters and registers that round.
+/// Largest differences between the two boards' trajectories. Both boards run the same code on different readings:
+/// the emulated board's clock starts at another instant, so that its ticks meet commands and the sensors' noise at
+/// another phase, and its readings pass converters and registers that round.
 const SPEED_PEAK_M_S: f64 = 0.03;
 const SPEED_RMS_M_S: f64 = 0.003;
 const PHI_PEAK_RAD: f64 = 0.01;
 const PHI_RMS_RAD: f64 = 0.001;
 const POSITION_PEAK_M: f64 = 0.05;
-/// The boards' states are sent at different phases of the tick.
+/// The two boards send their status at different phases of the tick.
 const ROW_TIME_TOLERANCE_S: f64 = 0.006;
 
 fn scenario(name: &str) -> Scenario {
@@ -40,8 +41,8 @@ fn drive_virtual(scenario: &Scenario) -> DriveOutcome {
     scenario::run(scenario, &mut backend, |_| {}).expect("a valid plant")
 }
 
-/// Drives a vehicle that was laid into the emulated board's flash.
-fn drive_laid(scenario: &Scenario, parameters: &VehicleParameters<f64>) -> DriveOutcome {
+/// Drives with a vehicle that is stored in the emulated board's flash.
+fn drive_stored(scenario: &Scenario, parameters: &VehicleParameters<f64>) -> DriveOutcome {
     let vehicle = Vehicle::new(*parameters).expect("a consistent vehicle");
     let plant = scenario.plant(&vehicle).expect("the terrain is drivable");
     let contents = [stored::set(&vehicle).expect("consistent in single precision")];
@@ -111,7 +112,7 @@ fn the_slope_drive_is_the_virtual_boards() {
     assert!(peak(&position) < POSITION_PEAK_M);
 }
 
-/// A vehicle with larger wheels, which the flash tells the firmware of: its odometry is the plant's.
+/// A vehicle with larger wheels, stored in the flash: the firmware's odometry agrees with the plant.
 #[test]
 fn a_vehicle_laid_into_the_flash_is_the_one_flown() {
     let mut scenario = scenario("emergency-stop");
@@ -120,13 +121,16 @@ fn a_vehicle_laid_into_the_flash_is_the_one_flown() {
     scenario.steps.retain(|step| step.at_s < scenario.duration_s);
     let mut parameters = built_in::PARAMETERS.cast::<f64>();
     parameters.body.wheel_radius_m *= 1.08;
-    let outcome = drive_laid(&scenario, &parameters);
+    let outcome = drive_stored(&scenario, &parameters);
     stored::was_taken(&outcome.log).expect("it is flown");
     let last = outcome.trace.rows.last().expect("a trace");
-    let (told, truth) = (f64::from(last.status.speed_m_s), last.truth.speed_m_s);
-    println!("{told:.4} m/s told, {truth:.4} m/s driven");
+    let (reported, truth) = (f64::from(last.status.estimate.speed_m_s), last.truth.speed_m_s);
+    println!("{reported:.4} m/s reported, {truth:.4} m/s driven");
     assert!((0.8..1.2).contains(&truth), "{truth}");
-    assert!((told / truth - 1.0).abs() < 0.01, "{told} told, {truth} driven");
+    assert!(
+        (reported / truth - 1.0).abs() < 0.01,
+        "{reported} reported, {truth} driven"
+    );
 }
 
 #[test]
@@ -135,8 +139,8 @@ fn a_vehicle_of_another_kind_is_not_taken() {
     scenario.duration_s = 0.2;
     scenario.steps.clear();
     let mut parameters = built_in::PARAMETERS.cast::<f64>();
-    parameters.camera = None;
-    let outcome = drive_laid(&scenario, &parameters);
+    parameters.spar = None;
+    let outcome = drive_stored(&scenario, &parameters);
     let refused = stored::was_taken(&outcome.log).expect_err("the firmware has a spar");
     assert!(refused.to_string().contains("camera spar"), "{refused}");
     assert!(

@@ -1,14 +1,15 @@
-//! The flashed code and the host's pure step: the same bits, tick after tick.
+//! The flashed code and the host's pure step compute the same bits, tick after tick.
 
-use board_emulator::flight;
+use board_emulator::elf::flight;
 use firmware::built_in;
 use firmware::drive::FlightRecord;
+use firmware::drive_board::SCALES;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
 use crate::support::{Operator, firmware, powered};
 
-/// Ticks compared in every run of the tests; the nightly run sets the variable for a million.
+/// Number of ticks compared, unless the environment variable sets another (a million in the nightly run).
 const TICKS: u64 = 100_000;
 const TICKS_VARIABLE: &str = "EQUIVALENCE_TICKS";
 
@@ -16,7 +17,7 @@ fn ticks() -> u64 {
     std::env::var(TICKS_VARIABLE).map_or(TICKS, |text| text.parse().expect("a number of ticks"))
 }
 
-/// FNV-1a over what one tick told the bridges.
+/// FNV-1a over what one tick commanded the bridges.
 fn hash(record: &FlightRecord, enable: bool, duty: [i16; 3]) -> u64 {
     let bytes = record.tick.to_le_bytes().into_iter().chain([u8::from(enable)]);
     bytes
@@ -26,7 +27,7 @@ fn hash(record: &FlightRecord, enable: bool, duty: [i16; 3]) -> u64 {
         })
 }
 
-/// Records a drive from power-up on: every tick there is.
+/// Records every tick of a drive from power-up on.
 fn record(ticks: u64) -> Vec<FlightRecord> {
     let address = flight::address(firmware()).expect("the record is the host's");
     let mut board = Operator::new(powered());
@@ -37,7 +38,7 @@ fn record(ticks: u64) -> Vec<FlightRecord> {
     let mut records: Vec<FlightRecord> = Vec::new();
     board.run(700);
     board.arm();
-    // Commands that change all the time, so that every branch of the laws sees ticks.
+    // The commands change all the time, so that every branch of the laws runs.
     let mut n = 0_u32;
     while (records.len() as u64) < ticks {
         n += 1;
@@ -58,10 +59,10 @@ fn record(ticks: u64) -> Vec<FlightRecord> {
 }
 
 fn core(parameters: &model::vehicle::VehicleParameters<f32>) -> VehicleCore {
-    VehicleCore::new(&Vehicle::new(*parameters).expect("the built-in vehicle"))
+    VehicleCore::new(&Vehicle::new(*parameters).expect("the built-in vehicle"), &SCALES)
 }
 
-/// Replays records; the number of the first tick that differs.
+/// Replays records; returns the number of the first tick that differs.
 fn first_difference(records: &[FlightRecord], mut core: VehicleCore) -> Option<u32> {
     for record in records {
         let output = core.step(&record.sample, &record.command).actuation;
@@ -82,7 +83,7 @@ fn the_elf_and_the_host_step_alike() {
     assert!(enabled * 2 > records.len() && moving * 2 > records.len());
     assert_eq!(first_difference(&records, core(&built_in::PARAMETERS)), None);
 
-    // One constant off by a thousandth is found.
+    // A gain that is wrong by a thousandth shows.
     let mut mutant = built_in::PARAMETERS;
     mutant.control.kp *= 1.001;
     let found = first_difference(&records, core(&mutant));

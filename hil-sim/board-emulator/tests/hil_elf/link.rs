@@ -1,34 +1,27 @@
-//! Anything on the wire: nothing moves, nothing breaks, everything is counted.
+//! Noise and broken frames on the wire: nothing moves, the board keeps answering, every bad frame is counted.
 
-use board_emulator::plant::BridgeState;
-use firmware::link::frame::encode;
-use firmware::link::message::{HostMessage, PROTOCOL_VERSION};
-use model::supervise::arming::{Mode, Request};
+use board_emulator::board::BridgeState;
+use firmware::protocol::frame::{FRAME_MAX, encode};
+use firmware::protocol::message::{HostMessage, PROTOCOL_VERSION};
+use model::command::Request;
+use model::supervise::arming::Mode;
 
-use crate::support::{Operator, ready};
+use crate::support::{Operator, noise, ready};
 
-/// Bytes from a xorshift generator: the same noise in every run.
-fn noise(length: usize, seed: u64) -> Vec<u8> {
-    let mut state = seed;
-    (0..length)
-        .map(|_| {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            (state >> 32) as u8
-        })
-        .collect()
-}
-
-fn unharmed(board: &mut Operator) {
+/// Checks that the board is disarmed, has not reset and still sends good frames.
+fn assert_unharmed(board: &mut Operator) {
     let (bridges, resets) = board
         .emulation
         .at(|stopped| (stopped.bridges(), stopped.resets()))
         .expect("it runs");
     assert_eq!(bridges, [BridgeState::Open; 3]);
     assert_eq!(resets, []);
-    assert_eq!(board.status().mode, Mode::Disarmed);
-    assert_eq!(board.status().refused_arms, 0, "nothing was taken for a request");
+    assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
+    assert_eq!(
+        board.status().vehicle.refused_arms,
+        0,
+        "nothing was taken for a request"
+    );
     assert_eq!(board.bad_frames, 0, "what the board sends stays readable");
 }
 
@@ -36,7 +29,7 @@ fn unharmed(board: &mut Operator) {
 fn a_hundred_thousand_bytes_of_noise_move_nothing() {
     let mut board = ready();
     board.run(20);
-    let before = board.status().bad_frames;
+    let before = board.status().link.unreadable_frames();
     // Full rate is 92 bytes a millisecond.
     let bytes = noise(100_000, 0x1234_5678_9ABC_DEF1);
     let zeros = bytes.iter().filter(|byte| **byte == 0).count() as u32;
@@ -49,11 +42,11 @@ fn a_hundred_thousand_bytes_of_noise_move_nothing() {
             .expect("it runs"),
         0
     );
-    unharmed(&mut board);
-    let counted = board.status().bad_frames - before;
+    assert_unharmed(&mut board);
+    let counted = board.status().link.unreadable_frames() - before;
     println!("{counted} bad frames counted of {zeros} delimiters");
-    // Every delimiter ends a frame; two in a row end none, and an overlong one is counted once.
-    assert!(counted <= zeros + 100_000 / 256, "{counted}");
+    // Every delimiter ends a frame, but two in a row end none. An overlong frame is counted once.
+    assert!(counted <= zeros + 100_000 / FRAME_MAX as u32, "{counted}");
     assert!(counted * 10 >= zeros * 9, "{counted} of {zeros}");
 
     board.emulation.send(&[0]).expect("the wire stands");
@@ -66,16 +59,16 @@ fn a_hundred_thousand_bytes_of_noise_move_nothing() {
 fn garbage_truncated_and_overlong_frames_are_counted() {
     let mut board = ready();
     board.run(20);
-    let before = board.status().bad_frames;
+    let before = board.status().link.unreadable_frames();
     let arm = encode(&HostMessage::Request(Request::Arm)).expect("it fits");
 
-    // Truncated: all of it but the byte before the delimiter.
+    // Truncated: the byte before the delimiter is missing.
     let mut bytes = arm[..arm.len() - 2].to_vec();
     bytes.push(0);
-    // Overlong, then its delimiter.
-    bytes.extend([1; 400]);
+    // Overlong, with its delimiter.
+    bytes.extend([1; FRAME_MAX + 100]);
     bytes.push(0);
-    // A wrong bit in every byte in turn.
+    // One flipped bit, in every byte in turn.
     for n in 0..arm.len() - 1 {
         let mut flipped = arm.to_vec();
         flipped[n] ^= 0x10;
@@ -83,9 +76,9 @@ fn garbage_truncated_and_overlong_frames_are_counted() {
     }
     board.emulation.send(&bytes).expect("the wire stands");
     board.run(100);
-    unharmed(&mut board);
-    let counted = board.status().bad_frames - before;
-    // A flip may make a byte of it a delimiter or a delimiter of it data, never a good frame.
+    assert_unharmed(&mut board);
+    let counted = board.status().link.unreadable_frames() - before;
+    // A flipped bit may turn a byte into a delimiter or a delimiter into data; no flip leaves a good frame.
     let flips = arm.len() as u32 - 1;
     assert!(
         (2 + flips..=2 + 2 * flips).contains(&counted),

@@ -7,26 +7,26 @@ use std::pin::pin;
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
-use board_emulator::plant::Bench;
-use board_emulator::stored::REGION;
-use board_emulator::{Emulation, MS, Settings, US};
+use board_emulator::run::{Emulation, Settings};
+use board_emulator::time::{MS, US};
+use board_emulator::vehicle::Bench;
+use board_emulator::vehicle::stored::REGION;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use firmware::built_in;
-use firmware::link::message::{HostMessage, ParameterAnswer, ParameterRequest};
-use firmware::parameters::{ParameterStore, set, value};
+use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, PARAMETER_SECTORS};
+use firmware::parameters::ParameterStore;
+use firmware::protocol::message::{HostMessage, ParameterAnswer, ParameterRequest};
 use model::vehicle::{Vehicle, VehicleParameters};
 
-use crate::support::{BATTERY_V, Operator, firmware, powered, ready};
+use crate::support::{BATTERY_V, Operator, firmware, noise, powered, ready};
 
-const SECTOR: usize = 128 * 1024;
-const REGION_BYTES: usize = 2 * SECTOR;
-const WORD: usize = 32;
-/// The parameter that the tests change: a number, and two values in its range.
+const REGION_BYTES: usize = PARAMETER_SECTORS * FLASH_SECTOR_BYTES;
+/// The parameter that the tests change: its number, and two values in its range.
 const NUMBER: u16 = 0;
 const OLD: f32 = 0.26;
 const NEW: f32 = 0.27;
 
-/// A board powered up with this in the store's flash.
+/// A board that was powered up with these bytes in the store's flash.
 fn powered_with(region: &[u8]) -> Operator {
     let plant = Box::new(Bench::new(BATTERY_V));
     let contents = [(REGION, region.to_vec())];
@@ -55,7 +55,7 @@ fn write(board: &mut Operator, value: f32) {
 }
 
 fn log_has(board: &mut Operator, text: &str) -> bool {
-    // The line itself: one text may be the start of another.
+    // The end of a line: one message may be the start of another.
     board.log().iter().any(|line| line.ends_with(text))
 }
 
@@ -63,7 +63,7 @@ fn log_has(board: &mut Operator, text: &str) -> bool {
 fn a_stored_set_is_kept_over_resets_and_power_cycles() {
     let mut board = ready();
     assert!(log_has(&mut board, "parameters: nothing stored, built-in set"));
-    let built_in = value(&built_in::PARAMETERS, NUMBER).expect("there is one");
+    let built_in = built_in::PARAMETERS.value(NUMBER).expect("the number is a parameter's");
     assert_eq!(read(&mut board), built_in);
     write(&mut board, NEW);
     assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Stored);
@@ -108,27 +108,18 @@ fn nothing_is_stored_out_of_range_or_while_armed() {
 
 #[test]
 fn random_bytes_boot_to_the_built_in_set() {
-    let mut state = 0x9E37_79B9_7F4A_7C15_u64;
-    let noise: Vec<u8> = (0..REGION_BYTES)
-        .map(|_| {
-            state ^= state << 13;
-            state ^= state >> 7;
-            state ^= state << 17;
-            (state >> 24) as u8
-        })
-        .collect();
-    let mut board = powered_with(&noise);
+    let mut board = powered_with(&noise(REGION_BYTES, 0x9E37_79B9_7F4A_7C15));
     board.run(700);
     let log = board.log();
     assert!(log.iter().any(|line| line.contains("built-in set")), "{log:#?}");
     assert!(log.iter().any(|line| line.contains("self-check done")), "{log:#?}");
-    assert_eq!(Some(read(&mut board)), value(&built_in::PARAMETERS, NUMBER));
+    assert_eq!(Some(read(&mut board)), built_in::PARAMETERS.value(NUMBER));
     let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
     assert_eq!(resets, []);
 }
 
-/// A cut at every step of storing over an old set, and of storing into a full sector, which moves the
-/// store to the other one.
+/// Power is cut at every step of storing over an old set, and of storing into a full sector, which moves the
+/// store to the other sector.
 #[test]
 fn a_power_cut_leaves_the_old_or_the_new_set() {
     for (start, span, fine) in [(used(), 12 * MS, 100 * US), (full(), 3_000 * MS, 100 * US)] {
@@ -152,7 +143,7 @@ fn a_power_cut_leaves_the_old_or_the_new_set() {
         }
         println!("{cuts} cuts, {} different states, by value: {seen:?}", states.len());
         assert_eq!(seen.len(), 2, "before and after are both among them");
-        // And the last of them goes on working.
+        // After the last cut, parameters can still be stored.
         let mut after = powered_with(states.last().expect("a state"));
         after.run(100);
         write(&mut after, OLD);
@@ -160,8 +151,9 @@ fn a_power_cut_leaves_the_old_or_the_new_set() {
     }
 }
 
-/// Runs through a store, cutting every `fine` while the flash changes and coarsely while it does not;
-/// the different states the cuts leave, torn words among them, and how many cuts there were.
+/// Runs through a store and cuts power at each step: every `fine` while the flash changes, at coarse steps while
+/// it does not. Returns the different flash contents that the cuts leave, torn words included, and the number
+/// of cuts.
 fn states_of(board: &mut Operator, span: u64, fine: u64) -> (Vec<Vec<u8>>, usize) {
     let mut states = vec![region(board)];
     let mut cuts = 0;
@@ -185,12 +177,12 @@ fn states_of(board: &mut Operator, span: u64, fine: u64) -> (Vec<Vec<u8>>, usize
     (states, cuts)
 }
 
-/// What a cut in the middle of a change leaves: of each changed word some bytes old and some new.
+/// The flash after a cut in the middle of a change: each changed word has some old and some new bytes.
 fn torn(before: &[u8], after: &[u8]) -> Vec<u8> {
     let mut torn = after.to_vec();
     for (n, (byte, old)) in torn.iter_mut().zip(before).enumerate() {
-        // Half of the bytes, in no pattern that a field's boundaries share.
-        if (n * 7 + n / WORD * 3) % 16 < 8 {
+        // Half of the bytes, in a pattern unrelated to any field's boundaries.
+        if (n * 7 + n / FLASH_WORD_BYTES * 3) % 16 < 8 {
             *byte = *old;
         }
     }
@@ -222,8 +214,8 @@ impl ReadNorFlash for HostFlash {
 }
 
 impl NorFlash for HostFlash {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = SECTOR;
+    const WRITE_SIZE: usize = FLASH_WORD_BYTES;
+    const ERASE_SIZE: usize = FLASH_SECTOR_BYTES;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Infallible> {
         *self.erases.borrow_mut() += 1;
@@ -239,7 +231,8 @@ impl NorFlash for HostFlash {
     }
 }
 
-/// Stores sets on the host until `enough`; the flash as it was before the last one.
+/// Stores sets on the host until `enough`, given the numbers of earlier stores and of erases, holds; returns the
+/// flash as it was before the last store.
 fn stored_until(enough: impl Fn(u32, u32) -> bool) -> Vec<u8> {
     let flash = HostFlash {
         bytes: Rc::new(RefCell::new(vec![0xFF; REGION_BYTES])),
@@ -249,7 +242,7 @@ fn stored_until(enough: impl Fn(u32, u32) -> bool) -> Vec<u8> {
         panic!("two sectors are enough");
     };
     let mut parameters: VehicleParameters<f32> = built_in::PARAMETERS;
-    set(&mut parameters, NUMBER, OLD).expect("in range");
+    parameters.set(NUMBER, OLD).expect("in range");
     let vehicle = Vehicle::new(parameters).expect("consistent");
     for stores in 0.. {
         let before = flash.bytes.borrow().clone();
@@ -264,12 +257,12 @@ fn stored_until(enough: impl Fn(u32, u32) -> bool) -> Vec<u8> {
     unreachable!("the flash fills up")
 }
 
-/// A store with the old set in it.
+/// A store that holds the old set.
 fn used() -> Vec<u8> {
     stored_until(|stores, _| stores == 1)
 }
 
-/// A store whose next set does not fit its sector any more.
+/// A store whose sector has no room for another set.
 fn full() -> Vec<u8> {
     stored_until(|_, erases| erases > 0)
 }

@@ -1,8 +1,10 @@
-//! The emergency stop and the watchdog, with and without a CPU to help.
+//! The emergency stop and the watchdog, with and without a working CPU.
 
-use board_emulator::plant::BridgeState;
-use board_emulator::{Emulation, MS, US};
+use board_emulator::board::BridgeState;
+use board_emulator::run::Emulation;
+use board_emulator::time::{MS, US};
 use model::supervise::arming::Mode;
+use model::supervise::codes::Fault;
 
 use crate::support::{Operator, firmware, ready};
 
@@ -21,12 +23,12 @@ fn bridges(emulation: &mut Emulation) -> [BridgeState; 3] {
     emulation.at(|stopped| stopped.bridges()).expect("it runs")
 }
 
-/// Puts an endless loop at the start of a function of the firmware, and gives back what was there.
+/// Puts an endless loop at the start of a function of the firmware; returns its address and what was there.
 fn hang(emulation: &mut Emulation, function: &str) -> (u64, Vec<u8>) {
     patch(emulation, function, ENDLESS_LOOP)
 }
 
-/// Puts an instruction at the start of a function of the firmware; its address, and what was there.
+/// Puts an instruction at the start of a function of the firmware; returns its address and what was there.
 fn patch(emulation: &mut Emulation, function: &str, instruction: [u8; 2]) -> (u64, Vec<u8>) {
     let address = firmware().symbol(function).expect("the firmware has it").0 & !1;
     let before = emulation
@@ -45,7 +47,7 @@ fn the_stop_opens_the_bridges_in_10_us_with_the_cpu_in_an_endless_loop() {
     let mut board = ready();
     board.arm();
     assert!(switching(bridges(&mut board.emulation)));
-    // The clock of the tasks: its interrupt is above everything, so nothing runs any more.
+    // The interrupt of the tasks' clock precedes everything else, so nothing else runs any more.
     hang(&mut board.emulation, "TIM5");
     board.emulation.run_for(3 * MS).expect("it runs");
     let stuck = board.emulation.at(|stopped| stopped.instructions()).expect("it runs");
@@ -59,8 +61,8 @@ fn the_stop_opens_the_bridges_in_10_us_with_the_cpu_in_an_endless_loop() {
     board
         .emulation
         .at(|stopped| {
-            let now = rigless_now(stopped.now());
-            stopped.board().set_stop(now, true);
+            let (board, now) = stopped.board_now();
+            board.set_stop(now, true);
         })
         .expect("it runs");
     let opened = first_open(&mut board, pressed_at, 20 * US, US / 10);
@@ -77,17 +79,17 @@ fn the_stops_first_contact_alone_disarms_within_a_tick() {
     board
         .emulation
         .at(|stopped| {
-            let now = rigless_now(stopped.now());
-            stopped.board().set_stop_contact(now, true);
+            let (board, now) = stopped.board_now();
+            board.set_stop_contact(now, true);
         })
         .expect("it runs");
     let opened = first_open(&mut board, pressed_at, 5 * MS, 20 * US);
     println!("bridges open {} us after the press", (opened - pressed_at) / US);
-    // One tick, and the part of a tick that waits for the IMU.
+    // One tick, and the time for which a tick waits for the IMU.
     assert!(opened - pressed_at <= 1500 * US, "{} us", (opened - pressed_at) / US);
     board.run(50);
-    assert_eq!(board.status().mode, Mode::Disarmed);
-    assert_eq!(board.status().faults & 1, 1, "fault 0 is the emergency stop");
+    assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
+    assert!(board.status().vehicle.faults.contains(Fault::EmergencyStop));
 }
 
 #[test]
@@ -98,18 +100,18 @@ fn a_driver_fault_stays_open_until_it_is_cleared() {
         board
             .emulation
             .at(move |stopped| {
-                let now = rigless_now(stopped.now());
-                stopped.board().set_driver_fault(now, fault);
+                let (board, now) = stopped.board_now();
+                board.set_driver_fault(now, fault);
             })
             .expect("it runs");
         board.run(20);
         assert!(open(bridges(&mut board.emulation)), "also after the fault is gone");
     }
-    assert_eq!(board.status().faults & 2, 2, "fault 1 is the bridges' break");
-    assert_eq!(board.status().mode, Mode::Disarmed);
+    assert!(board.status().vehicle.faults.contains(Fault::BridgeBreak));
+    assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
 }
 
-/// Puts back what a patch replaced, and runs a second: the part comes up with its bridges open throughout. Its
+/// Undoes a patch and runs for a second, in which the part starts with its bridges open throughout; returns the
 /// log.
 fn mended(board: &mut Operator, address: u64, before: Vec<u8>) -> Vec<String> {
     board
@@ -126,7 +128,8 @@ fn mended(board: &mut Operator, address: u64, before: Vec<u8>) -> Vec<String> {
     log
 }
 
-/// A hung control task and a hung everything: reset within 40 ms, open throughout, cause told.
+/// A hung control task, and a hang of everything: the watchdog resets the part within 40 ms, the bridges stay open,
+/// and the log names the cause.
 #[test]
 fn the_watchdog_resets_a_hung_part() {
     // The interrupt of the control tasks; the clock of all tasks.
@@ -145,19 +148,19 @@ fn the_watchdog_resets_a_hung_part() {
                 break;
             }
         }
-        let reset_at = reset_at.expect("the watchdog bites");
+        let reset_at = reset_at.expect("the watchdog resets the part");
         println!("{function} hung: reset after {} us", (reset_at - hung_at) / US);
         assert!(reset_at - hung_at <= 40 * MS);
-        assert!(reset_at - hung_at >= 10 * MS, "and not at the first late tick");
+        assert!(reset_at - hung_at >= 10 * MS, "one late tick causes no reset");
 
         let log = mended(&mut board, address, before);
         assert!(log.iter().any(|line| line.contains("reset by watchdog")), "{log:#?}");
         let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
-        assert_eq!(resets.len(), 1, "it stays up: {resets:?}");
+        assert_eq!(resets.len(), 1, "the part is not reset again: {resets:?}");
     }
 }
 
-/// Armed and driving when everything hangs: the bridges are open from the reset on.
+/// Everything hangs while the vehicle is armed: the bridges are open from the reset on.
 #[test]
 fn a_part_that_hangs_while_driving_is_safe_within_40_ms() {
     let mut board = ready();
@@ -169,17 +172,17 @@ fn a_part_that_hangs_while_driving_is_safe_within_40_ms() {
     assert!(opened - hung_at <= 40 * MS);
 }
 
-/// Thumb `udf #0`: a fault.
+/// Thumb `udf #0`, which faults.
 const UNDEFINED: [u8; 2] = [0x00, 0xDE];
 
-/// An instruction no core has, met while driving: bridges open at once, and the next run tells of it.
+/// An undefined instruction while the vehicle is armed: the bridges open at once, and the next run reports the fault.
 #[test]
 fn a_fault_opens_the_bridges_and_its_message_outlives_the_reset() {
     let mut board = ready();
     board.arm();
     let faulted_at = board.emulation.now();
     let (address, before) = patch(&mut board.emulation, "TIM5", UNDEFINED);
-    // The clock's next interrupt is a tick away at most.
+    // The clock's next interrupt is at most a tick away.
     let opened = first_open(&mut board, faulted_at, 5 * MS, 20 * US);
     println!("bridges open {} us after the patch", (opened - faulted_at) / US);
     assert!(opened - faulted_at <= 1100 * US);
@@ -195,11 +198,11 @@ fn a_fault_opens_the_bridges_and_its_message_outlives_the_reset() {
     assert!(cause.contains("Core"), "{cause}");
 
     let log = mended(&mut board, address, before);
-    let told = format!("the run before ended: hard fault at {address:#010x}");
-    assert!(log.iter().any(|line| line.contains(&told)), "{told}: {log:#?}");
+    let report = format!("the run before ended: hard fault at {address:#010x}");
+    assert!(log.iter().any(|line| line.contains(&report)), "{report}: {log:#?}");
     assert!(log.iter().any(|line| line.contains("reset by software")), "{log:#?}");
 
-    // Told once: the run after the next reset had no such end.
+    // Reported once: the run before the next reset did not end in a fault.
     let lines = log.len();
     board.emulation.at(|stopped| stopped.reset_by_pin()).expect("it runs");
     board.run(500);
@@ -212,7 +215,7 @@ fn a_fault_opens_the_bridges_and_its_message_outlives_the_reset() {
     assert_eq!(again, None);
 }
 
-/// Runs in steps until the bridges are open; the instant at which they were seen so.
+/// Runs in steps until the bridges are open; returns the instant in ns at the end of that step.
 fn first_open(board: &mut Operator, from: u64, within: u64, step: u64) -> u64 {
     while board.emulation.now() < from + within {
         board.emulation.run_for(step).expect("it runs");
@@ -221,8 +224,4 @@ fn first_open(board: &mut Operator, from: u64, within: u64, step: u64) -> u64 {
         }
     }
     panic!("the bridges are not open {within} ns later");
-}
-
-fn rigless_now(now: u64) -> board_emulator::Instant {
-    board_emulator::Instant(now)
 }

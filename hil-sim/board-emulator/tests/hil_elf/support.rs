@@ -1,48 +1,72 @@
-//! A booted board, and an operator at the end of its link.
+//! A booted board, and an operator at the host's end of its link.
 
+use std::io::Write as _;
 use std::sync::OnceLock;
 
-use board_emulator::plant::Bench;
-use board_emulator::{Emulation, Firmware, Frozen, MS, Settings, build};
-use firmware::link::frame::{Decoder, Received, encode};
-use firmware::link::message::{BoardMessage, HostMessage, ParameterAnswer, ParameterRequest, Status};
-use model::supervise::arming::{Mode, Request};
+use board_emulator::elf::{Firmware, build};
+use board_emulator::run::{Emulation, Frozen, Settings};
+use board_emulator::time::MS;
+use board_emulator::vehicle::Bench;
+use firmware::protocol::frame::{Decoder, Received, encode};
+use firmware::protocol::message::{BoardMessage, BoardStatus, HostMessage, ParameterAnswer, ParameterRequest};
+use model::command::Request;
+use model::supervise::arming::Mode;
 
-/// Battery of the vehicle on the bench in V.
+/// Battery voltage of the vehicle on the bench in V.
 pub const BATTERY_V: f64 = 24.0;
-/// By then the firmware has calibrated.
+/// Instant in ns by which the firmware has calibrated.
 pub const READY: u64 = 700 * MS;
 
-/// The firmware under test.
+/// The firmware under test. Without it no test can run: the first test to ask for it ends them all, with one
+/// message and a failure.
 pub fn firmware() -> &'static Firmware {
-    build::firmware().expect("the firmware builds")
+    build::firmware().unwrap_or_else(|error| {
+        // Not `eprintln!`, whose output is lost when the process ends within a test. The lock keeps other tests
+        // from repeating the message.
+        let mut messages = std::io::stderr().lock();
+        let _ = writeln!(messages, "error: {error}");
+        std::process::exit(1)
+    })
 }
 
-/// A board just powered up, its vehicle on the bench.
+/// A board that was just powered up, with its vehicle on the bench.
 pub fn powered() -> Emulation {
     Emulation::power_on(firmware(), Box::new(Bench::new(BATTERY_V)), Settings::default()).expect("the board powers up")
 }
 
-/// A board that is ready to arm: booted once, then gone on from as often as asked.
+/// A board that is ready to arm. It boots once; every call continues from there.
 pub fn ready() -> Operator {
     static READY_BOARD: OnceLock<Frozen> = OnceLock::new();
     let frozen = READY_BOARD.get_or_init(|| {
         let mut emulation = powered();
         emulation.run_until(READY).expect("it runs");
-        emulation.freeze().expect("it can be frozen")
+        emulation.freeze().expect("a snapshot can be taken")
     });
-    Operator::new(frozen.thaw(firmware()).expect("it goes on"))
+    Operator::new(frozen.thaw(firmware()).expect("the run continues"))
 }
 
-/// Someone at the host's end of the link.
+/// Bytes from a xorshift generator: the same noise in every run.
+pub fn noise(length: usize, seed: u64) -> Vec<u8> {
+    let mut state = seed;
+    (0..length)
+        .map(|_| {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 32) as u8
+        })
+        .collect()
+}
+
+/// An operator at the host's end of the link.
 pub struct Operator {
     pub emulation: Emulation,
     decoder: Decoder,
-    pub statuses: Vec<Status>,
+    pub statuses: Vec<BoardStatus>,
     pub protocol: Option<u16>,
     pub answers: Vec<ParameterAnswer>,
     pub bad_frames: u32,
-    /// What is being commanded: speed in m/s and yaw rate in rad/s, repeated every 50 ms.
+    /// Command that is repeated every 50 ms: speed in m/s and yaw rate in rad/s.
     pub command: Option<(f32, f32)>,
 }
 
@@ -65,7 +89,7 @@ impl Operator {
             .expect("the wire stands");
     }
 
-    /// Runs on, repeating the command and listening.
+    /// Runs on for a time, repeats the command and receives.
     pub fn run(&mut self, milliseconds: u64) {
         let end = self.emulation.now() + milliseconds * MS;
         while self.emulation.now() < end {
@@ -112,25 +136,19 @@ impl Operator {
         panic!("no answer to {request:?}");
     }
 
-    /// The latest state the board sent.
-    pub fn status(&self) -> &Status {
-        self.statuses.last().expect("the board sends its state")
+    /// The latest status that the board sent.
+    pub fn status(&self) -> &BoardStatus {
+        self.statuses.last().expect("the board sends its status")
     }
 
-    /// Arms with speed 0 commanded and makes sure of it.
+    /// Arms with speed 0 commanded, and checks that the board is armed.
     pub fn arm(&mut self) {
         self.command = Some((0.0, 0.0));
         self.run(100);
         self.send(&HostMessage::Request(Request::Arm));
         self.run(50);
-        let status = self.status();
-        assert_eq!(
-            status.mode,
-            Mode::Armed,
-            "blockers {:#b}, faults {:#b}",
-            status.blockers,
-            status.faults
-        );
+        let status = &self.status().vehicle;
+        assert_eq!(status.mode, Mode::Armed, "{:?}, {:?}", status.blockers, status.faults);
     }
 
     /// The firmware's log so far.

@@ -33,7 +33,7 @@ pub struct Inertia {
     /// the rotor turn by itself.
     pub rotor: [f64; 2],
     /// Rotor inertia of the camera motor at its output.
-    pub camera_rotor: f64,
+    pub ballast_rotor: f64,
     /// Viscous damping between one wheel and the arm.
     pub bearing_damping: f64,
     /// Viscous damping of the spar's bearing, pivoted on the chassis.
@@ -47,7 +47,7 @@ pub struct Inertia {
     /// Half the track.
     pub half_track: f64,
     /// Whether there is a camera spar.
-    pub has_camera: bool,
+    pub has_spar: bool,
 }
 
 impl Inertia {
@@ -72,18 +72,18 @@ impl Inertia {
             // A wheel without inertia would have no equation of its own while it is off the ground.
             wheel: (0.5 * b.wheels_inertia_kg_m2).max(1e-6 * b.total_mass_kg * b.wheel_radius_m * b.wheel_radius_m),
             rotor: [d.gear_ratio * d.gear_ratio * d.rotor_inertia_kg_m2; 2],
-            camera_rotor: 0.0,
+            ballast_rotor: 0.0,
             bearing_damping: 0.5 * b.bearing_damping_n_m_s,
             spar_damping: 0.0,
             radius: b.wheel_radius_m,
             radius_difference: 0.0,
             spar_length: 0.0,
             half_track: b.half_track_m,
-            has_camera: false,
+            has_spar: false,
         };
-        if let Some((c, m)) = &p.camera {
+        if let Some((c, m)) = &p.spar {
             let below = c.motor_mass_kg + c.ballast_mass_kg;
-            inertia.has_camera = true;
+            inertia.has_spar = true;
             inertia.spar_length = c.spar_length_m;
             inertia.total_mass += c.camera_mass_kg + below;
             inertia.spar_first = below * c.motor_arm_m - c.camera_mass_kg * c.spar_length_m;
@@ -92,7 +92,7 @@ impl Inertia {
             inertia.ballast_first = c.ballast_mass_kg * c.ballast_arm_m;
             inertia.ballast_second = inertia.ballast_first * c.ballast_arm_m;
             inertia.cross = inertia.ballast_first * c.motor_arm_m;
-            inertia.camera_rotor = m.gear_ratio * m.gear_ratio * m.rotor_inertia_kg_m2;
+            inertia.ballast_rotor = m.gear_ratio * m.gear_ratio * m.rotor_inertia_kg_m2;
             inertia.spar_damping = c.spar_damping_n_m_s;
         }
         inertia

@@ -44,7 +44,7 @@ impl Configuration {
     #[inline]
     pub fn new(inertia: &Inertia, q: &Speeds) -> Self {
         let arm = Real::sin_cos(q[PHI] + inertia.arm_offset);
-        let (spar, ballast) = if inertia.has_camera {
+        let (spar, ballast) = if inertia.has_spar {
             (Real::sin_cos(q[SPAR]), Real::sin_cos(q[BALLAST]))
         } else {
             ((0.0, 1.0), (0.0, 1.0))
@@ -89,14 +89,14 @@ impl Configuration {
         m[PHI][RIGHT] = right;
         m[PHI][LEFT] = left;
         m[PHI][PHI] = i.arm_second + (left + right);
-        if i.has_camera {
+        if i.has_spar {
             m[FORWARD][SPAR] = i.spar_first * self.spar.1;
             m[LIFT][SPAR] = i.spar_first * self.spar.0;
-            m[SPAR][SPAR] = i.spar_second + i.camera_rotor;
+            m[SPAR][SPAR] = i.spar_second + i.ballast_rotor;
             m[FORWARD][BALLAST] = i.ballast_first * self.ballast.1;
             m[LIFT][BALLAST] = i.ballast_first * self.ballast.0;
-            m[SPAR][BALLAST] = i.cross * self.relative.1 - i.camera_rotor;
-            m[BALLAST][BALLAST] = i.ballast_second + i.camera_rotor;
+            m[SPAR][BALLAST] = i.cross * self.relative.1 - i.ballast_rotor;
+            m[BALLAST][BALLAST] = i.ballast_second + i.ballast_rotor;
         } else {
             // No spar: its speeds stay zero.
             m[SPAR][SPAR] = 1.0;
@@ -159,7 +159,7 @@ impl Configuration {
                 - i.total_mass * g.normal;
         f[YAW] = -ahead2_rate * yaw - self.ahead * (yaw * u[FORWARD] + g.across);
         f[PHI] = yaw2 * i.arm_second * arm.0 * arm.1 + hang(i.arm_first, arm);
-        if i.has_camera {
+        if i.has_spar {
             f[SPAR] = i.cross * self.relative.0 * ballast2
                 + yaw2 * (i.spar_second * spar.0 * spar.1 + i.cross * spar.1 * ballast.0)
                 + hang(i.spar_first, spar);

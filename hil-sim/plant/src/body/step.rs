@@ -171,7 +171,7 @@ impl Body {
     /// How far into the substep each joint's mean rate lies.
     pub(crate) fn joint_weights(&self, h: f64, joints: &[JointTorque; MOTORS]) -> [f64; MOTORS] {
         let [left, right] = self.inertia.rotor.map(|rotor| self.inertia.wheel + rotor);
-        let inertias = [left, right, self.inertia.ballast_second + self.inertia.camera_rotor];
+        let inertias = [left, right, self.inertia.ballast_second + self.inertia.ballast_rotor];
         let viscous = self.viscous();
         core::array::from_fn(|i| end_weight(h * (joints[i].damping_n_m_s + viscous[i]), inertias[i]))
     }
@@ -188,7 +188,7 @@ impl Body {
         let mut a = c.mass(&self.inertia);
         let mut b = [0.0; SPEEDS];
         let viscous = self.viscous();
-        let count = if self.inertia.has_camera { MOTORS } else { MOTORS - 1 };
+        let count = if self.inertia.has_spar { MOTORS } else { MOTORS - 1 };
         for i in 0..count {
             let (constant, damping) = joints[i].on(branches[i]);
             let damping = damping + viscous[i];
@@ -196,7 +196,7 @@ impl Body {
             let torque = constant - damping * dot(&JOINTS[i], &self.speed);
             add_scaled(&mut b, &JOINTS[i], h * torque);
         }
-        if self.inertia.has_camera {
+        if self.inertia.has_spar {
             let damping = self.inertia.spar_damping;
             let weight = end_weight(h * damping, self.inertia.spar_second);
             add_outer(&mut a, &SPAR_BEARING, weight * h * damping);

@@ -7,7 +7,7 @@ use crate::body::{LEFT, PHI, RIGHT};
 use crate::motor::BridgeState;
 use crate::settings::Settings;
 use crate::terrain::Terrain;
-use crate::tests::bare_vehicle;
+use crate::tests::{SCALES, bare_vehicle};
 use crate::{MotorIndex, Plant, Truth};
 
 const H: f64 = 5e-4;
@@ -164,7 +164,7 @@ fn settings(backlash_deg: f64, stiffness: f64) -> Settings {
 fn stiff_teeth_without_play_are_the_rigid_gearbox() {
     let run = |settings: &Settings| -> Vec<Truth> {
         let terrain = Terrain::incline(0.03, 0.8).expect("a slope");
-        let mut plant = Plant::with_settings(&bare_vehicle(), terrain, 1, settings).expect("a plant");
+        let mut plant = Plant::with_settings(&bare_vehicle(), &SCALES, terrain, 1, settings).expect("a plant");
         (0..3000)
             .map(|k| {
                 let duty = if k % 1000 < 500 { 0.22 } else { 0.14 };
@@ -190,8 +190,8 @@ fn the_encoder_shows_the_lost_motion_and_the_wheel_does_not_move() {
     let backlash_deg = 1.0;
     let stiffness = 3000.0;
     let terrain = Terrain::incline(0.0, 0.8).expect("level");
-    let mut plant =
-        Plant::with_settings(&bare_vehicle(), terrain, 1, &settings(backlash_deg, stiffness)).expect("a plant");
+    let mut plant = Plant::with_settings(&bare_vehicle(), &SCALES, terrain, 1, &settings(backlash_deg, stiffness))
+        .expect("a plant");
     plant.set_jammed(0, true);
     plant.set_jammed(1, true);
     let mut settle = |duty: f64| {
@@ -220,7 +220,7 @@ fn with_play_the_vehicle_keeps_its_energy_but_for_what_friction_takes() {
     parameters.drive_motor.coulomb_friction_n_m = 0.0;
     let vehicle = model::vehicle::Vehicle::new(parameters).expect("a vehicle");
     let terrain = Terrain::incline(0.0, 0.8).expect("level");
-    let mut plant = Plant::with_settings(&vehicle, terrain, 1, &settings(1.0, 3000.0)).expect("a plant");
+    let mut plant = Plant::with_settings(&vehicle, &SCALES, terrain, 1, &settings(1.0, 3000.0)).expect("a plant");
     // The wheels turned back alike, so that the joints, and the teeth, stand as they did.
     let (q, _) = plant.body_mut().state_mut();
     (q[PHI], q[LEFT], q[RIGHT]) = (0.4, -0.4, -0.4);

@@ -11,7 +11,7 @@ use core::f64::consts::TAU;
 use model::real::Real;
 use serde::Deserialize;
 
-use crate::settings::{Setting, SettingsError, settings_table, within};
+use crate::ranges::{Setting, SettingsError, settings_table, within};
 
 settings_table! {
     /// How one IMU is mounted, wrong, and shaken.

@@ -95,7 +95,7 @@ fn the_felt_motion_is_that_of_its_place() {
 #[test]
 fn the_filter_delays_a_ramp_by_its_group_delay_and_halves_the_power_at_its_corner() {
     let h = 2.5e-4;
-    let mut filter = LowPass::new(250.0);
+    let mut filter = Butterworth::new(250.0);
     let mut out = 0.0;
     for k in 0..400 {
         out = filter.advance(h, &[k as f64 * h; 6])[0];
@@ -105,7 +105,7 @@ fn the_filter_delays_a_ramp_by_its_group_delay_and_halves_the_power_at_its_corne
     assert!((delay / filter.group_delay_s() - 1.0).abs() < 0.05, "{delay} s");
     assert!((8.5e-4..9.5e-4).contains(&delay));
 
-    let mut filter = LowPass::new(250.0);
+    let mut filter = Butterworth::new(250.0);
     let mut peak = 0.0_f64;
     for k in 0..4000 {
         let y = filter.advance(h, &[(2.0 * PI * 250.0 * k as f64 * h + 0.3).sin(); 6])[5];

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use model::control::camera_law::CameraLaw;
+use model::control::spar_law::SparLaw;
 use model::dynamics::camera::{Camera, CameraParameters, CameraState, PHI, PHI_RATE, THETA, THETA_RATE};
 use serde::Serialize;
 
@@ -66,7 +66,7 @@ impl Experiment {
 
     /// The motor voltage in the state `x`.
     pub fn voltage(&self, x: &CameraState<f64>) -> f64 {
-        let law = |gains| CameraLaw { gains }.voltage(x[THETA], x[PHI], x[THETA_RATE], x[PHI_RATE]);
+        let law = |gains| SparLaw { gains }.voltage(x[THETA], x[PHI], x[THETA_RATE], x[PHI_RATE]);
         self.gains.map_or(0.0, law).clamp(-self.v_max, self.v_max)
     }
 

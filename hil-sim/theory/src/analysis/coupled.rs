@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use model::control::camera_law::CameraLaw;
+use model::control::spar_law::SparLaw;
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::camera::CameraParameters;
 use model::dynamics::coupled::{
@@ -155,7 +155,7 @@ impl Drive {
 
     /// The camera motor's voltage in the state `x`.
     pub fn camera_voltage(&self, x: &CoupledState<f64>) -> f64 {
-        let law = |gains| CameraLaw { gains }.voltage(x[PSI], x[GAMMA], x[PSI_RATE], x[GAMMA_RATE]);
+        let law = |gains| SparLaw { gains }.voltage(x[PSI], x[GAMMA], x[PSI_RATE], x[GAMMA_RATE]);
         self.gains.map_or(0.0, law)
     }
 

@@ -1,6 +1,6 @@
 use super::*;
 use crate::analysis::lqr::{Weights, regulator};
-use model::control::camera_law::THESIS_SPAR_GAINS;
+use model::control::spar_law::THESIS_SPAR_GAINS;
 use model::dynamics::coupled;
 
 fn vehicle(kr: f64, bearing: Bearing) -> CoupledParameters<f64> {
@@ -229,8 +229,8 @@ fn f32_follows_f64() {
     let (mut a, mut b) = ([0.0; 8], [0.0_f32; 8]);
     (a[PHI], b[PHI]) = (0.2, 0.2);
     for _ in 0..4000 {
-        let law = CameraLaw { gains };
-        let small = CameraLaw {
+        let law = SparLaw { gains };
+        let small = SparLaw {
             gains: gains.map(|g| g as f32),
         };
         let v = law.voltage(a[PSI], a[GAMMA], a[PSI_RATE], a[GAMMA_RATE]);

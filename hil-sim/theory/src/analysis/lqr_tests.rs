@@ -1,5 +1,5 @@
 use super::*;
-use model::control::camera_law::THESIS_SPAR_GAINS;
+use model::control::spar_law::THESIS_SPAR_GAINS;
 
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() < tolerance
@@ -19,7 +19,7 @@ fn the_gains_of_7_21_corrected_solve_the_riccati_equation() {
 fn the_reference_vehicle_has_the_optimal_gains_of_its_spar() {
     let vehicle = vehicle_file::reference().unwrap();
     let fresh = regulator(&vehicle.camera().unwrap(), &Weights::THESIS).unwrap();
-    for (stored, gain) in vehicle.camera_gains().unwrap().iter().zip(fresh.gains) {
+    for (stored, gain) in vehicle.spar_gains().unwrap().iter().zip(fresh.gains) {
         // The file's lengths and the motor's constants are rounded.
         assert!((stored / gain - 1.0).abs() < 2e-3, "{stored} {gain}");
     }

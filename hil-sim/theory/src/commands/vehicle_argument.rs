@@ -117,6 +117,6 @@ impl Source {
 
 fn no_camera(file: &str) -> CommandError {
     CommandError::Input(format!(
-        "{file}: tables [camera] and [camera_motor] are missing: this command needs a vehicle with a camera spar"
+        "{file}: tables [spar] and [ballast_motor] are missing: this command needs a vehicle with a camera spar"
     ))
 }

@@ -7,6 +7,7 @@ use std::rc::Rc;
 use embassy_time::Instant;
 use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 use firmware::drive::{FlightRecord, Recorder};
+use firmware::drive_board::{DUTY_MAX_PERCENT, WATCHDOG_US};
 use firmware::hardware::{
     AnalogInputs, AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Watchdog,
 };
@@ -15,9 +16,6 @@ use model::control::motor::DUTY_FULL_SCALE;
 use model::sample::{Actuation, MOTORS};
 
 use plant::{BridgeState, Plant};
-
-/// The hardware watchdog's time.
-pub const WATCHDOG_US: u64 = 20_000;
 
 /// The plant and everything of the board that is not the firmware.
 #[derive(Debug)]
@@ -101,7 +99,7 @@ impl World {
 
     /// The watchdog would have bitten by now.
     pub fn watchdog_expired(&self, now_us: u64) -> bool {
-        now_us.saturating_sub(self.fed_us) > WATCHDOG_US
+        now_us.saturating_sub(self.fed_us) > u64::from(WATCHDOG_US)
     }
 }
 
@@ -139,13 +137,17 @@ impl EmergencyStop for Hardware {
     }
 }
 
+/// The bridge under a duty, which the board's shortest pulses limit.
+fn bridge(duty: i16) -> BridgeState {
+    let duty_max = f64::from(DUTY_MAX_PERCENT) / 100.0;
+    BridgeState::Duty((f64::from(duty) / f64::from(DUTY_FULL_SCALE)).clamp(-duty_max, duty_max))
+}
+
 impl Bridges for Hardware {
     fn apply(&mut self, actuation: &Actuation) {
         self.now(|world| {
             world.bridges = if actuation.enable && !world.break_tripped && !world.unpowered {
-                actuation
-                    .duty
-                    .map(|duty| BridgeState::Duty(f64::from(duty) / f64::from(DUTY_FULL_SCALE)))
+                actuation.duty.map(bridge)
             } else {
                 [BridgeState::Open; MOTORS]
             };
@@ -215,7 +217,7 @@ impl SpiDevice<u16> for VirtualImu {
     async fn transaction(&mut self, operations: &mut [Operation<'_, u16>]) -> Result<(), Infallible> {
         self.hardware.now(|world| {
             let chip = match self.place {
-                Place::Chassis => Some(world.plant.chassis_imu()),
+                Place::Arm => Some(world.plant.arm_imu()),
                 Place::Spar => world.plant.spar_imu(),
             };
             let mut chip = chip;
@@ -252,5 +254,18 @@ impl SpiDevice<u16> for VirtualImu {
             }
         });
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_duty_goes_beyond_the_bridges_largest() {
+        assert_eq!(bridge(i16::MAX), BridgeState::Duty(0.94));
+        assert_eq!(bridge(i16::MIN), BridgeState::Duty(-0.94));
+        assert_eq!(bridge(0), BridgeState::Duty(0.0));
+        assert_eq!(bridge(16384), BridgeState::Duty(16384.0 / 32767.0));
     }
 }

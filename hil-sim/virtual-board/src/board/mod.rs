@@ -9,6 +9,7 @@ use std::rc::Rc;
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use firmware::drive::DriveHardware;
+use firmware::drive_board::SCALES;
 use firmware::hardware::ResetCause;
 use firmware::imu::Place;
 use firmware::parameters::{self, ParameterStore};
@@ -16,7 +17,8 @@ use firmware::topics::Topics;
 use firmware::{analog, drive, encoders, imu, link, log_task, watchdog};
 use futures_executor::LocalPool;
 use futures_util::task::LocalSpawnExt;
-use model::tick::{Telemetry, VehicleCore};
+use model::status::Status;
+use model::tick::VehicleCore;
 use model::vehicle::{ParameterError, Vehicle};
 use thiserror::Error;
 
@@ -125,9 +127,9 @@ impl VirtualBoard {
         let mut store = ParameterStore::new(flash).map_err(|_| VirtualBoardError::Flash)?;
         let vehicle = futures_executor::block_on(parameters::boot(&mut store, &built_in));
         spawn!(|topics, hardware| encoders::run(&topics, hardware));
-        spawn!(|topics, hardware| imu::run(&topics, Place::Chassis, VirtualImu::new(hardware, Place::Chassis)));
+        spawn!(|topics, hardware| imu::run(&topics, Place::Arm, VirtualImu::new(hardware, Place::Arm)));
         spawn!(|topics, hardware| imu::run(&topics, Place::Spar, VirtualImu::new(hardware, Place::Spar)));
-        let core = VehicleCore::new(&vehicle);
+        let core = VehicleCore::new(&vehicle, &SCALES);
         spawn!(|topics, hardware| drive::run(
             &topics,
             core,
@@ -217,9 +219,9 @@ impl VirtualBoard {
         self.hardware.now(act)
     }
 
-    /// What the vehicle told in its last tick.
-    pub fn telemetry(&self) -> Option<Telemetry> {
-        self.topics.telemetry.latest().map(|telemetry| telemetry.value)
+    /// The vehicle's status after its last tick.
+    pub fn status(&self) -> Option<Status> {
+        self.topics.status.latest().map(|status| status.value)
     }
 
     /// Sends bytes to the board's UART.

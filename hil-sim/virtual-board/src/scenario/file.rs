@@ -4,55 +4,14 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
-use thiserror::Error;
 
+use super::error::ScenarioError;
 use super::metrics;
 use super::wire::LinkStep;
 use super::world::WorldStep;
 use plant::fault::SensorFault;
-use plant::settings::{Settings, SettingsError};
+use plant::settings::Settings;
 use plant::terrain::Terrain;
-
-/// What is wrong with a scenario file.
-#[derive(Debug, Error)]
-pub enum ScenarioError {
-    /// The file cannot be read.
-    #[error("{file}: {reason}")]
-    Unreadable {
-        /// The file.
-        file: String,
-        /// Why.
-        reason: String,
-    },
-    /// It is not TOML, a name is unknown or missing, or a value is of the wrong kind.
-    #[error("{file}: {reason}")]
-    Syntax {
-        /// The file.
-        file: String,
-        /// Where and why.
-        reason: String,
-    },
-    /// A setting of `[plant]` is wrong.
-    #[error("{file}: {error}")]
-    Plant {
-        /// The file.
-        file: String,
-        /// The field, its value and what is allowed.
-        error: SettingsError,
-    },
-    /// A value is out of range.
-    #[error("{file}: {field} = {value}: {allowed}")]
-    Value {
-        /// The file.
-        file: String,
-        /// Which value.
-        field: String,
-        /// The value.
-        value: String,
-        /// What is allowed.
-        allowed: String,
-    },
-}
 
 /// One scenario.
 #[derive(Debug, Clone, Deserialize)]
@@ -216,7 +175,8 @@ impl Action {
 #[serde(rename_all = "kebab-case")]
 pub enum Sensor {
     /// IMU on the arm.
-    ChassisImu,
+    #[serde(alias = "chassis-imu")]
+    ArmImu,
     /// IMU on the spar.
     SparImu,
     /// Left wheel's encoder.
@@ -224,7 +184,8 @@ pub enum Sensor {
     /// Right wheel's encoder.
     RightEncoder,
     /// Ballast's encoder.
-    CameraEncoder,
+    #[serde(alias = "camera-encoder")]
+    BallastEncoder,
 }
 
 /// A [`SensorFault`] by its name.

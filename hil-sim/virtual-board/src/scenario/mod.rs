@@ -5,6 +5,7 @@
 //! on the emulated one.
 
 pub mod backend;
+pub mod error;
 pub mod file;
 pub mod judge;
 pub mod metrics;
@@ -16,7 +17,8 @@ pub mod wire;
 pub mod world;
 
 pub use backend::{Backend, Observation, VirtualBackend};
-pub use file::{Action, Scenario, ScenarioError, Step};
+pub use error::ScenarioError;
+pub use file::{Action, Scenario, Step};
 pub use judge::{Check, evaluate};
 pub use metrics::MetricValue;
 pub use outcome::DriveOutcome;

@@ -1,8 +1,9 @@
 //! Runs a scenario on a back end.
 
-use firmware::link::message::HostMessage;
+use firmware::protocol::message::{COMMAND_PERIOD_MS, HostMessage};
+use model::command::Request;
 use model::sample::Motor;
-use model::supervise::arming::{Mode, Request};
+use model::supervise::arming::Mode;
 
 use super::backend::{Backend, Observation};
 use super::file::{Action, Scenario, Sensor, Step};
@@ -15,8 +16,6 @@ use plant::noise::Noise;
 use plant::{Invalid, Plant, Truth};
 use thiserror::Error;
 
-/// The operator repeats the drive command this often, ms.
-const COMMAND_PERIOD_MS: u64 = 20;
 /// Stream of the scenario's seed for noise on the link.
 const LINK_NOISE_STREAM: u64 = 100;
 /// Streams for the faults of the way to the board and of the way back.
@@ -128,7 +127,7 @@ struct Observer {
     client: LinkClient,
     /// The last command sent.
     commanded: [f64; 2],
-    /// The truth of the last ticks, by time: a state tells of a tick that is some milliseconds old.
+    /// The truth of the last ticks, by time: a status is of a tick some milliseconds ago.
     truths: Vec<(u64, Truth)>,
     last_tick: Option<u32>,
     /// As the vehicle last reported.
@@ -166,9 +165,11 @@ impl Observer {
         if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, outcome.emergency_stop_ms) {
             outcome.emergency_stop_ms = Some(ms - pressed);
         }
-        if let Some(mut status) = self.client.status.take()
-            && self.last_tick != Some(status.tick)
+        if let Some(status) = self.client.status.take()
+            && self.last_tick != Some(status.vehicle.tick)
         {
+            let link = status.link;
+            let mut status = status.vehicle;
             self.last_tick = Some(status.tick);
             self.mode = Some(status.mode);
             // The board's clock starts at each of its boots; a run has one time.
@@ -181,6 +182,7 @@ impl Observer {
             outcome.trace.rows.push(Row {
                 commanded: self.commanded,
                 status,
+                link,
                 truth,
                 bridges_on,
             });
@@ -312,7 +314,7 @@ fn at_ms(step: &Step) -> u64 {
 
 fn set_fault(plant: &mut Plant, sensor: Sensor, fault: SensorFault) {
     match sensor {
-        Sensor::ChassisImu => plant.chassis_imu().set_fault(fault),
+        Sensor::ArmImu => plant.arm_imu().set_fault(fault),
         Sensor::SparImu => {
             if let Some(imu) = plant.spar_imu() {
                 imu.set_fault(fault);
@@ -320,6 +322,6 @@ fn set_fault(plant: &mut Plant, sensor: Sensor, fault: SensorFault) {
         }
         Sensor::LeftEncoder => plant.encoder_mut(Motor::Left).set_fault(fault),
         Sensor::RightEncoder => plant.encoder_mut(Motor::Right).set_fault(fault),
-        Sensor::CameraEncoder => plant.encoder_mut(Motor::Camera).set_fault(fault),
+        Sensor::BallastEncoder => plant.encoder_mut(Motor::Ballast).set_fault(fault),
     }
 }

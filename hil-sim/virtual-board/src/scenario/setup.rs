@@ -1,5 +1,6 @@
 //! The plant that a scenario asks for.
 
+use firmware::drive_board::SCALES;
 use model::vehicle::Vehicle;
 use plant::Plant;
 use plant::settings::SettingsError;
@@ -28,6 +29,7 @@ impl Scenario {
         let simulated = self.plant.vehicle_from(vehicle)?;
         Ok(Plant::with_settings(
             &simulated,
+            &SCALES,
             self.terrain.clone(),
             self.seed,
             &self.plant,

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use plant::noise::Noise;
 use serde::Deserialize;
 
-use super::world::Within;
+use super::error::{ScenarioError, Within};
 
 /// How long a frame is held back so that later ones overtake it, in ms.
 const OVERTAKEN_MS: u64 = 50;
@@ -82,7 +82,7 @@ impl LinkStep {
     ///
     /// # Errors
     /// What `within` says of the first that is out of its range.
-    pub fn check(&self, within: Within<'_>) -> Result<(), super::ScenarioError> {
+    pub fn check(&self, within: Within<'_>) -> Result<(), ScenarioError> {
         let Self::Link {
             latency_ms,
             jitter_ms,

@@ -8,6 +8,8 @@ use plant::imu::imperfection::Vibration;
 use plant::wiring::{DeadHalf, Leads};
 use serde::Deserialize;
 
+use super::error::{ScenarioError, Within};
+
 /// A side of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -163,9 +165,6 @@ const fn one() -> f64 {
     1.0
 }
 
-/// Checks one number: its name, value, least and most.
-pub type Within<'a> = &'a dyn Fn(&str, f64, f64, f64) -> Result<(), super::ScenarioError>;
-
 impl WorldStep {
     /// The names of the steps, as in files.
     pub const NAMES: [&'static str; 11] = [
@@ -186,7 +185,7 @@ impl WorldStep {
     ///
     /// # Errors
     /// What `within` says of the first that is out of its range.
-    pub fn check(&self, within: Within<'_>) -> Result<(), super::ScenarioError> {
+    pub fn check(&self, within: Within<'_>) -> Result<(), ScenarioError> {
         match *self {
             Self::Payload {
                 mass_kg,

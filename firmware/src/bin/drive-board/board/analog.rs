@@ -1,5 +1,5 @@
-//! Analogue inputs on ADC1: battery and three motor currents, one sequence of 16-bit conversions
-//! started by the reader and moved by DMA.
+//! Analogue inputs on ADC1: battery and three motor currents, in one sequence of 16-bit conversions that
+//! the reader starts and the DMA moves.
 
 use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, RxDma};
@@ -17,7 +17,7 @@ const INPUTS: usize = 1 + MOTORS;
 /// The converter's registers.
 const REGISTERS: pac::adc::Adc = pac::ADC1;
 
-/// A word was lost between the converter and the DMA.
+/// The DMA lost a word of the converter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub struct Overrun;
 
@@ -30,8 +30,8 @@ pub struct AnalogSequence {
 }
 
 impl AnalogSequence {
-    /// Calibrates the converter and sets the sequence up: `channels` are the converter's inputs of the
-    /// battery and of the motors' currents. Their pins are analogue from reset on.
+    /// Calibrates the converter and sets the sequence up. `channels` are the converter's inputs for the
+    /// battery and for the motors' currents, left, right, ballast. Their pins are analogue from reset on.
     pub fn new<D: RxDma<ADC1>>(
         adc: Peri<'static, ADC1>,
         dma: Peri<'static, D>,
@@ -45,7 +45,7 @@ impl AnalogSequence {
             }
         });
         for channel in channels.map(usize::from) {
-            // 64.5 cycles of 16 MHz, 4 us: the source is a divider of tens of kilohms with a capacitor.
+            // 64.5 cycles at 16 MHz, 4 us: the source is a divider of tens of kilohms with a capacitor.
             REGISTERS
                 .smpr(channel / 10)
                 .modify(|w| w.set_smp(channel % 10, SampleTime::CYCLES64_5));
@@ -59,7 +59,7 @@ impl AnalogSequence {
         REGISTERS.cfgr().modify(|w| {
             w.set_res(Res::BITS16);
             w.set_cont(false);
-            // Requests go on after a transfer's last word; each sequence starts a transfer of its own.
+            // The converter keeps requesting after a transfer's last word; each sequence starts a new transfer.
             w.set_dmngt(Dmngt::DMA_CIRCULAR);
         });
         let request = dma.request();
@@ -71,7 +71,7 @@ impl AnalogSequence {
         }
     }
 
-    /// Ends a sequence whose reader was dropped before its end, and empties the converter's FIFO.
+    /// Stops a sequence whose reader was dropped halfway, and empties the converter's FIFO.
     fn settle() {
         if REGISTERS.cr().read().adstart() {
             REGISTERS.cr().modify(|w| w.set_adstp(Adstp::STOP));
@@ -80,7 +80,7 @@ impl AnalogSequence {
         while REGISTERS.isr().read().eoc() {
             let _ = REGISTERS.dr().read();
         }
-        // Written ones clear.
+        // Writing ones clears the flags.
         REGISTERS.isr().write(|w| {
             w.set_eos(true);
             w.set_ovr(true);
@@ -95,7 +95,7 @@ impl AnalogInputs for AnalogSequence {
         Self::settle();
         let data = REGISTERS.dr().as_ptr().cast::<u16>();
         // SAFETY: the buffer lives in `self`, which this future borrows; dropping the transfer stops the
-        // stream. `self` stands in a task's static storage, which the DMA reaches.
+        // stream. `self` lies in a task's static storage, which the DMA reaches.
         let transfer = unsafe {
             self.dma
                 .read(self.request, data, &mut self.words, TransferOptions::default())

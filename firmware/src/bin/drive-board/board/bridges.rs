@@ -1,11 +1,12 @@
 //! The three motor bridges on TIM1: locked anti-phase PWM at 20 kHz with dead time and a hardware break.
 //!
-//! Each H-bridge is driven by one complementary pair: `CHx` high turns on the forward diagonal, `CHxN`
-//! the reverse one, both low none, so that "outputs off" is an open bridge. Half duty is zero volts.
+//! One complementary pair of outputs drives each H-bridge: `CHx` high turns on the forward diagonal, `CHxN`
+//! high the reverse diagonal. With both low the bridge is open, so switching the outputs off opens the
+//! bridges. At half duty the motor gets zero volts.
 //!
-//! The HAL's driver enables the outputs while it configures the timer; here nothing sets the main
-//! output enable before the first enabled [`Actuation`], and the break clears it in hardware, with the
-//! CPU hung or not.
+//! This file writes the timer's registers itself, because the HAL's driver enables the outputs while it
+//! configures the timer. Here nothing sets the main output enable before the first enabled [`Actuation`], and
+//! the break clears it in hardware, even if the CPU hangs.
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull};
@@ -15,6 +16,7 @@ use embassy_stm32::peripherals;
 use embassy_stm32::timer::complementary_pwm::ComplementaryPwmPin;
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::timer::{Ch1, Ch2, Ch3};
+use firmware::drive_board::{DUTY_MAX_PERCENT, PULSE_MIN_PERCENT};
 use firmware::hardware::Bridges;
 use model::sample::{Actuation, MOTORS};
 
@@ -24,21 +26,21 @@ use super::clocks::TIMER_HZ;
 const PWM_HZ: u32 = 20_000;
 /// Timer counts in one PWM period.
 const PERIOD_COUNTS: u32 = TIMER_HZ / PWM_HZ;
-/// Zero volts.
+/// Compare value for zero volts.
 const CENTRE_COUNTS: i32 = (PERIOD_COUNTS / 2).cast_signed();
 /// 500 ns at [`TIMER_HZ`]: longer than a power MOSFET takes to turn off.
 const DEAD_TIME_COUNTS: u8 = 100;
 
 const _: () = assert!(TIMER_HZ.is_multiple_of(PWM_HZ) && PERIOD_COUNTS <= 0xFFFF);
 const _: () = assert!(DEAD_TIME_COUNTS < 128, "the linear range of the dead-time field");
-// The widest duty still leaves the short side of the period longer than the dead time on both edges.
+// At the largest duty, the shorter side of the period still exceeds the dead time on both edges.
 const _: () = assert!(MARGIN_COUNTS > 2 * DEAD_TIME_COUNTS as i32);
+const _: () = assert!(CENTRE_COUNTS - FULL_COUNTS == MARGIN_COUNTS);
 
-/// Shortest pulse of either side, so that both diagonals always switch and the drivers' bootstrap
-/// capacitors stay charged: 3 % of the period.
-const MARGIN_COUNTS: i32 = CENTRE_COUNTS * 6 / 100;
-/// Largest duty, 94 %: beyond it the bridges give no more, below it a duty is that share of the supply.
-const FULL_COUNTS: i32 = CENTRE_COUNTS - MARGIN_COUNTS;
+/// Shortest pulse of either side.
+const MARGIN_COUNTS: i32 = (PERIOD_COUNTS * PULSE_MIN_PERCENT / 100).cast_signed();
+/// Largest duty: beyond it the bridges give no more, below it a duty is that share of the supply.
+const FULL_COUNTS: i32 = CENTRE_COUNTS * DUTY_MAX_PERCENT.cast_signed() / 100;
 
 /// The pins of the bridges and of the break.
 pub struct BridgePins {
@@ -50,10 +52,10 @@ pub struct BridgePins {
     pub right: Peri<'static, peripherals::PE11>,
     /// Right bridge, reverse.
     pub right_n: Peri<'static, peripherals::PE10>,
-    /// Camera bridge, forward.
-    pub camera: Peri<'static, peripherals::PE13>,
-    /// Camera bridge, reverse.
-    pub camera_n: Peri<'static, peripherals::PE12>,
+    /// Ballast bridge, forward.
+    pub ballast: Peri<'static, peripherals::PE13>,
+    /// Ballast bridge, reverse.
+    pub ballast_n: Peri<'static, peripherals::PE12>,
     /// Break input.
     pub break_input: Peri<'static, peripherals::PE15>,
 }
@@ -79,7 +81,7 @@ pub struct Tim1Bridges {
 
 impl Tim1Bridges {
     /// Configures the timer with its outputs off, locks dead time, polarities and the break against
-    /// any later write until reset, and only then gives it the pins.
+    /// any later write until reset, and only then connects the pins to the timer.
     pub fn new(timer: Peri<'static, peripherals::TIM1>, pins: BridgePins) -> Self {
         critical_section::with(|_| {
             pac::RCC.apb2enr().modify(|w| w.set_tim1en(true));
@@ -106,17 +108,17 @@ impl Tim1Bridges {
             // Off means driven to the idle level, which is low, not floating.
             w.set_ossi(Ossi::IDLE_LEVEL);
             w.set_ossr(Ossr::IDLE_LEVEL);
-            // A pulled-up wire to a closed contact: an open wire is a break.
+            // A closed contact pulls the input down, a resistor pulls it up: an open wire is a break.
             w.set_bkp(0, Bkp::ACTIVE_HIGH);
             w.set_bke(0, true);
-            // 8 samples at 200 MHz: motor noise on the wire, not a press.
+            // 8 samples at 200 MHz: shorter pulses are motor noise on the wire.
             w.set_bkf(0, FilterValue::FCK_INT_N8);
             w.set_aoe(false);
             w.set_moe(false);
             w.set_lock(Lock::LEVEL2);
         });
         TIM1.cr1().modify(|w| w.set_arpe(true));
-        // Loads the preloaded period and duties.
+        // The update event loads the preloaded period and duties.
         TIM1.egr().write(|w| w.set_ug(true));
         clear_break_flag();
         TIM1.cr1().modify(|w| w.set_cen(true));
@@ -127,12 +129,12 @@ impl Tim1Bridges {
             _forward: (
                 PwmPin::new(pins.left, OutputType::PushPull),
                 PwmPin::new(pins.right, OutputType::PushPull),
-                PwmPin::new(pins.camera, OutputType::PushPull),
+                PwmPin::new(pins.ballast, OutputType::PushPull),
             ),
             _reverse: (
                 ComplementaryPwmPin::new(pins.left_n, OutputType::PushPull),
                 ComplementaryPwmPin::new(pins.right_n, OutputType::PushPull),
-                ComplementaryPwmPin::new(pins.camera_n, OutputType::PushPull),
+                ComplementaryPwmPin::new(pins.ballast_n, OutputType::PushPull),
             ),
             _break_input: break_input,
         }
@@ -151,12 +153,12 @@ impl Bridges for Tim1Bridges {
     fn apply(&mut self, actuation: &Actuation) {
         if !actuation.enable || self.break_tripped() {
             open_all();
-            // The duty that meets the next enable is zero volts, not the last one driven.
+            // The next enable starts at zero volts, not at the last duty driven.
             Self::set_counts([0; MOTORS]);
             return;
         }
         Self::set_counts(actuation.duty);
-        // Written only from off to on: a break between this read and the next tick stays effective.
+        // Written only if it is off: this never overwrites a break that trips while the outputs are on.
         if !TIM1.bdtr().read().moe() {
             TIM1.bdtr().modify(|w| w.set_moe(true));
         }
@@ -171,7 +173,7 @@ impl Bridges for Tim1Bridges {
     }
 }
 
-/// Clears the break flag alone: the others are cleared by a zero too, and this leaves them.
+/// Clears the break flag alone: writing a zero clears a flag, writing a one leaves it.
 fn clear_break_flag() {
     TIM1.sr().write(|w| {
         w.0 = !0;
@@ -179,7 +181,7 @@ fn clear_break_flag() {
     });
 }
 
-/// Opens every bridge at once. Callable from a fault handler: one register, no state.
+/// Opens every bridge at once. A fault handler may call this: it writes one register and needs no state.
 pub fn open_all() {
     TIM1.bdtr().modify(|w| w.set_moe(false));
 }

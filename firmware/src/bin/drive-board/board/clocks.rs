@@ -13,7 +13,7 @@ pub const TIMER_HZ: u32 = 200_000_000;
 /// The clocks, and the interrupt priorities of the drivers.
 pub fn config() -> Config {
     let mut config = Config::default();
-    // The board has no crystal: its debugger drives OSC_IN.
+    // The board has no crystal: the debugger drives OSC_IN.
     config.rcc.hse = Some(Hse {
         freq: Hertz(8_000_000),
         mode: HseMode::Bypass,
@@ -34,7 +34,7 @@ pub fn config() -> Config {
     config.rcc.apb3_pre = APBPrescaler::DIV2;
     config.rcc.apb4_pre = APBPrescaler::DIV2;
     config.rcc.voltage_scale = VoltageScale::Scale1;
-    // No calendar: its clock source could be chosen only once a power-up.
+    // The firmware uses no calendar, whose clock source could be chosen only once per power-up.
     config.rcc.ls = LsConfig::off();
     // 64 MHz, which the converter's own prescaler halves into its range.
     config.rcc.mux.adcsel = mux::Adcsel::PER;

@@ -1,4 +1,4 @@
-//! Last words: a panic or a fault opens the bridges, keeps its message for the next boot and resets.
+//! Last words: a panic or a fault opens the bridges, keeps its message for the next boot and resets the part.
 
 use core::fmt::{self, Write};
 use core::mem::MaybeUninit;
@@ -6,12 +6,15 @@ use core::panic::PanicInfo;
 
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
+use crc::{CRC_32_ISCSI, Crc, NoTable};
 
 use super::bridges;
 
-/// Longest message kept.
+/// Bytes of the longest message that is kept.
 const TEXT_BYTES: usize = 240;
-/// Marks a record as written, in a RAM that holds anything after power-up.
+/// Checksum of the record's text, without a table in flash: the text is short, and nobody waits for it.
+const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
+/// Marks a record as written: after power-up the RAM holds anything.
 const MAGIC: u32 = 0x4C41_5354;
 
 /// What survives a reset.
@@ -19,17 +22,17 @@ const MAGIC: u32 = 0x4C41_5354;
 struct Record {
     magic: u32,
     length: u32,
-    sum: u32,
+    checksum: u32,
     text: [u8; TEXT_BYTES],
-    /// The RAM's error correction holds the last partial write back until another comes: a reset would
-    /// lose it. These come after.
+    /// Written after everything else: the RAM's error correction holds the last partial write back until the
+    /// next write, and a reset would lose it.
     flush: [u64; 2],
 }
 
 #[unsafe(link_section = ".uninit.crash")]
 static mut RECORD: MaybeUninit<Record> = MaybeUninit::uninit();
 
-/// A message from the run before.
+/// The message of the last run.
 pub struct LastWords {
     text: [u8; TEXT_BYTES],
     length: usize,
@@ -46,24 +49,17 @@ impl LastWords {
     }
 }
 
-/// The record's check: FNV-1a over its text.
-fn checksum(text: &[u8]) -> u32 {
-    text.iter().fold(0x811C_9DC5, |hash: u32, byte| {
-        (hash ^ u32::from(*byte)).wrapping_mul(0x0100_0193)
-    })
-}
-
-/// Takes the message the run before left, if it left one. To be called before the tasks start.
+/// Takes the message that the last run left, if it left one. To be called before the tasks start.
 pub fn take() -> Option<LastWords> {
-    // SAFETY: start-up is single threaded, and the only other access is a dying program's. The record is
-    // plain integers, for which any bits are a value; reading them volatile keeps the compiler from
-    // reasoning about memory nobody initialised.
+    // SAFETY: start-up is single threaded, and only a dying program accesses the record otherwise. The record
+    // consists of plain integers, for which any bits are a value; the volatile read keeps the compiler from
+    // reasoning about memory that nothing initialised.
     let record = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<Record>()) };
     // SAFETY: as above.
     unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<u32>(), 0) };
     let length = record.length as usize;
     let text = record.text.get(..length)?;
-    (record.magic == MAGIC && record.sum == checksum(text)).then_some(LastWords {
+    (record.magic == MAGIC && record.checksum == CHECKSUM.checksum(text)).then_some(LastWords {
         text: record.text,
         length,
     })
@@ -85,7 +81,7 @@ impl Write for Text {
     }
 }
 
-/// Opens the bridges first, then keeps the message and resets the part.
+/// Opens the bridges, then keeps the message, then resets the part.
 fn die(message: fmt::Arguments<'_>) -> ! {
     bridges::open_all();
     cortex_m::interrupt::disable();
@@ -93,16 +89,16 @@ fn die(message: fmt::Arguments<'_>) -> ! {
         bytes: [0; TEXT_BYTES],
         length: 0,
     };
-    // Cut short rather than failed: `Text` never returns an error.
+    // `Text` cuts a long message and never returns an error.
     let _ = text.write_fmt(message);
     let record = Record {
         magic: MAGIC,
         length: text.length as u32,
-        sum: checksum(text.bytes.get(..text.length).unwrap_or_default()),
+        checksum: CHECKSUM.checksum(text.bytes.get(..text.length).unwrap_or_default()),
         text: text.bytes,
         flush: [0; 2],
     };
-    // SAFETY: interrupts are off and the program ends here: nobody else accesses the record.
+    // SAFETY: interrupts are off and the program ends here, so nothing else accesses the record.
     unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<Record>(), record) };
     cortex_m::asm::dsb();
     SCB::sys_reset();

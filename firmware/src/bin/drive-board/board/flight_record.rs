@@ -1,23 +1,23 @@
-//! The last tick, where a debugger finds it: `FLIGHT_RECORD`.
+//! The record of the last tick, which a debugger finds under the symbol `FLIGHT_RECORD`.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 
 use firmware::drive::{FlightRecord, Recorder};
 
-/// Storage that only the recorder writes. All zero (tick 0) until the first tick.
+/// Storage that only the recorder writes; all zeros (tick 0) before the first tick.
 #[repr(transparent)]
 pub struct Storage(UnsafeCell<MaybeUninit<FlightRecord>>);
 
-// SAFETY: the program writes through the one `FlightRecorder` and never reads; a debugger reads while
-// the core stands still.
+// SAFETY: the program writes through the only `FlightRecorder` and never reads; a debugger reads while the
+// core stands still.
 unsafe impl Sync for Storage {}
 
-/// The last tick's record.
+/// The record of the last tick.
 #[unsafe(no_mangle)]
 static FLIGHT_RECORD: Storage = Storage(UnsafeCell::new(MaybeUninit::zeroed()));
 
-/// The one writer of the record.
+/// The only writer of the record.
 pub struct FlightRecorder(());
 
 impl FlightRecorder {
@@ -30,7 +30,7 @@ impl FlightRecorder {
 impl Recorder for FlightRecorder {
     fn record(&mut self, record: &FlightRecord) {
         // SAFETY: the storage is valid and aligned for the record, and nothing else in the program accesses
-        // it. Volatile, because no code of the program ever reads it back.
+        // the storage. The write is volatile because the program never reads the record back.
         unsafe { FLIGHT_RECORD.0.get().cast::<FlightRecord>().write_volatile(*record) };
     }
 }

@@ -4,37 +4,41 @@
 //! |---|---|---|---|---|
 //! | Left bridge | TIM1 CH1, CH1N | PE9, PE8 | | |
 //! | Right bridge | TIM1 CH2, CH2N | PE11, PE10 | | |
-//! | Camera bridge | TIM1 CH3, CH3N | PE13, PE12 | | |
+//! | Ballast bridge | TIM1 CH3, CH3N | PE13, PE12 | | |
 //! | Hardware break: stop's second contact, bridge fault | TIM1 BKIN | PE15, pull-up, open = break | | |
 //! | Emergency stop, first contact | GPIO | PG2, pull-up, open = pressed | | |
 //! | Left encoder | TIM2 CH1, CH2 | PA15, PB3 | | |
 //! | Right encoder | TIM3 CH1, CH2 | PC6, PC7 | | |
-//! | Camera encoder | TIM4 CH1, CH2 | PD12, PD13 | | |
-//! | Chassis IMU, ICM-42688-P | SPI1 | PA5 SCK, PA6 MISO, PB5 MOSI, PD14 CS | DMA2 stream 0 in, 1 out | DMA2_STREAM0, 1 |
+//! | Ballast encoder | TIM4 CH1, CH2 | PD12, PD13 | | |
+//! | Arm IMU, ICM-42688-P | SPI1 | PA5 SCK, PA6 MISO, PB5 MOSI, PD14 CS | DMA2 stream 0 in, 1 out | DMA2_STREAM0, 1 |
 //! | Spar IMU, ICM-42688-P | SPI4 | PE2 SCK, PE5 MISO, PE6 MOSI, PE4 CS | DMA2 stream 2 in, 3 out | DMA2_STREAM2, 3 |
 //! | Battery voltage | ADC1 channel 15 | PA3 | DMA2 stream 4 | DMA2_STREAM4 |
-//! | Motor currents left, right, camera | ADC1 channels 10, 5, 18 | PC0, PB1, PA4 | as above | as above |
-//! | Host link, 921600 baud | USART3 | PD8 out, PD9 in | DMA1 stream 0 in, 1 out | USART3, DMA1_STREAM0, 1 |
+//! | Motor currents left, right, ballast | ADC1 channels 10, 5, 18 | PC0, PB1, PA4 | as above | as above |
+//! | Host link | USART3 | PD8 out, PD9 in | DMA1 stream 0 in, 1 out | USART3, DMA1_STREAM0, 1 |
 //! | Parameters | flash bank 2, last two sectors | | | FLASH |
-//! | Watchdog, 20 ms | IWDG1 | | | |
+//! | Watchdog | IWDG1 | | | |
 //! | Clock of the tasks, 1 MHz | TIM5 | | | TIM5 |
 //! | Executor of the control task | | | | UART5, as a software interrupt |
 //! | Lamps: armed (green), faulted (red) | GPIO | PB0, PB14 | | |
 //! | User button: disarm | GPIO | PC13, high = pressed | | |
 //!
-//! A lower DMA stream wins over a higher one of the same controller: input stands before output, or the
-//! SPI's FIFO overruns. The buffers are in the AXI SRAM, which DMA1 and DMA2 reach; the stack is not.
-//! The bridges' inputs need pull-downs on the power stage: the pins float until this code runs.
+//! Of two DMA streams of one controller the lower wins: input has the lower one, or the SPI's FIFO would
+//! overrun. The buffers lie in the AXI SRAM, which DMA1 and DMA2 reach; the stack does not. The power stage
+//! needs pull-downs at the inputs of its bridges: the pins float until this code runs.
 
 mod analog;
 mod bridges;
 mod clocks;
 pub mod crash;
+mod cycle_counter;
 mod encoders;
 mod flight_record;
-mod inputs;
+mod lamps;
 pub mod link;
-mod storage;
+mod parameter_flash;
+mod reset_cause;
+mod switches;
+mod watchdog;
 
 use embassy_executor::InterruptExecutor;
 use embassy_stm32::flash::Flash;
@@ -54,10 +58,13 @@ use firmware::hardware::ResetCause;
 
 pub use analog::AnalogSequence;
 pub use bridges::{BridgePins, Tim1Bridges};
+pub use cycle_counter::CoreCycles;
 pub use encoders::QuadratureCounters;
 pub use flight_record::FlightRecorder;
-pub use inputs::{CoreCycles, Lamps, RunningWatchdog, StopContact, UserButton, WatchdogAtRest};
-pub use storage::ParameterFlash;
+pub use lamps::Lamps;
+pub use parameter_flash::ParameterFlash;
+pub use switches::{StopContact, UserButton};
+pub use watchdog::{RunningWatchdog, WatchdogAtRest};
 
 bind_interrupts!(struct Interrupts {
     DMA1_STREAM0 => dma::InterruptHandler<peripherals::DMA1_CH0>;
@@ -78,21 +85,21 @@ pub type Imu = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, Del
 pub struct Board {
     /// Why the part started.
     pub reset_cause: ResetCause,
-    /// What the run before said when it died.
+    /// The message of the last run, if a panic or a fault ended it.
     pub last_words: Option<crash::LastWords>,
     /// Motor bridges, open.
     pub bridges: Tim1Bridges,
     /// Motor encoders.
     pub encoders: QuadratureCounters,
-    /// IMU on the reaction-mass arm.
-    pub chassis_imu: Imu,
+    /// IMU on the arm.
+    pub arm_imu: Imu,
     /// IMU on the camera spar.
     pub spar_imu: Imu,
     /// Battery and currents.
     pub analog: AnalogSequence,
     /// Emergency stop.
     pub emergency_stop: StopContact,
-    /// Watchdog, to be started with the task that feeds it.
+    /// Watchdog, not started: the task that feeds it starts with it.
     pub watchdog: WatchdogAtRest,
     /// Cycle counter, running.
     pub cycles: CoreCycles,
@@ -111,7 +118,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// Brings the board up, the bridges first and open.
+    /// Starts the board: the bridges first, open.
     ///
     /// # Panics
     /// When called twice.
@@ -128,20 +135,20 @@ impl Board {
                 left_n: p.PE8,
                 right: p.PE11,
                 right_n: p.PE10,
-                camera: p.PE13,
-                camera_n: p.PE12,
+                ballast: p.PE13,
+                ballast_n: p.PE12,
                 break_input: p.PE15,
             },
         );
-        let reset_cause = inputs::take_reset_cause();
+        let reset_cause = reset_cause::take();
         let last_words = crash::take();
 
         let encoders = QuadratureCounters {
             left: Qei::new(p.TIM2, p.PA15, p.PB3, encoder_config()),
             right: Qei::new(p.TIM3, p.PC6, p.PC7, encoder_config()),
-            camera: Qei::new(p.TIM4, p.PD12, p.PD13, encoder_config()),
+            ballast: Qei::new(p.TIM4, p.PD12, p.PD13, encoder_config()),
         };
-        let chassis_imu = imu(
+        let arm_imu = imu(
             Spi::new(
                 p.SPI1,
                 p.PA5,
@@ -177,7 +184,7 @@ impl Board {
             Interrupts,
             link::config(),
         )
-        .expect("the link's settings are constants the part can do");
+        .expect("the part supports the link's settings");
         let (link_sender, link_receiver) = link::split(uart);
 
         Self {
@@ -185,7 +192,7 @@ impl Board {
             last_words,
             bridges,
             encoders,
-            chassis_imu,
+            arm_imu,
             spar_imu,
             analog,
             emergency_stop: StopContact(Input::new(p.PG2, Pull::Up)),
@@ -204,7 +211,7 @@ impl Board {
     }
 }
 
-/// Both edges of both channels count, and a pull-up holds an unplugged encoder still.
+/// The counters count both edges of both channels; pull-ups keep the inputs of an unplugged encoder still.
 fn encoder_config() -> qei::Config {
     qei::Config {
         ch1_pull: Pull::Up,
@@ -213,7 +220,7 @@ fn encoder_config() -> qei::Config {
     }
 }
 
-/// The IMU samples on the clock's second edge, with the clock idle high.
+/// The clock idles high, and the IMU samples on its second edge.
 fn imu_config() -> spi::Config {
     let mut config = spi::Config::default();
     config.mode = spi::MODE_3;
@@ -221,7 +228,7 @@ fn imu_config() -> spi::Config {
     config
 }
 
-/// Bus clock of the IMUs, half of what they allow: a tick's burst takes 10 us.
+/// Bus clock of the IMUs, half of the largest that they allow: one tick's burst takes 10 us.
 const IMU_CLOCK: Hertz = Hertz(12_500_000);
 
 fn imu(bus: Spi<'static, Async, Master>, select: Output<'static>) -> Imu {
@@ -231,26 +238,26 @@ fn imu(bus: Spi<'static, Async, Master>, select: Output<'static>) -> Imu {
     }
 }
 
-/// Connects what would leave the bridges running on their own to the hardware break: a locked-up core
-/// and damaged memory. A debugger that halts the core stops TIM1, which opens its outputs, and the
-/// watchdog with it.
+/// Makes a locked-up core and uncorrectable errors of the memory trip the hardware break: they would leave
+/// the bridges driven with nothing in control. A debugger that halts the core stops TIM1, which switches its
+/// outputs off, and the watchdog.
 fn guard_outputs() {
-    /// SYSCFG's configuration register, which the register description leaves out, and its lock bits.
+    /// SYSCFG's configuration register, which the HAL's register description leaves out, and its lock bits.
     const SYSCFG_CFGR: *mut u32 = 0x5800_0418 as *mut u32;
     const AXI_SRAM_LOCK: u32 = 1 << 15;
     const DTCM_LOCK: u32 = 1 << 13;
     const CORE_LOCKUP_LOCK: u32 = 1 << 6;
     pac::RCC.apb4enr().modify(|w| w.set_syscfgen(true));
-    // SAFETY: a device register of this part, written once at start-up; its bits can only be set.
+    // SAFETY: this is a register of this part; start-up writes it once, and its bits can only be set.
     unsafe { SYSCFG_CFGR.write_volatile(CORE_LOCKUP_LOCK | DTCM_LOCK | AXI_SRAM_LOCK) };
     pac::DBGMCU.apb2fzr1().modify(|w| w.set_tim1(true));
     pac::DBGMCU.apb4fzr1().modify(|w| w.set_iwdg1(true));
 }
 
-/// The executor of the control task, above every other task.
+/// The executor of the control task; its tasks interrupt every other task.
 pub static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
-/// Starts the executor of the control task: below the drivers' interrupts, above the thread.
+/// Starts the executor of the control task, with a priority below the drivers' interrupts and above the thread.
 pub fn start_control_executor() -> embassy_executor::SendSpawner {
     interrupt::UART5.set_priority(Priority::P6);
     CONTROL_EXECUTOR.start(interrupt::UART5)
@@ -258,6 +265,6 @@ pub fn start_control_executor() -> embassy_executor::SendSpawner {
 
 #[interrupt]
 unsafe fn UART5() {
-    // SAFETY: the executor was started on this interrupt, and this is its handler.
+    // SAFETY: the executor runs on this interrupt, and this is the interrupt's handler.
     unsafe { CONTROL_EXECUTOR.on_interrupt() }
 }

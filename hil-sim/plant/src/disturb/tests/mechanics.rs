@@ -134,7 +134,7 @@ fn a_push_gives_its_impulse_to_everything_that_moves() {
     let mass = 13.6 + 0.51 + 1.53 + 2.04;
     for on in [PushedBody::Axle, PushedBody::Arm, PushedBody::Spar] {
         let vehicle = frictionless(&reference_vehicle());
-        let mut plant = Plant::with_settings(&vehicle, ice.clone(), 1, &Settings::default()).expect("a plant");
+        let mut plant = Plant::with_settings(&vehicle, &SCALES, ice.clone(), 1, &Settings::default()).expect("a plant");
         let push = Push {
             on,
             forward_n: 20.0,
@@ -296,13 +296,13 @@ fn a_payload_that_is_taken_off_leaves_the_arm_as_it_was() {
 #[test]
 fn the_arm_imu_turns_with_the_arm_not_with_its_centre_of_mass() {
     let vehicle = bare_vehicle();
-    let mut plant = Plant::with_imu_errors(&vehicle, level(), 1, ImuErrors::NONE).expect("a plant");
+    let mut plant = Plant::with_imu_errors(&vehicle, &SCALES, level(), 1, ImuErrors::NONE).expect("a plant");
     plant.set_payload(Payload {
         mass_kg: 3.0,
         ahead_m: 0.2,
         below_m: 0.2,
     });
-    let chip = plant.chassis_imu();
+    let chip = plant.arm_imu();
     chip.transfer(&mut [0x4f, 0x26, 0x26]);
     chip.transfer(&mut [0x4e, 0x0f]);
     plant.set_chocked(true);
@@ -311,7 +311,7 @@ fn the_arm_imu_turns_with_the_arm_not_with_its_centre_of_mass() {
     let expected = -(0.6_f64).atan2(12.24 * 0.2 + 0.6);
     // Within what the gears' friction can hold: 0.4 N m of the arm's 30.
     assert!((phi - expected).abs() < 0.4 / 30.0, "{phi} against {expected}");
-    let words = plant.chassis_imu().data().expect("it answers");
+    let words = plant.arm_imu().data().expect("it answers");
     // Hanging back by phi, gravity shows on x as its sine.
     let found = f64::from(words[1]) / 4096.0;
     assert!((found - phi.sin()).abs() < 2e-3, "{found} against {}", phi.sin());

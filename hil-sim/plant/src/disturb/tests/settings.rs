@@ -17,7 +17,7 @@ fn single_fields_of_the_vehicle_are_other_in_the_plant_only() {
         (16.0, 0.24, 0.4)
     );
     assert_eq!(p.body.half_track_m, vehicle.parameters().body.half_track_m);
-    let plant = Plant::with_settings(&changed, level(), 1, &settings).expect("a plant");
+    let plant = Plant::with_settings(&changed, &SCALES, level(), 1, &settings).expect("a plant");
     assert!((plant.body().inertia().total_mass - (16.0 + 4.08)).abs() < 1e-12);
     for (text, parts) in [
         (

@@ -28,7 +28,7 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
             vec!["step[0].speed_m_s = inf", "-20 to 20"],
         ),
         (
-            &format!("{base}[[step]]\nat_s=1.0\naction=\"sensor-fault\"\nsensor=\"chassis-imu\"\nfault=\"sad\"\n"),
+            &format!("{base}[[step]]\nat_s=1.0\naction=\"sensor-fault\"\nsensor=\"arm-imu\"\nfault=\"sad\"\n"),
             vec!["unknown fault `sad`", "stuck"],
         ),
         (

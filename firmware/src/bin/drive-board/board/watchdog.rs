@@ -1,0 +1,36 @@
+//! The part's independent watchdog.
+
+use embassy_stm32::Peri;
+use embassy_stm32::peripherals::IWDG1;
+use embassy_stm32::wdg::IndependentWatchdog;
+use firmware::drive_board::WATCHDOG_US;
+use firmware::hardware::Watchdog;
+
+/// The independent watchdog, on its own oscillator, not started yet. Until the tasks run, the bridges are
+/// open, and the slow parts of the start-up (the converter's calibration takes 10 ms) must not end in one
+/// reset after another.
+pub struct WatchdogAtRest(Peri<'static, IWDG1>);
+
+impl WatchdogAtRest {
+    /// The watchdog as it is after a reset.
+    pub(super) fn new(peripheral: Peri<'static, IWDG1>) -> Self {
+        Self(peripheral)
+    }
+
+    /// Starts the watchdog; nothing stops it again. While a debugger halts the core, the watchdog stands
+    /// still and the bridges are open.
+    pub fn start(self) -> RunningWatchdog {
+        let mut watchdog = IndependentWatchdog::new(self.0, WATCHDOG_US);
+        watchdog.unleash();
+        RunningWatchdog(watchdog)
+    }
+}
+
+/// The independent watchdog, running.
+pub struct RunningWatchdog(IndependentWatchdog<'static, IWDG1>);
+
+impl Watchdog for RunningWatchdog {
+    fn feed(&mut self) {
+        self.0.pet();
+    }
+}

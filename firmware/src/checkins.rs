@@ -1,0 +1,79 @@
+//! Which tasks are alive: each critical task checks in, and the watchdog's task looks.
+
+use core::cell::Cell;
+
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_time::{Duration, Instant};
+
+/// A task that must stay alive, and how long it may be silent.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(usize)]
+pub enum Critical {
+    /// The control task.
+    Drive = 0,
+    /// The encoder task.
+    Encoders = 1,
+    /// The task of the arm IMU, which checks in even while the IMU is silent.
+    ArmImu = 2,
+    /// The task of the analogue inputs.
+    Analog = 3,
+    /// The sending task of the link, which stands for everything on the thread executor.
+    Link = 4,
+}
+
+/// Number of critical tasks.
+const TASKS: usize = 5;
+/// Longest silence of a task that counts as alive, in the order of [`Critical`]. The tasks of the thread
+/// executor wait for each other, so their silences are longer.
+const SILENCE: [Duration; TASKS] = [
+    Duration::from_millis(10),
+    Duration::from_millis(10),
+    Duration::from_millis(100),
+    Duration::from_millis(100),
+    Duration::from_millis(1000),
+];
+/// Time since boot by which every task must have checked in for the first time.
+const START_UP: Duration = Duration::from_millis(1000);
+
+/// When each critical task last checked in.
+#[derive(Debug)]
+pub struct Checkins<M: RawMutex> {
+    last: Mutex<M, Cell<[Option<Instant>; TASKS]>>,
+}
+
+impl<M: RawMutex> Checkins<M> {
+    /// No task has checked in yet.
+    pub const fn new() -> Self {
+        Self {
+            last: Mutex::new(Cell::new([None; TASKS])),
+        }
+    }
+
+    /// Notes that `task` is alive now.
+    pub fn check_in(&self, task: Critical) {
+        let now = Instant::now();
+        self.last.lock(|cell| {
+            let mut last = cell.get();
+            if let Some(slot) = last.get_mut(task as usize) {
+                *slot = Some(now);
+            }
+            cell.set(last);
+        });
+    }
+
+    /// Whether every task has checked in recently enough at `now`.
+    pub fn all_alive(&self, now: Instant) -> bool {
+        let last = self.last.lock(Cell::get);
+        last.iter().zip(SILENCE).all(|(last, silence)| match last {
+            Some(last) => now.saturating_duration_since(*last) <= silence,
+            None => now.as_ticks() <= START_UP.as_ticks(),
+        })
+    }
+}
+
+impl<M: RawMutex> Default for Checkins<M> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

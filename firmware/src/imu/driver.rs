@@ -1,0 +1,162 @@
+//! The driver of the ICM-42688-P, an inertial measurement unit.
+//!
+//! The driver is hand-written: the maintained driver crates read through the FIFO, which costs two more
+//! transactions per tick and delays a sample by up to one tick; the vehicle needs the newest sample in one
+//! burst. Register names and values are the data sheet's (DS-000347), bank 0.
+
+use embassy_time::{Duration, Timer};
+use embedded_hal_async::spi::{Operation, SpiDevice};
+use model::board::ImuScales;
+use model::sample::ImuRaw;
+
+/// Registers of bank 0.
+mod register {
+    pub const DEVICE_CONFIG: u8 = 0x11;
+    pub const TEMP_DATA1: u8 = 0x1D;
+    pub const PWR_MGMT0: u8 = 0x4E;
+    pub const GYRO_CONFIG0: u8 = 0x4F;
+    pub const ACCEL_CONFIG0: u8 = 0x50;
+    pub const WHO_AM_I: u8 = 0x75;
+}
+
+/// Set in the address of a read.
+const READ: u8 = 0x80;
+/// Words of one burst: the temperature, then three axes each of the accelerometer and of the gyro.
+const DATA_WORDS: usize = 7;
+
+/// What [`register::WHO_AM_I`] holds.
+pub(super) const WHO_AM_I: u8 = 0x47;
+const SOFT_RESET: u8 = 0x01;
+/// Gyro and accelerometer in low-noise mode.
+const LOW_NOISE: u8 = 0x0F;
+/// Full scale 1 (+-1000 deg/s), data rate 1 kHz.
+const GYRO_1000_DPS_1_KHZ: u8 = 0x26;
+/// Full scale 1 (+-8 g), data rate 1 kHz.
+const ACCEL_8_G_1_KHZ: u8 = 0x26;
+/// What the words stand for at these ranges: 16 bits over +-1000 deg/s and over +-8 g.
+pub const SCALES: ImuScales = ImuScales {
+    gyro_lsb_per_deg_s: 32.8,
+    accel_lsb_per_g: 4096.0,
+};
+/// What a data register holds before there is data.
+const NO_DATA: i16 = i16::MIN;
+
+/// Why an IMU gives no data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ImuError<E> {
+    /// The bus failed.
+    Bus(E),
+    /// Another part answers, or none: what `WHO_AM_I` read.
+    WrongPart(u8),
+    /// A configuration register does not hold what was written.
+    NotConfigured {
+        /// The register.
+        register: u8,
+        /// What it holds.
+        value: u8,
+    },
+    /// The data registers hold no data.
+    NoData,
+}
+
+impl<E> From<E> for ImuError<E> {
+    fn from(error: E) -> Self {
+        Self::Bus(error)
+    }
+}
+
+/// An ICM-42688-P on its SPI device, in frames of 16 bits: a register's address and its value make one
+/// frame, and a burst takes half as many DMA transfers as it would in bytes.
+#[derive(Debug)]
+pub struct Icm42688p<S> {
+    spi: S,
+}
+
+impl<S: SpiDevice<u16>> Icm42688p<S> {
+    /// The part behind `spi`; nothing is sent to it yet.
+    pub fn new(spi: S) -> Self {
+        Self { spi }
+    }
+
+    /// Resets and configures the part, and reads the configuration back.
+    ///
+    /// # Errors
+    /// [`ImuError`]; the caller may try again.
+    pub async fn start(&mut self) -> Result<(), ImuError<S::Error>> {
+        self.write(register::DEVICE_CONFIG, SOFT_RESET).await?;
+        Timer::after(Duration::from_millis(2)).await;
+        let who = self.read(register::WHO_AM_I).await?;
+        if who != WHO_AM_I {
+            return Err(ImuError::WrongPart(who));
+        }
+        let settings = [
+            (register::GYRO_CONFIG0, GYRO_1000_DPS_1_KHZ),
+            (register::ACCEL_CONFIG0, ACCEL_8_G_1_KHZ),
+            (register::PWR_MGMT0, LOW_NOISE),
+        ];
+        for (register, value) in settings {
+            self.write(register, value).await?;
+            // No register may be written for 200 us after the sensors are switched on.
+            Timer::after(Duration::from_micros(300)).await;
+        }
+        for (register, wanted) in settings {
+            let value = self.read(register).await?;
+            if value != wanted {
+                return Err(ImuError::NotConfigured { register, value });
+            }
+        }
+        // The gyro's start-up time.
+        Timer::after(Duration::from_millis(45)).await;
+        Ok(())
+    }
+
+    /// Reads temperature, accelerometer and gyro in one burst.
+    ///
+    /// # Errors
+    /// [`ImuError::Bus`], or [`ImuError::NoData`] while the part has no data.
+    pub async fn sample(&mut self) -> Result<ImuRaw, ImuError<S::Error>> {
+        // The address takes the first byte, so each word straddles two frames; the last byte belongs to the
+        // next register.
+        let mut frames = [0; 1 + DATA_WORDS];
+        frames[0] = address_frame(register::TEMP_DATA1 | READ);
+        self.spi
+            .transaction(&mut [Operation::TransferInPlace(&mut frames)])
+            .await?;
+        let mut words = [0_i16; DATA_WORDS];
+        for (word, frames) in words.iter_mut().zip(frames.windows(2)) {
+            if let [before, after] = *frames {
+                *word = ((before << 8) | (after >> 8)).cast_signed();
+            }
+        }
+        let [temperature, data @ ..] = words;
+        // A part that does not answer leaves the line high or low.
+        if data.iter().all(|word| *word == -1) || data.iter().all(|word| *word == 0) || data.contains(&NO_DATA) {
+            return Err(ImuError::NoData);
+        }
+        let [ax, ay, az, gx, gy, gz] = data;
+        Ok(ImuRaw {
+            accel: [ax, ay, az],
+            gyro: [gx, gy, gz],
+            temperature,
+        })
+    }
+
+    async fn read(&mut self, register: u8) -> Result<u8, ImuError<S::Error>> {
+        let mut frame = [address_frame(register | READ)];
+        self.spi
+            .transaction(&mut [Operation::TransferInPlace(&mut frame)])
+            .await?;
+        let [answer] = frame;
+        Ok(answer.to_be_bytes()[1])
+    }
+
+    async fn write(&mut self, register: u8, value: u8) -> Result<(), ImuError<S::Error>> {
+        self.spi.write(&[address_frame(register) | u16::from(value)]).await?;
+        Ok(())
+    }
+}
+
+/// A frame that starts with an address.
+fn address_frame(address: u8) -> u16 {
+    u16::from(address) << 8
+}

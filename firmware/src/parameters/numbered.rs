@@ -1,0 +1,30 @@
+//! A vehicle's parameters as the link and the store number them: the schema, which tells whether two programs
+//! mean the same by a number, and the number that an error is about.
+
+use crc::{CRC_32_ISCSI, Crc};
+use model::vehicle::{ParameterError, VehicleParameters};
+
+const HASH: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
+
+/// Hash of the names and ranges of every parameter of a vehicle of this kind, in order.
+pub fn schema(parameters: &VehicleParameters<f32>) -> u32 {
+    let mut digest = HASH.digest();
+    for (table, field) in (0..parameters.count()).filter_map(|number| parameters.field(number)) {
+        digest.update(table.as_bytes());
+        digest.update(field.name.as_bytes());
+        digest.update(&field.min.to_le_bytes());
+        digest.update(&field.max.to_le_bytes());
+    }
+    digest.finalize()
+}
+
+/// Number of the parameter that an error names; `u16::MAX` if the vehicle has no such parameter.
+pub(super) fn number_of(parameters: &VehicleParameters<f32>, error: &ParameterError) -> u16 {
+    let (group, name) = match error {
+        ParameterError::OutOfRange(out) => (out.group, out.field.name),
+        ParameterError::Inconsistent { group, field, .. } | ParameterError::Unstable { group, field, .. } => {
+            (*group, *field)
+        }
+    };
+    parameters.number_of(group, name).unwrap_or(u16::MAX)
+}

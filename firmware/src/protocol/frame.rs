@@ -1,0 +1,186 @@
+//! Frames: `COBS(postcard(message) ++ CRC-16) ++ 0`.
+
+use crc::{CRC_16_IBM_3740, Crc};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// Longest frame on the wire, final zero included.
+pub const FRAME_MAX: usize = 512;
+/// Longest encoded message with its checksum: a frame less its zero and the bytes that COBS adds, one for every 254
+/// begun.
+const PAYLOAD_MAX: usize = FRAME_MAX - 1 - FRAME_MAX.div_ceil(255);
+const CHECKSUM: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
+const CHECKSUM_LEN: usize = 2;
+
+/// A frame ready for the wire.
+pub type Frame = heapless::Vec<u8, FRAME_MAX>;
+
+/// The message does not fit a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TooLong;
+
+/// Encodes a message.
+///
+/// # Errors
+/// [`TooLong`] if the message does not fit.
+pub fn encode(message: &impl Serialize) -> Result<Frame, TooLong> {
+    let mut payload = [0; PAYLOAD_MAX];
+    let (room, _) = payload
+        .split_at_mut_checked(PAYLOAD_MAX - CHECKSUM_LEN)
+        .ok_or(TooLong)?;
+    let length = postcard::to_slice(message, room).map_err(|_| TooLong)?.len();
+    let body = payload.get_mut(..length + CHECKSUM_LEN).ok_or(TooLong)?;
+    let (message, checksum) = body.split_at_mut_checked(length).ok_or(TooLong)?;
+    checksum.copy_from_slice(&CHECKSUM.checksum(message).to_le_bytes());
+    let mut wire = [0; FRAME_MAX];
+    let length = cobs::try_encode(body, wire.get_mut(..FRAME_MAX - 1).ok_or(TooLong)?).map_err(|_| TooLong)?;
+    // The byte after the encoding is the final zero.
+    Frame::from_slice(wire.get(..=length).ok_or(TooLong)?).map_err(|_| TooLong)
+}
+
+/// What a byte completed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Received<T> {
+    /// Nothing yet.
+    Nothing,
+    /// A good message.
+    Message(T),
+    /// A frame with wrong stuffing, checksum or content.
+    Bad,
+    /// A frame longer than any message; its rest is skipped.
+    Overlong,
+}
+
+/// Puts frames together from a stream of bytes.
+#[derive(Debug, Clone)]
+pub struct Decoder {
+    buffer: heapless::Vec<u8, FRAME_MAX>,
+    skipping: bool,
+}
+
+impl Decoder {
+    /// Waits for the first frame.
+    pub const fn new() -> Self {
+        Self {
+            buffer: heapless::Vec::new(),
+            skipping: false,
+        }
+    }
+
+    /// Forgets a frame that has begun: what follows a gap in the stream is not its rest.
+    pub fn resync(&mut self) {
+        self.buffer.clear();
+        self.skipping = true;
+    }
+
+    /// Takes one byte.
+    ///
+    /// ```
+    /// use firmware::protocol::frame::{Decoder, Received, encode};
+    /// use firmware::protocol::message::HostMessage;
+    /// let sent = HostMessage::Drive { speed_m_s: 1.0, yaw_rate_rad_s: -0.5 };
+    /// let mut decoder = Decoder::new();
+    /// let received = encode(&sent).unwrap().iter().fold(Received::Nothing, |_, byte| decoder.push(*byte));
+    /// assert_eq!(received, Received::Message(sent));
+    /// ```
+    pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Received<T> {
+        if byte != 0 {
+            if !self.skipping && self.buffer.push(byte).is_err() {
+                self.buffer.clear();
+                self.skipping = true;
+                return Received::Overlong;
+            }
+            return Received::Nothing;
+        }
+        let skipped = core::mem::take(&mut self.skipping);
+        if skipped || self.buffer.is_empty() {
+            self.buffer.clear();
+            return Received::Nothing;
+        }
+        let received = decode(&mut self.buffer).map_or(Received::Bad, Received::Message);
+        self.buffer.clear();
+        received
+    }
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The message of one frame (without its final zero), if it is good: right stuffing, right checksum,
+/// and nothing left over.
+fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Option<T> {
+    let length = cobs::decode_in_place(frame).ok()?;
+    let (message, checksum) = frame
+        .get(..length)?
+        .split_at_checked(length.checked_sub(CHECKSUM_LEN)?)?;
+    if CHECKSUM.checksum(message).to_le_bytes() != checksum {
+        return None;
+    }
+    match postcard::take_from_bytes(message) {
+        Ok((message, [])) => Some(message),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::protocol::message::HostMessage;
+
+    fn feed(decoder: &mut Decoder, bytes: &[u8]) -> std::vec::Vec<Received<HostMessage>> {
+        bytes
+            .iter()
+            .map(|byte| decoder.push(*byte))
+            .filter(|r| *r != Received::Nothing)
+            .collect()
+    }
+
+    #[test]
+    fn a_frame_after_an_overlong_one_is_read() {
+        let mut decoder = Decoder::new();
+        assert_eq!(feed(&mut decoder, &[1; 1000]), [Received::Overlong]);
+        assert_eq!(feed(&mut decoder, &[0]), []);
+        let frame = encode(&HostMessage::Identify).expect("fits");
+        assert_eq!(feed(&mut decoder, &frame), [Received::Message(HostMessage::Identify)]);
+    }
+
+    #[test]
+    fn a_resync_drops_only_the_frame_that_was_cut() {
+        let frame = encode(&HostMessage::Identify).expect("fits");
+        let mut decoder = Decoder::new();
+        feed(&mut decoder, &frame[..2]);
+        decoder.resync();
+        assert_eq!(feed(&mut decoder, &frame[2..]), []);
+        assert_eq!(feed(&mut decoder, &frame), [Received::Message(HostMessage::Identify)]);
+    }
+
+    proptest! {
+        /// One flipped bit anywhere never gives another message.
+        #[test]
+        fn a_flipped_bit_is_found(speed in -3.0_f32..3.0, yaw in -3.0_f32..3.0, bit in 0_usize..1000) {
+            let sent = HostMessage::Drive { speed_m_s: speed, yaw_rate_rad_s: yaw };
+            let mut frame = encode(&sent).expect("fits");
+            let bit = bit % (8 * frame.len());
+            frame[bit / 8] ^= 1 << (bit % 8);
+            let mut decoder = Decoder::new();
+            let mut received = feed(&mut decoder, &frame);
+            received.extend(feed(&mut decoder, &[0]));
+            prop_assert!(received.iter().all(|r| !matches!(r, Received::Message(_))), "{:?}", received);
+        }
+
+        /// Noise never panics, and a good frame after it (and a zero) is always read.
+        #[test]
+        fn noise_is_survived(noise in proptest::collection::vec(any::<u8>(), 0..2000)) {
+            let mut decoder = Decoder::new();
+            feed(&mut decoder, &noise);
+            feed(&mut decoder, &[0]);
+            let frame = encode(&HostMessage::Identify).expect("fits");
+            prop_assert_eq!(feed(&mut decoder, &frame), [Received::Message(HostMessage::Identify)]);
+        }
+    }
+}

@@ -1,0 +1,307 @@
+//! The drive board: the part and what the firmware's wiring table connects to its pins.
+
+use std::num::{NonZeroU32, NonZeroU64};
+
+use rigless::device::Level;
+use rigless::machine::{Board, Crystal, Target, armv7m};
+use rigless::mcu::{Mcu, Operate};
+use rigless::soc::Error;
+use rigless::soc::stm32h743::peripherals::gpio::Pin;
+use rigless::soc::stm32h743::peripherals::spi::Select;
+use rigless::soc::stm32h743::peripherals::tim::Channel;
+use rigless::soc::stm32h743::peripherals::{adc, gpio};
+use rigless::time::VirtualNanos;
+
+use super::imu::Imu;
+use super::pins::{BridgeState, MOTORS, Sensed};
+use super::wire::Wire;
+use crate::part::Part;
+
+/// Instructions the emulated core retires per second of virtual time, unless a run sets another rate: the
+/// 400 MHz core at one instruction in four cycles, a cautious figure for code in flash with the cache on.
+pub const INSTRUCTIONS_PER_SECOND: u64 = 100_000_000;
+
+const CORE_HZ: u64 = 400_000_000;
+const CRYSTAL_HZ: u64 = 8_000_000;
+const SUPPLY_MV: u32 = 3300;
+
+/// Indices into the part's arrays of peripherals.
+mod at {
+    /// SPI1, SPI4.
+    pub const IMU_BUSES: [usize; 2] = [0, 3];
+    /// USART3.
+    pub const LINK: usize = 2;
+    /// ADC1.
+    pub const CONVERTER: usize = 0;
+    /// GPIOG.
+    pub const PORT_G: usize = 6;
+}
+
+/// Chip selects of the arm IMU and the spar IMU.
+const IMU_SELECTS: [(&str, u8); 2] = [("GPIOD", 14), ("GPIOE", 4)];
+/// Converter channels of the battery and of the motors' currents.
+const ANALOG_CHANNELS: [u8; 1 + MOTORS] = [15, 10, 5, 18];
+/// The emergency stop's first contact, PG2.
+const STOP_PIN: u8 = 2;
+/// Pins of the bridges on port E: forward, reverse.
+const BRIDGE_PINS: [(u8, u8); MOTORS] = [(9, 8), (11, 10), (13, 12)];
+/// Alternate function that connects TIM1 to the bridges' pins.
+const BRIDGE_FUNCTION: u8 = 1;
+
+/// Levels of A and B in the four phases of a quadrature encoder that turns forward: A leads B.
+const PHASES: [(Level, Level); 4] = [
+    (Level::Low, Level::Low),
+    (Level::High, Level::Low),
+    (Level::High, Level::High),
+    (Level::Low, Level::High),
+];
+
+/// The emulated drive board.
+#[derive(Debug)]
+pub struct DriveBoard {
+    mcu: Part,
+    instructions_per_second: u64,
+    /// Encoder positions, in counts, that the timers have been fed up to.
+    fed_counts: [i64; MOTORS],
+    /// IMUs that do not answer.
+    silent_imus: [bool; 2],
+    /// Both contacts of the emergency stop open.
+    stop_pressed: bool,
+    /// A bridge driver reports a fault.
+    driver_fault: bool,
+}
+
+rigless::store!(DriveBoard {
+    values: [
+        instructions_per_second,
+        fed_counts,
+        silent_imus,
+        stop_pressed,
+        driver_fault
+    ],
+    parts: [mcu],
+    built: []
+});
+
+impl DriveBoard {
+    /// The board at power-up: emergency stop released, vehicle at rest.
+    ///
+    /// # Errors
+    /// When the emulated part lacks a peripheral of the wiring table.
+    pub fn new(instructions_per_second: u64) -> Result<Self, Error> {
+        let mut mcu = Part::new()?;
+        let h7 = &mut mcu.h7;
+        h7.rcc.attach_crystals(CRYSTAL_HZ, Crystal::NONE.0);
+        h7.set_supply(SUPPLY_MV);
+        h7.set_analog_supply(SUPPLY_MV);
+        for converter in &mut h7.adc {
+            converter.set_reference(SUPPLY_MV);
+        }
+        for (bus, (port, number)) in at::IMU_BUSES.into_iter().zip(IMU_SELECTS) {
+            let select = Select {
+                port,
+                pin: pin(number),
+                active: Level::Low,
+            };
+            h7.spi[bus].attach_selected(Imu::new(), select);
+        }
+        h7.usart[at::LINK].attach(Wire::default());
+        let mut board = Self {
+            mcu,
+            instructions_per_second,
+            fed_counts: [0; MOTORS],
+            silent_imus: [false; 2],
+            stop_pressed: false,
+            driver_fault: false,
+        };
+        board.set_stop(VirtualNanos(0), false);
+        Ok(board)
+    }
+
+    /// State of each bridge.
+    pub fn bridges(&mut self, now: VirtualNanos) -> [BridgeState; MOTORS] {
+        let break_level = self.break_level();
+        self.mcu.with_bridge_timer(now, |timer, registers, context| {
+            timer.drive_break(break_level, registers, context);
+            let timer = &timer.model;
+            std::array::from_fn(|n| {
+                let channel = Channel::new(n as u8 + 1).expect("a timer has six channels");
+                match (
+                    timer.pulse(channel, registers),
+                    timer.complementary_pulse(channel, registers),
+                ) {
+                    (Some(forward), Some(reverse)) => BridgeState::Switching {
+                        forward_ns: forward.width.0,
+                        reverse_ns: reverse.width.0,
+                        period_ns: forward.period.0,
+                    },
+                    (None, None) => {
+                        let low = |level: Option<Level>| level != Some(Level::High);
+                        let forward = timer.output(channel, registers);
+                        if low(forward) && low(timer.complementary_output(channel, registers)) {
+                            BridgeState::Open
+                        } else {
+                            BridgeState::Held
+                        }
+                    }
+                    _ => BridgeState::Held,
+                }
+            })
+        })
+    }
+
+    /// Whether TIM1 drives the bridges' pins; until it does, pull-downs hold them low.
+    pub fn bridge_pins_connected(&mut self) -> bool {
+        let port = self.mcu.h7.bus().slot("GPIOE").expect("the part has port E");
+        let registers = self.mcu.h7.bus_mut().slot_mut(port).registers_mut();
+        BRIDGE_PINS
+            .into_iter()
+            .flat_map(|(forward, reverse)| [forward, reverse])
+            .all(|number| gpio::Gpio::function(pin(number), registers) == Some(BRIDGE_FUNCTION))
+    }
+
+    /// Puts what the vehicle's sensors see on the board's pins.
+    pub fn sense(&mut self, now: VirtualNanos, sensed: &Sensed) {
+        for n in 0..MOTORS {
+            self.turn_encoder(now, n, sensed.encoder_counts[n]);
+        }
+        for (n, imu) in sensed.imus.iter().enumerate() {
+            if imu.silent != self.silent_imus[n] {
+                self.silent_imus[n] = imu.silent;
+                // This cannot fail: each bus has had its chip since the board was built.
+                let _ = self.mcu.h7.spi[at::IMU_BUSES[n]].silence(0, imu.silent);
+            }
+        }
+        let h7 = &mut self.mcu.h7;
+        for (bus, imu) in at::IMU_BUSES.into_iter().zip(&sensed.imus) {
+            if let Some(Imu { chip }) = h7.spi[bus].chip_mut(0) {
+                let [x, y, z] = imu.rate_mdeg_s;
+                chip.set_rate(x, y, z);
+                let [x, y, z] = imu.specific_force_ug;
+                chip.set_acceleration(x, y, z);
+            }
+        }
+        let levels = std::iter::once(sensed.battery_mv).chain(sensed.current_mv);
+        for (channel, millivolts) in ANALOG_CHANNELS.into_iter().zip(levels) {
+            let channel = adc::Channel::new(channel).expect("a converter has twenty channels");
+            h7.adc[at::CONVERTER].set_input(channel, millivolts);
+        }
+    }
+
+    /// Presses or releases the emergency stop, which moves both of its contacts.
+    pub fn set_stop(&mut self, now: VirtualNanos, pressed: bool) {
+        self.set_stop_contact(now, pressed);
+        let before = self.break_level();
+        self.stop_pressed = pressed;
+        self.drive_break(now, before);
+    }
+
+    /// Opens or closes the stop's first contact alone, which software reads.
+    pub fn set_stop_contact(&mut self, now: VirtualNanos, open: bool) {
+        // A closed contact grounds the pin; an open one leaves it to its pull-up.
+        let level = (!open).then_some(Level::Low);
+        self.mcu.h7.drive_port(now, at::PORT_G, |port, registers, context| {
+            port.drive(pin(STOP_PIN), level, registers, context);
+        });
+    }
+
+    /// Raises or clears the fault output of the bridges' drivers, which shares the break input's wire.
+    pub fn set_driver_fault(&mut self, now: VirtualNanos, fault: bool) {
+        let before = self.break_level();
+        self.driver_fault = fault;
+        self.drive_break(now, before);
+    }
+
+    /// The host's end of the link.
+    pub fn wire(&mut self) -> &mut Wire {
+        self.mcu.h7.usart[at::LINK]
+            .chip_mut::<Wire>()
+            .expect("the wire was attached when the board was built")
+    }
+
+    /// Turns an encoder to a position in counts, edge by edge.
+    fn turn_encoder(&mut self, now: VirtualNanos, nth: usize, counts: i64) {
+        let fed = &mut self.fed_counts[nth];
+        if *fed == counts {
+            return;
+        }
+        self.mcu.with_timer(now, nth, |timer, registers, context| {
+            while *fed != counts {
+                let before = PHASES[fed.rem_euclid(4) as usize];
+                *fed += (counts - *fed).signum();
+                let after = PHASES[fed.rem_euclid(4) as usize];
+                let (input, level) = if before.0 == after.0 {
+                    (2, after.1)
+                } else {
+                    (1, after.0)
+                };
+                let input = Channel::new(input).expect("a timer has six channels");
+                timer.model.drive_input(input, level, registers, context);
+            }
+        });
+    }
+
+    /// Level of the break input's wire: high while the stop's second contact is open or a driver reports a fault.
+    fn break_level(&self) -> Level {
+        if self.stop_pressed || self.driver_fault {
+            Level::High
+        } else {
+            Level::Low
+        }
+    }
+
+    /// Puts the wire's level, which was `before`, on the break input.
+    fn drive_break(&mut self, now: VirtualNanos, before: Level) {
+        let level = self.break_level();
+        self.mcu.with_bridge_timer(now, |timer, registers, context| {
+            if level != before {
+                timer.time_break_filter(now);
+            }
+            timer.drive_break(level, registers, context);
+        });
+    }
+}
+
+fn pin(number: u8) -> Pin {
+    Pin::new(number).expect("a port has sixteen pins")
+}
+
+impl Board for DriveBoard {
+    fn name(&self) -> &'static str {
+        "drive-board"
+    }
+
+    fn target_names(&self) -> Vec<&'static str> {
+        vec!["stm32h743"]
+    }
+
+    fn mcu(&mut self, target: usize) -> Option<&mut dyn Mcu> {
+        (target == 0).then_some(&mut self.mcu)
+    }
+
+    fn targets(&mut self) -> Vec<Target<'_>> {
+        let core = armv7m::Core {
+            variant: armv7m::Variant::M7,
+            clock_hz: NonZeroU64::new(CORE_HZ).expect("a running clock"),
+            interrupt_lines: NonZeroU32::new(u32::from(Operate::cpu(&self.mcu).interrupt_lines))
+                .expect("the part has interrupts"),
+            priority_bits: 4,
+            refclk_divider: NonZeroU32::new(8).expect("not zero"),
+            instructions_per_second: NonZeroU64::new(self.instructions_per_second).unwrap_or(NonZeroU64::MIN),
+            boot: "flash",
+        };
+        // The core as the part's reference manual and data sheet describe it.
+        let mut config = armv7m::Config::new(core, &rigless::cpu::armv7m::windows(self.mcu.bus()));
+        config.fpu = armv7m::Fpu::FpV5Dp;
+        config.mpu_regions = armv7m::MpuRegions::Sixteen;
+        config.cpuid = 0x411F_C271;
+        config.caches = Some(armv7m::Caches {
+            clidr: 0x0900_0003,
+            ctr: 0x8303_C003,
+            ccsidr: &[0xF00F_E019, 0xF01F_E009],
+        });
+        config.branch_prediction = armv7m::BranchPrediction::Always;
+        config.vector_table = Some(0x0800_0000);
+        vec![Target::new("stm32h743", &mut self.mcu, config.spec())]
+    }
+}

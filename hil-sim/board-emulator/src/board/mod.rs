@@ -1,0 +1,11 @@
+//! What is wired to the part's pins.
+
+mod drive_board;
+pub mod gaps;
+mod imu;
+mod pins;
+mod wire;
+
+pub use drive_board::{DriveBoard, INSTRUCTIONS_PER_SECOND};
+pub use pins::{BridgeState, ImuSensed, MOTORS, Sensed};
+pub use wire::Wire;

@@ -1,0 +1,178 @@
+//! The microcontroller: the emulator's STM32H743 with a watchdog, without the models this firmware never uses.
+//!
+//! The emulated part offers every change of every request line to every model that might be wired to it, some
+//! hundred thousand times per second here. Therefore the models that this firmware never accesses are left out
+//! (their registers remain; the list of gaps would report a firmware that accessed one), the timers hear no
+//! request line, and DMAMUX1 drives only the lines that something on this board listens to.
+
+use rigless::device::{DeviceContext, ErasedDevice, RegisterFile, ResetCause};
+use rigless::mcu::Mcu;
+use rigless::soc::stm32h743::Stm32h743;
+use rigless::soc::{Bus, Error};
+use rigless::time::VirtualNanos;
+
+use super::multiplexer::RequestMultiplexer;
+use super::timer::{BridgeTimer, GeneralTimer};
+use super::watchdog::Watchdog;
+
+/// Instances left out: those that listen to request lines and that the firmware never accesses.
+const LEFT_OUT: [&str; 18] = [
+    "TIM6",
+    "TIM7",
+    "TIM8",
+    "TIM12",
+    "TIM13",
+    "TIM14",
+    "TIM15",
+    "TIM16",
+    "TIM17",
+    "SPI2",
+    "SPI3",
+    "SPI5",
+    "SPI6",
+    "BDMA",
+    "DMAMUX2",
+    "ADC2",
+    "ADC3",
+    "ADC3_Common",
+];
+/// General-purpose timers, in the order in which [`Part::with_timer`] numbers them.
+const TIMERS: [&str; 4] = ["TIM2", "TIM3", "TIM4", "TIM5"];
+
+/// The model that answers for a slot of the bus.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Model {
+    /// The part's own.
+    Own,
+    /// No model: the registers alone.
+    LeftOut,
+    Watchdog,
+    BridgeTimer,
+    Timer(usize),
+    Multiplexer,
+}
+
+/// The emulated part.
+#[derive(Debug)]
+pub struct Part {
+    /// Every peripheral but those below.
+    pub h7: Stm32h743,
+    /// TIM1.
+    bridge_timer: BridgeTimer,
+    /// TIM2 to TIM5.
+    timers: [GeneralTimer; TIMERS.len()],
+    /// DMAMUX1.
+    multiplexer: RequestMultiplexer,
+    /// IWDG1.
+    watchdog: Watchdog,
+    /// The model of each slot.
+    models: Vec<Model>,
+    bridge_timer_slot: usize,
+    timer_slots: [usize; TIMERS.len()],
+    link_slot: usize,
+}
+
+rigless::store!(Part {
+    values: [watchdog],
+    parts: [h7, bridge_timer, timers, multiplexer],
+    built: [models, bridge_timer_slot, timer_slots, link_slot]
+});
+
+impl Part {
+    /// The part at power-up.
+    ///
+    /// # Errors
+    /// When the emulated part's own description is inconsistent.
+    pub fn new() -> Result<Self, Error> {
+        let h7 = Stm32h743::new()?;
+        let bus = h7.bus();
+        let mut models = vec![Model::Own; bus.slots().len()];
+        for instance in LEFT_OUT {
+            models[bus.slot(instance)?] = Model::LeftOut;
+        }
+        let bridge_timer_slot = bus.slot("TIM1")?;
+        models[bridge_timer_slot] = Model::BridgeTimer;
+        let mut timer_slots = [0; TIMERS.len()];
+        for (nth, instance) in TIMERS.into_iter().enumerate() {
+            timer_slots[nth] = bus.slot(instance)?;
+            models[timer_slots[nth]] = Model::Timer(nth);
+        }
+        models[bus.slot("DMAMUX1")?] = Model::Multiplexer;
+        models[bus.slot("IWDG")?] = Model::Watchdog;
+        let link_slot = bus.slot("USART3")?;
+        Ok(Self {
+            h7,
+            bridge_timer: BridgeTimer::bridges(),
+            timers: std::array::from_fn(GeneralTimer::general),
+            multiplexer: RequestMultiplexer::new()?,
+            watchdog: Watchdog::new(),
+            models,
+            bridge_timer_slot,
+            timer_slots,
+            link_slot,
+        })
+    }
+
+    /// Acts on TIM1 from outside the part, at an instant.
+    pub fn with_bridge_timer<T>(
+        &mut self,
+        at: VirtualNanos,
+        action: impl FnOnce(&mut BridgeTimer, &mut RegisterFile, &mut DeviceContext<'_>) -> T,
+    ) -> T {
+        let (registers, mut context) = self.h7.bus_mut().drive(at, self.bridge_timer_slot);
+        action(&mut self.bridge_timer, registers, &mut context)
+    }
+
+    /// Acts on a general-purpose timer from outside the part, at an instant: TIM2 for 0, to TIM5 for 3.
+    pub fn with_timer<T>(
+        &mut self,
+        at: VirtualNanos,
+        nth: usize,
+        action: impl FnOnce(&mut GeneralTimer, &mut RegisterFile, &mut DeviceContext<'_>) -> T,
+    ) -> T {
+        let (registers, mut context) = self.h7.bus_mut().drive(at, self.timer_slots[nth]);
+        action(&mut self.timers[nth], registers, &mut context)
+    }
+}
+
+impl Mcu for Part {
+    fn bus(&self) -> &Bus {
+        self.h7.bus()
+    }
+
+    fn bus_mut(&mut self) -> &mut Bus {
+        self.h7.bus_mut()
+    }
+
+    fn reset(&mut self, at: VirtualNanos, cause: ResetCause) {
+        ErasedDevice::reset(&mut self.watchdog);
+        ErasedDevice::reset(&mut self.bridge_timer);
+        for timer in &mut self.timers {
+            ErasedDevice::reset(timer);
+        }
+        ErasedDevice::reset(&mut self.multiplexer);
+        self.h7.reset(at, cause);
+    }
+
+    /// Polls the link's model, the only one that something outside the part feeds. The part's own `poll` asks
+    /// all hundred models at every stop.
+    fn poll(&mut self, now: VirtualNanos) {
+        let slot = self.link_slot;
+        if let (bus, Some(model)) = self.h7.split(slot) {
+            let (registers, mut context) = bus.drive(now, slot);
+            model.poll(registers, &mut context);
+        }
+    }
+
+    fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {
+        let model: &mut dyn ErasedDevice = match self.models.get(slot).copied().unwrap_or(Model::Own) {
+            Model::Own => return self.h7.split(slot),
+            Model::LeftOut => return (self.h7.bus_mut(), None),
+            Model::Watchdog => &mut self.watchdog,
+            Model::BridgeTimer => &mut self.bridge_timer,
+            Model::Timer(nth) => &mut self.timers[nth],
+            Model::Multiplexer => &mut self.multiplexer,
+        };
+        (self.h7.bus_mut(), Some(model))
+    }
+}

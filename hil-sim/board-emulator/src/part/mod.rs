@@ -1,0 +1,8 @@
+//! The emulated STM32H743 as this board needs it: the emulator's models, some replaced and some left out.
+
+mod mcu;
+mod multiplexer;
+mod timer;
+mod watchdog;
+
+pub use mcu::Part;

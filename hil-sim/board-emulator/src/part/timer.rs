@@ -1,0 +1,115 @@
+//! TIM1 to TIM5, without the calls that nothing on this board needs.
+//!
+//! None of these timers moves data by DMA or follows another timer, so none of them hears a request line.
+//!
+//! The part's model of a timer with outputs asks for control at every edge of every channel: 80,000 times per
+//! second for the three channels of the bridges' timer (TIM1) at 20 kHz, most of what a run costs. Nothing on
+//! this board looks at an edge, and the model catches up in one pass whenever it is accessed. TIM1's events are
+//! therefore dropped, except around a change of the break input, because they time the break's filter; whoever
+//! reads TIM1's outputs drives its break input first, which makes the model catch up.
+
+use rigless::device::{Device, DeviceContext, Level, RegisterFile, RequestChange};
+use rigless::soc::stm32h743::peripherals::tim::{
+    ADVANCED_TIMERS, Advanced, BreakInput, BreakSource, Family, General, TIMERS, Tim,
+};
+use rigless::time::{EventId, VirtualNanos};
+
+/// How long after a change of the break input TIM1's events are let through, in ns: longer than any setting of
+/// the break's filter at this board's clock (15 samples of 32 periods of 5 ns: 2.4 us).
+const BREAK_FILTER_NS: u64 = 5_000;
+
+/// Clock until the clock tree sets the timer's own, before the firmware starts the timer.
+const UNSET_CLOCK_HZ: u64 = 1;
+
+/// A timer of one family.
+#[derive(Debug)]
+pub struct Timer<F: Family> {
+    /// The part's model.
+    pub model: Tim<F>,
+    /// The last instant, in ns, at which an event reaches the model.
+    events_until: u64,
+}
+
+/// TIM1, which switches the bridges.
+pub type BridgeTimer = Timer<Advanced>;
+/// One of TIM2 to TIM5.
+pub type GeneralTimer = Timer<General>;
+
+rigless::store!(BridgeTimer {
+    values: [model, events_until],
+    parts: [],
+    built: []
+});
+rigless::store!(GeneralTimer {
+    values: [model, events_until],
+    parts: [],
+    built: []
+});
+
+impl GeneralTimer {
+    /// TIM2 for 0, to TIM5 for 3, out of reset.
+    pub fn general(nth: usize) -> Self {
+        Self {
+            model: Tim::with_clock(UNSET_CLOCK_HZ, TIMERS[nth]),
+            events_until: u64::MAX,
+        }
+    }
+}
+
+impl BridgeTimer {
+    /// TIM1, out of reset.
+    pub fn bridges() -> Self {
+        Self {
+            model: Tim::with_clock(UNSET_CLOCK_HZ, ADVANCED_TIMERS[0]),
+            events_until: 0,
+        }
+    }
+
+    /// Lets the model's events through for as long as the break's filter can take.
+    pub fn time_break_filter(&mut self, now: VirtualNanos) {
+        self.events_until = now.0 + BREAK_FILTER_NS;
+    }
+
+    /// Puts a level on the break pin, which makes the model catch up.
+    pub fn drive_break(&mut self, level: Level, registers: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        self.model
+            .drive_break_source(BreakInput::First, BreakSource::Pin, level, registers, context);
+    }
+}
+
+impl<F: Family> Device for Timer<F> {
+    type Register = F::Register;
+
+    fn read(&mut self, register: F::Register, file: &mut RegisterFile, context: &mut DeviceContext<'_>) -> Option<u64> {
+        self.model.read(register, file, context)
+    }
+
+    fn peek(&self, register: F::Register, file: &RegisterFile, now: VirtualNanos) -> Option<u64> {
+        self.model.peek(register, file, now)
+    }
+
+    fn write(&mut self, register: F::Register, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        self.model.write(register, value, file, context);
+    }
+
+    fn on_event(&mut self, event: EventId, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        if context.now().0 <= self.events_until {
+            self.model.on_event(event, file, context);
+        }
+    }
+
+    /// Ignored: no request or acknowledge is wired to these timers.
+    fn on_request(&mut self, _: RequestChange, _: &mut RegisterFile, _: &mut DeviceContext<'_>) {}
+
+    fn on_clock_input(&mut self, input: usize, hz: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        self.model.on_clock_input(input, hz, file, context);
+    }
+
+    fn reset(&mut self) {
+        self.model.reset();
+    }
+
+    fn reset_line(&mut self, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        self.model.reset_line(file, context);
+    }
+}

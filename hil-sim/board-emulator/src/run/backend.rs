@@ -1,0 +1,131 @@
+//! Scenarios on the emulated board: the same files, operator, trace and metrics as on the virtual board.
+
+use std::sync::mpsc::channel;
+
+use plant::Plant;
+use virtual_board::scenario::{Backend, Observation};
+
+use super::emulation::Emulation;
+use super::settings::Settings;
+use crate::elf::Firmware;
+use crate::error::Error;
+use crate::time::US;
+use crate::vehicle::VehicleAtPins;
+
+/// The emulated board with hil-sim's plant around it.
+pub struct EmulatedBackend<'a> {
+    firmware: &'a Firmware,
+    emulation: Emulation,
+    vehicle: VehicleAtPins,
+    /// Lines of the log that [`Backend::log`] has returned.
+    log_lines: usize,
+    /// Why the run ended early; time stands still from then on.
+    failure: Option<Error>,
+}
+
+impl<'a> EmulatedBackend<'a> {
+    /// Powers the board up.
+    ///
+    /// # Errors
+    /// As [`Emulation::power_on`].
+    pub fn power_on(firmware: &'a Firmware, plant: Plant, settings: Settings) -> Result<Self, Error> {
+        Self::power_on_with(firmware, plant, settings, &[])
+    }
+
+    /// [`EmulatedBackend::power_on`] with further contents of the flash, as addresses and bytes.
+    ///
+    /// # Errors
+    /// As [`Emulation::power_on`].
+    pub fn power_on_with(
+        firmware: &'a Firmware,
+        plant: Plant,
+        settings: Settings,
+        contents: &[(u64, Vec<u8>)],
+    ) -> Result<Self, Error> {
+        let vehicle = VehicleAtPins::new(plant);
+        let emulation = Emulation::power_on_with(firmware, Box::new(vehicle.clone()), settings, contents)?;
+        Ok(Self {
+            firmware,
+            emulation,
+            vehicle,
+            log_lines: 0,
+            failure: None,
+        })
+    }
+
+    /// The run itself, for what a scenario does not need.
+    ///
+    /// # Errors
+    /// The error with which the run ended early, if it did.
+    pub fn emulation(&mut self) -> Result<&mut Emulation, Error> {
+        match self.failure.take() {
+            Some(failure) => Err(failure),
+            None => Ok(&mut self.emulation),
+        }
+    }
+
+    /// Keeps the first failure, because the trait's calls return no errors.
+    fn note<T: Default>(&mut self, result: Result<T, Error>) -> T {
+        result.unwrap_or_else(|error| {
+            self.failure.get_or_insert(error);
+            T::default()
+        })
+    }
+}
+
+impl Backend for EmulatedBackend<'_> {
+    fn now_us(&self) -> u64 {
+        self.emulation.now() / US
+    }
+
+    fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation)) {
+        // Bytes that came up before this call belong to the first observation.
+        let mut before = self.emulation.receive();
+        let vehicle = self.vehicle.clone();
+        let (seen, observations) = channel();
+        let instants = instants_us.iter().map(|instant_us| instant_us * US);
+        let result = self.emulation.run_through(instants, move |stopped| {
+            let observation = Observation {
+                now_us: stopped.now() / US,
+                booted_us: stopped.started_at() / US,
+                truth: vehicle.plant().truth(),
+                bridges_on: stopped.bridges().iter().any(|bridge| bridge.duty().is_some()),
+                received: stopped.receive(),
+            };
+            // The receiver lives until the run has arrived.
+            let _ = seen.send(observation);
+        });
+        self.note(result);
+        for mut observation in observations.try_iter() {
+            before.append(&mut observation.received);
+            observation.received = std::mem::take(&mut before);
+            observe(observation);
+        }
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        let result = self.emulation.send(bytes);
+        self.note(result);
+    }
+
+    fn plant(&mut self, act: &mut dyn FnMut(&mut Plant)) {
+        act(&mut self.vehicle.plant());
+    }
+
+    fn set_emergency_stop(&mut self, pressed: bool) {
+        let result = self.emulation.at(move |stopped| {
+            let (board, now) = stopped.board_now();
+            board.set_stop(now, pressed);
+        });
+        self.note(result);
+    }
+
+    fn log(&mut self) -> Vec<String> {
+        let bytes = self.emulation.at(|stopped| stopped.log_bytes()).and_then(|bytes| bytes);
+        let lines = bytes.and_then(|bytes| self.firmware.decode(&bytes));
+        let lines = self.note(lines);
+        let new = lines.get(self.log_lines..).unwrap_or_default().to_vec();
+        self.log_lines = lines.len();
+        new
+    }
+}

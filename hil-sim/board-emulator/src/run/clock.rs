@@ -1,0 +1,63 @@
+//! TIM5, the clock of the firmware's tasks: where its ticks lie, and a correction of its model.
+
+use rigless::emulator::{Access, AccessKind};
+use rigless::mcu::Operate;
+use rigless::session::Session;
+use rigless::soc::Width;
+use rigless::time::VirtualNanos;
+
+use crate::board::DriveBoard;
+use crate::error::Error;
+use crate::time::{MS, US};
+
+/// Status register.
+const STATUS: u64 = 0x4000_0C10;
+/// Event generation register.
+const EVENTS: u64 = 0x4000_0C14;
+/// Counter, in us.
+const COUNT: u64 = 0x4000_0C24;
+
+/// The four compare flags of the status register.
+const COMPARE_FLAGS: u64 = 0x1E;
+/// Range of the counter's low 16 bits, which the firmware uses, in us.
+const RANGE_US: u64 = 1 << 16;
+
+/// Time in ns from a start of the part by which the firmware's clock runs.
+pub(super) const RUNS_AFTER: u64 = 20 * MS;
+/// Time in ns from a step of the plant to the firmware's tick: the tick senses the state of just before, and the
+/// plant moves with the bridges as the previous tick left them.
+const STEP_BEFORE_TICK: u64 = 20 * US;
+
+/// The first instant in ns after `at` that lies just before a tick of the firmware.
+pub(super) fn next_step(session: &mut Session<DriveBoard>, at: VirtualNanos) -> Result<u64, Error> {
+    let started = session.resets().last().map_or(0, |reset| reset.at.0);
+    let count_us = session
+        .mcu()
+        .read(at, COUNT, Width::W32)
+        .map_err(|fault| Error::access(&fault))?;
+    Ok(just_before_tick(at.0, count_us % RANGE_US, started))
+}
+
+/// The first instant after `now` that lies just before a tick of a firmware that started at `started` and whose
+/// clock's low 16 bits read `count_us`. The clock shows the time since the start, less the time that the start-up
+/// code took before it started the clock (less than half of the counter's range).
+fn just_before_tick(now: u64, count_us: u64, started: u64) -> u64 {
+    let elapsed_us = (now - started) / US;
+    let lag_us = (elapsed_us - count_us) % RANGE_US;
+    let first_tick = started + lag_us * US;
+    let before = first_tick + MS - STEP_BEFORE_TICK;
+    before + now.saturating_sub(before).div_ceil(MS) * MS
+}
+
+/// Clears the compare flags that the clock's model sets wrongly after `access`.
+///
+/// The model sets them on a software update event while the compare registers are zero. The part does not; the
+/// firmware's clock would take a flag for an elapsed half period.
+pub(super) fn correct_flags(session: &mut Session<DriveBoard>, access: &Access) -> Result<(), Error> {
+    if access.address != EVENTS || access.kind != AccessKind::Write {
+        return Ok(());
+    }
+    let kept = u64::from(u32::MAX) & !COMPARE_FLAGS;
+    let written = session.mcu().write(access.virtual_time, STATUS, Width::W32, kept);
+    written.map_err(|fault| Error::access(&fault))
+}

@@ -1,0 +1,105 @@
+//! The emulator's side of a run: carries out the caller's orders between two instructions.
+
+use std::collections::VecDeque;
+use std::sync::mpsc::{Receiver, Sender};
+
+use rigless::emulator::{Driver, Host, Settled, Stop};
+use rigless::session::Session;
+use rigless::time::VirtualNanos;
+
+use super::orders::{Arrival, Order, Watch};
+use super::state::State;
+use super::stopped::Stopped;
+use crate::board::DriveBoard;
+use crate::error::Error;
+
+/// The emulator's side of a run.
+pub(super) struct Conductor {
+    state: State,
+    orders: Receiver<Order>,
+    arrivals: Sender<Arrival>,
+    /// Instants still to run through, in ns.
+    instants: VecDeque<u64>,
+    /// What to do at each of them.
+    watch: Watch,
+    digest: [u8; 32],
+}
+
+impl Conductor {
+    pub(super) fn new(state: State, orders: Receiver<Order>, arrivals: Sender<Arrival>, digest: [u8; 32]) -> Self {
+        Self {
+            state,
+            orders,
+            arrivals,
+            instants: VecDeque::new(),
+            watch: Box::new(|_| {}),
+            digest,
+        }
+    }
+
+    /// The first failure of the run, if it failed.
+    pub(super) fn finish(self) -> Result<(), Error> {
+        self.state.outcome()
+    }
+
+    /// Carries out orders until one lets the run go on; `None` when the run is to end.
+    fn take_orders(&mut self, session: &mut Session<DriveBoard>, stop: Stop, host: &mut dyn Host) -> Option<()> {
+        loop {
+            // A caller that is gone can send no order to end the run.
+            match self.orders.recv().unwrap_or(Order::End) {
+                Order::Do(task) => task(&mut Stopped {
+                    session,
+                    host,
+                    state: &mut self.state,
+                    stop,
+                    digest: &self.digest,
+                }),
+                Order::Send(bytes) => session.board_mut().wire().send(&bytes),
+                Order::Run(instants, watch) => {
+                    self.instants = instants;
+                    self.watch = watch;
+                    return Some(());
+                }
+                Order::End => return None,
+            }
+        }
+    }
+}
+
+impl Driver<DriveBoard> for Conductor {
+    fn on_settled(&mut self, session: &mut Session<DriveBoard>, _: &mut dyn Host, settled: Settled) {
+        match settled {
+            Settled::Access { access, .. } => self.state.on_access(session, &access),
+            Settled::Stop(_) => self.state.stops += 1,
+            // A hit cannot happen: no instruction is watched.
+            _ => {}
+        }
+    }
+
+    fn on_stop(&mut self, session: &mut Session<DriveBoard>, stop: Stop, host: &mut dyn Host) -> Option<VirtualNanos> {
+        let now = stop.at.0;
+        self.state.on_stop(session, stop.at, host);
+        if self.state.failed() {
+            return None;
+        }
+        loop {
+            while let Some(&instant) = self.instants.front() {
+                if now < instant {
+                    return Some(VirtualNanos(instant.min(self.state.next_step())));
+                }
+                self.instants.pop_front();
+                (self.watch)(&mut Stopped {
+                    session,
+                    host,
+                    state: &mut self.state,
+                    stop,
+                    digest: &self.digest,
+                });
+            }
+            // No instant is left: the run has arrived.
+            let received = session.board_mut().wire().take();
+            self.arrivals.send(Arrival { now, received }).ok()?;
+            self.take_orders(session, stop, host)?;
+        }
+    }
+}

@@ -1,0 +1,18 @@
+//! A run of the firmware in virtual time.
+//!
+//! The emulated core runs on a thread of its own ([`Emulation`] starts it); the caller's orders reach it through
+//! a channel, and the conductor carries them out between two instructions.
+
+mod backend;
+mod clock;
+mod conductor;
+mod emulation;
+mod orders;
+mod settings;
+mod state;
+mod stopped;
+
+pub use backend::EmulatedBackend;
+pub use emulation::{Emulation, Frozen};
+pub use settings::Settings;
+pub use stopped::{Stopped, Work};

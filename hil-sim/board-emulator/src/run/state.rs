@@ -1,0 +1,201 @@
+//! What a run keeps beside the board: the vehicle and when it is stepped, the log, what is recorded.
+
+use rigless::emulator::{Access, AccessKind, Host};
+use rigless::session::Session;
+use rigless::soc::Width;
+use rigless::time::VirtualNanos;
+
+use super::clock;
+use super::settings::Settings;
+use crate::board::DriveBoard;
+use crate::elf::log;
+use crate::error::Error;
+use crate::vehicle::ClosedPlant;
+
+/// The core's cycle counter, which the firmware reads between the stages of a tick.
+const CYCLE_COUNTER: u64 = 0xE000_1004;
+
+/// Memory that is read at every step of the plant.
+#[derive(Debug)]
+pub(super) struct Probe {
+    /// Address of the first word.
+    address: u64,
+    /// Number of 32-bit words read at each step.
+    words: u64,
+    /// The words read so far.
+    pub(super) samples: Vec<u32>,
+}
+
+impl Probe {
+    pub(super) fn new(address: u64, words: u64) -> Self {
+        Self {
+            address,
+            words,
+            samples: Vec::new(),
+        }
+    }
+
+    fn read(&mut self, host: &mut dyn Host) -> Result<(), Error> {
+        for n in 0..self.words {
+            self.samples.push(host.read(self.address + 4 * n, Width::W32)? as u32);
+        }
+        Ok(())
+    }
+}
+
+/// What a run keeps beside the board.
+pub(super) struct State {
+    plant: Box<dyn ClosedPlant>,
+    settings: Settings,
+    rtt_block: u64,
+    stepped_at: u64,
+    /// When the plant is stepped next. Steps are an interval apart from here on: an instruction that runs past a
+    /// stop does not delay the steps after it.
+    next_step: u64,
+    /// When the steps are next aligned with the firmware's clock: once after each start.
+    align_at: Option<u64>,
+    /// Restarts seen so far.
+    resets: usize,
+    next_drain: u64,
+    log: Vec<u8>,
+    pub(super) probe: Option<Probe>,
+    /// Instructions retired at each read of the cycle counter, while they are recorded.
+    pub(super) cycle_reads: Option<Vec<u64>>,
+    /// Accesses of the core to peripherals' registers.
+    pub(super) accesses: u64,
+    /// Stops between two instructions.
+    pub(super) stops: u64,
+    /// The first failure, which ends the run.
+    failure: Option<Error>,
+}
+
+impl State {
+    /// At power-up; `rtt_block` is the address of the log's control block.
+    pub(super) fn new(plant: Box<dyn ClosedPlant>, settings: Settings, rtt_block: u64) -> Self {
+        Self {
+            plant,
+            settings,
+            rtt_block,
+            stepped_at: 0,
+            next_step: 0,
+            align_at: Some(clock::RUNS_AFTER),
+            resets: 0,
+            next_drain: 0,
+            log: Vec::new(),
+            probe: None,
+            cycle_reads: None,
+            accesses: 0,
+            stops: 0,
+            failure: None,
+        }
+    }
+
+    pub(super) fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// A copy for a second run from here on; nothing is recorded in it.
+    pub(super) fn fork(&self) -> Self {
+        Self {
+            plant: self.plant.fork(),
+            settings: self.settings,
+            log: self.log.clone(),
+            probe: None,
+            cycle_reads: None,
+            failure: None,
+            ..*self
+        }
+    }
+
+    /// When the plant is stepped next, in ns.
+    pub(super) fn next_step(&self) -> u64 {
+        self.next_step
+    }
+
+    /// Whether the run has failed.
+    pub(super) fn failed(&self) -> bool {
+        self.failure.is_some()
+    }
+
+    /// The first failure of the run, if it failed.
+    pub(super) fn outcome(self) -> Result<(), Error> {
+        self.failure.map_or(Ok(()), Err)
+    }
+
+    /// Keeps the first failure.
+    fn note(&mut self, result: Result<(), Error>) {
+        if let Err(failure) = result {
+            self.failure.get_or_insert(failure);
+        }
+    }
+
+    /// Counts and records an access of the core to a register.
+    pub(super) fn on_access(&mut self, session: &mut Session<DriveBoard>, access: &Access) {
+        self.accesses += 1;
+        if access.address == CYCLE_COUNTER
+            && access.kind == AccessKind::Read
+            && let Some(reads) = &mut self.cycle_reads
+        {
+            reads.push(access.instruction_count);
+        }
+        let corrected = clock::correct_flags(session, access);
+        self.note(corrected);
+    }
+
+    /// Steps the plant and drains the log where they are due.
+    pub(super) fn on_stop(&mut self, session: &mut Session<DriveBoard>, at: VirtualNanos, host: &mut dyn Host) {
+        if at.0 >= self.next_step {
+            self.step_plant(session, at, host);
+            self.schedule_step(session, at);
+        }
+        if at.0 >= self.next_drain {
+            let drained = self.drain_log(host);
+            self.note(drained);
+            self.next_drain = at.0 + self.settings.log_interval;
+        }
+    }
+
+    /// Drains the log; [`State::log`] holds it.
+    pub(super) fn drain_log(&mut self, host: &mut dyn Host) -> Result<(), Error> {
+        Ok(log::drain(self.rtt_block, host, &mut self.log)?)
+    }
+
+    /// The log as far as it is drained, as encoded by the firmware.
+    pub(super) fn log(&self) -> &[u8] {
+        &self.log
+    }
+
+    /// Steps the plant from its last step to now and puts what it senses on the pins.
+    fn step_plant(&mut self, session: &mut Session<DriveBoard>, at: VirtualNanos, host: &mut dyn Host) {
+        let board = session.board_mut();
+        let bridges = board.bridges(at);
+        let seconds = (at.0 - self.stepped_at) as f64 * 1e-9;
+        let sensed = self.plant.step(seconds, &bridges);
+        board.sense(at, &sensed);
+        self.stepped_at = at.0;
+        if let Some(probe) = &mut self.probe {
+            let read = probe.read(host);
+            self.note(read);
+        }
+    }
+
+    /// Schedules the step after the one just done: an interval later or, once after each start, just before a
+    /// tick of the firmware.
+    fn schedule_step(&mut self, session: &mut Session<DriveBoard>, at: VirtualNanos) {
+        let interval = self.settings.plant_interval;
+        // An instruction may have run past the instant at which the step was due.
+        let due = self.next_step;
+        self.next_step = due + ((at.0 - due) / interval + 1) * interval;
+        if session.resets().len() != self.resets {
+            self.resets = session.resets().len();
+            self.align_at = Some(at.0 + clock::RUNS_AFTER);
+        }
+        if self.align_at.is_some_and(|align_at| at.0 >= align_at) {
+            self.align_at = None;
+            match clock::next_step(session, at) {
+                Ok(aligned) => self.next_step = aligned,
+                Err(failure) => self.note(Err(failure)),
+            }
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! A vehicle on a test bench, for tests that need no simulator.
+
+use super::closed_plant::ClosedPlant;
+use crate::board::{BridgeState, MOTORS, Sensed};
+
+/// A motor that moves its own and its wheel's inertia only, all referred to the motor's shaft.
+#[derive(Debug, Clone, Copy)]
+struct FreeMotor {
+    constant_v_s: f64,
+    resistance_ohm: f64,
+    /// Time constant of the speed under voltage: inertia times resistance over the constant squared.
+    lag_s: f64,
+    rate_rad_s: f64,
+    angle_rad: f64,
+}
+
+impl FreeMotor {
+    /// Time constant of the speed with the bridge open: friction.
+    const COASTING_LAG_S: f64 = 0.5;
+    const COUNTS_PER_RAD: f64 = 1024.0 / std::f64::consts::TAU;
+
+    /// Advances by `seconds`; returns the current in A.
+    fn step(&mut self, seconds: f64, voltage_v: Option<f64>) -> f64 {
+        let (final_rate, lag) = match voltage_v {
+            Some(voltage) => (voltage / self.constant_v_s, self.lag_s),
+            None => (0.0, Self::COASTING_LAG_S),
+        };
+        let left = (-seconds / lag).exp();
+        let lost = self.rate_rad_s - final_rate;
+        self.angle_rad += final_rate * seconds + lost * lag * (1.0 - left);
+        self.rate_rad_s = final_rate + lost * left;
+        voltage_v.map_or(0.0, |voltage| {
+            (voltage - self.constant_v_s * self.rate_rad_s) / self.resistance_ohm
+        })
+    }
+}
+
+/// The reference vehicle on a bench with its wheels off the ground: upright and at rest, with noise on its
+/// sensors. For tests of the board that need no dynamics.
+#[derive(Debug, Clone)]
+pub struct Bench {
+    motors: [FreeMotor; MOTORS],
+    battery_v: f64,
+    noise: u64,
+}
+
+impl Bench {
+    /// The vehicle at rest, with a battery that never sags; `battery_v` is its voltage in V.
+    pub fn new(battery_v: f64) -> Self {
+        let motor = |constant_v_s, resistance_ohm, lag_s| FreeMotor {
+            constant_v_s,
+            resistance_ohm,
+            lag_s,
+            rate_rad_s: 0.0,
+            angle_rad: 0.0,
+        };
+        let wheel = motor(0.0302, 0.316, 0.01);
+        Self {
+            motors: [wheel, wheel, motor(0.0546, 5.853, 0.01)],
+            battery_v,
+            noise: 1,
+        }
+    }
+
+    /// A number from -`span` to `span`, uniformly distributed (linear congruential generator, Knuth's MMIX).
+    fn noise(&mut self, span: i32) -> i32 {
+        self.noise = self
+            .noise
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.noise >> 33) as i32 % (2 * span + 1) - span
+    }
+}
+
+impl ClosedPlant for Bench {
+    fn step(&mut self, seconds: f64, bridges: &[BridgeState; MOTORS]) -> Sensed {
+        let mut sensed = Sensed {
+            battery_mv: battery_mv(self.battery_v),
+            ..Sensed::default()
+        };
+        for imu in &mut sensed.imus {
+            imu.specific_force_ug = [self.noise(3_000), self.noise(3_000), 1_000_000 + self.noise(3_000)];
+            imu.rate_mdeg_s = std::array::from_fn(|_| self.noise(150));
+        }
+        for (n, (motor, bridge)) in self.motors.iter_mut().zip(bridges).enumerate() {
+            let current = motor.step(seconds, bridge.duty().map(|duty| duty * self.battery_v));
+            sensed.encoder_counts[n] = (motor.angle_rad * FreeMotor::COUNTS_PER_RAD).floor() as i64;
+            sensed.current_mv[n] = current_mv(current);
+        }
+        sensed
+    }
+
+    fn fork(&self) -> Box<dyn ClosedPlant> {
+        Box::new(self.clone())
+    }
+}
+
+/// Output of a current amplifier in mV: 60 A either side of mid-scale.
+fn current_mv(amperes: f64) -> u32 {
+    (1650.0 + amperes * 1650.0 / 60.0).round().clamp(0.0, 3300.0) as u32
+}
+
+/// Output of the battery's divider in mV: 1:20.
+fn battery_mv(volts: f64) -> u32 {
+    (volts * 1000.0 / 20.0).round().clamp(0.0, 3300.0) as u32
+}

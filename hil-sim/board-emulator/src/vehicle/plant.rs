@@ -1,0 +1,93 @@
+//! The simulated vehicle around the emulated board: hil-sim's plant at the board's pins.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use firmware::imu;
+use model::sample::Motor;
+use plant::icm42688p::{Icm42688p, registers as register};
+use plant::{self, Plant};
+
+use super::closed_plant::ClosedPlant;
+use crate::board::{BridgeState, ImuSensed, MOTORS, Sensed};
+
+/// Register values that turn both sensors on, with the firmware's ranges, at 1 kHz.
+const SETTINGS: [(u8, u8); 3] = [
+    (register::GYRO_CONFIG0, 0x26),
+    (register::ACCEL_CONFIG0, 0x26),
+    (register::PWR_MGMT0, 0x0F),
+];
+
+/// The plant at the board's pins. Clones share the plant.
+///
+/// The plant's IMUs have a register model of their own, which the virtual board's driver talks to. On the
+/// emulated board the firmware talks to the emulator's independent model of the IMU; the plant's model is the
+/// sensor behind it and contributes noise and faults.
+#[derive(Debug, Clone)]
+pub struct VehicleAtPins(Arc<Mutex<Plant>>);
+
+impl VehicleAtPins {
+    /// Switches the plant's IMUs on.
+    pub fn new(mut plant: Plant) -> Self {
+        for (register, value) in SETTINGS {
+            plant.arm_imu().transfer(&mut [register, value]);
+            if let Some(imu) = plant.spar_imu() {
+                imu.transfer(&mut [register, value]);
+            }
+        }
+        Self(Arc::new(Mutex::new(plant)))
+    }
+
+    /// The plant as its last step left it.
+    pub fn plant(&self) -> MutexGuard<'_, Plant> {
+        // A panic while another thread held the lock leaves the plant as consistent as any step does.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl ClosedPlant for VehicleAtPins {
+    fn step(&mut self, seconds: f64, bridges: &[BridgeState; MOTORS]) -> Sensed {
+        let mut plant = self.plant();
+        let bridges = bridges.map(|bridge| match bridge {
+            // A bridge that conducts without switching connects its motor to one of the supply's poles. The plant
+            // cannot tell which; it takes the full duty.
+            BridgeState::Held => plant::BridgeState::Duty(1.0),
+            _ => bridge.duty().map_or(plant::BridgeState::Open, plant::BridgeState::Duty),
+        });
+        plant.advance(seconds, &bridges);
+        let (battery, current) = plant.analog();
+        let counted = |motor| plant.encoder(motor).counted();
+        let encoder_counts = [counted(Motor::Left), counted(Motor::Right), counted(Motor::Ballast)];
+        let arm = sensed(plant.arm_imu());
+        let spar = plant.spar_imu().map_or(ImuSensed::SILENT, |imu| sensed(imu));
+        Sensed {
+            encoder_counts,
+            imus: [arm, spar],
+            battery_mv: millivolts(battery),
+            current_mv: current.map(millivolts),
+        }
+    }
+
+    fn fork(&self) -> Box<dyn ClosedPlant> {
+        Box::new(Self(Arc::new(Mutex::new(self.plant().clone()))))
+    }
+}
+
+/// The voltage in mV that converts to `count`, of 65536 at 3.3 V.
+fn millivolts(count: u16) -> u32 {
+    (f64::from(count) * 3300.0 / 65536.0).round() as u32
+}
+
+/// Reads out the plant's IMU, in the units that the emulator's IMU takes.
+fn sensed(imu: &Icm42688p) -> ImuSensed {
+    let Some([_, accel @ .., gx, gy, gz]) = imu.data() else {
+        return ImuSensed::SILENT;
+    };
+    let scaled = |words: [i16; 3], unit: f64| words.map(|word| (f64::from(word) * unit).round() as i32);
+    let g = 1e6 / f64::from(imu::driver::SCALES.accel_lsb_per_g);
+    let rate = 1e3 / f64::from(imu::driver::SCALES.gyro_lsb_per_deg_s);
+    ImuSensed {
+        silent: false,
+        specific_force_ug: scaled(accel, g),
+        rate_mdeg_s: scaled([gx, gy, gz], rate),
+    }
+}

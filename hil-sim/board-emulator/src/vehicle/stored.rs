@@ -1,0 +1,36 @@
+//! The firmware's stored parameters, written into its flash before it starts.
+
+use model::vehicle::Vehicle;
+use virtual_board::board::flash::VirtualFlash;
+
+use crate::error::Error;
+
+/// Address of the parameter store: the last two sectors of bank 2.
+pub const REGION: u64 = 0x081C_0000;
+
+/// Flash contents, as address and bytes, of a board on which `vehicle` was stored over the link.
+///
+/// # Errors
+/// [`Error::Vehicle`] when the vehicle is not consistent in single precision or does not fit the store.
+pub fn set(vehicle: &Vehicle<f64>) -> Result<(u64, Vec<u8>), Error> {
+    let refused = |why: String| Error::Vehicle(why);
+    let vehicle = Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(|error| refused(error.to_string()))?;
+    let flash =
+        VirtualFlash::holding(&vehicle).ok_or_else(|| refused("its parameters do not fit the store".to_owned()))?;
+    Ok((REGION, flash.contents()))
+}
+
+/// Checks in the firmware's log that it flies the set that was written into its flash.
+///
+/// # Errors
+/// [`Error::Vehicle`] when it does not: it is built for a vehicle with other parts, or from other sources.
+pub fn was_taken(log: &[String]) -> Result<(), Error> {
+    if log.iter().any(|line| line.ends_with("parameters: stored set")) {
+        return Ok(());
+    }
+    Err(Error::Vehicle(
+        "the firmware does not fly the stored parameters: it is built for a vehicle with other parts (with or \
+         without a camera spar), or from other sources"
+            .to_owned(),
+    ))
+}

@@ -1,0 +1,47 @@
+//! Builds the drive board's firmware from a host program.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Environment variable that names an ELF to test instead of building one.
+pub const ELF_VARIABLE: &str = "FIRMWARE_ELF";
+
+/// Starts of the names of the variables that cargo sets for a program of one package.
+const PACKAGE_VARIABLES: [&str; 5] = [
+    "CARGO_PKG_",
+    "CARGO_MANIFEST_",
+    "CARGO_CRATE_",
+    "CARGO_BIN_",
+    "CARGO_PRIMARY_",
+];
+
+/// The workspace's root.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// Builds the firmware with the toolchain that is installed; returns the ELF's path, or `None` when the build
+/// failed. The reason is then on standard error, among others that the toolchain is missing.
+///
+/// # Errors
+/// When `.ci/build-board` cannot be started.
+pub fn build_board() -> io::Result<Option<PathBuf>> {
+    let output = without_package_variables(&mut Command::new(root().join(".ci/build-board")))
+        .current_dir(root())
+        .stderr(Stdio::inherit())
+        .output()?;
+    let path = String::from_utf8_lossy(&output.stdout);
+    Ok(output.status.success().then(|| root().join(path.trim())))
+}
+
+/// Removes the variables that cargo sets for a program of one package; they would mislead the build of another.
+pub fn without_package_variables(command: &mut Command) -> &mut Command {
+    for (name, _) in std::env::vars_os() {
+        let text = name.to_string_lossy();
+        if PACKAGE_VARIABLES.iter().any(|prefix| text.starts_with(prefix)) {
+            command.env_remove(&name);
+        }
+    }
+    command
+}

@@ -1,0 +1,45 @@
+//! `cargo hil-elf`: builds the firmware, then tests its ELF on the emulated board.
+//!
+//! The firmware comes first because the emulator takes minutes to build: on a machine without the board's
+//! toolchain the command ends at once, with the one line in which `.ci/build-board` names the remedy.
+
+use std::path::{self, Path};
+use std::process::{Command, ExitCode};
+use std::{env, io};
+
+use hil_elf::{ELF_VARIABLE, build_board, root, without_package_variables};
+
+fn main() -> ExitCode {
+    match run() {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// Builds and tests; returns whether both succeeded. What failed has told the reason.
+fn run() -> io::Result<bool> {
+    let elf = match env::var_os(ELF_VARIABLE) {
+        // The tests run in another folder.
+        Some(given) => Some(path::absolute(given)?),
+        None => build_board()?,
+    };
+    elf.map_or(Ok(false), |elf| test(&elf))
+}
+
+/// Runs the emulated board's tests on `elf`, with this program's arguments; returns whether they passed.
+fn test(elf: &Path) -> io::Result<bool> {
+    let status = without_package_variables(&mut Command::new("cargo"))
+        // The emulated part declares a newer Rust than it needs.
+        .args(["test", "--release", "--ignore-rust-version", "--manifest-path"])
+        .arg(root().join("hil-sim/board-emulator/Cargo.toml"))
+        .arg("--target-dir")
+        .arg(root().join("target/board-emulator"))
+        .args(env::args_os().skip(1))
+        .env(ELF_VARIABLE, elf)
+        .status()?;
+    Ok(status.success())
+}

@@ -1,0 +1,264 @@
+//! The modules of one crate, and which of them import from which. Paths inside a macro's call are not seen.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::Path;
+
+use syn::visit::{self, Visit};
+use syn::{Attribute, Item, ItemMod, ItemUse, UseTree, Visibility};
+
+/// A module, or a name in it, by its path from the crate's root.
+pub type Place = Vec<String>;
+
+/// One crate: what each of its modules names.
+#[derive(Default)]
+pub struct Crate {
+    modules: BTreeMap<Place, Names>,
+}
+
+/// What one module names of its own crate.
+#[derive(Default)]
+struct Names {
+    /// Names that a `use` brings in, each with the place it stands for.
+    aliases: BTreeMap<String, Place>,
+    /// Other places that the module's code and its `use`s name.
+    places: BTreeSet<Place>,
+}
+
+impl Crate {
+    /// Reads the crate whose root is `file`. Tests are left out: they may look anywhere.
+    pub fn read(file: &Path) -> Self {
+        let mut crate_ = Self::default();
+        let folder = file.parent().expect("a file stands in a folder");
+        crate_.read_file(file, folder, &[]);
+        crate_
+    }
+
+    /// Reads the module `place` from its file; the files of the modules in it stand in `folder`.
+    fn read_file(&mut self, file: &Path, folder: &Path, place: &[String]) {
+        let text = fs::read_to_string(file).expect("a source is readable");
+        let parsed = syn::parse_file(&text).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+        self.read_items(&parsed.items, folder, place);
+    }
+
+    fn read_items(&mut self, items: &[Item], folder: &Path, place: &[String]) {
+        let mut reader = Reader::default();
+        for item in items {
+            reader.visit_item(item);
+        }
+        self.modules.insert(place.to_vec(), reader.names(place));
+        for module in reader.modules {
+            let name = module.ident.to_string();
+            let below = folder.join(&name);
+            let place = joined(place, &[name]);
+            if let Some((_, items)) = &module.content {
+                self.read_items(items, &below, &place);
+            } else {
+                let file = [below.with_extension("rs"), below.join("mod.rs")]
+                    .into_iter()
+                    .find(|file| file.exists())
+                    .unwrap_or_else(|| panic!("{}: no file of this module", below.display()));
+                self.read_file(&file, &below, &place);
+            }
+        }
+    }
+
+    /// The module that defines what stands at `place`; re-exports are followed.
+    fn home(&self, place: &[String]) -> Place {
+        let mut module = Place::new();
+        for (n, name) in place.iter().enumerate() {
+            let below = joined(&module, std::slice::from_ref(name));
+            if self.modules.contains_key(&below) {
+                module = below;
+            } else if let Some(alias) = self.modules[&module].aliases.get(name) {
+                return self.home(&joined(alias, &place[n + 1..]));
+            } else {
+                break;
+            }
+        }
+        module
+    }
+
+    /// The number of modules.
+    pub fn modules(&self) -> usize {
+        self.modules.len()
+    }
+
+    /// Which modules import from which of their neighbours in the same folder, what lies below a module
+    /// counted to it. A module and those below it are one room: between them any direction is allowed.
+    pub fn imports(&self) -> BTreeMap<Place, BTreeSet<Place>> {
+        let mut imports: BTreeMap<Place, BTreeSet<Place>> = BTreeMap::new();
+        for (from, names) in &self.modules {
+            for place in names.places.iter().chain(names.aliases.values()) {
+                let to = self.home(place);
+                let shared = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
+                if from.len() > shared && to.len() > shared {
+                    let neighbours = imports.entry(from[..=shared].to_vec()).or_default();
+                    neighbours.insert(to[..=shared].to_vec());
+                }
+            }
+        }
+        imports
+    }
+
+    /// One circle of imports after the other, each from its first module round to it again, so that every
+    /// module of a circle stands in one.
+    pub fn circles(&self) -> Vec<Vec<Place>> {
+        let imports = self.imports();
+        let mut circles: Vec<Vec<Place>> = Vec::new();
+        for start in imports.keys() {
+            if circles.iter().any(|circle| circle.contains(start)) {
+                continue;
+            }
+            // The shortest way back to `start`: each module with the one before it, in order of distance.
+            let mut before: Vec<(&Place, Option<usize>)> = vec![(start, None)];
+            let mut at = 0;
+            while let Some((module, _)) = before.get(at).copied() {
+                let next = imports.get(module);
+                if next.is_some_and(|next| next.contains(start)) {
+                    let mut circle = vec![start.clone()];
+                    let mut step = Some(at);
+                    while let Some(n) = step {
+                        circle.insert(0, before[n].0.clone());
+                        step = before[n].1;
+                    }
+                    circles.push(circle);
+                    break;
+                }
+                for module in next.into_iter().flatten() {
+                    if before.iter().all(|(known, _)| *known != module) {
+                        before.push((module, Some(at)));
+                    }
+                }
+                at += 1;
+            }
+        }
+        circles
+    }
+}
+
+fn joined(place: &[String], rest: &[String]) -> Place {
+    [place, rest].concat()
+}
+
+/// The place that `path`, written in the module `from`, leads to.
+fn place_of(from: &[String], path: &[String]) -> Place {
+    let mut place = match path.first().map(String::as_str) {
+        Some("crate") => Place::new(),
+        _ => from.to_vec(),
+    };
+    for name in path {
+        match name.as_str() {
+            "crate" | "self" => {}
+            "super" => {
+                place.pop();
+            }
+            name => place.push(name.to_owned()),
+        }
+    }
+    place
+}
+
+/// Reads one module as it is written.
+#[derive(Default)]
+struct Reader<'a> {
+    /// Paths that a `use` names, each with the name it brings in; `*` for a glob.
+    uses: Vec<(Place, String)>,
+    /// Other paths in the code.
+    paths: Vec<Place>,
+    /// Modules in this one.
+    modules: Vec<&'a ItemMod>,
+}
+
+impl Reader<'_> {
+    /// What the module names of its own crate, as the module `place`.
+    fn names(&self, place: &[String]) -> Names {
+        // A path starts with a keyword, a module of this one, or the name of another crate.
+        let inside = |path: &Place| {
+            path.first().is_some_and(|first| {
+                ["crate", "self", "super"].contains(&first.as_str())
+                    || self.modules.iter().any(|module| module.ident == first)
+            })
+        };
+        let mut names = Names::default();
+        for (path, alias) in self.uses.iter().filter(|(path, _)| inside(path)) {
+            if alias == "*" {
+                names.places.insert(place_of(place, path));
+            } else {
+                names.aliases.insert(alias.clone(), place_of(place, path));
+            }
+        }
+        let paths = self.paths.iter().filter(|path| inside(path));
+        names.places.extend(paths.map(|path| place_of(place, path)));
+        names
+    }
+
+    /// Notes what a `use` brings in; `path` is what stands before `tree`.
+    fn read_use(&mut self, path: &[String], tree: &UseTree) {
+        match tree {
+            UseTree::Path(tree) => self.read_use(&joined(path, &[tree.ident.to_string()]), &tree.tree),
+            UseTree::Name(tree) => {
+                let path = joined(path, &[tree.ident.to_string()]);
+                let alias = path.iter().rfind(|name| *name != "self").cloned();
+                self.uses.push((path, alias.unwrap_or_default()));
+            }
+            UseTree::Rename(tree) => {
+                let path = joined(path, &[tree.ident.to_string()]);
+                self.uses.push((path, tree.rename.to_string()));
+            }
+            UseTree::Glob(_) => self.uses.push((path.to_vec(), "*".to_owned())),
+            UseTree::Group(group) => {
+                for tree in &group.items {
+                    self.read_use(path, tree);
+                }
+            }
+        }
+    }
+}
+
+impl<'a> Visit<'a> for Reader<'a> {
+    fn visit_item(&mut self, item: &'a Item) {
+        if !attributes(item).iter().any(is_test) {
+            visit::visit_item(self, item);
+        }
+    }
+
+    fn visit_item_mod(&mut self, module: &'a ItemMod) {
+        self.modules.push(module);
+    }
+
+    fn visit_item_use(&mut self, item: &'a ItemUse) {
+        self.read_use(&[], &item.tree);
+    }
+
+    fn visit_path(&mut self, path: &'a syn::Path) {
+        let segments = path.segments.iter();
+        self.paths
+            .push(segments.map(|segment| segment.ident.to_string()).collect());
+        visit::visit_path(self, path);
+    }
+
+    // `pub(super)` imports nothing.
+    fn visit_visibility(&mut self, _: &'a Visibility) {}
+}
+
+fn is_test(attribute: &Attribute) -> bool {
+    let meta = attribute.meta.require_list();
+    attribute.path().is_ident("cfg") && meta.is_ok_and(|list| list.tokens.to_string() == "test")
+}
+
+fn attributes(item: &Item) -> &[Attribute] {
+    match item {
+        Item::Const(item) => &item.attrs,
+        Item::Enum(item) => &item.attrs,
+        Item::Fn(item) => &item.attrs,
+        Item::Impl(item) => &item.attrs,
+        Item::Mod(item) => &item.attrs,
+        Item::Static(item) => &item.attrs,
+        Item::Struct(item) => &item.attrs,
+        Item::Trait(item) => &item.attrs,
+        Item::Type(item) => &item.attrs,
+        Item::Use(item) => &item.attrs,
+        _ => &[],
+    }
+}
