@@ -11,3 +11,8 @@ pub trait ClosedPlant: Send + Sync {
     /// A copy for a second run from here on.
     fn fork(&self) -> Box<dyn ClosedPlant>;
 }
+
+/// The voltage in mV that converts to `count` of 65536 at 3.3 V full scale, within the converter's range.
+pub fn millivolts(count: f64) -> u32 {
+    (count * 3300.0 / 65536.0).round().clamp(0.0, 3300.0) as u32
+}
