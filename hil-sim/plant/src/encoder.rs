@@ -1,7 +1,7 @@
 //! Incremental encoders on the motor shafts, behind the gearboxes.
 //!
-//! An encoder counts its motor's own turns, so what it sees is the joint: wheel relative to arm
-//! (theta + phi), ballast relative to spar, times the gear ratio. It never sees theta alone.
+//! An encoder counts its motor's own turns, so it measures the joint times the gear ratio: wheel relative
+//! to arm (theta + phi), ballast relative to spar. No encoder measures theta alone.
 
 use core::f64::consts::TAU;
 

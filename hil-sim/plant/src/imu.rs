@@ -1,4 +1,4 @@
-//! What an IMU feels where it sits, and the analogue side of the sensor: low-pass, bias and noise.
+//! The motion that an IMU feels at its place, and the analogue side of the sensor: low-pass, bias and noise.
 //!
 //! Axes: x forward, y left, z up while the body that carries it hangs (or stands) straight. The arm and
 //! the spar swing forward with a positive angle, which is a rotation about -y: gyro y reads minus the
@@ -275,7 +275,7 @@ impl ImuSensor {
         let (f, w) = (&motion.specific_force, &motion.rate);
         let input = [f[0], f[1], f[2], w[0], w[1], w[2]];
         if !self.settled {
-            // The sensor was there before the simulation began.
+            // The sensor had settled before the simulation began.
             self.settled = true;
             self.filter.settle(&input);
         }

@@ -1,4 +1,4 @@
-//! The physical vehicle and the ground it drives on: what a board closes its loops around.
+//! The physical vehicle and its ground, around which a board closes its control loops.
 //!
 //! [`Plant`] joins the bodies ([`body`]), the ground ([`terrain`]), motors and battery ([`motor`]),
 //! encoders ([`encoder`]) and two IMUs ([`imu`], [`icm42688p`]). [`settings`] and the methods of [`Plant`]
@@ -6,7 +6,7 @@
 //! bridges, advances the plant, and reads the sensors; everything is deterministic from one seed.
 //!
 //! A disarmed vehicle gets no help: with its bridges open nothing but gearbox friction and damping acts
-//! on the wheels, and on a slope it rolls away. A scenario that wants it to stand puts chocks to it.
+//! on the wheels, and on a slope it rolls away. Chocks hold the vehicle in a scenario that needs it to stand.
 
 #![forbid(unsafe_code)]
 
@@ -51,7 +51,7 @@ use wiring::Wiring;
 /// the tests state.
 pub const SUBSTEP_S: f64 = 0.0005;
 
-/// What the board and its sensors draw.
+/// Current that the board and its sensors draw, in A.
 const IDLE_A: f64 = 0.2;
 
 /// Angle of a motor's shaft at its gearbox's output.
@@ -173,7 +173,7 @@ impl Plant {
         self.feel(h);
     }
 
-    /// Lets the IMUs feel the substep that has just been.
+    /// Lets the IMUs feel the last substep.
     fn feel(&mut self, h: f64) {
         let (u, a, gravity) = (self.body.speed(), self.body.acceleration(), self.body.gravity());
         let arm = motion_at(self.arm_radius_m, &self.body.arm_swing(), u, a, &gravity);
@@ -241,7 +241,7 @@ impl Plant {
         &self.ground
     }
 
-    /// What is really the case.
+    /// The true state of the world.
     pub fn truth(&self) -> Truth {
         let (q, u) = (self.body.position(), self.body.speed());
         let [right, left] = *self.body.wheels();

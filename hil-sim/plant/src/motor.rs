@@ -22,7 +22,7 @@ use model::vehicle::MotorParameters;
 
 use super::body::JointTorque;
 
-/// What a bridge does to its motor.
+/// The state of a motor's bridge.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum BridgeState {
     /// All four transistors off: current flows only through the body diodes.
@@ -221,7 +221,7 @@ impl Motor {
         if i == 0.0 && emf.abs() <= barrier {
             return (Law::Current { mean: 0.0, end: 0.0 }, 0.0);
         }
-        // Current flows against the sign of the voltage it meets.
+        // The current flows against the diodes' voltage.
         let sign = if i == 0.0 { -emf.signum() } else { i.signum() };
         let volts = -sign * barrier;
         let settled = (volts - emf) / self.resistance;
@@ -229,7 +229,7 @@ impl Motor {
             // The back-EMF keeps it flowing: the motor generates into the battery.
             return (Law::Voltage { volts, rectified: sign }, -sign);
         }
-        // It dies out, within this substep or not.
+        // The current decays to zero, within this substep or later.
         let rest = if self.inductance > 0.0 {
             let tau = self.inductance / self.resistance;
             let dies_after = tau * libm::log1p(i / -settled);

@@ -130,7 +130,7 @@ fn a_disarmed_vehicle_rolls_away_and_is_not_righted() {
     let mut held = Plant::new(&Vehicle::new(parameters).unwrap(), &SCALES, incline(0.0873), 3).unwrap();
     for _ in 0..10_000 {
         held.advance(1e-3, &OPEN);
-        // It rocks on its wheels, arm and wheels as one.
+        // Arm and wheels rock as one body.
         let truth = held.truth();
         assert!(truth.x_m.abs() < 0.15, "{truth:?}");
         assert!(

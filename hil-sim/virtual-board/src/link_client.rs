@@ -10,7 +10,7 @@ pub struct LinkClient {
     decoder: Decoder,
     /// The newest status of vehicle and board.
     pub status: Option<BoardStatus>,
-    /// Protocol version the board told.
+    /// Protocol version that the board reported.
     pub protocol: Option<u16>,
     /// Answers to parameter requests, in order, until taken.
     pub parameter_answers: Vec<ParameterAnswer>,

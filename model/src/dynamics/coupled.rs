@@ -17,15 +17,15 @@ use crate::integrate::rk4_step;
 use crate::linear::solve_symmetric;
 use crate::real::Real;
 
-/// The body that carries the spar's damped bearing (erratum E33).
+/// The body that carries the far side of the spar's damped bearing (erratum E33).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bearing {
-    /// Nothing: damping to inertial space, as printed in (8.3). Not physical.
+    /// Inertial space: damping of psi', as printed in (8.3). Not physical.
     #[default]
     Inertial,
-    /// The arm: damping of psi' - phi'. The arrangement to build.
-    Chassis,
-    /// The turning axle: damping of psi' + theta'. It drags the spar along with the wheels.
+    /// The arm: damping of psi' - phi'. The bearing to build.
+    Arm,
+    /// The turning axle: damping of psi' + theta'. Drags the spar along with the wheels.
     Axle,
 }
 
@@ -77,8 +77,8 @@ pub const PSI_RATE: usize = 6;
 pub const GAMMA_RATE: usize = 7;
 
 impl<T: Real> CoupledParameters<T> {
-    /// The vehicle `planar` carrying the spar `camera` of ch. 7, which is `lp` wheel radii long and whose
-    /// camera weighs `kc` (M + m).
+    /// The vehicle `planar` carrying the spar `camera` of ch. 7, which is `lp` wheel radii
+    /// long and whose camera weighs `kc` (M + m).
     ///
     /// Lengths scale by lp, masses by kc, damping and back-EMF by kc lp^(3/2).
     pub fn with_camera(
@@ -120,8 +120,8 @@ impl<T: Real> CoupledParameters<T> {
         }
     }
 
-    /// S: the spar's whole mass over M + m.
-    pub fn platform_mass(&self) -> T {
+    /// S: the spar's whole mass over M + m, ballast included.
+    pub fn spar_mass(&self) -> T {
         self.kc + self.km + self.kr
     }
 
@@ -129,7 +129,7 @@ impl<T: Real> CoupledParameters<T> {
     ///
     /// It can be held only up to `alpha l`: (8.9), corrected, `|beta| <= asin(L a / (1 + S))`.
     pub fn hold_voltage(&self) -> T {
-        (T::ONE + self.platform_mass()) * self.planar.beta.sin()
+        (T::ONE + self.spar_mass()) * self.planar.beta.sin()
     }
 
     /// (7.14) in vehicle units.
@@ -178,7 +178,7 @@ impl<T: Real> Coupled<T> {
             sin_beta,
             cos_beta,
             slope_force: parameters.hold_voltage(),
-            m11: T::ONE + p.mu + parameters.platform_mass() + p.nu,
+            m11: T::ONE + p.mu + parameters.spar_mass() + p.nu,
             m22: al * p.l + p.nu,
         }
     }
@@ -231,7 +231,7 @@ impl<T: Real> Coupled<T> {
         let damper = self.parameters.zeta_c * self.bearing_rate(x);
         let [damp_theta, damp_phi] = match self.parameters.bearing {
             Bearing::Inertial => [T::ZERO, T::ZERO],
-            Bearing::Chassis => [T::ZERO, damper],
+            Bearing::Arm => [T::ZERO, damper],
             Bearing::Axle => [-damper, T::ZERO],
         };
         let f1 = drive - self.slope_force
@@ -258,7 +258,7 @@ impl<T: Real> Coupled<T> {
     pub fn bearing_rate(&self, x: &CoupledState<T>) -> T {
         match self.parameters.bearing {
             Bearing::Inertial => x[PSI_RATE],
-            Bearing::Chassis => x[PSI_RATE] - x[PHI_RATE],
+            Bearing::Arm => x[PSI_RATE] - x[PHI_RATE],
             Bearing::Axle => x[PSI_RATE] + x[THETA_RATE],
         }
     }

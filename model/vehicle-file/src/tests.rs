@@ -50,11 +50,8 @@ fn the_reference_vehicle_has_the_numbers_of_every_model() {
         (p.l, p.alpha, p.zeta, p.mu, p.nu)
     });
     let camera = vehicle.camera().expect("a camera");
-    let coupled = vehicle.coupled(0.2, Bearing::Chassis).expect("a camera");
-    assert_eq!(
-        (coupled.planar, coupled.bearing),
-        (vehicle.planar(0.2), Bearing::Chassis)
-    );
+    let coupled = vehicle.coupled(0.2, Bearing::Arm).expect("a camera");
+    assert_eq!((coupled.planar, coupled.bearing), (vehicle.planar(0.2), Bearing::Arm));
     for (name, value, expected, tolerance) in [
         ("s", spatial.s, 1.0, 1e-12),
         ("j0", spatial.j0, 0.12 / 0.85, 1e-12),
@@ -115,7 +112,7 @@ fn a_spar_of_any_proportions_is_scaled_by_the_vehicle() {
     let (head, tail) = REFERENCE.split_once("[spar]").expect("table");
     let (_, tail) = tail.split_once("[imu]").expect("table");
     let without = self::vehicle(&format!("{head}[imu]{tail}"));
-    assert!(without.camera().is_none() && without.coupled(0.0, Bearing::Chassis).is_none());
+    assert!(without.camera().is_none() && without.coupled(0.0, Bearing::Arm).is_none());
 }
 
 #[test]

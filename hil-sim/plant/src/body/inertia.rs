@@ -1,4 +1,4 @@
-//! What resists acceleration: masses, first and second moments of the vehicle's bodies.
+//! The inertia of the vehicle's bodies: masses, first and second moments.
 
 use model::vehicle::Vehicle;
 
@@ -36,7 +36,7 @@ pub struct Inertia {
     pub ballast_rotor: f64,
     /// Viscous damping between one wheel and the arm.
     pub bearing_damping: f64,
-    /// Viscous damping of the spar's bearing, pivoted on the chassis.
+    /// Viscous damping of the spar's bearing, pivoted on the arm.
     pub spar_damping: f64,
     /// Mean of the wheels' radii.
     pub radius: f64,
@@ -69,7 +69,7 @@ impl Inertia {
             ballast_second: 0.0,
             cross: 0.0,
             yaw: wheels_mass * b.half_track_m * b.half_track_m + b.yaw_inertia_kg_m2,
-            // A wheel without inertia would have no equation of its own while it is off the ground.
+            // A wheel without inertia would have no equation of motion while it is off the ground.
             wheel: (0.5 * b.wheels_inertia_kg_m2).max(1e-6 * b.total_mass_kg * b.wheel_radius_m * b.wheel_radius_m),
             rotor: [d.gear_ratio * d.gear_ratio * d.rotor_inertia_kg_m2; 2],
             ballast_rotor: 0.0,

@@ -3,9 +3,9 @@
 //! # Coordinates
 //! Axle centre x, y in the base plane and z above its height on the bare plane; heading; wheel angles;
 //! arm angle phi, spar angle and ballast angle, these three **from the plane's normal** and forward
-//! positive (a rotation about -y). The ballast's angle is kept absolute here, its relative rate is what
-//! its motor turns. Speeds: (u, w, v_z) of the axle in the heading's axes (forward, left, up), yaw rate
-//! and the five rates, so that all nine are free: rolling is what friction makes of them.
+//! positive (a rotation about -y). The ballast's angle is absolute here; its motor turns it relative to the
+//! spar. Speeds: (u, w, v_z) of the axle in the heading's axes (forward, left, up), yaw rate
+//! and the five rates, so that all nine are free: the wheels roll because of friction.
 //!
 //! # Equations
 //! With e1 forward, e2 left, e3 the plane's normal, every mass off the axle sits at a e1 + b e3 with
@@ -33,7 +33,7 @@
 //!
 //! for q = phi, spar, ballast (spar and ballast coupled by m_r l_m l_r cos(ballast - spar)). On a plane,
 //! wheels rolling, they are Eq. 3.12/3.13 of the planar vehicle, the corrected reduced equations of ch. 6
-//! (erratum E23) and the corrected coupled vehicle of ch. 8 with the spar pivoted on the chassis (errata
+//! (erratum E23) and the corrected coupled vehicle of ch. 8 with the spar pivoted on the arm (errata
 //! E32 to E36): the tests hold them against `model::dynamics`.
 //!
 //! # Contact
@@ -84,7 +84,7 @@ pub use payload::Payload;
 
 use super::terrain::Ground;
 
-// The order is that of elimination: what couples to little comes first (see `ldl`).
+// The order is that of elimination: speeds with few couplings come first (see `ldl`).
 /// Index of the right wheel.
 pub const RIGHT: usize = 0;
 /// Index of the left wheel.

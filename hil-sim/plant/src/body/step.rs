@@ -1,4 +1,5 @@
-//! One substep: assemble, solve for the change of the speeds, find who sticks and who slides, move.
+//! One substep: assembles the equations, solves for the change of the speeds, finds which contacts stick and
+//! which slide, and moves the bodies.
 //!
 //! The scheme is described in [`super`].
 
@@ -108,7 +109,7 @@ impl Body {
                 0.0
             };
             if push < 0.0 {
-                // The ground cannot pull: solve again without it.
+                // The ground cannot pull: solve again without the normal constraint.
                 grounded = false;
                 continue;
             }
@@ -366,7 +367,7 @@ impl Body {
         let height = 0.5 * (ground.wheel(x + reach).height_m + ground.wheel(x - reach).height_m);
         self.in_flight = !grounded;
         if grounded || self.position[LIFT] < height {
-            // No drift off the path; a flight never ends below it.
+            // The axle does not drift off its path, and a flight never ends below the path.
             self.position[LIFT] = height;
         }
     }

@@ -147,7 +147,7 @@ fn turning_on_a_two_way_slope_it_is_the_spatial_vehicle() {
 }
 
 #[test]
-fn with_the_spar_it_is_the_coupled_vehicle_pivoted_on_the_chassis() {
+fn with_the_spar_it_is_the_coupled_vehicle_pivoted_on_the_arm() {
     let vehicle = {
         let mut p = *reference_vehicle().parameters();
         // The coupled model has no reflected inertia of the camera motor.
@@ -173,7 +173,7 @@ fn with_the_spar_it_is_the_coupled_vehicle_pivoted_on_the_chassis() {
         kr: camera.ballast_mass_kg / mass,
         zeta_c: camera.spar_damping_n_m_s / (torque * scales.time_s),
         xi_c: camera_damping / (torque * scales.time_s),
-        bearing: Bearing::Chassis,
+        bearing: Bearing::Arm,
     });
     let ground = ground(beta, 0.0, 5.0, r);
     let mut body = Body::new(&vehicle, &ground);

@@ -56,7 +56,7 @@ pub struct Icm42688p {
     accel: Channel,
     gyro: Channel,
     time_s: f64,
-    /// Not before this does the part answer again after a reset.
+    /// Time from which on the part answers again after a reset, in s.
     ready_from_s: f64,
     adaptive: AdaptiveRange,
     transfer: Transfer,
@@ -315,7 +315,7 @@ impl Icm42688p {
             let period = 1.0 / rate.unwrap_or(1.0);
             channel.next_s += period;
             if channel.next_s < now {
-                // Steps longer than the period: later ticks are as good as this one.
+                // A step may span several ticks; the part measures once.
                 channel.next_s = now + period;
             }
         };

@@ -30,8 +30,8 @@
 //! x only (a cylinder across the path): both wheels meet them, each at its own x.
 //!
 //! # What the wheels see
-//! Not the profile but the locus of a rigid wheel's centre that rolls over it: [`Ground`] works that out
-//! exactly for circle and corner (a step, the edges of a rail joint) and for smooth shapes (the parallel
+//! The wheels follow the locus of a rigid wheel's centre that rolls over the profile. [`Ground`] computes the
+//! locus exactly for circle and corner (a step, the edges of a rail joint) and for smooth shapes (the parallel
 //! curve; curvature sharper than the wheel's own in a hollow is refused). Where features overlap their
 //! loci add up, which is exact only where at most one of them is not level.
 

@@ -1,4 +1,4 @@
-//! The virtual board's hardware: the firmware's seams, closed around the plant.
+//! The virtual board's hardware: implements the firmware's hardware traits on the plant.
 
 use std::cell::RefCell;
 use std::convert::Infallible;
@@ -26,7 +26,7 @@ pub struct World {
     pub emergency_stop: bool,
     /// The lamps: armed, faulted.
     pub lamps: (bool, bool),
-    /// Ticks as they were, if they are kept.
+    /// The records of the ticks, if they are kept.
     pub records: Option<Vec<FlightRecord>>,
     synced_us: u64,
     bridges: [BridgeState; MOTORS],
@@ -97,7 +97,7 @@ impl World {
         self.bridges.iter().any(|bridge| *bridge != BridgeState::Open)
     }
 
-    /// The watchdog would have bitten by now.
+    /// Whether the watchdog has expired by now.
     pub fn watchdog_expired(&self, now_us: u64) -> bool {
         now_us.saturating_sub(self.fed_us) > u64::from(WATCHDOG_US)
     }

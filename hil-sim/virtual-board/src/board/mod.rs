@@ -35,10 +35,10 @@ use hardware::{Hardware, NoCycles, VirtualImu, World};
 use pipe::Pipe;
 use time::{ClockTaken, VirtualTime};
 
-/// Why a virtual board cannot be had.
+/// Why a virtual board cannot boot.
 #[derive(Debug, Error)]
 pub enum VirtualBoardError {
-    /// The thread has one already.
+    /// The thread runs a virtual board already.
     #[error(transparent)]
     Clock(#[from] ClockTaken),
     /// The vehicle is not valid in single precision.

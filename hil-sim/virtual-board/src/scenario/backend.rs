@@ -1,4 +1,4 @@
-//! What runs a scenario: the virtual board, or any other board around the same plant.
+//! The boards that can run a scenario: the virtual board, or any other board around the same plant.
 
 use model::vehicle::Vehicle;
 
@@ -12,7 +12,7 @@ pub struct Observation {
     pub now_us: u64,
     /// When the board last booted, us since the start.
     pub booted_us: u64,
-    /// The vehicle as it is.
+    /// The true state of the vehicle.
     pub truth: Truth,
     /// Whether any bridge drives its motor.
     pub bridges_on: bool,

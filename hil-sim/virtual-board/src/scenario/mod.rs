@@ -1,4 +1,5 @@
-//! Scenarios: what the vehicle meets, what the operator does, and what must come of it.
+//! Scenarios: the ground and the faults that the vehicle meets, the operator's actions, and the bounds of the
+//! metrics.
 //!
 //! A scenario is a TOML file and a test at once: every metric it names has a lower and an upper bound,
 //! so that a dead simulation fails too. It runs on any back end: the virtual board, or the release ELF

@@ -90,7 +90,7 @@ pub fn run(
         if let Some(fault) = script.to_host.take() {
             observer.wire.set_fault(fault);
         }
-        // Until the operator does something again; while there are chocks to pull, he looks every time.
+        // Until the operator acts again; while there are chocks to pull, the operator looks every millisecond.
         let until_ms = if chocked {
             ms + 1
         } else {
@@ -118,7 +118,7 @@ pub fn run(
     Ok(outcome)
 }
 
-/// Who watches the run.
+/// The observer of the run.
 #[derive(Debug)]
 struct Observer {
     /// The way from the board.
@@ -127,7 +127,7 @@ struct Observer {
     client: LinkClient,
     /// The last command sent.
     commanded: [f64; 2],
-    /// The truth of the last ticks, by time: a status is of a tick some milliseconds ago.
+    /// The truth of the last ticks, by time: a status reports a tick that is some milliseconds old.
     truths: Vec<(u64, Truth)>,
     last_tick: Option<u32>,
     /// As the vehicle last reported.
@@ -147,7 +147,7 @@ impl Observer {
         }
     }
 
-    /// Takes in what was seen at the end of millisecond `ms`.
+    /// Records the observation at the end of millisecond `ms`.
     fn observe(&mut self, ms: u64, observation: Observation, script: &Script<'_>) {
         let Observation {
             now_us,

@@ -1,4 +1,4 @@
-//! What a run leaves behind: one row every 10 ms of what the vehicle reported and what was true.
+//! The trace of a run: one row every 10 ms with the vehicle's status and the truth.
 
 use firmware::protocol::message::LinkCounters;
 use model::status::Status;
