@@ -22,6 +22,8 @@ pub fn every_tick() -> Ticker {
 /// A ticker that runs half a period after [`every_tick`]'s.
 pub fn between_ticks() -> Ticker {
     let mut ticker = Ticker::every(TICK);
-    ticker.reset_at(Instant::from_ticks(tick_of(Instant::now()).as_ticks() + TICK.as_ticks() / 2));
+    ticker.reset_at(Instant::from_ticks(
+        tick_of(Instant::now()).as_ticks() + TICK.as_ticks() / 2,
+    ));
     ticker
 }

@@ -86,10 +86,11 @@ impl Encoder {
         // Towards minus infinity, without a call.
         let cut = counts as i64;
         let truth = cut - i64::from(cut as f64 > counts);
-        let edges = truth - self.truth;
+        let edges = truth.wrapping_sub(self.truth);
         self.truth = truth;
         match self.law {
-            Law::Fault(SensorFault::None | SensorFault::Delayed) => self.counted += edges,
+            // A shaft that left every range wraps: the plant tells so itself.
+            Law::Fault(SensorFault::None | SensorFault::Delayed) => self.counted = self.counted.wrapping_add(edges),
             Law::Lossy(share) => self.counted += self.kept(edges, share),
             Law::Fault(SensorFault::WrongSign) => self.counted -= edges,
             Law::Fault(SensorFault::Slow) => {

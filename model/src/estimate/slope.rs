@@ -78,9 +78,9 @@ impl SlopeEstimator {
         self.set(sin);
     }
 
-    /// Sine of the arm's angle at which the vehicle stands still on the slope.
-    pub fn sin_equilibrium(&self) -> f32 {
-        self.sin / (self.alpha_l * self.weight)
+    /// Sine of the arm's angle at which the vehicle stands still on a slope of the sine `sin_slope`.
+    pub fn sin_equilibrium(&self, sin_slope: f32) -> f32 {
+        sin_slope / (self.alpha_l * self.weight)
     }
 
     /// sin(beta) from the balance of forces, unfiltered.

@@ -18,6 +18,8 @@ pub struct Evidence {
     pub wheels_m_s2: f32,
     /// Sine of the angle between the accelerometer and the estimate that takes the wheels' acceleration for the axle's.
     pub tilt_error: f32,
+    /// Size of what moves the IMU besides: its distance from the axle times the arm's angular acceleration, m/s^2.
+    pub swing_m_s2: f32,
     /// The gyro's yaw rate less that of the wheels, rad/s.
     pub yaw_difference_rad_s: f32,
     /// The accelerometer feels about the weight of a vehicle that stands on its wheels.
@@ -30,10 +32,12 @@ pub struct Traction {
     dt_s: f32,
     half_track_m: f32,
     difference: LowPass,
+    motion: LowPass,
     yaw_difference: LowPass,
     /// Ticks for which the wheels have contradicted the other sensors, and for which they have agreed since.
     apart_ticks: u16,
     agreed_ticks: u16,
+    sliding_ticks: u16,
     sliding: bool,
     speed_m_s: f32,
 }
@@ -44,6 +48,9 @@ const DIFFERENCE_TIME_CONSTANT_S: f32 = 0.05;
 /// Difference of the accelerations, m/s^2, beyond which the wheels slide, and below which they roll again.
 const SLIDES_M_S2: f32 = 0.25;
 const ROLLS_M_S2: f32 = 0.12;
+/// Share of the accelerations themselves by which they may differ besides: filters lag, and the arm's angle is known to a
+/// degree.
+const MOTION_SHARE: f32 = 0.2;
 /// Difference of the yaw rates, rad/s, beyond which a wheel slides, and the difference of the wheels' radii, as a
 /// share, that is no slide.
 const SLIDES_RAD_S: f32 = 0.1;
@@ -51,6 +58,12 @@ const RADIUS_SHARE: f32 = 0.03;
 /// Ticks for which the sensors must differ, or agree, before that is believed: longer than a kerb's or a joint's blow.
 const SLIDES_TICKS: u16 = 150;
 const ROLLS_TICKS: u16 = 300;
+/// Distance of the wheels' speed from that over the ground, m/s, at which they may roll again, and what the latter drifts
+/// by in every second of a slide.
+const REGAINED_M_S: f32 = 0.1;
+const DRIFT_M_S2: f32 = 0.06;
+/// Ticks after which a slide is taken for a wrong angle of the arm.
+const SLIDE_MAX_TICKS: u16 = 20_000;
 
 impl Traction {
     /// A watch called every `dt_s` seconds, for wheels `2 half_track_m` apart.
@@ -59,9 +72,11 @@ impl Traction {
             dt_s,
             half_track_m,
             difference: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
+            motion: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
             yaw_difference: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
             apart_ticks: 0,
             agreed_ticks: 0,
+            sliding_ticks: 0,
             sliding: false,
             speed_m_s: 0.0,
         }
@@ -72,16 +87,22 @@ impl Traction {
         let difference_m_s2 = if evidence.weighs { G * evidence.tilt_error } else { 0.0 };
         self.difference.update(difference_m_s2);
         self.yaw_difference.update(evidence.yaw_difference_rad_s);
-        let along = self.difference.value().abs();
+        self.motion
+            .update(evidence.wheels_m_s2.abs() + evidence.swing_m_s2.abs());
+        let along = self.difference.value().abs() - MOTION_SHARE * self.motion.value();
         let yaw = self.yaw_difference.value().abs();
         let yaw_max = SLIDES_RAD_S + RADIUS_SHARE * evidence.wheels_m_s.abs() / (2.0 * self.half_track_m);
         let apart = along > SLIDES_M_S2 || yaw > yaw_max;
-        let agreed = along < ROLLS_M_S2 && yaw < 0.5 * yaw_max;
+        let sliding_s = f32::from(self.sliding_ticks) * self.dt_s;
+        let regained = (self.speed_m_s - evidence.wheels_m_s).abs() < REGAINED_M_S + DRIFT_M_S2 * sliding_s;
+        let agreed = along < ROLLS_M_S2 && yaw < 0.5 * yaw_max && regained;
         self.apart_ticks = if apart { self.apart_ticks.saturating_add(1) } else { 0 };
         self.agreed_ticks = if agreed { self.agreed_ticks.saturating_add(1) } else { 0 };
         if self.sliding {
-            self.sliding = self.agreed_ticks < ROLLS_TICKS;
+            self.sliding_ticks = self.sliding_ticks.saturating_add(1);
+            self.sliding = self.agreed_ticks < ROLLS_TICKS && self.sliding_ticks < SLIDE_MAX_TICKS;
         } else {
+            self.sliding_ticks = 0;
             self.sliding = self.apart_ticks >= SLIDES_TICKS;
         }
         // The speed of the slide begins with the first sign of it.
@@ -119,6 +140,7 @@ mod tests {
     const ROLLING: Evidence = Evidence {
         wheels_m_s: 1.0,
         wheels_m_s2: 0.0,
+        swing_m_s2: 0.0,
         tilt_error: 0.0,
         yaw_difference_rad_s: 0.0,
         weighs: true,
@@ -170,13 +192,25 @@ mod tests {
             let sliding = Evidence { tilt_error, ..ROLLING };
             let mut traction = after(&sliding, 1000);
             assert!(traction.slides());
-            assert!((traction.speed_m_s() - speed_m_s).abs() < 0.08, "{}", traction.speed_m_s());
+            assert!(
+                (traction.speed_m_s() - speed_m_s).abs() < 0.08,
+                "{}",
+                traction.speed_m_s()
+            );
             assert!((traction.acceleration_m_s2(0.0) - G * tilt_error).abs() < 0.01);
-            for _ in 0..600 {
+            for _ in 0..1000 {
                 traction.update(&ROLLING);
             }
+            assert!(traction.slides(), "the wheels do not turn as fast as the vehicle goes");
+            let caught = Evidence {
+                wheels_m_s: traction.speed_m_s() + 0.1,
+                ..ROLLING
+            };
+            for _ in 0..600 {
+                traction.update(&caught);
+            }
             assert!(!traction.slides());
-            assert_eq!(traction.speed_m_s(), 1.0);
+            assert_eq!(traction.speed_m_s(), caught.wheels_m_s);
         }
     }
 

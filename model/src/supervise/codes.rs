@@ -235,10 +235,7 @@ impl FaultSet {
     pub const OPENING: Self = Self(Self::FULL.0 & !Self::STOPPING.0 & !Self::SPAR.0);
     /// Faults that bring the vehicle, which can still be controlled, to a controlled stop.
     pub const STOPPING: Self = Self(
-        Fault::CommandTimeout.bit()
-            | Fault::BatteryLow.bit()
-            | Fault::AnalogStale.bit()
-            | Fault::CurrentSensor.bit(),
+        Fault::CommandTimeout.bit() | Fault::BatteryLow.bit() | Fault::AnalogStale.bit() | Fault::CurrentSensor.bit(),
     );
     /// Faults that only switch the ballast motor off.
     pub const SPAR: Self = Self(

@@ -7,6 +7,7 @@
 //! motor whose lead is open, follow nothing.
 
 use super::plausibility::Persistence;
+use crate::bounded::Bounded;
 use crate::control::motor::MotorLimits;
 use crate::estimate::rate_filter::LowPass;
 use crate::sample::TICK_S;
@@ -129,7 +130,11 @@ impl MotorWatch {
         // What the back-EMF should be, by the encoder and by voltage and current: the larger.
         let back_emf_v = self.limits.back_emf_v(rate_rad_s).abs();
         let expected_v = (voltage_v - drop_v).abs();
-        let back_emf_v = if expected_v > back_emf_v { expected_v } else { back_emf_v };
+        let back_emf_v = if expected_v > back_emf_v {
+            expected_v
+        } else {
+            back_emf_v
+        };
         let allowed_v = RESIDUAL_V + RESIDUAL_SHARE * drop_v.abs() + BACK_EMF_SHARE * back_emf_v;
         // Where the current follows nothing, the encoder is not to blame.
         let contradicts = residual_v.abs() > allowed_v && answer != Answer::Dead;
@@ -168,9 +173,8 @@ impl MotorWatch {
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Follower {
     ampere_per_volt: f32,
-    /// What is left of a change of current after a tick, and after half a tick.
-    rest_tick: f32,
-    rest_half: f32,
+    /// What is left of a change of current after a tick.
+    rest: f32,
     /// Current that the voltage alone would drive, at the end of the tick; a run of ticks starts with the steady one, as
     /// the back-EMF is not known here.
     model_a: Option<f32>,
@@ -178,29 +182,35 @@ struct Follower {
     measured: SecondDifference,
     power: f32,
     common: f32,
+    measured_power: f32,
 }
 
 /// Share of each tick in the sums: a time constant of 60 ms.
 const SUM_GAIN: f32 = 1.0 / 60.0;
-/// Least mean square of the modelled second differences that tells something, A^2: the converter's noise is a tenth.
+/// Largest change that counts, A: one jump, as of a sensor that dies, must not outweigh a hundred ticks.
+const CHANGE_MAX_A: f32 = 0.5;
+/// Least mean square of the modelled second differences that tells something, A^2: the converter's noise, 4 mA in each
+/// reading, makes a quarter of it.
 const POWER_MIN_A2: f32 = 0.02 * 0.02;
 /// Share of the modelled change that a living sensor shows at least, and a dead one at most.
 const FOLLOWS_SHARE: f32 = 0.5;
 const DEAD_SHARE: f32 = 0.25;
+/// Share of the modelled mean square that a dead sensor shows at most: a living one may also show what the back-EMF does.
+const DEAD_POWER_SHARE: f32 = 0.5;
 
 impl Follower {
     fn new(motor: &MotorParameters<f32>) -> Self {
         let ticks = TICK_S * motor.resistance_ohm / motor.inductance_h;
-        // Without inductance the quotient is infinite and nothing is left.
+        // Without inductance the quotient is infinite, and nothing is left of a change.
         Self {
             ampere_per_volt: 1.0 / motor.resistance_ohm,
-            rest_tick: libm::expf(-ticks),
-            rest_half: libm::expf(-0.5 * ticks),
+            rest: libm::expf(-ticks),
             model_a: None,
             model: SecondDifference::default(),
             measured: SecondDifference::default(),
             power: 0.0,
             common: 0.0,
+            measured_power: 0.0,
         }
     }
 
@@ -210,22 +220,27 @@ impl Follower {
         self.measured = SecondDifference::default();
         self.power = 0.0;
         self.common = 0.0;
+        self.measured_power = 0.0;
     }
 
     fn update(&mut self, voltage_v: f32, current_a: f32) -> Answer {
         let steady_a = voltage_v * self.ampere_per_volt;
-        let ahead_a = self.model_a.unwrap_or(steady_a) - steady_a;
-        let half_a = steady_a + self.rest_half * ahead_a;
-        self.model_a = Some(steady_a + self.rest_tick * ahead_a);
-        if let (Some(model), Some(measured)) = (self.model.update(half_a), self.measured.update(current_a)) {
+        let before_a = self.model_a.unwrap_or(steady_a);
+        let after_a = steady_a + self.rest * (before_a - steady_a);
+        self.model_a = Some(after_a);
+        // The mean over the tick goes with a current that is measured anywhere within it, or averaged over it.
+        let mean_a = 0.5 * (before_a + after_a);
+        if let (Some(model), Some(measured)) = (self.model.update(mean_a), self.measured.update(current_a)) {
+            let [model, measured] = [model, measured].map(|change| change.bounded(-CHANGE_MAX_A, CHANGE_MAX_A));
             self.power += SUM_GAIN * (model * model - self.power);
             self.common += SUM_GAIN * (model * measured - self.common);
+            self.measured_power += SUM_GAIN * (measured * measured - self.measured_power);
         }
         if self.power < POWER_MIN_A2 {
             Answer::Unknown
         } else if self.common > FOLLOWS_SHARE * self.power {
             Answer::Follows
-        } else if self.common < DEAD_SHARE * self.power {
+        } else if self.common < DEAD_SHARE * self.power && self.measured_power < DEAD_POWER_SHARE * self.power {
             Answer::Dead
         } else {
             Answer::Unknown

@@ -6,7 +6,7 @@ use crate::estimate::heading::{HeadingEstimator, YawReading};
 use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
 use crate::estimate::slope::SlopeEstimator;
-use crate::estimate::stall::{Progress, Stall};
+use crate::estimate::stall::{Intent, Progress, Stall};
 use crate::estimate::tilt::{Disturbance, TiltEstimator, TiltReading, Trust};
 use crate::estimate::traction::{Evidence, Traction};
 use crate::sample::{Motor, TICK_S};
@@ -19,6 +19,7 @@ use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 pub(super) struct Estimator {
     scales: Scales<f32>,
     half_track_m: f32,
+    arm_radius_m: f32,
     arm: TiltEstimator,
     spar: Option<TiltEstimator>,
     slope: SlopeEstimator,
@@ -63,7 +64,7 @@ const WEIGHT_MAX_G: f32 = 2.0;
 /// Ticks for which it must be back in the range before it is trusted again: the wheels rebound.
 const WEIGHT_TICKS: u16 = 30;
 /// Distance of the sine of the arm's angle from that of its equilibrium within which the arm counts as lowered.
-const LOWERED: f32 = 0.1;
+const LOWERED: f32 = 0.15;
 /// Sine of the angle between integrated gyro and accelerometer that cannot last: one of the two is wrong.
 const CONTRADICTION: f32 = 0.7;
 const CONTRADICTION_TICKS: u16 = 300;
@@ -77,6 +78,7 @@ impl Estimator {
         Self {
             scales: vehicle.scales(),
             half_track_m: p.body.half_track_m,
+            arm_radius_m: p.imu.arm_radius_m,
             arm: tilt(p.imu.arm_radius_m),
             // The spar's IMU sits above the axle: a negative radius.
             spar: p.spar.as_ref().map(|_| tilt(-p.imu.spar_radius_m)),
@@ -105,9 +107,9 @@ impl Estimator {
         }
     }
 
-    /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang. `reference_m_s` is what the
-    /// speed law aimed at in the last tick.
-    pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool, reference_m_s: f32) -> Estimate {
+    /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang. `intent` is what the
+    /// speed law was told in the last tick.
+    pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool, intent: &Intent) -> Estimate {
         let [left, right, ballast_rate_rad_s] = sensed.relative_rate_rad_s;
         let still = left.abs() < REST_WHEEL_RAD_S
             && right.abs() < REST_WHEEL_RAD_S
@@ -161,6 +163,7 @@ impl Estimator {
         self.traction.update(&Evidence {
             wheels_m_s: theta_rate * r,
             wheels_m_s2,
+            swing_m_s2: self.arm_radius_m * self.arm.acceleration_rad_s2(),
             tilt_error: self.arm.error(),
             yaw_difference_rad_s: yaw_rate - wheels_yaw_rad_s,
             weighs,
@@ -169,8 +172,10 @@ impl Estimator {
         if let Some(spar) = &mut self.spar {
             spar.update(&sensed.spar, &disturbance, trust);
         }
-        let progress = self.progress(disarmed, reference_m_s, theta_rate * r);
-        if weighs && progress != Progress::Stuck {
+        let stuck = self.progress(disarmed, intent, theta_rate * r) == Progress::Stuck;
+        if stuck && !self.stall.stalls() {
+            self.slope.reset(self.free_sin_slope);
+        } else if weighs {
             let t = self.scales.time_s;
             self.slope.update(
                 self.arm.sin(),
@@ -207,7 +212,11 @@ impl Estimator {
             phi_rate_rad_s: self.arm.rate_rad_s(),
             theta_rate_rad_s: theta_rate,
             speed_m_s: self.traction.speed_m_s(),
-            slope_rad: self.slope.angle_rad(),
+            slope_rad: if stuck {
+                libm::asinf(self.free_sin_slope)
+            } else {
+                self.slope.angle_rad()
+            },
             sin_slope: self.slope.sin(),
             heading_rad: heading,
             yaw_rate_rad_s: self.heading.yaw_rate_rad_s(),
@@ -228,18 +237,20 @@ impl Estimator {
         }
     }
 
-    /// Whether something blocks the vehicle. While it does, the slope stays what it was before.
-    fn progress(&mut self, disarmed: bool, reference_m_s: f32, speed_m_s: f32) -> Progress {
+    /// Whether something blocks the vehicle; until it hesitates, the slope under it is noted.
+    fn progress(&mut self, disarmed: bool, intent: &Intent, speed_m_s: f32) -> Progress {
         if disarmed {
             self.stall.reset();
             return Progress::Free;
         }
-        let was_stuck = self.stall.stalls();
-        let progress = self.stall.update(reference_m_s, speed_m_s, self.odometry.distance_m());
+        let was_stuck = self.stall.is_stuck();
+        let progress = self.stall.update(intent, speed_m_s, self.odometry.distance_m());
+        if was_stuck && progress != Progress::Stuck {
+            // Behind the obstacle the ground goes on as before it.
+            self.slope.reset(self.free_sin_slope);
+        }
         if progress == Progress::Free {
             self.free_sin_slope = self.slope.sin();
-        } else if self.stall.stalls() && !was_stuck {
-            self.slope.reset(self.free_sin_slope);
         }
         progress
     }
@@ -247,16 +258,18 @@ impl Estimator {
     /// Whether the arm hangs about where it does when the vehicle stands still on this slope: open bridges then leave
     /// it there.
     fn lowered(&self) -> bool {
-        (self.arm.sin() - self.slope.sin_equilibrium()).abs() < LOWERED
+        let sin_slope = if self.stall.is_stuck() {
+            self.free_sin_slope
+        } else {
+            self.slope.sin()
+        };
+        (self.arm.sin() - self.slope.sin_equilibrium(sin_slope)).abs() < LOWERED
     }
 
     /// Averages the gyros once, while the vehicle stands still: the spar's by itself, as the vehicle drives without.
     fn calibrate(&mut self, sensed: &Sensed, still: bool) {
         let [gyro_x, gyro_z] = sensed.arm_gyro_xz_rad_s;
-        if let Some([arm, x, z]) = self
-            .calibration
-            .update([sensed.arm.rate_rad_s, gyro_x, gyro_z], still)
-        {
+        if let Some([arm, x, z]) = self.calibration.update([sensed.arm.rate_rad_s, gyro_x, gyro_z], still) {
             self.arm.set_bias(arm);
             self.arm.align(&sensed.arm);
             self.heading.set_bias([x, z]);

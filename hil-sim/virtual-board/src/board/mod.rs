@@ -41,8 +41,8 @@ pub enum VirtualBoardError {
     /// The thread runs a virtual board already.
     #[error(transparent)]
     Clock(#[from] ClockTaken),
-    /// The vehicle is not valid in single precision.
-    #[error("the vehicle is not valid in single precision: {0}")]
+    /// The vehicle is not valid in single precision, or has limits that the board's sensors cannot measure.
+    #[error("the vehicle is none for this board: {0}")]
     Vehicle(ParameterError),
     /// The flash cannot hold a store.
     #[error("the parameter flash is too small")]
@@ -89,6 +89,9 @@ impl VirtualBoard {
         let time = VirtualTime::take()?;
         log::start();
         let built_in = Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(VirtualBoardError::Vehicle)?;
+        built_in
+            .check_on(&SCALES.sensor_ranges())
+            .map_err(VirtualBoardError::Vehicle)?;
         let mut board = Self {
             pool: LocalPool::new(),
             topics: Rc::new(Topics::new()),

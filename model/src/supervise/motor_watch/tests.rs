@@ -93,9 +93,10 @@ fn a_sound_motor_is_believed_warm_or_cold_strong_or_weak() {
 }
 
 #[test]
-fn a_dead_or_stuck_sensor_is_found_within_a_third_of_a_second_and_nothing_else() {
+fn a_dead_or_stuck_sensor_is_found_within_0_35_seconds_and_nothing_else() {
     for wrong in [Wrong::SensorDead, Wrong::SensorStuck] {
         for (rate, load) in [(0.0, 0.5), (1.2, 0.7), (-4.0, -1.8), (10.0, 3.4), (2.0, 6.0)] {
+            // As small as when standing still, and as large as when pushing.
             for ripple in [0.03, 0.3] {
                 let mut bench = Bench::new(1.0, 1.0);
                 for _ in 0..500 {
@@ -103,7 +104,7 @@ fn a_dead_or_stuck_sensor_is_found_within_a_third_of_a_second_and_nothing_else()
                 }
                 let found = bench.found(1000, |bench| bench.tick(wrong, rate, load, ripple));
                 let (ticks, health) = found.expect("found");
-                assert!(ticks < 330, "{wrong:?} {rate} {load} {ripple}: {ticks}");
+                assert!(ticks < 350, "{wrong:?} {rate} {load} {ripple}: {ticks}");
                 let expected = MotorHealth {
                     current_sensor: true,
                     ..MotorHealth::default()
@@ -136,7 +137,10 @@ fn an_open_lead_is_named_once_the_voltage_should_drive_much() {
             for _ in 0..400 {
                 last = bench.tick(Wrong::LeadOpen, rate, wanted_a, ripple);
             }
-            assert!(last.open && (!last.encoder || ripple == 0.0), "{rate} {wanted_a} {ripple}: {last:?}");
+            assert!(
+                last.open && (!last.encoder || ripple == 0.0),
+                "{rate} {wanted_a} {ripple}: {last:?}"
+            );
         }
     }
 }
