@@ -1,60 +1,18 @@
-//! What the vehicle believes of itself and of its sensors, where comparable machines have failed: in scenarios on the
-//! virtual board, each kind at several values and seeds.
+//! What the vehicle believes of its own motion, where comparable machines have failed: in scenarios on the virtual board,
+//! each kind at several values and seeds.
 
 use model::supervise::arming::Mode;
-use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
+use model::supervise::codes::{Fault, FaultSet, Limit};
 use virtual_board::ages;
 use virtual_board::scenario::trace::Row;
-use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
+use virtual_board::scenario::{self, Scenario, VirtualBackend};
 
 mod support;
+use support::flights::{at_speed, drive, fly, last};
 use support::reference;
-
-/// A drive that arms at 2 s: `tables` and `steps` in TOML, the steps as inline tables.
-fn scenario(seconds: f64, seed: u64, tables: &str, steps: &str) -> Scenario {
-    let text = format!(
-        "title = \"t\"\nduration_s = {seconds:?}\nseed = {seed}\n{tables}\n\
-         step = [{{ at_s = 2.0, action = \"arm\" }}, {steps}]\n"
-    );
-    Scenario::parse("case.toml", &text).unwrap_or_else(|error| panic!("{error}\n{text}"))
-}
-
-fn drive(scenario: &Scenario) -> DriveOutcome {
-    let vehicle = reference();
-    let plant = scenario.plant(&vehicle).expect("a plant");
-    let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
-    let outcome = scenario::run(scenario, &mut backend, |_| {}).expect("valid");
-    assert!(!backend.board.watchdog_bitten(), "the watchdog must be fed");
-    outcome
-}
-
-fn fly(seconds: f64, seed: u64, tables: &str, steps: &str) -> DriveOutcome {
-    drive(&scenario(seconds, seed, tables, steps))
-}
-
-/// `drive` at `speed_m_s` from 4 s on.
-fn at_speed(speed_m_s: f64) -> String {
-    format!("{{ at_s = 4.0, action = \"drive\", speed_m_s = {speed_m_s:?} }}")
-}
-
-fn last(outcome: &DriveOutcome) -> &Row {
-    outcome.trace.rows.last().expect("rows")
-}
 
 fn heading_error_deg(row: &Row) -> f64 {
     (f64::from(row.status.estimate.heading_rad) - row.truth.heading_rad).to_degrees()
-}
-
-/// The time after `from_s` at which the status first shows what is asked for, s.
-fn first(outcome: &DriveOutcome, from_s: f64, shows: impl Fn(&Row) -> bool) -> Option<f64> {
-    let mut rows = outcome.trace.rows.iter().filter(|row| row.time_s() >= from_s);
-    rows.find(|row| shows(row)).map(|row| row.time_s() - from_s)
-}
-
-fn only(faults: &[Fault]) -> FaultSet {
-    let mut set = FaultSet::EMPTY;
-    faults.iter().for_each(|fault| set.insert(*fault));
-    set
 }
 
 /// The age of every sample in every tick is what the design says, not what the order of polling makes it.
@@ -204,147 +162,6 @@ fn a_blocked_vehicle_tells_so_takes_the_wall_for_no_hill_and_lowers_its_arm_befo
 }
 
 #[test]
-fn a_current_sensor_that_shows_a_current_at_rest_blocks_arming() {
-    for (sensor, offset_a, blocks) in [
-        ("left-current", 5.0, true),
-        ("right-current", -0.7, true),
-        ("left-current", 0.3, false),
-    ] {
-        let steps =
-            format!("{{ at_s = 0.5, action = \"analog-fault\", sensor = \"{sensor}\", offset = {offset_a:?} }}");
-        // The steps stand in order of time.
-        let text = format!("title = \"t\"\nduration_s = 4.0\nstep = [{steps}, {{ at_s = 2.0, action = \"arm\" }}]\n");
-        let outcome = drive(&Scenario::parse("case.toml", &text).expect("a scenario"));
-        let status = &last(&outcome).status;
-        assert_eq!(
-            status.blockers.contains(Blocker::CurrentSensor),
-            blocks,
-            "{sensor} {offset_a}"
-        );
-        assert_eq!(status.mode == Mode::Disarmed, blocks, "{sensor} {offset_a}");
-        assert_eq!(outcome.trace.rows.iter().any(|row| row.bridges_on), !blocks);
-    }
-}
-
-#[test]
-fn a_dead_or_stuck_current_sensor_is_found_within_a_second_and_the_vehicle_stops() {
-    for (speed_m_s, seed) in [(0.0, 1), (0.3, 2), (1.0, 3), (2.0, 4)] {
-        for (sensor, reads) in [("left-current", "dead"), ("right-current", "stuck")] {
-            let steps = format!(
-                "{}, {{ at_s = 10.0, action = \"analog-fault\", sensor = \"{sensor}\", reads = \"{reads}\" }}",
-                at_speed(speed_m_s)
-            );
-            let outcome = fly(16.0, seed, "", &steps);
-            let story = format!("{sensor} {reads} at {speed_m_s} m/s");
-            let found = first(&outcome, 10.0, |row| row.status.faults.contains(Fault::CurrentSensor));
-            let found_s = found.unwrap_or_else(|| panic!("{story}: not found"));
-            println!("{story}: {found_s:.3} s");
-            assert!(found_s < 1.0, "{story}: {found_s} s");
-            // From 2 m/s a stop takes longer than its time-out.
-            let mut faults = last(&outcome).status.faults;
-            faults.set(Fault::StopTimeout, false);
-            assert_eq!(faults, only(&[Fault::CurrentSensor]), "{story}");
-            assert_eq!(last(&outcome).status.mode, Mode::Disarmed, "{story}");
-            assert!(first(&outcome, 10.0, |row| row.status.mode == Mode::Stopping).is_some());
-        }
-    }
-}
-
-#[test]
-fn an_open_lead_is_named_by_its_motor() {
-    for (speed_m_s, side, fault) in [
-        (0.3, "left", Fault::LeftMotorOpen),
-        (1.0, "right", Fault::RightMotorOpen),
-        (2.0, "left", Fault::LeftMotorOpen),
-        (-1.0, "left", Fault::LeftMotorOpen),
-    ] {
-        let steps = format!(
-            "{}, {{ at_s = 10.0, action = \"motor-leads\", motor = \"{side}\", leads = \"open\" }}",
-            at_speed(speed_m_s)
-        );
-        let outcome = fly(13.0, 7, "", &steps);
-        let found = first(&outcome, 10.0, |row| row.status.faults.contains(fault));
-        println!("{side} open at {speed_m_s} m/s: {found:?} s");
-        assert!(found.is_some_and(|s| s < 0.4), "{side} {speed_m_s}: {:?}", outcome.log);
-        assert_eq!(last(&outcome).status.faults, only(&[fault]), "{side} {speed_m_s}");
-        assert_eq!(last(&outcome).status.mode, Mode::Disarmed);
-    }
-}
-
-/// What fails at the spar takes the levelling, never the drive.
-#[test]
-fn no_failure_of_the_spar_ends_the_drive() {
-    let sensor = |sensor: &str, fault: &str| {
-        format!("{{ at_s = 10.0, action = \"sensor-fault\", sensor = \"{sensor}\", fault = \"{fault}\" }}")
-    };
-    let leads =
-        |leads: &str| format!("{{ at_s = 10.0, action = \"motor-leads\", motor = \"ballast\", leads = \"{leads}\" }}");
-    let current =
-        |what: &str| format!("{{ at_s = 10.0, action = \"analog-fault\", sensor = \"ballast-current\", {what} }}");
-    for (failure, fault) in [
-        (sensor("ballast-encoder", "off"), None),
-        (sensor("ballast-encoder", "stuck"), None),
-        (sensor("ballast-encoder", "garbage"), Some(Fault::BallastEncoder)),
-        (sensor("ballast-encoder", "wrong-sign"), None),
-        (sensor("spar-imu", "off"), Some(Fault::SparImu)),
-        (sensor("spar-imu", "stuck"), Some(Fault::SparImu)),
-        (sensor("spar-imu", "garbage"), Some(Fault::SparImu)),
-        (leads("open"), None),
-        (leads("shorted"), Some(Fault::BallastOvercurrent)),
-        (current("reads = \"dead\""), None),
-        (current("offset = 50.0"), Some(Fault::BallastOvercurrent)),
-    ] {
-        for (slope_rad, seed) in [(0.0, 1), (-0.0873, 2)] {
-            let tables = format!("chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}");
-            let steps = format!(
-                "{}, {failure}, {{ at_s = 14.0, action = \"drive\", speed_m_s = 0.5 }}",
-                at_speed(1.0)
-            );
-            let outcome = fly(20.0, seed, &tables, &steps);
-            let story = format!("{failure} on {slope_rad}");
-            let row = last(&outcome);
-            assert_eq!(row.status.mode, Mode::Armed, "{story}: {}", row.status.faults);
-            assert!(
-                (row.truth.speed_m_s - 0.5).abs() < 0.1,
-                "{story}: {}",
-                row.truth.speed_m_s
-            );
-            let others = row.status.faults.bits() & !FaultSet::SPAR.bits();
-            assert_eq!(others, 0, "{story}: {}", row.status.faults);
-            if let Some(fault) = fault {
-                let found = first(&outcome, 10.0, |row| row.status.faults.contains(fault));
-                assert!(found.is_some_and(|s| s < 0.2), "{story}: {found:?}");
-                assert_eq!(row.status.voltage_v[2], 0.0, "{story}: the ballast motor is off");
-            }
-        }
-    }
-}
-
-#[test]
-fn an_encoder_that_dies_or_reverses_is_found_within_600_ms_from_a_crawl_to_full_speed() {
-    for (speed_m_s, seed) in [(0.15, 1), (0.3, 2), (-0.3, 3), (0.6, 4), (1.0, 5), (2.5, 6)] {
-        for (sensor, fault) in [
-            ("left-encoder", "off"),
-            ("right-encoder", "stuck"),
-            ("right-encoder", "wrong-sign"),
-        ] {
-            let steps = format!(
-                "{}, {{ at_s = 12.0, action = \"sensor-fault\", sensor = \"{sensor}\", fault = \"{fault}\" }}",
-                at_speed(speed_m_s)
-            );
-            let outcome = fly(14.0, seed, "", &steps);
-            let found = first(&outcome, 12.0, |row| !row.bridges_on);
-            println!("{sensor} {fault} at {speed_m_s} m/s: {found:?} s");
-            assert!(
-                found.is_some_and(|s| s <= 0.6),
-                "{sensor} {fault} {speed_m_s}: {found:?}"
-            );
-            assert!(!last(&outcome).status.faults.is_empty());
-        }
-    }
-}
-
-#[test]
 fn sliding_wheels_are_told_and_rolling_ones_are_not() {
     for (slope_rad, friction, speed_m_s, seed) in [(0.0873, 0.05, 0.8, 1), (0.0873, 0.04, 0.5, 2), (0.12, 0.06, 0.8, 3)]
     {
@@ -383,5 +200,36 @@ fn sliding_wheels_are_told_and_rolling_ones_are_not() {
             .filter(|row| row.status.estimate.sliding)
             .count();
         assert_eq!(told, 0, "{name}");
+    }
+}
+
+/// Two degrees of mounting error are learnt in the first turn on the spot; once what they did has faded, the vehicle stays
+/// where it is.
+#[test]
+fn an_imu_mounted_two_degrees_rolled_lets_the_vehicle_creep_less_than_5_cm_per_turn_once_it_has_turned() {
+    for (misalignment_deg, yaw_rate, seed) in [(2.0, 1.9, 1), (-2.0, -0.8, 2), (2.0, 1.2, 3), (0.0, 1.9, 4)] {
+        let tables = format!("plant.arm_imu.misalignment_x_deg = {misalignment_deg:?}");
+        let steps = format!("{{ at_s = 4.0, action = \"drive\", yaw_rate_rad_s = {yaw_rate:?} }}");
+        let outcome = fly(60.0, seed, &tables, &steps);
+        let turn = |row: &Row| (row.truth.heading_rad / (2.0 * std::f64::consts::PI)).abs();
+        // Four turns to learn and to settle; then one displacement for each whole turn.
+        let at = |turns: f64| {
+            outcome
+                .trace
+                .rows
+                .iter()
+                .find(|row| turn(row) >= turns)
+                .map(|row| row.truth)
+        };
+        let mut worst_m = 0.0_f64;
+        let mut turns = 4.0;
+        while let (Some(from), Some(to)) = (at(turns), at(turns + 1.0)) {
+            worst_m = worst_m.max((to.x_m - from.x_m).hypot(to.y_m - from.y_m));
+            turns += 1.0;
+        }
+        println!("{misalignment_deg} deg, {yaw_rate} rad/s: {worst_m:.3} m in the worst of {turns} turns");
+        assert!(turns > 5.0, "{misalignment_deg} {yaw_rate}: {turns}");
+        assert!(worst_m < 0.05, "{misalignment_deg} {yaw_rate}: {worst_m} m");
+        assert_eq!(last(&outcome).status.faults, FaultSet::EMPTY);
     }
 }

@@ -1,6 +1,8 @@
 //! What the vehicle's tests share.
 #![allow(dead_code)] // Each test binary uses its part.
 
+pub mod flights;
+
 use firmware::drive_board::SCALES;
 use firmware::protocol::message::{BoardStatus, COMMAND_PERIOD_MS, HostMessage};
 use model::command::Request;

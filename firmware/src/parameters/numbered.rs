@@ -21,8 +21,8 @@ pub fn schema(parameters: &VehicleParameters<f32>) -> u32 {
 }
 
 /// The vehicle of these parameters, if it is one and this board's sensors measure its limits.
-pub(super) fn drivable(parameters: VehicleParameters<f32>) -> Result<Vehicle<f32>, ParameterError> {
-    let vehicle = Vehicle::new(parameters)?;
+pub(super) fn drivable(parameters: &VehicleParameters<f32>) -> Result<Vehicle<f32>, ParameterError> {
+    let vehicle = Vehicle::new(*parameters)?;
     vehicle.check_on(&SCALES.sensor_ranges())?;
     Ok(vehicle)
 }

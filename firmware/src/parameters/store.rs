@@ -100,7 +100,7 @@ impl<F: NorFlash> ParameterStore<F> {
             Err(_) => return Err(NoSet::Corrupt),
         };
         let parameters = decode(bytes, like).ok_or(NoSet::Corrupt)?;
-        drivable(parameters).map_err(|_| NoSet::Corrupt)
+        drivable(&parameters).map_err(|_| NoSet::Corrupt)
     }
 
     /// Stores a vehicle. A flash that holds no sound store is erased first.

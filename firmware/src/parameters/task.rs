@@ -69,7 +69,7 @@ pub async fn run<M: RawMutex, F: NorFlash>(
                 staged = *built_in.parameters();
                 ParameterAnswer::DefaultsReady
             }
-            ParameterRequest::Store => match drivable(staged) {
+            ParameterRequest::Store => match drivable(&staged) {
                 Err(error) => ParameterAnswer::Inconsistent {
                     number: number_of(&staged, &error),
                 },

@@ -85,7 +85,7 @@ impl Encoder {
         let counts = angle_rad * self.counts_per_rad;
         // Towards minus infinity, without a call.
         let cut = counts as i64;
-        let truth = cut - i64::from(cut as f64 > counts);
+        let truth = cut.saturating_sub(i64::from(cut as f64 > counts));
         let edges = truth.wrapping_sub(self.truth);
         self.truth = truth;
         match self.law {

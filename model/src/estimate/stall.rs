@@ -47,11 +47,11 @@ const FREE_M: f32 = 0.04;
 
 impl Stall {
     /// Takes one tick: what the law was told, the speed of the wheels, m/s, and the distance driven, m.
-    pub fn update(&mut self, intent: &Intent, speed_m_s: f32, distance_m: f32) -> Progress {
+    pub fn update(&mut self, intent: Intent, speed_m_s: f32, distance_m: f32) -> Progress {
         let Intent {
             target_m_s,
             reference_m_s,
-        } = *intent;
+        } = intent;
         let told = reference_m_s.abs() > TOLD_M_S;
         let stands = told && speed_m_s.abs() < MOVES_SHARE * reference_m_s.abs();
         self.stuck_ticks = if stands { self.stuck_ticks.saturating_add(1) } else { 0 };
@@ -106,17 +106,17 @@ mod tests {
         for reference in [0.1_f32, -0.3, 2.5] {
             let mut stall = Stall::default();
             for k in 1..STUCK_TICKS {
-                assert_eq!(stall.update(&told(reference), 0.0, 1.0), Progress::Hesitates, "{k}");
+                assert_eq!(stall.update(told(reference), 0.0, 1.0), Progress::Hesitates, "{k}");
             }
-            assert_eq!(stall.update(&told(reference), 0.0, 1.0), Progress::Stuck);
+            assert_eq!(stall.update(told(reference), 0.0, 1.0), Progress::Stuck);
             assert!(stall.stalls());
             // Told to stop, or to back off, the vehicle stalls no more, though its reference still decays, but the obstacle is still there.
             for _ in 0..5000 {
-                assert_eq!(stall.update(&told(0.0), 0.0, 1.0), Progress::Stuck);
+                assert_eq!(stall.update(told(0.0), 0.0, 1.0), Progress::Stuck);
                 assert!(!stall.stalls());
             }
-            assert_eq!(stall.update(&told(-reference), -0.2 * reference, 0.97), Progress::Stuck);
-            assert_eq!(stall.update(&told(-reference), -0.2 * reference, 0.95), Progress::Free);
+            assert_eq!(stall.update(told(-reference), -0.2 * reference, 0.97), Progress::Stuck);
+            assert_eq!(stall.update(told(-reference), -0.2 * reference, 0.95), Progress::Free);
         }
     }
 
@@ -126,8 +126,8 @@ mod tests {
         for k in 0..5000_u16 {
             let reference = (f32::from(k) * 0.0008).min(1.0);
             let speed = (f32::from(k.saturating_sub(600)) * 0.0008).min(1.0);
-            assert_ne!(stall.update(&told(reference), speed, 0.0), Progress::Stuck);
+            assert_ne!(stall.update(told(reference), speed, 0.0), Progress::Stuck);
         }
-        assert_eq!(stall.update(&told(0.0), 0.0, 0.0), Progress::Free);
+        assert_eq!(stall.update(told(0.0), 0.0, 0.0), Progress::Free);
     }
 }

@@ -20,8 +20,10 @@ pub struct Evidence {
     pub tilt_error: f32,
     /// Size of what moves the IMU besides: its distance from the axle times the arm's angular acceleration, m/s^2.
     pub swing_m_s2: f32,
-    /// The gyro's yaw rate less that of the wheels, rad/s.
-    pub yaw_difference_rad_s: f32,
+    /// The gyro's yaw rate, rad/s.
+    pub yaw_rate_rad_s: f32,
+    /// That of the wheels.
+    pub wheels_yaw_rad_s: f32,
     /// The accelerometer feels about the weight of a vehicle that stands on its wheels.
     pub weighs: bool,
 }
@@ -63,7 +65,9 @@ const ROLLS_TICKS: u16 = 300;
 const REGAINED_M_S: f32 = 0.1;
 const DRIFT_M_S2: f32 = 0.06;
 /// Ticks after which a slide is taken for a wrong angle of the arm.
-const SLIDE_MAX_TICKS: u16 = 20_000;
+const SLIDE_MAX_TICKS: u16 = 10_000;
+/// Yaw rate from which the accelerations tell nothing, rad/s: a roll of the axle, or of the IMU on the arm, adds to them.
+const TURNS_RAD_S: f32 = 0.5;
 
 impl Traction {
     /// A watch called every `dt_s` seconds, for wheels `2 half_track_m` apart.
@@ -82,11 +86,17 @@ impl Traction {
         }
     }
 
-    /// Takes one tick's evidence. Without weight there is none.
+    /// Takes one tick's evidence. Without weight, and in a turn, the accelerations give none.
     pub fn update(&mut self, evidence: &Evidence) {
-        let difference_m_s2 = if evidence.weighs { G * evidence.tilt_error } else { 0.0 };
+        let straight = evidence.yaw_rate_rad_s.abs() < TURNS_RAD_S;
+        let difference_m_s2 = if evidence.weighs && straight {
+            G * evidence.tilt_error
+        } else {
+            0.0
+        };
         self.difference.update(difference_m_s2);
-        self.yaw_difference.update(evidence.yaw_difference_rad_s);
+        self.yaw_difference
+            .update(evidence.yaw_rate_rad_s - evidence.wheels_yaw_rad_s);
         self.motion
             .update(evidence.wheels_m_s2.abs() + evidence.swing_m_s2.abs());
         let along = self.difference.value().abs() - MOTION_SHARE * self.motion.value();
@@ -142,7 +152,8 @@ mod tests {
         wheels_m_s2: 0.0,
         swing_m_s2: 0.0,
         tilt_error: 0.0,
-        yaw_difference_rad_s: 0.0,
+        yaw_rate_rad_s: 0.0,
+        wheels_yaw_rad_s: 0.0,
         weighs: true,
     };
 
@@ -165,7 +176,14 @@ mod tests {
             // A wheel that is 2 % larger than the other.
             Evidence {
                 wheels_m_s: 2.5,
-                yaw_difference_rad_s: 0.1,
+                wheels_yaw_rad_s: 0.1,
+                ..ROLLING
+            },
+            // The vehicle turns, with an axle that rolls.
+            Evidence {
+                tilt_error: 0.05,
+                yaw_rate_rad_s: 1.9,
+                wheels_yaw_rad_s: 1.9,
                 ..ROLLING
             },
             // The vehicle falls.
@@ -216,12 +234,12 @@ mod tests {
 
     #[test]
     fn one_sliding_wheel_shows_in_the_yaw_rate() {
-        for yaw_difference_rad_s in [0.3, -0.3, 2.0] {
+        for wheels_yaw_rad_s in [0.3, -0.3, 2.0] {
             let evidence = Evidence {
-                yaw_difference_rad_s,
+                wheels_yaw_rad_s,
                 ..ROLLING
             };
-            assert!(after(&evidence, 400).slides(), "{yaw_difference_rad_s}");
+            assert!(after(&evidence, 400).slides(), "{wheels_yaw_rad_s}");
         }
     }
 }

@@ -19,6 +19,11 @@ impl Persistence {
     /// Takes one tick's verdict; true once the run of bad ticks is long enough.
     pub fn update(&mut self, bad: bool) -> bool {
         self.bad = if bad { self.bad.saturating_add(1) } else { 0 };
+        self.stands()
+    }
+
+    /// What the last update gave.
+    pub fn stands(&self) -> bool {
         self.bad >= self.limit
     }
 }

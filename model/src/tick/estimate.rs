@@ -2,6 +2,7 @@
 
 use crate::bounded::Bounded;
 use crate::estimate::Estimate;
+use crate::estimate::alignment::Alignment;
 use crate::estimate::heading::{HeadingEstimator, YawReading};
 use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
@@ -14,6 +15,10 @@ use crate::sensed::Sensed;
 use crate::supervise::plausibility::Persistence;
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
+mod calibration;
+
+use calibration::Calibration;
+
 /// Stage 2's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Estimator {
@@ -24,6 +29,7 @@ pub(super) struct Estimator {
     spar: Option<TiltEstimator>,
     slope: SlopeEstimator,
     heading: HeadingEstimator,
+    alignment: Alignment,
     odometry: Odometry,
     traction: Traction,
     stall: Stall,
@@ -40,6 +46,21 @@ pub(super) struct Estimator {
     last_heading_rad: f32,
 }
 
+/// What gyro and encoders show of one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Motion {
+    phi_rate_rad_s: f32,
+    theta_rate_rad_s: f32,
+    /// Speed and acceleration of the axle if the wheels roll.
+    wheels_m_s: f32,
+    wheels_m_s2: f32,
+    yaw_rate_rad_s: f32,
+    /// Yaw rate that the wheels show.
+    wheels_yaw_rad_s: f32,
+    /// Sine of the axle's roll: positive with its left end up.
+    sin_roll: f32,
+}
+
 const G: f32 = GRAVITY_M_S2 as f32;
 /// Speed and arm rate below which the vehicle is stopped.
 const STOPPED_M_S: f32 = 0.05;
@@ -49,10 +70,6 @@ const REST_WHEEL_RAD_S: f32 = 0.03;
 const REST_ARM_RAD_S: f32 = 0.05;
 /// Ticks in a row for which the vehicle must stand still to be at rest.
 const STILL_TICKS: u16 = 100;
-/// Largest gyro bias that a calibration may find; more is motion.
-const BIAS_MAX_RAD_S: f32 = 0.1;
-/// Ticks over which a calibration averages the gyros.
-const CALIBRATION_TICKS: u16 = 500;
 /// Time constant of the axle acceleration's filter.
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
 /// Time constant of the axle's roll.
@@ -91,6 +108,7 @@ impl Estimator {
                 vehicle.spar_mass_ratio(),
             ),
             heading: HeadingEstimator::new(TICK_S, times.bias_time_constant_s),
+            alignment: Alignment::default(),
             odometry: Odometry::default(),
             traction: Traction::new(TICK_S, p.body.half_track_m),
             stall: Stall::default(),
@@ -109,19 +127,69 @@ impl Estimator {
 
     /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang. `intent` is what the
     /// speed law was told in the last tick.
-    pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool, intent: &Intent) -> Estimate {
+    pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool, intent: Intent) -> Estimate {
         let [left, right, ballast_rate_rad_s] = sensed.relative_rate_rad_s;
         let still = left.abs() < REST_WHEEL_RAD_S
             && right.abs() < REST_WHEEL_RAD_S
             && (sensed.arm.rate_rad_s - self.arm.bias_rad_s()).abs() < REST_ARM_RAD_S.max(self.calibration.tolerance());
         let at_rest = self.rest.update(still);
         self.calibrate(sensed, still && disarmed);
+        let rest = at_rest && disarmed;
 
-        // Wheel rate: the relative rate less the arm's.
+        let motion = self.turn(sensed, at_rest);
+        self.tilt(sensed, &motion, rest);
+        let contradicted = self.contradicted.update(self.arm.error().abs() > CONTRADICTION);
+        let stuck = self.climb(&motion, disarmed, intent);
+        self.advance(sensed, &motion);
+
+        let (spar_rad, spar_rate_rad_s) = self
+            .spar
+            .as_ref()
+            .map_or((0.0, 0.0), |s| (s.angle_rad(), s.rate_rad_s()));
+        if rest {
+            // An idle ballast hangs straight down: its angle from the vertical is 0.
+            self.ballast_offset_rad = -spar_rad - sensed.ballast_turned_rad;
+        }
+        Estimate {
+            phi_rad: self.arm.angle_rad(),
+            phi_rate_rad_s: self.arm.rate_rad_s(),
+            theta_rate_rad_s: motion.theta_rate_rad_s,
+            speed_m_s: if self.traction.slides() {
+                self.traction.speed_m_s()
+            } else {
+                motion.wheels_m_s
+            },
+            slope_rad: if stuck {
+                libm::asinf(self.free_sin_slope)
+            } else {
+                self.slope.angle_rad()
+            },
+            sin_slope: self.slope.sin(),
+            heading_rad: self.heading.heading_rad(),
+            yaw_rate_rad_s: self.heading.yaw_rate_rad_s(),
+            distance_m: self.odometry.distance_m(),
+            x_m: self.odometry.x_m(),
+            y_m: self.odometry.y_m(),
+            spar_rad,
+            spar_rate_rad_s,
+            ballast_rad: sensed.ballast_turned_rad + self.ballast_offset_rad,
+            ballast_rate_rad_s,
+            gyro_bias_rad_s: self.arm.bias_rad_s(),
+            calibrated: self.calibration.is_done(),
+            at_rest,
+            stopped: motion.wheels_m_s.abs() < STOPPED_M_S
+                && motion.phi_rate_rad_s.abs() < STOPPED_ARM_RAD_S
+                && self.lowered(),
+            contradicted,
+            sliding: self.traction.slides(),
+            stalled: self.stall.stalls(),
+        }
+    }
+
+    /// Heading and wheel rate: what the gyro and the encoders show at once.
+    fn turn(&mut self, sensed: &Sensed, at_rest: bool) -> Motion {
+        let [left, right, _] = sensed.relative_rate_rad_s;
         let r = self.scales.length_m;
-        let phi_rate = sensed.arm.rate_rad_s - self.arm.bias_rad_s();
-        let theta_rate = 0.5 * (left + right) - phi_rate;
-        let theta_acceleration = self.theta_acceleration.update(theta_rate);
         // The plane's normal seen from the arm: turned by phi - beta from the arm's z axis.
         let (sin, cos) = (self.arm.sin(), self.arm.cos());
         let sin_normal = sin * self.slope.cos() - cos * self.slope.sin();
@@ -135,23 +203,39 @@ impl Estimator {
             },
             at_rest,
         );
-
+        let yaw_rate_rad_s = self.heading.yaw_rate_rad_s();
+        // Wheel rate: the relative rate less the arm's.
+        let swing_rad_s = sensed.arm.rate_rad_s - self.arm.bias_rad_s();
+        let phi_rate_rad_s = swing_rad_s - self.alignment.swing_rad_s(yaw_rate_rad_s);
+        let theta_rate_rad_s = 0.5 * (left + right) - phi_rate_rad_s;
+        let wheels_m_s = theta_rate_rad_s * r;
         // Roll of the axle: gravity along it, once the acceleration of the turn is taken away.
-        let yaw_rate = self.heading.yaw_rate_rad_s();
-        let lateral_m_s2 = sensed.arm_force_y_m_s2 - theta_rate * r * yaw_rate;
+        let lateral_m_s2 = sensed.arm_force_y_m_s2 - wheels_m_s * yaw_rate_rad_s;
         self.roll.update((lateral_m_s2 / G).bounded(-1.0, 1.0));
         let sin_roll = self.roll.value();
-        self.slope.turn(yaw_rate * TICK_S, sin_roll);
-        let wheels_m_s2 = r * theta_acceleration;
-        let axle_m_s2 = self.traction.acceleration_m_s2(wheels_m_s2);
+        self.alignment
+            .update(TICK_S, yaw_rate_rad_s, swing_rad_s, sin_roll, wheels_m_s);
+        Motion {
+            phi_rate_rad_s,
+            theta_rate_rad_s,
+            wheels_m_s,
+            wheels_m_s2: r * self.theta_acceleration.update(theta_rate_rad_s),
+            yaw_rate_rad_s,
+            wheels_yaw_rad_s,
+            sin_roll: sin_roll - self.alignment.sin_roll(),
+        }
+    }
+
+    /// The angles of arm and spar, and whether the wheels roll.
+    fn tilt(&mut self, sensed: &Sensed, motion: &Motion, rest: bool) {
+        self.slope.turn(motion.yaw_rate_rad_s * TICK_S, motion.sin_roll);
         let disturbance = Disturbance {
-            axle_acceleration_m_s2: wheels_m_s2,
+            axle_acceleration_m_s2: motion.wheels_m_s2,
             sin_slope: self.slope.sin(),
             cos_slope: self.slope.cos(),
-            yaw_rate_rad_s: yaw_rate,
-            sin_roll,
+            yaw_rate_rad_s: motion.yaw_rate_rad_s,
+            sin_roll: motion.sin_roll,
         };
-        let rest = at_rest && disarmed;
         let weighs = self.weighs.update(weighs(&sensed.arm));
         let trust = match (weighs, self.traction.slides()) {
             _ if rest => Trust::AtRest,
@@ -159,86 +243,61 @@ impl Estimator {
             (true, true) => Trust::Little,
             (true, false) => Trust::Driving,
         };
-        self.arm.update(&sensed.arm, &disturbance, trust);
+        let aligned = TiltReading {
+            rate_rad_s: sensed.arm.rate_rad_s - self.alignment.swing_rad_s(motion.yaw_rate_rad_s),
+            ..sensed.arm
+        };
+        self.arm.update(&aligned, &disturbance, trust);
         self.traction.update(&Evidence {
-            wheels_m_s: theta_rate * r,
-            wheels_m_s2,
+            wheels_m_s: motion.wheels_m_s,
+            wheels_m_s2: motion.wheels_m_s2,
             swing_m_s2: self.arm_radius_m * self.arm.acceleration_rad_s2(),
             tilt_error: self.arm.error(),
-            yaw_difference_rad_s: yaw_rate - wheels_yaw_rad_s,
+            yaw_rate_rad_s: motion.yaw_rate_rad_s,
+            wheels_yaw_rad_s: motion.wheels_yaw_rad_s,
             weighs,
         });
-        let contradicted = self.contradicted.update(self.arm.error().abs() > CONTRADICTION);
         if let Some(spar) = &mut self.spar {
             spar.update(&sensed.spar, &disturbance, trust);
         }
-        let stuck = self.progress(disarmed, intent, theta_rate * r) == Progress::Stuck;
+    }
+
+    /// The slope; whether something blocks the vehicle.
+    fn climb(&mut self, motion: &Motion, disarmed: bool, intent: Intent) -> bool {
+        let stuck = self.progress(disarmed, intent, motion.wheels_m_s) == Progress::Stuck;
         if stuck && !self.stall.stalls() {
             self.slope.reset(self.free_sin_slope);
-        } else if weighs {
+        } else if self.weighs.stands() {
             let t = self.scales.time_s;
+            let axle_m_s2 = self.traction.acceleration_m_s2(motion.wheels_m_s2);
             self.slope.update(
                 self.arm.sin(),
                 self.arm.cos(),
-                phi_rate * t,
+                motion.phi_rate_rad_s * t,
                 self.arm.acceleration_rad_s2() * t * t,
-                axle_m_s2 / r * t * t,
+                axle_m_s2 / self.scales.length_m * t * t,
             );
         }
+        stuck
+    }
 
-        // The mean advance of the wheels over the plane, or of the sliding vehicle, at the mean heading of the tick.
-        let advance = sensed.relative_advance_rad;
-        let advance_rad = 0.5 * (advance[Motor::Left as usize] + advance[Motor::Right as usize]) - phi_rate * TICK_S;
+    /// The mean advance of the wheels over the plane, or of the sliding vehicle, at the mean heading of the tick.
+    fn advance(&mut self, sensed: &Sensed, motion: &Motion) {
         let advance_m = if self.traction.slides() {
             self.traction.speed_m_s() * TICK_S
         } else {
-            advance_rad * r
+            let advance = sensed.relative_advance_rad;
+            let relative = 0.5 * (advance[Motor::Left as usize] + advance[Motor::Right as usize]);
+            (relative - motion.phi_rate_rad_s * TICK_S) * self.scales.length_m
         };
         let heading = self.heading.heading_rad();
         self.odometry
             .advance(advance_m, 0.5 * (heading + self.last_heading_rad));
         self.last_heading_rad = heading;
-
-        let (spar_rad, spar_rate_rad_s) = self
-            .spar
-            .as_ref()
-            .map_or((0.0, 0.0), |s| (s.angle_rad(), s.rate_rad_s()));
-        if rest {
-            // An idle ballast hangs straight down: its angle from the vertical is 0.
-            self.ballast_offset_rad = -spar_rad - sensed.ballast_turned_rad;
-        }
-        Estimate {
-            phi_rad: self.arm.angle_rad(),
-            phi_rate_rad_s: self.arm.rate_rad_s(),
-            theta_rate_rad_s: theta_rate,
-            speed_m_s: self.traction.speed_m_s(),
-            slope_rad: if stuck {
-                libm::asinf(self.free_sin_slope)
-            } else {
-                self.slope.angle_rad()
-            },
-            sin_slope: self.slope.sin(),
-            heading_rad: heading,
-            yaw_rate_rad_s: self.heading.yaw_rate_rad_s(),
-            distance_m: self.odometry.distance_m(),
-            x_m: self.odometry.x_m(),
-            y_m: self.odometry.y_m(),
-            spar_rad,
-            spar_rate_rad_s,
-            ballast_rad: sensed.ballast_turned_rad + self.ballast_offset_rad,
-            ballast_rate_rad_s,
-            gyro_bias_rad_s: self.arm.bias_rad_s(),
-            calibrated: self.calibration.done,
-            at_rest,
-            stopped: (theta_rate * r).abs() < STOPPED_M_S && phi_rate.abs() < STOPPED_ARM_RAD_S && self.lowered(),
-            contradicted,
-            sliding: self.traction.slides(),
-            stalled: self.stall.stalls(),
-        }
     }
 
     /// Whether something blocks the vehicle; until it hesitates, the slope under it is noted.
-    fn progress(&mut self, disarmed: bool, intent: &Intent, speed_m_s: f32) -> Progress {
+    fn progress(&mut self, disarmed: bool, intent: Intent, speed_m_s: f32) -> Progress {
         if disarmed {
             self.stall.reset();
             return Progress::Free;
@@ -293,50 +352,4 @@ fn weighs(reading: &TiltReading) -> bool {
     } = *reading;
     let squared_g2 = (x * x + z * z) / (G * G);
     (WEIGHT_MIN_G * WEIGHT_MIN_G..WEIGHT_MAX_G * WEIGHT_MAX_G).contains(&squared_g2)
-}
-
-/// Average of gyro axes at rest.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Calibration<const N: usize> {
-    sums: [f32; N],
-    ticks: u16,
-    done: bool,
-}
-
-impl<const N: usize> Default for Calibration<N> {
-    fn default() -> Self {
-        Self {
-            sums: [0.0; N],
-            ticks: 0,
-            done: false,
-        }
-    }
-}
-
-impl<const N: usize> Calibration<N> {
-    /// Arm rate that still counts as rest: before the bias is known, all of it may be bias.
-    fn tolerance(&self) -> f32 {
-        if self.done { 0.0 } else { BIAS_MAX_RAD_S }
-    }
-
-    /// Takes the gyros of one tick; returns the averages once, when there are enough.
-    fn update(&mut self, rates: [f32; N], still: bool) -> Option<[f32; N]> {
-        if self.done {
-            return None;
-        }
-        let plausible = rates.iter().all(|rate| rate.abs() < BIAS_MAX_RAD_S);
-        if !still || !plausible {
-            *self = Self::default();
-            return None;
-        }
-        for (sum, rate) in self.sums.iter_mut().zip(rates) {
-            *sum += rate;
-        }
-        self.ticks += 1;
-        if self.ticks < CALIBRATION_TICKS {
-            return None;
-        }
-        self.done = true;
-        Some(self.sums.map(|sum| sum / f32::from(CALIBRATION_TICKS)))
-    }
 }
