@@ -265,10 +265,10 @@ mod tests {
 
     #[test]
     fn a_limit_that_the_sensors_cannot_measure_is_refused_by_name() {
+        type Change = fn(&mut VehicleParameters<f32>);
         let ranges = BoardScales::TEST.sensor_ranges();
         let reference = test_vehicle::reference();
         assert_eq!(reference.check_on(&ranges), Ok(()));
-        type Change = fn(&mut VehicleParameters<f32>);
         let refused: [(&str, Change); 6] = [
             ("maximum_v", |p| p.battery.maximum_v = 64.7),
             ("maximum_v", |p| p.battery.maximum_v = 75.0),
