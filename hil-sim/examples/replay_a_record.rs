@@ -27,7 +27,7 @@ pub(crate) fn record(vehicle: &Vehicle<f64>) -> Result<Vec<FlightRecord>, Box<dy
     let plant = Plant::new(vehicle, &SCALES, drive.terrain.clone(), drive.seed)?;
     let mut backend = VirtualBackend::boot(vehicle, plant)?;
     backend.board.world(|world| world.records = Some(Vec::new()));
-    scenario::run(&drive, &mut backend, |_ms| {});
+    scenario::run(&drive, &mut backend, |_ms| {})?;
     Ok(backend.board.world(|world| world.records.take()).unwrap_or_default())
 }
 
