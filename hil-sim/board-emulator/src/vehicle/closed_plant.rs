@@ -8,6 +8,9 @@ pub trait ClosedPlant: Send + Sync {
     /// show.
     fn step(&mut self, seconds: f64, bridges: &[BridgeState; MOTORS]) -> Sensed;
 
+    /// What the drivers wrote to INTF_CONFIG1 of the IMUs (arm, spar), for a vehicle whose IMUs heed it.
+    fn configure_imus(&mut self, _intf_config1: [u8; 2]) {}
+
     /// A copy for a second run from here on.
     fn fork(&self) -> Box<dyn ClosedPlant>;
 }

@@ -64,6 +64,16 @@ impl ClosedPlant for VehicleAtPins {
             imus: [arm, spar],
             battery_mv: millivolts(f64::from(battery)),
             current_mv: current.map(|count| millivolts(f64::from(count))),
+            unpowered: !plant.powers_board(),
+        }
+    }
+
+    fn configure_imus(&mut self, intf_config1: [u8; 2]) {
+        let mut plant = self.plant();
+        let [arm, spar] = intf_config1;
+        plant.arm_imu().transfer(&mut [register::INTF_CONFIG1, arm]);
+        if let Some(imu) = plant.spar_imu() {
+            imu.transfer(&mut [register::INTF_CONFIG1, spar]);
         }
     }
 
