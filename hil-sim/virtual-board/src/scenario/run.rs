@@ -1,7 +1,6 @@
 //! Runs a scenario on a back end.
 
-use firmware::protocol::message::{COMMAND_PERIOD_MS, HostMessage};
-use model::command::Request;
+use firmware::protocol::message::{COMMAND_PERIOD_MS, Order};
 use model::sample::Motor;
 use model::supervise::arming::Mode;
 
@@ -36,7 +35,7 @@ pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl Fn
         noise: Noise::new(scenario.seed, LINK_NOISE_STREAM),
         pressed_at_ms: None,
     };
-    let mut observer = Observer::default();
+    let mut observer = Observer::new(LinkClient::new(scenario.seed as u32));
     let start_us = backend.now_us();
     let mut chocked = scenario.chocked_until_armed;
     if chocked {
@@ -45,16 +44,19 @@ pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl Fn
     let end_ms = (scenario.duration_s * 1000.0).round() as u64;
     let mut ms = 0;
     while ms < end_ms {
-        script.events(ms, backend);
-        if ms % COMMAND_PERIOD_MS == 0
-            && let Some([speed_m_s, yaw_rate_rad_s]) = script.command
-        {
-            observer.commanded = [speed_m_s, yaw_rate_rad_s];
-            let message = HostMessage::Drive {
-                speed_m_s: speed_m_s as f32,
-                yaw_rate_rad_s: yaw_rate_rad_s as f32,
-            };
-            backend.send(&LinkClient::encode(&message));
+        script.events(ms, &mut observer.client, backend);
+        if ms % COMMAND_PERIOD_MS == 0 {
+            if observer.client.identity().is_none() {
+                backend.send(&observer.client.identify());
+            }
+            if let Some([speed_m_s, yaw_rate_rad_s]) = script.command {
+                observer.commanded = [speed_m_s, yaw_rate_rad_s];
+                let order = Order::Drive {
+                    speed_m_s: speed_m_s as f32,
+                    yaw_rate_rad_s: yaw_rate_rad_s as f32,
+                };
+                give(&mut observer.client, order, backend);
+            }
         }
         // Until the operator acts again; while there are chocks to pull, the operator looks every millisecond.
         let until_ms = if chocked {
@@ -81,8 +83,15 @@ pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl Fn
     outcome
 }
 
+/// Sends an order; nothing before the board has said who it is.
+fn give(client: &mut LinkClient, order: Order, backend: &mut dyn Backend) {
+    if let Some((_, frame)) = client.order(backend.now_us(), order) {
+        backend.send(&frame);
+    }
+}
+
 /// The observer of the run.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Observer {
     outcome: DriveOutcome,
     client: LinkClient,
@@ -96,6 +105,17 @@ struct Observer {
 }
 
 impl Observer {
+    fn new(client: LinkClient) -> Self {
+        Self {
+            outcome: DriveOutcome::default(),
+            client,
+            commanded: [0.0; 2],
+            truths: Vec::new(),
+            last_tick: None,
+            mode: None,
+        }
+    }
+
     /// Records the observation at the end of millisecond `ms`.
     fn observe(&mut self, ms: u64, observation: Observation, script: &Script<'_>) {
         let Observation {
@@ -108,7 +128,7 @@ impl Observer {
         if self.truths.len() > 64 {
             self.truths.drain(..32);
         }
-        self.client.receive(&received);
+        self.client.receive(now_us, &received);
         let outcome = &mut self.outcome;
         if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, outcome.emergency_stop_ms) {
             outcome.emergency_stop_ms = Some(ms - pressed);
@@ -166,23 +186,20 @@ impl Script<'_> {
         command.min(step).max(ms + 1)
     }
 
-    fn events(&mut self, ms: u64, backend: &mut dyn Backend) {
+    fn events(&mut self, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
         while let Some(step) = self.scenario.steps.get(self.next)
             && at_ms(step) <= ms
         {
             self.next += 1;
-            self.act(&step.action, ms, backend);
+            self.act(&step.action, ms, client, backend);
         }
     }
 
-    fn act(&mut self, action: &Action, ms: u64, backend: &mut dyn Backend) {
-        let request = |backend: &mut dyn Backend, request: Request| {
-            backend.send(&LinkClient::encode(&HostMessage::Request(request)));
-        };
+    fn act(&mut self, action: &Action, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
         match *action {
-            Action::Arm => request(backend, Request::Arm),
-            Action::Disarm => request(backend, Request::Disarm),
-            Action::ClearFaults => request(backend, Request::ClearFaults),
+            Action::Arm => give(client, Order::Arm, backend),
+            Action::Disarm => backend.send(&client.disarm().1),
+            Action::ClearFaults => give(client, Order::ClearFaults, backend),
             Action::Drive {
                 speed_m_s,
                 yaw_rate_rad_s,
