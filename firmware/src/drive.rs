@@ -10,6 +10,7 @@ use model::tick::VehicleCore;
 
 use crate::checkins::Critical;
 use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop};
+use crate::orders::Orders;
 use crate::protocol::message::TickCycles;
 use crate::ticks::every_tick;
 use crate::topics::{DriveCommand, Topics};
@@ -78,7 +79,8 @@ where
 
         let started = counter.cycles();
         let now = Instant::now();
-        let request = topics.requests.try_receive().unwrap_or(Request::None);
+        let orders = Orders::take(topics, core.mode());
+        let request = orders.request();
         // Only while disarmed: a break that trips in the very tick of the request must not be cleared unseen.
         if request == Request::ClearFaults && core.mode() == Mode::Disarmed {
             bridges.clear_break();
@@ -109,6 +111,7 @@ where
             actuation: output.actuation,
         });
         topics.status.publish(now, output.status);
+        orders.answer(topics, &output.status);
         let total = after_actuate.wrapping_sub(started);
         cycles = TickCycles {
             sense: after_sense.wrapping_sub(started),

@@ -2,7 +2,7 @@
 #![allow(dead_code)] // Each test binary uses its part.
 
 use firmware::drive_board::SCALES;
-use firmware::protocol::message::{BoardStatus, COMMAND_PERIOD_MS, HostMessage};
+use firmware::protocol::message::{Answer, BoardStatus, COMMAND_PERIOD_MS, Order};
 use model::command::Request;
 use model::supervise::arming::Mode;
 use model::vehicle::Vehicle;
@@ -41,7 +41,7 @@ impl Bench {
         let board = VirtualBoard::boot_with(&vehicle, plant, flash).expect("boots");
         Self {
             board,
-            client: LinkClient::default(),
+            client: LinkClient::new(seed as u32),
             drive: Some([0.0, 0.0]),
             ms: 0,
         }
@@ -50,20 +50,28 @@ impl Bench {
     /// Lets `ms` milliseconds pass; `each` sees the bench after every one.
     pub fn run_watching(&mut self, ms: u64, mut each: impl FnMut(&mut Self)) {
         for _ in 0..ms {
-            if self.ms.is_multiple_of(COMMAND_PERIOD_MS)
-                && let Some([speed_m_s, yaw_rate_rad_s]) = self.drive
-            {
-                self.send(&HostMessage::Drive {
-                    speed_m_s,
-                    yaw_rate_rad_s,
-                });
+            if self.ms.is_multiple_of(COMMAND_PERIOD_MS) {
+                if self.client.identity().is_none() {
+                    self.board.send(&self.client.identify());
+                }
+                if let Some([speed_m_s, yaw_rate_rad_s]) = self.drive {
+                    self.order(Order::Drive {
+                        speed_m_s,
+                        yaw_rate_rad_s,
+                    });
+                }
             }
             self.ms += 1;
             self.board.run_until(self.ms * 1000);
             let bytes = self.board.receive();
-            self.client.receive(&bytes);
+            self.client.receive(self.ms * 1000, &bytes);
             each(self);
         }
+    }
+
+    /// Milliseconds since boot.
+    pub fn now_ms(&self) -> u64 {
+        self.ms
     }
 
     /// Lets time pass with nobody at the board's port: what it sends stays for [`VirtualBoard::receive`].
@@ -76,12 +84,46 @@ impl Bench {
         self.run_watching(ms, |_| {});
     }
 
-    pub fn send(&mut self, message: &HostMessage) {
-        self.board.send(&LinkClient::encode(message));
+    /// The frame of an order given now, and its number; nothing before the board has said who it is.
+    pub fn frame(&mut self, order: Order) -> Option<(u32, Vec<u8>)> {
+        self.client.order(self.ms * 1000, order)
+    }
+
+    /// Gives an order and returns its number; 0 before the board has said who it is: nothing is sent then.
+    pub fn order(&mut self, order: Order) -> u32 {
+        let Some((sequence, frame)) = self.frame(order) else {
+            return 0;
+        };
+        self.board.send(&frame);
+        sequence
+    }
+
+    /// Gives an order and waits up to 100 ms for its answer.
+    pub fn ask(&mut self, order: Order) -> Option<Answer> {
+        let sequence = self.order(order);
+        let mut answer = None;
+        self.run_watching(100, |bench| {
+            if answer.is_none() {
+                answer = bench.client.answer_to(sequence);
+            }
+        });
+        answer
     }
 
     pub fn request(&mut self, request: Request) {
-        self.send(&HostMessage::Request(request));
+        match request {
+            Request::None => {}
+            Request::Arm => {
+                self.order(Order::Arm);
+            }
+            Request::ClearFaults => {
+                self.order(Order::ClearFaults);
+            }
+            Request::Disarm => {
+                let (_, frame) = self.client.disarm();
+                self.board.send(&frame);
+            }
+        }
     }
 
     pub fn status(&self) -> BoardStatus {

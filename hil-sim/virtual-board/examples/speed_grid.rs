@@ -69,7 +69,10 @@ impl Drive<'_> {
             f = self.friction
         );
         if let Some(height) = self.kerb_m {
-            write!(text, "[[terrain.profile]]\nkind = 'step'\nat_m = 3.0\nheight_m = {height}\n")?;
+            write!(
+                text,
+                "[[terrain.profile]]\nkind = 'step'\nat_m = 3.0\nheight_m = {height}\n"
+            )?;
         }
         text += "[[step]]\nat_s = 2.0\naction = 'arm'\n";
         for (at_s, speed) in self.speeds {
