@@ -7,7 +7,7 @@ use std::process::Command;
 
 use firmware::drive_board;
 use firmware::protocol::frame::encode;
-use firmware::protocol::message::{Envelope, HostMessage, Order};
+use firmware::protocol::message::{Envelope, HostMessage, Order, OrderId};
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::fault::SensorFault;
 use virtual_board::scenario::{Scenario, metrics};
@@ -105,8 +105,10 @@ fn the_scenarios_page_explains_every_metric_and_fault() {
 fn the_architecture_page_shows_a_frame() {
     let message = HostMessage::Order {
         envelope: Envelope {
-            session: 1,
-            sequence: 2,
+            id: OrderId {
+                session: 1,
+                sequence: 2,
+            },
             given_at_us: 300,
         },
         order: Order::Drive {
