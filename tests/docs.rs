@@ -10,7 +10,10 @@ use firmware::protocol::frame::encode;
 use firmware::protocol::message::{Envelope, HostMessage, Order, OrderId};
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::fault::SensorFault;
-use virtual_board::scenario::{Scenario, metrics};
+use plant::settings::{BoardSettings, DriveSettings, ImuSettings, Setting};
+use virtual_board::scenario::wire::LinkStep;
+use virtual_board::scenario::world::WorldStep;
+use virtual_board::scenario::{Action, Scenario, metrics};
 
 #[path = "support/files.rs"]
 mod files;
@@ -99,6 +102,40 @@ fn the_scenarios_page_explains_every_metric_and_fault() {
     for example in examples {
         Scenario::parse("example", example).expect("every example is a whole scenario");
     }
+}
+
+#[test]
+fn the_scenarios_page_explains_every_step() {
+    let steps = [&Action::NAMES[..], &WorldStep::NAMES, &LinkStep::NAMES].concat();
+    assert_eq!(page("scenarios.md").first_cells("## Steps"), steps);
+    for step in steps {
+        // A step whose fields are missing is refused for them, not for its name.
+        let text = format!("title = \"t\"\nduration_s = 1.0\n[[step]]\nat_s = 0.5\naction = \"{step}\"\n");
+        if let Err(error) = Scenario::parse("s.toml", &text) {
+            assert!(error.to_string().contains("missing field"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn the_scenarios_page_lists_every_setting_of_the_plant() {
+    let table = |settings: &[Setting]| {
+        let mut text = String::from("| Field | Meaning | Allowed | If left out |\n|---|---|---|---|\n");
+        for setting in settings {
+            let Setting {
+                name,
+                meaning,
+                min,
+                max,
+                default,
+            } = setting;
+            let _ = writeln!(text, "| `{name}` | {} | {min} to {max} | {default} |", meaning.trim());
+        }
+        text
+    };
+    generated::check("scenarios.md", "plant-drive", &table(DriveSettings::FIELDS));
+    generated::check("scenarios.md", "plant-imu", &table(ImuSettings::FIELDS));
+    generated::check("scenarios.md", "plant-board", &table(BoardSettings::FIELDS));
 }
 
 #[test]

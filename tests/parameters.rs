@@ -109,7 +109,7 @@ fn bad_values_are_refused_with_their_range_and_nothing_changes() {
 #[test]
 fn gains_that_do_not_hold_the_spar_are_not_stored() {
     let vehicle = reference();
-    let gain = number(vehicle.parameters(), "camera", "spar_gain");
+    let gain = number(vehicle.parameters(), "spar", "spar_gain");
     let mut bench = Bench::new(6);
     bench.run(1000);
     // As (7.21) prints it (erratum E28).

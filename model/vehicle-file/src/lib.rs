@@ -16,6 +16,10 @@ use model::dynamics::planar::PlanarParameters;
 use model::vehicle::{Field, ParameterError, Vehicle, VehicleParameters};
 use toml::{Table, Value};
 
+mod text;
+
+pub use text::{TEXT_MAX_BYTES, read_text};
+
 /// What is wrong with a vehicle file. Every message names the file, and where there is one the field
 /// and its allowed range.
 #[derive(Debug, thiserror::Error)]
@@ -107,9 +111,9 @@ pub enum VehicleFile {
 /// The first thing wrong with it.
 pub fn read(path: &Path) -> Result<VehicleFile, VehicleFileError> {
     let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|error| VehicleFileError::Unreadable {
+    let text = read_text(path).map_err(|reason| VehicleFileError::Unreadable {
         file: file.clone(),
-        reason: error.to_string(),
+        reason,
     })?;
     parse(&file, &text)
 }
