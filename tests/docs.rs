@@ -7,7 +7,7 @@ use std::process::Command;
 
 use firmware::drive_board;
 use firmware::protocol::frame::encode;
-use firmware::protocol::message::{Envelope, HostMessage, Order};
+use firmware::protocol::message::{Envelope, HostMessage, Order, OrderId};
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::fault::SensorFault;
 use plant::settings::{BoardSettings, DriveSettings, ImuSettings, Setting};
@@ -142,8 +142,10 @@ fn the_scenarios_page_lists_every_setting_of_the_plant() {
 fn the_architecture_page_shows_a_frame() {
     let message = HostMessage::Order {
         envelope: Envelope {
-            session: 1,
-            sequence: 2,
+            id: OrderId {
+                session: 1,
+                sequence: 2,
+            },
             given_at_us: 300,
         },
         order: Order::Drive {

@@ -9,34 +9,16 @@ use model::supervise::arming::Mode;
 use model::tick::VehicleCore;
 
 use crate::checkins::Critical;
+use crate::flight_record::{FlightRecord, Recorder};
 use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop};
 use crate::orders::Orders;
 use crate::protocol::message::TickCycles;
+use crate::records::recorder::TickRecorder;
 use crate::ticks::every_tick;
 use crate::topics::{DriveCommand, Topics};
 
 /// Longest time that a tick waits for its sample of the arm IMU before it goes on without.
 const IMU_WAIT: Duration = Duration::from_micros(400);
-
-/// Everything that went into one tick and came out of it, for a debugger and for replays on the host.
-#[derive(Debug, Clone, Copy)]
-#[repr(C)]
-pub struct FlightRecord {
-    /// Number of the tick; 0 before the first.
-    pub tick: u32,
-    /// What the vehicle sensed.
-    pub sample: Sample,
-    /// What the operator commanded.
-    pub command: Command,
-    /// What the bridges received.
-    pub actuation: Actuation,
-}
-
-/// Where flight records go.
-pub trait Recorder {
-    /// Takes the record of one tick.
-    fn record(&mut self, record: &FlightRecord);
-}
 
 /// The hardware of the control task.
 #[derive(Debug)]
@@ -69,6 +51,7 @@ where
     } = hardware;
     bridges.apply(&Actuation::SAFE);
     let mut cycles = TickCycles::default();
+    let mut ticks = TickRecorder::new();
     let mut tick = 0_u32;
     let mut ticker = every_tick();
     loop {
@@ -104,12 +87,14 @@ where
         let after_actuate = counter.cycles();
 
         tick = tick.wrapping_add(1);
-        recorder.record(&FlightRecord {
+        let record = FlightRecord {
             tick,
             sample,
             command,
             actuation: output.actuation,
-        });
+        };
+        recorder.record(&record);
+        ticks.record(&topics.records, &record, &output.status);
         topics.status.publish(now, output.status);
         orders.answer(topics, &output.status);
         let total = after_actuate.wrapping_sub(started);

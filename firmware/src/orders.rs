@@ -5,7 +5,7 @@ use model::command::Request;
 use model::status::Status;
 use model::supervise::arming::Mode;
 
-use crate::protocol::message::{Answer, Refusal};
+use crate::protocol::message::{Answer, OrderId, Refusal};
 use crate::topics::{Answered, DisarmBy, Topics};
 
 /// What the operator wants of the arming state machine in one tick.
@@ -18,10 +18,10 @@ pub struct Orders {
     mode: Mode,
     /// The Disarm, if there is one.
     disarm: Option<DisarmBy>,
-    /// Number of the order to clear faults.
-    clear_faults: Option<u32>,
-    /// Number of the order to arm.
-    arm: Option<u32>,
+    /// The order to clear faults.
+    clear_faults: Option<OrderId>,
+    /// The order to arm.
+    arm: Option<OrderId>,
 }
 
 impl Orders {
@@ -62,13 +62,13 @@ impl Orders {
     /// Answers every order of the tick that led to `status`. An answer that finds no room is dropped: the tick waits
     /// for nobody.
     pub fn answer<M: RawMutex>(&self, topics: &Topics<M>, status: &Status) {
-        let answer = |sequence: Option<u32>, answer: Answer| {
-            if let Some(sequence) = sequence {
-                let _ = topics.answers.try_send(Answered { sequence, answer });
+        let answer = |id: Option<OrderId>, answer: Answer| {
+            if let Some(id) = id {
+                let _ = topics.answers.try_send(Answered { id, answer });
             }
         };
-        if let Some(DisarmBy::Host { sequence }) = self.disarm {
-            answer(Some(sequence), Answer::Done);
+        if let Some(DisarmBy::Host(id)) = self.disarm {
+            answer(Some(id), Answer::Done);
         }
         answer(
             self.clear_faults,

@@ -14,7 +14,8 @@ use model::vehicle::Vehicle;
 
 use crate::checkins::Checkins;
 use crate::hardware::AnalogReading;
-use crate::protocol::message::{Answer, Identity, LinkCounters, ParameterRequest, TickCycles};
+use crate::protocol::message::{Answer, Identity, LinkCounters, OrderId, ParameterRequest, Read, TickCycles};
+use crate::records::ring::RecordRings;
 
 /// A value with the time it was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -79,29 +80,35 @@ pub struct DriveCommand {
 /// Who wants the bridges open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DisarmBy {
-    /// The host, in the message of this number.
-    Host {
-        /// The number.
-        sequence: u32,
-    },
+    /// The host, by this message.
+    Host(OrderId),
     /// Somebody beside the vehicle, by the board's button.
     Button,
 }
 
-/// A request about parameters, and the number of the order that made it.
+/// A request about parameters, and the order that made it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Asked {
-    /// Number of the order.
-    pub sequence: u32,
+    /// The order.
+    pub id: OrderId,
     /// The request.
     pub request: ParameterRequest,
 }
 
-/// An answer, and the number of the order that it answers.
+/// What the host wants to read of the board's memory, and the order that asks for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wanted {
+    /// The order.
+    pub id: OrderId,
+    /// What to read.
+    pub read: Read,
+}
+
+/// An answer, and the order that it answers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Answered {
-    /// Number of the order.
-    pub sequence: u32,
+    /// The order.
+    pub id: OrderId,
     /// The answer.
     pub answer: Answer,
 }
@@ -124,10 +131,10 @@ pub struct Topics<M: RawMutex> {
     /// Somebody wants the bridges open. The wish has its own place, which nothing else fills, and the control task
     /// looks there first.
     pub disarm: Signal<M, DisarmBy>,
-    /// The number of the host's order to arm.
-    pub arm: Signal<M, u32>,
-    /// The number of the host's order to clear faults.
-    pub clear_faults: Signal<M, u32>,
+    /// The host's order to arm.
+    pub arm: Signal<M, OrderId>,
+    /// The host's order to clear faults.
+    pub clear_faults: Signal<M, OrderId>,
     /// The host's requests about parameters.
     pub parameter_requests: Channel<M, Asked, 4>,
     /// Answers to the host's orders, in order of their sending.
@@ -144,6 +151,12 @@ pub struct Topics<M: RawMutex> {
     pub status: Topic<M, Status>,
     /// CPU cycles of the last tick.
     pub cycles: Topic<M, TickCycles>,
+    /// The records of the last ticks.
+    pub records: RecordRings<M>,
+    /// What the host wants to read of the board's memory.
+    pub readings: Channel<M, Wanted, 4>,
+    /// Where the host wants the stream of records to begin: at the block of this number, or nowhere.
+    pub recording: Signal<M, Option<u32>>,
     /// Counters of the link's input.
     pub link: Topic<M, LinkCounters>,
     /// Check-ins of the critical tasks.
@@ -171,6 +184,9 @@ impl<M: RawMutex> Topics<M> {
             status_rate: Signal::new(),
             status: Topic::new(),
             cycles: Topic::new(),
+            records: RecordRings::new(),
+            readings: Channel::new(),
+            recording: Signal::new(),
             link: Topic::new(),
             checkins: Checkins::new(),
         }

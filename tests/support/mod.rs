@@ -1,9 +1,12 @@
 //! What the vehicle's tests share.
 #![allow(dead_code)] // Each test binary uses its part.
 
+use std::collections::VecDeque;
+
 use firmware::drive_board::SCALES;
 use firmware::protocol::message::{Answer, BoardStatus, COMMAND_PERIOD_MS, Order};
 use model::command::Request;
+use model::status::Status;
 use model::supervise::arming::Mode;
 use model::vehicle::Vehicle;
 use plant::Plant;
@@ -27,6 +30,13 @@ pub struct Bench {
     pub client: LinkClient,
     /// What the operator repeats every [`COMMAND_PERIOD_MS`], if anything.
     pub drive: Option<[f32; 2]>,
+    /// What the operator's port has sent, with the millisecond.
+    pub sent: Vec<(u64, Vec<u8>)>,
+    /// How long a byte is on its way to the board and back, ms.
+    pub latency_ms: [u64; 2],
+    /// What is on its way: due time and bytes.
+    to_board: VecDeque<(u64, Vec<u8>)>,
+    to_host: VecDeque<(u64, Vec<u8>)>,
     ms: u64,
 }
 
@@ -43,6 +53,10 @@ impl Bench {
             board,
             client: LinkClient::new(seed as u32),
             drive: Some([0.0, 0.0]),
+            sent: Vec::new(),
+            latency_ms: [0, 0],
+            to_board: VecDeque::new(),
+            to_host: VecDeque::new(),
             ms: 0,
         }
     }
@@ -52,7 +66,8 @@ impl Bench {
         for _ in 0..ms {
             if self.ms.is_multiple_of(COMMAND_PERIOD_MS) {
                 if self.client.identity().is_none() {
-                    self.board.send(&self.client.identify());
+                    let frame = self.client.identify();
+                    self.put(&frame);
                 }
                 if let Some([speed_m_s, yaw_rate_rad_s]) = self.drive {
                     self.order(Order::Drive {
@@ -61,10 +76,16 @@ impl Bench {
                     });
                 }
             }
+            while let Some((_, bytes)) = self.to_board.pop_front_if(|(due_ms, _)| *due_ms <= self.ms) {
+                self.board.send(&bytes);
+            }
             self.ms += 1;
             self.board.run_until(self.ms * 1000);
             let bytes = self.board.receive();
-            self.client.receive(self.ms * 1000, &bytes);
+            self.to_host.push_back((self.ms + self.latency_ms[1], bytes));
+            while let Some((_, bytes)) = self.to_host.pop_front_if(|(due_ms, _)| *due_ms <= self.ms) {
+                self.client.receive(self.ms * 1000, &bytes);
+            }
             each(self);
         }
     }
@@ -84,6 +105,16 @@ impl Bench {
         self.run_watching(ms, |_| {});
     }
 
+    /// Puts bytes on the way to the board.
+    pub fn put(&mut self, bytes: &[u8]) {
+        self.sent.push((self.ms, bytes.to_vec()));
+        if self.latency_ms[0] == 0 && self.to_board.is_empty() {
+            self.board.send(bytes);
+        } else {
+            self.to_board.push_back((self.ms + self.latency_ms[0], bytes.to_vec()));
+        }
+    }
+
     /// The frame of an order given now, and its number; nothing before the board has said who it is.
     pub fn frame(&mut self, order: Order) -> Option<(u32, Vec<u8>)> {
         self.client.order(self.ms * 1000, order)
@@ -94,7 +125,7 @@ impl Bench {
         let Some((sequence, frame)) = self.frame(order) else {
             return 0;
         };
-        self.board.send(&frame);
+        self.put(&frame);
         sequence
     }
 
@@ -121,13 +152,19 @@ impl Bench {
             }
             Request::Disarm => {
                 let (_, frame) = self.client.disarm();
-                self.board.send(&frame);
+                self.put(&frame);
             }
         }
     }
 
     pub fn status(&self) -> BoardStatus {
         self.client.status.expect("the board speaks")
+    }
+
+    /// The vehicle's status after its first tick.
+    pub fn first_status(&mut self) -> Status {
+        self.run_raw(2);
+        self.board.status().expect("the board runs")
     }
 
     pub fn mode(&self) -> Mode {

@@ -9,9 +9,10 @@ use super::session::{Admission, Sessions, is_from_the_future, is_late};
 use crate::link::send::status_rate_max_hz;
 use crate::protocol::frame::{Decoder, Received};
 use crate::protocol::message::{
-    About, Answer, Envelope, HostMessage, Identity, LinkCounters, Order, PROTOCOL_VERSION, Refusal, STATUS_RATE_HZ,
+    About, Answer, Envelope, HostMessage, Identity, LinkCounters, Order, OrderId, PROTOCOL_VERSION, Refusal,
+    STATUS_RATE_HZ,
 };
-use crate::topics::{Answered, Asked, DisarmBy, DriveCommand, Topics};
+use crate::topics::{Answered, Asked, DisarmBy, DriveCommand, Topics, Wanted};
 
 /// Reads frames for ever and publishes what they order.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Read, about: About) -> ! {
@@ -59,21 +60,19 @@ impl<M: RawMutex> Receiver<'_, M> {
                 count(&mut self.counters.frames);
                 match message {
                     // First, and whatever else is known of the sender.
-                    HostMessage::Disarm { session, sequence } => {
-                        self.topics.disarm.signal(DisarmBy::Host { sequence });
-                        self.sessions.note(session, sequence);
+                    HostMessage::Disarm(id) => {
+                        self.topics.disarm.signal(DisarmBy::Host(id));
+                        self.sessions.note(id);
                     }
                     HostMessage::Identify { nonce } => self.identify(nonce, now),
-                    HostMessage::Order { envelope, order } => {
-                        match self.sessions.admit(envelope.session, envelope.sequence) {
-                            Admission::Taken => self.obey(envelope, order, now),
-                            Admission::Repeated => count(&mut self.counters.repeated_frames),
-                            Admission::Foreign => {
-                                count(&mut self.counters.foreign_frames);
-                                self.refuse(envelope.sequence, Refusal::UnknownSession);
-                            }
+                    HostMessage::Order { envelope, order } => match self.sessions.admit(envelope.id) {
+                        Admission::Taken => self.obey(envelope, order, now),
+                        Admission::Repeated => count(&mut self.counters.repeated_frames),
+                        Admission::Foreign => {
+                            count(&mut self.counters.foreign_frames);
+                            self.refuse(envelope.id, Refusal::UnknownSession);
                         }
-                    }
+                    },
                 }
             }
         }
@@ -98,9 +97,7 @@ impl<M: RawMutex> Receiver<'_, M> {
 
     /// An order of the session in force, which came in order.
     fn obey(&mut self, envelope: Envelope, order: Order, now: Instant) {
-        let Envelope {
-            sequence, given_at_us, ..
-        } = envelope;
+        let Envelope { id, given_at_us } = envelope;
         let late = is_late(given_at_us, now.as_micros());
         if late {
             count(&mut self.counters.late_orders);
@@ -125,27 +122,33 @@ impl<M: RawMutex> Receiver<'_, M> {
                     );
                 }
             }
-            Order::Arm | Order::ClearFaults if late => self.refuse(sequence, Refusal::Late),
-            Order::Arm => self.replace(&self.topics.arm, sequence),
-            Order::ClearFaults => self.replace(&self.topics.clear_faults, sequence),
+            Order::Arm | Order::ClearFaults if late => self.refuse(id, Refusal::Late),
+            Order::Arm => self.replace(&self.topics.arm, id),
+            Order::ClearFaults => self.replace(&self.topics.clear_faults, id),
             Order::Parameters(request) => {
-                if self
-                    .topics
-                    .parameter_requests
-                    .try_send(Asked { sequence, request })
-                    .is_err()
-                {
+                if self.topics.parameter_requests.try_send(Asked { id, request }).is_err() {
                     count(&mut self.counters.dropped_requests);
-                    self.refuse(sequence, Refusal::Busy);
+                    self.refuse(id, Refusal::Busy);
                 }
             }
             Order::StatusRate { hz } => {
                 let max_hz = status_rate_max_hz();
                 if hz <= max_hz {
                     self.topics.status_rate.signal(hz);
-                    self.answer(sequence, Answer::Done);
+                    self.answer(id, Answer::Done);
                 } else {
-                    self.refuse(sequence, Refusal::StatusRate { max_hz });
+                    self.refuse(id, Refusal::StatusRate { max_hz });
+                }
+            }
+            Order::Recording { from } => {
+                self.topics.recording.signal(from);
+                self.topics.records.stream(from.is_some());
+                self.answer(id, Answer::Done);
+            }
+            Order::Read(read) => {
+                if self.topics.readings.try_send(Wanted { id, read }).is_err() {
+                    count(&mut self.counters.dropped_requests);
+                    self.refuse(id, Refusal::Busy);
                 }
             }
         }
@@ -153,20 +156,20 @@ impl<M: RawMutex> Receiver<'_, M> {
 
     /// Leaves an order to the control task. An order of the same kind that still waits there is dropped: once is
     /// enough.
-    fn replace(&mut self, waiting: &Signal<M, u32>, sequence: u32) {
+    fn replace(&mut self, waiting: &Signal<M, OrderId>, id: OrderId) {
         if waiting.signaled() {
             count(&mut self.counters.dropped_requests);
         }
-        waiting.signal(sequence);
+        waiting.signal(id);
     }
 
-    fn refuse(&mut self, sequence: u32, refusal: Refusal) {
-        self.answer(sequence, Answer::Refused(refusal));
+    fn refuse(&mut self, id: OrderId, refusal: Refusal) {
+        self.answer(id, Answer::Refused(refusal));
     }
 
     /// Leaves an answer to the sending task. A flood of questions loses answers rather than statuses.
-    fn answer(&mut self, sequence: u32, answer: Answer) {
-        if self.topics.answers.try_send(Answered { sequence, answer }).is_err() {
+    fn answer(&mut self, id: OrderId, answer: Answer) {
+        if self.topics.answers.try_send(Answered { id, answer }).is_err() {
             count(&mut self.counters.dropped_answers);
         }
     }

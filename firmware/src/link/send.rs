@@ -1,6 +1,6 @@
 //! The link's sending task: the status at the host's rate, and answers.
 
-use embassy_futures::select::{Either3, select3};
+use embassy_futures::select::{Either5, select5};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Ticker};
 use embedded_io_async::Write;
@@ -8,8 +8,8 @@ use embedded_io_async::Write;
 use crate::checkins::Critical;
 use crate::drive_board::LINK_BAUD;
 use crate::protocol::frame::encode;
-use crate::protocol::message::{BoardMessage, BoardStatus, STATUS_RATE_HZ};
-use crate::topics::{Answered, Topics};
+use crate::protocol::message::{BoardMessage, BoardStatus, Read, Reading, STATUS_RATE_HZ};
+use crate::topics::{Answered, Topics, Wanted};
 
 /// Longest frame of a status, bytes; a test of this module proves it.
 const STATUS_FRAME_MAX: u32 = 400;
@@ -33,10 +33,18 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write, boot: u3
     let mut ticker = Ticker::every(period(rate_hz));
     let mut sequence = 0_u32;
     let mut round = 0_u32;
+    let mut next_block = None;
     loop {
         // The status comes first: no flood of questions holds it up.
-        match select3(ticker.next(), topics.identity.wait(), topics.answers.receive()).await {
-            Either3::First(()) => {
+        let next = select5(
+            ticker.next(),
+            topics.identity.wait(),
+            topics.answers.receive(),
+            topics.readings.receive(),
+            topics.records.ready.wait(),
+        );
+        match next.await {
+            Either5::First(()) => {
                 topics.checkins.check_in(Critical::Link);
                 if let Some(hz) = topics.status_rate.try_take()
                     && hz != rate_hz
@@ -59,9 +67,26 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write, boot: u3
                     send(&mut uart, &BoardMessage::Status(status)).await;
                 }
             }
-            Either3::Second(identity) => send(&mut uart, &BoardMessage::Identity(identity)).await,
-            Either3::Third(Answered { sequence, answer }) => {
-                send(&mut uart, &BoardMessage::Answer { sequence, answer }).await;
+            Either5::Second(identity) => send(&mut uart, &BoardMessage::Identity(identity)).await,
+            Either5::Third(Answered { id, answer }) => {
+                send(&mut uart, &BoardMessage::Answer { id, answer }).await;
+            }
+            Either5::Fourth(Wanted { id, read }) => {
+                let reading = read_memory(topics, read);
+                send(&mut uart, &BoardMessage::Reading { id, reading }).await;
+            }
+            Either5::Fifth(()) => {
+                if let Some(from) = topics.recording.try_take() {
+                    next_block = from;
+                }
+                // One block a turn: the status has its turn between two blocks.
+                if let Some(from) = next_block
+                    && let Some(block) = topics.records.streamed_from(from)
+                {
+                    next_block = Some(block.number.wrapping_add(1));
+                    send(&mut uart, &BoardMessage::Records(block)).await;
+                    topics.records.ready.signal(());
+                }
             }
         }
     }
@@ -81,6 +106,16 @@ fn period(rate_hz: u16) -> Duration {
 fn rounds_per_status(rate_hz: u16) -> Option<u32> {
     let status_us = 1_000_000_u64.checked_div(u64::from(rate_hz))?;
     Some(status_us.div_ceil(period(rate_hz).as_micros().max(1)).max(1) as u32)
+}
+
+/// Reads a part of the board's memory.
+fn read_memory<M: RawMutex>(topics: &Topics<M>, read: Read) -> Reading {
+    match read {
+        Read::LookBack { from } => {
+            let (frozen, block) = topics.records.look_back_from(from);
+            Reading::LookBack { frozen, block }
+        }
+    }
 }
 
 /// Sends one message; a failing UART loses it, and the next one is sent all the same.

@@ -2,7 +2,7 @@
 
 use crc::{CRC_32_ISCSI, Crc, NoTable};
 
-use crate::protocol::message::{CLOCK_TOLERANCE_US, ORDER_AGE_MAX_US};
+use crate::protocol::message::{CLOCK_TOLERANCE_US, ORDER_AGE_MAX_US, OrderId};
 
 /// Mixes boot, nonce and time into a session's number. Without a table in flash: one handshake is one session.
 const HASH: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
@@ -70,7 +70,8 @@ impl Sessions {
     }
 
     /// Admits one numbered frame of a session.
-    pub fn admit(&mut self, id: u32, sequence: u32) -> Admission {
+    pub fn admit(&mut self, order: OrderId) -> Admission {
+        let OrderId { session: id, sequence } = order;
         if let Some(offered) = self.offered
             && offered.id == id
         {
@@ -92,10 +93,10 @@ impl Sessions {
 
     /// Notes the number of a Disarm, which the board takes in any case: an order that the host gave before it must
     /// not come into effect after it.
-    pub fn note(&mut self, id: u32, sequence: u32) {
+    pub fn note(&mut self, disarm: OrderId) {
         for session in [&mut self.in_force, &mut self.offered].into_iter().flatten() {
-            if session.id == id {
-                session.newest = session.newest.max(sequence);
+            if session.id == disarm.session {
+                session.newest = session.newest.max(disarm.sequence);
             }
         }
     }
@@ -120,18 +121,26 @@ mod tests {
     use super::Admission::{Repeated, Taken};
     use super::*;
 
+    fn order(session: u32, sequence: u32) -> OrderId {
+        OrderId { session, sequence }
+    }
+
     #[test]
     fn only_the_offered_session_and_the_one_in_force_give_orders() {
         let mut sessions = Sessions::new(1);
-        assert_eq!(sessions.admit(0, 1), Admission::Foreign, "no session yet");
+        assert_eq!(sessions.admit(order(0, 1)), Admission::Foreign, "no session yet");
         let (first, used) = sessions.offer(11, 1000);
         assert_eq!(used, 0);
-        assert_eq!(sessions.admit(first, 1), Admission::Taken);
+        assert_eq!(sessions.admit(order(first, 1)), Admission::Taken);
         let (second, _) = sessions.offer(12, 2000);
-        assert_eq!(sessions.admit(first, 2), Admission::Taken, "an offer takes nothing");
-        assert_eq!(sessions.admit(second, 1), Admission::Taken);
         assert_eq!(
-            sessions.admit(first, 3),
+            sessions.admit(order(first, 2)),
+            Admission::Taken,
+            "an offer takes nothing"
+        );
+        assert_eq!(sessions.admit(order(second, 1)), Admission::Taken);
+        assert_eq!(
+            sessions.admit(order(first, 3)),
             Admission::Foreign,
             "another host has taken over"
         );
@@ -141,7 +150,7 @@ mod tests {
     fn repeated_and_overtaken_frames_are_dropped() {
         let mut sessions = Sessions::new(1);
         let (id, _) = sessions.offer(11, 1000);
-        let admitted = [5, 5, 4, 7, 6, 8].map(|sequence| sessions.admit(id, sequence));
+        let admitted = [5, 5, 4, 7, 6, 8].map(|sequence| sessions.admit(order(id, sequence)));
         assert_eq!(admitted, [Taken, Repeated, Repeated, Taken, Repeated, Taken]);
         assert_eq!(sessions.offer(11, 9000), (id, 8), "the same host goes on where it was");
     }
@@ -150,11 +159,11 @@ mod tests {
     fn an_order_from_before_a_disarm_is_dropped() {
         let mut sessions = Sessions::new(1);
         let (id, _) = sessions.offer(11, 1000);
-        sessions.note(id, 3);
-        assert_eq!(sessions.admit(id, 2), Admission::Repeated);
-        assert_eq!(sessions.admit(id, 4), Admission::Taken);
-        sessions.note(id, 9);
-        assert_eq!(sessions.admit(id, 9), Admission::Repeated);
+        sessions.note(order(id, 3));
+        assert_eq!(sessions.admit(order(id, 2)), Admission::Repeated);
+        assert_eq!(sessions.admit(order(id, 4)), Admission::Taken);
+        sessions.note(order(id, 9));
+        assert_eq!(sessions.admit(order(id, 9)), Admission::Repeated);
     }
 
     #[test]

@@ -42,7 +42,7 @@ pub async fn run<M: RawMutex, F: NorFlash>(
 ) -> ! {
     let mut staged = *vehicle.parameters();
     loop {
-        let Asked { sequence, request } = topics.parameter_requests.receive().await;
+        let Asked { id, request } = topics.parameter_requests.receive().await;
         let answer = match request {
             ParameterRequest::Read { number } => match staged.value(number) {
                 Some(value) => ParameterAnswer::Value {
@@ -78,7 +78,7 @@ pub async fn run<M: RawMutex, F: NorFlash>(
             },
         };
         let answer = Answer::Parameters(answer);
-        topics.answers.send(Answered { sequence, answer }).await;
+        topics.answers.send(Answered { id, answer }).await;
     }
 }
 

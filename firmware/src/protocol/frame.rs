@@ -130,7 +130,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::protocol::message::{Envelope, HostMessage, Order};
+    use crate::protocol::message::{Envelope, HostMessage, Order, OrderId};
 
     const IDENTIFY: HostMessage = HostMessage::Identify { nonce: 7 };
 
@@ -166,7 +166,10 @@ mod tests {
         #[test]
         fn a_flipped_bit_is_found(speed in -3.0_f32..3.0, yaw in -3.0_f32..3.0, bit in 0_usize..1000) {
             let sent = HostMessage::Order {
-                envelope: Envelope { session: 0x1234_5678, sequence: 300, given_at_us: 1_234_567 },
+                envelope: Envelope {
+                    id: OrderId { session: 0x1234_5678, sequence: 300 },
+                    given_at_us: 1_234_567,
+                },
                 order: Order::Drive { speed_m_s: speed, yaw_rate_rad_s: yaw },
             };
             let mut frame = encode(&sent).expect("fits");

@@ -4,6 +4,8 @@ use model::status::Status;
 use model::supervise::codes::BlockerSet;
 use serde::{Deserialize, Serialize};
 
+use crate::records::codec::RecordBlock;
+
 /// Version of the messages: host and board must agree.
 pub const PROTOCOL_VERSION: u16 = 2;
 
@@ -31,13 +33,8 @@ pub enum HostMessage {
         nonce: u32,
     },
     /// Open the bridges at once: taken from anybody, in any state, with any session and sequence number.
-    Disarm {
-        /// Session of the host; 0 before it has one.
-        session: u32,
-        /// As in [`Envelope::sequence`].
-        sequence: u32,
-    },
-    /// Everything else, which only a host with a session may ask.
+    Disarm(OrderId),
+    /// Every other order, which only a host with a session may ask.
     Order {
         /// Whose order, which one, and when the host gave it.
         envelope: Envelope,
@@ -46,14 +43,21 @@ pub enum HostMessage {
     },
 }
 
-/// Whose order, which one, and when the host gave it.
+/// Whose order, and which one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Envelope {
+pub struct OrderId {
     /// The session that the board offered: the first order of an offered session puts the session in force, and
-    /// ends the session before it.
+    /// ends the session before it. 0 before the board has offered one, when a host may only disarm.
     pub session: u32,
     /// Number of the order, from 1, greater than every number before in this session.
     pub sequence: u32,
+}
+
+/// Whose order, which one, and when the host gave it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Envelope {
+    /// Whose order, and which one.
+    pub id: OrderId,
     /// When the order was given, us since the board's boot, as the host knows the board's clock: never later than
     /// it was, and earlier by at most the time that the fastest message from the board took.
     pub given_at_us: u64,
@@ -79,6 +83,36 @@ pub enum Order {
     StatusRate {
         /// Rate, Hz; 0 sends none.
         hz: u16,
+    },
+    /// Send the record of every tick, or stop it.
+    Recording {
+        /// Number of the first block; 0 is every block that is still there. `None` stops the stream.
+        from: Option<u32>,
+    },
+    /// Read something of the board's memory. Answered by [`BoardMessage::Reading`].
+    Read(Read),
+}
+
+/// What a host can read of the board's memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Read {
+    /// The records of the last seconds before a fault: the oldest block whose number is at least this.
+    LookBack {
+        /// Number of the block.
+        from: u32,
+    },
+}
+
+/// A part of the board's memory.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant)] // None is kept in numbers.
+pub enum Reading {
+    /// Answer to [`Read::LookBack`].
+    LookBack {
+        /// The look back stands still after a fault, until the vehicle is armed again.
+        frozen: bool,
+        /// The block; `None` if there is no such block.
+        block: Option<RecordBlock>,
     },
 }
 
@@ -142,7 +176,7 @@ pub enum ParameterAnswer {
 }
 
 /// From the board to the host.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)] // Nearly every message is a status, and none is kept in numbers.
 pub enum BoardMessage {
     /// Answer to [`HostMessage::Identify`].
@@ -151,10 +185,19 @@ pub enum BoardMessage {
     Status(BoardStatus),
     /// Answer to an order or to [`HostMessage::Disarm`].
     Answer {
-        /// The order's sequence number.
-        sequence: u32,
+        /// The order.
+        id: OrderId,
         /// What became of it.
         answer: Answer,
+    },
+    /// Some ticks of the stream of records.
+    Records(RecordBlock),
+    /// Answer to [`Order::Read`].
+    Reading {
+        /// The order.
+        id: OrderId,
+        /// What was read.
+        reading: Reading,
     },
 }
 

@@ -5,11 +5,15 @@ use std::collections::VecDeque;
 
 use firmware::protocol::frame::{Decoder, Received, encode};
 use firmware::protocol::message::{
-    Answer, BoardMessage, BoardStatus, Envelope, HostMessage, Identity, Order, PROTOCOL_VERSION, Refusal,
+    Answer, BoardMessage, BoardStatus, Envelope, HostMessage, Identity, Order, OrderId, PROTOCOL_VERSION, Reading,
+    Refusal,
 };
+use firmware::records::codec::RecordBlock;
 
 /// Answers that are kept for whoever asks for them; older ones go first.
 const ANSWERS_MAX: usize = 32;
+/// Blocks of records that are kept for whoever takes them; older ones go first.
+pub const RECORDS_MAX: usize = 1000;
 /// How much faster the board's clock may run than the host's, parts per million.
 const DRIFT_PPM: u64 = 200;
 
@@ -61,6 +65,11 @@ pub struct LinkClient {
     pub status: Option<BoardStatus>,
     /// When the board was last heard, us.
     pub heard_us: Option<u64>,
+    /// Blocks of the stream of records, in order, until taken; the newest [`RECORDS_MAX`].
+    pub records: VecDeque<RecordBlock>,
+    readings: VecDeque<(u32, Reading)>,
+    /// Bytes received.
+    pub bytes: u64,
     /// Good messages received.
     pub messages: u64,
     /// Frames that could not be read.
@@ -85,6 +94,9 @@ impl LinkClient {
             last_status: None,
             status: None,
             heard_us: None,
+            records: VecDeque::new(),
+            readings: VecDeque::new(),
+            bytes: 0,
             messages: 0,
             bad_frames: 0,
             repeated_statuses: 0,
@@ -112,7 +124,7 @@ impl LinkClient {
         self.sequence += 1;
         let session = self.identity.map_or(0, |identity| identity.session);
         let sequence = self.sequence;
-        (sequence, bytes(&HostMessage::Disarm { session, sequence }))
+        (sequence, bytes(&HostMessage::Disarm(OrderId { session, sequence })))
     }
 
     /// The frame of an order given at `now_us`, with its number; `None` before the board has said who it is.
@@ -120,12 +132,12 @@ impl LinkClient {
         let session = self.identity?.session;
         let given_at_us = self.clock?.board_us(now_us);
         self.sequence += 1;
+        let sequence = self.sequence;
         let envelope = Envelope {
-            session,
-            sequence: self.sequence,
+            id: OrderId { session, sequence },
             given_at_us,
         };
-        Some((self.sequence, bytes(&HostMessage::Order { envelope, order })))
+        Some((sequence, bytes(&HostMessage::Order { envelope, order })))
     }
 
     /// Takes the answer to one order, if it has come.
@@ -134,33 +146,59 @@ impl LinkClient {
         self.answers.remove(at).map(|(_, answer)| answer)
     }
 
+    /// Takes what was read for one order, if it has come.
+    pub fn reading_of(&mut self, sequence: u32) -> Option<Reading> {
+        let at = self.readings.iter().position(|(number, _)| *number == sequence)?;
+        self.readings.remove(at).map(|(_, reading)| reading)
+    }
+
     /// Takes bytes from the board, which arrived at `now_us`.
     pub fn receive(&mut self, now_us: u64, bytes: &[u8]) {
+        self.bytes += bytes.len() as u64;
         for byte in bytes {
             match self.decoder.push(*byte) {
                 Received::Nothing => {}
                 Received::Bad | Received::Overlong => self.bad_frames += 1,
                 Received::Message(message) => {
                     self.messages += 1;
-                    self.take(now_us, &message);
+                    self.take(now_us, message);
                 }
             }
         }
     }
 
-    fn take(&mut self, now_us: u64, message: &BoardMessage) {
-        match *message {
+    // The message is taken apart here.
+    #[allow(clippy::large_types_passed_by_value)]
+    fn take(&mut self, now_us: u64, message: BoardMessage) {
+        match message {
             BoardMessage::Identity(identity) if identity.nonce == self.nonce => self.meet(now_us, identity),
             // Of another host's question.
             BoardMessage::Identity(_) => {}
             BoardMessage::Status(ref status) => self.take_status(now_us, status),
-            BoardMessage::Answer { sequence, answer } => {
+            BoardMessage::Records(block) => {
+                self.heard_us = Some(now_us);
+                self.records.push_back(block);
+                if self.records.len() > RECORDS_MAX {
+                    self.records.pop_front();
+                }
+            }
+            // Of another host's order.
+            BoardMessage::Answer { id, .. } | BoardMessage::Reading { id, .. }
+                if id.session != self.identity.map_or(0, |known| known.session) => {}
+            BoardMessage::Reading { id, reading } => {
+                self.heard_us = Some(now_us);
+                self.readings.push_back((id.sequence, reading));
+                if self.readings.len() > ANSWERS_MAX {
+                    self.readings.pop_front();
+                }
+            }
+            BoardMessage::Answer { id, answer } => {
                 self.heard_us = Some(now_us);
                 if answer == Answer::Refused(Refusal::UnknownSession) {
                     // The board has booted since, or another host has taken over.
                     self.identity = None;
                 }
-                self.answers.push_back((sequence, answer));
+                self.answers.push_back((id.sequence, answer));
                 if self.answers.len() > ANSWERS_MAX {
                     self.answers.pop_front();
                 }

@@ -104,6 +104,8 @@ impl<W: Wire> Link<W> {
         if let Answer::Refused(refusal) = answer {
             return Err(refused(refusal));
         }
+        // What the board said before it armed is over.
+        self.client.status = None;
         let from_us = self.wire.now_us();
         let drive_us = (drive.seconds * 1e6) as u64;
         while self.wire.now_us() - from_us < drive_us && self.interrupts() == 0 {

@@ -232,6 +232,8 @@ fn name(order: &Order) -> &'static str {
         Order::ClearFaults => "ClearFaults",
         Order::Parameters(_) => "a question about parameters",
         Order::StatusRate { .. } => "StatusRate",
+        Order::Recording { .. } => "Recording",
+        Order::Read(_) => "a question about its memory",
     }
 }
 

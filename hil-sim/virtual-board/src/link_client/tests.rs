@@ -23,6 +23,11 @@ fn hear(client: &mut LinkClient, now_us: u64, message: &BoardMessage) {
     client.receive(now_us, &encode(message).expect("fits"));
 }
 
+fn answer(session: u32, sequence: u32, answer: Answer) -> BoardMessage {
+    let id = OrderId { session, sequence };
+    BoardMessage::Answer { id, answer }
+}
+
 /// The time that the next order would carry.
 fn given_at(client: &mut LinkClient, now_us: u64) -> u64 {
     let (_, frame) = client.order(now_us, Order::Arm).expect("identified");
@@ -37,9 +42,12 @@ fn given_at(client: &mut LinkClient, now_us: u64) -> u64 {
 
 #[test]
 fn every_host_message_fits_a_frame() {
-    let envelope = Envelope {
+    let id = OrderId {
         session: u32::MAX,
         sequence: u32::MAX,
+    };
+    let envelope = Envelope {
+        id,
         given_at_us: u64::MAX,
     };
     let order = Order::Parameters(ParameterRequest::Write {
@@ -48,10 +56,7 @@ fn every_host_message_fits_a_frame() {
     });
     for message in [
         HostMessage::Identify { nonce: u32::MAX },
-        HostMessage::Disarm {
-            session: u32::MAX,
-            sequence: u32::MAX,
-        },
+        HostMessage::Disarm(id),
         HostMessage::Order { envelope, order },
     ] {
         assert!(bytes(&message).len() < 40);
@@ -102,21 +107,25 @@ fn an_order_is_dated_by_the_fastest_message_and_never_in_the_future() {
 #[test]
 fn answers_are_matched_to_orders_and_bounded() {
     let mut client = LinkClient::new(5);
+    hear(&mut client, 5, &BoardMessage::Identity(identity(5, 1)));
     for sequence in 0..1000 {
-        let answer = Answer::Done;
-        hear(&mut client, 10, &BoardMessage::Answer { sequence, answer });
+        hear(&mut client, 10, &answer(77, sequence, Answer::Done));
+        hear(&mut client, 10, &answer(78, sequence + 2000, Answer::Done));
     }
     assert_eq!(client.answers.len(), ANSWERS_MAX);
     assert_eq!(client.answer_to(500), None, "long forgotten");
     assert_eq!(client.answer_to(999), Some(Answer::Done));
     assert_eq!(client.answer_to(999), None, "taken once");
+    assert_eq!(client.answer_to(2999), None, "another host's");
 }
 
 #[test]
 fn a_refused_session_is_forgotten() {
     let mut client = LinkClient::new(5);
     hear(&mut client, 30, &BoardMessage::Identity(identity(5, 1)));
-    let answer = Answer::Refused(Refusal::UnknownSession);
-    hear(&mut client, 40, &BoardMessage::Answer { sequence: 1, answer });
+    let refused = Answer::Refused(Refusal::UnknownSession);
+    hear(&mut client, 40, &answer(78, 1, refused));
+    assert!(client.identity().is_some(), "another host's");
+    hear(&mut client, 40, &answer(77, 1, refused));
     assert!(client.identity().is_none());
 }
