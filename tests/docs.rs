@@ -7,7 +7,7 @@ use std::process::Command;
 
 use firmware::drive_board;
 use firmware::protocol::frame::encode;
-use firmware::protocol::message::HostMessage;
+use firmware::protocol::message::{Envelope, HostMessage, Order, OrderId};
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::fault::SensorFault;
 use plant::settings::{BoardSettings, DriveSettings, ImuSettings, Setting};
@@ -140,9 +140,18 @@ fn the_scenarios_page_lists_every_setting_of_the_plant() {
 
 #[test]
 fn the_architecture_page_shows_a_frame() {
-    let message = HostMessage::Drive {
-        speed_m_s: 1.0,
-        yaw_rate_rad_s: -0.5,
+    let message = HostMessage::Order {
+        envelope: Envelope {
+            id: OrderId {
+                session: 1,
+                sequence: 2,
+            },
+            given_at_us: 300,
+        },
+        order: Order::Drive {
+            speed_m_s: 1.0,
+            yaw_rate_rad_s: -0.5,
+        },
     };
     let bytes: Vec<String> = encode(&message)
         .expect("fits")

@@ -1,6 +1,6 @@
 //! Stored parameters over the link of the virtual board.
 
-use firmware::protocol::message::{HostMessage, ParameterAnswer, ParameterRequest};
+use firmware::protocol::message::{Answer, Order, ParameterAnswer, ParameterRequest};
 use model::supervise::arming::Mode;
 use model::vehicle::VehicleParameters;
 use virtual_board::board::flash::VirtualFlash;
@@ -10,12 +10,9 @@ mod support;
 use support::{Bench, reference};
 
 fn ask(bench: &mut Bench, request: ParameterRequest) -> ParameterAnswer {
-    bench.client.parameter_answers.clear();
-    bench.send(&HostMessage::Parameters(request));
-    bench.run(60);
-    match bench.client.parameter_answers[..] {
-        [answer] => answer,
-        ref answers => panic!("{request:?}: {answers:?}"),
+    match bench.ask(Order::Parameters(request)) {
+        Some(Answer::Parameters(answer)) => answer,
+        other => panic!("{request:?}: {other:?}"),
     }
 }
 

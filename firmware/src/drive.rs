@@ -14,33 +14,16 @@ use model::tick::VehicleCore;
 
 use crate::checkins::Critical;
 use crate::encoders::Encoders;
+use crate::flight_record::{FlightRecord, Recorder};
 use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters};
+use crate::orders::Orders;
 use crate::protocol::message::TickCycles;
+use crate::records::recorder::TickRecorder;
 use crate::ticks::{TICK, every_tick, tick_of};
 use crate::topics::{DriveCommand, Topic, Topics};
 
 /// Longest time that a tick waits for its samples of the IMUs before it goes on without.
 const IMU_WAIT: Duration = Duration::from_micros(400);
-
-/// Everything that went into one tick and came out of it, for a debugger and for replays on the host.
-#[derive(Debug, Clone, Copy)]
-#[repr(C)]
-pub struct FlightRecord {
-    /// Number of the tick; 0 before the first.
-    pub tick: u32,
-    /// What the vehicle sensed.
-    pub sample: Sample,
-    /// What the operator commanded.
-    pub command: Command,
-    /// What the bridges received.
-    pub actuation: Actuation,
-}
-
-/// Where flight records go.
-pub trait Recorder {
-    /// Takes the record of one tick.
-    fn record(&mut self, record: &FlightRecord);
-}
 
 /// The hardware of the control task.
 #[derive(Debug)]
@@ -78,6 +61,7 @@ where
     bridges.apply(&Actuation::SAFE);
     let mut encoders = Encoders::new(encoders);
     let mut cycles = TickCycles::default();
+    let mut ticks = TickRecorder::new();
     let mut tick = 0_u32;
     let mut ticker = every_tick();
     loop {
@@ -88,7 +72,8 @@ where
 
         let started = counter.cycles();
         let now = Instant::now();
-        let request = topics.requests.try_receive().unwrap_or(Request::None);
+        let orders = Orders::take(topics, core.mode());
+        let request = orders.request();
         // Only while disarmed: a break that trips in the very tick of the request must not be cleared unseen.
         if request == Request::ClearFaults && core.mode() == Mode::Disarmed {
             bridges.clear_break();
@@ -118,13 +103,16 @@ where
         let after_actuate = counter.cycles();
 
         tick = tick.wrapping_add(1);
-        recorder.record(&FlightRecord {
+        let record = FlightRecord {
             tick,
             sample,
             command,
             actuation: output.actuation,
-        });
+        };
+        recorder.record(&record);
+        ticks.record(&topics.records, &record, &output.status);
         topics.status.publish(now, output.status);
+        orders.answer(topics, &output.status);
         let total = after_actuate.wrapping_sub(started);
         cycles = TickCycles {
             sense: after_sense.wrapping_sub(started),

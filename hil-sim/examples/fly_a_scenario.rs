@@ -31,7 +31,7 @@ pub(crate) fn fly() -> Result<Vec<MetricValue>, Box<dyn Error>> {
         // With its bridges open the vehicle would roll down the slope.
         chocked_until_armed: true,
         terrain: Terrain::incline(3_f64.to_radians(), 0.8)?,
-        // The simulated vehicle is the one the board believes in.
+        // The plant as the vehicle file describes it.
         plant: Settings::default(),
         // The board arms once its estimates have settled.
         steps: vec![step(1.0, Action::Arm), step(1.5, drive(0.5)), step(5.0, drive(0.0))],
@@ -39,8 +39,7 @@ pub(crate) fn fly() -> Result<Vec<MetricValue>, Box<dyn Error>> {
         metrics: BTreeMap::new(),
     };
     let vehicle = vehicle_file::reference()?;
-    let plant = climb.plant(&vehicle)?;
-    let mut board = VirtualBackend::boot(&vehicle, plant)?;
+    let mut board = VirtualBackend::boot(&vehicle, climb.plant(&vehicle)?)?;
     let outcome = scenario::run(&climb, &mut board, |_ms| {})?;
     Ok(metrics::measure(&outcome))
 }

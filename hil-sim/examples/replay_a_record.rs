@@ -3,8 +3,8 @@
 
 use std::error::Error;
 
-use firmware::drive::FlightRecord;
 use firmware::drive_board::SCALES;
+use firmware::flight_record::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};

@@ -205,7 +205,7 @@ impl Plant {
         &mut self.encoders[motor as usize]
     }
 
-    /// One conversion of the analogue inputs ([`BoardScales`]): battery voltage and the
+    /// One conversion of the analogue inputs ([`model::board::BoardScales`]): battery voltage and the
     /// motor currents, with the converter's noise, saturated at its range.
     pub fn analog(&mut self) -> (u16, [u16; MOTORS]) {
         self.analog.convert(self.battery_v, self.bridge_current_a())

@@ -1,6 +1,6 @@
 //! The ages of a tick's samples, which are facts of the firmware's design: equal on every board.
 
-use firmware::drive::FlightRecord;
+use firmware::flight_record::FlightRecord;
 use model::sample::TICK_US;
 
 /// A sample whose age is not what the design says.
@@ -26,7 +26,7 @@ pub struct WrongAge {
 /// The first sample of another age. In the ticks before an IMU has started there is no sample of it yet.
 ///
 /// ```
-/// use firmware::drive::FlightRecord;
+/// use firmware::flight_record::FlightRecord;
 /// use virtual_board::ages::check;
 /// fn first_wrong(records: &[FlightRecord]) -> Option<String> {
 ///     records.iter().find_map(|record| Some(check(record, true).err()?.to_string()))

@@ -1,5 +1,6 @@
 //! The control laws: pure functions of what the vehicle senses and what it is asked for.
 
+pub mod equilibrium;
 pub mod motor;
 pub mod spar;
 pub mod spar_law;

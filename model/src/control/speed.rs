@@ -8,12 +8,13 @@
 //! governed acceleration,
 //!
 //! ```text
-//! alpha L sin(phi_equilibrium) = (1 + S) sin(beta) + (1 + S + mu) a_reference / g
+//! alpha L sin(phi_equilibrium) + a alpha L cos(beta - phi_equilibrium) = (1 + S) sin(beta) + (1 + S + mu) a
 //! ```
 //!
-//! damps that mode and changes no steady state: at equilibrium the term is 0, so the steady-state error stays 0.
+//! (a is the governed acceleration in g; [`Equilibrium`]) damps that mode and changes no steady state: at equilibrium the term is 0, so the steady-state error stays 0.
 
 use super::LawOutput;
+use super::equilibrium::Equilibrium;
 use super::speed_law::SpeedLaw;
 use crate::bounded::Bounded;
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
@@ -79,9 +80,7 @@ impl SpeedTerms {
 pub struct SpeedController {
     law: SpeedLaw<f32>,
     scales: Scales<f32>,
-    /// 1 + S and 1 + S + mu, over alpha L.
-    weight: f32,
-    inertia: f32,
+    equilibrium: Equilibrium<f32>,
     swing_gain: f32,
     hold_kp_per_s: f32,
     hold_m: Option<f32>,
@@ -123,7 +122,6 @@ impl SpeedController {
     pub fn new(vehicle: &Vehicle<f32>, dt_s: f32) -> Self {
         let (p, planar, scales) = (vehicle.parameters(), vehicle.planar(0.0), vehicle.scales());
         let alpha_l = planar.alpha * planar.l;
-        let spar = vehicle.spar_mass_ratio();
         Self {
             law: SpeedLaw {
                 feed_forward_zeta: planar.zeta,
@@ -132,8 +130,11 @@ impl SpeedController {
                 kd: p.control.kd,
             },
             scales,
-            weight: (1.0 + spar) / alpha_l,
-            inertia: (1.0 + spar + planar.mu) / alpha_l,
+            equilibrium: Equilibrium {
+                alpha_l,
+                mass: 1.0 + vehicle.spar_mass_ratio(),
+                mu: planar.mu,
+            },
             swing_gain: p.control.swing_gain,
             hold_kp_per_s: p.control.hold_kp_per_s,
             hold_m: None,
@@ -167,8 +168,9 @@ impl SpeedController {
         let theta_rate = self.scales.rate_from_si(input.theta_rate_rad_s);
         let phi_rate = self.scales.rate_from_si(input.phi_rate_rad_s);
         let law = self.law.terms(reference, input.phi_rad, theta_rate, phi_rate);
-        let sin_equilibrium = (self.weight * input.sin_slope + self.inertia * acceleration_g)
-            .bounded(-SIN_EQUILIBRIUM_MAX, SIN_EQUILIBRIUM_MAX);
+        let cos_slope = libm::sqrtf(1.0 - input.sin_slope * input.sin_slope);
+        let equilibrium = self.equilibrium.arm(acceleration_g, input.sin_slope, cos_slope);
+        let sin_equilibrium = equilibrium.sin.bounded(-SIN_EQUILIBRIUM_MAX, SIN_EQUILIBRIUM_MAX);
         let swing_damping = -(self.swing_gain * (input.phi_rad - libm::asinf(sin_equilibrium)));
         let friction = self.friction * (reference / FRICTION_FULL).bounded(-1.0, 1.0);
         let error = reference - theta_rate;

@@ -8,6 +8,10 @@
 
 use std::path::Path;
 
+mod write;
+
+pub use write::to_toml;
+
 use model::board::SensorRanges;
 use model::dynamics::planar::PlanarParameters;
 use model::vehicle::{Field, ParameterError, Vehicle, VehicleParameters};

@@ -2,7 +2,7 @@
 
 use board_emulator::elf::flight;
 use firmware::built_in;
-use firmware::drive::FlightRecord;
+use firmware::flight_record::FlightRecord;
 use firmware::drive_board::SCALES;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;

@@ -3,7 +3,7 @@
 //! Addresses, reset values, codes and times are those of the part's data sheet (DS-000347). Honoured:
 //! reset, power modes with their start-up times, full scales, data rates, the user filter's bandwidth,
 //! data-ready status, invalid data (-32768) until a sensor has run up, burst reads with rising
-//! addresses, banks, the adaptive full scale's stalls ([`adaptive`]). Kept but without effect: every other
+//! addresses, banks, the adaptive full scale's stalls (`adaptive`). Kept but without effect: every other
 //! register of bank 0 and the other banks. Faults are the sensor's ([`super::imu`]), not the registers'.
 //! Absent: FIFO, APEX functions, I3C, external clock.
 

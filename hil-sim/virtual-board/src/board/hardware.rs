@@ -6,8 +6,8 @@ use std::rc::Rc;
 
 use embassy_time::Instant;
 use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
-use firmware::drive::{FlightRecord, Recorder};
 use firmware::drive_board::{DUTY_MAX_PERCENT, WATCHDOG_US};
+use firmware::flight_record::{FlightRecord, Recorder};
 use firmware::hardware::{
     AnalogInputs, AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Watchdog,
 };

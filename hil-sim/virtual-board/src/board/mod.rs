@@ -6,6 +6,7 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use firmware::drive::DriveHardware;
@@ -13,7 +14,7 @@ use firmware::drive_board::SCALES;
 use firmware::hardware::ResetCause;
 use firmware::imu::Place;
 use firmware::parameters::{self, ParameterStore};
-use firmware::topics::Topics;
+use firmware::topics::{DisarmBy, Topics};
 use firmware::{analog, drive, imu, link, log_task, watchdog};
 use futures_executor::LocalPool;
 use futures_util::task::LocalSpawnExt;
@@ -50,6 +51,14 @@ pub enum VirtualBoardError {
     /// A task could not be started.
     #[error("the executor takes no task")]
     Executor,
+}
+
+/// The number of the next boot of any virtual board of this process.
+static BOOTS: AtomicU32 = AtomicU32::new(1);
+
+/// A number that differs from boot to boot, as each board has it. No decision of the vehicle depends on it.
+fn boot_number() -> u32 {
+    BOOTS.fetch_add(1, Ordering::Relaxed)
 }
 
 /// A drive board in virtual time.
@@ -146,8 +155,9 @@ impl VirtualBoard {
         spawn!(|topics, hardware| watchdog::run(&topics, hardware));
         spawn!(|topics, hardware| analog::run(&topics, hardware));
         let (rx, tx) = (to_board.clone(), from_board.clone());
-        spawn!(|topics, _hardware| link::receive::run(&topics, rx));
-        spawn!(|topics, _hardware| link::send::run(&topics, tx));
+        let about = link::about(built_in.parameters(), boot_number());
+        spawn!(|topics, _hardware| link::receive::run(&topics, rx, about));
+        spawn!(|topics, _hardware| link::send::run(&topics, tx, about.boot));
         spawn!(|topics, _hardware| parameters::run(&topics, store, vehicle, built_in));
         spawn!(|topics, hardware| log_task::run(&topics, hardware));
         Ok(())
@@ -225,6 +235,11 @@ impl VirtualBoard {
     /// The vehicle's status after its last tick.
     pub fn status(&self) -> Option<Status> {
         self.topics.status.latest().map(|status| status.value)
+    }
+
+    /// Presses the board's own button once: disarm.
+    pub fn press_button(&mut self) {
+        self.topics.disarm.signal(DisarmBy::Button);
     }
 
     /// Sends bytes to the board's UART.

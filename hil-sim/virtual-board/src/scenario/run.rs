@@ -1,7 +1,6 @@
 //! Runs a scenario on a back end.
 
-use firmware::protocol::message::{COMMAND_PERIOD_MS, HostMessage};
-use model::command::Request;
+use firmware::protocol::message::{COMMAND_PERIOD_MS, Order};
 use model::sample::Motor;
 use model::supervise::arming::Mode;
 
@@ -40,8 +39,10 @@ struct Script<'a> {
     to_board: Wire,
     /// What the way back does, once a step has said so.
     to_host: Option<WireFault>,
-    /// The drive command that a hanging program repeats.
-    stuck: Option<Vec<u8>>,
+    /// The operator's program hangs: it repeats its last frame.
+    stuck: bool,
+    /// The last drive command sent, as a frame.
+    last_drive: Vec<u8>,
 }
 
 /// Runs `scenario`; `progress` is called with the milliseconds done.
@@ -62,9 +63,10 @@ pub fn run(
         pressed_at_ms: None,
         to_board,
         to_host: None,
-        stuck: None,
+        stuck: false,
+        last_drive: Vec::new(),
     };
-    let mut observer = Observer::new(to_host);
+    let mut observer = Observer::new(LinkClient::new(scenario.seed as u32), to_host);
     let start_us = backend.now_us();
     let mut chocked = scenario.chocked_until_armed;
     if chocked {
@@ -73,18 +75,15 @@ pub fn run(
     let end_ms = (scenario.duration_s * 1000.0).round() as u64;
     let mut ms = 0;
     while ms < end_ms {
-        script.events(ms, backend);
-        if ms % COMMAND_PERIOD_MS == 0
-            && let Some([speed_m_s, yaw_rate_rad_s]) = script.command
-        {
-            observer.commanded = [speed_m_s, yaw_rate_rad_s];
-            let frame = script.stuck.clone().unwrap_or_else(|| {
-                LinkClient::encode(&HostMessage::Drive {
-                    speed_m_s: speed_m_s as f32,
-                    yaw_rate_rad_s: yaw_rate_rad_s as f32,
-                })
-            });
-            script.send(ms, frame, backend);
+        script.events(ms, &mut observer.client, backend);
+        if ms % COMMAND_PERIOD_MS == 0 {
+            if observer.client.identity().is_none() {
+                script.send(ms, observer.client.identify(), backend);
+            }
+            if let Some([speed_m_s, yaw_rate_rad_s]) = script.command {
+                observer.commanded = [speed_m_s, yaw_rate_rad_s];
+                script.drive(ms, &mut observer.client, backend);
+            }
         }
         script.send(ms, Vec::new(), backend);
         if let Some(fault) = script.to_host.take() {
@@ -135,11 +134,11 @@ struct Observer {
 }
 
 impl Observer {
-    fn new(wire: Wire) -> Self {
+    fn new(client: LinkClient, wire: Wire) -> Self {
         Self {
             wire,
             outcome: DriveOutcome::default(),
-            client: LinkClient::default(),
+            client,
             commanded: [0.0; 2],
             truths: Vec::new(),
             last_tick: None,
@@ -160,7 +159,7 @@ impl Observer {
         if self.truths.len() > 64 {
             self.truths.drain(..32);
         }
-        self.client.receive(&self.wire.pass(ms, received));
+        self.client.receive(now_us, &self.wire.pass(ms, received));
         let outcome = &mut self.outcome;
         if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, outcome.emergency_stop_ms) {
             outcome.emergency_stop_ms = Some(ms - pressed);
@@ -229,25 +228,44 @@ impl Script<'_> {
         }
     }
 
-    fn events(&mut self, ms: u64, backend: &mut dyn Backend) {
+    /// Sends an order; nothing before the board has said who it is.
+    fn give(&mut self, ms: u64, client: &mut LinkClient, order: Order, backend: &mut dyn Backend) {
+        if let Some((_, frame)) = client.order(backend.now_us(), order) {
+            self.send(ms, frame, backend);
+        }
+    }
+
+    /// Sends the drive command: a fresh order, or from a program that hangs the last frame once more.
+    fn drive(&mut self, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
+        let [speed_m_s, yaw_rate_rad_s] = self.command.unwrap_or_default().map(|value| value as f32);
+        let order = Order::Drive {
+            speed_m_s,
+            yaw_rate_rad_s,
+        };
+        if !self.stuck
+            && let Some((_, frame)) = client.order(backend.now_us(), order)
+        {
+            self.last_drive = frame;
+        }
+        self.send(ms, self.last_drive.clone(), backend);
+    }
+
+    fn events(&mut self, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
         while let Some(step) = self.scenario.steps.get(self.next)
             && at_ms(step) <= ms
         {
             self.next += 1;
-            self.act(&step.action, ms, backend);
+            self.act(&step.action, ms, client, backend);
         }
     }
 
-    fn act(&mut self, action: &Action, ms: u64, backend: &mut dyn Backend) {
-        let mut request = |request: Request| {
-            self.send(ms, LinkClient::encode(&HostMessage::Request(request)), backend);
-        };
+    fn act(&mut self, action: &Action, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
         match *action {
-            Action::Arm => request(Request::Arm),
-            Action::Disarm => request(Request::Disarm),
-            Action::ClearFaults => request(Request::ClearFaults),
+            Action::Arm => self.give(ms, client, Order::Arm, backend),
+            Action::Disarm => self.send(ms, client.disarm().1, backend),
+            Action::ClearFaults => self.give(ms, client, Order::ClearFaults, backend),
             // A program that hangs hears nobody.
-            Action::Drive { .. } | Action::Silence | Action::Speak if self.stuck.is_some() => {}
+            Action::Drive { .. } | Action::Silence | Action::Speak if self.stuck => {}
             Action::Drive {
                 speed_m_s,
                 yaw_rate_rad_s,
@@ -273,13 +291,7 @@ impl Script<'_> {
             Action::Chocks { chocked } => backend.plant(&mut |plant| plant.set_chocked(chocked)),
             Action::World(world) => backend.plant(&mut |plant| world.act(plant)),
             Action::Link(LinkStep::StuckOperator { stuck }) => {
-                self.stuck = stuck.then(|| {
-                    let [speed_m_s, yaw_rate_rad_s] = self.command.unwrap_or_default().map(|value| value as f32);
-                    LinkClient::encode(&HostMessage::Drive {
-                        speed_m_s,
-                        yaw_rate_rad_s,
-                    })
-                });
+                self.stuck = stuck;
             }
             Action::Link(LinkStep::Link {
                 direction,
