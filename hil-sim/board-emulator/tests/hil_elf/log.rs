@@ -40,7 +40,7 @@ fn a_full_log_in_blocking_mode_stops_nothing() {
             // The reader stands one byte before the writer: there is no room.
             stopped.write(block + READ, &((write + 1) % size).to_le_bytes())?;
             stopped.write(block + MODE, &BLOCK_IF_FULL.to_le_bytes())?;
-            Ok::<_, board_emulator::Error>(write)
+            Ok::<_, board_emulator::error::Error>(write)
         })
         .expect("it runs")
         .expect("the control block is in RAM");
@@ -50,10 +50,10 @@ fn a_full_log_in_blocking_mode_stops_nothing() {
     let before = *board.status();
     board.run(DRIVEN_MS);
     let after = *board.status();
-    assert_eq!(after.mode, Mode::Armed, "faults {:#b}", after.faults);
-    let ticks = u64::from(after.tick - before.tick);
+    assert_eq!(after.vehicle.mode, Mode::Armed, "faults {}", after.vehicle.faults);
+    let ticks = u64::from(after.vehicle.tick - before.vehicle.tick);
     assert!((DRIVEN_MS - 60..=DRIVEN_MS + 60).contains(&ticks), "{ticks} ticks");
-    assert_eq!(after.late_ticks, before.late_ticks);
+    assert_eq!(after.vehicle.late_ticks, before.vehicle.late_ticks);
     let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
     assert_eq!(resets, []);
 
@@ -61,7 +61,7 @@ fn a_full_log_in_blocking_mode_stops_nothing() {
         .emulation
         .at(move |stopped| {
             let mode = stopped.read_word(block + MODE)?;
-            Ok::<_, board_emulator::Error>((mode, stopped.read_word(block + WRITE)?))
+            Ok::<_, board_emulator::error::Error>((mode, stopped.read_word(block + WRITE)?))
         })
         .expect("it runs")
         .expect("the control block is in RAM");
