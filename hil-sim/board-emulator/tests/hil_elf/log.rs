@@ -40,7 +40,7 @@ fn a_full_log_in_blocking_mode_stops_nothing() {
             // The reader stands one byte before the writer: there is no room.
             stopped.write(block + READ, &((write + 1) % size).to_le_bytes())?;
             stopped.write(block + MODE, &BLOCK_IF_FULL.to_le_bytes())?;
-            Ok::<_, board_emulator::error::Error>(write)
+            Ok::<_, board_emulator::Error>(write)
         })
         .expect("it runs")
         .expect("the control block is in RAM");
@@ -61,7 +61,7 @@ fn a_full_log_in_blocking_mode_stops_nothing() {
         .emulation
         .at(move |stopped| {
             let mode = stopped.read_word(block + MODE)?;
-            Ok::<_, board_emulator::error::Error>((mode, stopped.read_word(block + WRITE)?))
+            Ok::<_, board_emulator::Error>((mode, stopped.read_word(block + WRITE)?))
         })
         .expect("it runs")
         .expect("the control block is in RAM");
