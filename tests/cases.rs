@@ -1,22 +1,12 @@
 //! Small inputs that once failed (`tests/cases`), and others of their kind.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
-const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-
-fn hil_sim(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hil-sim"))
-        .args(arguments)
-        .current_dir(WORKSPACE)
-        .output()
-        .expect("it starts")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
+#[path = "support/tool.rs"]
+mod tool;
+use tool::{WORKSPACE, hil_sim, stderr};
 
 fn case(name: &str) -> String {
     std::fs::read_to_string(Path::new(WORKSPACE).join("tests/cases").join(name)).expect("a case")

@@ -140,19 +140,17 @@ fn the_scenarios_page_lists_every_setting_of_the_plant() {
 
 #[test]
 fn the_architecture_page_shows_a_frame() {
-    let message = HostMessage::Order {
-        envelope: Envelope {
-            id: OrderId {
-                session: 1,
-                sequence: 2,
-            },
-            given_at_us: 300,
-        },
-        order: Order::Drive {
-            speed_m_s: 1.0,
-            yaw_rate_rad_s: -0.5,
-        },
+    let (speed_m_s, yaw_rate_rad_s) = (1.0, -0.5);
+    let id = OrderId {
+        session: 1,
+        sequence: 2,
     };
+    let envelope = Envelope { id, given_at_us: 300 };
+    let order = Order::Drive {
+        speed_m_s,
+        yaw_rate_rad_s,
+    };
+    let message = HostMessage::Order { envelope, order };
     let bytes: Vec<String> = encode(&message)
         .expect("fits")
         .iter()

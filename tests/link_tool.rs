@@ -7,100 +7,20 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use firmware::protocol::frame::{Decoder, Received, encode};
 use firmware::protocol::message::{
-    About, Answer, BoardMessage, BoardStatus, HostMessage, Identity, LinkCounters, Order, OrderId, PROTOCOL_VERSION,
-    ParameterAnswer, ParameterRequest, TickCycles,
+    Answer, BoardMessage, HostMessage, Order, OrderId, ParameterAnswer, ParameterRequest,
 };
 use hil_sim::cli::link::console::Console;
 use hil_sim::cli::link::drive::{Drive, check_seconds};
 use hil_sim::cli::link::session::{Link, SILENCE_US};
 use hil_sim::cli::link::wire::Wire;
-use model::supervise::arming::Mode;
-use model::supervise::codes::FaultSet;
 use report::error::CommandError;
 
 mod support;
+#[path = "support/wires.rs"]
+mod wires;
 use support::Bench;
-
-/// How long one read of the tool waits, us.
-const READ_US: u64 = 5_000;
-/// The host's clock does not start with the board's.
-const HOST_START_US: u64 = 777_000_000;
-
-/// Every message that came over a wire.
-fn messages(bytes: &[u8]) -> Vec<HostMessage> {
-    let mut decoder = Decoder::new();
-    bytes
-        .iter()
-        .filter_map(|byte| match decoder.push(*byte) {
-            Received::Message(message) => Some(message),
-            _ => None,
-        })
-        .collect()
-}
-
-/// What happens beside the wire.
-type World = Box<dyn FnMut(&mut Bench, u64)>;
-
-/// The virtual board at the end of a wire that may be cut.
-struct BoardWire {
-    bench: Bench,
-    waiting: Vec<u8>,
-    sent: Rc<RefCell<Vec<u8>>>,
-    cut_at_us: u64,
-    world: World,
-    started_us: u64,
-}
-
-impl BoardWire {
-    fn new(mut bench: Bench) -> Self {
-        bench.drive = None;
-        bench.board.receive();
-        let started_us = bench.now_ms() * 1000;
-        Self {
-            bench,
-            waiting: Vec::new(),
-            sent: Rc::default(),
-            cut_at_us: u64::MAX,
-            world: Box::new(|_, _| {}),
-            started_us,
-        }
-    }
-
-    fn elapsed_us(&self) -> u64 {
-        self.bench.now_ms() * 1000 - self.started_us
-    }
-}
-
-impl Wire for BoardWire {
-    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.sent.borrow_mut().extend(bytes);
-        if self.elapsed_us() < self.cut_at_us {
-            self.bench.board.send(bytes);
-        }
-        Ok(())
-    }
-
-    fn receive(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        self.bench.run_raw(READ_US / 1000);
-        let elapsed_us = self.elapsed_us();
-        (self.world)(&mut self.bench, elapsed_us);
-        let received = self.bench.board.receive();
-        if elapsed_us < self.cut_at_us {
-            self.waiting.extend(received);
-        }
-        let length = bytes.len().min(self.waiting.len());
-        for (slot, byte) in bytes.iter_mut().zip(self.waiting.drain(..length)) {
-            *slot = byte;
-        }
-        Ok(length)
-    }
-
-    fn now_us(&self) -> u64 {
-        HOST_START_US + self.bench.now_ms() * 1000
-    }
-}
+use wires::{BoardWire, Flood, READ_US, Scripted, messages};
 
 fn link<W: Wire>(wire: W) -> (Link<W>, Arc<AtomicU32>) {
     let interrupts = Arc::new(AtomicU32::new(0));
@@ -324,109 +244,6 @@ fn a_set_is_written_as_a_file_loaded_and_compared() {
     assert_eq!(link.parameters().expect("answers"), board);
 }
 
-/// A board of a few lines: it says who it is, sends its status, and answers as its script says.
-struct Scripted<S> {
-    now_us: u64,
-    decoder: Decoder,
-    waiting: Vec<u8>,
-    sequence: u32,
-    /// What to send for an order: with each, after how long, us.
-    script: S,
-    later: Vec<(u64, BoardMessage)>,
-}
-
-const ABOUT: About = About {
-    version: [0, 1, 0],
-    build: 1,
-    schema: 0,
-    boot: 9,
-};
-
-impl<S: FnMut(OrderId, Order) -> Vec<(u64, BoardMessage)>> Scripted<S> {
-    fn new(script: S) -> Self {
-        Self {
-            now_us: HOST_START_US,
-            decoder: Decoder::new(),
-            waiting: Vec::new(),
-            sequence: 0,
-            script,
-            later: Vec::new(),
-        }
-    }
-
-    fn status(&mut self) -> BoardMessage {
-        self.sequence += 1;
-        let mut vehicle = Bench::new(1).first_status();
-        vehicle.time_us = self.now_us;
-        vehicle.mode = Mode::Disarmed;
-        vehicle.faults = FaultSet::EMPTY;
-        BoardMessage::Status(BoardStatus {
-            boot: ABOUT.boot,
-            sequence: self.sequence,
-            vehicle,
-            link: LinkCounters::default(),
-            cycles: TickCycles::default(),
-        })
-    }
-}
-
-impl<S: FnMut(OrderId, Order) -> Vec<(u64, BoardMessage)>> Wire for Scripted<S> {
-    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        for byte in bytes {
-            match self.decoder.push(*byte) {
-                Received::Message(HostMessage::Identify { nonce }) => {
-                    let identity = Identity {
-                        protocol: PROTOCOL_VERSION,
-                        nonce,
-                        session: 1,
-                        sequence: 0,
-                        time_us: self.now_us,
-                        about: ABOUT,
-                    };
-                    self.later.push((self.now_us, BoardMessage::Identity(identity)));
-                }
-                Received::Message(HostMessage::Order { envelope, order }) => {
-                    let now_us = self.now_us;
-                    let answers = (self.script)(envelope.id, order);
-                    self.later.extend(
-                        answers
-                            .into_iter()
-                            .map(|(after_us, message)| (now_us + after_us, message)),
-                    );
-                }
-                _ => {}
-            }
-        }
-        Ok(())
-    }
-
-    fn receive(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        self.now_us += READ_US;
-        if self.now_us.is_multiple_of(10_000) {
-            let status = self.status();
-            self.later.push((self.now_us, status));
-        }
-        let now_us = self.now_us;
-        let (due, later) = std::mem::take(&mut self.later)
-            .into_iter()
-            .partition(|(at_us, _)| *at_us <= now_us);
-        self.later = later;
-        let due: Vec<(u64, BoardMessage)> = due;
-        for (_, message) in due {
-            self.waiting.extend(&encode(&message).expect("fits"));
-        }
-        let length = bytes.len().min(self.waiting.len());
-        for (slot, byte) in bytes.iter_mut().zip(self.waiting.drain(..length)) {
-            *slot = byte;
-        }
-        Ok(length)
-    }
-
-    fn now_us(&self) -> u64 {
-        self.now_us
-    }
-}
-
 fn value(number: u16, value: f32) -> Answer {
     Answer::Parameters(ParameterAnswer::Value {
         number,
@@ -490,31 +307,6 @@ fn the_slowest_store_is_waited_for() {
     link.identify().expect("answers");
     let answer = link.ask(ParameterRequest::Store).expect("in time");
     assert_eq!(answer, ParameterAnswer::Stored);
-}
-
-/// A wire that always holds bytes: a board gone mad.
-struct Flood {
-    now_us: u64,
-    byte: u8,
-}
-
-impl Wire for Flood {
-    fn send(&mut self, _: &[u8]) -> io::Result<()> {
-        Ok(())
-    }
-
-    fn receive(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        self.now_us += 100;
-        for slot in &mut *bytes {
-            self.byte = self.byte.wrapping_mul(5).wrapping_add(13);
-            *slot = self.byte;
-        }
-        Ok(bytes.len())
-    }
-
-    fn now_us(&self) -> u64 {
-        self.now_us
-    }
 }
 
 #[test]

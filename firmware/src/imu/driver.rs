@@ -3,7 +3,7 @@
 //! The driver is hand-written: the maintained driver crates read through the FIFO, which costs two more
 //! transactions per tick and delays a sample by up to one tick; the vehicle needs the newest sample in one
 //! burst. Register names and values are the data sheet's (DS-000347), but for the adaptive full scale, which
-//! the data sheet leaves among the reserved bits ([`Setting`]s below).
+//! the data sheet leaves among the reserved bits (`Setting`s below).
 
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::spi::{Operation, SpiDevice};

@@ -208,10 +208,7 @@ fn a_fault_opens_the_bridges_and_its_message_outlives_the_reset() {
     board.run(500);
     let log = board.log();
     assert!(log.len() > lines, "{log:#?}");
-    let again = log
-        .iter()
-        .skip(lines)
-        .find(|line| line.contains("the last run ended"));
+    let again = log.iter().skip(lines).find(|line| line.contains("the last run ended"));
     assert_eq!(again, None);
 }
 
