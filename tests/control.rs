@@ -14,7 +14,7 @@ fn drive(vehicle: &Vehicle<f64>, text: &str) -> DriveOutcome {
     let scenario = Scenario::parse("a scenario of this test", text).expect("valid");
     let plant = Plant::new(vehicle, &SCALES, scenario.terrain.clone(), scenario.seed).expect("drivable");
     let mut backend = VirtualBackend::boot(vehicle, plant).expect("boots");
-    scenario::run(&scenario, &mut backend, |_| {})
+    scenario::run(&scenario, &mut backend, |_| {}).expect("the plant stays valid")
 }
 
 /// In a steady ramp the arm stands where the equilibrium says that it must, and the vehicle knows it: the angle

@@ -46,7 +46,7 @@ fn under_0_3_g_the_arm_is_known_within_2_5_degrees() {
         let vehicle = sprinter();
         let plant = Plant::new(&vehicle, &SCALES, scenario.terrain.clone(), seed).expect("drivable");
         let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
-        let outcome = scenario::run(&scenario, &mut backend, |_| {});
+        let outcome = scenario::run(&scenario, &mut backend, |_| {}).expect("a valid plant");
         let rows = &outcome.trace.rows;
         // The axle's true acceleration over 100 ms.
         let hardest = rows

@@ -1,6 +1,6 @@
 //! Stored parameters over the link of the virtual board.
 
-use firmware::protocol::message::{HostMessage, ParameterAnswer, ParameterRequest};
+use firmware::protocol::message::{Answer, Order, ParameterAnswer, ParameterRequest};
 use model::supervise::arming::Mode;
 use model::vehicle::VehicleParameters;
 use virtual_board::board::flash::VirtualFlash;
@@ -10,12 +10,9 @@ mod support;
 use support::{Bench, reference};
 
 fn ask(bench: &mut Bench, request: ParameterRequest) -> ParameterAnswer {
-    bench.client.parameter_answers.clear();
-    bench.send(&HostMessage::Parameters(request));
-    bench.run(60);
-    match bench.client.parameter_answers[..] {
-        [answer] => answer,
-        ref answers => panic!("{request:?}: {answers:?}"),
+    match bench.ask(Order::Parameters(request)) {
+        Some(Answer::Parameters(answer)) => answer,
+        other => panic!("{request:?}: {other:?}"),
     }
 }
 
@@ -110,9 +107,51 @@ fn bad_values_are_refused_with_their_range_and_nothing_changes() {
 }
 
 #[test]
+fn every_documented_bound_is_accepted_as_printed_over_the_link() {
+    let vehicle = reference();
+    let parameters = vehicle.parameters();
+    let mut bench = Bench::new(7);
+    bench.run(500);
+    for number in 0..parameters.count() {
+        let (table, field) = parameters.field(number).expect("a field");
+        for bound in [field.min, field.max] {
+            // As an operator types it, and as the tool sends it.
+            let value: f32 = format!("{bound}").parse().expect("a number");
+            let answer = ask(&mut bench, ParameterRequest::Write { number, value });
+            assert!(
+                matches!(answer, ParameterAnswer::Value { value: kept, .. } if kept == value),
+                "{table}.{} = {bound}: {answer:?}",
+                field.name
+            );
+        }
+    }
+}
+
+#[test]
+fn limits_that_the_sensors_cannot_measure_are_not_stored() {
+    let vehicle = reference();
+    for (table, name, beyond, within) in [
+        ("battery", "maximum_v", 75.0, 60.0),
+        ("safety", "overcurrent_a", 200.0, 55.0),
+        ("safety", "overcurrent_a", 60.0, 58.0),
+    ] {
+        let limit = number(vehicle.parameters(), table, name);
+        let mut bench = Bench::new(8);
+        bench.run(1000);
+        for (value, expected) in [
+            (beyond, ParameterAnswer::Inconsistent { number: limit }),
+            (within, ParameterAnswer::Stored),
+        ] {
+            ask(&mut bench, ParameterRequest::Write { number: limit, value });
+            assert_eq!(ask(&mut bench, ParameterRequest::Store), expected, "{name} = {value}");
+        }
+    }
+}
+
+#[test]
 fn gains_that_do_not_hold_the_spar_are_not_stored() {
     let vehicle = reference();
-    let gain = number(vehicle.parameters(), "camera", "spar_gain");
+    let gain = number(vehicle.parameters(), "spar", "spar_gain");
     let mut bench = Bench::new(6);
     bench.run(1000);
     // As (7.21) prints it (erratum E28).

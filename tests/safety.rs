@@ -2,7 +2,7 @@
 //! the safe state in bounded time.
 
 use firmware::drive_board::SCALES;
-use firmware::protocol::message::HostMessage;
+use firmware::protocol::message::Order;
 use model::command::Request;
 use model::sample::Motor;
 use model::supervise::arming::Mode;
@@ -11,7 +11,6 @@ use plant::Plant;
 use plant::fault::SensorFault;
 use plant::noise::Noise;
 use virtual_board::board::hardware::World;
-use virtual_board::link_client::LinkClient;
 
 mod support;
 use support::Bench;
@@ -70,10 +69,13 @@ fn noise_and_broken_frames_move_nothing_unarmed_and_stop_an_armed_vehicle() {
         let mut bench = if armed { Bench::armed(3) } else { Bench::new(3) };
         bench.drive = None;
         let mut noise = Noise::new(3, 7);
-        let good = LinkClient::encode(&HostMessage::Drive {
-            speed_m_s: 1.0,
-            yaw_rate_rad_s: 0.0,
-        });
+        bench.run(10);
+        let (_, good) = bench
+            .frame(Order::Drive {
+                speed_m_s: 1.0,
+                yaw_rate_rad_s: 0.0,
+            })
+            .expect("identified");
         let mut sent = 0;
         let mut on_at_the_end = false;
         bench.run_watching(2000, |bench| {
@@ -112,7 +114,7 @@ fn commands_that_are_not_numbers_are_no_commands() {
         let mut bench = Bench::driving(4, 0.8);
         bench.drive = None;
         bench.run_watching(800, |bench| {
-            bench.send(&HostMessage::Drive {
+            bench.order(Order::Drive {
                 speed_m_s: bad,
                 yaw_rate_rad_s: 0.0,
             });

@@ -3,9 +3,7 @@
 
 use std::path::Path;
 
-use firmware::drive_board::SCALES;
 use hil_sim::cli::drive_page::columns;
-use plant::Plant;
 use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend, evaluate};
 
 use model::vehicle::{ParameterError, Vehicle};
@@ -23,9 +21,9 @@ fn run(name: &str) -> (Scenario, DriveOutcome) {
 }
 
 fn drive(scenario: &Scenario, vehicle: &Vehicle<f64>) -> DriveOutcome {
-    let plant = Plant::new(vehicle, &SCALES, scenario.terrain.clone(), scenario.seed).expect("drivable");
+    let plant = scenario.plant(vehicle).expect("drivable");
     let mut backend = VirtualBackend::boot(vehicle, plant).expect("boots");
-    let outcome = scenario::run(scenario, &mut backend, |_| {});
+    let outcome = scenario::run(scenario, &mut backend, |_| {}).expect("a valid plant");
     assert!(!backend.board.watchdog_bitten(), "the watchdog must be fed");
     outcome
 }

@@ -6,12 +6,11 @@
 //!
 //! | task | rate | executor |
 //! |---|---|---|
-//! | [`encoders::run`] | 1 kHz | control (interrupt) |
 //! | [`imu::run`], once for the arm and once for the spar | 1 kHz | control (interrupt) |
 //! | [`drive::run`] | 1 kHz | control (interrupt) |
 //! | [`watchdog::run`] | 200 Hz | control (interrupt) |
-//! | [`analog::run`] | 1 kHz | thread |
-//! | [`link::receive::run`], [`link::send::run`] | as bytes come; 100 Hz | thread |
+//! | [`analog::run`] | 1 kHz, halfway between the ticks | thread |
+//! | [`link::receive::run`], [`link::send::run`] | as bytes come; at the host's rate | thread |
 //! | [`parameters::run`] | on request | thread |
 //! | [`log_task::run`] | 20 Hz; logs one line per second and one per change | thread |
 #![cfg_attr(not(test), no_std)]
@@ -27,12 +26,15 @@ pub mod checkins;
 pub mod drive;
 pub mod drive_board;
 pub mod encoders;
+pub mod flight_record;
 pub mod hardware;
 pub mod imu;
 pub mod link;
 pub mod log_task;
+pub mod orders;
 pub mod parameters;
 pub mod protocol;
+pub mod records;
 mod ticks;
 pub mod topics;
 pub mod watchdog;

@@ -8,14 +8,14 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
-use model::command::Request;
-use model::sample::{ImuRaw, MOTORS};
+use model::sample::ImuRaw;
 use model::status::Status;
 use model::vehicle::Vehicle;
 
 use crate::checkins::Checkins;
 use crate::hardware::AnalogReading;
-use crate::protocol::message::{LinkCounters, ParameterAnswer, ParameterRequest, TickCycles};
+use crate::protocol::message::{Answer, Identity, LinkCounters, OrderId, ParameterRequest, Read, TickCycles};
+use crate::records::ring::RecordRings;
 
 /// A value with the time it was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,37 +77,84 @@ pub struct DriveCommand {
     pub yaw_rate_rad_s: f32,
 }
 
+/// Who wants the bridges open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DisarmBy {
+    /// The host, by this message.
+    Host(OrderId),
+    /// Somebody beside the vehicle, by the board's button.
+    Button,
+}
+
+/// A request about parameters, and the order that made it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Asked {
+    /// The order.
+    pub id: OrderId,
+    /// The request.
+    pub request: ParameterRequest,
+}
+
+/// What the host wants to read of the board's memory, and the order that asks for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wanted {
+    /// The order.
+    pub id: OrderId,
+    /// What to read.
+    pub read: Read,
+}
+
+/// An answer, and the order that it answers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Answered {
+    /// The order.
+    pub id: OrderId,
+    /// The answer.
+    pub answer: Answer,
+}
+
 /// Everything the tasks share; one per vehicle.
 #[allow(missing_debug_implementations)] // Signals and channels have none.
 pub struct Topics<M: RawMutex> {
     /// Readings of the arm IMU.
     pub arm_imu: Topic<M, ImuRaw>,
-    /// Raised with each reading of the arm IMU; the control task waits for the signal.
-    pub arm_imu_ready: Signal<M, ()>,
     /// Readings of the spar IMU.
     pub spar_imu: Topic<M, ImuRaw>,
-    /// Encoder counts, extended to 64 bits.
-    pub encoders: Topic<M, [i64; MOTORS]>,
+    /// Raised with each reading of either IMU; the control task waits for the signal.
+    pub imu_ready: Signal<M, ()>,
     /// Analogue readings.
     pub analog: Topic<M, AnalogReading>,
-    /// The latest drive command.
+    /// The latest drive command, stamped with the time at which the operator gave it.
     pub command: Topic<M, DriveCommand>,
-    /// Requests to the arming state machine; the control task takes each once.
-    pub requests: Channel<M, Request, 4>,
+    /// Somebody wants the bridges open. The wish has its own place, which nothing else fills, and the control task
+    /// looks there first.
+    pub disarm: Signal<M, DisarmBy>,
+    /// The host's order to arm.
+    pub arm: Signal<M, OrderId>,
+    /// The host's order to clear faults.
+    pub clear_faults: Signal<M, OrderId>,
     /// The host's requests about parameters.
-    pub parameter_requests: Channel<M, ParameterRequest, 4>,
-    /// The answers to them.
-    pub parameter_answers: Channel<M, ParameterAnswer, 4>,
+    pub parameter_requests: Channel<M, Asked, 4>,
+    /// Answers to the host's orders, in order of their sending.
+    pub answers: Channel<M, Answered, 8>,
     /// Whether a changed set is about to come into force: the vehicle must not arm meanwhile.
     pub parameters_pending: Topic<M, bool>,
     /// A new set of parameters, in force from the next disarmed tick on.
     pub new_vehicle: Signal<M, Vehicle<f32>>,
-    /// The host asked for the board's identity.
-    pub identify: Signal<M, ()>,
+    /// Answer to the host's latest Identify.
+    pub identity: Signal<M, Identity>,
+    /// The rate at which the host wants the status, Hz.
+    pub status_rate: Signal<M, u16>,
     /// The vehicle's status after the last tick.
     pub status: Topic<M, Status>,
     /// CPU cycles of the last tick.
     pub cycles: Topic<M, TickCycles>,
+    /// The records of the last ticks.
+    pub records: RecordRings<M>,
+    /// What the host wants to read of the board's memory.
+    pub readings: Channel<M, Wanted, 4>,
+    /// Where the host wants the stream of records to begin: at the block of this number, or nowhere.
+    pub recording: Signal<M, Option<u32>>,
     /// Counters of the link's input.
     pub link: Topic<M, LinkCounters>,
     /// Check-ins of the critical tasks.
@@ -119,19 +166,24 @@ impl<M: RawMutex> Topics<M> {
     pub const fn new() -> Self {
         Self {
             arm_imu: Topic::new(),
-            arm_imu_ready: Signal::new(),
             spar_imu: Topic::new(),
-            encoders: Topic::new(),
+            imu_ready: Signal::new(),
             analog: Topic::new(),
             command: Topic::new(),
-            requests: Channel::new(),
+            disarm: Signal::new(),
+            arm: Signal::new(),
+            clear_faults: Signal::new(),
             parameter_requests: Channel::new(),
-            parameter_answers: Channel::new(),
+            answers: Channel::new(),
             parameters_pending: Topic::new(),
             new_vehicle: Signal::new(),
-            identify: Signal::new(),
+            identity: Signal::new(),
+            status_rate: Signal::new(),
             status: Topic::new(),
             cycles: Topic::new(),
+            records: RecordRings::new(),
+            readings: Channel::new(),
+            recording: Signal::new(),
             link: Topic::new(),
             checkins: Checkins::new(),
         }

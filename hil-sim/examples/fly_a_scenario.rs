@@ -4,8 +4,7 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 
-use firmware::drive_board::SCALES;
-use plant::Plant;
+use plant::settings::Settings;
 use plant::terrain::Terrain;
 use virtual_board::scenario::{self, Action, MetricValue, Scenario, Step, VirtualBackend, metrics};
 
@@ -32,14 +31,15 @@ pub(crate) fn fly() -> Result<Vec<MetricValue>, Box<dyn Error>> {
         // With its bridges open the vehicle would roll down the slope.
         chocked_until_armed: true,
         terrain: Terrain::incline(3_f64.to_radians(), 0.8)?,
+        // The plant as the vehicle file describes it.
+        plant: Settings::default(),
         // The board arms once its estimates have settled.
         steps: vec![step(1.0, Action::Arm), step(1.5, drive(0.5)), step(5.0, drive(0.0))],
         // Bounds, for `scenario::evaluate`; here only the values count.
         metrics: BTreeMap::new(),
     };
     let vehicle = vehicle_file::reference()?;
-    let plant = Plant::new(&vehicle, &SCALES, climb.terrain.clone(), climb.seed)?;
-    let mut board = VirtualBackend::boot(&vehicle, plant)?;
-    let outcome = scenario::run(&climb, &mut board, |_ms| {});
+    let mut board = VirtualBackend::boot(&vehicle, climb.plant(&vehicle)?)?;
+    let outcome = scenario::run(&climb, &mut board, |_ms| {})?;
     Ok(metrics::measure(&outcome))
 }

@@ -3,11 +3,10 @@
 
 use std::error::Error;
 
-use firmware::drive::FlightRecord;
 use firmware::drive_board::SCALES;
+use firmware::flight_record::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
-use plant::Plant;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
 use virtual_board::scenario::{self, Scenario, VirtualBackend};
 
@@ -24,10 +23,10 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// The ticks of the default drive: what the vehicle sensed, the command, and the actuation.
 pub(crate) fn record(vehicle: &Vehicle<f64>) -> Result<Vec<FlightRecord>, Box<dyn Error>> {
     let drive = Scenario::parse(DEFAULT_NAME, DEFAULT)?;
-    let plant = Plant::new(vehicle, &SCALES, drive.terrain.clone(), drive.seed)?;
+    let plant = drive.plant(vehicle)?;
     let mut backend = VirtualBackend::boot(vehicle, plant)?;
     backend.board.world(|world| world.records = Some(Vec::new()));
-    scenario::run(&drive, &mut backend, |_ms| {});
+    scenario::run(&drive, &mut backend, |_ms| {})?;
     Ok(backend.board.world(|world| world.records.take()).unwrap_or_default())
 }
 

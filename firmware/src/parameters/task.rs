@@ -7,10 +7,10 @@ use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
 use model::vehicle::{NotSet, Vehicle};
 
-use super::numbered::{number_of, schema};
+use super::numbered::{drivable, number_of, schema};
 use super::store::{NoSet, ParameterStore};
-use crate::protocol::message::{ParameterAnswer, ParameterRequest};
-use crate::topics::Topics;
+use crate::protocol::message::{Answer, ParameterAnswer, ParameterRequest};
+use crate::topics::{Answered, Asked, Topics};
 
 /// Returns the vehicle to boot with, stored or built in, and logs which of the two.
 pub async fn boot<F: NorFlash>(store: &mut ParameterStore<F>, built_in: &Vehicle<f32>) -> Vehicle<f32> {
@@ -42,7 +42,8 @@ pub async fn run<M: RawMutex, F: NorFlash>(
 ) -> ! {
     let mut staged = *vehicle.parameters();
     loop {
-        let answer = match topics.parameter_requests.receive().await {
+        let Asked { id, request } = topics.parameter_requests.receive().await;
+        let answer = match request {
             ParameterRequest::Read { number } => match staged.value(number) {
                 Some(value) => ParameterAnswer::Value {
                     number,
@@ -69,14 +70,15 @@ pub async fn run<M: RawMutex, F: NorFlash>(
                 staged = *built_in.parameters();
                 ParameterAnswer::DefaultsReady
             }
-            ParameterRequest::Store => match Vehicle::new(staged) {
+            ParameterRequest::Store => match drivable(&staged) {
                 Err(error) => ParameterAnswer::Inconsistent {
                     number: number_of(&staged, &error),
                 },
                 Ok(vehicle) => keep(topics, &mut store, &vehicle).await,
             },
         };
-        topics.parameter_answers.send(answer).await;
+        let answer = Answer::Parameters(answer);
+        topics.answers.send(Answered { id, answer }).await;
     }
 }
 

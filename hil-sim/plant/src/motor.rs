@@ -30,7 +30,14 @@ pub enum BridgeState {
     Open,
     /// This share of the battery voltage, -1 to 1, forward positive.
     Duty(f64),
+    /// A lead is broken: no current, whatever the bridge does.
+    Disconnected,
+    /// The leads touch each other: the motor brakes itself, and a bridge at this duty chops into the short.
+    Shorted(f64),
 }
+
+/// Resistance of a short between the leads as the bridge sees it, in Ohm.
+const SHORT_OHM: f64 = 0.05;
 
 /// Forward voltage of two body diodes in series, in V.
 pub const DIODES_V: f64 = 1.6;
@@ -57,6 +64,8 @@ pub struct Motor {
     battery_share: f64,
     /// Battery voltage of the substep.
     battery_v: f64,
+    /// Current of the bridge into a short, which bypasses the armature.
+    short_a: Option<f64>,
 }
 
 /// How the motor behaves within one substep.
@@ -91,6 +100,7 @@ impl Motor {
             law: Law::Current { mean: 0.0, end: 0.0 },
             battery_share: 0.0,
             battery_v: 0.0,
+            short_a: None,
         }
     }
 
@@ -104,6 +114,11 @@ impl Motor {
         self.mean_current
     }
 
+    /// Current through the bridge, which the board measures: the armature's, but for a short.
+    pub fn bridge_current_a(&self) -> f64 {
+        self.short_a.unwrap_or(self.mean_current)
+    }
+
     /// Torque at the gearbox output over the last substep, before its friction.
     pub fn torque_n_m(&self) -> f64 {
         self.torque_constant * self.mean_current
@@ -111,7 +126,10 @@ impl Motor {
 
     /// Current the battery gave this motor over the last substep (negative: taken back).
     pub fn battery_current_a(&self) -> f64 {
-        self.battery_share * self.mean_current
+        match self.short_a {
+            None => self.battery_share * self.mean_current,
+            Some(short_a) => short_a * short_a * SHORT_OHM / self.battery_v,
+        }
     }
 
     /// Works out E and P of a substep of `h` seconds.
@@ -134,8 +152,12 @@ impl Motor {
     /// the joint's rate `rate`; `last_v` tells whether the bridge will chop.
     fn battery_load(&mut self, h: f64, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
         self.prepare(h);
-        let BridgeState::Duty(duty) = bridge else {
-            return (0.0, 0.0);
+        let duty = match bridge {
+            BridgeState::Duty(duty) => duty,
+            BridgeState::Shorted(duty) if duty != 0.0 => {
+                return (self.chop_a * self.chop_a * SHORT_OHM / last_v, 0.0);
+            }
+            _ => return (0.0, 0.0),
         };
         let conductance = (1.0 - self.share) / self.resistance;
         let emf = self.back_emf * rate;
@@ -155,12 +177,24 @@ impl Motor {
         self.prepare(h);
         self.battery_v = battery_v;
         let emf = self.back_emf * rate;
+        self.short_a = None;
         (self.law, self.battery_share) = match bridge {
             BridgeState::Duty(duty) => {
                 let volts = duty * battery_v;
                 (Law::Voltage { volts, rectified: 0.0 }, duty)
             }
             BridgeState::Open => self.open(h, battery_v + DIODES_V, emf),
+            BridgeState::Disconnected => (Law::Current { mean: 0.0, end: 0.0 }, 0.0),
+            BridgeState::Shorted(duty) => {
+                self.short_a = Some(if duty == 0.0 { 0.0 } else { self.chop_a.copysign(duty) });
+                (
+                    Law::Voltage {
+                        volts: 0.0,
+                        rectified: 0.0,
+                    },
+                    0.0,
+                )
+            }
         };
         let (constant, damping) = match self.law {
             Law::Current { mean, .. } => (self.torque_constant * mean, 0.0),

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 
-use model::board::ImuScales;
+use model::board::{BoardScales, ImuScales};
 use model::vehicle::Vehicle;
 
 use super::*;
+use crate::noise::Noise;
+use crate::terrain::Terrain;
 
 /// Scales of a board, as the drive board has them.
 pub(super) const SCALES: BoardScales = BoardScales {

@@ -81,7 +81,7 @@ impl Drive<'_> {
         let scenario = Scenario::parse("grid", &text)?;
         let plant = Plant::new(vehicle, &SCALES, scenario.terrain.clone(), scenario.seed)?;
         let mut backend = VirtualBackend::boot(vehicle, plant)?;
-        Ok(run(&scenario, &mut backend, |_| {}).trace.rows)
+        Ok(run(&scenario, &mut backend, |_| {})?.trace.rows)
     }
 }
 

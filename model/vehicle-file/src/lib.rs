@@ -8,9 +8,18 @@
 
 use std::path::Path;
 
+mod write;
+
+pub use write::to_toml;
+
+use model::board::SensorRanges;
 use model::dynamics::planar::PlanarParameters;
 use model::vehicle::{Field, ParameterError, Vehicle, VehicleParameters};
 use toml::{Table, Value};
+
+mod text;
+
+pub use text::{TEXT_MAX_BYTES, read_text};
 
 /// What is wrong with a vehicle file. Every message names the file, and where there is one the field
 /// and its allowed range.
@@ -121,9 +130,9 @@ pub enum VehicleFile {
 /// The first thing wrong with it.
 pub fn read(path: &Path) -> Result<VehicleFile, VehicleFileError> {
     let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|error| VehicleFileError::Unreadable {
+    let text = read_text(path).map_err(|reason| VehicleFileError::Unreadable {
         file: file.clone(),
-        reason: error.to_string(),
+        reason,
     })?;
     parse(&file, &text)
 }
@@ -134,6 +143,20 @@ pub fn read(path: &Path) -> Result<VehicleFile, VehicleFileError> {
 /// The first thing wrong with the file.
 pub fn read_vehicle(path: &Path) -> Result<Vehicle<f64>, VehicleFileError> {
     whole_vehicle(&path.display().to_string(), read(path)?)
+}
+
+/// Reads and checks a whole vehicle that is to be driven by a board with these sensors: every limit must lie within what
+/// they measure.
+///
+/// # Errors
+/// The first thing wrong with the file.
+pub fn read_vehicle_for(path: &Path, ranges: &SensorRanges) -> Result<Vehicle<f64>, VehicleFileError> {
+    let vehicle = read_vehicle(path)?;
+    vehicle.check_on(ranges).map_err(|error| VehicleFileError::Parameter {
+        file: path.display().to_string(),
+        error,
+    })?;
+    Ok(vehicle)
 }
 
 /// The text of the reference vehicle's file.

@@ -8,9 +8,9 @@ use firmware::drive::DriveHardware;
 use firmware::drive_board::SCALES;
 use firmware::imu::Place;
 use firmware::parameters::ParameterStore;
-use firmware::topics;
-use firmware::{analog, built_in, drive, encoders, imu, link, log_task, parameters, watchdog};
-use model::command::Request;
+use firmware::protocol::message::About;
+use firmware::topics::{self, DisarmBy};
+use firmware::{analog, built_in, drive, imu, link, log_task, parameters, watchdog};
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
@@ -24,7 +24,7 @@ use crate::board::{
 type Topics = topics::Topics<CriticalSectionRawMutex>;
 static TOPICS: Topics = Topics::new();
 
-type BoardDrive = DriveHardware<Tim1Bridges, StopContact, CoreCycles, FlightRecorder>;
+type BoardDrive = DriveHardware<QuadratureCounters, Tim1Bridges, StopContact, CoreCycles, FlightRecorder>;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -42,6 +42,7 @@ async fn main(spawner: Spawner) {
     };
     let vehicle = parameters::boot(&mut store, &built_in).await;
     let drive_hardware = DriveHardware {
+        encoders: board.encoders,
         bridges: board.bridges,
         emergency_stop: board.emergency_stop,
         cycles: board.cycles,
@@ -50,15 +51,15 @@ async fn main(spawner: Spawner) {
 
     // In the order in which the tasks run within a tick.
     let control = board::start_control_executor();
-    control.spawn(started(encoder_task(board.encoders)));
     control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
     control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
     control.spawn(started(drive_task(VehicleCore::new(&vehicle, &SCALES), drive_hardware)));
     control.spawn(started(watchdog_task(board.watchdog.start())));
 
     spawner.spawn(started(analog_task(board.analog)));
-    spawner.spawn(started(receive_task(board.link_receiver)));
-    spawner.spawn(started(send_task(board.link_sender)));
+    let about = link::about(built_in.parameters(), board.boot_number);
+    spawner.spawn(started(receive_task(board.link_receiver, about)));
+    spawner.spawn(started(send_task(board.link_sender, about.boot)));
     spawner.spawn(started(parameter_task(store, vehicle, built_in)));
     spawner.spawn(started(log_task(board.lamps)));
     spawner.spawn(started(button_task(board.user_button)));
@@ -72,11 +73,6 @@ fn started<S>(
         Ok(token) => token,
         Err(error) => defmt::panic!("a task did not start: {}", error),
     }
-}
-
-#[embassy_executor::task]
-async fn encoder_task(counters: QuadratureCounters) {
-    encoders::run(&TOPICS, counters).await;
 }
 
 #[embassy_executor::task(pool_size = 2)]
@@ -102,13 +98,13 @@ async fn analog_task(inputs: AnalogSequence) {
 }
 
 #[embassy_executor::task]
-async fn receive_task(uart: LinkReceiver) {
-    link::receive::run(&TOPICS, uart).await;
+async fn receive_task(uart: LinkReceiver, about: About) {
+    link::receive::run(&TOPICS, uart, about).await;
 }
 
 #[embassy_executor::task]
-async fn send_task(uart: LinkSender) {
-    link::send::run(&TOPICS, uart).await;
+async fn send_task(uart: LinkSender, boot: u32) {
+    link::send::run(&TOPICS, uart, boot).await;
 }
 
 // The arguments move once, at start-up, into the task's own storage.
@@ -130,8 +126,7 @@ async fn button_task(button: UserButton) {
     loop {
         ticker.next().await;
         if button.is_pressed() {
-            // If the queue is full, the next round tries again: the button is still down.
-            let _ = TOPICS.requests.try_send(Request::Disarm);
+            TOPICS.disarm.signal(DisarmBy::Button);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::mem::{offset_of, size_of};
 
-use firmware::drive::FlightRecord;
+use firmware::flight_record::FlightRecord;
 use model::command::{Command, Request};
 use model::sample::{Actuation, ImuRaw, ImuSample, Sample};
 

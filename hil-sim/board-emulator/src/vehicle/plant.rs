@@ -7,7 +7,7 @@ use model::sample::Motor;
 use plant::icm42688p::{Icm42688p, registers as register};
 use plant::{self, Plant};
 
-use super::closed_plant::ClosedPlant;
+use super::closed_plant::{ClosedPlant, millivolts};
 use crate::board::{BridgeState, ImuSensed, MOTORS, Sensed};
 
 /// Register values that turn both sensors on, with the firmware's ranges, at 1 kHz.
@@ -62,19 +62,24 @@ impl ClosedPlant for VehicleAtPins {
         Sensed {
             encoder_counts,
             imus: [arm, spar],
-            battery_mv: millivolts(battery),
-            current_mv: current.map(millivolts),
+            battery_mv: millivolts(f64::from(battery)),
+            current_mv: current.map(|count| millivolts(f64::from(count))),
+            unpowered: !plant.powers_board(),
+        }
+    }
+
+    fn configure_imus(&mut self, intf_config1: [u8; 2]) {
+        let mut plant = self.plant();
+        let [arm, spar] = intf_config1;
+        plant.arm_imu().transfer(&mut [register::INTF_CONFIG1, arm]);
+        if let Some(imu) = plant.spar_imu() {
+            imu.transfer(&mut [register::INTF_CONFIG1, spar]);
         }
     }
 
     fn fork(&self) -> Box<dyn ClosedPlant> {
         Box::new(Self(Arc::new(Mutex::new(self.plant().clone()))))
     }
-}
-
-/// The voltage in mV that converts to `count`, of 65536 at 3.3 V.
-fn millivolts(count: u16) -> u32 {
-    (f64::from(count) * 3300.0 / 65536.0).round() as u32
 }
 
 /// Reads out the plant's IMU, in the units that the emulator's IMU takes.

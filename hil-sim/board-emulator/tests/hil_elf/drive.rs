@@ -6,7 +6,6 @@ use board_emulator::board::gaps;
 use board_emulator::run::{EmulatedBackend, Settings};
 use board_emulator::vehicle::stored;
 use firmware::built_in;
-use firmware::drive_board::SCALES;
 use model::vehicle::{Vehicle, VehicleParameters};
 use plant::Plant;
 use virtual_board::scenario::trace::Row;
@@ -32,26 +31,24 @@ fn scenario(name: &str) -> Scenario {
 
 fn world(scenario: &Scenario) -> (Vehicle<f64>, Plant) {
     let vehicle = Vehicle::new(built_in::PARAMETERS.cast::<f64>()).expect("the built-in vehicle");
-    let plant =
-        Plant::new(&vehicle, &SCALES, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
+    let plant = scenario.plant(&vehicle).expect("the terrain is drivable");
     (vehicle, plant)
 }
 
 fn drive_virtual(scenario: &Scenario) -> DriveOutcome {
     let (vehicle, plant) = world(scenario);
     let mut backend = VirtualBackend::boot(&vehicle, plant).expect("the virtual board boots");
-    scenario::run(scenario, &mut backend, |_| {})
+    scenario::run(scenario, &mut backend, |_| {}).expect("a valid plant")
 }
 
 /// Drives with a vehicle that is stored in the emulated board's flash.
 fn drive_stored(scenario: &Scenario, parameters: &VehicleParameters<f64>) -> DriveOutcome {
     let vehicle = Vehicle::new(*parameters).expect("a consistent vehicle");
-    let plant =
-        Plant::new(&vehicle, &SCALES, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
+    let plant = scenario.plant(&vehicle).expect("the terrain is drivable");
     let contents = [stored::set(&vehicle).expect("consistent in single precision")];
     let mut backend =
         EmulatedBackend::power_on_with(firmware(), plant, Settings::default(), &contents).expect("the board powers up");
-    scenario::run(scenario, &mut backend, |_| {})
+    scenario::run(scenario, &mut backend, |_| {}).expect("a valid plant")
 }
 
 fn check(scenario: &Scenario, outcome: &DriveOutcome, board: &str) {
@@ -65,7 +62,7 @@ fn the_slope_drive_is_the_virtual_boards() {
     let scenario = scenario("slope-drive");
     let (_, plant) = world(&scenario);
     let mut backend = EmulatedBackend::power_on(firmware(), plant, Settings::default()).expect("the board powers up");
-    let emulated = scenario::run(&scenario, &mut backend, |_| {});
+    let emulated = scenario::run(&scenario, &mut backend, |_| {}).expect("a valid plant");
     let (found, resets) = backend
         .emulation()
         .expect("it ran to the end")
@@ -150,7 +147,7 @@ fn a_vehicle_of_another_kind_is_not_taken() {
         outcome
             .log
             .iter()
-            .any(|line| line.contains("of another firmware, built-in set")),
+            .any(|line| line.contains("belongs to another firmware, built-in set")),
         "{:#?}",
         outcome.log
     );

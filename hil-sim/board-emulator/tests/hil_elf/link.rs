@@ -1,9 +1,8 @@
 //! Noise and broken frames on the wire: nothing moves, the board keeps answering, every bad frame is counted.
 
 use board_emulator::board::BridgeState;
-use firmware::protocol::frame::{FRAME_MAX, encode};
-use firmware::protocol::message::{HostMessage, PROTOCOL_VERSION};
-use model::command::Request;
+use firmware::protocol::frame::FRAME_MAX;
+use firmware::protocol::message::Order;
 use model::supervise::arming::Mode;
 
 use crate::support::{Operator, noise, ready};
@@ -22,7 +21,7 @@ fn assert_unharmed(board: &mut Operator) {
         0,
         "nothing was taken for a request"
     );
-    assert_eq!(board.bad_frames, 0, "what the board sends stays readable");
+    assert_eq!(board.client.bad_frames, 0, "what the board sends stays readable");
 }
 
 #[test]
@@ -50,9 +49,9 @@ fn a_hundred_thousand_bytes_of_noise_move_nothing() {
     assert!(counted * 10 >= zeros * 9, "{counted} of {zeros}");
 
     board.emulation.send(&[0]).expect("the wire stands");
-    board.send(&HostMessage::Identify);
+    let asked = board.order(Order::ClearFaults).expect("identified");
     board.run(50);
-    assert_eq!(board.protocol, Some(PROTOCOL_VERSION), "it still listens");
+    assert!(board.client.answer_to(asked).is_some(), "it still listens");
 }
 
 #[test]
@@ -60,7 +59,8 @@ fn garbage_truncated_and_overlong_frames_are_counted() {
     let mut board = ready();
     board.run(20);
     let before = board.status().link.unreadable_frames();
-    let arm = encode(&HostMessage::Request(Request::Arm)).expect("it fits");
+    let now_us = board.emulation.now() / 1000;
+    let (_, arm) = board.client.order(now_us, Order::Arm).expect("identified");
 
     // Truncated: the byte before the delimiter is missing.
     let mut bytes = arm[..arm.len() - 2].to_vec();
@@ -70,7 +70,7 @@ fn garbage_truncated_and_overlong_frames_are_counted() {
     bytes.push(0);
     // One flipped bit, in every byte in turn.
     for n in 0..arm.len() - 1 {
-        let mut flipped = arm.to_vec();
+        let mut flipped = arm.clone();
         flipped[n] ^= 0x10;
         bytes.extend(flipped);
     }

@@ -1,11 +1,13 @@
 //! The flashed ELF under test, on the emulated board.
 
+mod ages;
 mod boot;
 mod budget;
 mod determinism;
 mod drive;
 mod equivalence;
 mod link;
+mod log;
 mod parameters;
 mod safety;
 mod support;

@@ -15,7 +15,7 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use firmware::built_in;
 use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, PARAMETER_SECTORS};
 use firmware::parameters::ParameterStore;
-use firmware::protocol::message::{HostMessage, ParameterAnswer, ParameterRequest};
+use firmware::protocol::message::{Order, ParameterAnswer, ParameterRequest};
 use model::vehicle::{Vehicle, VehicleParameters};
 
 use crate::support::{BATTERY_V, Operator, firmware, noise, powered, ready};
@@ -127,7 +127,7 @@ fn a_power_cut_leaves_the_old_or_the_new_set() {
         board.run(700);
         assert_eq!(read(&mut board), OLD);
         write(&mut board, NEW);
-        board.send(&HostMessage::Parameters(ParameterRequest::Store));
+        board.order(Order::Parameters(ParameterRequest::Store));
         let (states, cuts) = states_of(&mut board, span, fine);
         assert!(cuts >= 50, "{cuts}");
         assert!(states.len() >= 4, "{} different states", states.len());

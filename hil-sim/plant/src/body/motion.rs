@@ -22,7 +22,7 @@ pub struct Gravity {
 /// Sines, cosines and moments of one configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct Configuration {
-    /// Sine and cosine of the arm's angle.
+    /// Sine and cosine of the angle of the arm's centre of mass.
     pub arm: (f64, f64),
     /// Of the spar's.
     pub spar: (f64, f64),
@@ -43,7 +43,7 @@ impl Configuration {
     /// The configuration at the positions `q`.
     #[inline]
     pub fn new(inertia: &Inertia, q: &Speeds) -> Self {
-        let arm = Real::sin_cos(q[PHI]);
+        let arm = Real::sin_cos(q[PHI] + inertia.arm_offset);
         let (spar, ballast) = if inertia.has_spar {
             (Real::sin_cos(q[SPAR]), Real::sin_cos(q[BALLAST]))
         } else {
@@ -81,13 +81,14 @@ impl Configuration {
         m[LIFT][LIFT] = i.total_mass;
         m[YAW][SIDE] = self.ahead;
         m[YAW][YAW] = i.yaw + self.ahead2;
-        m[RIGHT][RIGHT] = i.wheel + i.rotor;
-        m[LEFT][LEFT] = i.wheel + i.rotor;
+        let [left, right] = i.rotor;
+        m[RIGHT][RIGHT] = i.wheel + right;
+        m[LEFT][LEFT] = i.wheel + left;
         m[PHI][FORWARD] = i.arm_first * self.arm.1;
         m[PHI][LIFT] = i.arm_first * self.arm.0;
-        m[PHI][RIGHT] = i.rotor;
-        m[PHI][LEFT] = i.rotor;
-        m[PHI][PHI] = i.arm_second + 2.0 * i.rotor;
+        m[PHI][RIGHT] = right;
+        m[PHI][LEFT] = left;
+        m[PHI][PHI] = i.arm_second + (left + right);
         if i.has_spar {
             m[FORWARD][SPAR] = i.spar_first * self.spar.1;
             m[LIFT][SPAR] = i.spar_first * self.spar.0;

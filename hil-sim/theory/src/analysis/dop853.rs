@@ -128,7 +128,7 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
             }
             let (next, error) = self.attempt(h);
             if error <= 1.0 {
-                let factor = (0.9 * error.max(1e-12).powf(-0.125)).clamp(0.2, grow);
+                let factor = (0.9 * libm::pow(error.max(1e-12), -0.125)).clamp(0.2, grow);
                 (self.t_old, self.h_old, self.x_old) = (self.t, h, self.x);
                 self.t = if last { limit } else { self.t + h };
                 self.x = next;
@@ -140,7 +140,7 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
             }
             grow = 1.0;
             let factor = if error.is_finite() {
-                (0.9 * error.powf(-0.125)).clamp(0.1, 0.9)
+                (0.9 * libm::pow(error, -0.125)).clamp(0.1, 0.9)
             } else {
                 0.1
             };

@@ -6,8 +6,8 @@ use std::rc::Rc;
 
 use embassy_time::Instant;
 use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
-use firmware::drive::{FlightRecord, Recorder};
 use firmware::drive_board::{DUTY_MAX_PERCENT, WATCHDOG_US};
+use firmware::flight_record::{FlightRecord, Recorder};
 use firmware::hardware::{
     AnalogInputs, AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Watchdog,
 };
@@ -32,6 +32,7 @@ pub struct World {
     bridges: [BridgeState; MOTORS],
     break_tripped: bool,
     fed_us: u64,
+    unpowered: bool,
 }
 
 impl World {
@@ -46,6 +47,7 @@ impl World {
             bridges: [BridgeState::Open; MOTORS],
             break_tripped: false,
             fed_us: 0,
+            unpowered: false,
         }
     }
 
@@ -58,7 +60,30 @@ impl World {
             self.plant
                 .advance((now_us - self.synced_us) as f64 * 1e-6, &self.bridges);
             self.synced_us = now_us;
+            if !self.plant.powers_board() {
+                // A bridge without its controller is open.
+                self.unpowered = true;
+                self.bridges = [BridgeState::Open; MOTORS];
+            }
         }
+    }
+
+    /// Whether the supply has failed the board since it last booted.
+    pub fn unpowered(&self) -> bool {
+        self.unpowered
+    }
+
+    /// The board starts as after power-up, its clock at 0, if its supply allows; says whether it does.
+    pub(super) fn power_up(&mut self) -> bool {
+        if !self.plant.powers_board() {
+            return false;
+        }
+        self.unpowered = false;
+        self.break_tripped = false;
+        self.lamps = (false, false);
+        self.synced_us = 0;
+        self.fed_us = 0;
+        true
     }
 
     /// The hardware break: opens the bridges without the firmware.
@@ -121,7 +146,7 @@ fn bridge(duty: i16) -> BridgeState {
 impl Bridges for Hardware {
     fn apply(&mut self, actuation: &Actuation) {
         self.now(|world| {
-            world.bridges = if actuation.enable && !world.break_tripped {
+            world.bridges = if actuation.enable && !world.break_tripped && !world.unpowered {
                 actuation.duty.map(bridge)
             } else {
                 [BridgeState::Open; MOTORS]

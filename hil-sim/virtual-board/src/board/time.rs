@@ -64,11 +64,11 @@ impl VirtualTime {
             if clock.taken.replace(true) {
                 return Err(ClockTaken);
             }
-            clock.now_us.set(0);
-            *clock.queue.borrow_mut() = Queue::new();
-            Ok(Self {
+            let time = Self {
                 _not_send: std::marker::PhantomData,
-            })
+            };
+            time.restart();
+            Ok(time)
         })
     }
 
@@ -80,6 +80,14 @@ impl VirtualTime {
     /// Wakes what is due and returns when the next alarm is due (`u64::MAX` if none is set).
     pub fn next_alarm_us(&self) -> u64 {
         CLOCK.with(|clock| clock.queue.borrow_mut().next_expiration(clock.now_us.get()))
+    }
+
+    /// Sets the clock to 0 and forgets every alarm, as a reset does: whoever set one is gone.
+    pub fn restart(&self) {
+        CLOCK.with(|clock| {
+            clock.now_us.set(0);
+            *clock.queue.borrow_mut() = Queue::new();
+        });
     }
 
     /// Moves the clock forward.

@@ -159,7 +159,17 @@ fn peak(outcome: &DriveOutcome, value: fn(&Row) -> f64) -> f64 {
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(f64::NAN, |largest: f64, value| largest.max(value.abs()))
+    // `f64::max` passes over what is not a number; a run that has one must not look good.
+    values
+        .map(f64::abs)
+        .reduce(|largest, value| {
+            if largest.is_nan() || largest >= value {
+                largest
+            } else {
+                value
+            }
+        })
+        .unwrap_or(f64::NAN)
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
@@ -169,4 +179,20 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 
 fn last(outcome: &DriveOutcome, value: fn(&Row) -> f64) -> f64 {
     outcome.trace.rows.last().map_or(f64::NAN, value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_of_values_with_one_that_is_no_number_is_no_number() {
+        let nan = f64::NAN;
+        assert_eq!(largest([1.0, -3.0, 2.0].into_iter()), 3.0);
+        for values in [[nan, 1.0, 2.0], [1.0, nan, 2.0], [1.0, 2.0, nan]] {
+            assert!(largest(values.into_iter()).is_nan(), "{values:?}");
+        }
+        assert!(largest(std::iter::empty()).is_nan());
+        assert_eq!(largest([0.0, f64::INFINITY].into_iter()), f64::INFINITY);
+    }
 }

@@ -6,16 +6,22 @@
 //! on the emulated one.
 
 pub mod backend;
+pub mod error;
 pub mod file;
 pub mod judge;
 pub mod metrics;
 pub mod outcome;
 pub mod run;
+pub mod setup;
 pub mod trace;
+pub mod wire;
+pub mod world;
 
 pub use backend::{Backend, Observation, VirtualBackend};
-pub use file::{Action, Scenario, ScenarioError, Step};
+pub use error::ScenarioError;
+pub use file::{Action, Scenario, Step};
 pub use judge::{Check, evaluate};
 pub use metrics::MetricValue;
 pub use outcome::DriveOutcome;
-pub use run::run;
+pub use run::{RunError, run};
+pub use setup::SetupError;

@@ -27,6 +27,7 @@
 //! needs pull-downs at the inputs of its bridges: the pins float until this code runs.
 
 mod analog;
+mod boot_number;
 mod bridges;
 mod clocks;
 pub mod crash;
@@ -85,6 +86,8 @@ pub type Imu = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, Del
 pub struct Board {
     /// Why the part started.
     pub reset_cause: ResetCause,
+    /// A number that differs from boot to boot.
+    pub boot_number: u32,
     /// The message of the last run, if a panic or a fault ended it.
     pub last_words: Option<crash::LastWords>,
     /// Motor bridges, open.
@@ -142,6 +145,7 @@ impl Board {
         );
         let reset_cause = reset_cause::take();
         let last_words = crash::take();
+        let boot_number = boot_number::take();
 
         let encoders = QuadratureCounters {
             left: Qei::new(p.TIM2, p.PA15, p.PB3, encoder_config()),
@@ -189,6 +193,7 @@ impl Board {
 
         Self {
             reset_cause,
+            boot_number,
             last_words,
             bridges,
             encoders,
