@@ -7,6 +7,7 @@ pub mod motor;
 pub mod spar;
 pub mod spar_law;
 pub mod speed;
+pub mod speed_controller;
 pub mod speed_law;
 pub mod steering;
 pub mod swing_damped;

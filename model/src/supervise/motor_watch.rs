@@ -6,7 +6,7 @@
 //! and its load, a current that is measured follows within a fraction of a tick. A sensor that is dead or stuck, and a
 //! motor whose lead is open, follow nothing.
 
-use super::plausibility::Persistence;
+use super::plausibility::{Persistence, Suspicion};
 use crate::bounded::Bounded;
 use crate::control::motor::MotorLimits;
 use crate::estimate::rate_filter::LowPass;
@@ -54,13 +54,15 @@ enum Answer {
 pub struct MotorWatch {
     limits: MotorLimits,
     current_limit_a: f32,
+    rad_s_per_v: f32,
     jump_counts: i64,
     last_count: Option<i64>,
     follower: Follower,
     open_ticks: u16,
     offset_a: LowPass,
     offset_found: bool,
-    contradicted: Persistence,
+    contradicted: Suspicion,
+    silent: Silence,
     dead: Persistence,
     open: Persistence,
 }
@@ -71,8 +73,14 @@ pub struct MotorWatch {
 const RESIDUAL_V: f32 = 0.35;
 const RESIDUAL_SHARE: f32 = 0.5;
 const BACK_EMF_SHARE: f32 = 0.25;
-/// Ticks for which the encoder must contradict: longer than a dead current sensor takes to be known as such.
+/// Ticks for which the encoder must contradict: longer than a dead current sensor takes to be known as such. Contradictions
+/// add up, as the loop that a dead encoder closes may swing to and fro.
 const RESIDUAL_TICKS: u16 = 250;
+/// Voltage, V, that the back-EMF may be known wrong by besides a share of the resistance drop, and the angle of the
+/// output, rad, that the motor must have turned by what is left without one edge from its encoder: a thousand edges are
+/// missing.
+const SILENT_V: f32 = 0.1;
+const SILENT_RAD: f32 = 0.1;
 /// Current at an open bridge beyond which the sensor is not believed, A; half a percent of a 60 A sensor's span.
 pub const OFFSET_MAX_A: f32 = 0.5;
 /// Ticks that a bridge must have been open before its current counts as none, and the filter of that current.
@@ -91,13 +99,15 @@ impl MotorWatch {
         Self {
             limits: MotorLimits::new(motor),
             current_limit_a: motor.current_limit_a,
+            rad_s_per_v: 1.0 / (motor.back_emf_constant_v_s_per_rad * motor.gear_ratio),
             jump_counts,
             last_count: None,
             follower: Follower::new(motor),
             open_ticks: 0,
             offset_a: LowPass::new(TICK_S, OFFSET_TIME_CONSTANT_S),
             offset_found: false,
-            contradicted: Persistence::new(RESIDUAL_TICKS),
+            contradicted: Suspicion::new(RESIDUAL_TICKS),
+            silent: Silence::default(),
             dead: Persistence::new(DEAD_TICKS),
             open: Persistence::new(OPEN_TICKS),
         }
@@ -117,6 +127,7 @@ impl MotorWatch {
         let current_offset = self.offset(applied_v.is_none(), current_a);
         let Some(voltage_v) = applied_v else {
             self.follower.reset();
+            self.silent = Silence::default();
             return MotorHealth {
                 encoder: self.contradicted.update(false) || jumped,
                 current_sensor: self.dead.update(false),
@@ -138,12 +149,16 @@ impl MotorWatch {
         let allowed_v = RESIDUAL_V + RESIDUAL_SHARE * drop_v.abs() + BACK_EMF_SHARE * back_emf_v;
         // Where the current follows nothing, the encoder is not to blame.
         let contradicts = residual_v.abs() > allowed_v && answer != Answer::Dead;
+        let surely_v = expected_v - SILENT_V - RESIDUAL_SHARE * drop_v.abs();
+        let silent = self
+            .silent
+            .update(moved != 0, surely_v * self.rad_s_per_v * TICK_S, answer);
         let driving_a = self.limits.current_a(voltage_v, rate_rad_s).abs();
         let open = driving_a > OPEN_SHARE * self.current_limit_a
             && current_a.abs() < OPEN_CURRENT_SHARE * driving_a
             && answer != Answer::Follows;
         MotorHealth {
-            encoder: self.contradicted.update(contradicts) || jumped,
+            encoder: self.contradicted.update(contradicts) || silent || jumped,
             current_sensor: self.dead.update(answer == Answer::Dead),
             current_offset,
             open: self.open.update(open),
@@ -165,6 +180,30 @@ impl MotorWatch {
             self.offset_found = self.offset_a.value().abs() > OFFSET_MAX_A;
         }
         self.offset_found
+    }
+}
+
+/// How far the motor has surely turned since its encoder's last edge: whichever way, as a loop that is closed by a dead
+/// encoder swings.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Silence {
+    ticks: u16,
+    turned_rad: f32,
+}
+
+impl Silence {
+    /// Takes one tick in which the motor surely turned by `turned_rad`, if that is positive; whether the encoder is dead.
+    /// Voltage and current tell the rate only while the current follows.
+    fn update(&mut self, moved: bool, turned_rad: f32, answer: Answer) -> bool {
+        if moved {
+            *self = Self::default();
+        } else {
+            self.ticks = self.ticks.saturating_add(1);
+            if turned_rad > 0.0 && answer == Answer::Follows {
+                self.turned_rad += turned_rad;
+            }
+        }
+        self.ticks >= RESIDUAL_TICKS && self.turned_rad > SILENT_RAD
     }
 }
 

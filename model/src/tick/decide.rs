@@ -3,7 +3,8 @@
 use crate::command::Command;
 use crate::control::LawOutput;
 use crate::control::spar::{SparController, SparState, SparTerms};
-use crate::control::speed::{SpeedController, SpeedInput};
+use crate::control::speed::SpeedInput;
+use crate::control::speed_controller::SpeedController;
 use crate::control::steering::{SteeringController, SteeringInput};
 use crate::estimate::Estimate;
 use crate::estimate::stall::Intent;
@@ -18,6 +19,9 @@ use crate::vehicle::Vehicle;
 
 /// Share of the supply that steering may take from driving.
 const STEERING_SHARE: f32 = 0.5;
+/// Voltage that probes the drive motors' current sensors, V, up for two ticks and down for two: what a current sensor
+/// must follow, however quietly the laws hold the vehicle. It moves the current by 60 mA and the vehicle by nothing.
+const PROBE_V: f32 = 0.02;
 /// Distance of the governed reference from the commanded speed, m/s, up to which the command counts as reached.
 const REFERENCE_REACHED_M_S: f32 = 0.01;
 
@@ -36,7 +40,7 @@ pub struct Decision {
     pub refused_arms: u32,
     /// What bounds the response so far: the supply and the governor.
     pub limits: LimitSet,
-    /// Voltage wanted of each motor, V; all 0 while disarmed.
+    /// Voltage wanted of each motor, V, the probe of the current sensors included; all 0 while disarmed.
     pub voltage_v: [f32; MOTORS],
     /// The ballast motor is switched off: it gets no voltage, whatever its encoder shows.
     pub ballast_off: bool,
@@ -68,6 +72,8 @@ pub(super) struct Laws {
     /// The speed aimed at in the last tick, before the governor, m/s.
     target_m_s: f32,
     duty_max: f32,
+    /// Ticks of the probe's period of four.
+    probe_ticks: u8,
 }
 
 impl Laws {
@@ -80,6 +86,7 @@ impl Laws {
             spar_off: false,
             target_m_s: 0.0,
             duty_max,
+            probe_ticks: 0,
         }
     }
 
@@ -120,6 +127,7 @@ impl Laws {
             voltage_max_v: drive_max_v,
         });
         let level = self.level(estimate, supply_v);
+        let probe_v = self.probe_v();
         let mut limits = LimitSet::EMPTY;
         limits.set(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);
         let behind_m_s = (self.speed.reference_m_s() - speed_m_s).abs();
@@ -130,8 +138,8 @@ impl Laws {
         Wish {
             limits,
             voltage_v: [
-                drive.voltage_v - turn.voltage_v,
-                drive.voltage_v + turn.voltage_v,
+                drive.voltage_v - turn.voltage_v + probe_v,
+                drive.voltage_v + turn.voltage_v + probe_v,
                 level.voltage_v,
             ],
             ballast_off: self.spar.is_none() || self.spar_off,
@@ -141,6 +149,12 @@ impl Laws {
                 spar: level.terms,
             },
         }
+    }
+
+    /// The probe of the current sensors in this tick, V.
+    fn probe_v(&mut self) -> f32 {
+        self.probe_ticks = (self.probe_ticks + 1) & 3;
+        if self.probe_ticks < 2 { PROBE_V } else { -PROBE_V }
     }
 
     /// What the spar law asks for; nothing without a spar or after a spar fault.

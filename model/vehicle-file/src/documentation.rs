@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use super::*;
+use crate::error::quoted;
 
 #[path = "../../../tests/support/generated.rs"]
 mod generated;

@@ -8,112 +8,20 @@
 
 use std::path::Path;
 
+mod error;
 mod write;
 
+pub use error::VehicleFileError;
 pub use write::to_toml;
 
 use model::board::SensorRanges;
 use model::dynamics::planar::PlanarParameters;
-use model::vehicle::{Field, ParameterError, Vehicle, VehicleParameters};
+use model::vehicle::{Field, Vehicle, VehicleParameters};
 use toml::{Table, Value};
 
 mod text;
 
 pub use text::{TEXT_MAX_BYTES, read_text};
-
-/// What is wrong with a vehicle file. Every message names the file, and where there is one the field
-/// and its allowed range.
-#[derive(Debug, thiserror::Error)]
-pub enum VehicleFileError {
-    /// The file cannot be read.
-    #[error("{file}: {reason}")]
-    Unreadable {
-        /// The file.
-        file: String,
-        /// Why.
-        reason: String,
-    },
-    /// The file is not TOML.
-    #[error("{file}: not valid TOML: {reason}")]
-    Syntax {
-        /// The file.
-        file: String,
-        /// Where and why.
-        reason: String,
-    },
-    /// A table is missing.
-    #[error("{file}: table [{table}] is missing")]
-    MissingTable {
-        /// The file.
-        file: String,
-        /// The table.
-        table: &'static str,
-    },
-    /// A field is missing.
-    #[error("{file}: {table}.{name} is missing: allowed is {min} to {max}")]
-    MissingField {
-        /// The file.
-        file: String,
-        /// The table.
-        table: &'static str,
-        /// The field.
-        name: &'static str,
-        /// Smallest allowed value.
-        min: f64,
-        /// Largest allowed value.
-        max: f64,
-    },
-    /// A field is not a number.
-    #[error("{file}: {table}.{name} is not a number: allowed is {min} to {max}")]
-    NotANumber {
-        /// The file.
-        file: String,
-        /// The table.
-        table: &'static str,
-        /// The field.
-        name: &'static str,
-        /// Smallest allowed value.
-        min: f64,
-        /// Largest allowed value.
-        max: f64,
-    },
-    /// A field that is a choice has another value.
-    #[error("{file}: {table}.{name} is not one of its choices: allowed is {}", quoted(choices))]
-    NotAChoice {
-        /// The file.
-        file: String,
-        /// The table.
-        table: &'static str,
-        /// The field.
-        name: &'static str,
-        /// The choices.
-        choices: &'static [&'static str],
-    },
-    /// A name that means nothing here.
-    #[error("{file}: unknown name `{name}`: allowed here is {allowed}")]
-    Unknown {
-        /// The file.
-        file: String,
-        /// The name with its table.
-        name: String,
-        /// The names that are known at this place.
-        allowed: String,
-    },
-    /// A value out of range, or values that contradict each other.
-    #[error("{file}: {error}")]
-    Parameter {
-        /// The file.
-        file: String,
-        /// The field, its value and what is allowed.
-        error: ParameterError,
-    },
-}
-
-/// Names as TOML writes them, commas between them.
-fn quoted(names: &[&str]) -> String {
-    let names: Vec<String> = names.iter().map(|name| format!("{name:?}")).collect();
-    names.join(", ")
-}
 
 /// What a vehicle file describes.
 #[derive(Debug, Clone, PartialEq)]
@@ -328,17 +236,15 @@ impl Reader<'_> {
         } = *field;
         let file = || self.file.to_owned();
         match self.table(table)?.get(name) {
-            Some(value) if !choices.is_empty() => {
-                value
-                    .as_str()
-                    .and_then(|value| field.value_of(value))
-                    .ok_or_else(|| VehicleFileError::NotAChoice {
-                        file: file(),
-                        table,
-                        name,
-                        choices,
-                    })
-            }
+            value if !choices.is_empty() => value
+                .and_then(Value::as_str)
+                .and_then(|value| field.value_of(value))
+                .ok_or_else(|| VehicleFileError::NotAChoice {
+                    file: file(),
+                    table,
+                    name,
+                    choices,
+                }),
             None => Err(VehicleFileError::MissingField {
                 file: file(),
                 table,

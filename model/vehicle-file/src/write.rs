@@ -19,8 +19,11 @@ pub fn to_toml<T: Real + Debug>(parameters: &VehicleParameters<T>) -> String {
             let _ = writeln!(text, "{gap}[{table}]");
             last = Some(table);
         }
-        // The shortest digits that give this number again, with a point or an exponent.
-        let _ = writeln!(text, "{} = {value:?}", field.name);
+        let _ = match field.choice(value.to_f64()) {
+            Some(choice) => writeln!(text, "{} = {choice:?}", field.name),
+            // The shortest digits that give this number again, with a point or an exponent.
+            None => writeln!(text, "{} = {value:?}", field.name),
+        };
     }
     text
 }

@@ -4,7 +4,8 @@
 //! the spar's own swing) is the virtual board's.
 
 use model::control::landing::Balance;
-use model::control::speed::{SpeedController, SpeedInput};
+use model::control::speed::SpeedInput;
+use model::control::speed_controller::SpeedController;
 use model::sample::TICK_S;
 use model::vehicle::Vehicle;
 

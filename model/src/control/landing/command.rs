@@ -23,13 +23,15 @@ pub(super) struct Command {
     speed_max_m_s: f32,
     hold: Hold,
     gain: f32,
+    /// The smoothing's time constant, in time units.
+    lag: f32,
     ramp: f32,
     reference: f32,
     acceleration: f32,
 }
 
 impl Command {
-    pub(super) fn new(control: &ControlParameters<f32>, dt_s: f32) -> Self {
+    pub(super) fn new(control: &ControlParameters<f32>, dt_s: f32, time_s: f32) -> Self {
         Self {
             speed_max_m_s: control.speed_max_m_s,
             hold: Hold::new(control.hold_kp_per_s),
@@ -38,6 +40,7 @@ impl Command {
             } else {
                 1.0
             },
+            lag: control.comfort_s / time_s,
             ramp: 0.0,
             reference: 0.0,
             acceleration: 0.0,
@@ -47,6 +50,11 @@ impl Command {
     /// The reference, nondimensional.
     pub(super) fn reference(&self) -> f32 {
         self.reference
+    }
+
+    /// Time by which the reference lags the ramp, in time units.
+    pub(super) fn lag(&self) -> f32 {
+        self.lag
     }
 
     /// Starts anew at `speed`, nondimensional.
@@ -65,12 +73,14 @@ impl Command {
         target + self.hold.speed_m_s(target, input.distance_m, slow)
     }
 
-    /// One tick towards `target`; the acceleration of the reference, g. The ramp runs ahead of the landing speed by no
-    /// more than what saturates the acceleration, so that nothing winds up.
+    /// One tick towards `target`; the acceleration of the reference, g. The reference runs ahead of the landing speed by
+    /// no more than what saturates the acceleration, and the ramp by no more than the smoothing lags besides, so that
+    /// nothing winds up.
     pub(super) fn advance(&mut self, target: f32, landing: f32, tick: f32, room: &Room, pole: f32) -> f32 {
         let step = (target - self.ramp).bounded(-room.backward * tick, room.forward * tick);
         let (least, most) = (landing - room.backward / pole, landing + room.forward / pole);
-        self.ramp = (self.ramp + step).bounded(least, most);
+        let ramp = self.ramp + step;
+        self.ramp = ramp.bounded(least - room.backward * self.lag, most + room.forward * self.lag);
         self.reference = (self.reference + self.gain * (self.ramp - self.reference)).bounded(least, most);
         // What the landing speed moves the ramp is no acceleration that anybody asked for.
         self.acceleration += self.gain * (step / tick - self.acceleration);

@@ -143,9 +143,14 @@ mod tests {
             let limit = 2.5_f32;
             let slope = libm::sincosf(beta);
             let (mut phi, mut rate) = (phi, phi_rate);
-            let first = VEHICLE.motion(libm::sincosf(phi), rate, slope);
-            // Only starts from which the torque limit stops the arm with room to spare.
-            let deceleration = -first.arm.at(-limit);
+            // Only starts from which the torque limit stops the arm with room to spare: with the least deceleration on the
+            // way, as the centripetal force and the coupling change it.
+            let deceleration = (0..=20).fold(f32::INFINITY, |least, k| {
+                let at = phi + 0.05 * k as f32 * (barrier.phi_max - phi);
+                let fastest = -VEHICLE.motion(libm::sincosf(at), rate, slope).arm.at(-limit);
+                let slowest = -VEHICLE.motion(libm::sincosf(at), 0.0, slope).arm.at(-limit);
+                least.min(fastest).min(slowest)
+            });
             prop_assume!(deceleration > 0.0 && phi + 0.5 * rate * rate / (0.9 * deceleration) < barrier.phi_max);
             for _ in 0..20_000 {
                 let motion = VEHICLE.motion(libm::sincosf(phi), rate, slope);

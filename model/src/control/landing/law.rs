@@ -5,7 +5,7 @@ use super::command::{Command, Room};
 use super::design::Design;
 use super::governor::{Barrier, Interval, grip};
 use super::observer::{RateObserver, TorqueObserver};
-use super::obstacle::{Obstacle, Push};
+use super::obstacle::{Obstacle, Push, Told};
 use crate::bounded::Bounded;
 use crate::control::LawOutput;
 use crate::control::equilibrium::{ArmAngle, Equilibrium};
@@ -18,10 +18,14 @@ const GRIP_SHARE: f32 = 0.75;
 /// Friction coefficient kept beyond what standing needs, where standing needs much of the planned share: there holding
 /// and stopping go before margin, up to the configured grip.
 const STANDING_RESERVE: f32 = 0.25;
+/// The same for speeding up uphill, which nothing forces the vehicle to do: less, and up to this share of the configured
+/// grip.
+const CLIMBING_RESERVE: f32 = 0.16;
+const CLIMBING_SHARE: f32 = 0.9;
 /// Share of the planned grip that a commanded acceleration takes; the rest is for the arm's swing.
 const STEADY_SHARE: f32 = 0.9;
-/// The same in the time after the start, START_TIME time units: a vehicle that is let go on a slope rolls back until its
-/// arm is up, and stopping goes before margin.
+/// The same while a vehicle that is told to stand is in the time after its start, START_TIME time units: let go on a slope
+/// it rolls back until its arm is up, and stopping goes before margin.
 const START_SHARE: f32 = 0.97;
 const START_TIME: f32 = 12.0;
 /// Least acceleration that is always allowed, g: the law never locks up.
@@ -120,7 +124,7 @@ impl LandingLaw {
             },
             torque_observer: TorqueObserver::new(&design, tick),
             rate_observer: RateObserver::new(&design, tick, 1.0 - libm::expf(-tick / lag)),
-            command: Command::new(&p.control, dt_s),
+            command: Command::new(&p.control, dt_s, scales.time_s),
             obstacle: Obstacle::default(),
             torque: 0.0,
             started: false,
@@ -185,7 +189,7 @@ impl LandingLaw {
         let landing = self.landing_speed(wheel_rate, arm.0, phi_rate, &home, slope);
 
         // Wanted acceleration within grip.
-        let mut room = self.room(slope);
+        let mut room = self.room(slope, landing, input.target_m_s == 0.0);
         let mut excess = 0.0;
         if stuck {
             room.forward = self.obstacle.effort();
@@ -202,8 +206,15 @@ impl LandingLaw {
             .advance(target, landing, self.tick, &room, self.design.speed);
         let acceleration = (feed_forward + self.design.speed * (self.command.reference() + excess - landing))
             .bounded(-room.backward, room.forward);
-        self.obstacle
-            .update(self.command.reference() - wheel_rate, input.distance_m, self.tick);
+        let told = Told {
+            speed: if input.target_m_s == 0.0 { 0.0 } else { target },
+            reference: self.command.reference(),
+            wheels: wheel_rate,
+            acceleration: if target < 0.0 { room.backward } else { room.forward },
+            lag: self.command.lag(),
+            distance_m: input.distance_m,
+        };
+        self.obstacle.update(&told, self.tick, self.scales.length_m);
 
         // The arm's angle for it, and the servo's torque.
         let commanded_phi = self.arm_command(acceleration, &home, slope);
@@ -278,21 +289,30 @@ impl LandingLaw {
         libm::asinf(sin.bounded(-most, most))
     }
 
-    /// What grip and the vehicle file leave to accelerate with.
-    fn room(&self, (sin_slope, cos_slope): (f32, f32)) -> Room {
+    /// What grip and the vehicle file leave to accelerate with, at the landing speed `landing`. `stands` tells that the
+    /// vehicle is told to stand.
+    fn room(&self, (sin_slope, cos_slope): (f32, f32), landing: f32, stands: bool) -> Room {
         let limits = &self.limits;
-        // Where standing alone needs more than the planned share, holding goes before margin.
-        let standing = sin_slope.abs() / cos_slope + STANDING_RESERVE;
-        let mu = standing.bounded(GRIP_SHARE * limits.grip_mu, limits.grip_mu);
+        let standing = sin_slope.abs() / cos_slope;
+        let planned = GRIP_SHARE * limits.grip_mu;
+        // Where standing alone needs more than the planned share, holding goes before margin; speeding up does not.
+        let mu = (standing + STANDING_RESERVE).bounded(planned, limits.grip_mu);
+        let climbing = (standing + CLIMBING_RESERVE).bounded(planned, CLIMBING_SHARE * limits.grip_mu);
+        let uphill = if landing * sin_slope > 0.0 { climbing } else { mu };
+        let (ahead, back) = if sin_slope > 0.0 { (uphill, mu) } else { (mu, uphill) };
+        let share = if stands && self.age < START_TIME {
+            START_SHARE
+        } else {
+            STEADY_SHARE
+        };
         let bound = |room: f32| {
             room.bounded(f32::MIN, limits.acceleration)
                 .bounded(ACCELERATION_MIN_G, f32::MAX)
         };
-        let share = if self.age < START_TIME { START_SHARE } else { STEADY_SHARE };
         Room {
             mu,
-            forward: bound(share * mu * cos_slope - sin_slope),
-            backward: bound(share * mu * cos_slope + sin_slope),
+            forward: bound(share * ahead * cos_slope - sin_slope),
+            backward: bound(share * back * cos_slope + sin_slope),
         }
     }
 

@@ -1,9 +1,15 @@
 //! Obstacles: whether the vehicle pushes against something that does not move, and how hard it may.
 
-/// A vehicle that pushes and moves by less than this distance, m, in the time STUCK_TIME (in time units) is stuck.
-const STUCK_M: f32 = 0.01;
+/// Advance, m, that counts as progress; and a way back, m, that is no rebound any more.
+const PROGRESS_M: f32 = 0.01;
+const RETREAT_M: f32 = 0.03;
+/// Share of the speed told from which on the vehicle moves.
+const MOVES_SHARE: f32 = 0.5;
+/// Speed, nondimensional, from which on a vehicle is told to move.
+const TOLD: f32 = 0.03;
 /// Speed, nondimensional, that a vehicle lacks when it pushes.
 const MISSING: f32 = 0.02;
+/// Time without progress, in time units, after which a vehicle is stuck, besides what a start takes.
 const STUCK_TIME: f32 = 2.0;
 /// Time after which a stuck vehicle gives up to push hard, in time units.
 const PUSH_TIME: f32 = 14.0;
@@ -26,37 +32,60 @@ pub(super) enum Push {
     Stuck,
 }
 
-/// Whether the vehicle pushes against something that does not move, and for how long, in time units.
+/// What the vehicle is told to do, nondimensional but for the place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Told {
+    /// The speed that the operator wants, the reference on its way there, and the wheels' present speed.
+    pub(super) speed: f32,
+    pub(super) reference: f32,
+    pub(super) wheels: f32,
+    /// The acceleration that a start has at most, g, and the time by which the command is smoothed, in time units.
+    pub(super) acceleration: f32,
+    pub(super) lag: f32,
+    /// Distance driven, m.
+    pub(super) distance_m: f32,
+}
+
+/// Whether the vehicle pushes against something that does not move, and for how long, in time units. A vehicle that
+/// bounces off an obstacle again and again is stuck as well: what counts is that it comes no further.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Obstacle {
     direction: f32,
     time: f32,
-    place_m: f32,
+    /// Time that a start may take.
+    start: f32,
+    /// The furthest place that the vehicle came to, m.
+    furthest_m: f32,
 }
 
 impl Obstacle {
-    /// `missing` is the speed that the vehicle lacks.
-    pub(super) fn update(&mut self, missing: f32, distance_m: f32, tick: f32) {
-        let direction = if missing > MISSING {
+    /// One tick, for wheels of the radius `length_m`.
+    pub(super) fn update(&mut self, told: &Told, tick: f32, length_m: f32) {
+        // Told to back off, a stuck vehicle first lowers its arm, and as long it pushes on.
+        let direction = if self.push() == Push::Stuck && self.direction * (told.reference - told.wheels) > MISSING {
+            self.direction
+        } else if told.speed > TOLD {
             1.0
-        } else if missing < -MISSING {
+        } else if told.speed < -TOLD {
             -1.0
         } else {
             0.0
         };
-        if direction == 0.0 || direction != self.direction || (distance_m - self.place_m).abs() > STUCK_M {
+        let advance_m = direction * (told.distance_m - self.furthest_m);
+        if direction == 0.0 || direction != self.direction || !(-RETREAT_M..PROGRESS_M).contains(&advance_m) {
             *self = Self {
                 direction,
                 time: 0.0,
-                place_m: distance_m,
+                start: told.lag + libm::sqrtf(4.0 * PROGRESS_M / (length_m * told.acceleration)),
+                furthest_m: told.distance_m,
             };
-        } else {
+        } else if direction * told.wheels < MOVES_SHARE * direction * told.speed {
             self.time += tick;
         }
     }
 
     pub(super) fn push(&self) -> Push {
-        if self.time > STUCK_TIME {
+        if self.time > STUCK_TIME + self.start {
             Push::Stuck
         } else if self.direction != 0.0 {
             Push::Perhaps

@@ -21,7 +21,7 @@ struct Bench {
     back_emf_factor: f32,
     current_a: f32,
     noise: u32,
-    count: i64,
+    turned_rad: f32,
 }
 
 impl Bench {
@@ -34,7 +34,7 @@ impl Bench {
             back_emf_factor,
             current_a: 0.0,
             noise: 1,
-            count: 0,
+            turned_rad: 0.0,
         }
     }
 
@@ -65,8 +65,15 @@ impl Bench {
             Wrong::EncoderReversed => -rate_rad_s,
             _ => rate_rad_s,
         } + 0.02 * self.noise();
+        self.turned_rad += TICK_S
+            * match wrong {
+                Wrong::EncoderStuck => 0.0,
+                Wrong::EncoderReversed => -rate_rad_s,
+                _ => rate_rad_s,
+            };
+        let rad_per_count = 2.0 * core::f32::consts::PI / (self.motor.encoder_counts_per_rev * self.motor.gear_ratio);
         self.watch.update(&MotorReading {
-            count: self.count,
+            count: (self.turned_rad / rad_per_count) as i64,
             applied_v: Some(voltage_v),
             current_a: measured_a,
             rate_rad_s: shown_rad_s,
@@ -125,6 +132,23 @@ fn a_stuck_or_reversed_encoder_is_found_from_a_crawl_on_and_is_no_sensors_fault(
             assert!(ticks < 400, "{speed_m_s} {wrong:?}: {ticks}");
             assert!(health.encoder && !health.current_sensor && !health.open, "{health:?}");
         }
+    }
+}
+
+/// The speed loop that a dead encoder closes swings to and fro: the contradictions never last, but they add up.
+#[test]
+fn an_encoder_that_dies_in_a_swinging_loop_is_found_within_half_a_second() {
+    for wrong in [Wrong::EncoderStuck, Wrong::EncoderReversed] {
+        let mut bench = Bench::new(1.0, 1.0);
+        let mut k = 0;
+        let found = bench.found(1000, |bench| {
+            k += 1;
+            let swing = libm::sinf(k as f32 * 0.0138);
+            bench.tick(wrong, 0.4 + 1.6 * swing, 4.0 * swing, 0.1)
+        });
+        let (ticks, health) = found.expect("found");
+        assert!(ticks < 500, "{wrong:?}: {ticks}");
+        assert!(health.encoder && !health.current_sensor && !health.open, "{health:?}");
     }
 }
 

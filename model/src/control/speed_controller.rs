@@ -1,0 +1,58 @@
+//! The speed loop under the law that the vehicle file chooses.
+
+use super::LawOutput;
+use super::landing::LandingLaw;
+use super::speed::{SpeedInput, SpeedTerms};
+use super::swing_damped::SwingDampedLaw;
+use crate::vehicle::{SpeedLawChoice, Vehicle};
+
+/// The speed loop under the law that the vehicle file names.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SpeedController {
+    /// Eq. 3.25 with what surrounds it.
+    SwingDamped(SwingDampedLaw),
+    /// The landing law.
+    Landing(LandingLaw),
+}
+
+impl SpeedController {
+    /// The loop for `vehicle`, called every `dt_s` seconds.
+    pub fn new(vehicle: &Vehicle<f32>, dt_s: f32) -> Self {
+        match vehicle.speed_law() {
+            SpeedLawChoice::SwingDamped => Self::SwingDamped(SwingDampedLaw::new(vehicle, dt_s)),
+            SpeedLawChoice::Landing => Self::Landing(LandingLaw::new(vehicle, dt_s)),
+        }
+    }
+
+    /// Starts anew at the present speed: no jump of the reference, nothing remembered.
+    pub fn reset(&mut self, speed_m_s: f32) {
+        match self {
+            Self::SwingDamped(law) => law.reset(speed_m_s),
+            Self::Landing(law) => law.reset(speed_m_s),
+        }
+    }
+
+    /// One tick: the voltage for each of the two motors within `voltage_max_v`, and its terms.
+    pub fn step(&mut self, input: &SpeedInput) -> LawOutput<SpeedTerms> {
+        match self {
+            Self::SwingDamped(law) => law.step(input),
+            Self::Landing(law) => law.step(input),
+        }
+    }
+
+    /// The governed reference, m/s.
+    pub fn reference_m_s(&self) -> f32 {
+        match self {
+            Self::SwingDamped(law) => law.reference_m_s(),
+            Self::Landing(law) => law.reference_m_s(),
+        }
+    }
+
+    /// The slope is beyond what the arm's weight can carry or the configured grip can hold.
+    pub fn slope_limited(&self) -> bool {
+        match self {
+            Self::SwingDamped(_) => false,
+            Self::Landing(law) => law.slope_limited(),
+        }
+    }
+}

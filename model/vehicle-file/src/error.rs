@@ -1,0 +1,97 @@
+//! What can be wrong with a vehicle file.
+
+use model::vehicle::ParameterError;
+
+/// What is wrong with a vehicle file. Every message names the file, and where there is one the field
+/// and its allowed range.
+#[derive(Debug, thiserror::Error)]
+pub enum VehicleFileError {
+    /// The file cannot be read.
+    #[error("{file}: {reason}")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// Why.
+        reason: String,
+    },
+    /// The file is not TOML.
+    #[error("{file}: not valid TOML: {reason}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// Where and why.
+        reason: String,
+    },
+    /// A table is missing.
+    #[error("{file}: table [{table}] is missing")]
+    MissingTable {
+        /// The file.
+        file: String,
+        /// The table.
+        table: &'static str,
+    },
+    /// A field is missing.
+    #[error("{file}: {table}.{name} is missing: allowed is {min} to {max}")]
+    MissingField {
+        /// The file.
+        file: String,
+        /// The table.
+        table: &'static str,
+        /// The field.
+        name: &'static str,
+        /// Smallest allowed value.
+        min: f64,
+        /// Largest allowed value.
+        max: f64,
+    },
+    /// A field is not a number.
+    #[error("{file}: {table}.{name} is not a number: allowed is {min} to {max}")]
+    NotANumber {
+        /// The file.
+        file: String,
+        /// The table.
+        table: &'static str,
+        /// The field.
+        name: &'static str,
+        /// Smallest allowed value.
+        min: f64,
+        /// Largest allowed value.
+        max: f64,
+    },
+    /// A field that is a choice is missing or has another value.
+    #[error("{file}: {table}.{name}: allowed is {}", quoted(choices))]
+    NotAChoice {
+        /// The file.
+        file: String,
+        /// The table.
+        table: &'static str,
+        /// The field.
+        name: &'static str,
+        /// The choices.
+        choices: &'static [&'static str],
+    },
+    /// A name that means nothing here.
+    #[error("{file}: unknown name `{name}`: allowed here is {allowed}")]
+    Unknown {
+        /// The file.
+        file: String,
+        /// The name with its table.
+        name: String,
+        /// The names that are known at this place.
+        allowed: String,
+    },
+    /// A value out of range, or values that contradict each other.
+    #[error("{file}: {error}")]
+    Parameter {
+        /// The file.
+        file: String,
+        /// The field, its value and what is allowed.
+        error: ParameterError,
+    },
+}
+
+/// Names as TOML writes them, commas between them.
+pub(crate) fn quoted(names: &[&str]) -> String {
+    let names: Vec<String> = names.iter().map(|name| format!("{name:?}")).collect();
+    names.join(", ")
+}
