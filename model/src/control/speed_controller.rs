@@ -48,6 +48,14 @@ impl SpeedController {
         }
     }
 
+    /// The law has found that the vehicle is told to drive and comes no further; Eq. 3.25 does not look.
+    pub fn is_stuck(&self) -> bool {
+        match self {
+            Self::SwingDamped(_) => false,
+            Self::Landing(law) => law.is_stuck(),
+        }
+    }
+
     /// The slope is beyond what the arm's weight can carry or the configured grip can hold.
     pub fn slope_limited(&self) -> bool {
         match self {

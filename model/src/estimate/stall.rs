@@ -23,6 +23,8 @@ pub struct Intent {
     pub target_m_s: f32,
     /// The governed reference on its way there, m/s.
     pub reference_m_s: f32,
+    /// The law has found that the vehicle comes no further, for example because it bounces off an obstacle.
+    pub stuck: bool,
 }
 
 /// What one tick changes.
@@ -51,13 +53,14 @@ impl Stall {
         let Intent {
             target_m_s,
             reference_m_s,
+            stuck,
         } = intent;
         let told = reference_m_s.abs() > TOLD_M_S;
         let stands = told && speed_m_s.abs() < MOVES_SHARE * reference_m_s.abs();
         self.stuck_ticks = if stands { self.stuck_ticks.saturating_add(1) } else { 0 };
-        if self.stuck_at_m.is_none() && self.stuck_ticks >= STUCK_TICKS {
+        if self.stuck_at_m.is_none() && (self.stuck_ticks >= STUCK_TICKS || stuck) {
             self.stuck_at_m = Some(distance_m);
-            self.forward = reference_m_s > 0.0;
+            self.forward = if stuck { target_m_s > 0.0 } else { reference_m_s > 0.0 };
         }
         if self.stuck_at_m.is_some_and(|at_m| (distance_m - at_m).abs() > FREE_M) {
             self.stuck_at_m = None;
@@ -98,6 +101,7 @@ mod tests {
         Intent {
             target_m_s: speed_m_s,
             reference_m_s: speed_m_s,
+            stuck: false,
         }
     }
 
@@ -118,6 +122,20 @@ mod tests {
             assert_eq!(stall.update(told(-reference), -0.2 * reference, 0.97), Progress::Stuck);
             assert_eq!(stall.update(told(-reference), -0.2 * reference, 0.95), Progress::Free);
         }
+    }
+
+    /// A bounce is no progress: what the law finds counts at once.
+    #[test]
+    fn a_vehicle_that_bounces_is_stuck_when_the_law_finds_it_so() {
+        let mut stall = Stall::default();
+        let bouncing = Intent {
+            stuck: true,
+            ..told(0.3)
+        };
+        assert_eq!(stall.update(told(0.3), -0.2, 1.0), Progress::Free);
+        assert_eq!(stall.update(bouncing, -0.2, 1.0), Progress::Stuck);
+        assert!(stall.stalls());
+        assert_eq!(stall.update(told(0.3), 0.2, 1.05), Progress::Free);
     }
 
     #[test]

@@ -77,10 +77,11 @@ const BACK_EMF_SHARE: f32 = 0.25;
 /// add up, as the loop that a dead encoder closes may swing to and fro.
 const RESIDUAL_TICKS: u16 = 250;
 /// Voltage, V, that the back-EMF may be known wrong by besides a share of the resistance drop, and the angle of the
-/// output, rad, that the motor must have turned by what is left without one edge from its encoder: a thousand edges are
-/// missing.
+/// output, rad, that the motor must have turned by what is left while its encoder stays within this many edges, as with
+/// one of its two lines dead: a thousand edges are missing.
 const SILENT_V: f32 = 0.1;
 const SILENT_RAD: f32 = 0.1;
+const SILENT_COUNTS: u64 = 4;
 /// Current at an open bridge beyond which the sensor is not believed, A; half a percent of a 60 A sensor's span.
 pub const OFFSET_MAX_A: f32 = 0.5;
 /// Ticks that a bridge must have been open before its current counts as none, and the filter of that current.
@@ -106,7 +107,7 @@ impl MotorWatch {
             open_ticks: 0,
             offset_a: LowPass::new(TICK_S, OFFSET_TIME_CONSTANT_S),
             offset_found: false,
-            contradicted: Suspicion::new(RESIDUAL_TICKS),
+            contradicted: Suspicion::even(RESIDUAL_TICKS),
             silent: Silence::default(),
             dead: Persistence::new(DEAD_TICKS),
             open: Persistence::new(OPEN_TICKS),
@@ -150,9 +151,7 @@ impl MotorWatch {
         // Where the current follows nothing, the encoder is not to blame.
         let contradicts = residual_v.abs() > allowed_v && answer != Answer::Dead;
         let surely_v = expected_v - SILENT_V - RESIDUAL_SHARE * drop_v.abs();
-        let silent = self
-            .silent
-            .update(moved != 0, surely_v * self.rad_s_per_v * TICK_S, answer);
+        let silent = self.silent.update(count, surely_v * self.rad_s_per_v * TICK_S, answer);
         let driving_a = self.limits.current_a(voltage_v, rate_rad_s).abs();
         let open = driving_a > OPEN_SHARE * self.current_limit_a
             && current_a.abs() < OPEN_CURRENT_SHARE * driving_a
@@ -183,10 +182,11 @@ impl MotorWatch {
     }
 }
 
-/// How far the motor has surely turned since its encoder's last edge: whichever way, as a loop that is closed by a dead
+/// How far the motor has surely turned since its encoder last moved on: whichever way, as a loop that is closed by a dead
 /// encoder swings.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Silence {
+    count: i64,
     ticks: u16,
     turned_rad: f32,
 }
@@ -194,9 +194,12 @@ struct Silence {
 impl Silence {
     /// Takes one tick in which the motor surely turned by `turned_rad`, if that is positive; whether the encoder is dead.
     /// Voltage and current tell the rate only while the current follows.
-    fn update(&mut self, moved: bool, turned_rad: f32, answer: Answer) -> bool {
-        if moved {
-            *self = Self::default();
+    fn update(&mut self, count: i64, turned_rad: f32, answer: Answer) -> bool {
+        if count.wrapping_sub(self.count).unsigned_abs() > SILENT_COUNTS {
+            *self = Self {
+                count,
+                ..Self::default()
+            };
         } else {
             self.ticks = self.ticks.saturating_add(1);
             if turned_rad > 0.0 && answer == Answer::Follows {

@@ -33,6 +33,7 @@ impl Persistence {
 pub struct Suspicion {
     level: u16,
     limit: u16,
+    weight: u16,
 }
 
 /// How much more a bad tick counts than a good one.
@@ -42,16 +43,26 @@ impl Suspicion {
     /// Trips after `ticks` bad ticks in a row, later with good ticks among them, and never while good ticks are
     /// three times as many as bad ones.
     pub const fn new(ticks: u16) -> Self {
+        Self::weighing(ticks, BAD_WEIGHT)
+    }
+
+    /// The same, but never while good ticks are as many as bad ones.
+    pub const fn even(ticks: u16) -> Self {
+        Self::weighing(ticks, 1)
+    }
+
+    const fn weighing(ticks: u16, weight: u16) -> Self {
         Self {
             level: 0,
-            limit: ticks.saturating_mul(BAD_WEIGHT),
+            limit: ticks.saturating_mul(weight),
+            weight,
         }
     }
 
     /// Takes one tick's verdict; true while the suspicion stands.
     pub fn update(&mut self, bad: bool) -> bool {
         self.level = if bad {
-            self.level.saturating_add(BAD_WEIGHT).min(self.limit)
+            self.level.saturating_add(self.weight).min(self.limit)
         } else {
             self.level.saturating_sub(1)
         };

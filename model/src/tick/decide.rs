@@ -173,11 +173,12 @@ impl Laws {
         }
     }
 
-    /// What the speed law was told in the last tick.
+    /// What the speed law was told, and what it found, in the last tick.
     pub(super) fn intent(&self) -> Intent {
         Intent {
             target_m_s: self.target_m_s,
             reference_m_s: self.speed.reference_m_s(),
+            stuck: self.speed.is_stuck(),
         }
     }
 

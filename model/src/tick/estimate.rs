@@ -35,6 +35,7 @@ pub(super) struct Estimator {
     stall: Stall,
     /// Sine of the slope before the vehicle began to hesitate.
     free_sin_slope: f32,
+    trail: Trail,
     theta_acceleration: LowPass,
     roll: LowPass,
     weighs: Persistence,
@@ -44,6 +45,13 @@ pub(super) struct Estimator {
     spar_calibration: Calibration<1>,
     ballast_offset_rad: f32,
     last_heading_rad: f32,
+}
+
+/// The slope that the vehicle had a little way back, m: one that bounces off an obstacle takes it for a hill.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Trail {
+    place_m: f32,
+    sin_slope: f32,
 }
 
 /// What gyro and encoders show of one tick.
@@ -68,6 +76,8 @@ const STOPPED_ARM_RAD_S: f32 = 0.2;
 /// Wheel and arm rates below which the vehicle stands still.
 const REST_WHEEL_RAD_S: f32 = 0.03;
 const REST_ARM_RAD_S: f32 = 0.05;
+/// Distance after which the slope is noted again, m.
+const TRAIL_M: f32 = 0.05;
 /// Ticks in a row for which the vehicle must stand still to be at rest.
 const STILL_TICKS: u16 = 100;
 /// Time constant of the axle acceleration's filter.
@@ -113,6 +123,7 @@ impl Estimator {
             traction: Traction::new(TICK_S, p.body.half_track_m),
             stall: Stall::default(),
             free_sin_slope: 0.0,
+            trail: Trail::default(),
             weighs: Persistence::new(WEIGHT_TICKS),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
             roll: LowPass::new(TICK_S, ROLL_TIME_CONSTANT_S),
@@ -308,8 +319,18 @@ impl Estimator {
             // Behind the obstacle the ground goes on as before it.
             self.slope.reset(self.free_sin_slope);
         }
-        if progress == Progress::Free {
-            self.free_sin_slope = self.slope.sin();
+        let driven_m = self.odometry.distance_m() - self.trail.place_m;
+        if progress == Progress::Free && (driven_m.abs() > TRAIL_M || intent.target_m_s == 0.0) {
+            let standing = intent.target_m_s == 0.0;
+            self.free_sin_slope = if standing {
+                self.slope.sin()
+            } else {
+                self.trail.sin_slope
+            };
+            self.trail = Trail {
+                place_m: self.odometry.distance_m(),
+                sin_slope: self.slope.sin(),
+            };
         }
         progress
     }

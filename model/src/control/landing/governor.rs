@@ -1,6 +1,6 @@
 //! What bounds the torque: the ground's grip, and the arm's barrier, which goes before grip.
 
-use super::balance::Motion;
+use super::balance::{Balance, Motion};
 use crate::bounded::Bounded;
 
 /// An interval of torques.
@@ -60,47 +60,73 @@ pub fn grip(motion: &Motion<f32>, mu: f32) -> Interval {
     torques
 }
 
+/// Share of the deceleration at the barrier itself that braking plans with: what is left makes up for the tick and for
+/// the coupling on the way there.
+const BRAKING_SHARE: f32 = 0.85;
+
 /// The arm's barrier: the arm is always able to stop before `phi_max`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Barrier {
-    /// Angle that the arm is not to pass, rad, > 0.
-    pub phi_max: f32,
+    balance: Balance<f32>,
+    phi_max: f32,
+    arm: (f32, f32),
+    torque: f32,
 }
 
 impl Barrier {
-    /// `torque` within `torques`; or, if no torque within stops an arm that swings outwards in time, the torque that does.
+    /// A barrier at the angle `phi_max`, rad, > 0, for a vehicle whose motors give at most `torque`.
+    pub fn new(balance: &Balance<f32>, phi_max: f32, torque: f32) -> Self {
+        Self {
+            balance: *balance,
+            phi_max,
+            arm: libm::sincosf(phi_max),
+            torque,
+        }
+    }
+
+    /// `torque` within `torques`; or, if an arm that swings outwards is to be stopped now, the torque that does.
     ///
-    /// An arm at the rate phi' that decelerates with D stops after phi'^2 / (2 D). While the deceleration that
-    /// `torques` allow stops the arm within what is left to `phi_max`, nothing is changed. Else the torque is the one
-    /// whose deceleration just does: `D = phi'^2 / (2 (phi_max - |phi|))`. Beyond the barrier it is all the torque there
-    /// is: the caller bounds it.
-    pub fn guard(&self, motion: &Motion<f32>, phi: f32, phi_rate: f32, torque: f32, torques: Interval) -> f32 {
+    /// An arm at the rate phi' that decelerates with D stops after phi'^2 / (2 D). While that which the motors can give
+    /// at the barrier, and that which `torques` allow now, stop the arm within what is left to `phi_max`, nothing is
+    /// changed. Else the torque is the one whose deceleration just does: `D = phi'^2 / (2 (phi_max - |phi|))`. Beyond
+    /// the barrier it is all that there is.
+    pub fn guard(
+        &self,
+        motion: &Motion<f32>,
+        (phi, phi_rate): (f32, f32),
+        slope: (f32, f32),
+        torque: f32,
+        torques: Interval,
+    ) -> f32 {
         let inside = if torques.is_empty() {
             torque
         } else {
             torques.nearest(torque)
         };
         let outwards = if phi_rate < 0.0 { -1.0 } else { 1.0 };
-        let left = self.phi_max - outwards * phi;
         if outwards * phi < 0.0 || phi_rate == 0.0 {
-            return inside;
+            return inside.bounded(-self.torque, self.torque);
         }
+        let left = self.phi_max - outwards * phi;
         if left <= 0.0 {
-            return -outwards * f32::MAX;
+            return -outwards * self.torque;
         }
         let needed = 0.5 * phi_rate * phi_rate / left;
+        let there = self.balance.motion((outwards * self.arm.0, self.arm.1), 0.0, slope);
+        let possible_there = -BRAKING_SHARE * outwards * there.arm.at(-outwards * self.torque);
         // The deceleration is greatest at the end of the interval that pulls against the swing.
         let pulling = if outwards > 0.0 { torques.least } else { torques.most };
         let possible = -outwards * motion.arm.at(pulling);
-        if !torques.is_empty() && possible >= needed {
-            return inside;
+        if !torques.is_empty() && possible >= needed && possible_there >= needed {
+            return inside.bounded(-self.torque, self.torque);
         }
         let stopping = motion.arm.solve(-outwards * needed);
-        if outwards > 0.0 {
+        let within = if outwards > 0.0 {
             inside.bounded(f32::MIN, stopping)
         } else {
             inside.bounded(stopping, f32::MAX)
-        }
+        };
+        within.bounded(-self.torque, self.torque)
     }
 }
 
@@ -109,8 +135,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::control::landing::balance::Balance;
-
     const VEHICLE: Balance<f32> = Balance {
         mass: 1.3,
         alpha_l: 0.72,
@@ -139,8 +163,8 @@ mod tests {
         fn an_arm_that_can_be_stopped_stops_before_the_barrier(
             phi in 0.0_f32..1.2, phi_rate in 0.0_f32..3.0, beta in -0.3_f32..0.3, wanted in -1.0_f32..1.0,
         ) {
-            let barrier = Barrier { phi_max: 1.35 };
             let limit = 2.5_f32;
+            let barrier = Barrier::new(&VEHICLE, 1.35, limit);
             let slope = libm::sincosf(beta);
             let (mut phi, mut rate) = (phi, phi_rate);
             // Only starts from which the torque limit stops the arm with room to spare: with the least deceleration on the
@@ -151,10 +175,10 @@ mod tests {
                 let slowest = -VEHICLE.motion(libm::sincosf(at), 0.0, slope).arm.at(-limit);
                 least.min(fastest).min(slowest)
             });
-            prop_assume!(deceleration > 0.0 && phi + 0.5 * rate * rate / (0.9 * deceleration) < barrier.phi_max);
+            prop_assume!(deceleration > 0.0 && phi + 0.5 * rate * rate / (0.8 * deceleration) < barrier.phi_max);
             for _ in 0..20_000 {
                 let motion = VEHICLE.motion(libm::sincosf(phi), rate, slope);
-                let torque = barrier.guard(&motion, phi, rate, wanted, grip(&motion, 0.45)).bounded(-limit, limit);
+                let torque = barrier.guard(&motion, (phi, rate), slope, wanted, grip(&motion, 0.45));
                 rate += 0.001 * motion.arm.at(torque);
                 phi += 0.001 * rate;
                 prop_assert!(phi < barrier.phi_max + 0.01, "{phi} {rate}");
@@ -168,10 +192,11 @@ mod tests {
     #[test]
     fn without_a_swing_the_barrier_changes_nothing() {
         let motion = VEHICLE.motion(libm::sincosf(0.5), 0.0, (0.0, 1.0));
-        let barrier = Barrier { phi_max: 1.3 };
-        assert_eq!(barrier.guard(&motion, 0.5, 0.0, 0.3, Interval::ALL), 0.3);
+        let barrier = Barrier::new(&VEHICLE, 1.3, 2.5);
+        let level = (0.0, 1.0);
+        assert_eq!(barrier.guard(&motion, (0.5, 0.0), level, 0.3, Interval::ALL), 0.3);
         // A fast arm beyond the barrier gets all there is, against its swing.
-        assert!(barrier.guard(&motion, 1.31, 1.0, 0.3, Interval::ALL) < -1e30);
-        assert!(barrier.guard(&motion, -1.31, -1.0, 0.3, Interval::ALL) > 1e30);
+        assert_eq!(barrier.guard(&motion, (1.31, 1.0), level, 0.3, Interval::ALL), -2.5);
+        assert_eq!(barrier.guard(&motion, (-1.31, -1.0), level, 0.3, Interval::ALL), 2.5);
     }
 }

@@ -76,7 +76,6 @@ pub struct LandingLaw {
 struct Limits {
     acceleration: f32,
     grip_mu: f32,
-    torque: f32,
     working_sin_phi: f32,
     standing_sin_phi: f32,
     barrier: Barrier,
@@ -95,15 +94,17 @@ impl LandingLaw {
         let torque_limit_n_m =
             2.0 * motor.current_limit_a * motor.torque_constant_n_m_per_a * motor.gear_ratio * CURRENT_SHARE;
         let phi_max = p.safety.phi_max_rad;
+        let balance = Balance {
+            mass,
+            alpha_l,
+            alpha_l2: alpha_l * planar.l,
+            mu: planar.mu,
+            nu: planar.nu,
+        };
+        let torque = torque_limit_n_m / scales.torque_n_m;
         Self {
             scales,
-            balance: Balance {
-                mass,
-                alpha_l,
-                alpha_l2: alpha_l * planar.l,
-                mu: planar.mu,
-                nu: planar.nu,
-            },
+            balance,
             equilibrium: Equilibrium {
                 alpha_l,
                 mass,
@@ -115,12 +116,9 @@ impl LandingLaw {
             limits: Limits {
                 acceleration: p.control.acceleration_max_m_s2 / GRAVITY_M_S2 as f32,
                 grip_mu: p.control.grip_mu,
-                torque: torque_limit_n_m / scales.torque_n_m,
                 working_sin_phi: sine(WORKING_SHARE * phi_max),
                 standing_sin_phi: sine(phi_max - STANDING_MARGIN_RAD),
-                barrier: Barrier {
-                    phi_max: phi_max - BARRIER_MARGIN_RAD,
-                },
+                barrier: Barrier::new(&balance, phi_max - BARRIER_MARGIN_RAD, torque),
             },
             torque_observer: TorqueObserver::new(&design, tick),
             rate_observer: RateObserver::new(&design, tick, 1.0 - libm::expf(-tick / lag)),
@@ -143,6 +141,11 @@ impl LandingLaw {
     /// The governed reference, m/s.
     pub fn reference_m_s(&self) -> f32 {
         self.command.reference() * self.scales.speed_m_s
+    }
+
+    /// The vehicle is told to drive and comes no further.
+    pub fn is_stuck(&self) -> bool {
+        self.obstacle.push() == Push::Stuck
     }
 
     /// The slope is beyond what the arm's weight can carry or the configured grip can hold.
@@ -230,8 +233,7 @@ impl LandingLaw {
         let torque = self
             .limits
             .barrier
-            .guard(&motion, phi, phi_rate, servo_torque, gripping)
-            .bounded(-self.limits.torque, self.limits.torque);
+            .guard(&motion, (phi, phi_rate), slope, servo_torque, gripping);
         let disturbance = self.torque_observer.torque();
         let damping = self.zeta * (wheel_rate + phi_rate);
         let voltage = (torque - disturbance + damping).bounded(-voltage_max, voltage_max);
