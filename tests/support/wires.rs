@@ -1,4 +1,5 @@
 //! Wires in memory for the link tool: to the virtual board, to scripted boards, and to a board gone mad.
+#![allow(dead_code)] // Each test binary uses its part.
 
 use std::cell::RefCell;
 use std::io;

@@ -1,4 +1,5 @@
 //! `hil-sim link`: talks to a drive board over its serial port.
+#![deny(clippy::print_stdout)] // A closed output is an error, not a panic: everything goes through the console.
 
 use std::fs;
 use std::io::{self, Write};
@@ -100,11 +101,23 @@ enum ParameterAction {
 /// [`CommandError::Input`] for a number, port, file or parameter that is not good, [`CommandError::Checks`] when the
 /// board refuses, reports a fault or falls silent, [`CommandError::Other`] when the output is closed.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let begin = |port: &str| Ok(Link::new(Port::open(port)?, nonce(), interrupts()?));
+    run_on(arguments, begin, &mut Console(io::stdout()))
+}
+
+/// Runs the command in the conversation that `begin` begins at the port of the command line. The conversation's wire
+/// has the clock, and the console is the only output.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_on<W: Wire, O: Write>(
+    arguments: &Arguments,
+    begin: impl FnOnce(&str) -> Result<Link<W>, CommandError>,
+    console: &mut Console<O>,
+) -> Result<(), CommandError> {
     // Whatever is wrong with the command line is told before the port opens.
     let job = Job::new(&arguments.action)?;
-    let wire = Port::open(&arguments.port)?;
-    let link = Link::new(wire, nonce(), interrupts()?);
-    job.run(link, &mut Console(io::stdout()))
+    job.run(begin(&arguments.port)?, console)
 }
 
 /// A number that no tool has used before on this board: of the time and the process.
