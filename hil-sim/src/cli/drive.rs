@@ -77,7 +77,7 @@ struct Json<'a> {
 /// leaves its bounds.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     match (arguments.board, &arguments.firmware) {
-        (BoardKind::Emulated, _) => emulated::run(),
+        (BoardKind::Emulated, firmware) => emulated::run(firmware.as_deref()),
         (BoardKind::Virtual, Some(_)) => Err(CommandError::Input(
             "--firmware: the virtual board runs the tasks it was built with; an ELF runs with --board emulated".into(),
         )),
