@@ -24,10 +24,10 @@ pub struct BoardScales {
     pub imu: ImuScales,
 }
 
-#[cfg(test)]
 impl BoardScales {
-    /// Scales for tests: round numbers, but for those whose rounding matters.
-    pub(crate) const TEST: Self = Self {
+    /// Scales of no board in particular, for tests and examples: round numbers, but for those whose rounding
+    /// matters.
+    pub const EXAMPLE: Self = Self {
         battery_v_per_count: 66.0 / 65536.0,
         current_a_per_count: 120.0 / 65536.0,
         current_zero_count: 32768,

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use model::board::{BoardScales, ImuScales};
+use model::board::BoardScales;
 use model::vehicle::Vehicle;
 
 use super::*;
@@ -10,16 +10,7 @@ use crate::noise::Noise;
 use crate::terrain::Terrain;
 
 /// Scales of a board, as the drive board has them.
-pub(super) const SCALES: BoardScales = BoardScales {
-    battery_v_per_count: 66.0 / 65536.0,
-    current_a_per_count: 120.0 / 65536.0,
-    current_zero_count: 32768,
-    duty_max: 0.94,
-    imu: ImuScales {
-        gyro_lsb_per_deg_s: 32.8,
-        accel_lsb_per_g: 4096.0,
-    },
-};
+pub(super) const SCALES: BoardScales = BoardScales::EXAMPLE;
 
 /// The reference vehicle.
 pub(super) fn reference_vehicle() -> Vehicle<f64> {

@@ -21,7 +21,7 @@ fn assert_unharmed(board: &mut Operator) {
         0,
         "nothing was taken for a request"
     );
-    assert_eq!(board.client.bad_frames, 0, "what the board sends stays readable");
+    assert_eq!(board.client.unreadable_frames, 0, "what the board sends stays readable");
 }
 
 #[test]

@@ -84,10 +84,10 @@ const METRICS: &[(&str, Measure)] = &[
     ("faults", |o| last(o, |r| f64::from(r.status.faults.bits()))),
     ("refused_arms", |o| last(o, |r| f64::from(r.status.refused_arms))),
     ("late_ticks", |o| last(o, |r| f64::from(r.status.late_ticks))),
-    ("board_bad_frames", |o| {
+    ("board_unreadable_frames", |o| {
         last(o, |r| f64::from(r.link.unreadable_frames()))
     }),
-    ("host_bad_frames", |o| o.bad_frames as f64),
+    ("host_unreadable_frames", |o| o.unreadable_frames as f64),
     ("unarmed_drive_ms", |o| o.unarmed_drive_ms as f64),
     ("emergency_stop_ms", |o| {
         o.emergency_stop_ms.map_or(f64::NAN, |ms| ms as f64)

@@ -9,8 +9,8 @@ pub struct DriveOutcome {
     pub trace: Trace,
     /// The firmware's log.
     pub log: Vec<String>,
-    /// States that the link could not read.
-    pub bad_frames: u64,
+    /// Frames from the board that the host could not read.
+    pub unreadable_frames: u64,
     /// Milliseconds in which a bridge was on although the vehicle had not been armed.
     pub unarmed_drive_ms: u64,
     /// Milliseconds from an emergency stop to the bridges being off, if there was one.

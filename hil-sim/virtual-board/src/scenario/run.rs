@@ -112,7 +112,7 @@ pub fn run(
         }
     }
     let mut outcome = observer.outcome;
-    outcome.bad_frames = observer.client.bad_frames;
+    outcome.unreadable_frames = observer.client.unreadable_frames;
     outcome.log = backend.log();
     Ok(outcome)
 }

@@ -18,7 +18,7 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         Self {
-            supervisor: Supervisor::new(&reference(), &BoardScales::TEST),
+            supervisor: Supervisor::new(&reference(), &BoardScales::EXAMPLE),
             sensed: Sensed {
                 time_us: 0,
                 relative_rate_rad_s: [0.0; MOTORS],
@@ -201,7 +201,7 @@ fn a_vehicle_without_a_spar_has_no_spar_faults() {
     parameters.spar = None;
     let vehicle = Vehicle::new(parameters).expect("valid");
     let mut bench = Bench::new();
-    bench.supervisor = Supervisor::new(&vehicle, &BoardScales::TEST);
+    bench.supervisor = Supervisor::new(&vehicle, &BoardScales::EXAMPLE);
     bench.alive[1] = false;
     bench.estimate.spar_rad = 2.0;
     bench.sensed.encoder_counts[2] += 10_000;
