@@ -8,6 +8,7 @@ use std::process::Command;
 use firmware::drive_board;
 use firmware::protocol::frame::encode;
 use firmware::protocol::message::{Envelope, HostMessage, Order, OrderId};
+use model::command::DriveCommand;
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::fault::SensorFault;
 use plant::settings::{BoardSettings, DriveSettings, ImuSettings, Setting};
@@ -146,10 +147,7 @@ fn the_architecture_page_shows_a_frame() {
         sequence: 2,
     };
     let envelope = Envelope { id, given_at_us: 300 };
-    let order = Order::Drive {
-        speed_m_s,
-        yaw_rate_rad_s,
-    };
+    let order = Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s));
     let message = HostMessage::Order { envelope, order };
     let bytes: Vec<String> = encode(&message)
         .expect("fits")

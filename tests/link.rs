@@ -24,7 +24,7 @@ use support::Bench;
 use wires::{HOST_START_US, READ_US, messages};
 
 /// After this time a test gives up instead of hanging; nothing is measured by it.
-const GIVE_UP: Duration = Duration::from_secs(120);
+const GIVE_UP: Duration = Duration::from_mins(2);
 
 /// The command line of `hil-sim link`.
 #[derive(Parser)]

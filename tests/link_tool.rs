@@ -14,6 +14,7 @@ use hil_sim::cli::link::console::Console;
 use hil_sim::cli::link::drive::{Drive, check_seconds};
 use hil_sim::cli::link::session::{Link, SILENCE_US};
 use hil_sim::cli::link::wire::Wire;
+use model::command::Request;
 use report::error::CommandError;
 
 mod support;
@@ -216,7 +217,15 @@ fn numbers_are_checked_before_anything_happens() {
     assert_eq!(refused.exit_code(), 2, "{refused}");
     let arms = messages(&sent.borrow())
         .iter()
-        .filter(|message| matches!(message, HostMessage::Order { order: Order::Arm, .. }))
+        .filter(|message| {
+            matches!(
+                message,
+                HostMessage::Order {
+                    order: Order::Request(Request::Arm),
+                    ..
+                }
+            )
+        })
         .count();
     assert_eq!(arms, 0);
 }
@@ -294,7 +303,7 @@ fn an_answer_of_another_number_is_no_answer() {
         )]
     }));
     link.identify().expect("answers");
-    let told = link.order(Order::ClearFaults).expect_err("no answer");
+    let told = link.order(Order::Request(Request::ClearFaults)).expect_err("no answer");
     assert!(told.to_string().contains("did not answer ClearFaults"), "{told}");
 }
 

@@ -15,7 +15,7 @@ use crate::orders::Orders;
 use crate::protocol::message::TickCycles;
 use crate::records::recorder::TickRecorder;
 use crate::ticks::every_tick;
-use crate::topics::{DriveCommand, Topics};
+use crate::topics::Topics;
 
 /// Longest time that a tick waits for its sample of the arm IMU before it goes on without.
 const IMU_WAIT: Duration = Duration::from_micros(400);
@@ -139,15 +139,10 @@ fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, emergency_stop: bool, b
 
 /// The command as it stands in this tick.
 fn command<M: RawMutex>(topics: &Topics<M>, now: Instant, request: Request) -> Command {
-    let (command, age_us) = topics.command.with_age(now);
-    let DriveCommand {
-        speed_m_s,
-        yaw_rate_rad_s,
-    } = command.unwrap_or_default();
+    let (drive, age_us) = topics.command.with_age(now);
     let parameters_pending = topics.parameters_pending.latest().is_some_and(|pending| pending.value);
     Command {
-        speed_m_s,
-        yaw_rate_rad_s,
+        drive: drive.unwrap_or_default(),
         age_us,
         request,
         parameters_pending,

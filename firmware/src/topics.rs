@@ -8,6 +8,7 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
+use model::command::{DriveCommand, Request};
 use model::sample::{ImuRaw, MOTORS};
 use model::status::Status;
 use model::vehicle::Vehicle;
@@ -68,15 +69,6 @@ impl<M: RawMutex, T: Copy> Default for Topic<M, T> {
     }
 }
 
-/// A drive command as the operator sent it. Both numbers are finite: the receiving task drops others.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct DriveCommand {
-    /// Speed, m/s.
-    pub speed_m_s: f32,
-    /// Yaw rate, rad/s, anticlockwise positive.
-    pub yaw_rate_rad_s: f32,
-}
-
 /// Who wants the bridges open.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DisarmBy {
@@ -84,6 +76,32 @@ pub enum DisarmBy {
     Host(OrderId),
     /// Somebody beside the vehicle, by the board's button.
     Button,
+}
+
+/// The host's orders that ask something of the arming state machine: of each kind the newest, until the control task
+/// takes it.
+#[allow(missing_debug_implementations)] // Signals have none.
+pub struct Requests<M: RawMutex>([Signal<M, OrderId>; Request::ALL.len()]);
+
+impl<M: RawMutex> Requests<M> {
+    const fn new() -> Self {
+        Self([const { Signal::new() }; Request::ALL.len()])
+    }
+
+    /// Leaves an order to the control task. Returns whether an order of the same kind still waited there, which is
+    /// dropped: once is enough.
+    pub fn put(&self, request: Request, id: OrderId) -> bool {
+        self.0.get(request as usize).is_some_and(|waiting| {
+            let replaced = waiting.signaled();
+            waiting.signal(id);
+            replaced
+        })
+    }
+
+    /// Takes the order that asks for this request, if it waits.
+    pub fn take(&self, request: Request) -> Option<OrderId> {
+        self.0.get(request as usize)?.try_take()
+    }
 }
 
 /// A request about parameters, and the order that made it.
@@ -126,15 +144,14 @@ pub struct Topics<M: RawMutex> {
     pub encoders: Topic<M, [i64; MOTORS]>,
     /// Analogue readings.
     pub analog: Topic<M, AnalogReading>,
-    /// The latest drive command, stamped with the time at which the operator gave it.
+    /// The latest drive command, stamped with the time at which the operator gave it. Every quantity is a number: the
+    /// receiving task drops other commands.
     pub command: Topic<M, DriveCommand>,
     /// Somebody wants the bridges open. The wish has its own place, which nothing else fills, and the control task
     /// looks there first.
     pub disarm: Signal<M, DisarmBy>,
-    /// The host's order to arm.
-    pub arm: Signal<M, OrderId>,
-    /// The host's order to clear faults.
-    pub clear_faults: Signal<M, OrderId>,
+    /// The host's requests to the arming state machine, but for Disarm.
+    pub requests: Requests<M>,
     /// The host's requests about parameters.
     pub parameter_requests: Channel<M, Asked, 4>,
     /// Answers to the host's orders, in order of their sending.
@@ -174,8 +191,7 @@ impl<M: RawMutex> Topics<M> {
             analog: Topic::new(),
             command: Topic::new(),
             disarm: Signal::new(),
-            arm: Signal::new(),
-            clear_faults: Signal::new(),
+            requests: Requests::new(),
             parameter_requests: Channel::new(),
             answers: Channel::new(),
             parameters_pending: Topic::new(),

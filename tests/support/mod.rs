@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use firmware::drive_board::SCALES;
 use firmware::protocol::message::{Answer, BoardStatus, COMMAND_PERIOD_MS, Order};
-use model::command::Request;
+use model::command::{DriveCommand, Request};
 use model::status::Status;
 use model::supervise::arming::Mode;
 use model::vehicle::Vehicle;
@@ -70,10 +70,7 @@ impl Bench {
                     self.put(&frame);
                 }
                 if let Some([speed_m_s, yaw_rate_rad_s]) = self.drive {
-                    self.order(Order::Drive {
-                        speed_m_s,
-                        yaw_rate_rad_s,
-                    });
+                    self.order(Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s)));
                 }
             }
             while let Some((_, bytes)) = self.to_board.pop_front_if(|(due_ms, _)| *due_ms <= self.ms) {
@@ -145,10 +142,10 @@ impl Bench {
         match request {
             Request::None => {}
             Request::Arm => {
-                self.order(Order::Arm);
+                self.order(Order::Request(Request::Arm));
             }
             Request::ClearFaults => {
-                self.order(Order::ClearFaults);
+                self.order(Order::Request(Request::ClearFaults));
             }
             Request::Disarm => {
                 let (_, frame) = self.client.disarm();

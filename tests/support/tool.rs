@@ -20,7 +20,7 @@ pub fn hil_sim(arguments: &[&str]) -> Output {
 const REFUSAL_CPU_S: u32 = 20;
 const REFUSAL_KIB: u32 = 4 << 20;
 /// After this time a test gives up instead of hanging; nothing is measured by it.
-const GIVE_UP: Duration = Duration::from_secs(300);
+const GIVE_UP: Duration = Duration::from_mins(5);
 
 /// Runs `hil-sim` with these arguments to its end. Where the system can, it ends a tool that works on and on, or
 /// takes ever more memory; a tool that waits for ever fails the test.

@@ -127,6 +127,7 @@ fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Option<T> {
 
 #[cfg(test)]
 mod tests {
+    use model::command::DriveCommand;
     use proptest::prelude::*;
 
     use super::*;
@@ -170,7 +171,7 @@ mod tests {
                     id: OrderId { session: 0x1234_5678, sequence: 300 },
                     given_at_us: 1_234_567,
                 },
-                order: Order::Drive { speed_m_s: speed, yaw_rate_rad_s: yaw },
+                order: Order::Drive(DriveCommand::driving(speed, yaw)),
             };
             let mut frame = encode(&sent).expect("fits");
             let bit = bit % (8 * frame.len());

@@ -1,5 +1,6 @@
 //! What host and board say to each other.
 
+use model::command::{DriveCommand, Request};
 use model::status::Status;
 use model::supervise::codes::BlockerSet;
 use serde::{Deserialize, Serialize};
@@ -12,8 +13,8 @@ pub const PROTOCOL_VERSION: u16 = 2;
 /// How often an operator repeats [`Order::Drive`], ms: many times within any dead-man time.
 pub const COMMAND_PERIOD_MS: u64 = 20;
 
-/// Age beyond which the board refuses [`Order::Arm`] and [`Order::ClearFaults`], us; a drive command that is as old
-/// counts in [`LinkCounters::late_orders`].
+/// Age beyond which the board refuses an [`Order::Request`], us; a drive command that is as old counts in
+/// [`LinkCounters::late_orders`].
 pub const ORDER_AGE_MAX_US: u64 = 250_000;
 
 /// How far an order may seem to come from the future, us: the drift of the host's clock against the board's since
@@ -67,16 +68,9 @@ pub struct Envelope {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Order {
     /// Drive so; repeated every [`COMMAND_PERIOD_MS`], in any case before the dead-man time is over. Not answered.
-    Drive {
-        /// Speed, m/s, forward positive.
-        speed_m_s: f32,
-        /// Yaw rate, rad/s, anticlockwise positive; exactly 0 holds the heading.
-        yaw_rate_rad_s: f32,
-    },
-    /// Arm, if nothing blocks it.
-    Arm,
-    /// Clear latched faults (while disarmed).
-    ClearFaults,
+    Drive(DriveCommand),
+    /// Ask this of the arming state machine.
+    Request(Request),
     /// Read, change or store parameters.
     Parameters(ParameterRequest),
     /// Send the status at this rate.
@@ -257,7 +251,7 @@ pub enum Refusal {
     Stopping,
     /// Arm: a Disarm came with it.
     Disarmed,
-    /// ClearFaults: only while disarmed.
+    /// A request that is taken only while disarmed.
     NotDisarmed,
     /// StatusRate: the line carries no more than this.
     StatusRate {

@@ -7,8 +7,10 @@
 use super::channels::{CHANNELS, EXPECTED, Row, record, row};
 use crate::flight_record::FlightRecord;
 
-/// Most bytes of one record: a mask of 34 bits and 34 differences of 64.
-const RECORD_MAX: usize = 5 + CHANNELS * VARINT_MAX;
+/// Most bytes of one record: a mask with a bit for each number, seven to a byte, and a difference of 64 bits for each.
+const RECORD_MAX: usize = CHANNELS.div_ceil(7) + CHANNELS * VARINT_MAX;
+// The mask has 64 bits.
+const _: () = assert!(CHANNELS <= 64);
 // The longest record fits an empty block.
 const _: () = assert!(RECORD_MAX <= BLOCK_BYTES);
 /// Most bytes of a varint of 64 bits.
@@ -179,6 +181,7 @@ impl Iterator for Records<'_> {
 
 #[cfg(test)]
 mod tests {
+    use model::command::Request;
     use proptest::prelude::*;
 
     use super::*;
@@ -208,15 +211,10 @@ mod tests {
                     record.sample.battery = n[6] as u16;
                     record.sample.current = [n[7] as u16, n[6] as u16, n[5] as u16];
                     record.sample.emergency_stop = n[7] & 1 == 1;
-                    record.command.speed_m_s = f32::from_bits(n[0] as u32 & 0x7F7F_FFFF);
+                    record.command.drive.speed_m_s = f32::from_bits(n[0] as u32 & 0x7F7F_FFFF);
                     record.command.age_us = n[1] as u32;
                     record.command.parameters_pending = n[7] & 2 == 2;
-                    record.command.request = [
-                        model::command::Request::None,
-                        model::command::Request::Arm,
-                        model::command::Request::Disarm,
-                        model::command::Request::ClearFaults,
-                    ][(n[7] >> 2 & 3) as usize];
+                    record.command.request = Request::ALL[(n[7] as usize >> 2) % Request::ALL.len()];
                     record.actuation.enable = n[7] & 16 == 16;
                     record.actuation.duty = [n[2] as i16, n[3] as i16, n[4] as i16];
                     record

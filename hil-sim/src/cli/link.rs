@@ -10,6 +10,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::{Args, Subcommand};
 use firmware::protocol::message::{BoardStatus, Identity, Order};
+use model::command::Request;
 use report::error::CommandError;
 
 pub mod console;
@@ -174,7 +175,7 @@ impl<'a> Job<'a> {
                 link.show(*seconds, console)
             }
             Self::Drive(drive) => link.drive(drive, console),
-            Self::ClearFaults => link.order(Order::ClearFaults),
+            Self::ClearFaults => link.order(Order::Request(Request::ClearFaults)),
             Self::Parameters(action) => parameters_of(&mut link, action, console),
         }
     }

@@ -206,7 +206,7 @@ impl Supervisor {
         faults.set(Fault::NotFinite, !estimate.is_finite());
         faults.set(
             Fault::CommandTimeout,
-            !command.is_finite() || command.age_us > limits.command_timeout_us,
+            !command.drive.is_finite() || command.age_us > limits.command_timeout_us,
         );
         faults
     }
@@ -230,7 +230,7 @@ impl Supervisor {
         let upright = estimate.phi_rad.abs() < 0.5 * self.thresholds.phi_max_rad;
         blockers.set(Blocker::ArmAngle, !upright);
         blockers.set(Blocker::NoCommand, any(&[Fault::CommandTimeout]));
-        blockers.set(Blocker::CommandNotNeutral, !command.is_neutral());
+        blockers.set(Blocker::CommandNotNeutral, !command.drive.is_neutral());
         blockers.set(Blocker::Parameters, command.parameters_pending);
         blockers
     }

@@ -1,6 +1,6 @@
 //! Stage 3: the control laws under the supervisor's verdict.
 
-use crate::command::Command;
+use crate::command::{Command, DriveCommand};
 use crate::control::LawOutput;
 use crate::control::spar::{SparController, SparState, SparTerms};
 use crate::control::speed::{SpeedController, SpeedInput};
@@ -88,21 +88,21 @@ impl Laws {
         }
         self.spar_off |= !verdict.faults.intersection(FaultSet::SPAR).is_empty();
 
-        let (speed_m_s, yaw_rate_rad_s) = if verdict.mode == Mode::Armed {
-            (command.speed_m_s, command.yaw_rate_rad_s)
+        let wanted = if verdict.mode == Mode::Armed {
+            command.drive
         } else {
-            (0.0, 0.0)
+            DriveCommand::NEUTRAL
         };
         let supply_v = self.duty_max * sensed.battery_v;
         let turn = self.steering.step(&SteeringInput {
-            target_rad_s: yaw_rate_rad_s,
+            target_rad_s: wanted.yaw_rate_rad_s,
             yaw_rate_rad_s: estimate.yaw_rate_rad_s,
             heading_rad: estimate.heading_rad,
             voltage_max_v: STEERING_SHARE * supply_v,
         });
         let drive_max_v = supply_v - turn.voltage_v.abs();
         let drive = self.speed.step(&SpeedInput {
-            target_m_s: speed_m_s,
+            target_m_s: wanted.speed_m_s,
             phi_rad: estimate.phi_rad,
             theta_rate_rad_s: estimate.theta_rate_rad_s,
             phi_rate_rad_s: estimate.phi_rate_rad_s,
@@ -113,7 +113,7 @@ impl Laws {
         let level = self.level(estimate, supply_v);
         let mut limits = LimitSet::EMPTY;
         limits.set(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);
-        let behind_m_s = (self.speed.reference_m_s() - speed_m_s).abs();
+        let behind_m_s = (self.speed.reference_m_s() - wanted.speed_m_s).abs();
         limits.set(Limit::Reference, behind_m_s > REFERENCE_REACHED_M_S);
         Wish {
             limits,

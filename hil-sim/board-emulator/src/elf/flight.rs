@@ -3,7 +3,7 @@
 use std::mem::{offset_of, size_of};
 
 use firmware::flight_record::FlightRecord;
-use model::command::{Command, Request};
+use model::command::{Command, DriveCommand, Request};
 use model::sample::{Actuation, ImuRaw, ImuSample, Sample};
 
 use super::firmware::Firmware;
@@ -58,15 +58,15 @@ pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
             bridge_break: sample(offset_of!(Sample, bridge_break)).flag()?,
         },
         command: Command {
-            speed_m_s: f32::from_bits(command(offset_of!(Command, speed_m_s)).u32()?),
-            yaw_rate_rad_s: f32::from_bits(command(offset_of!(Command, yaw_rate_rad_s)).u32()?),
+            // C's layout of the quantities is an array of them.
+            drive: DriveCommand::from_values(
+                command(offset_of!(Command, drive)).each(4, |field| Ok(f32::from_bits(field.u32()?)))?,
+            ),
             age_us: command(offset_of!(Command, age_us)).u32()?,
-            request: match command(offset_of!(Command, request)).u8()? {
-                0 => Request::None,
-                1 => Request::Arm,
-                2 => Request::Disarm,
-                3 => Request::ClearFaults,
-                other => return Err(Error::Record(format!("no request has the number {other}"))),
+            request: {
+                let number = command(offset_of!(Command, request)).u8()?;
+                let unknown = || Error::Record(format!("no request has the number {number}"));
+                Request::from_number(number).ok_or_else(unknown)?
             },
             parameters_pending: command(offset_of!(Command, parameters_pending)).flag()?,
         },

@@ -3,6 +3,7 @@
 use board_emulator::board::BridgeState;
 use firmware::protocol::frame::FRAME_MAX;
 use firmware::protocol::message::Order;
+use model::command::Request;
 use model::supervise::arming::Mode;
 
 use crate::support::{Operator, noise, ready};
@@ -49,7 +50,7 @@ fn a_hundred_thousand_bytes_of_noise_move_nothing() {
     assert!(counted * 10 >= zeros * 9, "{counted} of {zeros}");
 
     board.emulation.send(&[0]).expect("the wire stands");
-    let asked = board.order(Order::ClearFaults).expect("identified");
+    let asked = board.order(Order::Request(Request::ClearFaults)).expect("identified");
     board.run(50);
     assert!(board.client.answer_to(asked).is_some(), "it still listens");
 }
@@ -60,7 +61,10 @@ fn garbage_truncated_and_overlong_frames_are_counted() {
     board.run(20);
     let before = board.status().link.unreadable_frames();
     let now_us = board.emulation.now() / 1000;
-    let (_, arm) = board.client.order(now_us, Order::Arm).expect("identified");
+    let (_, arm) = board
+        .client
+        .order(now_us, Order::Request(Request::Arm))
+        .expect("identified");
 
     // Truncated: the byte before the delimiter is missing.
     let mut bytes = arm[..arm.len() - 2].to_vec();

@@ -8,6 +8,7 @@ use board_emulator::run::{Emulation, Frozen, Settings};
 use board_emulator::time::MS;
 use board_emulator::vehicle::Bench;
 use firmware::protocol::message::{Answer, BoardStatus, Order, ParameterAnswer, ParameterRequest};
+use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 use virtual_board::link_client::LinkClient;
 
@@ -97,10 +98,7 @@ impl Operator {
         while self.emulation.now() < end {
             self.identify();
             if let Some((speed_m_s, yaw_rate_rad_s)) = self.command {
-                self.order(Order::Drive {
-                    speed_m_s,
-                    yaw_rate_rad_s,
-                });
+                self.order(Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s)));
             }
             self.emulation
                 .run_until((self.emulation.now() + 50 * MS).min(end))
@@ -144,7 +142,7 @@ impl Operator {
     pub fn arm(&mut self) {
         self.command = Some((0.0, 0.0));
         self.run(100);
-        self.order(Order::Arm);
+        self.order(Order::Request(Request::Arm));
         self.run(50);
         let status = &self.status().vehicle;
         assert_eq!(status.mode, Mode::Armed, "{:?}, {:?}", status.blockers, status.faults);

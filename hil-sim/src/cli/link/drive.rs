@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use firmware::protocol::message::{Answer, COMMAND_PERIOD_MS, Order, ParameterAnswer, ParameterRequest};
+use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 use report::error::CommandError;
 
@@ -100,7 +101,9 @@ impl<W: Wire> Link<W> {
             self.command(0.0, 0.0, &mut sent_us)?;
             self.listen()?;
         }
-        let answer = self.ask_while(Order::Arm, |link| link.command(0.0, 0.0, &mut sent_us))?;
+        let answer = self.ask_while(Order::Request(Request::Arm), |link| {
+            link.command(0.0, 0.0, &mut sent_us)
+        })?;
         if let Answer::Refused(refusal) = answer {
             return Err(refused(refusal));
         }
@@ -144,10 +147,7 @@ impl<W: Wire> Link<W> {
     fn command(&mut self, speed_m_s: f32, yaw_rate_rad_s: f32, sent_us: &mut Option<u64>) -> Result<(), CommandError> {
         let now_us = self.wire.now_us();
         if sent_us.is_none_or(|at| now_us - at >= COMMAND_PERIOD_MS * 1000) {
-            self.give(Order::Drive {
-                speed_m_s,
-                yaw_rate_rad_s,
-            })?;
+            self.give(Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s)))?;
             *sent_us = Some(now_us);
         }
         Ok(())

@@ -227,9 +227,8 @@ impl<W: Wire> Link<W> {
 /// An order as messages call it.
 fn name(order: &Order) -> &'static str {
     match order {
-        Order::Drive { .. } => "Drive",
-        Order::Arm => "Arm",
-        Order::ClearFaults => "ClearFaults",
+        Order::Drive(_) => "Drive",
+        Order::Request(request) => request.name(),
         Order::Parameters(_) => "a question about parameters",
         Order::StatusRate { .. } => "StatusRate",
         Order::Recording { .. } => "Recording",

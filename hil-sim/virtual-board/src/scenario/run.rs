@@ -1,6 +1,7 @@
 //! Runs a scenario on a back end.
 
 use firmware::protocol::message::{COMMAND_PERIOD_MS, Order};
+use model::command::{DriveCommand, Request};
 use model::sample::Motor;
 use model::supervise::arming::Mode;
 
@@ -238,10 +239,7 @@ impl Script<'_> {
     /// Sends the drive command: a fresh order, or from a program that hangs the last frame once more.
     fn drive(&mut self, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
         let [speed_m_s, yaw_rate_rad_s] = self.command.unwrap_or_default().map(|value| value as f32);
-        let order = Order::Drive {
-            speed_m_s,
-            yaw_rate_rad_s,
-        };
+        let order = Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s));
         if !self.stuck
             && let Some((_, frame)) = client.order(backend.now_us(), order)
         {
@@ -261,9 +259,9 @@ impl Script<'_> {
 
     fn act(&mut self, action: &Action, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
         match *action {
-            Action::Arm => self.give(ms, client, Order::Arm, backend),
+            Action::Arm => self.give(ms, client, Order::Request(Request::Arm), backend),
             Action::Disarm => self.send(ms, client.disarm().1, backend),
-            Action::ClearFaults => self.give(ms, client, Order::ClearFaults, backend),
+            Action::ClearFaults => self.give(ms, client, Order::Request(Request::ClearFaults), backend),
             // A program that hangs hears nobody.
             Action::Drive { .. } | Action::Silence | Action::Speak if self.stuck => {}
             Action::Drive {

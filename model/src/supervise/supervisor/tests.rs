@@ -168,8 +168,8 @@ fn what_is_no_fault_may_still_block_arming() {
         (Blocker::NotCalibrated, |b| b.estimate.calibrated = false),
         (Blocker::NotAtRest, |b| b.estimate.at_rest = false),
         (Blocker::ArmAngle, |b| b.estimate.phi_rad = 0.71),
-        (Blocker::CommandNotNeutral, |b| b.command.yaw_rate_rad_s = -0.01),
-        (Blocker::NoCommand, |b| b.command.speed_m_s = f32::NAN),
+        (Blocker::CommandNotNeutral, |b| b.command.drive.yaw_rate_rad_s = -0.01),
+        (Blocker::NoCommand, |b| b.command.drive.speed_m_s = f32::NAN),
         (Blocker::Parameters, |b| b.command.parameters_pending = true),
     ];
     for (blocker, cause) in causes {
