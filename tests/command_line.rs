@@ -33,7 +33,7 @@ fn drive_writes_its_report_and_says_where() {
         "trace.csv",
         "speed.svg",
         "phi.svg",
-        "camera.svg",
+        "spar.svg",
         "path.svg",
         "current.svg",
         "firmware.log",

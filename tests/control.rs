@@ -4,7 +4,7 @@ use firmware::drive_board::SCALES;
 use model::control::equilibrium::Equilibrium;
 use model::vehicle::{GRAVITY_M_S2, Vehicle};
 use plant::Plant;
-use virtual_board::scenario::trace::Row;
+use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
 
 mod support;
@@ -53,8 +53,10 @@ fn in_a_steady_ramp_the_arm_is_where_it_is_commanded_to_be() {
         // the angle by which this IMU's accelerometer is off.
         let rows = &outcome.trace.rows;
         let (rest, ramp) = (&rows[850..950], &rows[rows.len() - 100..]);
-        let mean = |rows: &[Row], value: &dyn Fn(&Row) -> f64| rows.iter().map(value).sum::<f64>() / rows.len() as f64;
-        let error_deg = |row: &Row| (f64::from(row.status.estimate.phi_rad) - row.truth.phi_rad).to_degrees();
+        let mean = |rows: &[TraceRow], value: &dyn Fn(&TraceRow) -> f64| {
+            rows.iter().map(value).sum::<f64>() / rows.len() as f64
+        };
+        let error_deg = |row: &TraceRow| (f64::from(row.status.estimate.phi_rad) - row.truth.phi_rad).to_degrees();
         let offset_deg = mean(rest, &error_deg);
         let (first, last) = (ramp[0].status, ramp[ramp.len() - 1].status);
         let acceleration_m_s2 = f64::from(last.speed_reference_m_s - first.speed_reference_m_s)

@@ -11,7 +11,7 @@ use firmware::protocol::message::{
     Answer, BoardMessage, HostMessage, Order, OrderId, ParameterAnswer, ParameterRequest,
 };
 use hil_sim::cli::link::console::Console;
-use hil_sim::cli::link::drive::{Drive, check_seconds};
+use hil_sim::cli::link::drive::{DriveJob, check_seconds};
 use hil_sim::cli::link::session::{Link, SILENCE_US};
 use hil_sim::cli::link::wire::Wire;
 use model::command::Request;
@@ -38,7 +38,7 @@ fn ready(seed: u64) -> Bench {
 fn drive<W: Wire>(link: &mut Link<W>, seconds: f64) -> Result<String, CommandError> {
     let mut console = Console(Vec::new());
     link.identify()?;
-    link.drive(&Drive::new(0.5, 0.0, seconds)?, &mut console)?;
+    link.drive(&DriveJob::new(0.5, 0.0, seconds)?, &mut console)?;
     Ok(String::from_utf8(console.0).expect("text"))
 }
 
@@ -166,7 +166,7 @@ fn a_closed_output_is_an_error_after_the_disarm() {
     let sent = wire.sent.clone();
     let (mut link, _) = link(wire);
     link.identify().expect("answers");
-    let drive = Drive::new(0.5, 0.0, 1.0).expect("good");
+    let drive = DriveJob::new(0.5, 0.0, 1.0).expect("good");
     let told = link.drive(&drive, &mut Console(Closed)).expect_err("closed");
     assert!(told.to_string().contains("output"), "{told}");
     last_is_disarm(&sent);
@@ -200,19 +200,19 @@ fn numbers_are_checked_before_anything_happens() {
         (0.0, f32::NAN),
         (0.0, -20.1),
     ] {
-        let refused = Drive::new(speed, yaw, 1.0).expect_err("no number to drive");
+        let refused = DriveJob::new(speed, yaw, 1.0).expect_err("no number to drive");
         assert_eq!(refused.exit_code(), 2, "{refused}");
     }
     for seconds in [f64::NAN, -1.0, 0.0, f64::INFINITY, 3600.1] {
         assert_eq!(check_seconds(seconds).expect_err("no time").exit_code(), 2, "{seconds}");
     }
-    assert!(Drive::new(-20.0, 20.0, 3600.0).is_ok());
+    assert!(DriveJob::new(-20.0, 20.0, 3600.0).is_ok());
     // What the vehicle itself does not allow is refused before it arms.
     let wire = BoardWire::new(ready(9));
     let sent = wire.sent.clone();
     let (mut link, _) = link(wire);
     link.identify().expect("answers");
-    let fast = Drive::new(2.6, 0.0, 1.0).expect("some vehicle drives so");
+    let fast = DriveJob::new(2.6, 0.0, 1.0).expect("some vehicle drives so");
     let refused = link.drive(&fast, &mut Console(Vec::new())).expect_err("too fast");
     assert_eq!(refused.exit_code(), 2, "{refused}");
     let arms = messages(&sent.borrow())

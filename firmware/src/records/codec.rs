@@ -42,12 +42,12 @@ type RecordBytes = heapless::Vec<u8, RECORD_MAX>;
 
 /// Encodes the records of one block after the other.
 #[derive(Debug)]
-pub struct Encoder {
+pub struct BlockEncoder {
     block: RecordBlock,
     last: Row,
 }
 
-impl Encoder {
+impl BlockEncoder {
     /// Nothing encoded.
     pub fn new() -> Self {
         Self {
@@ -84,7 +84,7 @@ impl Encoder {
     }
 }
 
-impl Default for Encoder {
+impl Default for BlockEncoder {
     fn default() -> Self {
         Self::new()
     }
@@ -220,7 +220,7 @@ mod tests {
                     record
                 })
                 .collect();
-            let mut encoder = Encoder::new();
+            let mut encoder = BlockEncoder::new();
             let mut blocks = std::vec::Vec::new();
             for record in &records {
                 encoder.push(record, |block| blocks.push(block.clone()));
@@ -240,7 +240,7 @@ mod tests {
 
     #[test]
     fn a_tick_in_which_nothing_happens_takes_a_byte() {
-        let mut encoder = Encoder::new();
+        let mut encoder = BlockEncoder::new();
         let mut record = FlightRecord::NONE;
         for _ in 0..3 {
             record.tick += 1;

@@ -50,13 +50,13 @@ impl Default for AnalogFault {
 
 /// One faulty input.
 #[derive(Debug, Clone, Copy, Default)]
-struct Input {
+struct SensorInput {
     fault: AnalogFault,
     /// What a stuck sensor keeps, from its first reading on.
     kept: Option<f64>,
 }
 
-impl Input {
+impl SensorInput {
     fn read(&mut self, value: f64) -> f64 {
         let followed = match self.fault.following {
             Following::Works => value,
@@ -69,14 +69,14 @@ impl Input {
 
 /// The converter and the sensors before it.
 #[derive(Debug, Clone)]
-pub(crate) struct AnalogInputs {
+pub(crate) struct AnalogConverter {
     scales: BoardScales,
     noise: Noise,
     /// Once any sensor has failed.
-    faulty: Option<Box<[Input; INPUTS]>>,
+    faulty: Option<Box<[SensorInput; INPUTS]>>,
 }
 
-impl AnalogInputs {
+impl AnalogConverter {
     pub(crate) fn new(scales: &BoardScales, noise: Noise) -> Self {
         Self {
             scales: *scales,
@@ -88,7 +88,7 @@ impl AnalogInputs {
     /// Fails or repairs the input `index`: a motor's current, or [`BATTERY`].
     pub(crate) fn set_fault(&mut self, index: usize, fault: AnalogFault) {
         if let Some(input) = self.faulty.get_or_insert_default().get_mut(index) {
-            *input = Input { fault, kept: None };
+            *input = SensorInput { fault, kept: None };
         }
     }
 
@@ -115,7 +115,7 @@ mod tests {
     use crate::tests::SCALES;
 
     /// Mean of many readings in A and V: battery, then currents.
-    fn mean(inputs: &mut AnalogInputs, battery_v: f64, current_a: [f64; MOTORS]) -> [f64; INPUTS] {
+    fn mean(inputs: &mut AnalogConverter, battery_v: f64, current_a: [f64; MOTORS]) -> [f64; INPUTS] {
         let mut sums = [0.0; INPUTS];
         for _ in 0..1000 {
             let (battery, current) = inputs.convert(battery_v, current_a);
@@ -128,7 +128,7 @@ mod tests {
         sums
     }
 
-    fn assert_reads(inputs: &mut AnalogInputs, truth: [f64; INPUTS], expected: [f64; INPUTS]) {
+    fn assert_reads(inputs: &mut AnalogConverter, truth: [f64; INPUTS], expected: [f64; INPUTS]) {
         let [a, b, c, battery_v] = truth;
         let found = mean(inputs, battery_v, [a, b, c]);
         for (found, expected) in found.iter().zip(expected) {
@@ -139,7 +139,7 @@ mod tests {
 
     #[test]
     fn each_sensor_fails_alone_and_is_repaired() {
-        let mut inputs = AnalogInputs::new(&SCALES, Noise::new(1, 2));
+        let mut inputs = AnalogConverter::new(&SCALES, Noise::new(1, 2));
         let truth = [4.0, -6.0, 1.0, 24.0];
         assert_reads(&mut inputs, truth, truth);
         let fault = |gain, offset| AnalogFault {
@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn the_converter_saturates() {
-        let mut inputs = AnalogInputs::new(&SCALES, Noise::new(1, 2));
+        let mut inputs = AnalogConverter::new(&SCALES, Noise::new(1, 2));
         inputs.set_fault(
             0,
             AnalogFault {

@@ -111,7 +111,7 @@ impl Plant {
 
     /// Currents through the bridges, which the board's sensors measure.
     pub fn bridge_current_a(&self) -> [f64; MOTORS] {
-        core::array::from_fn(|i| self.motors.get(i).map_or(0.0, crate::motor::Motor::bridge_current_a))
+        core::array::from_fn(|i| self.motors.get(i).map_or(0.0, crate::motor::DcMotor::bridge_current_a))
     }
 }
 

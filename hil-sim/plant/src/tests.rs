@@ -59,13 +59,13 @@ fn drive(left: f64, right: f64, camera: f64) -> [BridgeState; MOTORS] {
 }
 
 /// Switches an IMU on as the firmware does.
-fn start_imu(chip: &mut Icm42688p) {
+fn start_imu(chip: &mut Icm42688pModel) {
     chip.transfer(&mut [0x4f, 0x26, 0x26]);
     chip.transfer(&mut [0x4e, 0x0f]);
 }
 
 /// Accelerometer and gyro, in LSB.
-fn read_imu(chip: &mut Icm42688p) -> [i16; 6] {
+fn read_imu(chip: &mut Icm42688pModel) -> [i16; 6] {
     let mut bytes = [0; 13];
     bytes[0] = 0x1f | 0x80;
     chip.transfer(&mut bytes);

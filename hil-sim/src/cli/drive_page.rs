@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use report::html::{document, escaped};
 use report::plot::{Chart, Columns, Series};
-use virtual_board::scenario::trace::{COLUMNS, Row, Trace, Value};
+use virtual_board::scenario::trace::{COLUMNS, Trace, TraceRow, Value};
 use virtual_board::scenario::{Check, MetricValue, Scenario};
 
 /// The page. `charts` are SVG documents; `log` is the firmware's.
@@ -88,7 +88,7 @@ const SPEED_TERMS: &[(&str, Value)] = &[
 
 /// The charts of the report: file name and chart.
 pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
-    let t = trace.values(Row::time_s);
+    let t = trace.values(TraceRow::time_s);
     let over_time = |title: &str, unit: &str, curves: &[(&str, Value)]| {
         curves
             .iter()
@@ -125,9 +125,9 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
             ),
         ),
         (
-            "camera",
+            "spar",
             over_time(
-                "Camera spar",
+                "Spar and ballast",
                 "deg",
                 &[
                     ("spar, true", |r| r.truth.spar_rad.to_degrees()),

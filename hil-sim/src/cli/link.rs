@@ -20,7 +20,7 @@ pub mod session;
 pub mod wire;
 
 use console::Console;
-use drive::{Drive, check_seconds};
+use drive::{DriveJob, check_seconds};
 use session::Link;
 use wire::{Port, Wire};
 
@@ -31,12 +31,12 @@ pub struct Arguments {
     #[arg(long)]
     port: String,
     #[command(subcommand)]
-    action: Action,
+    action: LinkCommand,
 }
 
 /// What to do over the link.
 #[derive(Debug, Subcommand)]
-enum Action {
+enum LinkCommand {
     /// Shows the vehicle's state for a while; exit code 1 if the board falls silent
     Status {
         /// How long, s
@@ -141,24 +141,24 @@ fn interrupts() -> Result<Arc<AtomicU32>, CommandError> {
 /// A checked action.
 enum Job<'a> {
     Status(f64),
-    Drive(Drive),
+    Drive(DriveJob),
     Disarm,
     ClearFaults,
     Parameters(&'a ParameterAction),
 }
 
 impl<'a> Job<'a> {
-    fn new(action: &'a Action) -> Result<Self, CommandError> {
+    fn new(action: &'a LinkCommand) -> Result<Self, CommandError> {
         Ok(match action {
-            Action::Status { seconds } => Self::Status(check_seconds(*seconds)?),
-            Action::Drive {
+            LinkCommand::Status { seconds } => Self::Status(check_seconds(*seconds)?),
+            LinkCommand::Drive {
                 speed_m_s,
                 yaw_rate_rad_s,
                 seconds,
-            } => Self::Drive(Drive::new(*speed_m_s, *yaw_rate_rad_s, *seconds)?),
-            Action::Disarm => Self::Disarm,
-            Action::ClearFaults => Self::ClearFaults,
-            Action::Parameters { action } => Self::Parameters(action),
+            } => Self::Drive(DriveJob::new(*speed_m_s, *yaw_rate_rad_s, *seconds)?),
+            LinkCommand::Disarm => Self::Disarm,
+            LinkCommand::ClearFaults => Self::ClearFaults,
+            LinkCommand::Parameters { action } => Self::Parameters(action),
         })
     }
 

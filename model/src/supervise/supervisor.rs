@@ -21,7 +21,7 @@ const BATTERY_TICKS: u16 = 50;
 
 /// What supervision finds in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Verdict {
+pub struct Findings {
     /// The mode from now on.
     pub mode: Mode,
     /// The vehicle was armed in this tick.
@@ -101,7 +101,7 @@ impl Supervisor {
     }
 
     /// One tick. `applied` is what the bridges did since the last tick.
-    pub fn step(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command, applied: Actuation) -> Verdict {
+    pub fn step(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command, applied: Actuation) -> Findings {
         let faults = self.faults(sensed, estimate, command, applied);
         let blockers = self.blockers(faults, estimate, command);
         let before = self.arming.mode();
@@ -111,7 +111,7 @@ impl Supervisor {
             request: command.request,
             stopped: estimate.stopped,
         });
-        Verdict {
+        Findings {
             mode,
             newly_armed: before == Mode::Disarmed && mode != Mode::Disarmed,
             faults,

@@ -12,7 +12,7 @@ use crate::sensed::Sensed;
 use crate::status::Terms;
 use crate::supervise::arming::Mode;
 use crate::supervise::codes::{BlockerSet, FaultSet, Limit, LimitSet};
-use crate::supervise::supervisor::Verdict;
+use crate::supervise::supervisor::Findings;
 use crate::vehicle::Vehicle;
 
 /// Share of the supply that steering may take from driving.
@@ -77,7 +77,7 @@ impl Laws {
     }
 
     /// One tick: what the laws ask for; nothing while disarmed.
-    pub(super) fn step(&mut self, verdict: Verdict, sensed: &Sensed, estimate: &Estimate, command: &Command) -> Wish {
+    pub(super) fn step(&mut self, verdict: Findings, sensed: &Sensed, estimate: &Estimate, command: &Command) -> Wish {
         if verdict.mode == Mode::Disarmed {
             return Wish::default();
         }

@@ -16,7 +16,7 @@ use model::vehicle::Vehicle;
 
 use crate::board::link::{LinkReceiver, LinkSender};
 use crate::board::{
-    self, AnalogSequence, Board, CoreCycles, FlightRecorder, Imu, Lamps, ParameterFlash, QuadratureCounters,
+    self, AnalogSequence, Board, CoreCycles, FlightRecorder, ImuDevice, Lamps, ParameterFlash, QuadratureCounters,
     RunningWatchdog, StopContact, Tim1Bridges, UserButton,
 };
 
@@ -81,7 +81,7 @@ async fn encoder_task(counters: QuadratureCounters) {
 }
 
 #[embassy_executor::task(pool_size = 2)]
-async fn imu_task(place: Place, device: Imu) {
+async fn imu_task(place: Place, device: ImuDevice) {
     imu::run(&TOPICS, place, device).await;
 }
 

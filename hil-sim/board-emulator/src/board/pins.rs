@@ -5,7 +5,7 @@ pub use model::sample::MOTORS;
 
 /// State of a motor's bridge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BridgeState {
+pub enum BridgeOutput {
     /// No transistor conducts.
     Open,
     /// The two diagonals conduct in turn, with dead time between them.
@@ -21,7 +21,7 @@ pub enum BridgeState {
     Held,
 }
 
-impl BridgeState {
+impl BridgeOutput {
     /// Mean voltage as a fraction of the supply, -1 to 1, or `None` while the motor is disconnected.
     pub fn duty(self) -> Option<f64> {
         match self {
@@ -57,7 +57,7 @@ impl ImuSensed {
 
 /// What the vehicle puts on the board's sensor pins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Sensed {
+pub struct SensedAtPins {
     /// Encoder positions in counts.
     pub encoder_counts: [i64; MOTORS],
     /// IMUs: chassis, spar.

@@ -3,7 +3,7 @@
 use firmware::drive_board::SCALES;
 
 use super::closed_plant::{ClosedPlant, millivolts};
-use crate::board::{BridgeState, MOTORS, Sensed};
+use crate::board::{BridgeOutput, MOTORS, SensedAtPins};
 
 /// A motor that moves its own and its wheel's inertia only, all referred to the motor's shaft.
 #[derive(Debug, Clone, Copy)]
@@ -40,13 +40,13 @@ impl FreeMotor {
 /// The reference vehicle on a bench with its wheels off the ground: upright and at rest, with noise on its
 /// sensors. For tests of the board that need no dynamics.
 #[derive(Debug, Clone)]
-pub struct Bench {
+pub struct BenchVehicle {
     motors: [FreeMotor; MOTORS],
     battery_v: f64,
     noise: u64,
 }
 
-impl Bench {
+impl BenchVehicle {
     /// The vehicle at rest, with a battery that never sags; `battery_v` is its voltage in V.
     pub fn new(battery_v: f64) -> Self {
         let motor = |constant_v_s, resistance_ohm, lag_s| FreeMotor {
@@ -74,11 +74,11 @@ impl Bench {
     }
 }
 
-impl ClosedPlant for Bench {
-    fn step(&mut self, seconds: f64, bridges: &[BridgeState; MOTORS]) -> Sensed {
-        let mut sensed = Sensed {
+impl ClosedPlant for BenchVehicle {
+    fn step(&mut self, seconds: f64, bridges: &[BridgeOutput; MOTORS]) -> SensedAtPins {
+        let mut sensed = SensedAtPins {
             battery_mv: battery_mv(self.battery_v),
-            ..Sensed::default()
+            ..SensedAtPins::default()
         };
         for imu in &mut sensed.imus {
             imu.specific_force_ug = [self.noise(3_000), self.noise(3_000), 1_000_000 + self.noise(3_000)];

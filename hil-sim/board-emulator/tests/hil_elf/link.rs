@@ -1,6 +1,6 @@
 //! Noise and broken frames on the wire: nothing moves, the board keeps answering, every bad frame is counted.
 
-use board_emulator::board::BridgeState;
+use board_emulator::board::BridgeOutput;
 use firmware::protocol::frame::FRAME_MAX;
 use firmware::protocol::message::Order;
 use model::command::Request;
@@ -14,7 +14,7 @@ fn assert_unharmed(board: &mut Operator) {
         .emulation
         .at(|stopped| (stopped.bridges(), stopped.resets()))
         .expect("it runs");
-    assert_eq!(bridges, [BridgeState::Open; 3]);
+    assert_eq!(bridges, [BridgeOutput::Open; 3]);
     assert_eq!(resets, []);
     assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
     assert_eq!(

@@ -7,9 +7,9 @@ use std::pin::pin;
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
-use board_emulator::run::{Emulation, Settings};
+use board_emulator::run::{Emulation, EmulationSettings};
 use board_emulator::time::{MS, US};
-use board_emulator::vehicle::Bench;
+use board_emulator::vehicle::BenchVehicle;
 use board_emulator::vehicle::stored::REGION;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use firmware::built_in;
@@ -28,9 +28,9 @@ const NEW: f32 = 0.27;
 
 /// A board that was powered up with these bytes in the store's flash.
 fn powered_with(region: &[u8]) -> Operator {
-    let plant = Box::new(Bench::new(BATTERY_V));
+    let plant = Box::new(BenchVehicle::new(BATTERY_V));
     let contents = [(REGION, region.to_vec())];
-    let board = Emulation::power_on_with(firmware(), plant, Settings::default(), &contents);
+    let board = Emulation::power_on_with(firmware(), plant, EmulationSettings::default(), &contents);
     Operator::new(board.expect("the board powers up"))
 }
 

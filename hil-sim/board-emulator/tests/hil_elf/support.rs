@@ -4,9 +4,9 @@ use std::io::Write as _;
 use std::sync::OnceLock;
 
 use board_emulator::elf::{Firmware, build};
-use board_emulator::run::{Emulation, Frozen, Settings};
+use board_emulator::run::{Emulation, EmulationSettings, Frozen};
 use board_emulator::time::MS;
-use board_emulator::vehicle::Bench;
+use board_emulator::vehicle::BenchVehicle;
 use firmware::protocol::message::{Answer, BoardStatus, Order, ParameterAnswer, ParameterRequest};
 use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
@@ -31,7 +31,12 @@ pub fn firmware() -> &'static Firmware {
 
 /// A board that was just powered up, with its vehicle on the bench.
 pub fn powered() -> Emulation {
-    Emulation::power_on(firmware(), Box::new(Bench::new(BATTERY_V)), Settings::default()).expect("the board powers up")
+    Emulation::power_on(
+        firmware(),
+        Box::new(BenchVehicle::new(BATTERY_V)),
+        EmulationSettings::default(),
+    )
+    .expect("the board powers up")
 }
 
 /// A board that is ready to arm. It boots once; every call continues from there.

@@ -1,6 +1,6 @@
 //! The part's serial bus: transfers, the registers that are read and written through them.
 
-use super::Icm42688p;
+use super::Icm42688pModel;
 use super::registers as reg;
 
 /// Answer of a bus without a driver.
@@ -15,7 +15,7 @@ pub(super) enum Transfer {
     Write(u8),
 }
 
-impl Icm42688p {
+impl Icm42688pModel {
     /// One chip-selected transfer: the first byte is the address (with the read bit), every further one
     /// is written, or replaced by what is read.
     pub fn transfer(&mut self, bytes: &mut [u8]) {

@@ -39,7 +39,7 @@ struct Channel {
 
 /// An ICM-42688-P.
 #[derive(Debug, Clone)]
-pub struct Icm42688p {
+pub struct Icm42688pModel {
     banks: Banks,
     sensor: ImuSensor,
     accel: Channel,
@@ -53,7 +53,7 @@ pub struct Icm42688p {
     pending: Option<Words>,
 }
 
-impl Icm42688p {
+impl Icm42688pModel {
     /// A part that has just been powered: its sensors are off.
     pub fn new(errors: ImuErrors, noise: Noise) -> Self {
         let mut chip = Self {

@@ -29,7 +29,7 @@ const STOPPED_US: u64 = 500_000;
 
 /// What to drive, checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drive {
+pub struct DriveJob {
     speed_m_s: f32,
     yaw_rate_rad_s: f32,
     seconds: f64,
@@ -49,7 +49,7 @@ pub fn check_seconds(seconds: f64) -> Result<f64, CommandError> {
     }
 }
 
-impl Drive {
+impl DriveJob {
     /// Checks the numbers before anything else happens.
     ///
     /// # Errors
@@ -84,7 +84,7 @@ impl<W: Wire> Link<W> {
     /// # Errors
     /// A speed beyond the vehicle's largest; the board refuses to arm, falls silent, or leaves the armed state; the
     /// output is closed; the user asks to stop twice.
-    pub fn drive<O: Write>(&mut self, drive: &Drive, console: &mut Console<O>) -> Result<(), CommandError> {
+    pub fn drive<O: Write>(&mut self, drive: &DriveJob, console: &mut Console<O>) -> Result<(), CommandError> {
         let driven = self.armed_drive(drive);
         let disarmed = self.disarm();
         let status = driven?;
@@ -93,7 +93,7 @@ impl<W: Wire> Link<W> {
     }
 
     /// Everything but the Disarm; returns the last status before it.
-    fn armed_drive(&mut self, drive: &Drive) -> Result<firmware::protocol::message::BoardStatus, CommandError> {
+    fn armed_drive(&mut self, drive: &DriveJob) -> Result<firmware::protocol::message::BoardStatus, CommandError> {
         self.check_limits(drive)?;
         let mut sent_us = None;
         let neutral_from_us = self.wire.now_us();
@@ -170,7 +170,7 @@ impl<W: Wire> Link<W> {
     }
 
     /// The vehicle's own limits must allow the drive.
-    fn check_limits(&mut self, drive: &Drive) -> Result<(), CommandError> {
+    fn check_limits(&mut self, drive: &DriveJob) -> Result<(), CommandError> {
         for (flag, name, value) in [
             ("--speed-m-s", "speed_max_m_s", drive.speed_m_s),
             ("--yaw-rate-rad-s", "yaw_rate_max_rad_s", drive.yaw_rate_rad_s),

@@ -4,7 +4,7 @@ use model::supervise::arming::Mode;
 use serde::Serialize;
 
 use super::outcome::DriveOutcome;
-use super::trace::Row;
+use super::trace::TraceRow;
 
 /// One metric of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -116,7 +116,7 @@ pub fn measure(outcome: &DriveOutcome) -> Vec<MetricValue> {
         .collect()
 }
 
-fn armed(row: &Row) -> bool {
+fn armed(row: &TraceRow) -> bool {
     row.status.mode != Mode::Disarmed
 }
 
@@ -124,7 +124,7 @@ fn armed(row: &Row) -> bool {
 const SETTLING_S: f64 = 1.0;
 
 /// The values of a quantity while driving: armed for a while.
-fn driving(outcome: &DriveOutcome, value: fn(&Row) -> f64) -> impl Iterator<Item = f64> {
+fn driving(outcome: &DriveOutcome, value: fn(&TraceRow) -> f64) -> impl Iterator<Item = f64> {
     let mut armed_at = f64::INFINITY;
     outcome.trace.rows.iter().filter_map(move |row| {
         if !armed(row) {
@@ -136,11 +136,11 @@ fn driving(outcome: &DriveOutcome, value: fn(&Row) -> f64) -> impl Iterator<Item
     })
 }
 
-fn speed_error(row: &Row) -> f64 {
+fn speed_error(row: &TraceRow) -> f64 {
     row.truth.speed_m_s - f64::from(row.status.speed_reference_m_s)
 }
 
-fn phi_error_deg(row: &Row) -> f64 {
+fn phi_error_deg(row: &TraceRow) -> f64 {
     (f64::from(row.status.estimate.phi_rad) - row.truth.phi_rad).to_degrees()
 }
 
@@ -154,7 +154,7 @@ fn hold_drift_m(outcome: &DriveOutcome) -> f64 {
     (last.truth.x_m - before.truth.x_m).hypot(last.truth.y_m - before.truth.y_m)
 }
 
-fn peak(outcome: &DriveOutcome, value: fn(&Row) -> f64) -> f64 {
+fn peak(outcome: &DriveOutcome, value: fn(&TraceRow) -> f64) -> f64 {
     largest(outcome.trace.rows.iter().map(value))
 }
 
@@ -177,7 +177,7 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
     (sum / f64::from(count)).sqrt()
 }
 
-fn last(outcome: &DriveOutcome, value: fn(&Row) -> f64) -> f64 {
+fn last(outcome: &DriveOutcome, value: fn(&TraceRow) -> f64) -> f64 {
     outcome.trace.rows.last().map_or(f64::NAN, value)
 }
 

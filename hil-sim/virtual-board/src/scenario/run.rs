@@ -8,8 +8,8 @@ use model::supervise::arming::Mode;
 use super::backend::{Backend, Observation};
 use super::file::{Action, Scenario, Sensor, Step};
 use super::outcome::DriveOutcome;
-use super::trace::Row;
-use super::wire::{Direction, LinkStep, Wire, WireFault};
+use super::trace::TraceRow;
+use super::wire::{FaultyWire, LinkStep, WireDirection, WireFault};
 use crate::link_client::LinkClient;
 use plant::fault::SensorFault;
 use plant::noise::Noise;
@@ -37,7 +37,7 @@ struct Script<'a> {
     command: Option<[f64; 2]>,
     noise: Noise,
     pressed_at_ms: Option<u64>,
-    to_board: Wire,
+    to_board: FaultyWire,
     /// What the way back does, once a step has said so.
     to_host: Option<WireFault>,
     /// The operator's program hangs: it repeats its last frame.
@@ -55,7 +55,7 @@ pub fn run(
     backend: &mut dyn Backend,
     mut progress: impl FnMut(u64),
 ) -> Result<DriveOutcome, RunError> {
-    let [to_board, to_host] = WIRE_STREAMS.map(|stream| Wire::new(Noise::new(scenario.seed, stream)));
+    let [to_board, to_host] = WIRE_STREAMS.map(|stream| FaultyWire::new(Noise::new(scenario.seed, stream)));
     let mut script = Script {
         scenario,
         next: 0,
@@ -122,7 +122,7 @@ pub fn run(
 #[derive(Debug)]
 struct Observer {
     /// The way from the board.
-    wire: Wire,
+    wire: FaultyWire,
     outcome: DriveOutcome,
     client: LinkClient,
     /// The last command sent.
@@ -135,7 +135,7 @@ struct Observer {
 }
 
 impl Observer {
-    fn new(client: LinkClient, wire: Wire) -> Self {
+    fn new(client: LinkClient, wire: FaultyWire) -> Self {
         Self {
             wire,
             outcome: DriveOutcome::default(),
@@ -179,7 +179,7 @@ impl Observer {
                 .iter()
                 .min_by_key(|(us, _)| us.abs_diff(status.time_us))
                 .map_or(truth, |(_, truth)| *truth);
-            outcome.trace.rows.push(Row {
+            outcome.trace.rows.push(TraceRow {
                 commanded: self.commanded,
                 status,
                 link,
@@ -306,10 +306,10 @@ impl Script<'_> {
                     duplication,
                     reordering,
                 };
-                if direction != Direction::ToHost {
+                if direction != WireDirection::ToHost {
                     self.to_board.set_fault(fault);
                 }
-                if direction != Direction::ToBoard {
+                if direction != WireDirection::ToBoard {
                     self.to_host = Some(fault);
                 }
             }

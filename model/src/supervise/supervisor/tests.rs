@@ -54,7 +54,7 @@ impl Bench {
     }
 
     /// One tick, a millisecond after the last one; the faults and the mode.
-    fn tick(&mut self) -> Verdict {
+    fn tick(&mut self) -> Findings {
         self.sensed.time_us += 1000;
         let k = (self.sensed.time_us / 1000 % 5) as i16;
         let living = |sample: &mut ImuSample| {

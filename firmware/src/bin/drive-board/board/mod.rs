@@ -80,7 +80,7 @@ bind_interrupts!(struct Interrupts {
 });
 
 /// An IMU on its own bus.
-pub type Imu = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, Delay>;
+pub type ImuDevice = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, Delay>;
 
 /// Everything the application runs on.
 pub struct Board {
@@ -95,9 +95,9 @@ pub struct Board {
     /// Motor encoders.
     pub encoders: QuadratureCounters,
     /// IMU on the arm.
-    pub arm_imu: Imu,
+    pub arm_imu: ImuDevice,
     /// IMU on the camera spar.
-    pub spar_imu: Imu,
+    pub spar_imu: ImuDevice,
     /// Battery and currents.
     pub analog: AnalogSequence,
     /// Emergency stop.
@@ -236,7 +236,7 @@ fn imu_config() -> spi::Config {
 /// Bus clock of the IMUs, half of the largest that they allow: one tick's burst takes 10 us.
 const IMU_CLOCK: Hertz = Hertz(12_500_000);
 
-fn imu(bus: Spi<'static, Async, Master>, select: Output<'static>) -> Imu {
+fn imu(bus: Spi<'static, Async, Master>, select: Output<'static>) -> ImuDevice {
     match ExclusiveDevice::new(bus, select, Delay) {
         Ok(device) => device,
         Err(error) => match error {},

@@ -9,7 +9,7 @@ use crate::wiring::{DeadHalf, Leads};
 fn leads_and_half_bridges_fail_one_motor_each() {
     let drive = [0.1, 0.1, 0.0].map(BridgeState::Duty);
     let jammed = || {
-        let mut plant = plant(&bare_vehicle(), &Settings::default());
+        let mut plant = plant(&bare_vehicle(), &PlantSettings::default());
         plant.set_jammed(0, true);
         plant.set_jammed(1, true);
         plant
@@ -44,7 +44,7 @@ fn leads_and_half_bridges_fail_one_motor_each() {
 
 #[test]
 fn analogue_sensors_fail_and_the_motors_do_not() {
-    let mut plant = plant(&bare_vehicle(), &Settings::default());
+    let mut plant = plant(&bare_vehicle(), &PlantSettings::default());
     plant.set_analog_fault(
         0,
         AnalogFault {
@@ -69,13 +69,13 @@ fn analogue_sensors_fail_and_the_motors_do_not() {
 
 #[test]
 fn the_battery_gives_what_flows_and_sags_with_its_charge() {
-    let settings = Settings {
+    let settings = PlantSettings {
         battery: Some(BatterySettings {
             capacity_ah: 0.01,
             charge: 0.9,
             open_circuit_v: vec![[0.0, 20.0], [1.0, 26.0]],
         }),
-        ..Settings::default()
+        ..PlantSettings::default()
     };
     let mut plant = plant(&bare_vehicle(), &settings);
     assert!(
@@ -109,7 +109,7 @@ fn the_battery_gives_what_flows_and_sags_with_its_charge() {
 
 #[test]
 fn without_its_battery_the_vehicle_coasts_and_the_board_is_dead() {
-    let mut plant = plant(&bare_vehicle(), &Settings::default());
+    let mut plant = plant(&bare_vehicle(), &PlantSettings::default());
     run(&mut plant, 300, [0.2, 0.2, 0.0].map(BridgeState::Duty));
     assert!(plant.powers_board());
     plant.set_battery_connected(false);
