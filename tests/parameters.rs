@@ -107,6 +107,48 @@ fn bad_values_are_refused_with_their_range_and_nothing_changes() {
 }
 
 #[test]
+fn every_documented_bound_is_accepted_as_printed_over_the_link() {
+    let vehicle = reference();
+    let parameters = vehicle.parameters();
+    let mut bench = Bench::new(7);
+    bench.run(500);
+    for number in 0..parameters.count() {
+        let (table, field) = parameters.field(number).expect("a field");
+        for bound in [field.min, field.max] {
+            // As an operator types it, and as the tool sends it.
+            let value: f32 = format!("{bound}").parse().expect("a number");
+            let answer = ask(&mut bench, ParameterRequest::Write { number, value });
+            assert!(
+                matches!(answer, ParameterAnswer::Value { value: kept, .. } if kept == value),
+                "{table}.{} = {bound}: {answer:?}",
+                field.name
+            );
+        }
+    }
+}
+
+#[test]
+fn limits_that_the_sensors_cannot_measure_are_not_stored() {
+    let vehicle = reference();
+    for (table, name, beyond, within) in [
+        ("battery", "maximum_v", 75.0, 60.0),
+        ("safety", "overcurrent_a", 200.0, 55.0),
+        ("safety", "overcurrent_a", 60.0, 58.0),
+    ] {
+        let limit = number(vehicle.parameters(), table, name);
+        let mut bench = Bench::new(8);
+        bench.run(1000);
+        for (value, expected) in [
+            (beyond, ParameterAnswer::Inconsistent { number: limit }),
+            (within, ParameterAnswer::Stored),
+        ] {
+            ask(&mut bench, ParameterRequest::Write { number: limit, value });
+            assert_eq!(ask(&mut bench, ParameterRequest::Store), expected, "{name} = {value}");
+        }
+    }
+}
+
+#[test]
 fn gains_that_do_not_hold_the_spar_are_not_stored() {
     let vehicle = reference();
     let gain = number(vehicle.parameters(), "spar", "spar_gain");

@@ -6,7 +6,7 @@ use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
-use super::numbered::schema;
+use super::numbered::{drivable, schema};
 use super::tolerant_flash::Tolerant;
 
 /// Longest stored set in bytes, a multiple of any flash's word.
@@ -100,7 +100,7 @@ impl<F: NorFlash> ParameterStore<F> {
             Err(_) => return Err(NoSet::Corrupt),
         };
         let parameters = decode(bytes, like).ok_or(NoSet::Corrupt)?;
-        Vehicle::new(parameters).map_err(|_| NoSet::Corrupt)
+        drivable(&parameters).map_err(|_| NoSet::Corrupt)
     }
 
     /// Stores a vehicle. A flash that holds no sound store is erased first.

@@ -7,7 +7,7 @@ use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
 use model::vehicle::{NotSet, Vehicle};
 
-use super::numbered::{number_of, schema};
+use super::numbered::{drivable, number_of, schema};
 use super::store::{NoSet, ParameterStore};
 use crate::protocol::message::{Answer, ParameterAnswer, ParameterRequest};
 use crate::topics::{Answered, Asked, Topics};
@@ -70,7 +70,7 @@ pub async fn run<M: RawMutex, F: NorFlash>(
                 staged = *built_in.parameters();
                 ParameterAnswer::DefaultsReady
             }
-            ParameterRequest::Store => match Vehicle::new(staged) {
+            ParameterRequest::Store => match drivable(&staged) {
                 Err(error) => ParameterAnswer::Inconsistent {
                     number: number_of(&staged, &error),
                 },

@@ -10,7 +10,7 @@ use firmware::imu::Place;
 use firmware::parameters::ParameterStore;
 use firmware::protocol::message::About;
 use firmware::topics::{self, DisarmBy};
-use firmware::{analog, built_in, drive, encoders, imu, link, log_task, parameters, watchdog};
+use firmware::{analog, built_in, drive, imu, link, log_task, parameters, watchdog};
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
@@ -24,7 +24,7 @@ use crate::board::{
 type Topics = topics::Topics<CriticalSectionRawMutex>;
 static TOPICS: Topics = Topics::new();
 
-type BoardDrive = DriveHardware<Tim1Bridges, StopContact, CoreCycles, FlightRecorder>;
+type BoardDrive = DriveHardware<QuadratureCounters, Tim1Bridges, StopContact, CoreCycles, FlightRecorder>;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -42,6 +42,7 @@ async fn main(spawner: Spawner) {
     };
     let vehicle = parameters::boot(&mut store, &built_in).await;
     let drive_hardware = DriveHardware {
+        encoders: board.encoders,
         bridges: board.bridges,
         emergency_stop: board.emergency_stop,
         cycles: board.cycles,
@@ -50,7 +51,6 @@ async fn main(spawner: Spawner) {
 
     // In the order in which the tasks run within a tick.
     let control = board::start_control_executor();
-    control.spawn(started(encoder_task(board.encoders)));
     control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
     control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
     control.spawn(started(drive_task(VehicleCore::new(&vehicle, &SCALES), drive_hardware)));
@@ -73,11 +73,6 @@ fn started<S>(
         Ok(token) => token,
         Err(error) => defmt::panic!("a task did not start: {}", error),
     }
-}
-
-#[embassy_executor::task]
-async fn encoder_task(counters: QuadratureCounters) {
-    encoders::run(&TOPICS, counters).await;
 }
 
 #[embassy_executor::task(pool_size = 2)]
