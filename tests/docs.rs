@@ -8,6 +8,7 @@ use std::process::Command;
 use firmware::drive_board;
 use firmware::protocol::frame::encode;
 use firmware::protocol::message::{Envelope, HostMessage, Order, OrderId};
+use model::analog::{Analog, AnalogScale};
 use model::command::DriveCommand;
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::fault::SensorFault;
@@ -189,21 +190,6 @@ fn the_architecture_page_has_the_boards_facts() {
             "sectors of the parameter store",
         ),
         (
-            "`battery_v_per_count`",
-            format!("{:.6} V", scales.battery_v_per_count),
-            "battery, 16 bits",
-        ),
-        (
-            "`current_a_per_count`",
-            format!("{:.6} A", scales.current_a_per_count),
-            "motor currents, 16 bits",
-        ),
-        (
-            "`current_zero_count`",
-            format!("{}", scales.current_zero_count),
-            "count at zero current",
-        ),
-        (
             "`gyro_lsb_per_deg_s`",
             format!("{}", scales.imu.gyro_lsb_per_deg_s),
             "gyros",
@@ -217,6 +203,13 @@ fn the_architecture_page_has_the_boards_facts() {
     let mut text = String::from("| Fact | Value | Of |\n|---|---|---|\n");
     for (name, value, of) in rows {
         let _ = writeln!(text, "| {name} | {value} | {of} |");
+    }
+    for (name, scale) in Analog::<()>::NAMES.iter().zip(scales.analog.values()) {
+        let AnalogScale { per_count, zero_count } = scale;
+        let _ = writeln!(
+            text,
+            "| `{name}` | {per_count:.6} per count of 16 bits, 0 at {zero_count} | analogue input, V or A |"
+        );
     }
     generated::check("architecture.md", "board", &text);
 }

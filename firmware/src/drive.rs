@@ -15,7 +15,7 @@ use model::tick::VehicleCore;
 use crate::checkins::Critical;
 use crate::encoders::Encoders;
 use crate::flight_record::{FlightRecord, Recorder};
-use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters};
+use crate::hardware::{Bridges, CycleCounter, EmergencyStop, EncoderCounters};
 use crate::orders::Orders;
 use crate::protocol::message::TickCycles;
 use crate::records::recorder::TickRecorder;
@@ -151,18 +151,13 @@ fn gather<M: RawMutex>(
         age_us,
     };
     let (analog, analog_age_us) = topics.analog.with_age(now);
-    let AnalogReading { battery, current } = analog.unwrap_or(AnalogReading {
-        battery: 0,
-        current: [0; MOTORS],
-    });
     Sample {
         time_us: now.as_micros(),
         encoder_counts,
         encoder_age_us: 0,
         arm_imu: imu(topics.arm_imu.with_age(now)),
         spar_imu: imu(topics.spar_imu.with_age(now)),
-        battery,
-        current,
+        analog: analog.unwrap_or_default(),
         analog_age_us,
         emergency_stop,
         bridge_break,

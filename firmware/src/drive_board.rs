@@ -16,9 +16,7 @@ pub const DUTY_MAX_PERCENT: u32 = 100 - 2 * PULSE_MIN_PERCENT;
 
 /// What the board's raw counts stand for.
 pub const SCALES: BoardScales = BoardScales {
-    battery_v_per_count: analog::BATTERY_V_PER_COUNT,
-    current_a_per_count: analog::CURRENT_A_PER_COUNT,
-    current_zero_count: analog::CURRENT_ZERO_COUNT,
+    analog: analog::INPUTS.scales(),
     duty_max: DUTY_MAX_PERCENT as f32 / 100.0,
     imu: driver::SCALES,
 };

@@ -3,6 +3,7 @@
 //! The IMUs come in as `embedded_hal_async::spi::SpiDevice<u16>`, the link as `embedded_io_async::{Read,
 //! Write}`, the parameter flash as `embedded_storage_async::nor_flash::NorFlash`.
 
+use model::analog::Analog;
 use model::sample::{Actuation, MOTORS};
 
 /// Hardware quadrature counters.
@@ -23,21 +24,12 @@ pub trait Bridges {
     fn clear_break(&mut self);
 }
 
-/// One round of analogue readings, raw ([`model::board::BoardScales`]).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AnalogReading {
-    /// Battery voltage.
-    pub battery: u16,
-    /// Motor currents.
-    pub current: [u16; MOTORS],
-}
-
 /// Analogue inputs.
 pub trait AnalogInputs {
     /// Why a reading failed.
     type Error: core::fmt::Debug;
-    /// Converts every input once.
-    fn read(&mut self) -> impl Future<Output = Result<AnalogReading, Self::Error>>;
+    /// Converts every input once, to raw counts.
+    fn read(&mut self) -> impl Future<Output = Result<Analog<u16>, Self::Error>>;
 }
 
 /// The emergency-stop input.

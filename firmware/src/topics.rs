@@ -8,13 +8,13 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
+use model::analog::Analog;
 use model::command::{DriveCommand, Request};
 use model::sample::ImuRaw;
 use model::status::Status;
 use model::vehicle::Vehicle;
 
 use crate::checkins::Checkins;
-use crate::hardware::AnalogReading;
 use crate::protocol::message::{Answer, Identity, LinkCounters, OrderId, ParameterRequest, Read, TickCycles};
 use crate::records::ring::RecordRings;
 
@@ -141,7 +141,7 @@ pub struct Topics<M: RawMutex> {
     /// Raised with each reading of either IMU; the control task waits for the signal.
     pub imu_ready: Signal<M, ()>,
     /// Analogue readings.
-    pub analog: Topic<M, AnalogReading>,
+    pub analog: Topic<M, Analog<u16>>,
     /// The latest drive command, stamped with the time at which the operator gave it. Every quantity is a number: the
     /// receiving task drops other commands.
     pub command: Topic<M, DriveCommand>,

@@ -1,5 +1,6 @@
 //! What the vehicle senses in one tick, in SI units.
 
+use crate::analog::Analog;
 use crate::estimate::tilt::TiltReading;
 use crate::sample::{ImuSample, MOTORS};
 
@@ -26,8 +27,10 @@ pub struct Sensed {
     pub spar: TiltReading,
     /// Filtered battery voltage, V.
     pub battery_v: f32,
-    /// Motor currents, A.
+    /// Motor currents, A; 0 for a motor that the vehicle does not have.
     pub current_a: [f32; MOTORS],
+    /// Every analogue input as this tick has it, in SI units.
+    pub analog: Analog<f32>,
     /// Encoder counts as they came.
     pub encoder_counts: [i64; MOTORS],
     /// Age of the encoder counts, us.

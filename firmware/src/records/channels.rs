@@ -1,5 +1,6 @@
 //! A flight record as a row of numbers, and back: to the bit.
 
+use model::analog::{ANALOG_INPUTS, Analog};
 use model::command::{Command, DriveCommand, Request};
 use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample, TICK_US};
 
@@ -7,9 +8,9 @@ use crate::flight_record::FlightRecord;
 
 /// Numbers of an IMU's sample: specific force, angular rate, temperature, age.
 const IMU: usize = 3 + 3 + 1 + 1;
-/// Numbers of a record: tick and its time; age of the command; encoder counts; ages of encoders and analogue readings,
-/// battery; currents; the IMUs; the drive command; flags; duties.
-pub const CHANNELS: usize = 2 + 1 + MOTORS + 3 + MOTORS + 2 * IMU + DriveCommand::QUANTITIES + 1 + MOTORS;
+/// Numbers of a record: tick and its time; age of the command; encoder counts; ages of encoders and analogue readings;
+/// analogue readings; the IMUs; the drive command; flags; duties.
+pub const CHANNELS: usize = 2 + 1 + MOTORS + 2 + ANALOG_INPUTS + 2 * IMU + DriveCommand::QUANTITIES + 1 + MOTORS;
 
 /// Bits of the channel of flags.
 const EMERGENCY_STOP: i64 = 1;
@@ -49,12 +50,8 @@ pub fn row(record: &FlightRecord) -> Row {
         i64::from(command.age_us),
     ]);
     put(&sample.encoder_counts);
-    put(&[
-        i64::from(sample.encoder_age_us),
-        i64::from(sample.analog_age_us),
-        i64::from(sample.battery),
-    ]);
-    put(&sample.current.map(i64::from));
+    put(&[i64::from(sample.encoder_age_us), i64::from(sample.analog_age_us)]);
+    put(&sample.analog.values().map(i64::from));
     put(&imu(&sample.arm_imu));
     put(&imu(&sample.spar_imu));
     put(&command.drive.values().map(|value| i64::from(value.to_bits())));
@@ -85,8 +82,8 @@ pub fn record(row: &Row) -> Option<FlightRecord> {
     let rest = &mut &row[..];
     let [tick, time_us, command_age_us] = take(rest)?;
     let encoder_counts = take(rest)?;
-    let [encoder_age_us, analog_age_us, battery] = take(rest)?;
-    let currents = take::<MOTORS>(rest)?;
+    let [encoder_age_us, analog_age_us] = take(rest)?;
+    let readings = take::<ANALOG_INPUTS>(rest)?;
     let (arm, spar) = (take(rest)?, take(rest)?);
     let quantities = take::<{ DriveCommand::QUANTITIES }>(rest)?;
     let [flags] = take(rest)?;
@@ -96,8 +93,8 @@ pub fn record(row: &Row) -> Option<FlightRecord> {
     for (slot, bits) in drive.iter_mut().zip(quantities) {
         *slot = f32::from_bits(u32::try_from(bits).ok()?);
     }
-    let mut current = [0; MOTORS];
-    for (slot, count) in current.iter_mut().zip(currents) {
+    let mut analog = [0; ANALOG_INPUTS];
+    for (slot, count) in analog.iter_mut().zip(readings) {
         *slot = u16::try_from(count).ok()?;
     }
     let mut duty = [0; MOTORS];
@@ -112,8 +109,7 @@ pub fn record(row: &Row) -> Option<FlightRecord> {
             encoder_age_us: u32::try_from(encoder_age_us).ok()?,
             arm_imu: imu_sample(&arm)?,
             spar_imu: imu_sample(&spar)?,
-            battery: u16::try_from(battery).ok()?,
-            current,
+            analog: Analog::from_values(analog),
             analog_age_us: u32::try_from(analog_age_us).ok()?,
             emergency_stop: flags & EMERGENCY_STOP != 0,
             bridge_break: flags & BRIDGE_BREAK != 0,

@@ -181,6 +181,7 @@ impl Iterator for Records<'_> {
 
 #[cfg(test)]
 mod tests {
+    use model::analog::Analog;
     use model::command::Request;
     use proptest::prelude::*;
 
@@ -208,8 +209,7 @@ mod tests {
                     record.sample.arm_imu.raw.accel = [n[0] as i16, n[1] as i16, n[2] as i16];
                     record.sample.spar_imu.raw.gyro = [n[3] as i16, n[4] as i16, n[5] as i16];
                     record.sample.arm_imu.age_us = n[5] as u32;
-                    record.sample.battery = n[6] as u16;
-                    record.sample.current = [n[7] as u16, n[6] as u16, n[5] as u16];
+                    record.sample.analog = Analog::from_values(std::array::from_fn(|input| n[7 - input % 3] as u16));
                     record.sample.emergency_stop = n[7] & 1 == 1;
                     record.command.drive.speed_m_s = f32::from_bits(n[0] as u32 & 0x7F7F_FFFF);
                     record.command.age_us = n[1] as u32;

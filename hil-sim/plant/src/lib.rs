@@ -10,6 +10,7 @@
 
 #![forbid(unsafe_code)]
 
+use model::analog::Analog;
 use model::sample::{MOTORS, Motor};
 
 pub mod analog;
@@ -205,10 +206,16 @@ impl Plant {
         &mut self.encoders[motor as usize]
     }
 
-    /// One conversion of the analogue inputs ([`model::board::BoardScales`]): battery voltage and the
-    /// motor currents, with the converter's noise, saturated at its range.
-    pub fn analog(&mut self) -> (u16, [u16; MOTORS]) {
-        self.analog.convert(self.battery_v, self.bridge_current_a())
+    /// One conversion of the analogue inputs to raw counts ([`model::board::BoardScales`]), with the converter's
+    /// noise, saturated at its range.
+    pub fn analog(&mut self) -> Analog<u16> {
+        let [left_current, right_current, ballast_current] = self.bridge_current_a();
+        self.analog.convert(Analog {
+            battery: self.battery_v,
+            left_current,
+            right_current,
+            ballast_current,
+        })
     }
 
     /// The IMU on the arm.

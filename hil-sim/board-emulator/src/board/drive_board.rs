@@ -2,6 +2,7 @@
 
 use std::num::{NonZeroU32, NonZeroU64};
 
+use model::analog::Analog;
 use rigless::device::Level;
 use rigless::machine::{Board, Crystal, Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
@@ -39,8 +40,13 @@ mod at {
 
 /// Chip selects of the arm IMU and the spar IMU.
 const IMU_SELECTS: [(&str, u8); 2] = [("GPIOD", 14), ("GPIOE", 4)];
-/// Converter channels of the battery and of the motors' currents.
-const ANALOG_CHANNELS: [u8; 1 + MOTORS] = [15, 10, 5, 18];
+/// Converter channels of the analogue inputs.
+const ANALOG_CHANNELS: Analog<u8> = Analog {
+    battery: 15,
+    left_current: 10,
+    right_current: 5,
+    ballast_current: 18,
+};
 /// The emergency stop's first contact, PG2.
 const STOP_PIN: u8 = 2;
 /// Pins of the bridges on port E: forward, reverse.
@@ -189,8 +195,7 @@ impl DriveBoard {
                 chip.set_acceleration(x, y, z);
             }
         }
-        let levels = std::iter::once(sensed.battery_mv).chain(sensed.current_mv);
-        for (channel, millivolts) in ANALOG_CHANNELS.into_iter().zip(levels) {
+        for (channel, millivolts) in ANALOG_CHANNELS.values().into_iter().zip(sensed.analog_mv.values()) {
             let channel = adc::Channel::new(channel).expect("a converter has twenty channels");
             h7.adc[at::CONVERTER].set_input(channel, millivolts);
         }

@@ -1,6 +1,7 @@
 //! What the board's pins tell the vehicle and what the vehicle's sensors put on them.
 
-/// Number of motors, in the order of the firmware's arrays: left, right, camera.
+use model::analog::Analog;
+/// Number of motors, in the order of the firmware's arrays: left, right, ballast.
 pub use model::sample::MOTORS;
 
 /// State of a motor's bridge.
@@ -60,12 +61,10 @@ impl ImuSensed {
 pub struct SensedAtPins {
     /// Encoder positions in counts.
     pub encoder_counts: [i64; MOTORS],
-    /// IMUs: chassis, spar.
+    /// IMUs: arm, spar.
     pub imus: [ImuSensed; 2],
-    /// Battery divider's output in mV.
-    pub battery_mv: u32,
-    /// Current amplifiers' outputs in mV.
-    pub current_mv: [u32; MOTORS],
+    /// Outputs of the battery's divider and of the other sensors before the converter, in mV.
+    pub analog_mv: Analog<u32>,
     /// The supply is too low for the board, which is held in reset.
     pub unpowered: bool,
 }

@@ -3,6 +3,7 @@
 use std::mem::{offset_of, size_of};
 
 use firmware::flight_record::FlightRecord;
+use model::analog::Analog;
 use model::command::{Command, DriveCommand, Request};
 use model::sample::{Actuation, ImuRaw, ImuSample, Sample};
 
@@ -51,8 +52,8 @@ pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
             encoder_age_us: sample(offset_of!(Sample, encoder_age_us)).u32()?,
             arm_imu: sample(offset_of!(Sample, arm_imu)).imu()?,
             spar_imu: sample(offset_of!(Sample, spar_imu)).imu()?,
-            battery: sample(offset_of!(Sample, battery)).u16()?,
-            current: sample(offset_of!(Sample, current)).each(2, |field| field.u16())?,
+            // C's layout of the inputs is an array of them.
+            analog: Analog::from_values(sample(offset_of!(Sample, analog)).each(2, |field| field.u16())?),
             analog_age_us: sample(offset_of!(Sample, analog_age_us)).u32()?,
             emergency_stop: sample(offset_of!(Sample, emergency_stop)).flag()?,
             bridge_break: sample(offset_of!(Sample, bridge_break)).flag()?,

@@ -54,7 +54,7 @@ impl ClosedPlant for VehicleAtPins {
             _ => bridge.duty().map_or(plant::BridgeState::Open, plant::BridgeState::Duty),
         });
         plant.advance(seconds, &bridges);
-        let (battery, current) = plant.analog();
+        let analog_mv = plant.analog().map(|count| millivolts(f64::from(count)));
         let counted = |motor| plant.encoder(motor).counted();
         let encoder_counts = [counted(Motor::Left), counted(Motor::Right), counted(Motor::Ballast)];
         let arm = sensed(plant.arm_imu());
@@ -62,8 +62,7 @@ impl ClosedPlant for VehicleAtPins {
         SensedAtPins {
             encoder_counts,
             imus: [arm, spar],
-            battery_mv: millivolts(f64::from(battery)),
-            current_mv: current.map(|count| millivolts(f64::from(count))),
+            analog_mv,
             unpowered: !plant.powers_board(),
         }
     }

@@ -8,10 +8,9 @@ use embassy_time::Instant;
 use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 use firmware::drive_board::{DUTY_MAX_PERCENT, WATCHDOG_US};
 use firmware::flight_record::{FlightRecord, Recorder};
-use firmware::hardware::{
-    AnalogInputs, AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Watchdog,
-};
+use firmware::hardware::{AnalogInputs, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Watchdog};
 use firmware::imu::Place;
+use model::analog::Analog;
 use model::control::motor::DUTY_FULL_SCALE;
 use model::sample::{Actuation, MOTORS};
 
@@ -125,9 +124,8 @@ impl EncoderCounters for Hardware {
 impl AnalogInputs for Hardware {
     type Error = Infallible;
 
-    async fn read(&mut self) -> Result<AnalogReading, Infallible> {
-        let (battery, current) = self.now(|world| world.plant.analog());
-        Ok(AnalogReading { battery, current })
+    async fn read(&mut self) -> Result<Analog<u16>, Infallible> {
+        Ok(self.now(|world| world.plant.analog()))
     }
 }
 

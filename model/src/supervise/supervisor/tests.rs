@@ -30,6 +30,7 @@ impl Bench {
                 spar: TiltReading::default(),
                 battery_v: 25.0,
                 current_a: [0.0; MOTORS],
+                analog: crate::analog::Analog::default(),
                 encoder_counts: [0; MOTORS],
                 encoder_age_us: 100,
                 arm_imu: ImuSample::default(),

@@ -55,6 +55,7 @@ use embassy_stm32::usart::Uart;
 use embassy_stm32::{bind_interrupts, dma, flash, pac, peripherals, usart};
 use embassy_time::Delay;
 use embedded_hal_bus::spi::ExclusiveDevice;
+use firmware::drive_board::analog::INPUTS;
 use firmware::hardware::ResetCause;
 
 pub use analog::AnalogSequence;
@@ -178,7 +179,7 @@ impl Board {
             ),
             Output::new(p.PE4, Level::High, Speed::VeryHigh),
         );
-        let analog = AnalogSequence::new(p.ADC1, p.DMA2_CH4, Interrupts, [15, 10, 5, 18]);
+        let analog = AnalogSequence::new(p.ADC1, p.DMA2_CH4, Interrupts, INPUTS.channels());
         let uart = Uart::new(
             p.USART3,
             p.PD9,

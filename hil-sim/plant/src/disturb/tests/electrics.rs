@@ -1,7 +1,7 @@
 //! Leads, bridges, analogue sensors, battery.
 
 use super::*;
-use crate::analog::{AnalogFault, BATTERY, Following};
+use crate::analog::{AnalogFault, Following};
 use crate::settings::BatterySettings;
 use crate::wiring::{DeadHalf, Leads};
 
@@ -46,24 +46,24 @@ fn leads_and_half_bridges_fail_one_motor_each() {
 fn analogue_sensors_fail_and_the_motors_do_not() {
     let mut plant = plant(&bare_vehicle(), &PlantSettings::default());
     plant.set_analog_fault(
-        0,
+        "left_current",
         AnalogFault {
             offset: 5.0,
             ..AnalogFault::default()
         },
     );
     plant.set_analog_fault(
-        BATTERY,
+        "battery",
         AnalogFault {
             following: Following::Dead,
             ..AnalogFault::default()
         },
     );
     run(&mut plant, 10, OPEN);
-    let (battery, current) = plant.analog();
+    let analog = plant.analog();
     let amperes = |count: u16| (f64::from(count) - 32768.0) * 120.0 / 65536.0;
-    assert!((amperes(current[0]) - 5.0).abs() < 0.03 && amperes(current[1]).abs() < 0.03);
-    assert!(battery < 20);
+    assert!((amperes(analog.left_current) - 5.0).abs() < 0.03 && amperes(analog.right_current).abs() < 0.03);
+    assert!(analog.battery < 20);
     assert_eq!(plant.truth().current_a, [0.0; MOTORS]);
 }
 
