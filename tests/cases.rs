@@ -69,10 +69,10 @@ fn noise_without_end_is_refused_with_its_range() {
 #[test]
 fn a_vehicle_that_is_no_number_ends_the_run_with_its_reason() {
     let vehicle = case("vehicle-that-is-nan.toml");
-    assert!(vehicle.contains("motor_arm_m = 5.0") && vehicle.contains("motor_mass_kg = 0.0"));
+    assert!(vehicle.contains("motor_distance_m = 5.0") && vehicle.contains("motor_mass_kg = 0.0"));
     for (from, to) in [
         ("", ""),
-        ("motor_arm_m = 5.0", "motor_arm_m = 4.0"),
+        ("motor_distance_m = 5.0", "motor_distance_m = 4.0"),
         ("2.43876275695425", "2.0"),
     ] {
         let file = own_vehicle("nan.toml", &vehicle.replacen(from, to, 1));

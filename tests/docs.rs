@@ -238,47 +238,25 @@ fn the_errata_are_numbered_and_listed() {
     assert_eq!(listed, expected);
 }
 
-/// What `cargo test ARGUMENTS` would run.
-fn selected(arguments: &[&str]) -> Vec<String> {
-    let root = root();
-    let (mut package, mut only, mut filter) = (None, None, None);
-    let mut words = arguments.iter();
-    while let Some(word) = words.next() {
-        match *word {
-            "-p" => package = words.next(),
-            "--test" => only = words.next(),
-            name => {
-                assert!(!name.starts_with('-') && filter.is_none(), "{arguments:?}: {name}");
-                filter = Some(name);
-            }
-        }
+#[test]
+fn the_adding_page_counts_its_places() {
+    let page = page("adding.md");
+    // For a command there are two lists: of a quantity and of a request.
+    for (what, places, lists) in [
+        ("parameter", 2, 1),
+        ("fault", 2, 1),
+        ("sensor", 4, 1),
+        ("command", 2, 2),
+    ] {
+        let claim = format!("| [a {what}](#a-{what})");
+        let claim = page.text.lines().find(|line| line.starts_with(&claim)).expect(what);
+        assert_eq!(claim.split(" | ").nth(1), Some(&*places.to_string()), "{claim}");
+        let section = page.text.split(&format!("\n## A {what}\n")).nth(1).expect(what);
+        let section = section.split("\n## ").next().unwrap_or_default();
+        let numbers = (1..=places).map(|n| section.matches(&format!("\n| {n}. ")).count());
+        assert_eq!(numbers.collect::<Vec<_>>(), vec![lists; places], "{what}");
+        assert!(!section.contains(&format!("\n| {}. ", places + 1)), "{what}");
     }
-    let packages = [
-        ("model", "model"),
-        ("vehicle-file", "model/vehicle-file"),
-        ("firmware", "firmware"),
-        ("hil-sim", "hil-sim"),
-        ("plant", "hil-sim/plant"),
-        ("virtual-board", "hil-sim/virtual-board"),
-        ("theory", "hil-sim/theory"),
-        ("report", "hil-sim/report"),
-    ];
-    let mut tests = Vec::new();
-    for (name, folder) in packages {
-        if package.is_some_and(|package| *package != name) {
-            continue;
-        }
-        let mut folders = vec![root.join(folder).join("tests")];
-        if name == "hil-sim" {
-            folders.push(root.join("tests"));
-        }
-        if only.is_none() {
-            tests.extend(pages::unit_tests(&root.join(folder).join("src")));
-        }
-        tests.extend(pages::integration_tests(&folders, only.copied()));
-    }
-    tests.retain(|test| filter.is_none_or(|filter| test.contains(filter)));
-    tests
 }
 
 #[test]
@@ -291,7 +269,7 @@ fn every_test_that_a_page_names_exists() {
             let words = command.split(' ').filter(|word| !word.contains('='));
             let words: Vec<&str> = words.take_while(|word| *word != "--").collect();
             let tests = match words[..] {
-                ["cargo", "test", ref arguments @ ..] => selected(arguments),
+                ["cargo", "test", ref arguments @ ..] => pages::selected(&root(), arguments),
                 ["cargo", "hil-elf", ref filter @ ..] => {
                     let mut tests = pages::unit_tests(&board);
                     tests.retain(|test| filter.iter().all(|filter| test.contains(filter)));

@@ -1,7 +1,5 @@
 //! The analogue inputs of a board, in one list: what is read, scaled, recorded and simulated follows the list.
 
-use crate::sample::MOTORS;
-
 /// What an input's raw counts stand for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AnalogScale {
@@ -112,8 +110,8 @@ analog_inputs! {
 }
 
 impl<T: Copy> Analog<T> {
-    /// What the motors' currents have, in the order of [`crate::sample::Motor`].
-    pub const fn currents(&self) -> [T; MOTORS] {
+    /// What the motors' currents have, left, right, ballast: in the order of `Motor`.
+    pub const fn currents(&self) -> [T; 3] {
         [self.left_current, self.right_current, self.ballast_current]
     }
 }

@@ -143,15 +143,12 @@ impl Bench {
     pub fn request(&mut self, request: Request) {
         match request {
             Request::None => {}
-            Request::Arm => {
-                self.order(Order::Request(Request::Arm));
-            }
-            Request::ClearFaults => {
-                self.order(Order::Request(Request::ClearFaults));
-            }
             Request::Disarm => {
                 let (_, frame) = self.client.disarm();
                 self.put(&frame);
+            }
+            request => {
+                self.order(Order::Request(request));
             }
         }
     }

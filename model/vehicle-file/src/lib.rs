@@ -208,11 +208,13 @@ const TABLES: &[model::vehicle::Table] = VehicleParameters::<f64>::TABLES;
 
 /// Names of version 0.1 that have changed since, as `table` or `table.field`: the old name and the new. A file
 /// with an old name is read as if it had the new one, and a line on standard error asks for the change.
-const RENAMED: [(&str, &str); 4] = [
+const RENAMED: [(&str, &str); 6] = [
     ("camera", "spar"),
     ("camera_motor", "ballast_motor"),
     ("imu.chassis_radius_m", "imu.arm_radius_m"),
     ("control.camera_voltage_max_v", "control.ballast_voltage_max_v"),
+    ("spar.motor_arm_m", "spar.motor_distance_m"),
+    ("spar.ballast_arm_m", "spar.ballast_distance_m"),
 ];
 
 /// Gives the names of [`RENAMED`] their new form, unless the file has both; the pairs that it met.

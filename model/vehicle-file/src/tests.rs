@@ -82,8 +82,8 @@ fn a_spar_of_any_proportions_is_scaled_by_the_vehicle() {
         ("camera_mass_kg = 0.51", "camera_mass_kg = 0.7"),
         ("motor_mass_kg = 1.53", "motor_mass_kg = 1.1"),
         ("ballast_mass_kg = 2.04", "ballast_mass_kg = 3.0"),
-        ("motor_arm_m = 0.0416667", "motor_arm_m = 0.09"),
-        ("ballast_arm_m = 0.0416667", "ballast_arm_m = 0.06"),
+        ("motor_distance_m = 0.0416667", "motor_distance_m = 0.09"),
+        ("ballast_distance_m = 0.0416667", "ballast_distance_m = 0.06"),
         ("half_track_m = 0.25", "half_track_m = 0.3"),
     ] {
         assert!(text.contains(from), "{from}");
