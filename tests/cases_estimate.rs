@@ -4,7 +4,7 @@
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Fault, FaultSet, Limit};
 use virtual_board::ages;
-use virtual_board::board::hardware::Records;
+use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{self, Scenario, VirtualBackend};
 
@@ -29,7 +29,7 @@ fn the_samples_of_every_tick_are_as_old_as_the_design_says() {
         let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
         backend
             .board
-            .world(|world| world.records = Some(Records::first(usize::MAX)));
+            .world(|world| world.records = Some(FirstRecords::first(usize::MAX)));
         scenario::run(&scenario, &mut backend, |_| {}).expect("valid");
         let records = backend
             .board

@@ -7,7 +7,7 @@ use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
-use virtual_board::board::hardware::Records;
+use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
 use virtual_board::scenario::{self, Scenario, VirtualBackend};
 
@@ -28,7 +28,7 @@ pub(crate) fn record(vehicle: &Vehicle<f64>) -> Result<Vec<FlightRecord>, Box<dy
     let mut backend = VirtualBackend::boot(vehicle, plant)?;
     backend
         .board
-        .world(|world| world.records = Some(Records::first(usize::MAX)));
+        .world(|world| world.records = Some(FirstRecords::first(usize::MAX)));
     scenario::run(&drive, &mut backend, |_ms| {})?;
     let records = backend.board.world(|world| world.records.take());
     Ok(records.unwrap_or_default().into_kept())

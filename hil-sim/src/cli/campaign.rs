@@ -99,7 +99,7 @@ fn shard(text: &str) -> Result<Shard, String> {
 
 /// The runs of one scenario with one set of overrides.
 #[derive(Debug, Clone, Default, Serialize)]
-struct Group {
+struct SummaryGroup {
     runs: u64,
     passed: u64,
     failed: u64,
@@ -121,7 +121,7 @@ struct Summary {
     wall_s: f64,
     threads: usize,
     simulated_s_per_wall_s: f64,
-    groups: BTreeMap<String, Group>,
+    groups: BTreeMap<String, SummaryGroup>,
 }
 
 /// Runs the command.
@@ -166,7 +166,7 @@ fn run_campaign(arguments: &RunArguments) -> Result<(), CommandError> {
 
     let bar = progress_bar((range.end - range.start) as usize, "runs");
     let started = Instant::now();
-    let mut groups: BTreeMap<String, Group> = BTreeMap::new();
+    let mut groups: BTreeMap<String, SummaryGroup> = BTreeMap::new();
     let mut simulated_s = 0.0;
     // In batches, so that results are written in order and memory stays bounded.
     for batch in batches(range, 64 * pool.current_num_threads() as u64) {
@@ -192,7 +192,7 @@ fn run_campaign(arguments: &RunArguments) -> Result<(), CommandError> {
     bar.finish_and_clear();
     let out = file.map(NewFile::finish).transpose()?;
 
-    let total = |of: fn(&Group) -> u64| groups.values().map(of).sum::<u64>();
+    let total = |of: fn(&SummaryGroup) -> u64| groups.values().map(of).sum::<u64>();
     let summary = Summary {
         runs: total(|group| group.runs),
         passed: total(|group| group.passed),
@@ -228,7 +228,7 @@ fn batches(range: Range<u64>, size: u64) -> impl Iterator<Item = Range<u64>> {
         .map(move |start| start..(start + size.max(1)).min(end))
 }
 
-impl Group {
+impl SummaryGroup {
     fn add(&mut self, result: &RunResult) {
         self.runs += 1;
         match result.verdict {
@@ -251,7 +251,7 @@ fn group_name(result: &RunResult) -> String {
 
 /// A run's line in the file.
 #[derive(Debug, Serialize)]
-struct Line<'a> {
+struct SummaryLine<'a> {
     run: u64,
     scenario: &'a str,
     seed: u64,
@@ -262,8 +262,8 @@ struct Line<'a> {
     metrics: BTreeMap<&'a str, f64>,
 }
 
-fn line(result: &RunResult) -> Line<'_> {
-    Line {
+fn line(result: &RunResult) -> SummaryLine<'_> {
+    SummaryLine {
         run: result.run,
         scenario: &result.scenario,
         seed: result.seed,

@@ -17,7 +17,7 @@ use plant::Plant;
 use report::error::CommandError;
 use report::files::NewFile;
 use report::output::{create_directory, print, progress_bar, write_file};
-use virtual_board::board::hardware::Records;
+use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
 use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{self, Backend, Check, MetricValue, Metrics, Scenario, VirtualBackend};
@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
                 if !arguments.json {
                     backend
                         .board
-                        .world(|world| world.records = Some(Records::first(REPLAY_TICKS_MAX)));
+                        .world(|world| world.records = Some(FirstRecords::first(REPLAY_TICKS_MAX)));
                 }
                 Ok(backend)
             },

@@ -19,7 +19,7 @@ mod overrides;
 
 pub use error::CampaignError;
 pub use overrides::Axis;
-use overrides::{Source, Target};
+use overrides::{OverrideSource, Target};
 
 /// Most runs of a campaign.
 pub const RUNS_MAX: u64 = 100_000_000;
@@ -29,16 +29,16 @@ pub const COMBINATIONS_MAX: u64 = 100_000;
 /// Many runs, numbered: scenarios outermost, then the overrides in their order, seeds innermost.
 #[derive(Debug, Clone)]
 pub struct Campaign {
-    scenarios: Vec<Source>,
-    vehicle: Option<Source>,
-    plant_vehicle: Option<Source>,
+    scenarios: Vec<OverrideSource>,
+    vehicle: Option<OverrideSource>,
+    plant_vehicle: Option<OverrideSource>,
     axes: Vec<Axis>,
     seeds: RangeInclusive<u64>,
 }
 
 /// What makes two campaigns the same.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, serde::Deserialize)]
-pub struct Identity {
+pub struct CampaignIdentity {
     /// Version of the program.
     pub version: String,
     /// The scenarios' files.
@@ -103,10 +103,10 @@ impl Campaign {
         let campaign = Self {
             scenarios: scenarios
                 .iter()
-                .map(|path| Source::read(path))
+                .map(|path| OverrideSource::read(path))
                 .collect::<Result<_, _>>()?,
-            vehicle: vehicle.map(Source::read).transpose()?,
-            plant_vehicle: plant_vehicle.map(Source::read).transpose()?,
+            vehicle: vehicle.map(OverrideSource::read).transpose()?,
+            plant_vehicle: plant_vehicle.map(OverrideSource::read).transpose()?,
             axes,
             seeds,
         };
@@ -145,7 +145,7 @@ impl Campaign {
     }
 
     /// What makes this campaign the same as another.
-    pub fn identity(&self) -> Identity {
+    pub fn identity(&self) -> CampaignIdentity {
         let sources = self.scenarios.iter().chain(&self.vehicle).chain(&self.plant_vehicle);
         let texts = sources.flat_map(|source| source.text.bytes().chain([0]));
         let vehicles = self.scenarios.iter().flat_map(|source| {
@@ -155,7 +155,7 @@ impl Campaign {
             let text = named.and_then(|file| vehicle_file::read_text(&source.folder.join(file)).ok());
             text.unwrap_or_default().into_bytes()
         });
-        Identity {
+        CampaignIdentity {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scenarios: self.scenarios.iter().map(|source| source.name.clone()).collect(),
             sets: self
@@ -173,7 +173,7 @@ impl Campaign {
     }
 
     /// The scenario's source, the overrides and the seed of run `run`.
-    fn parts(&self, run: u64) -> (&Source, Vec<(&Axis, &Value)>, u64) {
+    fn parts(&self, run: u64) -> (&OverrideSource, Vec<(&Axis, &Value)>, u64) {
         let seed = self.seeds.start() + run % self.seed_count();
         let mut rest = run / self.seed_count();
         let mut set: Vec<(&Axis, &Value)> = Vec::new();
@@ -196,24 +196,24 @@ impl Campaign {
         scenario.seed = seed;
         let vehicle = match (&self.vehicle, &scenario.vehicle) {
             (Some(vehicle), _) => vehicle.clone(),
-            (None, Some(file)) => Source::read(&source.folder.join(file))?,
-            (None, None) => Source {
+            (None, Some(file)) => OverrideSource::read(&source.folder.join(file))?,
+            (None, None) => OverrideSource {
                 name: vehicle_file::REFERENCE_NAME.to_owned(),
                 folder: PathBuf::new(),
                 text: vehicle_file::REFERENCE.to_owned(),
             },
         };
-        let told = Source {
+        let told = OverrideSource {
             text: vehicle.with(&of(Target::Vehicle))?,
             ..vehicle
         };
         let simulated = self.plant_vehicle.as_ref().unwrap_or(&told);
-        let simulated = Source {
+        let simulated = OverrideSource {
             text: simulated.with(&of(Target::PlantVehicle))?,
             ..simulated.clone()
         };
         let ranges = SCALES.sensor_ranges();
-        let read = |source: &Source| vehicle_file::parse_vehicle_for(&source.name, &source.text, &ranges);
+        let read = |source: &OverrideSource| vehicle_file::parse_vehicle_for(&source.name, &source.text, &ranges);
         let (told, simulated) = (read(&told)?, read(&simulated)?);
         scenario
             .plant(&simulated)

@@ -8,7 +8,7 @@ use report::error::CommandError;
 use report::files::NewFile;
 use report::output::print;
 use serde::{Deserialize, Serialize};
-use virtual_board::campaign::Identity;
+use virtual_board::campaign::CampaignIdentity;
 
 /// Flags of `campaign merge`.
 #[derive(Debug, Args)]
@@ -25,7 +25,7 @@ pub(super) struct MergeArguments {
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Header {
     /// What was run.
-    pub(super) campaign: Identity,
+    pub(super) campaign: CampaignIdentity,
     /// The numbers of the runs that follow: from the first, up to but without the second.
     pub(super) range: [u64; 2],
 }
@@ -37,13 +37,13 @@ pub(super) fn write_line(file: &mut NewFile, value: &impl Serialize) -> Result<(
 }
 
 /// A file of results, its first line read.
-struct Part {
+struct ResultsPart {
     name: String,
     header: Header,
     lines: std::io::Lines<BufReader<std::fs::File>>,
 }
 
-fn part(path: &Path) -> Result<Part, CommandError> {
+fn part(path: &Path) -> Result<ResultsPart, CommandError> {
     let name = path.display().to_string();
     let file = std::fs::File::open(path).map_err(|error| CommandError::Input(format!("{name}: {error}")))?;
     let mut lines = BufReader::new(file).lines();
@@ -54,7 +54,7 @@ fn part(path: &Path) -> Result<Part, CommandError> {
     let header = first
         .and_then(|line| serde_json::from_str(&line).ok())
         .ok_or_else(|| CommandError::Input(format!("{name}: no results of a campaign: the first line must tell it")))?;
-    Ok(Part { name, header, lines })
+    Ok(ResultsPart { name, header, lines })
 }
 
 /// Joins the results of all shards.

@@ -18,12 +18,12 @@ use plant::{BridgeState, Plant};
 
 /// The records of the first ticks, up to a number that bounds their memory.
 #[derive(Debug, Clone, Default)]
-pub struct Records {
+pub struct FirstRecords {
     kept: Vec<FlightRecord>,
     most: usize,
 }
 
-impl Records {
+impl FirstRecords {
     /// Keeps the records of the first `most` ticks.
     pub fn first(most: usize) -> Self {
         Self { kept: Vec::new(), most }
@@ -51,7 +51,7 @@ pub struct World {
     /// The lamps: armed, faulted.
     pub lamps: (bool, bool),
     /// The records of the ticks, if they are kept.
-    pub records: Option<Records>,
+    pub records: Option<FirstRecords>,
     synced_us: u64,
     bridges: [BridgeState; MOTORS],
     break_tripped: bool,

@@ -67,13 +67,13 @@ impl Axis {
 
 /// A file's name and text.
 #[derive(Debug, Clone)]
-pub(super) struct Source {
+pub(super) struct OverrideSource {
     pub(super) name: String,
     pub(super) folder: PathBuf,
     pub(super) text: String,
 }
 
-impl Source {
+impl OverrideSource {
     pub(super) fn read(path: &Path) -> Result<Self, CampaignError> {
         let name = path.display().to_string();
         let text = vehicle_file::read_text(path).map_err(|reason| CampaignError::Unreadable(name.clone(), reason))?;
