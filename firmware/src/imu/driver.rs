@@ -2,20 +2,24 @@
 //!
 //! The driver is hand-written: the maintained driver crates read through the FIFO, which costs two more
 //! transactions per tick and delays a sample by up to one tick; the vehicle needs the newest sample in one
-//! burst. Register names and values are the data sheet's (DS-000347), bank 0.
+//! burst. Register names and values are the data sheet's (DS-000347), but for the adaptive full scale, which
+//! the data sheet leaves among the reserved bits ([`Setting`]s below).
 
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::spi::{Operation, SpiDevice};
 use model::sample::ImuRaw;
 
-/// Registers of bank 0.
+/// Registers of bank 0; `REG_BANK_SEL` is in every bank.
 mod register {
     pub const DEVICE_CONFIG: u8 = 0x11;
     pub const TEMP_DATA1: u8 = 0x1D;
+    pub const INTF_CONFIG0: u8 = 0x4C;
+    pub const INTF_CONFIG1: u8 = 0x4D;
     pub const PWR_MGMT0: u8 = 0x4E;
     pub const GYRO_CONFIG0: u8 = 0x4F;
     pub const ACCEL_CONFIG0: u8 = 0x50;
     pub const WHO_AM_I: u8 = 0x75;
+    pub const REG_BANK_SEL: u8 = 0x76;
 }
 
 /// Set in the address of a read.
@@ -26,12 +30,69 @@ const DATA_WORDS: usize = 7;
 /// What [`register::WHO_AM_I`] holds.
 pub(super) const WHO_AM_I: u8 = 0x47;
 const SOFT_RESET: u8 = 0x01;
-/// Gyro and accelerometer in low-noise mode.
-const LOW_NOISE: u8 = 0x0F;
-/// Full scale 1 (+-1000 deg/s), data rate 1 kHz.
-const GYRO_1000_DPS_1_KHZ: u8 = 0x26;
-/// Full scale 1 (+-8 g), data rate 1 kHz.
-const ACCEL_8_G_1_KHZ: u8 = 0x26;
+/// Wait after a soft reset. The data sheet asks for 1 ms at least.
+const RESET_TIME: Duration = Duration::from_millis(2);
+/// Wait after a setting of a sensor. No register may be written for 200 us after the sensors are switched on.
+const SETTING_TIME: Duration = Duration::from_micros(300);
+/// The gyro's start-up time.
+const GYRO_START_TIME: Duration = Duration::from_millis(45);
+
+/// Bits of a register that the driver sets. The register's other bits are reserved or stay as the reset left
+/// them.
+#[derive(Debug, Clone, Copy)]
+struct Setting {
+    register: u8,
+    /// The bits to set.
+    mask: u8,
+    /// Their value; no bit outside the mask.
+    value: u8,
+}
+
+/// Bank 0, which a reset of the firmware alone leaves as an earlier run had it.
+const BANK_0: Setting = Setting {
+    register: register::REG_BANK_SEL,
+    mask: 0x07,
+    value: 0x00,
+};
+/// What the part's interface needs before anything is measured.
+const INTERFACE: [Setting; 2] = [
+    // SPI only (UI_SIFS_CFG 3: noise on the wires cannot switch the part to I2C), data high byte first
+    // (SENSOR_DATA_ENDIAN).
+    Setting {
+        register: register::INTF_CONFIG0,
+        mask: 0x13,
+        value: 0x13,
+    },
+    // Adaptive full scale off (AFSR, bits 7:6, value 1). The data sheet calls the bits reserved; the drivers of
+    // flight controllers (ArduPilot, Betaflight) clear the adaptive scale with them. With it, as reset, the gyro's
+    // data stand still for 1 to 2 ms whenever a rate crosses about 100 deg/s.
+    Setting {
+        register: register::INTF_CONFIG1,
+        mask: 0xC0,
+        value: 0x40,
+    },
+];
+/// What is measured.
+const SENSORS: [Setting; 3] = [
+    // Full scale 1 (+-1000 deg/s), data rate 1 kHz; bit 4 is reserved.
+    Setting {
+        register: register::GYRO_CONFIG0,
+        mask: 0xEF,
+        value: 0x26,
+    },
+    // Full scale 1 (+-8 g), data rate 1 kHz; bit 4 is reserved.
+    Setting {
+        register: register::ACCEL_CONFIG0,
+        mask: 0xEF,
+        value: 0x26,
+    },
+    // Gyro and accelerometer in low-noise mode, the thermometer on; bits 7:6 are reserved.
+    Setting {
+        register: register::PWR_MGMT0,
+        mask: 0x3F,
+        value: 0x0F,
+    },
+];
 /// What a data register holds before there is data.
 const NO_DATA: i16 = i16::MIN;
 
@@ -72,35 +133,32 @@ impl<S: SpiDevice<u16>> Icm42688p<S> {
         Self { spi }
     }
 
-    /// Resets and configures the part, and reads the configuration back.
+    /// Resets and configures the part, and reads every setting back.
     ///
     /// # Errors
     /// [`ImuError`]; the caller may try again.
     pub async fn start(&mut self) -> Result<(), ImuError<S::Error>> {
+        // An earlier run may have left another bank selected, in which the register of the reset is another one.
+        self.write(BANK_0.register, BANK_0.value).await?;
         self.write(register::DEVICE_CONFIG, SOFT_RESET).await?;
-        Timer::after(Duration::from_millis(2)).await;
+        Timer::after(RESET_TIME).await;
+        self.write(BANK_0.register, BANK_0.value).await?;
         let who = self.read(register::WHO_AM_I).await?;
         if who != WHO_AM_I {
             return Err(ImuError::WrongPart(who));
         }
-        let settings = [
-            (register::GYRO_CONFIG0, GYRO_1000_DPS_1_KHZ),
-            (register::ACCEL_CONFIG0, ACCEL_8_G_1_KHZ),
-            (register::PWR_MGMT0, LOW_NOISE),
-        ];
-        for (register, value) in settings {
-            self.write(register, value).await?;
-            // No register may be written for 200 us after the sensors are switched on.
-            Timer::after(Duration::from_micros(300)).await;
+        for setting in INTERFACE {
+            self.set(setting).await?;
         }
-        for (register, wanted) in settings {
-            let value = self.read(register).await?;
-            if value != wanted {
-                return Err(ImuError::NotConfigured { register, value });
-            }
+        for setting in SENSORS {
+            self.set(setting).await?;
+            Timer::after(SETTING_TIME).await;
         }
-        // The gyro's start-up time.
-        Timer::after(Duration::from_millis(45)).await;
+        self.check(BANK_0).await?;
+        for setting in INTERFACE.into_iter().chain(SENSORS) {
+            self.check(setting).await?;
+        }
+        Timer::after(GYRO_START_TIME).await;
         Ok(())
     }
 
@@ -133,6 +191,26 @@ impl<S: SpiDevice<u16>> Icm42688p<S> {
             gyro: [gx, gy, gz],
             temperature,
         })
+    }
+
+    /// Writes a setting, and the register's other bits as they are.
+    async fn set(&mut self, setting: Setting) -> Result<(), ImuError<S::Error>> {
+        let before = self.read(setting.register).await?;
+        self.write(setting.register, (before & !setting.mask) | setting.value)
+            .await
+    }
+
+    /// Reads a setting back.
+    async fn check(&mut self, setting: Setting) -> Result<(), ImuError<S::Error>> {
+        let value = self.read(setting.register).await?;
+        if value & setting.mask == setting.value {
+            Ok(())
+        } else {
+            Err(ImuError::NotConfigured {
+                register: setting.register,
+                value,
+            })
+        }
     }
 
     async fn read(&mut self, register: u8) -> Result<u8, ImuError<S::Error>> {
