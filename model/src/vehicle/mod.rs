@@ -8,6 +8,7 @@ use crate::real::Real;
 pub mod fields;
 mod models;
 mod parameters;
+mod renamed;
 mod scales;
 
 pub use fields::{Field, OutOfRange};
@@ -15,6 +16,7 @@ pub use parameters::{
     BatteryParameters, BodyParameters, CameraMotorParameters, CameraParameters, ControlParameters,
     DriveMotorParameters, EstimatorParameters, ImuParameters, SafetyParameters,
 };
+pub use renamed::RENAMED;
 pub use scales::{CameraScales, Scales};
 
 /// Acceleration of gravity, m/s^2.

@@ -17,6 +17,10 @@ use model::vehicle::{
 };
 use toml::{Table, Value};
 
+mod sets;
+
+pub use sets::{Difference, diff, to_toml};
+
 /// What is wrong with a vehicle file. Every message names the file, and where there is one the field
 /// and its allowed range.
 #[derive(Debug, thiserror::Error)]
