@@ -87,7 +87,7 @@ where
         if core.mode() == Mode::Disarmed
             && let Some(vehicle) = topics.new_vehicle.try_take()
         {
-            core = VehicleCore::new(&vehicle);
+            core = core.with_vehicle(&vehicle);
         }
         let sensed = core.sense(&sample);
         let after_sense = counter.cycles();

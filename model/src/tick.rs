@@ -144,6 +144,11 @@ struct Thresholds {
     command_timeout_us: u32,
 }
 
+/// Time after which a controlled stop is given up, in ticks.
+fn stop_timeout_ticks(vehicle: &Vehicle<f32>) -> u32 {
+    (vehicle.parameters().safety.stop_timeout_s / TICK_S) as u32
+}
+
 impl VehicleCore {
     /// The core for a checked vehicle: disarmed, uncalibrated, every blocker set.
     pub fn new(vehicle: &Vehicle<f32>) -> Self {
@@ -171,7 +176,7 @@ impl VehicleCore {
             speed: SpeedController::new(vehicle, TICK_S),
             steering: SteeringController::new(vehicle, TICK_S),
             camera: CameraController::new(vehicle),
-            arming: Arming::new((p.safety.stop_timeout_s / TICK_S) as u32),
+            arming: Arming::new(stop_timeout_ticks(vehicle)),
             chassis_watch: ImuWatch::new(sensor_timeout_us),
             spar_watch: ImuWatch::new(sensor_timeout_us),
             encoder_watches: [
@@ -200,6 +205,26 @@ impl VehicleCore {
             applied: Actuation::SAFE,
             limits: LimitSet::EMPTY,
             voltage_v: [0.0; MOTORS],
+        }
+    }
+
+    /// This core for another vehicle, as after a change of the parameters while disarmed.
+    ///
+    /// What was told of the vehicle stays: latched faults, blockers, refused requests, ticks, heading and pose. The
+    /// laws, the watches and the calibration begin anew.
+    pub fn with_vehicle(&self, vehicle: &Vehicle<f32>) -> Self {
+        let new = Self::new(vehicle);
+        Self {
+            sensing: new.sensing.with_counts_of(&self.sensing),
+            estimator: new.estimator.with_pose_of(&self.estimator),
+            arming: self.arming.with_stop_timeout(stop_timeout_ticks(vehicle)),
+            battery: self.battery,
+            camera_off: self.camera_off,
+            tick: self.tick,
+            late_ticks: self.late_ticks,
+            last_time_us: self.last_time_us,
+            applied: self.applied,
+            ..new
         }
     }
 

@@ -33,6 +33,15 @@ impl HeadingEstimator {
         }
     }
 
+    /// This estimator with the heading of another one, and with the bias from which that one goes on.
+    pub fn with_heading_of(self, other: &Self) -> Self {
+        Self {
+            dt_s: self.dt_s,
+            bias_gain: self.bias_gain,
+            ..*other
+        }
+    }
+
     /// Takes the gyro's and the wheels' yaw rate in rad/s, anticlockwise (to the left) positive.
     pub fn update(&mut self, gyro_rad_s: f32, wheels_rad_s: f32, at_rest: bool) {
         let rate = gyro_rad_s - self.bias_rad_s;
@@ -80,6 +89,27 @@ mod tests {
         }
         let turned = estimator.heading_rad() - before;
         assert!((turned - 5.0).abs() < 0.002, "{turned}");
+    }
+
+    #[test]
+    fn another_estimator_goes_on_with_heading_and_bias_at_its_own_rate_of_learning() {
+        let mut before = HeadingEstimator::new(0.001, 10.0);
+        for _ in 0..60_000 {
+            before.update(0.5 + 0.01, 0.5, false);
+        }
+        let mut after = HeadingEstimator::new(0.001, 1000.0).with_heading_of(&before);
+        assert_eq!(after.heading_rad(), before.heading_rad());
+        assert_eq!(after.yaw_rate_rad_s(), before.yaw_rate_rad_s());
+        for estimator in [&mut before, &mut after] {
+            estimator.update(0.5 + 0.01, 0.5, false);
+            assert!((estimator.yaw_rate_rad_s() - 0.5).abs() < 1e-3, "the bias is known");
+        }
+        // A new bias is learnt in the new time.
+        for _ in 0..10_000 {
+            before.update(0.02, 0.0, false);
+            after.update(0.02, 0.0, false);
+        }
+        assert!(before.yaw_rate_rad_s() < 0.005 && after.yaw_rate_rad_s() > 0.009);
     }
 
     #[test]

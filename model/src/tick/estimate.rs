@@ -148,6 +148,16 @@ impl Estimator {
         }
     }
 
+    /// This estimator with the heading and the pose of another one; everything else is estimated anew.
+    pub(super) fn with_pose_of(self, other: &Self) -> Self {
+        Self {
+            heading: self.heading.with_heading_of(&other.heading),
+            odometry: other.odometry,
+            last_heading_rad: other.last_heading_rad,
+            ..self
+        }
+    }
+
     /// One tick. `disarmed` tells that no motor is driven: only then is the ballast known to hang.
     pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool) -> Estimate {
         let [left, right, ballast_rate_rad_s] = sensed.relative_rate_rad_s;

@@ -60,6 +60,15 @@ impl Sensing {
         }
     }
 
+    /// This stage with the encoder counts of another one, from which the next tick's advance is taken.
+    pub(super) fn with_counts_of(self, other: &Self) -> Self {
+        Self {
+            last_counts: other.last_counts,
+            ballast_start: other.ballast_start,
+            ..self
+        }
+    }
+
     pub(super) fn step(&mut self, sample: &Sample) -> Sensed {
         let counts = sample.encoder_counts;
         let last = self.last_counts.unwrap_or_else(|| {
