@@ -30,28 +30,37 @@ pub enum HostMessage {
 /// [`model::vehicle::VehicleParameters::for_each`]; [`ParameterAnswer::Value`] tells each one's place.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum ParameterRequest {
-    /// Tell one value.
+    /// Tell one value of the set in force.
     Read {
         /// Its number.
         number: u16,
     },
-    /// Change one value, not in force before [`ParameterRequest::Store`].
+    /// Stage a change of one value, not in force before [`ParameterRequest::Store`]. A refused change drops every
+    /// staged one.
     Write {
         /// Its number.
         number: u16,
         /// Its new value.
         value: f32,
     },
-    /// Check the changed set, keep it in flash, and put it in force. Only while disarmed.
+    /// Check the staged set (the set in force, where nothing is staged), keep it in flash, and put it in force. Only
+    /// while disarmed. A refused store drops every staged change.
     Store,
-    /// Go back to the built-in set, not in force before [`ParameterRequest::Store`].
+    /// Stage the built-in set, not in force before [`ParameterRequest::Store`].
     Defaults,
+    /// Tell one value of the staged set, which is the set in force where nothing is staged.
+    ReadStaged {
+        /// Its number.
+        number: u16,
+    },
+    /// Drop every staged change.
+    Discard,
 }
 
 /// What the board answers to a [`ParameterRequest`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum ParameterAnswer {
-    /// One value as it is, or as it has been changed.
+    /// One value of the set that was asked for, or as it has just been staged.
     Value {
         /// Its number.
         number: u16,
@@ -84,6 +93,8 @@ pub enum ParameterAnswer {
     Stored,
     /// The built-in set is ready to be stored.
     DefaultsReady,
+    /// No change is staged any more.
+    Discarded,
 }
 
 /// From the board to the host.

@@ -6,7 +6,7 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker};
 use firmware::drive::DriveHardware;
 use firmware::imu::Place;
-use firmware::parameters::ParameterStore;
+use firmware::parameters::{Booted, ParameterStore};
 use firmware::topics;
 use firmware::{analog, built_in, drive, encoders, imu, link, log_task, parameters, watchdog};
 use model::supervise::arming::Request;
@@ -39,7 +39,7 @@ async fn main(spawner: Spawner) {
     let Ok(mut store) = ParameterStore::new(board.parameters) else {
         defmt::panic!("the parameter flash is too small");
     };
-    let vehicle = parameters::boot(&mut store, &built_in).await;
+    let booted = parameters::boot(&mut store, &built_in).await;
     let drive_hardware = DriveHardware {
         bridges: board.bridges,
         emergency_stop: board.emergency_stop,
@@ -52,13 +52,13 @@ async fn main(spawner: Spawner) {
     control.spawn(started(encoder_task(board.encoders)));
     control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
     control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
-    control.spawn(started(drive_task(VehicleCore::new(&vehicle), drive_hardware)));
+    control.spawn(started(drive_task(VehicleCore::new(&booted.vehicle), drive_hardware)));
     control.spawn(started(watchdog_task(board.watchdog.start())));
 
     spawner.spawn(started(analog_task(board.analog)));
     spawner.spawn(started(receive_task(board.link_receiver)));
     spawner.spawn(started(send_task(board.link_sender)));
-    spawner.spawn(started(parameter_task(store, vehicle, built_in)));
+    spawner.spawn(started(parameter_task(store, booted, built_in)));
     spawner.spawn(started(log_task(board.lamps)));
     spawner.spawn(started(button_task(board.user_button)));
 }
@@ -113,8 +113,8 @@ async fn send_task(uart: LinkSender) {
 // The arguments move once, at start-up, into the task's own storage.
 #[allow(clippy::large_types_passed_by_value)]
 #[embassy_executor::task]
-async fn parameter_task(store: ParameterStore<ParameterFlash>, vehicle: Vehicle<f32>, built_in: Vehicle<f32>) {
-    parameters::run(&TOPICS, store, vehicle, built_in).await;
+async fn parameter_task(store: ParameterStore<ParameterFlash>, booted: Booted, built_in: Vehicle<f32>) {
+    parameters::run(&TOPICS, store, booted, built_in).await;
 }
 
 #[embassy_executor::task]

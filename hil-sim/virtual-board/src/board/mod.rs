@@ -98,11 +98,11 @@ impl VirtualBoard {
         log_task::boot(env!("CARGO_PKG_VERSION"), ResetCause::PowerOn);
         // The virtual flash never waits, so this is over at once, as on the board before its tasks start.
         let mut store = ParameterStore::new(flash).map_err(|_| VirtualBoardError::Flash)?;
-        let vehicle = futures_executor::block_on(parameters::boot(&mut store, &built_in));
+        let booted = futures_executor::block_on(parameters::boot(&mut store, &built_in));
         spawn!(|topics, hardware| encoders::run(&topics, hardware));
         spawn!(|topics, hardware| imu::run(&topics, Place::Arm, VirtualImu::new(hardware, Place::Arm)));
         spawn!(|topics, hardware| imu::run(&topics, Place::Spar, VirtualImu::new(hardware, Place::Spar)));
-        let core = VehicleCore::new(&vehicle);
+        let core = VehicleCore::new(&booted.vehicle);
         spawn!(|topics, hardware| drive::run(
             &topics,
             core,
@@ -118,7 +118,7 @@ impl VirtualBoard {
         let (rx, tx) = (to_board.clone(), from_board.clone());
         spawn!(|topics, _hardware| link::receive::run(&topics, rx));
         spawn!(|topics, _hardware| link::send::run(&topics, tx));
-        spawn!(|topics, _hardware| parameters::run(&topics, store, vehicle, built_in));
+        spawn!(|topics, _hardware| parameters::run(&topics, store, booted, built_in));
         spawn!(|topics, hardware| log_task::run(&topics, hardware));
         Ok(Self {
             pool,
