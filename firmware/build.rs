@@ -1,4 +1,4 @@
-//! Turns the vehicle file into constants, and for the target gives the linker the memory layout and the
+//! Turns the vehicle file into constants, hashes what the firmware is built from, and for the target gives the linker the memory layout and the
 //! scripts of the start-up code and of defmt.
 //!
 //! The vehicle file is `vehicles/reference.toml`, or the file that the environment variable `VEHICLE` names,
@@ -22,12 +22,60 @@ fn vehicle(out: &Path) {
     let path = Path::new("..").join(name);
     println!("cargo::rerun-if-changed={}", path.display());
     match vehicle_file::read_vehicle(&path) {
-        Ok(vehicle) => fs::write(out.join("vehicle.rs"), vehicle_file::to_rust(&vehicle)).expect("OUT_DIR is writable"),
+        Ok(vehicle) => {
+            let text = vehicle_file::to_rust(&vehicle);
+            fs::write(out.join("vehicle.rs"), &text).expect("OUT_DIR is writable");
+            let hash = build_hash(&text);
+            fs::write(out.join("build_hash.rs"), format!("{hash}")).expect("OUT_DIR is writable");
+        }
         Err(error) => {
             println!("cargo::error={error}");
             std::process::exit(1);
         }
     }
+}
+
+/// FNV-1a hash of the built-in vehicle and of every source file of firmware and model, in order of their paths: equal
+/// sources give equal hashes, whatever machine builds them.
+fn build_hash(vehicle: &str) -> u32 {
+    let mut paths = Vec::new();
+    for directory in ["src", "../model/src"] {
+        println!("cargo::rerun-if-changed={directory}");
+        sources(Path::new(directory), &mut paths);
+    }
+    paths.sort();
+    let mut hash = fnv_1a(FNV_OFFSET, vehicle.as_bytes());
+    for path in paths {
+        // A checkout may end lines in its own way.
+        let text = fs::read_to_string(&path)
+            .expect("a source file is readable")
+            .replace('\r', "");
+        hash = fnv_1a(hash, text.as_bytes());
+    }
+    hash
+}
+
+/// Adds every source file below `directory`.
+fn sources(directory: &Path, paths: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(directory).expect("a source folder is readable") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            sources(&path, paths);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            paths.push(path);
+        }
+    }
+}
+
+/// Start of the 32-bit FNV-1a hash.
+const FNV_OFFSET: u32 = 0x811c_9dc5;
+/// Factor of the 32-bit FNV-1a hash.
+const FNV_PRIME: u32 = 0x0100_0193;
+
+fn fnv_1a(hash: u32, bytes: &[u8]) -> u32 {
+    bytes
+        .iter()
+        .fold(hash, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(FNV_PRIME))
 }
 
 fn linker(out: &Path) {

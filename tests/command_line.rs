@@ -1,26 +1,15 @@
 //! The command line of `drive` from outside: files, exit codes, messages.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-const WORKSPACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-
-fn hil_sim(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hil-sim"))
-        .args(arguments)
-        .current_dir(WORKSPACE)
-        .output()
-        .expect("runs")
-}
+#[path = "support/tool.rs"]
+mod tool;
+use tool::{WORKSPACE, hil_sim, stderr};
 
 fn folder(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     std::fs::create_dir_all(&folder).expect("a folder");
     folder
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
 #[test]

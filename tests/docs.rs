@@ -5,11 +5,15 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::Command;
 
+use firmware::drive_board;
 use firmware::protocol::frame::encode;
-use firmware::protocol::message::HostMessage;
+use firmware::protocol::message::{Envelope, HostMessage, Order, OrderId};
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::fault::SensorFault;
-use virtual_board::scenario::{Scenario, metrics};
+use plant::settings::{BoardSettings, DriveSettings, ImuSettings, Setting};
+use virtual_board::scenario::wire::LinkStep;
+use virtual_board::scenario::world::WorldStep;
+use virtual_board::scenario::{Action, Scenario, metrics};
 
 #[path = "support/files.rs"]
 mod files;
@@ -36,7 +40,7 @@ fn the_safety_page_names_every_code() {
         let classes = [
             (FaultSet::OPENING, "opens"),
             (FaultSet::STOPPING, "stops"),
-            (FaultSet::CAMERA, "camera"),
+            (FaultSet::SPAR, "spar"),
         ];
         let class: Vec<&str> = classes
             .iter()
@@ -101,11 +105,52 @@ fn the_scenarios_page_explains_every_metric_and_fault() {
 }
 
 #[test]
-fn the_architecture_page_shows_a_frame() {
-    let message = HostMessage::Drive {
-        speed_m_s: 1.0,
-        yaw_rate_rad_s: -0.5,
+fn the_scenarios_page_explains_every_step() {
+    let steps = [&Action::NAMES[..], &WorldStep::NAMES, &LinkStep::NAMES].concat();
+    assert_eq!(page("scenarios.md").first_cells("## Steps"), steps);
+    for step in steps {
+        // A step whose fields are missing is refused for them, not for its name.
+        let text = format!("title = \"t\"\nduration_s = 1.0\n[[step]]\nat_s = 0.5\naction = \"{step}\"\n");
+        if let Err(error) = Scenario::parse("s.toml", &text) {
+            assert!(error.to_string().contains("missing field"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn the_scenarios_page_lists_every_setting_of_the_plant() {
+    let table = |settings: &[Setting]| {
+        let mut text = String::from("| Field | Meaning | Allowed | If left out |\n|---|---|---|---|\n");
+        for setting in settings {
+            let Setting {
+                name,
+                meaning,
+                min,
+                max,
+                default,
+            } = setting;
+            let _ = writeln!(text, "| `{name}` | {} | {min} to {max} | {default} |", meaning.trim());
+        }
+        text
     };
+    generated::check("scenarios.md", "plant-drive", &table(DriveSettings::FIELDS));
+    generated::check("scenarios.md", "plant-imu", &table(ImuSettings::FIELDS));
+    generated::check("scenarios.md", "plant-board", &table(BoardSettings::FIELDS));
+}
+
+#[test]
+fn the_architecture_page_shows_a_frame() {
+    let (speed_m_s, yaw_rate_rad_s) = (1.0, -0.5);
+    let id = OrderId {
+        session: 1,
+        sequence: 2,
+    };
+    let envelope = Envelope { id, given_at_us: 300 };
+    let order = Order::Drive {
+        speed_m_s,
+        yaw_rate_rad_s,
+    };
+    let message = HostMessage::Order { envelope, order };
     let bytes: Vec<String> = encode(&message)
         .expect("fits")
         .iter()
@@ -113,6 +158,69 @@ fn the_architecture_page_shows_a_frame() {
         .collect();
     let text = format!("`{}`", bytes.join(" "));
     generated::check("architecture.md", "frame", &text);
+}
+
+#[test]
+fn the_architecture_page_has_the_boards_facts() {
+    let scales = &drive_board::SCALES;
+    let rows = [
+        (
+            "`DUTY_MAX_PERCENT`",
+            format!("{} %", drive_board::DUTY_MAX_PERCENT),
+            "largest duty of a bridge",
+        ),
+        (
+            "`WATCHDOG_US`",
+            format!("{} us", drive_board::WATCHDOG_US),
+            "watchdog's time",
+        ),
+        ("`LINK_BAUD`", format!("{} baud", drive_board::LINK_BAUD), "host link"),
+        (
+            "`FLASH_SECTOR_BYTES`",
+            format!("{} bytes", drive_board::FLASH_SECTOR_BYTES),
+            "what an erase clears",
+        ),
+        (
+            "`FLASH_WORD_BYTES`",
+            format!("{} bytes", drive_board::FLASH_WORD_BYTES),
+            "what is programmed at once",
+        ),
+        (
+            "`PARAMETER_SECTORS`",
+            format!("{}", drive_board::PARAMETER_SECTORS),
+            "sectors of the parameter store",
+        ),
+        (
+            "`battery_v_per_count`",
+            format!("{:.6} V", scales.battery_v_per_count),
+            "battery, 16 bits",
+        ),
+        (
+            "`current_a_per_count`",
+            format!("{:.6} A", scales.current_a_per_count),
+            "motor currents, 16 bits",
+        ),
+        (
+            "`current_zero_count`",
+            format!("{}", scales.current_zero_count),
+            "count at zero current",
+        ),
+        (
+            "`gyro_lsb_per_deg_s`",
+            format!("{}", scales.imu.gyro_lsb_per_deg_s),
+            "gyros",
+        ),
+        (
+            "`accel_lsb_per_g`",
+            format!("{}", scales.imu.accel_lsb_per_g),
+            "accelerometers",
+        ),
+    ];
+    let mut text = String::from("| Fact | Value | Of |\n|---|---|---|\n");
+    for (name, value, of) in rows {
+        let _ = writeln!(text, "| {name} | {value} | {of} |");
+    }
+    generated::check("architecture.md", "board", &text);
 }
 
 #[test]

@@ -1,9 +1,10 @@
 //! Stored parameters over the link of the virtual board.
 
 use firmware::parameters::ParameterStore;
-use firmware::protocol::message::{HostMessage, ParameterAnswer, ParameterRequest};
-use model::supervise::arming::{Mode, Request};
-use model::supervise::codes::{Blocker, BlockerSet, Fault};
+use firmware::protocol::message::{Answer, Order, ParameterAnswer, ParameterRequest};
+use model::command::Request;
+use model::supervise::arming::Mode;
+use model::supervise::codes::{Blocker, Fault};
 use model::vehicle::{Vehicle, VehicleParameters};
 use virtual_board::board::flash::VirtualFlash;
 use virtual_board::board::log;
@@ -12,25 +13,15 @@ mod support;
 use support::{Bench, reference};
 
 fn ask(bench: &mut Bench, request: ParameterRequest) -> ParameterAnswer {
-    bench.client.parameter_answers.clear();
-    bench.send(&HostMessage::Parameters(request));
-    bench.run(60);
-    match bench.client.parameter_answers[..] {
-        [answer] => answer,
-        ref answers => panic!("{request:?}: {answers:?}"),
+    match bench.ask(Order::Parameters(request)) {
+        Some(Answer::Parameters(answer)) => answer,
+        other => panic!("{request:?}: {other:?}"),
     }
 }
 
 /// The number of a parameter, as host and board count them.
 fn number(parameters: &VehicleParameters<f64>, table: &str, name: &str) -> u16 {
-    let (mut at, mut found) = (0, None);
-    parameters.for_each(|t, field, _| {
-        if t == table && field.name == name {
-            found = Some(at);
-        }
-        at += 1;
-    });
-    found.expect("known")
+    parameters.number_of(table, name).expect("known")
 }
 
 #[test]
@@ -121,7 +112,7 @@ fn bad_values_are_refused_with_their_range_and_nothing_changes() {
 #[test]
 fn gains_that_do_not_hold_the_spar_are_not_stored() {
     let vehicle = reference();
-    let gain = number(vehicle.parameters(), "camera", "spar_gain");
+    let gain = number(vehicle.parameters(), "spar", "spar_gain");
     let mut bench = Bench::new(6);
     bench.run(1000);
     // As (7.21) prints it (erratum E28).
@@ -165,7 +156,7 @@ fn is_blocked_until_a_set_is_stored(seed: u64, flash: VirtualFlash, choose: &[Pa
     bench.request(Request::Arm);
     bench.run(60);
     assert_eq!(bench.mode(), Mode::Disarmed);
-    let blockers = BlockerSet::from_bits(bench.status().blockers);
+    let blockers = bench.status().vehicle.blockers;
     assert_eq!(blockers.iter().collect::<Vec<_>>(), [Blocker::Parameters]);
     // A refused store does not unblock.
     let number = number(reference().parameters(), "body", "arm_mass_kg");
@@ -185,7 +176,12 @@ fn is_blocked_until_a_set_is_stored(seed: u64, flash: VirtualFlash, choose: &[Pa
     bench.run(1500);
     bench.request(Request::Arm);
     bench.run(20);
-    assert_eq!(bench.mode(), Mode::Armed, "blockers {:b}", bench.status().blockers);
+    assert_eq!(
+        bench.mode(),
+        Mode::Armed,
+        "blockers {}",
+        bench.status().vehicle.blockers
+    );
     drop(bench);
     log::take();
     let _again = Bench::with(seed, flash);
@@ -246,6 +242,7 @@ fn a_damaged_newest_set_does_not_boot_the_older_one() {
             "{lines:?}"
         );
         let kp = number(reference().parameters(), "control", "kp");
+        bench.run(100);
         let answer = ask(&mut bench, ParameterRequest::Read { number: kp });
         let built_in = reference().parameters().control.kp as f32;
         assert!(
@@ -344,7 +341,7 @@ fn a_store_keeps_latched_faults_the_lamp_and_the_pose() {
     bench.run(20_000);
     bench.request(Request::Arm);
     bench.run(100);
-    let before = bench.board.telemetry().expect("it runs");
+    let before = bench.board.status().expect("it runs");
     assert_eq!(before.mode, Mode::Disarmed);
     assert!(before.faults.contains(Fault::EmergencyStop) && before.blockers.contains(Blocker::FaultLatched));
     assert_eq!(before.refused_arms, 1);
@@ -362,11 +359,11 @@ fn a_store_keeps_latched_faults_the_lamp_and_the_pose() {
             value: 0.05,
         },
     );
-    let since = bench.board.telemetry().expect("it runs");
+    let since = bench.board.status().expect("it runs");
     let mut recalibrated = false;
-    bench.send(&HostMessage::Parameters(ParameterRequest::Store));
+    let store = bench.order(Order::Parameters(ParameterRequest::Store));
     bench.run_watching(1500, |bench| {
-        let now = bench.board.telemetry().expect("it runs");
+        let now = bench.board.status().expect("it runs");
         recalibrated |= now.blockers.contains(Blocker::NotCalibrated);
         assert_eq!(now.faults, before.faults);
         assert!(now.blockers.contains(Blocker::FaultLatched));
@@ -381,14 +378,22 @@ fn a_store_keeps_latched_faults_the_lamp_and_the_pose() {
             assert!((now - before).abs() < 5e-3, "{before} became {now}");
         }
     });
-    assert_eq!(bench.client.parameter_answers.last(), Some(&ParameterAnswer::Stored));
+    assert_eq!(
+        bench.client.answer_to(store),
+        Some(Answer::Parameters(ParameterAnswer::Stored))
+    );
     assert!(recalibrated, "the new set is in force");
-    let after = bench.board.telemetry().expect("it runs");
+    let after = bench.board.status().expect("it runs");
     assert_eq!(after.tick - since.tick, 1500, "ticks are counted on");
 
     bench.request(Request::ClearFaults);
     bench.run(60);
     bench.request(Request::Arm);
     bench.run(20);
-    assert_eq!(bench.mode(), Mode::Armed, "blockers {:b}", bench.status().blockers);
+    assert_eq!(
+        bench.mode(),
+        Mode::Armed,
+        "blockers {}",
+        bench.status().vehicle.blockers
+    );
 }

@@ -1,15 +1,16 @@
 //! The safety rule: no defined or undefined input moves a motor that is not armed, and any fault reaches
 //! the safe state in bounded time.
 
-use firmware::protocol::message::HostMessage;
+use firmware::drive_board::SCALES;
+use firmware::protocol::message::Order;
+use model::command::Request;
 use model::sample::Motor;
-use model::supervise::arming::{Mode, Request};
+use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use plant::Plant;
 use plant::fault::SensorFault;
 use plant::noise::Noise;
 use virtual_board::board::hardware::World;
-use virtual_board::link_client::LinkClient;
 
 mod support;
 use support::Bench;
@@ -27,17 +28,17 @@ fn bridges_off_within(bench: &mut Bench, limit_ms: u64) -> u64 {
     off_after.unwrap_or_else(|| {
         panic!(
             "the bridges are still on after {limit_ms} ms: {:?}",
-            bench.board.telemetry()
+            bench.board.status()
         )
     })
 }
 
 fn faults(bench: &Bench) -> FaultSet {
-    bench.board.telemetry().expect("runs").faults
+    bench.board.status().expect("runs").faults
 }
 
 fn blockers(bench: &Bench) -> BlockerSet {
-    bench.board.telemetry().expect("runs").blockers
+    bench.board.status().expect("runs").blockers
 }
 
 #[test]
@@ -47,7 +48,7 @@ fn it_boots_disarmed_and_blocked_and_calibrates_within_two_seconds() {
     assert!(blockers(&bench).contains(Blocker::NotCalibrated));
     bench.request(Request::Arm);
     bench.run_watching(50, |bench| assert!(!bench.bridges_on()));
-    assert_eq!(bench.status().refused_arms, 1);
+    assert_eq!(bench.status().vehicle.refused_arms, 1);
     bench.run(1650);
     assert_eq!(blockers(&bench), BlockerSet::EMPTY, "{:b}", blockers(&bench).bits());
 }
@@ -68,10 +69,13 @@ fn noise_and_broken_frames_move_nothing_unarmed_and_stop_an_armed_vehicle() {
         let mut bench = if armed { Bench::armed(3) } else { Bench::new(3) };
         bench.drive = None;
         let mut noise = Noise::new(3, 7);
-        let good = LinkClient::encode(&HostMessage::Drive {
-            speed_m_s: 1.0,
-            yaw_rate_rad_s: 0.0,
-        });
+        bench.run(10);
+        let (_, good) = bench
+            .frame(Order::Drive {
+                speed_m_s: 1.0,
+                yaw_rate_rad_s: 0.0,
+            })
+            .expect("identified");
         let mut sent = 0;
         let mut on_at_the_end = false;
         bench.run_watching(2000, |bench| {
@@ -92,7 +96,7 @@ fn noise_and_broken_frames_move_nothing_unarmed_and_stop_an_armed_vehicle() {
         bench.run(3000);
         assert!(sent > 100_000, "{sent} bytes");
         let status = bench.status();
-        assert!(status.bad_frames > 1000, "{}", status.bad_frames);
+        assert!(status.link.unreadable_frames() > 1000, "{:?}", status.link);
         assert!(!bench.bridges_on());
         assert_eq!(bench.mode(), Mode::Disarmed);
         if armed {
@@ -110,7 +114,7 @@ fn commands_that_are_not_numbers_are_no_commands() {
         let mut bench = Bench::driving(4, 0.8);
         bench.drive = None;
         bench.run_watching(800, |bench| {
-            bench.send(&HostMessage::Drive {
+            bench.order(Order::Drive {
                 speed_m_s: bad,
                 yaw_rate_rad_s: 0.0,
             });
@@ -206,11 +210,11 @@ enum Expect {
 
 fn set(plant: &mut Plant, sensor: &str, fault: SensorFault) {
     match sensor {
-        "chassis-imu" => plant.chassis_imu().set_fault(fault),
+        "arm-imu" => plant.arm_imu().set_fault(fault),
         "spar-imu" => plant.spar_imu().expect("has a camera").set_fault(fault),
         "left-encoder" => plant.encoder_mut(Motor::Left).set_fault(fault),
         "right-encoder" => plant.encoder_mut(Motor::Right).set_fault(fault),
-        "camera-encoder" => plant.encoder_mut(Motor::Camera).set_fault(fault),
+        "ballast-encoder" => plant.encoder_mut(Motor::Ballast).set_fault(fault),
         other => panic!("{other}"),
     }
 }
@@ -249,7 +253,7 @@ fn fail_while_driving(sensor: &str, fault: SensorFault, expect: Expect) {
 }
 
 #[test]
-fn a_failed_chassis_imu_opens_the_bridges() {
+fn a_failed_arm_imu_opens_the_bridges() {
     for (fault, expect) in [
         (SensorFault::Off, Expect::Open(15)),
         (SensorFault::Stuck, Expect::Open(40)),
@@ -259,7 +263,7 @@ fn a_failed_chassis_imu_opens_the_bridges() {
         (SensorFault::Delayed, Expect::OpenOrHarmless),
         (SensorFault::Intermittent, Expect::Open(60)),
     ] {
-        fail_while_driving("chassis-imu", fault, expect);
+        fail_while_driving("arm-imu", fault, expect);
     }
 }
 
@@ -281,7 +285,7 @@ fn a_failed_wheel_encoder_opens_the_bridges() {
 }
 
 #[test]
-fn a_failed_spar_imu_switches_the_camera_off_and_leaves_the_vehicle_driving() {
+fn a_failed_spar_imu_switches_the_ballast_motor_off_and_leaves_the_vehicle_driving() {
     for fault in [SensorFault::Off, SensorFault::Stuck] {
         fail_while_driving("spar-imu", fault, Expect::Drives);
     }
@@ -299,15 +303,15 @@ fn a_failed_spar_imu_switches_the_camera_off_and_leaves_the_vehicle_driving() {
         .world(|world| set(&mut world.plant, "spar-imu", SensorFault::Off));
     bench.run(1000);
     assert!(faults(&bench).contains(Fault::SparImu));
-    assert_eq!(bench.status().voltage_v[2], 0.0);
+    assert_eq!(bench.status().vehicle.voltage_v[2], 0.0);
     assert_eq!(bench.mode(), Mode::Armed);
 }
 
 #[test]
 fn sensors_that_fail_before_arming_block_it() {
     for (sensor, fault, blocker) in [
-        ("chassis-imu", SensorFault::Off, Blocker::Imu),
-        ("chassis-imu", SensorFault::Stuck, Blocker::Imu),
+        ("arm-imu", SensorFault::Off, Blocker::Imu),
+        ("arm-imu", SensorFault::Stuck, Blocker::Imu),
     ] {
         let mut bench = Bench::new(10);
         bench.run(1000);
@@ -351,7 +355,7 @@ fn an_overcharged_battery_opens_the_bridges() {
 fn a_disarmed_vehicle_on_a_slope_gets_no_help() {
     let vehicle = support::reference();
     let terrain = plant::terrain::Terrain::incline(0.0873, 0.8).expect("valid");
-    let plant = Plant::new(&vehicle, terrain, 13).expect("drivable");
+    let plant = Plant::new(&vehicle, &SCALES, terrain, 13).expect("drivable");
     let mut board = virtual_board::board::VirtualBoard::boot(&vehicle, plant).expect("boots");
     board.run_until(3_000_000);
     let truth = board.world(|world| world.plant.truth());

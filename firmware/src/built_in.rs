@@ -2,6 +2,9 @@
 
 include!(concat!(env!("OUT_DIR"), "/vehicle.rs"));
 
+/// Hash of the sources and of the vehicle file that this firmware was built from.
+pub const BUILD_HASH: u32 = include!(concat!(env!("OUT_DIR"), "/build_hash.rs"));
+
 #[cfg(test)]
 mod tests {
     use model::vehicle::Vehicle;

@@ -3,37 +3,22 @@
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, with_timeout};
-use model::sample::{Actuation, ImuRaw, ImuSample, Sample};
-use model::supervise::arming::{Mode, Request};
-use model::tick::{Command, VehicleCore};
+use model::command::{Command, Request};
+use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
+use model::supervise::arming::Mode;
+use model::tick::VehicleCore;
 
 use crate::checkins::Critical;
+use crate::flight_record::{FlightRecord, Recorder};
 use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop};
+use crate::orders::Orders;
+use crate::protocol::message::TickCycles;
+use crate::records::recorder::TickRecorder;
 use crate::ticks::every_tick;
-use crate::topics::{DriveCommand, TickCycles, Topics};
+use crate::topics::{DriveCommand, Topics};
 
 /// Longest time that a tick waits for its sample of the arm IMU before it goes on without.
 const IMU_WAIT: Duration = Duration::from_micros(400);
-
-/// Everything that went into one tick and came out of it, for a debugger and for replays on the host.
-#[derive(Debug, Clone, Copy)]
-#[repr(C)]
-pub struct FlightRecord {
-    /// Number of the tick; 0 before the first.
-    pub tick: u32,
-    /// What the vehicle sensed.
-    pub sample: Sample,
-    /// What the operator commanded.
-    pub command: Command,
-    /// What the bridges received.
-    pub actuation: Actuation,
-}
-
-/// Where flight records go.
-pub trait Recorder {
-    /// Takes the record of one tick.
-    fn record(&mut self, record: &FlightRecord);
-}
 
 /// The hardware of the control task.
 #[derive(Debug)]
@@ -66,6 +51,7 @@ where
     } = hardware;
     bridges.apply(&Actuation::SAFE);
     let mut cycles = TickCycles::default();
+    let mut ticks = TickRecorder::new();
     let mut tick = 0_u32;
     let mut ticker = every_tick();
     loop {
@@ -76,7 +62,8 @@ where
 
         let started = counter.cycles();
         let now = Instant::now();
-        let request = topics.requests.try_receive().unwrap_or(Request::None);
+        let orders = Orders::take(topics, core.mode());
+        let request = orders.request();
         // Only while disarmed: a break that trips in the very tick of the request must not be cleared unseen.
         if request == Request::ClearFaults && core.mode() == Mode::Disarmed {
             bridges.clear_break();
@@ -93,20 +80,23 @@ where
         let after_sense = counter.cycles();
         let estimate = core.estimate(&sensed);
         let after_estimate = counter.cycles();
-        core.decide(&sample, &sensed, &estimate, &command);
+        let decision = core.decide(&sensed, &estimate, &command);
         let after_decide = counter.cycles();
-        let output = core.actuate(&sample, &sensed, &estimate);
+        let output = core.actuate(&sensed, &estimate, decision);
         bridges.apply(&output.actuation);
         let after_actuate = counter.cycles();
 
         tick = tick.wrapping_add(1);
-        recorder.record(&FlightRecord {
+        let record = FlightRecord {
             tick,
             sample,
             command,
             actuation: output.actuation,
-        });
-        topics.telemetry.publish(now, output.telemetry);
+        };
+        recorder.record(&record);
+        ticks.record(&topics.records, &record, &output.status);
+        topics.status.publish(now, output.status);
+        orders.answer(topics, &output.status);
         let total = after_actuate.wrapping_sub(started);
         cycles = TickCycles {
             sense: after_sense.wrapping_sub(started),
@@ -131,13 +121,13 @@ fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, emergency_stop: bool, b
     let (analog, analog_age_us) = topics.analog.with_age(now);
     let AnalogReading { battery, current } = analog.unwrap_or(AnalogReading {
         battery: 0,
-        current: [0; 3],
+        current: [0; MOTORS],
     });
     Sample {
         time_us: now.as_micros(),
         encoder_counts: counts.unwrap_or_default(),
         encoder_age_us,
-        chassis_imu: imu(topics.arm_imu.with_age(now)),
+        arm_imu: imu(topics.arm_imu.with_age(now)),
         spar_imu: imu(topics.spar_imu.with_age(now)),
         battery,
         current,

@@ -23,7 +23,7 @@ pub trait Bridges {
     fn clear_break(&mut self);
 }
 
-/// One round of analogue readings, raw ([`model::sample::analog_scale`]).
+/// One round of analogue readings, raw ([`model::board::BoardScales`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AnalogReading {
     /// Battery voltage.

@@ -11,7 +11,7 @@
 //! | [`drive::run`] | 1 kHz | control (interrupt) |
 //! | [`watchdog::run`] | 200 Hz | control (interrupt) |
 //! | [`analog::run`] | 1 kHz | thread |
-//! | [`link::receive::run`], [`link::send::run`] | as bytes come; 100 Hz | thread |
+//! | [`link::receive::run`], [`link::send::run`] | as bytes come; at the host's rate | thread |
 //! | [`parameters::run`] | on request | thread |
 //! | [`log_task::run`] | 20 Hz; logs one line per second and one per change | thread |
 #![cfg_attr(not(test), no_std)]
@@ -25,13 +25,17 @@ pub mod analog;
 pub mod built_in;
 pub mod checkins;
 pub mod drive;
+pub mod drive_board;
 pub mod encoders;
+pub mod flight_record;
 pub mod hardware;
 pub mod imu;
 pub mod link;
 pub mod log_task;
+pub mod orders;
 pub mod parameters;
 pub mod protocol;
+pub mod records;
 mod ticks;
 pub mod topics;
 pub mod watchdog;

@@ -37,10 +37,10 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut indicators: impl Indicator
     let mut round = 0_u32;
     loop {
         ticker.next().await;
-        let Some(telemetry) = topics.telemetry.latest() else {
+        let Some(status) = topics.status.latest() else {
             continue;
         };
-        let t = telemetry.value;
+        let t = status.value;
         indicators.show(t.mode != Mode::Disarmed, !t.faults.is_empty());
         if !ready && !t.blockers.contains(Blocker::NotCalibrated) {
             ready = true;

@@ -9,13 +9,13 @@ use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use model::sample::{ImuRaw, MOTORS};
-use model::supervise::arming::Request;
-use model::tick::Telemetry;
+use model::status::Status;
 use model::vehicle::Vehicle;
 
 use crate::checkins::Checkins;
 use crate::hardware::AnalogReading;
-use crate::protocol::message::{ParameterAnswer, ParameterRequest};
+use crate::protocol::message::{Answer, Identity, LinkCounters, OrderId, ParameterRequest, Read, TickCycles};
+use crate::records::ring::RecordRings;
 
 /// A value with the time it was taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,36 +77,40 @@ pub struct DriveCommand {
     pub yaw_rate_rad_s: f32,
 }
 
-/// Counters of the link's input.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct LinkCounters {
-    /// Good frames.
-    pub frames: u32,
-    /// Frames with a wrong checksum, stuffing or content.
-    pub bad_frames: u32,
-    /// Frames longer than any message.
-    pub overlong_frames: u32,
-    /// Errors the UART reported (overrun, noise, framing).
-    pub uart_errors: u32,
-    /// Requests dropped because too many were waiting.
-    pub dropped_requests: u32,
+/// Who wants the bridges open.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DisarmBy {
+    /// The host, by this message.
+    Host(OrderId),
+    /// Somebody beside the vehicle, by the board's button.
+    Button,
 }
 
-/// CPU cycles of one tick by stage, and of the worst tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct TickCycles {
-    /// Raw to SI.
-    pub sense: u32,
-    /// Estimation.
-    pub estimate: u32,
-    /// Supervision and laws.
-    pub decide: u32,
-    /// Limits, duties, bridges.
-    pub actuate: u32,
-    /// All four.
-    pub total: u32,
-    /// The largest total since boot.
-    pub worst: u32,
+/// A request about parameters, and the order that made it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Asked {
+    /// The order.
+    pub id: OrderId,
+    /// The request.
+    pub request: ParameterRequest,
+}
+
+/// What the host wants to read of the board's memory, and the order that asks for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wanted {
+    /// The order.
+    pub id: OrderId,
+    /// What to read.
+    pub read: Read,
+}
+
+/// An answer, and the order that it answers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Answered {
+    /// The order.
+    pub id: OrderId,
+    /// The answer.
+    pub answer: Answer,
 }
 
 /// Everything the tasks share; one per vehicle.
@@ -122,24 +126,37 @@ pub struct Topics<M: RawMutex> {
     pub encoders: Topic<M, [i64; MOTORS]>,
     /// Analogue readings.
     pub analog: Topic<M, AnalogReading>,
-    /// The latest drive command.
+    /// The latest drive command, stamped with the time at which the operator gave it.
     pub command: Topic<M, DriveCommand>,
-    /// Requests to the arming state machine; the control task takes each once.
-    pub requests: Channel<M, Request, 4>,
+    /// Somebody wants the bridges open. The wish has its own place, which nothing else fills, and the control task
+    /// looks there first.
+    pub disarm: Signal<M, DisarmBy>,
+    /// The host's order to arm.
+    pub arm: Signal<M, OrderId>,
+    /// The host's order to clear faults.
+    pub clear_faults: Signal<M, OrderId>,
     /// The host's requests about parameters.
-    pub parameter_requests: Channel<M, ParameterRequest, 4>,
-    /// The answers to them.
-    pub parameter_answers: Channel<M, ParameterAnswer, 4>,
+    pub parameter_requests: Channel<M, Asked, 4>,
+    /// Answers to the host's orders, in order of their sending.
+    pub answers: Channel<M, Answered, 8>,
     /// Whether a changed set is about to come into force: the vehicle must not arm meanwhile.
     pub parameters_pending: Topic<M, bool>,
     /// A new set of parameters, in force from the next disarmed tick on.
     pub new_vehicle: Signal<M, Vehicle<f32>>,
-    /// The host asked for the board's identity.
-    pub identify: Signal<M, ()>,
-    /// What the vehicle tells.
-    pub telemetry: Topic<M, Telemetry>,
+    /// Answer to the host's latest Identify.
+    pub identity: Signal<M, Identity>,
+    /// The rate at which the host wants the status, Hz.
+    pub status_rate: Signal<M, u16>,
+    /// The vehicle's status after the last tick.
+    pub status: Topic<M, Status>,
     /// CPU cycles of the last tick.
     pub cycles: Topic<M, TickCycles>,
+    /// The records of the last ticks.
+    pub records: RecordRings<M>,
+    /// What the host wants to read of the board's memory.
+    pub readings: Channel<M, Wanted, 4>,
+    /// Where the host wants the stream of records to begin: at the block of this number, or nowhere.
+    pub recording: Signal<M, Option<u32>>,
     /// Counters of the link's input.
     pub link: Topic<M, LinkCounters>,
     /// Check-ins of the critical tasks.
@@ -156,14 +173,20 @@ impl<M: RawMutex> Topics<M> {
             encoders: Topic::new(),
             analog: Topic::new(),
             command: Topic::new(),
-            requests: Channel::new(),
+            disarm: Signal::new(),
+            arm: Signal::new(),
+            clear_faults: Signal::new(),
             parameter_requests: Channel::new(),
-            parameter_answers: Channel::new(),
+            answers: Channel::new(),
             parameters_pending: Topic::new(),
             new_vehicle: Signal::new(),
-            identify: Signal::new(),
-            telemetry: Topic::new(),
+            identity: Signal::new(),
+            status_rate: Signal::new(),
+            status: Topic::new(),
             cycles: Topic::new(),
+            records: RecordRings::new(),
+            readings: Channel::new(),
+            recording: Signal::new(),
             link: Topic::new(),
             checkins: Checkins::new(),
         }

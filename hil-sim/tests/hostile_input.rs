@@ -56,7 +56,7 @@ fn numbers_that_are_none_are_refused_for_every_flag() {
                     &[flag, &format!("'{shown}'"), "must be a finite number"],
                 );
             }
-            // Finite, but beyond every model.
+            // Finite, but beyond the range of every model.
             refused(&format!("{command} {flag} 1e300"), &[flag, "must be "]);
         }
     }
@@ -131,7 +131,7 @@ fn a_directory_that_cannot_be_written_is_bad_input() {
         "camera --json",
         "figures",
     ] {
-        // A file is no directory.
+        // A file in the place of the directory.
         let file = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
         refused(
             &format!("{line} --out {file}"),
@@ -140,7 +140,7 @@ fn a_directory_that_cannot_be_written_is_bad_input() {
     }
 }
 
-/// What `| head -c 1` does: reads a little and closes the pipe.
+/// Reads a little and closes the pipe, as `| head -c 1` does.
 #[test]
 fn a_reader_that_leaves_is_no_failure() {
     let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/scenarios/zero-radius-turn.toml");
@@ -166,7 +166,7 @@ fn a_reader_that_leaves_is_no_failure() {
     }
 }
 
-/// What cannot be followed is said, in bounded time, and no made-up result printed.
+/// A motion that cannot be followed ends in a message, in bounded time, without a made-up result.
 #[test]
 fn a_motion_that_cannot_be_followed_is_said() {
     for line in [

@@ -88,14 +88,14 @@ fn camera_prints_the_run() {
     assert!((number(&result, "theta_amplitude_deg") - 0.8799).abs() < 5e-5);
     assert_eq!(array(&result, "t").len(), 241);
     assert!(array(&result, "v").iter().any(|v| v.abs() > 0.1));
-    // Gains by hand, in scientific notation, and none.
+    // Given gains, in scientific notation, and no control.
     let by_hand = json(
         "camera --ax 0.1 --ay 0.1 --t-end 120 --sample 0.5 --gains -9.206056976760e1,6.840898588,-49.14484644734,-6.495979961",
     );
     assert!((number(&by_hand, "theta_amplitude_deg") - number(&result, "theta_amplitude_deg")).abs() < 1e-7);
     let free = json("camera --ax 0.1 --ay 0.1 --t-end 120 --sample 0.5 --gains none");
     assert!((number(&free, "theta_amplitude_deg") - 5.93).abs() < 5e-3 && array(&free, "v").iter().all(|v| *v == 0.0));
-    // Lost and kept.
+    // A spar that is lost and a spar that recovers.
     assert_eq!(json("camera --tilt0-deg 19")["recovered"], Value::Bool(false));
     assert_eq!(json("camera --tilt0-deg 18.9")["recovered"], Value::Bool(true));
     let limited = json("camera --tilt0-deg -39 --v-max 10");

@@ -81,7 +81,7 @@ fn same(line: &str, a: &Value, b: &Value) {
     }
 }
 
-/// The flags that describe a changed reference vehicle, worked out here from its SI values.
+/// The flags that describe a changed reference vehicle, computed here from its SI values.
 #[test]
 fn the_file_is_worth_its_flags() {
     let vehicle = reference_with(
@@ -119,7 +119,7 @@ fn the_file_is_worth_its_flags() {
         let flags = match line.split(' ').next().unwrap() {
             "spatial" => format!("{planar} --s 1.2 --j0 {}", 0.12 / inertia),
             "lqr" | "camera" => camera.clone(),
-            // Its spar cannot be told by flags: see below.
+            // No flags describe its spar: see below.
             "coupled" => continue,
             _ => planar.clone(),
         };
@@ -131,7 +131,7 @@ fn the_file_is_worth_its_flags() {
 
 #[test]
 fn the_reference_vehicle_carries_the_spar_of_chapter_7() {
-    // Its spar is that of ch. 7 within the rounding of the file, its damping 2.2 within 3e-4.
+    // The spar is that of ch. 7 within the rounding of the file; the damping is 2.2 within 3e-4.
     let flags = "--zeta 2.2 --mu 0.066 --nu 0";
     let line = format!("coupled --voltage 2 --t-end 20 --sample 20 {flags}");
     let (from_file, thesis) = (json(&line, Some(REFERENCE)), json(&line, None));
@@ -163,13 +163,13 @@ fn a_planar_file_gives_the_slope_too_and_flags_override() {
         let slope = match line.split(' ').next().unwrap() {
             "lqr" | "camera" => continue,
             "spatial" => "--slope-x",
-            // The slopes are its own.
+            // The envelope takes its slopes from its own flag.
             "envelope" => "--ramp-time 5 --beta",
             _ => "--beta",
         };
         let with = json(line, Some(&planar));
         same(line, &with, &json(&format!("{line} {flags} {slope} 0.2"), None));
-        // One flag over the file.
+        // A flag overrides the file.
         same(
             line,
             &json(&format!("{line} --mu 0.3"), Some(&planar)),
@@ -196,7 +196,7 @@ fn bad_files_end_with_2_and_name_file_field_and_range() {
         ),
         (
             reference_with("missing.toml", &[("ballast_mass_kg = 2.04", "")]),
-            vec!["missing.toml: camera.ballast_mass_kg is missing", "0.005 to 500"],
+            vec!["missing.toml: spar.ballast_mass_kg is missing", "0.005 to 500"],
         ),
         (
             file("alpha.toml", "[planar]\nl = 0.8\nalpha = 1.0\nzeta = 2.2\nmu = 0.066\n"),
@@ -213,7 +213,7 @@ fn bad_files_end_with_2_and_name_file_field_and_range() {
             }
         }
     }
-    // A slope that only the loaded vehicle, or no vehicle, can stand on is blamed on the file.
+    // The message about a slope too steep for the loaded vehicle, or for any vehicle, names the file.
     let steep = file(
         "steep.toml",
         "[planar]\nl = 0.8\nalpha = 0.9\nzeta = 2.2\nmu = 0.066\nbeta = 1.0\n",
@@ -232,7 +232,7 @@ fn bad_files_end_with_2_and_name_file_field_and_range() {
 #[test]
 fn a_vehicle_without_a_spar_has_no_camera_commands() {
     let text = std::fs::read_to_string(REFERENCE).unwrap();
-    let (head, tail) = text.split_once("[camera]").unwrap();
+    let (head, tail) = text.split_once("[spar]").unwrap();
     let bare = file(
         "bare.toml",
         &format!("{head}[imu]{}", tail.split_once("[imu]").unwrap().1),
@@ -250,7 +250,7 @@ fn a_vehicle_without_a_spar_has_no_camera_commands() {
     ] {
         let message = refused(line, vehicle);
         assert!(
-            message.contains(vehicle.as_str()) && message.contains("[camera]"),
+            message.contains(vehicle.as_str()) && message.contains("[spar]"),
             "{message}"
         );
     }

@@ -1,4 +1,4 @@
-//! Fixed-step integrators: bounded time, no allocation, no recursion.
+//! The fixed-step integrator: bounded time, no allocation, no recursion.
 
 use crate::real::Real;
 
@@ -21,29 +21,6 @@ pub fn rk4_step<T: Real, const N: usize>(x: &[T; N], h: T, rate: impl Fn(&[T; N]
     let k4 = rate(&advance(x, h, &k3));
     let (sixth, two) = (h / T::from_f64(6.0), T::from_f64(2.0));
     core::array::from_fn(|i| x[i] + sixth * (k1[i] + two * (k2[i] + k3[i]) + k4[i]))
-}
-
-/// One step of the explicit Euler method, `x + h k`: the cheapest step, first order.
-#[inline]
-pub fn euler_step<T: Real, const N: usize>(x: &[T; N], h: T, rate: impl Fn(&[T; N]) -> [T; N]) -> [T; N] {
-    advance(x, h, &rate(x))
-}
-
-/// One semi-implicit (symplectic) Euler step for a state of `N / 2` positions followed by their
-/// `N / 2` rates: the rates first, then the positions with the new rates. One evaluation, first
-/// order, and no artificial energy growth in a conservative system.
-#[inline]
-pub fn symplectic_euler_step<T: Real, const N: usize>(x: &[T; N], h: T, rate: impl Fn(&[T; N]) -> [T; N]) -> [T; N] {
-    let k = rate(x);
-    let half = N / 2;
-    let mut next = *x;
-    for (n, k) in next.iter_mut().zip(&k).skip(half) {
-        *n += h * *k;
-    }
-    for i in 0..half {
-        next[i] = x[i] + h * next[half + i];
-    }
-    next
 }
 
 /// `x + h k`, element by element.

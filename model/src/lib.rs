@@ -7,14 +7,18 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod board;
+pub mod bounded;
+pub mod command;
 pub mod control;
 pub mod dynamics;
 pub mod estimate;
 pub mod integrate;
-pub mod limit;
 pub mod linear;
 pub mod real;
 pub mod sample;
+pub mod sensed;
+pub mod status;
 pub mod supervise;
 pub mod tick;
 pub mod vehicle;

@@ -4,8 +4,8 @@ use crate::real::Real;
 
 /// The solution of `a x = b` for a symmetric positive definite `a` (only its lower triangle is read).
 ///
-/// `L D L^T` without pivoting, which needs no square roots and does not care how the unknowns are
-/// scaled: a spar of a thousandth of the vehicle's mass costs no digits.
+/// `L D L^T` without pivoting, which needs no square roots and is insensitive to the scaling of the
+/// unknowns: a spar of a thousandth of the vehicle's mass costs no digits.
 ///
 /// ```
 /// use model::linear::solve_symmetric;

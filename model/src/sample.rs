@@ -10,8 +10,8 @@ pub enum Motor {
     Left = 0,
     /// Right wheel (-y side).
     Right = 1,
-    /// Camera ballast.
-    Camera = 2,
+    /// Ballast of the camera spar.
+    Ballast = 2,
 }
 
 /// Number of motors.
@@ -19,34 +19,18 @@ pub const MOTORS: usize = 3;
 
 /// The tick of the vehicle, us.
 pub const TICK_US: u32 = 1000;
+/// The tick of the vehicle, s.
+pub const TICK_S: f32 = TICK_US as f32 * 1e-6;
 
-/// Full-scale ranges the IMUs are configured to.
-pub mod imu_scale {
-    /// Gyro: +-1000 deg/s over the 16-bit range, in LSB per deg/s.
-    pub const GYRO_LSB_PER_DEG_S: f32 = 32.8;
-    /// Accelerometer: +-8 g over the 16-bit range, in LSB per g.
-    pub const ACCEL_LSB_PER_G: f32 = 4096.0;
-}
-
-/// Scales of the analogue inputs, 16-bit conversions of 0 to 3.3 V.
-pub mod analog_scale {
-    /// Battery voltage a count: a divider of 1:20 (66 V full scale).
-    pub const BATTERY_V_PER_COUNT: f32 = 66.0 / 65536.0;
-    /// Motor current a count: +-60 A around mid-scale.
-    pub const CURRENT_A_PER_COUNT: f32 = 120.0 / 65536.0;
-    /// Count at zero current.
-    pub const CURRENT_ZERO_COUNT: u16 = 32768;
-}
-
-/// One reading of an ICM-42688-P, as its registers hold it: axes x forward, y left, z up.
+/// One reading of an IMU, as its registers hold it: axes x forward, y left, z up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(C)]
 pub struct ImuRaw {
-    /// Specific force in LSB ([`imu_scale::ACCEL_LSB_PER_G`]).
+    /// Specific force in LSB ([`ImuScales::accel_lsb_per_g`](crate::board::ImuScales::accel_lsb_per_g)).
     pub accel: [i16; 3],
-    /// Angular rate in LSB ([`imu_scale::GYRO_LSB_PER_DEG_S`]).
+    /// Angular rate in LSB ([`ImuScales::gyro_lsb_per_deg_s`](crate::board::ImuScales::gyro_lsb_per_deg_s)).
     pub gyro: [i16; 3],
-    /// Temperature in LSB (132.48 LSB/K around 25 C).
+    /// Temperature in LSB; no decision depends on it.
     pub temperature: i16,
 }
 
@@ -56,7 +40,7 @@ pub struct ImuRaw {
 pub struct ImuSample {
     /// The reading.
     pub raw: ImuRaw,
-    /// Age in us; `u32::MAX` while there has been none.
+    /// Age in us; `u32::MAX` before the first reading.
     pub age_us: u32,
 }
 
@@ -66,16 +50,16 @@ pub struct ImuSample {
 pub struct Sample {
     /// Time since boot in us.
     pub time_us: u64,
-    /// Encoder counts, extended to 64 bits: wheel relative to the arm (theta + phi), forward positive;
-    /// for the camera the ballast relative to the spar.
+    /// Encoder counts, extended to 64 bits, forward positive: each wheel relative to the arm (theta + phi), the
+    /// ballast relative to the spar.
     pub encoder_counts: [i64; MOTORS],
     /// Age of the encoder counts in us.
     pub encoder_age_us: u32,
-    /// IMU on the reaction-mass arm.
-    pub chassis_imu: ImuSample,
+    /// IMU on the arm.
+    pub arm_imu: ImuSample,
     /// IMU on the camera spar.
     pub spar_imu: ImuSample,
-    /// Battery voltage, raw.
+    /// Battery voltage, raw ([`BoardScales`](crate::board::BoardScales)).
     pub battery: u16,
     /// Motor currents, raw.
     pub current: [u16; MOTORS],
@@ -91,7 +75,7 @@ pub struct Sample {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct Actuation {
-    /// Bridges on. While false every output is open, whatever the duties say.
+    /// The bridges are on. While false every output is open, whatever the duties say.
     pub enable: bool,
     /// Signed duty of each motor: -32767 to 32767 is -100 % to 100 % of the supply, forward positive.
     pub duty: [i16; MOTORS],

@@ -1,4 +1,4 @@
-//! The closed forms of the camera platform and of the coupled vehicle against point masses.
+//! The closed forms of the camera spar and of the coupled vehicle against point masses.
 mod multibody;
 
 use model::dynamics::camera::{Camera, CameraParameters};
@@ -45,7 +45,7 @@ proptest! {
     ) {
         let planar = PlanarParameters { l, alpha, zeta: 1.9, mu, nu, beta };
         let camera = CameraParameters { lm: 0.21, lr: 0.13, mm: 2.0, mr: 5.0, zeta: 0.4, xi: 1.3 };
-        let bearing = [Bearing::Inertial, Bearing::Chassis, Bearing::Axle][which];
+        let bearing = [Bearing::Inertial, Bearing::Arm, Bearing::Axle][which];
         let p = CoupledParameters::with_camera(planar, &camera, lp, kc, bearing);
         let model = Coupled::new(p);
         let got = model.accelerations(&q, u, v);
@@ -79,11 +79,11 @@ proptest! {
     }
 
     #[test]
-    fn without_a_platform_the_vehicle_is_the_planar_one(
+    fn without_a_spar_the_vehicle_is_the_planar_one(
         beta in -0.6..0.6_f64, nu in 0.0..0.2_f64, q in prop::array::uniform8(-2.0..2.0_f64), u in -6.0..6.0_f64,
     ) {
         let planar = PlanarParameters { beta, nu, ..PlanarParameters::thesis() };
-        let p = CoupledParameters::with_camera(planar, &CameraParameters::thesis(), 1.0, 1e-12, Bearing::Chassis);
+        let p = CoupledParameters::with_camera(planar, &CameraParameters::thesis(), 1.0, 1e-12, Bearing::Arm);
         let got = Coupled::new(p).accelerations(&q, u, 0.0);
         let want = Planar::new(planar).accelerations(&[q[0], q[1], q[4], q[5]], u);
         prop_assert!((got[0] - want[0]).abs() < 1e-8 && (got[1] - want[1]).abs() < 1e-8);
@@ -118,7 +118,7 @@ proptest! {
         beta in -0.6..0.6_f64, nu in 0.0..0.2_f64, kc in 0.01..0.5_f64, q in prop::array::uniform8(-3.0..3.0_f64),
         u in -6.0..6.0_f64, v in -2.0..2.0_f64, which in 0..3_usize,
     ) {
-        let bearing = [Bearing::Inertial, Bearing::Chassis, Bearing::Axle][which];
+        let bearing = [Bearing::Inertial, Bearing::Arm, Bearing::Axle][which];
         let on = |beta| {
             let planar = PlanarParameters { beta, nu, ..PlanarParameters::thesis() };
             Coupled::new(CoupledParameters::with_camera(planar, &CameraParameters::thesis(), 1.3, kc, bearing))

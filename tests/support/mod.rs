@@ -1,8 +1,13 @@
 //! What the vehicle's tests share.
 #![allow(dead_code)] // Each test binary uses its part.
 
-use firmware::protocol::message::{HostMessage, Status};
-use model::supervise::arming::{Mode, Request};
+use std::collections::VecDeque;
+
+use firmware::drive_board::SCALES;
+use firmware::protocol::message::{Answer, BoardStatus, COMMAND_PERIOD_MS, Order};
+use model::command::Request;
+use model::status::Status;
+use model::supervise::arming::Mode;
 use model::vehicle::Vehicle;
 use plant::Plant;
 use plant::terrain::Terrain;
@@ -23,8 +28,15 @@ pub fn reference() -> Vehicle<f64> {
 pub struct Bench {
     pub board: VirtualBoard,
     pub client: LinkClient,
-    /// What the operator repeats every 20 ms, if anything.
+    /// What the operator repeats every [`COMMAND_PERIOD_MS`], if anything.
     pub drive: Option<[f32; 2]>,
+    /// What the operator's port has sent, with the millisecond.
+    pub sent: Vec<(u64, Vec<u8>)>,
+    /// How long a byte is on its way to the board and back, ms.
+    pub latency_ms: [u64; 2],
+    /// What is on its way: due time and bytes.
+    to_board: VecDeque<(u64, Vec<u8>)>,
+    to_host: VecDeque<(u64, Vec<u8>)>,
     ms: u64,
 }
 
@@ -35,12 +47,16 @@ impl Bench {
 
     pub fn with(seed: u64, flash: VirtualFlash) -> Self {
         let vehicle = reference();
-        let plant = Plant::new(&vehicle, Terrain::default(), seed).expect("level ground");
+        let plant = Plant::new(&vehicle, &SCALES, Terrain::default(), seed).expect("level ground");
         let board = VirtualBoard::boot_with(&vehicle, plant, flash).expect("boots");
         Self {
             board,
-            client: LinkClient::default(),
+            client: LinkClient::new(seed as u32),
             drive: Some([0.0, 0.0]),
+            sent: Vec::new(),
+            latency_ms: [0, 0],
+            to_board: VecDeque::new(),
+            to_host: VecDeque::new(),
             ms: 0,
         }
     }
@@ -48,20 +64,35 @@ impl Bench {
     /// Lets `ms` milliseconds pass; `each` sees the bench after every one.
     pub fn run_watching(&mut self, ms: u64, mut each: impl FnMut(&mut Self)) {
         for _ in 0..ms {
-            if self.ms.is_multiple_of(20)
-                && let Some([speed_m_s, yaw_rate_rad_s]) = self.drive
-            {
-                self.send(&HostMessage::Drive {
-                    speed_m_s,
-                    yaw_rate_rad_s,
-                });
+            if self.ms.is_multiple_of(COMMAND_PERIOD_MS) {
+                if self.client.identity().is_none() {
+                    let frame = self.client.identify();
+                    self.put(&frame);
+                }
+                if let Some([speed_m_s, yaw_rate_rad_s]) = self.drive {
+                    self.order(Order::Drive {
+                        speed_m_s,
+                        yaw_rate_rad_s,
+                    });
+                }
+            }
+            while let Some((_, bytes)) = self.to_board.pop_front_if(|(due_ms, _)| *due_ms <= self.ms) {
+                self.board.send(&bytes);
             }
             self.ms += 1;
             self.board.run_until(self.ms * 1000);
             let bytes = self.board.receive();
-            self.client.receive(&bytes);
+            self.to_host.push_back((self.ms + self.latency_ms[1], bytes));
+            while let Some((_, bytes)) = self.to_host.pop_front_if(|(due_ms, _)| *due_ms <= self.ms) {
+                self.client.receive(self.ms * 1000, &bytes);
+            }
             each(self);
         }
+    }
+
+    /// Milliseconds since boot.
+    pub fn now_ms(&self) -> u64 {
+        self.ms
     }
 
     /// Lets time pass with nobody at the board's port: what it sends stays for [`VirtualBoard::receive`].
@@ -74,20 +105,70 @@ impl Bench {
         self.run_watching(ms, |_| {});
     }
 
-    pub fn send(&mut self, message: &HostMessage) {
-        self.board.send(&LinkClient::encode(message));
+    /// Puts bytes on the way to the board.
+    pub fn put(&mut self, bytes: &[u8]) {
+        self.sent.push((self.ms, bytes.to_vec()));
+        if self.latency_ms[0] == 0 && self.to_board.is_empty() {
+            self.board.send(bytes);
+        } else {
+            self.to_board.push_back((self.ms + self.latency_ms[0], bytes.to_vec()));
+        }
+    }
+
+    /// The frame of an order given now, and its number; nothing before the board has said who it is.
+    pub fn frame(&mut self, order: Order) -> Option<(u32, Vec<u8>)> {
+        self.client.order(self.ms * 1000, order)
+    }
+
+    /// Gives an order and returns its number; 0 before the board has said who it is: nothing is sent then.
+    pub fn order(&mut self, order: Order) -> u32 {
+        let Some((sequence, frame)) = self.frame(order) else {
+            return 0;
+        };
+        self.put(&frame);
+        sequence
+    }
+
+    /// Gives an order and waits up to 100 ms for its answer.
+    pub fn ask(&mut self, order: Order) -> Option<Answer> {
+        let sequence = self.order(order);
+        let mut answer = None;
+        self.run_watching(100, |bench| {
+            if answer.is_none() {
+                answer = bench.client.answer_to(sequence);
+            }
+        });
+        answer
     }
 
     pub fn request(&mut self, request: Request) {
-        self.send(&HostMessage::Request(request));
+        match request {
+            Request::None => {}
+            Request::Arm => {
+                self.order(Order::Arm);
+            }
+            Request::ClearFaults => {
+                self.order(Order::ClearFaults);
+            }
+            Request::Disarm => {
+                let (_, frame) = self.client.disarm();
+                self.put(&frame);
+            }
+        }
     }
 
-    pub fn status(&self) -> Status {
+    pub fn status(&self) -> BoardStatus {
         self.client.status.expect("the board speaks")
     }
 
+    /// The vehicle's status after its first tick.
+    pub fn first_status(&mut self) -> Status {
+        self.run_raw(2);
+        self.board.status().expect("the board runs")
+    }
+
     pub fn mode(&self) -> Mode {
-        self.board.telemetry().expect("the board runs").mode
+        self.board.status().expect("the board runs").mode
     }
 
     pub fn bridges_on(&mut self) -> bool {
@@ -100,7 +181,7 @@ impl Bench {
         bench.run(1000);
         bench.request(Request::Arm);
         bench.run(20);
-        assert_eq!(bench.mode(), Mode::Armed, "blockers {:b}", bench.status().blockers);
+        assert_eq!(bench.mode(), Mode::Armed, "{:?}", bench.status().vehicle.blockers);
         bench
     }
 

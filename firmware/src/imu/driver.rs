@@ -3,10 +3,11 @@
 //! The driver is hand-written: the maintained driver crates read through the FIFO, which costs two more
 //! transactions per tick and delays a sample by up to one tick; the vehicle needs the newest sample in one
 //! burst. Register names and values are the data sheet's (DS-000347), but for the adaptive full scale, which
-//! the data sheet leaves among the reserved bits ([`Setting`]s below).
+//! the data sheet leaves among the reserved bits (`Setting`s below).
 
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::spi::{Operation, SpiDevice};
+use model::board::ImuScales;
 use model::sample::ImuRaw;
 
 /// Registers of bank 0; `REG_BANK_SEL` is in every bank.
@@ -93,6 +94,11 @@ const SENSORS: [Setting; 3] = [
         value: 0x0F,
     },
 ];
+/// What the words stand for at these ranges: 16 bits over +-1000 deg/s and over +-8 g.
+pub const SCALES: ImuScales = ImuScales {
+    gyro_lsb_per_deg_s: 32.8,
+    accel_lsb_per_g: 4096.0,
+};
 /// What a data register holds before there is data.
 const NO_DATA: i16 = i16::MIN;
 

@@ -1,69 +1,176 @@
-//! The link's receiving task: bytes to commands.
+//! The link's receiving task: bytes to orders.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use embedded_io_async::Read;
 
+use super::session::{Admission, Sessions, is_from_the_future, is_late};
+use crate::link::send::status_rate_max_hz;
 use crate::protocol::frame::{Decoder, Received};
-use crate::protocol::message::HostMessage;
-use crate::topics::{DriveCommand, LinkCounters, Topics};
+use crate::protocol::message::{
+    About, Answer, Envelope, HostMessage, Identity, LinkCounters, Order, OrderId, PROTOCOL_VERSION, Refusal,
+    STATUS_RATE_HZ,
+};
+use crate::topics::{Answered, Asked, DisarmBy, DriveCommand, Topics, Wanted};
 
-/// Reads frames for ever and publishes what they command.
-pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Read) -> ! {
+/// Reads frames for ever and publishes what they order.
+pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Read, about: About) -> ! {
     let mut decoder = Decoder::new();
-    let mut counters = LinkCounters::default();
+    let mut receiver = Receiver {
+        topics,
+        about,
+        sessions: Sessions::new(about.boot),
+        counters: LinkCounters::default(),
+    };
     let mut bytes = [0; 64];
     loop {
         if let Ok(length) = uart.read(&mut bytes).await {
             for byte in bytes.iter().take(length) {
-                take(topics, &mut counters, decoder.push(*byte));
+                receiver.take(decoder.push(*byte), Instant::now());
             }
         } else {
             // Bytes were lost: what comes next is not the rest of what came before.
             decoder.resync();
-            counters.uart_errors = counters.uart_errors.wrapping_add(1);
+            count(&mut receiver.counters.uart_errors);
         }
-        topics.link.publish(Instant::now(), counters);
+        topics.link.publish(Instant::now(), receiver.counters);
     }
 }
 
-fn take<M: RawMutex>(topics: &Topics<M>, counters: &mut LinkCounters, received: Received<HostMessage>) {
-    match received {
-        Received::Nothing => {}
-        Received::Bad => counters.bad_frames = counters.bad_frames.wrapping_add(1),
-        Received::Overlong => counters.overlong_frames = counters.overlong_frames.wrapping_add(1),
-        Received::Message(message) => {
-            counters.frames = counters.frames.wrapping_add(1);
-            match message {
-                HostMessage::Drive {
-                    speed_m_s,
-                    yaw_rate_rad_s,
-                } => {
-                    // A command that is not a number is no command: the dead-man time runs on.
-                    if speed_m_s.is_finite() && yaw_rate_rad_s.is_finite() {
-                        topics.command.publish(
-                            Instant::now(),
-                            DriveCommand {
-                                speed_m_s,
-                                yaw_rate_rad_s,
-                            },
-                        );
-                    } else {
-                        counters.bad_frames = counters.bad_frames.wrapping_add(1);
+/// What the task keeps between frames.
+struct Receiver<'a, M: RawMutex> {
+    topics: &'a Topics<M>,
+    about: About,
+    sessions: Sessions,
+    counters: LinkCounters,
+}
+
+fn count(counter: &mut u32) {
+    *counter = counter.wrapping_add(1);
+}
+
+impl<M: RawMutex> Receiver<'_, M> {
+    fn take(&mut self, received: Received<HostMessage>, now: Instant) {
+        match received {
+            Received::Nothing => {}
+            Received::Bad => count(&mut self.counters.bad_frames),
+            Received::Overlong => count(&mut self.counters.overlong_frames),
+            Received::Message(message) => {
+                count(&mut self.counters.frames);
+                match message {
+                    // First, and whatever else is known of the sender.
+                    HostMessage::Disarm(id) => {
+                        self.topics.disarm.signal(DisarmBy::Host(id));
+                        self.sessions.note(id);
                     }
+                    HostMessage::Identify { nonce } => self.identify(nonce, now),
+                    HostMessage::Order { envelope, order } => match self.sessions.admit(envelope.id) {
+                        Admission::Taken => self.obey(envelope, order, now),
+                        Admission::Repeated => count(&mut self.counters.repeated_frames),
+                        Admission::Foreign => {
+                            count(&mut self.counters.foreign_frames);
+                            self.refuse(envelope.id, Refusal::UnknownSession);
+                        }
+                    },
                 }
-                HostMessage::Request(request) => {
-                    if topics.requests.try_send(request).is_err() {
-                        counters.dropped_requests = counters.dropped_requests.wrapping_add(1);
-                    }
-                }
-                HostMessage::Parameters(request) => {
-                    if topics.parameter_requests.try_send(request).is_err() {
-                        counters.dropped_requests = counters.dropped_requests.wrapping_add(1);
-                    }
-                }
-                HostMessage::Identify => topics.identify.signal(()),
             }
+        }
+    }
+
+    fn identify(&mut self, nonce: u32, now: Instant) {
+        let time_us = now.as_micros();
+        let (session, sequence) = self.sessions.offer(nonce, time_us);
+        if sequence == 0 {
+            // A new host gets the status at the usual rate, whatever the host before it had chosen.
+            self.topics.status_rate.signal(STATUS_RATE_HZ);
+        }
+        self.topics.identity.signal(Identity {
+            protocol: PROTOCOL_VERSION,
+            nonce,
+            session,
+            sequence,
+            time_us,
+            about: self.about,
+        });
+    }
+
+    /// An order of the session in force, which came in order.
+    fn obey(&mut self, envelope: Envelope, order: Order, now: Instant) {
+        let Envelope { id, given_at_us } = envelope;
+        let late = is_late(given_at_us, now.as_micros());
+        if late {
+            count(&mut self.counters.late_orders);
+        }
+        match order {
+            Order::Drive {
+                speed_m_s,
+                yaw_rate_rad_s,
+            } => {
+                // A command that is not a number is no command: the dead-man time runs on.
+                if !speed_m_s.is_finite() || !yaw_rate_rad_s.is_finite() {
+                    count(&mut self.counters.bad_frames);
+                } else if !is_from_the_future(given_at_us, now.as_micros()) {
+                    // A command is as old as it was when it was given, however long it was under way.
+                    let given_at = Instant::from_micros(given_at_us).min(now);
+                    self.topics.command.publish(
+                        given_at,
+                        DriveCommand {
+                            speed_m_s,
+                            yaw_rate_rad_s,
+                        },
+                    );
+                }
+            }
+            Order::Arm | Order::ClearFaults if late => self.refuse(id, Refusal::Late),
+            Order::Arm => self.replace(&self.topics.arm, id),
+            Order::ClearFaults => self.replace(&self.topics.clear_faults, id),
+            Order::Parameters(request) => {
+                if self.topics.parameter_requests.try_send(Asked { id, request }).is_err() {
+                    count(&mut self.counters.dropped_requests);
+                    self.refuse(id, Refusal::Busy);
+                }
+            }
+            Order::StatusRate { hz } => {
+                let max_hz = status_rate_max_hz();
+                if hz <= max_hz {
+                    self.topics.status_rate.signal(hz);
+                    self.answer(id, Answer::Done);
+                } else {
+                    self.refuse(id, Refusal::StatusRate { max_hz });
+                }
+            }
+            Order::Recording { from } => {
+                self.topics.recording.signal(from);
+                self.topics.records.stream(from.is_some());
+                self.answer(id, Answer::Done);
+            }
+            Order::Read(read) => {
+                if self.topics.readings.try_send(Wanted { id, read }).is_err() {
+                    count(&mut self.counters.dropped_requests);
+                    self.refuse(id, Refusal::Busy);
+                }
+            }
+        }
+    }
+
+    /// Leaves an order to the control task. An order of the same kind that still waits there is dropped: once is
+    /// enough.
+    fn replace(&mut self, waiting: &Signal<M, OrderId>, id: OrderId) {
+        if waiting.signaled() {
+            count(&mut self.counters.dropped_requests);
+        }
+        waiting.signal(id);
+    }
+
+    fn refuse(&mut self, id: OrderId, refusal: Refusal) {
+        self.answer(id, Answer::Refused(refusal));
+    }
+
+    /// Leaves an answer to the sending task. A flood of questions loses answers rather than statuses.
+    fn answer(&mut self, id: OrderId, answer: Answer) {
+        if self.topics.answers.try_send(Answered { id, answer }).is_err() {
+            count(&mut self.counters.dropped_answers);
         }
     }
 }

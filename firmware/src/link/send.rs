@@ -1,43 +1,120 @@
-//! The link's sending task: the vehicle's state, and answers.
+//! The link's sending task: the status at the host's rate, and answers.
 
+use embassy_futures::select::{Either5, select5};
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::{Duration, Ticker};
 use embedded_io_async::Write;
 
 use crate::checkins::Critical;
+use crate::drive_board::LINK_BAUD;
 use crate::protocol::frame::encode;
-use crate::protocol::message::{BoardMessage, PROTOCOL_VERSION, Status};
-use crate::topics::Topics;
+use crate::protocol::message::{BoardMessage, BoardStatus, Read, Reading, STATUS_RATE_HZ};
+use crate::topics::{Answered, Topics, Wanted};
 
-/// How often the state is sent.
-const PERIOD: Duration = Duration::from_millis(10);
+/// Longest frame of a status, bytes; a test of this module proves it.
+const STATUS_FRAME_MAX: u32 = 400;
+/// Bits on the line for a byte: start, eight, stop.
+const BITS_PER_BYTE: u32 = 10;
+/// Share of the line that statuses may take, percent: the rest is for answers.
+const STATUS_SHARE_PERCENT: u32 = 87;
 
-/// Sends the state for ever.
-pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write) -> ! {
-    let mut ticker = Ticker::every(PERIOD);
+/// Largest rate of the status that the line carries, Hz.
+pub const fn status_rate_max_hz() -> u16 {
+    let bytes_per_s = LINK_BAUD / BITS_PER_BYTE;
+    (bytes_per_s * STATUS_SHARE_PERCENT / 100 / STATUS_FRAME_MAX) as u16
+}
+
+/// The task's period while the host wants no status: the task still tells the watchdog that it is alive.
+const IDLE_PERIOD: Duration = Duration::from_millis(100);
+
+/// Sends the status and the answers for ever; `boot` is the number of this boot.
+pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write, boot: u32) -> ! {
+    let mut rate_hz = STATUS_RATE_HZ;
+    let mut ticker = Ticker::every(period(rate_hz));
+    let mut sequence = 0_u32;
+    let mut round = 0_u32;
+    let mut next_block = None;
     loop {
-        ticker.next().await;
-        topics.checkins.check_in(Critical::Link);
-        if topics.identify.try_take().is_some() {
-            send(
-                &mut uart,
-                &BoardMessage::Identity {
-                    protocol: PROTOCOL_VERSION,
-                },
-            )
-            .await;
+        // The status comes first: no flood of questions holds it up.
+        let next = select5(
+            ticker.next(),
+            topics.identity.wait(),
+            topics.answers.receive(),
+            topics.readings.receive(),
+            topics.records.ready.wait(),
+        );
+        match next.await {
+            Either5::First(()) => {
+                topics.checkins.check_in(Critical::Link);
+                if let Some(hz) = topics.status_rate.try_take()
+                    && hz != rate_hz
+                {
+                    rate_hz = hz;
+                    ticker = Ticker::every(period(rate_hz));
+                }
+                round = round.wrapping_add(1);
+                if rounds_per_status(rate_hz).is_some_and(|rounds| round.is_multiple_of(rounds))
+                    && let Some(vehicle) = topics.status.latest()
+                {
+                    sequence = sequence.wrapping_add(1);
+                    let status = BoardStatus {
+                        boot,
+                        sequence,
+                        vehicle: vehicle.value,
+                        link: topics.link.latest().map(|l| l.value).unwrap_or_default(),
+                        cycles: topics.cycles.latest().map(|c| c.value).unwrap_or_default(),
+                    };
+                    send(&mut uart, &BoardMessage::Status(status)).await;
+                }
+            }
+            Either5::Second(identity) => send(&mut uart, &BoardMessage::Identity(identity)).await,
+            Either5::Third(Answered { id, answer }) => {
+                send(&mut uart, &BoardMessage::Answer { id, answer }).await;
+            }
+            Either5::Fourth(Wanted { id, read }) => {
+                let reading = read_memory(topics, read);
+                send(&mut uart, &BoardMessage::Reading { id, reading }).await;
+            }
+            Either5::Fifth(()) => {
+                if let Some(from) = topics.recording.try_take() {
+                    next_block = from;
+                }
+                // One block a turn: the status has its turn between two blocks.
+                if let Some(from) = next_block
+                    && let Some(block) = topics.records.streamed_from(from)
+                {
+                    next_block = Some(block.number.wrapping_add(1));
+                    send(&mut uart, &BoardMessage::Records(block)).await;
+                    topics.records.ready.signal(());
+                }
+            }
         }
-        while let Ok(answer) = topics.parameter_answers.try_receive() {
-            send(&mut uart, &BoardMessage::Parameters(answer)).await;
+    }
+}
+
+/// The task's period at a rate of the status in Hz.
+fn period(rate_hz: u16) -> Duration {
+    if rate_hz == 0 {
+        IDLE_PERIOD
+    } else {
+        Duration::from_hz(u64::from(rate_hz)).min(IDLE_PERIOD)
+    }
+}
+
+/// How many of the task's periods pass from one status to the next; `None` if the host wants none. Below the rate of
+/// an idle task the status comes with every second, third, ... of its periods.
+fn rounds_per_status(rate_hz: u16) -> Option<u32> {
+    let status_us = 1_000_000_u64.checked_div(u64::from(rate_hz))?;
+    Some(status_us.div_ceil(period(rate_hz).as_micros().max(1)).max(1) as u32)
+}
+
+/// Reads a part of the board's memory.
+fn read_memory<M: RawMutex>(topics: &Topics<M>, read: Read) -> Reading {
+    match read {
+        Read::LookBack { from } => {
+            let (frozen, block) = topics.records.look_back_from(from);
+            Reading::LookBack { frozen, block }
         }
-        let Some(telemetry) = topics.telemetry.latest() else {
-            continue;
-        };
-        let link = topics.link.latest().map(|l| l.value).unwrap_or_default();
-        let cycles = topics.cycles.with_age(Instant::now()).0.unwrap_or_default();
-        let bad = link.bad_frames.wrapping_add(link.overlong_frames);
-        let status = Status::new(&telemetry.value, bad, [cycles.total, cycles.worst]);
-        send(&mut uart, &BoardMessage::Status(status)).await;
     }
 }
 
@@ -52,38 +129,74 @@ async fn send(uart: &mut impl Write, message: &BoardMessage) {
 mod tests {
     use super::*;
     use crate::protocol::frame::FRAME_MAX;
+    use crate::protocol::message::{LinkCounters, TickCycles};
+    use model::estimate::Estimate;
+    use model::status::{Status, Terms};
     use model::supervise::arming::Mode;
+    use model::supervise::codes::{BlockerSet, FaultSet, LimitSet};
 
-    /// The longest state there can be fits a frame: every varint at its longest.
     #[test]
-    fn the_longest_state_fits_a_frame() {
-        let status = Status {
+    fn the_status_comes_at_every_rate() {
+        let per_status = [0, 1, 3, 10, 100, 200].map(rounds_per_status);
+        assert_eq!(per_status, [None, Some(10), Some(4), Some(1), Some(1), Some(1)]);
+    }
+
+    #[test]
+    fn the_line_carries_the_largest_rate() {
+        assert_eq!(status_rate_max_hz(), 200);
+    }
+
+    /// The longest status there can be fits a frame, with room to grow: every varint at its longest.
+    #[test]
+    fn the_longest_status_fits_a_frame() {
+        let vehicle = Status {
             tick: u32::MAX,
             time_us: u64::MAX,
             mode: Mode::Stopping,
-            faults: u32::MAX,
-            blockers: u32::MAX,
-            limits: u32::MAX,
-            phi_rad: 0.0,
-            phi_rate_rad_s: 0.0,
-            speed_m_s: 0.0,
+            faults: FaultSet::FULL,
+            blockers: BlockerSet::FULL,
+            limits: LimitSet::FULL,
+            estimate: Estimate::default(),
             speed_reference_m_s: 0.0,
-            slope_rad: 0.0,
-            heading_rad: 0.0,
-            yaw_rate_rad_s: 0.0,
-            x_m: 0.0,
-            y_m: 0.0,
-            spar_rad: 0.0,
-            ballast_rad: 0.0,
+            yaw_rate_reference_rad_s: 0.0,
+            terms: Terms::default(),
             voltage_v: [0.0; 3],
             current_a: [0.0; 3],
             battery_v: 0.0,
             late_ticks: u32::MAX,
             refused_arms: u32::MAX,
-            bad_frames: u32::MAX,
-            tick_cycles: [u32::MAX; 2],
         };
-        let frame = encode(&BoardMessage::Status(status)).expect("fits");
-        assert!(frame.len() > 100 && frame.len() < FRAME_MAX, "{}", frame.len());
+        let link = LinkCounters {
+            frames: u32::MAX,
+            bad_frames: u32::MAX,
+            overlong_frames: u32::MAX,
+            uart_errors: u32::MAX,
+            dropped_requests: u32::MAX,
+            repeated_frames: u32::MAX,
+            foreign_frames: u32::MAX,
+            late_orders: u32::MAX,
+            dropped_answers: u32::MAX,
+        };
+        let cycles = TickCycles {
+            sense: u32::MAX,
+            estimate: u32::MAX,
+            decide: u32::MAX,
+            actuate: u32::MAX,
+            total: u32::MAX,
+            worst: u32::MAX,
+        };
+        let frame = encode(&BoardMessage::Status(BoardStatus {
+            boot: u32::MAX,
+            sequence: u32::MAX,
+            vehicle,
+            link,
+            cycles,
+        }))
+        .expect("fits");
+        assert!(
+            frame.len() > 200 && frame.len() <= STATUS_FRAME_MAX as usize && frame.len() < FRAME_MAX - 100,
+            "{}",
+            frame.len()
+        );
     }
 }

@@ -3,7 +3,7 @@
 
 use model::vehicle::{RENAMED, VehicleParameters};
 
-use super::numbered::{count, field, name_hash, set, value};
+use super::numbered::name_hash;
 use super::version_1;
 
 /// Longest stored set in bytes, a multiple of any flash's word.
@@ -19,7 +19,7 @@ const FORMAT: [u8; 4] = *b"PAR2";
 
 /// Encodes a set with its sequence number and returns the set's length in bytes; `None` if the set does not fit.
 pub(super) fn encode(parameters: &VehicleParameters<f32>, sequence: u32, bytes: &mut [u8; SET_MAX]) -> Option<usize> {
-    let count = count(parameters);
+    let count = parameters.count();
     let (header, values) = bytes.split_at_mut_checked(HEADER)?;
     let words = [FORMAT, sequence.to_le_bytes(), u32::from(count).to_le_bytes()];
     for (slot, word) in header.chunks_exact_mut(4).zip(words) {
@@ -27,11 +27,11 @@ pub(super) fn encode(parameters: &VehicleParameters<f32>, sequence: u32, bytes: 
     }
     let mut slots = values.chunks_exact_mut(4);
     for number in 0..count {
-        let (table, field) = field(parameters, number)?;
+        let (table, field) = parameters.field(number)?;
         slots
             .next()?
             .copy_from_slice(&name_hash(table, field.name).to_le_bytes());
-        slots.next()?.copy_from_slice(&value(parameters, number)?.to_le_bytes());
+        slots.next()?.copy_from_slice(&parameters.value(number)?.to_le_bytes());
     }
     Some(HEADER + VALUE * usize::from(count))
 }
@@ -106,11 +106,11 @@ pub(super) fn read_with(
         dropped: 0,
     };
     let mut taken = 0;
-    for number in 0..count(built_in) {
-        let name = field(built_in, number);
+    for number in 0..built_in.count() {
+        let name = built_in.field(number);
         match name.and_then(|(table, field)| find(stored, (table, field.name), renamed, RENAMES_MAX)) {
             Some(value) => {
-                set(&mut read.parameters, number, value).map_err(|_| number)?;
+                read.parameters.set(number, value).map_err(|_| number)?;
                 taken += 1;
             }
             None => read.defaults += 1,

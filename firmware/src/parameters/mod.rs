@@ -13,7 +13,7 @@ mod task;
 mod tolerant_flash;
 mod version_1;
 
-pub use numbered::{Refused, count, field, schema, set, value};
+pub use numbered::schema;
 pub use store::{BootOutcome, Booted, Disbelief, NotStored, ParameterStore};
 pub use task::{boot, run};
 

@@ -4,9 +4,9 @@
 //! stored, takes every staged change with it. So no change that somebody took for refused comes into force with a
 //! later one.
 
-use model::vehicle::{Vehicle, VehicleParameters};
+use model::vehicle::{NotSet, Vehicle, VehicleParameters};
 
-use super::numbered::{Refused, count, number_of, schema, set, value};
+use super::numbered::{number_of, schema};
 use crate::protocol::message::ParameterAnswer;
 
 /// The set in force, and the staged set where it differs.
@@ -53,7 +53,7 @@ impl Stage {
     /// Stages one change; a refusal drops every staged change.
     pub(super) fn write(&mut self, number: u16, value: f32) -> ParameterAnswer {
         let mut staged = self.staged();
-        match set(&mut staged, number, value) {
+        match staged.set(number, value) {
             Ok(()) => {
                 self.staged = Some(staged);
                 answer(&staged, number)
@@ -61,8 +61,11 @@ impl Stage {
             Err(refused) => {
                 self.discard();
                 match refused {
-                    Refused::NoSuchNumber => ParameterAnswer::NoSuchNumber,
-                    Refused::OutOfRange(min, max) => ParameterAnswer::OutOfRange { min, max },
+                    NotSet::NoSuchNumber => ParameterAnswer::NoSuchNumber,
+                    NotSet::OutOfRange(out) => ParameterAnswer::OutOfRange {
+                        min: out.field.min as f32,
+                        max: out.field.max as f32,
+                    },
                 }
             }
         }
@@ -90,10 +93,10 @@ impl Stage {
 
 /// The answer that tells one value.
 fn answer(parameters: &VehicleParameters<f32>, number: u16) -> ParameterAnswer {
-    match value(parameters, number) {
+    match parameters.value(number) {
         Some(value) => ParameterAnswer::Value {
             number,
-            count: count(parameters),
+            count: parameters.count(),
             value,
             schema: schema(parameters),
         },

@@ -9,8 +9,8 @@ use model::vehicle::Vehicle;
 
 use super::stage::Stage;
 use super::store::{BootOutcome, Booted, Disbelief, ParameterStore};
-use crate::protocol::message::{ParameterAnswer, ParameterRequest};
-use crate::topics::Topics;
+use crate::protocol::message::{Answer, ParameterAnswer, ParameterRequest};
+use crate::topics::{Answered, Asked, Topics};
 
 /// Returns the vehicle to boot with, stored or built in, and logs which of the two.
 pub async fn boot<F: NorFlash>(store: &mut ParameterStore<F>, built_in: &Vehicle<f32>) -> Booted {
@@ -57,14 +57,14 @@ pub async fn run<M: RawMutex, F: NorFlash>(
     let mut lost = matches!(booted.outcome, BootOutcome::NotBelieved(_));
     topics.parameters_pending.publish(Instant::now(), lost);
     loop {
-        let request = if stage.has_changes() {
+        let Asked { id, request } = if stage.has_changes() {
             let deadline = changed_at + STAGE_TIMEOUT;
-            let Ok(request) = with_deadline(deadline, topics.parameter_requests.receive()).await else {
+            let Ok(asked) = with_deadline(deadline, topics.parameter_requests.receive()).await else {
                 warning!("parameters: changes were not stored in time, dropped");
                 stage.discard();
                 continue;
             };
-            request
+            asked
         } else {
             topics.parameter_requests.receive().await
         };
@@ -97,7 +97,8 @@ pub async fn run<M: RawMutex, F: NorFlash>(
                 }
             },
         };
-        topics.parameter_answers.send(answer).await;
+        let answer = Answer::Parameters(answer);
+        topics.answers.send(Answered { id, answer }).await;
     }
 }
 
@@ -125,10 +126,10 @@ async fn keep<M: RawMutex, F: NorFlash>(
 /// blocked; `false` if no tick came in time.
 async fn blocked<M: RawMutex>(topics: &Topics<M>, since: Instant) -> bool {
     while Instant::now().saturating_duration_since(since) < BLOCK_TIMEOUT {
-        if let Some(telemetry) = topics.telemetry.latest()
-            && telemetry.at > since
+        if let Some(status) = topics.status.latest()
+            && status.at > since
         {
-            let t = telemetry.value;
+            let t = status.value;
             return t.mode == Mode::Disarmed && t.blockers.contains(Blocker::Parameters);
         }
         Timer::after(Duration::from_millis(1)).await;

@@ -5,9 +5,10 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// Longest frame on the wire, final zero included.
-pub const FRAME_MAX: usize = 256;
-/// Longest encoded message with its checksum: what COBS fits into a frame.
-const PAYLOAD_MAX: usize = 252;
+pub const FRAME_MAX: usize = 512;
+/// Longest encoded message with its checksum: a frame less its zero and the bytes that COBS adds, one for every 254
+/// begun.
+const PAYLOAD_MAX: usize = FRAME_MAX - 1 - FRAME_MAX.div_ceil(255);
 const CHECKSUM: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 const CHECKSUM_LEN: usize = 2;
 
@@ -77,7 +78,7 @@ impl Decoder {
     /// ```
     /// use firmware::protocol::frame::{Decoder, Received, encode};
     /// use firmware::protocol::message::HostMessage;
-    /// let sent = HostMessage::Drive { speed_m_s: 1.0, yaw_rate_rad_s: -0.5 };
+    /// let sent = HostMessage::Identify { nonce: 7 };
     /// let mut decoder = Decoder::new();
     /// let received = encode(&sent).unwrap().iter().fold(Received::Nothing, |_, byte| decoder.push(*byte));
     /// assert_eq!(received, Received::Message(sent));
@@ -129,7 +130,9 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::protocol::message::HostMessage;
+    use crate::protocol::message::{Envelope, HostMessage, Order, OrderId};
+
+    const IDENTIFY: HostMessage = HostMessage::Identify { nonce: 7 };
 
     fn feed(decoder: &mut Decoder, bytes: &[u8]) -> std::vec::Vec<Received<HostMessage>> {
         bytes
@@ -144,25 +147,31 @@ mod tests {
         let mut decoder = Decoder::new();
         assert_eq!(feed(&mut decoder, &[1; 1000]), [Received::Overlong]);
         assert_eq!(feed(&mut decoder, &[0]), []);
-        let frame = encode(&HostMessage::Identify).expect("fits");
-        assert_eq!(feed(&mut decoder, &frame), [Received::Message(HostMessage::Identify)]);
+        let frame = encode(&IDENTIFY).expect("fits");
+        assert_eq!(feed(&mut decoder, &frame), [Received::Message(IDENTIFY)]);
     }
 
     #[test]
     fn a_resync_drops_only_the_frame_that_was_cut() {
-        let frame = encode(&HostMessage::Identify).expect("fits");
+        let frame = encode(&IDENTIFY).expect("fits");
         let mut decoder = Decoder::new();
         feed(&mut decoder, &frame[..2]);
         decoder.resync();
         assert_eq!(feed(&mut decoder, &frame[2..]), []);
-        assert_eq!(feed(&mut decoder, &frame), [Received::Message(HostMessage::Identify)]);
+        assert_eq!(feed(&mut decoder, &frame), [Received::Message(IDENTIFY)]);
     }
 
     proptest! {
         /// One flipped bit anywhere never gives another message.
         #[test]
         fn a_flipped_bit_is_found(speed in -3.0_f32..3.0, yaw in -3.0_f32..3.0, bit in 0_usize..1000) {
-            let sent = HostMessage::Drive { speed_m_s: speed, yaw_rate_rad_s: yaw };
+            let sent = HostMessage::Order {
+                envelope: Envelope {
+                    id: OrderId { session: 0x1234_5678, sequence: 300 },
+                    given_at_us: 1_234_567,
+                },
+                order: Order::Drive { speed_m_s: speed, yaw_rate_rad_s: yaw },
+            };
             let mut frame = encode(&sent).expect("fits");
             let bit = bit % (8 * frame.len());
             frame[bit / 8] ^= 1 << (bit % 8);
@@ -178,8 +187,8 @@ mod tests {
             let mut decoder = Decoder::new();
             feed(&mut decoder, &noise);
             feed(&mut decoder, &[0]);
-            let frame = encode(&HostMessage::Identify).expect("fits");
-            prop_assert_eq!(feed(&mut decoder, &frame), [Received::Message(HostMessage::Identify)]);
+            let frame = encode(&IDENTIFY).expect("fits");
+            prop_assert_eq!(feed(&mut decoder, &frame), [Received::Message(IDENTIFY)]);
         }
     }
 }

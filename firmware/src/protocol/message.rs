@@ -1,33 +1,122 @@
 //! What host and board say to each other.
 
-use model::sample::MOTORS;
-use model::supervise::arming::{Mode, Request};
-use model::tick::Telemetry;
+use model::status::Status;
+use model::supervise::codes::BlockerSet;
 use serde::{Deserialize, Serialize};
 
+use crate::records::codec::RecordBlock;
+
 /// Version of the messages: host and board must agree.
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;
+
+/// How often an operator repeats [`Order::Drive`], ms: many times within any dead-man time.
+pub const COMMAND_PERIOD_MS: u64 = 20;
+
+/// Age beyond which the board refuses [`Order::Arm`] and [`Order::ClearFaults`], us; a drive command that is as old
+/// counts in [`LinkCounters::late_orders`].
+pub const ORDER_AGE_MAX_US: u64 = 250_000;
+
+/// How far an order may seem to come from the future, us: the drift of the host's clock against the board's since
+/// the host last heard the board. The board drops orders beyond it.
+pub const CLOCK_TOLERANCE_US: u64 = 10_000;
+
+/// Rate of the status until a host chooses another, Hz.
+pub const STATUS_RATE_HZ: u16 = 100;
 
 /// From the host to the board.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum HostMessage {
-    /// Who are you? Answered by [`BoardMessage::Identity`].
-    Identify,
-    /// Drive so; repeated before the dead-man time is over.
+    /// Who are you? Answered by [`BoardMessage::Identity`], which offers a session. The same nonce again gets the
+    /// same session.
+    Identify {
+        /// A number that this host has never used before.
+        nonce: u32,
+    },
+    /// Open the bridges at once: taken from anybody, in any state, with any session and sequence number.
+    Disarm(OrderId),
+    /// Every other order, which only a host with a session may ask.
+    Order {
+        /// Whose order, which one, and when the host gave it.
+        envelope: Envelope,
+        /// What the host orders.
+        order: Order,
+    },
+}
+
+/// Whose order, and which one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct OrderId {
+    /// The session that the board offered: the first order of an offered session puts the session in force, and
+    /// ends the session before it. 0 before the board has offered one, when a host may only disarm.
+    pub session: u32,
+    /// Number of the order, from 1, greater than every number before in this session.
+    pub sequence: u32,
+}
+
+/// Whose order, which one, and when the host gave it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Envelope {
+    /// Whose order, and which one.
+    pub id: OrderId,
+    /// When the order was given, us since the board's boot, as the host knows the board's clock: never later than
+    /// it was, and earlier by at most the time that the fastest message from the board took.
+    pub given_at_us: u64,
+}
+
+/// What a host orders.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Order {
+    /// Drive so; repeated every [`COMMAND_PERIOD_MS`], in any case before the dead-man time is over. Not answered.
     Drive {
         /// Speed, m/s, forward positive.
         speed_m_s: f32,
         /// Yaw rate, rad/s, anticlockwise positive; exactly 0 holds the heading.
         yaw_rate_rad_s: f32,
     },
-    /// Ask the arming state machine.
-    Request(Request),
+    /// Arm, if nothing blocks it.
+    Arm,
+    /// Clear latched faults (while disarmed).
+    ClearFaults,
     /// Read, change or store parameters.
     Parameters(ParameterRequest),
+    /// Send the status at this rate.
+    StatusRate {
+        /// Rate, Hz; 0 sends none.
+        hz: u16,
+    },
+    /// Send the record of every tick, or stop it.
+    Recording {
+        /// Number of the first block; 0 is every block that is still there. `None` stops the stream.
+        from: Option<u32>,
+    },
+    /// Read something of the board's memory. Answered by [`BoardMessage::Reading`].
+    Read(Read),
 }
 
-/// What the host asks of the parameters. Numbers are in the order of
-/// [`model::vehicle::VehicleParameters::for_each`]; [`ParameterAnswer::Value`] tells each one's place.
+/// What a host can read of the board's memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Read {
+    /// The records of the last seconds before a fault: the oldest block whose number is at least this.
+    LookBack {
+        /// Number of the block.
+        from: u32,
+    },
+}
+
+/// A part of the board's memory.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant)] // None is kept in numbers.
+pub enum Reading {
+    /// Answer to [`Read::LookBack`].
+    LookBack {
+        /// The look back stands still after a fault, until the vehicle is armed again.
+        frozen: bool,
+        /// The block; `None` if there is no such block.
+        block: Option<RecordBlock>,
+    },
+}
+
+/// What the host asks of the parameters. Numbers are those of [`model::vehicle::VehicleParameters`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum ParameterRequest {
     /// Tell one value of the set in force.
@@ -98,101 +187,154 @@ pub enum ParameterAnswer {
 }
 
 /// From the board to the host.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant)] // Nearly every message is a status, and none is kept in numbers.
 pub enum BoardMessage {
     /// Answer to [`HostMessage::Identify`].
-    Identity {
-        /// [`PROTOCOL_VERSION`] of the board.
-        protocol: u16,
+    Identity(Identity),
+    /// The status of vehicle and board, at the rate that the host chose.
+    Status(BoardStatus),
+    /// Answer to an order or to [`HostMessage::Disarm`].
+    Answer {
+        /// The order.
+        id: OrderId,
+        /// What became of it.
+        answer: Answer,
     },
-    /// The state of the vehicle.
-    Status(Status),
-    /// Answer to [`HostMessage::Parameters`].
+    /// Some ticks of the stream of records.
+    Records(RecordBlock),
+    /// Answer to [`Order::Read`].
+    Reading {
+        /// The order.
+        id: OrderId,
+        /// What was read.
+        reading: Reading,
+    },
+}
+
+/// Who the board is, and the session that it offers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Identity {
+    /// [`PROTOCOL_VERSION`] of the board.
+    pub protocol: u16,
+    /// The nonce of the question.
+    pub nonce: u32,
+    /// The session that the board offers, never 0.
+    pub session: u32,
+    /// The greatest sequence number that this session has used; 0 in a new session.
+    pub sequence: u32,
+    /// The board's time when it was asked, us since boot.
+    pub time_us: u64,
+    /// The firmware and the board.
+    pub about: About,
+}
+
+/// The firmware and the board that runs it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct About {
+    /// Version of the firmware: major, minor, patch.
+    pub version: [u16; 3],
+    /// Hash of the sources and of the vehicle file that the firmware was built from.
+    pub build: u32,
+    /// Hash of the names and ranges of the vehicle's parameters.
+    pub schema: u32,
+    /// A number that differs from boot to boot and from board to board.
+    pub boot: u32,
+}
+
+/// What became of an order.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Answer {
+    /// The order was carried out.
+    Done,
+    /// The order had no effect.
+    Refused(Refusal),
+    /// Answer to [`Order::Parameters`].
     Parameters(ParameterAnswer),
 }
 
-/// The state of the vehicle as it is sent, [`Telemetry`] in the form of the wire.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Status {
-    /// Ticks since boot.
-    pub tick: u32,
-    /// Time of the tick's sample, us since boot.
-    pub time_us: u64,
-    /// Arming state.
-    pub mode: Mode,
-    /// Latched faults, bit n is fault n.
-    pub faults: u32,
-    /// Arming blockers, bit n is blocker n.
-    pub blockers: u32,
-    /// Limits, bit n is limit n.
-    pub limits: u32,
-    /// Arm angle from the vertical, rad.
-    pub phi_rad: f32,
-    /// Its rate, rad/s.
-    pub phi_rate_rad_s: f32,
-    /// Speed, m/s.
-    pub speed_m_s: f32,
-    /// Governed speed reference, m/s.
-    pub speed_reference_m_s: f32,
-    /// Slope, rad.
-    pub slope_rad: f32,
-    /// Heading, rad.
-    pub heading_rad: f32,
-    /// Yaw rate, rad/s.
-    pub yaw_rate_rad_s: f32,
-    /// Dead-reckoned position, m.
-    pub x_m: f32,
-    /// Dead-reckoned position, m.
-    pub y_m: f32,
-    /// Spar angle from the vertical, rad.
-    pub spar_rad: f32,
-    /// Ballast angle relative to the spar, rad.
-    pub ballast_rad: f32,
-    /// Motor voltages, V.
-    pub voltage_v: [f32; MOTORS],
-    /// Motor currents, A.
-    pub current_a: [f32; MOTORS],
-    /// Supply voltage, V.
-    pub battery_v: f32,
-    /// Late ticks since boot.
-    pub late_ticks: u32,
-    /// Refused requests to arm.
-    pub refused_arms: u32,
-    /// Frames the board could not read.
-    pub bad_frames: u32,
-    /// CPU cycles of the last tick and of the worst.
-    pub tick_cycles: [u32; 2],
+/// Why an order had no effect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Refusal {
+    /// The session is neither in force nor offered: the board has booted since, or another host has taken over.
+    UnknownSession,
+    /// The order was given too long ago, or in the board's future.
+    Late,
+    /// Too many orders of this kind are waiting.
+    Busy,
+    /// Arm: these block it.
+    Blocked(BlockerSet),
+    /// Arm: a controlled stop is under way.
+    Stopping,
+    /// Arm: a Disarm came with it.
+    Disarmed,
+    /// ClearFaults: only while disarmed.
+    NotDisarmed,
+    /// StatusRate: the line carries no more than this.
+    StatusRate {
+        /// Largest rate, Hz.
+        max_hz: u16,
+    },
 }
 
-impl Status {
-    /// The state for the wire.
-    pub fn new(telemetry: &Telemetry, bad_frames: u32, tick_cycles: [u32; 2]) -> Self {
-        let estimate = &telemetry.estimate;
-        Self {
-            tick: telemetry.tick,
-            time_us: telemetry.time_us,
-            mode: telemetry.mode,
-            faults: telemetry.faults.bits(),
-            blockers: telemetry.blockers.bits(),
-            limits: telemetry.limits.bits(),
-            phi_rad: estimate.phi_rad,
-            phi_rate_rad_s: estimate.phi_rate_rad_s,
-            speed_m_s: estimate.speed_m_s,
-            speed_reference_m_s: telemetry.speed_reference_m_s,
-            slope_rad: estimate.slope_rad,
-            heading_rad: estimate.heading_rad,
-            yaw_rate_rad_s: estimate.yaw_rate_rad_s,
-            x_m: estimate.x_m,
-            y_m: estimate.y_m,
-            spar_rad: estimate.spar_rad,
-            ballast_rad: estimate.ballast_rad,
-            voltage_v: telemetry.voltage_v,
-            current_a: telemetry.current_a,
-            battery_v: telemetry.battery_v,
-            late_ticks: telemetry.late_ticks,
-            refused_arms: telemetry.refused_arms,
-            bad_frames,
-            tick_cycles,
-        }
+/// The status of vehicle and board as it is sent.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct BoardStatus {
+    /// [`About::boot`] of the board.
+    pub boot: u32,
+    /// Number of the status, from 1 at boot.
+    pub sequence: u32,
+    /// The vehicle, as the last tick left it.
+    pub vehicle: Status,
+    /// The link's input.
+    pub link: LinkCounters,
+    /// Cost of the ticks.
+    pub cycles: TickCycles,
+}
+
+/// Counters of the link's input, since boot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct LinkCounters {
+    /// Good frames.
+    pub frames: u32,
+    /// Frames with a wrong checksum, stuffing or content.
+    pub bad_frames: u32,
+    /// Frames longer than any message.
+    pub overlong_frames: u32,
+    /// Errors that the UART reported (overrun, noise, framing).
+    pub uart_errors: u32,
+    /// Orders dropped because too many were waiting, or because a later one of the same kind came in the same tick.
+    pub dropped_requests: u32,
+    /// Frames of the session that had come before, or that a later one overtook: dropped.
+    pub repeated_frames: u32,
+    /// Orders of a session that is neither in force nor offered: dropped.
+    pub foreign_frames: u32,
+    /// Orders that were too old or from the board's future, drive commands among them.
+    pub late_orders: u32,
+    /// Answers dropped because too many were waiting.
+    pub dropped_answers: u32,
+}
+
+impl LinkCounters {
+    /// Frames that could not be read, for whatever reason.
+    pub fn unreadable_frames(&self) -> u32 {
+        self.bad_frames.wrapping_add(self.overlong_frames)
     }
+}
+
+/// Execution cost of one tick in CPU cycles, by stage: the latest, and the worst total.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct TickCycles {
+    /// Raw to SI.
+    pub sense: u32,
+    /// Estimation.
+    pub estimate: u32,
+    /// Supervision and laws.
+    pub decide: u32,
+    /// Limits, duties, bridges.
+    pub actuate: u32,
+    /// All four.
+    pub total: u32,
+    /// The largest total since boot.
+    pub worst: u32,
 }

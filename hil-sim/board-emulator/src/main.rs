@@ -10,7 +10,7 @@ use board_emulator::time::MS;
 use board_emulator::vehicle::stored;
 use clap::Parser;
 use firmware::built_in;
-use firmware::drive::FlightRecord;
+use firmware::flight_record::FlightRecord;
 use hil_sim::cli::drive::{self, Arguments};
 use report::error::CommandError;
 

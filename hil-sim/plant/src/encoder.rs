@@ -1,7 +1,7 @@
 //! Incremental encoders on the motor shafts, behind the gearboxes.
 //!
-//! An encoder counts its motor's own turns, so what it sees is the joint: wheel relative to arm
-//! (theta + phi), ballast relative to spar, times the gear ratio. It never sees theta alone.
+//! An encoder counts its motor's own turns, so it measures the joint times the gear ratio: wheel relative
+//! to arm (theta + phi), ballast relative to spar. No encoder measures theta alone.
 
 use core::f64::consts::TAU;
 
@@ -20,11 +20,21 @@ pub struct Encoder {
     /// What the counter has counted.
     counted: i64,
     fault: SensorFault,
+    law: Law,
     /// Edges seen of which only every other is counted ([`SensorFault::Slow`]).
     half_edges: i64,
     history: [i64; HISTORY],
     history_ms: u64,
     noise: Noise,
+}
+
+/// How counts follow edges.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Law {
+    /// As the fault has it.
+    Fault(SensorFault),
+    /// This share of the edges is lost.
+    Lossy(f64),
 }
 
 impl Encoder {
@@ -35,6 +45,7 @@ impl Encoder {
             truth: 0,
             counted: 0,
             fault: SensorFault::None,
+            law: Law::Fault(SensorFault::None),
             half_edges: 0,
             history: [0; HISTORY],
             history_ms: 0,
@@ -50,8 +61,18 @@ impl Encoder {
     /// Fails the encoder, or repairs it ([`SensorFault::None`]): counts lost stay lost.
     pub fn set_fault(&mut self, fault: SensorFault) {
         self.fault = fault;
+        self.law = Law::Fault(fault);
         self.half_edges = 0;
         self.history = [self.counted; HISTORY];
+    }
+
+    /// Loses this share of the edges from now on (0 to 1): a worn disc, a weak receiver. Takes the place of
+    /// any other fault.
+    pub fn set_edge_loss(&mut self, share: f64) {
+        self.set_fault(SensorFault::None);
+        if share > 0.0 {
+            self.law = Law::Lossy(share);
+        }
     }
 
     /// The fault in force.
@@ -67,19 +88,20 @@ impl Encoder {
         let truth = cut - i64::from(cut as f64 > counts);
         let edges = truth - self.truth;
         self.truth = truth;
-        match self.fault {
-            SensorFault::None | SensorFault::Delayed => self.counted += edges,
-            SensorFault::WrongSign => self.counted -= edges,
-            SensorFault::Slow => {
+        match self.law {
+            Law::Fault(SensorFault::None | SensorFault::Delayed) => self.counted += edges,
+            Law::Lossy(share) => self.counted += self.kept(edges, share),
+            Law::Fault(SensorFault::WrongSign) => self.counted -= edges,
+            Law::Fault(SensorFault::Slow) => {
                 self.half_edges += edges;
                 self.counted += self.half_edges / 2;
                 self.half_edges %= 2;
             }
             // One channel dead: the counter goes back and forth by one with the other's edges.
-            SensorFault::Stuck => self.counted += edges.rem_euclid(2) * (1 - 2 * truth.rem_euclid(2)),
-            SensorFault::Garbage => self.counted += i64::from((self.noise.bits() >> 52) as i16) - 2048,
-            SensorFault::Off => {}
-            SensorFault::Intermittent => {
+            Law::Fault(SensorFault::Stuck) => self.counted += edges.rem_euclid(2) * (1 - 2 * truth.rem_euclid(2)),
+            Law::Fault(SensorFault::Garbage) => self.counted += i64::from((self.noise.bits() >> 52) as i16) - 2048,
+            Law::Fault(SensorFault::Off) => {}
+            Law::Fault(SensorFault::Intermittent) => {
                 if !self.fault.is_dead_at(time_ms) {
                     self.counted += edges;
                 }
@@ -92,6 +114,15 @@ impl Encoder {
                 *last = self.counted;
             }
         }
+    }
+
+    /// What a lossy encoder counts of `edges`: their number less the share lost, drawn so that the mean is
+    /// exact.
+    fn kept(&mut self, edges: i64, share: f64) -> i64 {
+        let draw = (self.noise.bits() >> 11) as f64 / (1_u64 << 53) as f64;
+        // Up or down to whole edges, so that the mean is what is due.
+        let now = (share * edges.unsigned_abs() as f64 + draw) as u64;
+        edges.signum() * (edges.unsigned_abs() - now).cast_signed()
     }
 
     /// Counts the joint has really turned through.
@@ -163,6 +194,36 @@ mod tests {
         assert_eq!(counts(F::Intermittent), 1000);
         let garbage = counts(F::Garbage);
         assert!(garbage.abs() > 2000 && garbage.abs() < 200 * 2048, "{garbage}");
+    }
+
+    #[test]
+    fn a_lossy_encoder_loses_its_share_at_any_speed_and_either_way() {
+        for share in [0.01, 0.25, 0.9, 1.0] {
+            for rate in [0.3, 10.0, -300.0] {
+                let mut e = encoder();
+                e.set_edge_loss(share);
+                let mut steps = Vec::new();
+                for round in 0..20 {
+                    let before = e.counted();
+                    turn(&mut e, 200 * round, rate);
+                    steps.push(e.counted() - before);
+                }
+                let expected = (1.0 - share) * rate * 4000.0;
+                let found = e.counted() as f64;
+                // Four standard deviations of 4000 roundings, at most half a count each.
+                assert!(
+                    (found - expected).abs() <= 4.0 * 0.5 * 4000.0_f64.sqrt(),
+                    "{share} at {rate}: {found} of {expected}"
+                );
+                if share == 0.25 && rate == 10.0 {
+                    assert!(steps.iter().any(|step| *step != steps[0]), "lost at random: {steps:?}");
+                }
+            }
+        }
+        let mut e = encoder();
+        e.set_edge_loss(0.5);
+        e.set_edge_loss(0.0);
+        assert_eq!(turn(&mut e, 0, 10.0), 2000, "and none once it is repaired");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! What may go wrong with a sensor.
+//! Faults of a sensor.
 
 /// A fault of one sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,16 +1,22 @@
-//! What an IMU feels where it sits, and the analogue side of the sensor: low-pass, bias and noise.
+//! The motion that an IMU feels at its place, and the analogue side of the sensor: low-pass, bias and noise.
 //!
 //! Axes: x forward, y left, z up while the body that carries it hangs (or stands) straight. The arm and
 //! the spar swing forward with a positive angle, which is a rotation about -y: gyro y reads minus the
 //! angle's rate, and yaw about the plane's normal shows in x and z as the body leaves the normal.
 
+mod fault;
+pub mod imperfection;
 #[cfg(test)]
 mod tests;
 
 use core::f64::consts::PI;
 
 use super::body::{FORWARD, Gravity, LIFT, SIDE, Swing, YAW};
+use super::fault::SensorFault;
 use super::noise::Noise;
+use fault::Faults;
+pub use fault::Sample;
+use imperfection::{Imperfection, ImuSettings, Temperature, Vibration};
 
 /// Specific force in m/s^2 and angular rate in rad/s in the sensor's axes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -94,7 +100,7 @@ impl Default for ImuErrors {
 /// Second-order Butterworth low-pass (the part's filter), discretised by the trapezoidal rule with its
 /// corner prewarped; exact gain 1 at rest.
 #[derive(Debug, Clone, Copy)]
-pub struct LowPass {
+pub struct Butterworth {
     corner_hz: f64,
     step_s: f64,
     /// Coefficients of the state-variable form.
@@ -105,7 +111,7 @@ pub struct LowPass {
     states: [[f64; 2]; 6],
 }
 
-impl LowPass {
+impl Butterworth {
     /// A filter with its -3 dB point at `corner_hz`.
     pub fn new(corner_hz: f64) -> Self {
         Self {
@@ -172,11 +178,17 @@ impl LowPass {
 pub struct ImuSensor {
     errors: ImuErrors,
     bias: [f64; 6],
-    filter: LowPass,
+    filter: Butterworth,
     filtered: [f64; 6],
     settled: bool,
     noise: Noise,
+    faults: Faults,
+    temperature: Temperature,
+    imperfection: Option<Box<Imperfection>>,
 }
+
+/// Temperature of a part that nothing was said of, in C.
+const TEMPERATURE_C: f64 = 30.0;
 
 impl ImuSensor {
     /// A sensor that draws its biases, and then its noise, from `noise`.
@@ -188,11 +200,58 @@ impl ImuSensor {
         Self {
             errors,
             bias,
-            filter: LowPass::new(corner_hz),
+            filter: Butterworth::new(corner_hz),
             filtered: [0.0; 6],
             settled: false,
             noise,
+            faults: Faults::new(),
+            temperature: Temperature::steady(TEMPERATURE_C),
+            imperfection: None,
         }
+    }
+
+    /// Mounts the sensor as `settings` say.
+    pub fn mount(&mut self, settings: &ImuSettings) {
+        self.temperature = Temperature::steady(settings.temperature_c);
+        if *settings != ImuSettings::default() {
+            self.imperfection = Some(Box::new(Imperfection::new(settings)));
+        }
+    }
+
+    /// Shakes the sensor from now on; an amplitude of 0 ends it.
+    pub fn shake(&mut self, vibration: &Vibration) {
+        let perfect = || Box::new(Imperfection::new(&ImuSettings::default()));
+        self.imperfection.get_or_insert_with(perfect).vibration = *vibration;
+    }
+
+    /// Warms or cools the sensor from `now_s` on.
+    pub fn heat(&mut self, now_s: f64, to_c: f64, over_s: f64) {
+        self.temperature.ramp(now_s, to_c, over_s);
+    }
+
+    /// The sensor's temperature at `now_s`, in C.
+    pub fn temperature_c(&self, now_s: f64) -> f64 {
+        self.temperature.at(now_s)
+    }
+
+    /// Fails the sensor or repairs it.
+    pub fn set_fault(&mut self, fault: SensorFault) {
+        self.faults.set(fault);
+    }
+
+    /// The fault in force.
+    pub fn fault(&self) -> SensorFault {
+        self.faults.fault()
+    }
+
+    /// One tick of the sensor's clock at `now_s`: what it gives, faults included, or `None` when it takes no
+    /// sample.
+    pub fn sample(&mut self, now_s: f64) -> Option<Sample> {
+        if self.faults.skips() {
+            return None;
+        }
+        let measured = self.measure(now_s);
+        Some(self.faults.give(measured, &mut self.noise))
     }
 
     /// The biases drawn.
@@ -201,7 +260,7 @@ impl ImuSensor {
     }
 
     /// The filter.
-    pub fn filter(&self) -> &LowPass {
+    pub fn filter(&self) -> &Butterworth {
         &self.filter
     }
 
@@ -216,15 +275,24 @@ impl ImuSensor {
         let (f, w) = (&motion.specific_force, &motion.rate);
         let input = [f[0], f[1], f[2], w[0], w[1], w[2]];
         if !self.settled {
-            // The sensor was there before the simulation began.
+            // The sensor had settled before the simulation began.
             self.settled = true;
             self.filter.settle(&input);
         }
         self.filtered = self.filter.advance(h, &input);
     }
 
-    /// Measures: the filtered motion with bias and fresh noise.
-    pub fn measure(&mut self) -> [f64; 6] {
+    /// Measures: the filtered motion as the sensor sees it, with bias and fresh noise.
+    fn measure(&mut self, now_s: f64) -> Sample {
+        let seen = match &self.imperfection {
+            None => self.filtered,
+            Some(imperfection) => imperfection.apply(
+                &self.filtered,
+                now_s,
+                self.temperature.at(now_s),
+                self.filter.corner_hz(),
+            ),
+        };
         // Equivalent noise bandwidth of a second-order Butterworth: 1.11 of its corner.
         let root_bandwidth = (1.11 * self.filter.corner_hz()).sqrt();
         let accel = self.errors.accel_noise * root_bandwidth;
@@ -236,7 +304,7 @@ impl ImuSensor {
             } else {
                 0.0
             };
-            self.filtered[i] + self.bias[i] + noise
+            seen[i] + self.bias[i] + noise
         })
     }
 

@@ -1,59 +1,63 @@
-//! The physical vehicle and the ground it drives on: what a board closes its loops around.
+//! The physical vehicle and its ground, around which a board closes its control loops.
 //!
 //! [`Plant`] joins the bodies ([`body`]), the ground ([`terrain`]), motors and battery ([`motor`]),
-//! encoders ([`encoder`]) and two IMUs ([`imu`], [`icm42688p`]). A board, virtual or emulated, sets the
+//! encoders ([`encoder`]) and two IMUs ([`imu`], [`icm42688p`]). [`settings`] and the methods of [`Plant`]
+//! that follow a scenario's steps make it other than its vehicle file says. A board, virtual or emulated, sets the
 //! bridges, advances the plant, and reads the sensors; everything is deterministic from one seed.
 //!
 //! A disarmed vehicle gets no help: with its bridges open nothing but gearbox friction and damping acts
-//! on the wheels, and on a slope it rolls away. A scenario that wants it to stand puts chocks to it.
+//! on the wheels, and on a slope it rolls away. Chocks hold the vehicle in a scenario that needs it to stand.
 
 #![forbid(unsafe_code)]
 
-use model::sample::{MOTORS, Motor as MotorIndex, analog_scale};
-use model::vehicle::Vehicle;
+use model::sample::{MOTORS, Motor as MotorIndex};
 
+pub mod analog;
+mod assembly;
 pub mod body;
+mod disturb;
 pub mod encoder;
 pub mod fault;
+mod gear;
 pub mod icm42688p;
 pub mod imu;
 pub mod motor;
 pub mod noise;
+mod ranges;
+pub mod settings;
+mod supply;
 pub mod terrain;
 #[cfg(test)]
 mod tests;
 mod truth;
+mod validity;
+pub mod wiring;
 
+use analog::AnalogInputs;
 use body::{BALLAST, Body, FORWARD, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 use encoder::Encoder;
+use gear::{GEARS, Gear};
 use icm42688p::Icm42688p;
-use imu::{ImuErrors, motion_at};
+use imu::motion_at;
 pub use motor::BridgeState;
 use motor::{Battery, Motor};
-use noise::Noise;
-use terrain::{Ground, Terrain, TerrainError};
+use supply::Supply;
+use terrain::Ground;
 pub use truth::Truth;
+pub use validity::Invalid;
+use wiring::Wiring;
 
 /// Longest substep, in s. Against substeps ten times shorter the reference vehicle differs by less than
 /// the tests state.
 pub const SUBSTEP_S: f64 = 0.0005;
 
-/// A bridge's own hardware chops at this multiple of the current at which the vehicle calls a fault...
-const CHOP_FACTOR: f64 = 1.5;
-/// ... as far as the current sensor reaches.
-const CHOP_MAX_A: f64 = 60.0;
-/// What the board and its sensors draw.
+/// Current that the board and its sensors draw, in A.
 const IDLE_A: f64 = 0.2;
-/// Noise of an analogue reading, in counts.
-const ANALOG_NOISE_COUNTS: f64 = 2.0;
 
-/// Streams of the scenario's seed.
-mod stream {
-    pub const CHASSIS_IMU: u64 = 0;
-    pub const SPAR_IMU: u64 = 1;
-    pub const ANALOG: u64 = 2;
-    /// Three, one a motor.
-    pub const ENCODERS: u64 = 3;
+/// Angle of a motor's shaft at its gearbox's output.
+fn shaft_angle(body: &Body, gears: Option<&[Option<Gear>; GEARS]>, motor: usize) -> f64 {
+    let gear = gears.and_then(|gears| gears.get(motor)).and_then(Option::as_ref);
+    gear.map_or_else(|| body.joint_angle(motor), Gear::angle)
 }
 
 /// The simulated vehicle in its world.
@@ -64,86 +68,26 @@ pub struct Plant {
     motors: [Motor; MOTORS],
     battery: Battery,
     encoders: [Encoder; MOTORS],
-    chassis_imu: Icm42688p,
+    arm_imu: Icm42688p,
     spar_imu: Icm42688p,
-    chassis_radius_m: f64,
+    arm_radius_m: f64,
     spar_radius_m: f64,
-    has_camera: bool,
-    analog_noise: Noise,
+    has_spar: bool,
+    analog: AnalogInputs,
+    /// Where any drive's gearbox has play: left, right.
+    gears: Option<Box<[Option<Gear>; GEARS]>>,
+    wiring: Wiring,
+    supply: Supply,
+    /// When the push in force ends.
+    push_until_s: f64,
     time_s: f64,
     battery_v: f64,
     battery_a: f64,
     substep_s: f64,
+    invalid: Option<Invalid>,
 }
 
 impl Plant {
-    /// The vehicle at rest at the terrain's origin, heading along x, everything hanging from the
-    /// vertical, bridges open, battery full; sensor errors as on the data sheets.
-    ///
-    /// # Errors
-    /// A terrain that this vehicle's wheels cannot follow.
-    pub fn new(vehicle: &Vehicle<f64>, terrain: Terrain, seed: u64) -> Result<Self, TerrainError> {
-        Self::with_imu_errors(vehicle, terrain, seed, ImuErrors::default())
-    }
-
-    /// As [`Plant::new`], with IMUs of the given errors.
-    ///
-    /// # Errors
-    /// A terrain that this vehicle's wheels cannot follow.
-    pub fn with_imu_errors(
-        vehicle: &Vehicle<f64>,
-        terrain: Terrain,
-        seed: u64,
-        errors: ImuErrors,
-    ) -> Result<Self, TerrainError> {
-        let p = vehicle.parameters();
-        let ground = Ground::new(terrain, p.body.wheel_radius_m)?;
-        let chop = (CHOP_FACTOR * p.safety.overcurrent_a).min(CHOP_MAX_A);
-        let drive = Motor::drive(&p.drive_motor, chop);
-        // Without a camera its bridge has no motor: one that never draws a current.
-        let camera = p
-            .camera
-            .as_ref()
-            .map_or_else(|| drive.clone(), |(_, m)| Motor::camera(m, chop));
-        let (camera_counts, camera_ratio) = p
-            .camera
-            .as_ref()
-            .map_or((4.0, 1.0), |(_, m)| (m.encoder_counts_per_rev, m.gear_ratio));
-        let drive_encoder = |motor: MotorIndex| {
-            let noise = Noise::new(seed, stream::ENCODERS + motor as u64);
-            Encoder::new(p.drive_motor.encoder_counts_per_rev, p.drive_motor.gear_ratio, noise)
-        };
-        let camera_noise = Noise::new(seed, stream::ENCODERS + MotorIndex::Camera as u64);
-        let battery = Battery {
-            open_circuit_v: p.battery.nominal_v,
-            resistance_ohm: p.battery.resistance_ohm,
-            idle_a: IDLE_A,
-        };
-        let mut plant = Self {
-            body: Body::new(vehicle, &ground),
-            ground,
-            motors: [drive.clone(), drive, camera],
-            battery,
-            encoders: [
-                drive_encoder(MotorIndex::Left),
-                drive_encoder(MotorIndex::Right),
-                Encoder::new(camera_counts, camera_ratio, camera_noise),
-            ],
-            chassis_imu: Icm42688p::new(errors, Noise::new(seed, stream::CHASSIS_IMU)),
-            spar_imu: Icm42688p::new(errors, Noise::new(seed, stream::SPAR_IMU)),
-            chassis_radius_m: p.imu.chassis_radius_m,
-            spar_radius_m: p.imu.spar_radius_m,
-            has_camera: p.camera.is_some(),
-            analog_noise: Noise::new(seed, stream::ANALOG),
-            time_s: 0.0,
-            battery_v: battery.open_circuit_v - battery.resistance_ohm * IDLE_A,
-            battery_a: IDLE_A,
-            substep_s: SUBSTEP_S,
-        };
-        plant.rest_encoders();
-        Ok(plant)
-    }
-
     /// Counters start at zero wherever the joints stand.
     fn rest_encoders(&mut self) {
         for index in [RIGHT, LEFT] {
@@ -169,37 +113,59 @@ impl Plant {
 
     /// Advances by `dt_s` seconds with the bridges held, in the order of [`model::sample::Motor`].
     pub fn advance(&mut self, dt_s: f64, bridges: &[BridgeState; MOTORS]) {
-        if dt_s <= 0.0 {
+        if dt_s <= 0.0 || self.invalid.is_some() {
             return;
         }
         // Rounding must not add a substep.
         let count = (dt_s / self.substep_s - 1e-6).ceil().max(1.0);
         let h = dt_s / count;
-        for _ in 0..count as u64 {
-            self.substep(h, bridges);
+        if self.time_s >= self.push_until_s {
+            self.end_push();
         }
+        let mut bridges = *bridges;
+        if !self.has_spar {
+            bridges[MotorIndex::Ballast as usize] = BridgeState::Open;
+        }
+        if self.wiring.faulty() {
+            bridges = self.wiring.through(&bridges);
+        }
+        for _ in 0..count as u64 {
+            self.substep(h, &bridges);
+        }
+        self.supply.follow(dt_s, self.battery_a, &mut self.battery);
+        self.watch_validity();
         let time_ms = (self.time_s * 1e3 + 1e-6) as u64;
         for (i, encoder) in self.encoders.iter_mut().enumerate() {
-            encoder.advance(self.body.joint_angle(i), time_ms);
+            encoder.advance(shaft_angle(&self.body, self.gears.as_deref(), i), time_ms);
         }
     }
 
     fn substep(&mut self, h: f64, bridges: &[BridgeState; MOTORS]) {
-        let mut bridges = *bridges;
-        if !self.has_camera {
-            bridges[MotorIndex::Camera as usize] = BridgeState::Open;
+        let mut before: [f64; MOTORS] = core::array::from_fn(|i| self.body.joint_rate(i));
+        if let Some(gears) = self.gears.as_deref() {
+            gear::overwrite(&mut before, gears, Gear::rate);
         }
-        let before: [f64; MOTORS] = core::array::from_fn(|i| self.body.joint_rate(i));
         self.battery_v = self
             .battery
-            .terminal_v(h, self.battery_v, &mut self.motors, &bridges, &before);
+            .terminal_v(h, self.battery_v, &mut self.motors, bridges, &before);
         let mut joints = [JointTorque::NONE; MOTORS];
         for (i, (joint, motor)) in joints.iter_mut().zip(&mut self.motors).enumerate() {
             *joint = motor.begin(h, bridges[i], self.battery_v, before[i]);
         }
-        self.body.step(h, &self.ground, &joints);
+        let mean_rates = match self.gears.as_deref_mut() {
+            None => {
+                self.body.step(h, &self.ground, &joints);
+                *self.body.mean_joint_rates()
+            }
+            Some(gears) => {
+                gear::step(h, &mut self.body, &self.ground, gears, &joints);
+                let mut rates = *self.body.mean_joint_rates();
+                gear::overwrite(&mut rates, gears, Gear::mean_rate);
+                rates
+            }
+        };
         self.battery_a = self.battery.idle_a;
-        for (motor, &rate) in self.motors.iter_mut().zip(self.body.mean_joint_rates()) {
+        for (motor, rate) in self.motors.iter_mut().zip(mean_rates) {
             motor.end(rate);
             self.battery_a += motor.battery_current_a();
         }
@@ -207,12 +173,12 @@ impl Plant {
         self.feel(h);
     }
 
-    /// Lets the IMUs feel the substep that has just been.
+    /// Lets the IMUs feel the last substep.
     fn feel(&mut self, h: f64) {
         let (u, a, gravity) = (self.body.speed(), self.body.acceleration(), self.body.gravity());
-        let chassis = motion_at(self.chassis_radius_m, &self.body.arm_swing(), u, a, &gravity);
-        self.chassis_imu.advance(h, &chassis);
-        if self.has_camera {
+        let arm = motion_at(self.arm_radius_m, &self.body.arm_swing(), u, a, &gravity);
+        self.arm_imu.advance(h, &arm);
+        if self.has_spar {
             // The spar's angle is that of its lower end; the IMU sits above the axle.
             let spar = motion_at(-self.spar_radius_m, &self.body.spar_swing(), u, a, &gravity);
             self.spar_imu.advance(h, &spar);
@@ -239,36 +205,25 @@ impl Plant {
         &mut self.encoders[motor as usize]
     }
 
-    /// One conversion of the analogue inputs ([`model::sample::analog_scale`]): battery voltage and the
+    /// One conversion of the analogue inputs ([`model::board::BoardScales`]): battery voltage and the
     /// motor currents, with the converter's noise, saturated at its range.
     pub fn analog(&mut self) -> (u16, [u16; MOTORS]) {
-        let mut count = |value: f64| (value + ANALOG_NOISE_COUNTS * self.analog_noise.normal()).round() as u16;
-        let battery = count(self.battery_v / f64::from(analog_scale::BATTERY_V_PER_COUNT));
-        let current = core::array::from_fn(|i| {
-            let current = self.motors.get(i).map_or(0.0, Motor::mean_current_a);
-            count(f64::from(analog_scale::CURRENT_ZERO_COUNT) + current / f64::from(analog_scale::CURRENT_A_PER_COUNT))
-        });
-        (battery, current)
+        self.analog.convert(self.battery_v, self.bridge_current_a())
     }
 
     /// The IMU on the arm.
-    pub fn chassis_imu(&mut self) -> &mut Icm42688p {
-        &mut self.chassis_imu
+    pub fn arm_imu(&mut self) -> &mut Icm42688p {
+        &mut self.arm_imu
     }
 
-    /// The IMU on the camera spar. Without a camera there is none: its bus floats.
+    /// The IMU on the camera spar. Without a spar there is none: its bus floats.
     pub fn spar_imu(&mut self) -> Option<&mut Icm42688p> {
-        self.has_camera.then_some(&mut self.spar_imu)
+        self.has_spar.then_some(&mut self.spar_imu)
     }
 
     /// The battery, to drain or weaken it.
     pub fn battery_mut(&mut self) -> &mut Battery {
         &mut self.battery
-    }
-
-    /// Puts chocks to the wheels (a hand on the rims) or takes them away.
-    pub fn set_chocked(&mut self, chocked: bool) {
-        self.body.set_chocked(chocked);
     }
 
     /// The bodies, for tests and for states that no sensor sees.
@@ -286,13 +241,13 @@ impl Plant {
         &self.ground
     }
 
-    /// What is really the case.
+    /// The true state of the world.
     pub fn truth(&self) -> Truth {
         let (q, u) = (self.body.position(), self.body.speed());
         let [right, left] = *self.body.wheels();
         let vertical = self.body.vertical_rad();
         let [slope_right, slope_left] = self.body.path_slopes();
-        let (spar, spar_rate) = if self.has_camera {
+        let (spar, spar_rate) = if self.has_spar {
             (q[SPAR] + vertical, u[SPAR])
         } else {
             (0.0, 0.0)

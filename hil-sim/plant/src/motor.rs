@@ -18,11 +18,11 @@ mod battery;
 mod tests;
 
 pub use battery::Battery;
-use model::vehicle::{CameraMotorParameters, DriveMotorParameters};
+use model::vehicle::MotorParameters;
 
 use super::body::JointTorque;
 
-/// What a bridge does to its motor.
+/// The state of a motor's bridge.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum BridgeState {
     /// All four transistors off: current flows only through the body diodes.
@@ -30,7 +30,14 @@ pub enum BridgeState {
     Open,
     /// This share of the battery voltage, -1 to 1, forward positive.
     Duty(f64),
+    /// A lead is broken: no current, whatever the bridge does.
+    Disconnected,
+    /// The leads touch each other: the motor brakes itself, and a bridge at this duty chops into the short.
+    Shorted(f64),
 }
+
+/// Resistance of a short between the leads as the bridge sees it, in Ohm.
+const SHORT_OHM: f64 = 0.05;
 
 /// Forward voltage of two body diodes in series, in V.
 pub const DIODES_V: f64 = 1.6;
@@ -57,6 +64,8 @@ pub struct Motor {
     battery_share: f64,
     /// Battery voltage of the substep.
     battery_v: f64,
+    /// Current of the bridge into a short, which bypasses the armature.
+    short_a: Option<f64>,
 }
 
 /// How the motor behaves within one substep.
@@ -73,51 +82,15 @@ enum Law {
     Voltage { volts: f64, rectified: f64 },
 }
 
-/// The numbers of a motor that both motor groups of the vehicle file share.
-#[derive(Debug, Clone, Copy)]
-struct Constants {
-    torque: f64,
-    back_emf: f64,
-    resistance: f64,
-    inductance: f64,
-    ratio: f64,
-    coulomb: f64,
-}
-
 impl Motor {
-    /// A drive motor whose bridge chops at `chop_a`.
-    pub fn drive(p: &DriveMotorParameters<f64>, chop_a: f64) -> Self {
-        let constants = Constants {
-            torque: p.torque_constant_n_m_per_a,
-            back_emf: p.back_emf_constant_v_s_per_rad,
-            resistance: p.resistance_ohm,
-            inductance: p.inductance_h,
-            ratio: p.gear_ratio,
-            coulomb: p.coulomb_friction_n_m,
-        };
-        Self::new(&constants, chop_a)
-    }
-
-    /// The camera motor, whose bridge chops at `chop_a`.
-    pub fn camera(p: &CameraMotorParameters<f64>, chop_a: f64) -> Self {
-        let constants = Constants {
-            torque: p.torque_constant_n_m_per_a,
-            back_emf: p.back_emf_constant_v_s_per_rad,
-            resistance: p.resistance_ohm,
-            inductance: p.inductance_h,
-            ratio: p.gear_ratio,
-            coulomb: p.coulomb_friction_n_m,
-        };
-        Self::new(&constants, chop_a)
-    }
-
-    fn new(c: &Constants, chop_a: f64) -> Self {
+    /// A motor whose bridge chops at `chop_a`.
+    pub fn new(p: &MotorParameters<f64>, chop_a: f64) -> Self {
         Self {
-            torque_constant: c.torque * c.ratio,
-            back_emf: c.back_emf * c.ratio,
-            resistance: c.resistance,
-            inductance: c.inductance,
-            coulomb: c.coulomb,
+            torque_constant: p.torque_constant_n_m_per_a * p.gear_ratio,
+            back_emf: p.back_emf_constant_v_s_per_rad * p.gear_ratio,
+            resistance: p.resistance_ohm,
+            inductance: p.inductance_h,
+            coulomb: p.coulomb_friction_n_m,
             chop_a,
             step: 0.0,
             decay: 0.0,
@@ -127,6 +100,7 @@ impl Motor {
             law: Law::Current { mean: 0.0, end: 0.0 },
             battery_share: 0.0,
             battery_v: 0.0,
+            short_a: None,
         }
     }
 
@@ -140,6 +114,11 @@ impl Motor {
         self.mean_current
     }
 
+    /// Current through the bridge, which the board measures: the armature's, but for a short.
+    pub fn bridge_current_a(&self) -> f64 {
+        self.short_a.unwrap_or(self.mean_current)
+    }
+
     /// Torque at the gearbox output over the last substep, before its friction.
     pub fn torque_n_m(&self) -> f64 {
         self.torque_constant * self.mean_current
@@ -147,7 +126,10 @@ impl Motor {
 
     /// Current the battery gave this motor over the last substep (negative: taken back).
     pub fn battery_current_a(&self) -> f64 {
-        self.battery_share * self.mean_current
+        match self.short_a {
+            None => self.battery_share * self.mean_current,
+            Some(short_a) => short_a * short_a * SHORT_OHM / self.battery_v,
+        }
     }
 
     /// Works out E and P of a substep of `h` seconds.
@@ -170,8 +152,12 @@ impl Motor {
     /// the joint's rate `rate`; `last_v` tells whether the bridge will chop.
     fn battery_load(&mut self, h: f64, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
         self.prepare(h);
-        let BridgeState::Duty(duty) = bridge else {
-            return (0.0, 0.0);
+        let duty = match bridge {
+            BridgeState::Duty(duty) => duty,
+            BridgeState::Shorted(duty) if duty != 0.0 => {
+                return (self.chop_a * self.chop_a * SHORT_OHM / last_v, 0.0);
+            }
+            _ => return (0.0, 0.0),
         };
         let conductance = (1.0 - self.share) / self.resistance;
         let emf = self.back_emf * rate;
@@ -191,12 +177,24 @@ impl Motor {
         self.prepare(h);
         self.battery_v = battery_v;
         let emf = self.back_emf * rate;
+        self.short_a = None;
         (self.law, self.battery_share) = match bridge {
             BridgeState::Duty(duty) => {
                 let volts = duty * battery_v;
                 (Law::Voltage { volts, rectified: 0.0 }, duty)
             }
             BridgeState::Open => self.open(h, battery_v + DIODES_V, emf),
+            BridgeState::Disconnected => (Law::Current { mean: 0.0, end: 0.0 }, 0.0),
+            BridgeState::Shorted(duty) => {
+                self.short_a = Some(if duty == 0.0 { 0.0 } else { self.chop_a.copysign(duty) });
+                (
+                    Law::Voltage {
+                        volts: 0.0,
+                        rectified: 0.0,
+                    },
+                    0.0,
+                )
+            }
         };
         let (constant, damping) = match self.law {
             Law::Current { mean, .. } => (self.torque_constant * mean, 0.0),
@@ -223,7 +221,7 @@ impl Motor {
         if i == 0.0 && emf.abs() <= barrier {
             return (Law::Current { mean: 0.0, end: 0.0 }, 0.0);
         }
-        // Current flows against the sign of the voltage it meets.
+        // The current flows against the diodes' voltage.
         let sign = if i == 0.0 { -emf.signum() } else { i.signum() };
         let volts = -sign * barrier;
         let settled = (volts - emf) / self.resistance;
@@ -231,7 +229,7 @@ impl Motor {
             // The back-EMF keeps it flowing: the motor generates into the battery.
             return (Law::Voltage { volts, rectified: sign }, -sign);
         }
-        // It dies out, within this substep or not.
+        // The current decays to zero, within this substep or later.
         let rest = if self.inductance > 0.0 {
             let tau = self.inductance / self.resistance;
             let dies_after = tau * libm::log1p(i / -settled);

@@ -2,9 +2,24 @@
 
 use std::path::Path;
 
+use model::board::{BoardScales, ImuScales};
 use model::vehicle::Vehicle;
 
 use super::*;
+use crate::noise::Noise;
+use crate::terrain::Terrain;
+
+/// Scales of a board, as the drive board has them.
+pub(super) const SCALES: BoardScales = BoardScales {
+    battery_v_per_count: 66.0 / 65536.0,
+    current_a_per_count: 120.0 / 65536.0,
+    current_zero_count: 32768,
+    duty_max: 0.94,
+    imu: ImuScales {
+        gyro_lsb_per_deg_s: 32.8,
+        accel_lsb_per_g: 4096.0,
+    },
+};
 
 /// The reference vehicle.
 pub(super) fn reference_vehicle() -> Vehicle<f64> {
@@ -15,7 +30,7 @@ pub(super) fn reference_vehicle() -> Vehicle<f64> {
 /// The reference vehicle without its camera.
 pub(super) fn bare_vehicle() -> Vehicle<f64> {
     let mut parameters = *reference_vehicle().parameters();
-    parameters.camera = None;
+    parameters.spar = None;
     Vehicle::new(parameters).unwrap()
 }
 
@@ -65,8 +80,8 @@ fn read_imu(chip: &mut Icm42688p) -> [i16; 6] {
 
 #[test]
 fn on_the_level_it_stands_and_its_sensors_say_so() {
-    let mut plant = Plant::new(&reference_vehicle(), incline(0.0), 3).unwrap();
-    start_imu(plant.chassis_imu());
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0), 3).unwrap();
+    start_imu(plant.arm_imu());
     start_imu(plant.spar_imu().unwrap());
     for _ in 0..500 {
         plant.advance(1e-3, &OPEN);
@@ -76,7 +91,7 @@ fn on_the_level_it_stands_and_its_sensors_say_so() {
     assert_eq!(plant.counters(), [0; 3]);
     for chip in 0..2 {
         let words = if chip == 0 {
-            read_imu(plant.chassis_imu())
+            read_imu(plant.arm_imu())
         } else {
             read_imu(plant.spar_imu().unwrap())
         };
@@ -97,7 +112,7 @@ fn on_the_level_it_stands_and_its_sensors_say_so() {
 
 #[test]
 fn a_disarmed_vehicle_rolls_away_and_is_not_righted() {
-    let mut plant = Plant::new(&reference_vehicle(), incline(0.0873), 3).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0873), 3).unwrap();
     for _ in 0..3000 {
         plant.advance(1e-3, &OPEN);
     }
@@ -112,10 +127,10 @@ fn a_disarmed_vehicle_rolls_away_and_is_not_righted() {
     // Only a gearbox friction that can carry the slope's torque may hold it: 8.7 N m here takes 4.4 a side.
     let mut parameters = *reference_vehicle().parameters();
     parameters.drive_motor.coulomb_friction_n_m = 5.0;
-    let mut held = Plant::new(&Vehicle::new(parameters).unwrap(), incline(0.0873), 3).unwrap();
+    let mut held = Plant::new(&Vehicle::new(parameters).unwrap(), &SCALES, incline(0.0873), 3).unwrap();
     for _ in 0..10_000 {
         held.advance(1e-3, &OPEN);
-        // It rocks on its wheels, arm and wheels as one.
+        // Arm and wheels rock as one body.
         let truth = held.truth();
         assert!(truth.x_m.abs() < 0.15, "{truth:?}");
         assert!(
@@ -124,7 +139,7 @@ fn a_disarmed_vehicle_rolls_away_and_is_not_righted() {
         );
     }
     // With chocks it stands, and with them gone it rolls.
-    let mut plant = Plant::new(&reference_vehicle(), incline(0.0873), 3).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0873), 3).unwrap();
     plant.set_chocked(true);
     for _ in 0..1000 {
         plant.advance(1e-3, &OPEN);
@@ -140,13 +155,13 @@ fn a_disarmed_vehicle_rolls_away_and_is_not_righted() {
 #[test]
 fn one_seed_one_run() {
     let run = |seed| {
-        let mut plant = Plant::new(&reference_vehicle(), incline(0.05), seed).unwrap();
-        start_imu(plant.chassis_imu());
+        let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.05), seed).unwrap();
+        start_imu(plant.arm_imu());
         let mut log = Vec::new();
         for k in 0..300 {
             let duty = 0.2 * f64::from(k) / 300.0;
             plant.advance(1e-3, &drive(duty, 0.9 * duty, 0.01));
-            log.push((plant.counters(), plant.analog(), read_imu(plant.chassis_imu())));
+            log.push((plant.counters(), plant.analog(), read_imu(plant.arm_imu())));
         }
         (log, plant.truth().x_m.to_bits())
     };
@@ -176,7 +191,7 @@ fn steps_ten_times_shorter_change_little() {
         transition_m = 0.5
     "#;
     let run = |substep: f64| {
-        let mut plant = Plant::new(&reference_vehicle(), terrain(text), 1).unwrap();
+        let mut plant = Plant::new(&reference_vehicle(), &SCALES, terrain(text), 1).unwrap();
         plant.set_substep_s(substep);
         let mut log = Vec::new();
         let mut slid = false;
@@ -213,7 +228,7 @@ fn steps_ten_times_shorter_change_little() {
 #[test]
 fn a_wheel_that_spins_pulls_with_its_friction_and_no_more() {
     let terrain = Terrain::incline(0.0, 0.05).unwrap();
-    let mut plant = Plant::new(&bare_vehicle(), terrain, 1).unwrap();
+    let mut plant = Plant::new(&bare_vehicle(), &SCALES, terrain, 1).unwrap();
     let mass = 13.6;
     let (mut normal, mut pull, mut spun) = (0.0, 0.0, 0);
     for _ in 0..4000 {
@@ -240,7 +255,7 @@ fn a_wheel_that_spins_pulls_with_its_friction_and_no_more() {
 fn off_a_high_edge_at_speed_it_flies_as_a_stone_does_and_lands() {
     // v^2 > g r: the wheel leaves the edge at once instead of turning about it.
     let text = "[[profile]]\nkind = \"step\"\nat_m = 0.1\nheight_m = -0.07\n";
-    let mut plant = Plant::new(&coasting_vehicle(), terrain(text), 1).unwrap();
+    let mut plant = Plant::new(&coasting_vehicle(), &SCALES, terrain(text), 1).unwrap();
     let v = 4.0;
     roll(&mut plant, v);
     let (mut left_at, mut landed_at, mut deepest) = (None, None, 0.0_f64);
@@ -268,7 +283,7 @@ fn roll_at_kerb(height: f64, speed: f64) -> (Truth, Truth, f64) {
     let vehicle = Vehicle::new(parameters).unwrap();
     let text =
         format!("[friction]\nright = 5.0\nleft = 5.0\n[[profile]]\nkind = \"step\"\nat_m = 0.4\nheight_m = {height}\n");
-    let mut plant = Plant::new(&vehicle, terrain(&text), 1).unwrap();
+    let mut plant = Plant::new(&vehicle, &SCALES, terrain(&text), 1).unwrap();
     roll(&mut plant, speed);
     let start = plant.body().energy(plant.ground());
     let mut struck = None;
@@ -322,13 +337,14 @@ fn a_kerb_takes_the_speed_that_a_rigid_wheel_loses_at_its_edge() {
 fn joints_shake_the_accelerometer_at_every_rail_length() {
     let text = "[[profile]]\nkind = \"joints\"\nfrom_m = 0.2\nrail_length_m = 0.5\ngap_m = 0.01\ncount = 3\n";
     let run = |text: &str| {
-        let mut plant = Plant::with_imu_errors(&coasting_vehicle(), terrain(text), 1, imu::ImuErrors::NONE).unwrap();
-        start_imu(plant.chassis_imu());
+        let mut plant =
+            Plant::with_imu_errors(&coasting_vehicle(), &SCALES, terrain(text), 1, imu::ImuErrors::NONE).unwrap();
+        start_imu(plant.arm_imu());
         roll(&mut plant, 1.0);
         let mut jolts = Vec::new();
         for ms in 0..1500 {
             plant.advance(1e-3, &OPEN);
-            let z = f64::from(read_imu(plant.chassis_imu())[2]) / 4096.0;
+            let z = f64::from(read_imu(plant.arm_imu())[2]) / 4096.0;
             if ms > 40 && (z - 1.0).abs() > 0.5 && jolts.last().is_none_or(|x: &f64| plant.truth().x_m - x > 0.1) {
                 jolts.push(plant.truth().x_m);
             }
@@ -347,7 +363,7 @@ fn joints_shake_the_accelerometer_at_every_rail_length() {
 fn across_a_slippery_side_slope_it_slides_sideways() {
     let (slope, mu) = (0.3_f64, 0.2_f64);
     let text = format!("[plane]\nslope_y_rad = {slope}\n[friction]\nright = {mu}\nleft = {mu}\n");
-    let mut plant = Plant::new(&coasting_vehicle(), terrain(&text), 1).unwrap();
+    let mut plant = Plant::new(&coasting_vehicle(), &SCALES, terrain(&text), 1).unwrap();
     for _ in 0..1000 {
         plant.advance(1e-3, &OPEN);
     }
@@ -358,7 +374,7 @@ fn across_a_slippery_side_slope_it_slides_sideways() {
     assert!(truth.sliding == [true; 2] && truth.x_m.abs() < 1e-6);
     // Rolling on a slope less steep than its friction it keeps its track.
     let text = format!("[plane]\nslope_y_rad = 0.1\n[friction]\nright = {mu}\nleft = {mu}\n");
-    let mut plant = Plant::new(&coasting_vehicle(), terrain(&text), 1).unwrap();
+    let mut plant = Plant::new(&coasting_vehicle(), &SCALES, terrain(&text), 1).unwrap();
     roll(&mut plant, 1.0);
     for _ in 0..1000 {
         plant.advance(1e-3, &OPEN);
@@ -373,7 +389,7 @@ fn across_a_slippery_side_slope_it_slides_sideways() {
 #[test]
 fn one_wheel_on_ice_turns_it_towards_that_wheel() {
     let text = "[friction]\nright = 0.02\nleft = 0.8\n";
-    let mut plant = Plant::new(&reference_vehicle(), terrain(text), 1).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, terrain(text), 1).unwrap();
     let mut spun = false;
     for _ in 0..400 {
         plant.advance(1e-3, &drive(0.25, 0.25, 0.0));
@@ -383,7 +399,7 @@ fn one_wheel_on_ice_turns_it_towards_that_wheel() {
     let truth = plant.truth();
     assert!(spun && truth.heading_rad < -0.05, "{truth:?}");
     // And the same duties on dry ground go straight.
-    let mut plant = Plant::new(&reference_vehicle(), incline(0.0), 1).unwrap();
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0), 1).unwrap();
     for _ in 0..400 {
         plant.advance(1e-3, &drive(0.25, 0.25, 0.0));
     }
@@ -397,27 +413,23 @@ fn any_vehicle_on_any_ground_stays_finite_and_within_its_means() {
     let mut ran = 0;
     for round in 0..400 {
         let mut parameters = *reference_vehicle().parameters();
-        let mut fields = Vec::new();
-        parameters.for_each(|table, field, value| fields.push((table, field, value)));
-        for (table, field, value) in fields {
+        for number in 0..parameters.count() {
+            let (table, field) = parameters.field(number).unwrap();
+            let value = parameters.value(number).unwrap();
             if table == "control" || table == "safety" || table == "battery" {
                 continue;
             }
             // Nothing is controlled here: no levelling, which any spar may have.
             if field.name.ends_with("_gain") {
-                if let Some(slot) = parameters.field_mut(table, field.name) {
-                    *slot = 0.0;
-                }
+                parameters.set(number, 0.0).unwrap();
                 continue;
             }
             let value = (value * 5.0_f64.powf(uniform(-1.0, 1.0))).clamp(field.min, field.max);
-            if let Some(slot) = parameters.field_mut(table, field.name) {
-                *slot = value;
-            }
+            parameters.set(number, value).unwrap();
         }
         parameters.control.kp = -10.0;
         if uniform(0.0, 1.0) < 0.2 {
-            parameters.camera = None;
+            parameters.spar = None;
         }
         if uniform(0.0, 1.0) < 0.2 {
             parameters.drive_motor.inductance_h = 0.0;
@@ -438,7 +450,7 @@ fn any_vehicle_on_any_ground_stays_finite_and_within_its_means() {
             uniform(0.0, 1.5),
             uniform(0.0, 1.5),
         );
-        let mut plant = Plant::new(&vehicle, terrain(&text), round).unwrap();
+        let mut plant = Plant::new(&vehicle, &SCALES, terrain(&text), round).unwrap();
         ran += 1;
         let mut top = 0.0_f64;
         for _ in 0..20 {

@@ -1,4 +1,4 @@
-//! What is really the case, for logs and metrics. The vehicle never sees it.
+//! The true state of the simulated world, for logs and metrics. The vehicle never sees it.
 
 /// The state of the simulated world at one instant, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -1,4 +1,4 @@
-//! How a command ends when it does not succeed.
+//! Failures of a command, with their exit codes.
 
 use thiserror::Error;
 

@@ -32,7 +32,7 @@ pre { overflow-x: auto; background: #fff; border-radius: 10px; padding: 16px; fo
 .files a { color: #14508c; margin-right: 12px; }
 ";
 
-/// A whole page.
+/// A whole page of the `body`.
 pub fn document(title: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -42,7 +42,7 @@ pub fn document(title: &str, body: &str) -> String {
     )
 }
 
-/// Text that cannot be taken for markup.
+/// `text` with the characters of markup escaped.
 pub fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")

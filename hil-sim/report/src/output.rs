@@ -1,4 +1,4 @@
-//! How every analysis command hands over what it computed: `--json`, `--out DIR`, or a short table.
+//! The output of every analysis command: `--json`, `--out DIR`, or a short table.
 
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
@@ -27,13 +27,13 @@ pub struct OutputArguments {
 pub struct Report<'a, R> {
     /// The command's name: the stem of the files in `--out`.
     pub command: &'static str,
-    /// What `--json` prints.
+    /// The object that `--json` prints.
     pub result: &'a R,
-    /// What is printed otherwise: label and value.
+    /// The lines printed without `--json`: label and value.
     pub lines: Vec<(String, String)>,
-    /// What goes into `COMMAND.csv`; nothing if empty.
+    /// The columns of `COMMAND.csv`; no file if empty.
     pub columns: Columns,
-    /// What goes into `COMMAND-NAME.svg`: name and chart.
+    /// Name and chart of each `COMMAND-NAME.svg`.
     pub charts: Vec<(&'static str, Chart)>,
 }
 
@@ -75,7 +75,7 @@ impl OutputArguments {
     /// Prints the report and writes its files.
     ///
     /// # Errors
-    /// [`CommandError::Input`] when a file, [`CommandError::Other`] when stdout cannot be written.
+    /// [`CommandError::Input`] when a file cannot be written, [`CommandError::Other`] when stdout cannot.
     pub fn emit<R: Serialize>(&self, report: &Report<'_, R>) -> Result<(), CommandError> {
         let mut files = Vec::new();
         if let Some(directory) = &self.out {
@@ -117,7 +117,7 @@ impl OutputArguments {
 /// Prints `text` on stdout.
 ///
 /// # Errors
-/// [`CommandError::Other`] when stdout cannot be written; a reader that has seen enough (`| head`) is no
+/// [`CommandError::Other`] when stdout cannot be written; a reader that closes the pipe (`| head`) is no
 /// failure.
 pub fn print(text: &str) -> Result<(), CommandError> {
     match std::io::stdout().lock().write_all(text.as_bytes()) {
@@ -151,7 +151,7 @@ fn not_writable(what: &str, path: &Path, error: &std::io::Error) -> CommandError
     ))
 }
 
-/// A progress bar over `length` pieces of work on stderr; silent unless stderr is a terminal.
+/// A progress bar over `length` pieces of work on stderr, hidden unless stderr is a terminal.
 pub fn progress_bar(length: usize, what: &'static str) -> ProgressBar {
     let target = if std::io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()

@@ -1,11 +1,11 @@
-//! Charts as SVG and tables as CSV: what every command's `--out` and every figure is written with.
+//! Charts as SVG and tables as CSV, for `--out` and for the figures.
 
 use std::fmt::Write as _;
 
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
-/// The size of every chart in px without its legend; the page scales it to the width it has.
+/// The size of every chart in px without its legend; a page scales the chart to the available width.
 const SIZE: (u32, u32) = (620, 430);
 
 /// Line colours, distinguishable also with deficient colour vision.
@@ -32,7 +32,7 @@ const DRAWN_POINTS: usize = 1600;
 pub struct Series {
     /// What the legend says.
     pub name: String,
-    /// Its points; one that is not finite (or, on a logarithmic axis, not positive) interrupts the curve.
+    /// The points; a point that is not finite (or, on a logarithmic axis, not positive) interrupts the curve.
     pub points: Vec<(f64, f64)>,
 }
 
@@ -195,7 +195,7 @@ const LEGEND_LEFT: u32 = 30;
 /// Height of a row of the legend, in px.
 const LEGEND_ROW: u32 = 22;
 
-/// One name of the legend and where it stands.
+/// A name of the legend and its position.
 #[derive(Debug)]
 struct LegendEntry<'a> {
     x: u32,
@@ -241,7 +241,7 @@ fn runs(points: &[(f64, f64)], log: bool) -> impl Iterator<Item = &[(f64, f64)]>
         .filter(|run| !run.is_empty())
 }
 
-/// At most about [`DRAWN_POINTS`] of the points, the extremes of every stretch among them.
+/// At most about [`DRAWN_POINTS`] of the points, with the extremes of every bucket.
 fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     if points.len() <= DRAWN_POINTS {
         return points.to_vec();
@@ -260,7 +260,7 @@ fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 
 /// A number for an axis: few digits, no trailing zeros.
 fn short_number(v: f64) -> String {
-    // A tick of 0 comes out of the axis's arithmetic as some 1e-16.
+    // The axis's arithmetic gives a tick at 0 as some 1e-16.
     if v.abs() < 1e-12 {
         return "0".into();
     }
@@ -284,6 +284,16 @@ impl Columns {
         Self::default()
     }
 
+    /// The columns of `named`, in its order.
+    pub fn named(named: &[(&str, &Vec<f64>)]) -> Self {
+        let columns = named
+            .iter()
+            .map(|(name, values)| ((*name).to_owned(), (*values).clone()));
+        Self {
+            columns: columns.collect(),
+        }
+    }
+
     /// With one more column.
     #[must_use]
     pub fn with(mut self, name: impl Into<String>, values: impl Into<Vec<f64>>) -> Self {
@@ -291,12 +301,12 @@ impl Columns {
         self
     }
 
-    /// Whether there is nothing to write.
+    /// Whether there are no columns.
     pub fn is_empty(&self) -> bool {
         self.columns.is_empty()
     }
 
-    /// The table as CSV: a header line, then one line a row, every number with all its digits; cells
+    /// The table as CSV: a header line, then one line per row, every number with all its digits; cells
     /// beyond the end of a shorter column are empty.
     pub fn to_csv(&self) -> String {
         let mut text = self

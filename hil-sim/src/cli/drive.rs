@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use firmware::drive::FlightRecord;
+use firmware::drive_board::SCALES;
+use firmware::flight_record::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use serde::Serialize;
@@ -25,6 +26,9 @@ pub struct Arguments {
     /// Vehicle file; the scenario's, or the reference vehicle, if left out
     #[arg(long, value_name = "FILE")]
     pub vehicle: Option<PathBuf>,
+    /// Vehicle file of the simulated vehicle, where it is another than the one the firmware is told of
+    #[arg(long, value_name = "FILE")]
+    pub plant_vehicle: Option<PathBuf>,
     /// Directory for the trace (CSV), the plots (SVG) and the firmware's log
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -101,7 +105,12 @@ pub fn run_on<B: Backend>(
 ) -> Result<(), CommandError> {
     let scenario = load_scenario(arguments)?;
     let vehicle = load_vehicle(arguments.vehicle.as_deref().or(scenario.vehicle.as_deref()))?;
-    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed)
+    let simulated = match &arguments.plant_vehicle {
+        Some(path) => load_vehicle(Some(path))?,
+        None => vehicle,
+    };
+    let plant = scenario
+        .plant(&simulated)
         .map_err(|error| CommandError::Input(error.to_string()))?;
     let mut backend = boot(&vehicle, plant)?;
 
@@ -111,7 +120,8 @@ pub fn run_on<B: Backend>(
         if ms % 100 == 0 {
             bar.set_position(ms);
         }
-    });
+    })
+    .map_err(|error| CommandError::Checks(format!("{} (seed {}): {error}", file_name(arguments), scenario.seed)))?;
     let wall_s = started.elapsed().as_secs_f64();
     bar.finish_and_clear();
 
@@ -162,15 +172,20 @@ pub fn run_on<B: Backend>(
             .collect();
         Err(CommandError::Checks(format!(
             "{} (seed {}): {}",
-            arguments
-                .scenario
-                .as_deref()
-                .unwrap_or(Path::new(DEFAULT_NAME))
-                .display(),
+            file_name(arguments),
             scenario.seed,
             failed.join("; ")
         )))
     }
+}
+
+/// The scenario's file in messages.
+fn file_name(arguments: &Arguments) -> std::path::Display<'_> {
+    arguments
+        .scenario
+        .as_deref()
+        .unwrap_or(Path::new(DEFAULT_NAME))
+        .display()
 }
 
 fn load_scenario(arguments: &Arguments) -> Result<Scenario, CommandError> {
@@ -263,7 +278,7 @@ fn bounds(checks: &[Check], name: &str) -> String {
 fn replay_ns(vehicle: &Vehicle<f64>, records: &[FlightRecord]) -> Result<f64, CommandError> {
     let vehicle =
         Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(|error| CommandError::Other(error.to_string()))?;
-    let mut core = VehicleCore::new(&vehicle);
+    let mut core = VehicleCore::new(&vehicle, &SCALES);
     let started = Instant::now();
     let wrong = records
         .iter()

@@ -74,6 +74,18 @@ pub fn columns(trace: &Trace) -> Columns {
     })
 }
 
+/// The terms of the speed law, by the names of the chart.
+const SPEED_TERMS: &[(&str, Value)] = &[
+    ("feed-forward", |r| f64::from(r.status.terms.speed.feed_forward_v)),
+    ("weight", |r| f64::from(r.status.terms.speed.weight_v)),
+    ("speed feedback", |r| f64::from(r.status.terms.speed.speed_feedback_v)),
+    ("swing rate", |r| f64::from(r.status.terms.speed.swing_rate_v)),
+    ("swing damping", |r| f64::from(r.status.terms.speed.swing_damping_v)),
+    ("friction", |r| f64::from(r.status.terms.speed.friction_v)),
+    ("guard", |r| f64::from(r.status.terms.speed.guard_v)),
+    ("trim", |r| f64::from(r.status.terms.speed.trim_v)),
+];
+
 /// The charts of the report: file name and chart.
 pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
     let t = trace.values(Row::time_s);
@@ -104,9 +116,11 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
                 "deg",
                 &[
                     ("true", |r| r.truth.phi_rad.to_degrees()),
-                    ("estimated", |r| f64::from(r.status.phi_rad).to_degrees()),
+                    ("estimated", |r| f64::from(r.status.estimate.phi_rad).to_degrees()),
                     ("slope, true", |r| r.truth.slope_rad.to_degrees()),
-                    ("slope, estimated", |r| f64::from(r.status.slope_rad).to_degrees()),
+                    ("slope, estimated", |r| {
+                        f64::from(r.status.estimate.slope_rad).to_degrees()
+                    }),
                 ],
             ),
         ),
@@ -117,7 +131,9 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
                 "deg",
                 &[
                     ("spar, true", |r| r.truth.spar_rad.to_degrees()),
-                    ("spar, estimated", |r| f64::from(r.status.spar_rad).to_degrees()),
+                    ("spar, estimated", |r| {
+                        f64::from(r.status.estimate.spar_rad).to_degrees()
+                    }),
                     ("ballast from the vertical", |r| {
                         (r.truth.spar_rad + r.truth.ballast_rad).to_degrees()
                     }),
@@ -132,7 +148,7 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
                 &[
                     ("commanded", |r| r.commanded[1]),
                     ("true", |r| r.truth.yaw_rate_rad_s),
-                    ("estimated", |r| f64::from(r.status.yaw_rate_rad_s)),
+                    ("estimated", |r| f64::from(r.status.estimate.yaw_rate_rad_s)),
                 ],
             ),
         ),
@@ -144,10 +160,11 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
                 &[
                     ("left", |r| r.truth.current_a[0]),
                     ("right", |r| r.truth.current_a[1]),
-                    ("camera", |r| r.truth.current_a[2]),
+                    ("ballast", |r| r.truth.current_a[2]),
                 ],
             ),
         ),
+        ("speed-terms", over_time("Terms of the speed law", "V", SPEED_TERMS)),
         (
             "path",
             Chart::new("Path on the plane", "x, m", "y, m")
@@ -158,8 +175,8 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
                 ))
                 .with(Series::new(
                     "dead reckoning",
-                    &trace.values(|r| f64::from(r.status.x_m)),
-                    &trace.values(|r| f64::from(r.status.y_m)),
+                    &trace.values(|r| f64::from(r.status.estimate.x_m)),
+                    &trace.values(|r| f64::from(r.status.estimate.y_m)),
                 )),
         ),
     ]

@@ -1,7 +1,7 @@
-//! `hil-sim drive --board emulated`: the same command in the board emulator's own program.
+//! `hil-sim drive --board emulated`: runs the same command in the board emulator's own program.
 //!
-//! The emulator asks for a newer Rust than this package and takes minutes to build, so it is a package
-//! apart, built when it is first asked for.
+//! The emulator needs a newer Rust than this package and takes minutes to build. It is therefore a package
+//! of its own, which cargo builds on first use.
 
 use std::path::Path;
 use std::process::Command;
@@ -10,14 +10,14 @@ use report::error::CommandError;
 
 /// The emulator's manifest, beside this package's.
 const MANIFEST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/board-emulator/Cargo.toml");
-/// Where it is built, the same as for `cargo hil-elf`.
+/// The emulator's build directory, shared with `cargo hil-elf`.
 const TARGET: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/board-emulator");
 
 /// Passes this process's arguments on to the emulator's program.
 ///
 /// # Errors
-/// [`CommandError::Input`] without the emulator's sources or on what it calls bad input,
-/// [`CommandError::Checks`] when the run fails its checks there.
+/// [`CommandError::Input`] without the emulator's sources or if the emulator refuses the input,
+/// [`CommandError::Checks`] if the run fails its checks.
 pub fn run() -> Result<(), CommandError> {
     if !Path::new(MANIFEST).exists() {
         return Err(CommandError::Input(format!(
@@ -30,10 +30,12 @@ pub fn run() -> Result<(), CommandError> {
         .args(["--bin", "emulated-drive", "--"])
         .args(std::env::args_os().skip(2))
         .status()?;
-    // Its own message is on standard error.
+    // The emulator's own message is on standard error.
     match status.code() {
         Some(0) => Ok(()),
-        Some(1) => Err(CommandError::Checks("on the emulated board, as told above".into())),
-        _ => Err(CommandError::Input("--board emulated: as told above".into())),
+        Some(1) => Err(CommandError::Checks(
+            "the checks failed on the emulated board: see the message above".into(),
+        )),
+        _ => Err(CommandError::Input("--board emulated: see the message above".into())),
     }
 }

@@ -1,17 +1,26 @@
 //! `hil-sim link`: talks to a drive board over its serial port.
 
-use std::io::{ErrorKind, Read, Write};
-use std::time::{Duration, Instant};
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::{Args, Subcommand};
-use firmware::parameters;
-use firmware::protocol::message::{HostMessage, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest, Status};
-use model::supervise::arming::{Mode, Request};
-use model::supervise::codes::{BlockerSet, FaultSet};
-use model::vehicle::{Field, VehicleParameters};
-
+use firmware::protocol::message::{BoardStatus, Identity, Order};
 use report::error::CommandError;
-use virtual_board::link_client::LinkClient;
+
+pub mod console;
+pub mod drive;
+pub mod parameters;
+pub mod session;
+pub mod wire;
+
+use console::Console;
+use drive::{Drive, check_seconds};
+use session::Link;
+use wire::{Port, Wire};
 
 /// Flags of `link`.
 #[derive(Debug, Args)]
@@ -26,13 +35,13 @@ pub struct Arguments {
 /// What to do over the link.
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// Shows the vehicle's state for a while
+    /// Shows the vehicle's state for a while; exit code 1 if the board falls silent
     Status {
         /// How long, s
-        #[arg(long, default_value_t = 5.0)]
+        #[arg(long, default_value_t = 5.0, allow_negative_numbers = true)]
         seconds: f64,
     },
-    /// Arms, drives, stops and disarms; Ctrl-C lets the dead-man time stop the vehicle
+    /// Arms, drives, stops and disarms; Ctrl-C stops the vehicle, a second one disarms it at once
     Drive {
         /// Speed, m/s, forward positive
         #[arg(long, allow_negative_numbers = true)]
@@ -41,7 +50,7 @@ enum Action {
         #[arg(long, default_value_t = 0.0, allow_negative_numbers = true)]
         yaw_rate_rad_s: f32,
         /// How long, s
-        #[arg(long)]
+        #[arg(long, allow_negative_numbers = true)]
         seconds: f64,
     },
     /// Opens the bridges at once
@@ -68,294 +77,211 @@ enum ParameterAction {
     },
     /// Goes back to the set the firmware was built with
     Defaults,
+    /// Writes the board's set to a vehicle file
+    Dump {
+        /// The file; must not exist
+        file: PathBuf,
+    },
+    /// Stores a vehicle file's set in the board and puts it in force
+    Load {
+        /// The file
+        file: PathBuf,
+    },
+    /// Shows how the board's set differs from a vehicle file's, the board's value first; exit code 1 if it does
+    Diff {
+        /// The file
+        file: PathBuf,
+    },
 }
-
-/// Speed of the board's port.
-const BAUD: u32 = 921_600;
-/// How often the drive command is repeated.
-const COMMAND_PERIOD: Duration = Duration::from_millis(20);
-/// How long the board may take to answer.
-const ANSWER_TIME: Duration = Duration::from_secs(3);
-
-/// A wire with the board at its end.
-pub trait Wire: Read + Write {}
-impl<T: Read + Write> Wire for T {}
 
 /// Runs the command.
 ///
 /// # Errors
-/// [`CommandError::Input`] for a port or parameter that is not there, [`CommandError::Checks`] when the
-/// board refuses or does not answer.
+/// [`CommandError::Input`] for a number, port, file or parameter that is not good, [`CommandError::Checks`] when the
+/// board refuses, reports a fault or falls silent, [`CommandError::Other`] when the output is closed.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let port = serialport::new(&arguments.port, BAUD)
-        .timeout(Duration::from_millis(5))
-        .open()
-        .map_err(|error| CommandError::Input(format!("--port {}: {error}", arguments.port)))?;
-    let mut link = Link::new(port);
-    link.identify()?;
-    match &arguments.action {
-        Action::Status { seconds } => link.show(*seconds),
-        Action::Drive {
-            speed_m_s,
-            yaw_rate_rad_s,
-            seconds,
-        } => link.drive(*speed_m_s, *yaw_rate_rad_s, *seconds),
-        Action::Disarm => link.send(&HostMessage::Request(Request::Disarm)),
-        Action::ClearFaults => link.send(&HostMessage::Request(Request::ClearFaults)),
-        Action::Parameters { action } => match action {
-            ParameterAction::List => {
-                for (name, value) in link.parameters()? {
-                    println!("{name} = {value}");
-                }
-                Ok(())
+    // Whatever is wrong with the command line is told before the port opens.
+    let job = Job::new(&arguments.action)?;
+    let wire = Port::open(&arguments.port)?;
+    let link = Link::new(wire, nonce(), interrupts()?);
+    job.run(link, &mut Console(io::stdout()))
+}
+
+/// A number that no tool has used before on this board: of the time and the process.
+fn nonce() -> u32 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    (since.as_micros() as u32) ^ std::process::id().rotate_left(16)
+}
+
+/// Counts how often the user asks to stop, instead of ending the program before its Disarm.
+fn interrupts() -> Result<Arc<AtomicU32>, CommandError> {
+    let count = Arc::new(AtomicU32::new(0));
+    let counter = count.clone();
+    ctrlc::set_handler(move || {
+        counter.fetch_add(1, Ordering::Relaxed);
+    })
+    .map_err(|error| CommandError::Other(error.to_string()))?;
+    Ok(count)
+}
+
+/// A checked action.
+enum Job<'a> {
+    Status(f64),
+    Drive(Drive),
+    Disarm,
+    ClearFaults,
+    Parameters(&'a ParameterAction),
+}
+
+impl<'a> Job<'a> {
+    fn new(action: &'a Action) -> Result<Self, CommandError> {
+        Ok(match action {
+            Action::Status { seconds } => Self::Status(check_seconds(*seconds)?),
+            Action::Drive {
+                speed_m_s,
+                yaw_rate_rad_s,
+                seconds,
+            } => Self::Drive(Drive::new(*speed_m_s, *yaw_rate_rad_s, *seconds)?),
+            Action::Disarm => Self::Disarm,
+            Action::ClearFaults => Self::ClearFaults,
+            Action::Parameters { action } => Self::Parameters(action),
+        })
+    }
+
+    fn run<W: Wire, O: Write>(&self, mut link: Link<W>, console: &mut Console<O>) -> Result<(), CommandError> {
+        if matches!(self, Self::Disarm) {
+            // Before anything else, and whoever the board is.
+            return link.disarm();
+        }
+        let identity = link.identify()?;
+        match self {
+            Self::Disarm => Ok(()),
+            Self::Status(seconds) => {
+                console.line(&who(&identity))?;
+                link.show(*seconds, console)
             }
-            ParameterAction::Set { assignments } => link.set(assignments),
-            ParameterAction::Defaults => {
-                link.ask(ParameterRequest::Defaults)?;
-                link.store()
-            }
-        },
+            Self::Drive(drive) => link.drive(drive, console),
+            Self::ClearFaults => link.order(Order::ClearFaults),
+            Self::Parameters(action) => parameters_of(&mut link, action, console),
+        }
     }
 }
 
-/// The link over one wire.
-pub struct Link<W> {
-    wire: W,
-    client: LinkClient,
+/// One action on the board's parameters.
+fn parameters_of<W: Wire, O: Write>(
+    link: &mut Link<W>,
+    action: &ParameterAction,
+    console: &mut Console<O>,
+) -> Result<(), CommandError> {
+    match action {
+        ParameterAction::List => {
+            let parameters = link.parameters()?;
+            for number in 0..parameters.count() {
+                if let (Some((table, field)), Some(value)) = (parameters.field(number), parameters.value(number)) {
+                    console.line(&format!("{table}.{} = {value}", field.name))?;
+                }
+            }
+            Ok(())
+        }
+        ParameterAction::Set { assignments } => link.set(assignments),
+        ParameterAction::Defaults => link.defaults(),
+        ParameterAction::Dump { file } => {
+            let text = vehicle_file::to_toml(&link.parameters()?);
+            write_new(file, &text)?;
+            console.line(&format!("wrote {}", file.display()))
+        }
+        ParameterAction::Load { file } => {
+            let wanted = read(file)?;
+            let differences = link.load(&wanted)?;
+            for difference in &differences {
+                console.line(&difference.to_string())?;
+            }
+            console.line(&format!("{} parameters changed", differences.len()))
+        }
+        ParameterAction::Diff { file } => {
+            let wanted = read(file)?;
+            let differences = link.differences(&wanted)?;
+            for difference in &differences {
+                console.line(&difference.to_string())?;
+            }
+            if differences.is_empty() {
+                Ok(())
+            } else {
+                Err(CommandError::Checks(format!("{} parameters differ", differences.len())))
+            }
+        }
+    }
+}
+
+/// The parameters of a vehicle file, as the board has them.
+fn read(file: &Path) -> Result<model::vehicle::VehicleParameters<f32>, CommandError> {
+    vehicle_file::read_vehicle(file)
+        .map(|vehicle| vehicle.parameters().cast::<f32>())
+        .map_err(|error| CommandError::Input(error.to_string()))
+}
+
+/// Writes a file that must not exist yet.
+fn write_new(file: &Path, text: &str) -> Result<(), CommandError> {
+    let refused = |error: io::Error| CommandError::Input(format!("{}: {error}", file.display()));
+    let mut new = fs::File::create_new(file).map_err(refused)?;
+    new.write_all(text.as_bytes())
+        .and_then(|()| new.sync_all())
+        .map_err(refused)
 }
 
 impl<W: Wire> Link<W> {
-    /// The link over `wire`, whose reads must time out.
-    pub fn new(wire: W) -> Self {
-        Self {
-            wire,
-            client: LinkClient::default(),
-        }
-    }
-
-    fn send(&mut self, message: &HostMessage) -> Result<(), CommandError> {
-        self.wire.write_all(&LinkClient::encode(message))?;
-        Ok(())
-    }
-
-    /// Takes what has come.
-    fn receive(&mut self) -> Result<(), CommandError> {
-        let mut bytes = [0; 512];
-        match self.wire.read(&mut bytes) {
-            Ok(length) => self.client.receive(&bytes[..length]),
-            Err(error)
-                if matches!(
-                    error.kind(),
-                    ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
-                ) => {}
-            Err(error) => return Err(error.into()),
-        }
-        Ok(())
-    }
-
-    /// Receives until `done` finds what it waits for.
-    fn wait<T>(&mut self, what: &str, done: impl Fn(&mut LinkClient) -> Option<T>) -> Result<T, CommandError> {
-        let since = Instant::now();
-        while since.elapsed() < ANSWER_TIME {
-            self.receive()?;
-            if let Some(found) = done(&mut self.client) {
-                return Ok(found);
-            }
-        }
-        Err(CommandError::Checks(format!(
-            "no {what} from the board: is it powered, flashed, and this its port?"
-        )))
-    }
-
-    /// Asks who is there.
+    /// Shows the state every half second.
     ///
     /// # Errors
-    /// No answer, or a firmware of another protocol.
-    pub fn identify(&mut self) -> Result<(), CommandError> {
-        // A zero ends whatever stands half sent on the wire.
-        self.wire.write_all(&[0])?;
-        self.send(&HostMessage::Identify)?;
-        let protocol = self.wait("identity", |client| client.protocol)?;
-        if protocol == PROTOCOL_VERSION {
-            Ok(())
-        } else {
-            Err(CommandError::Checks(format!(
-                "the board speaks protocol {protocol}, this tool {PROTOCOL_VERSION}"
-            )))
-        }
-    }
-
-    fn show(&mut self, seconds: f64) -> Result<(), CommandError> {
-        let since = Instant::now();
-        let mut next = 0.0;
-        while since.elapsed().as_secs_f64() < seconds {
-            self.receive()?;
-            if since.elapsed().as_secs_f64() >= next
-                && let Some(status) = self.client.status
-            {
-                println!("{}", line(&status));
-                next += 0.5;
+    /// The board falls silent, or the output is closed.
+    pub fn show<O: Write>(&mut self, seconds: f64, console: &mut Console<O>) -> Result<(), CommandError> {
+        let from_us = self.wire.now_us();
+        let until_us = from_us + (seconds * 1e6) as u64;
+        let mut next_us = from_us;
+        while self.wire.now_us() < until_us && self.interrupts() == 0 {
+            let status = self.fresh_status()?;
+            if self.wire.now_us() >= next_us {
+                console.line(&line(&status))?;
+                next_us += SHOW_US;
             }
         }
         Ok(())
-    }
-
-    /// Arms, drives, stops, disarms.
-    ///
-    /// # Errors
-    /// The board refuses to arm, or leaves the armed state by itself.
-    pub fn drive(&mut self, speed_m_s: f32, yaw_rate_rad_s: f32, seconds: f64) -> Result<(), CommandError> {
-        self.hold(0.3, 0.0, 0.0)?;
-        self.send(&HostMessage::Request(Request::Arm))?;
-        self.hold(0.3, 0.0, 0.0)?;
-        let status = self.wait("state", |client| client.status)?;
-        if status.mode != Mode::Armed {
-            let blockers = BlockerSet::from_bits(status.blockers);
-            return Err(CommandError::Checks(format!("not armed: blocked by {blockers}")));
-        }
-        self.hold(seconds, speed_m_s, yaw_rate_rad_s)?;
-        // A controlled stop, then open.
-        self.hold(3.0, 0.0, 0.0)?;
-        let status = self.wait("state", |client| client.status)?;
-        println!("{}", line(&status));
-        self.send(&HostMessage::Request(Request::Disarm))?;
-        if status.mode == Mode::Disarmed {
-            let faults = FaultSet::from_bits(status.faults);
-            return Err(CommandError::Checks(format!(
-                "the vehicle disarmed by itself: {faults}"
-            )));
-        }
-        Ok(())
-    }
-
-    /// Repeats one drive command for a while.
-    fn hold(&mut self, seconds: f64, speed_m_s: f32, yaw_rate_rad_s: f32) -> Result<(), CommandError> {
-        let since = Instant::now();
-        let mut sent: Option<Instant> = None;
-        while since.elapsed().as_secs_f64() < seconds {
-            if sent.is_none_or(|at| at.elapsed() >= COMMAND_PERIOD) {
-                self.send(&HostMessage::Drive {
-                    speed_m_s,
-                    yaw_rate_rad_s,
-                })?;
-                sent = Some(Instant::now());
-            }
-            self.receive()?;
-        }
-        Ok(())
-    }
-
-    /// Asks one thing of the parameters.
-    ///
-    /// # Errors
-    /// No answer.
-    pub fn ask(&mut self, request: ParameterRequest) -> Result<ParameterAnswer, CommandError> {
-        self.client.parameter_answers.clear();
-        self.send(&HostMessage::Parameters(request))?;
-        self.wait("answer about parameters", |client| client.parameter_answers.pop())
-    }
-
-    /// The names of the board's parameters, in the order of their numbers.
-    fn names(&mut self) -> Result<Vec<(&'static str, &'static Field)>, CommandError> {
-        let ParameterAnswer::Value { schema, .. } = self.ask(ParameterRequest::Read { number: 0 })? else {
-            return Err(CommandError::Checks("the board has no parameters".into()));
-        };
-        let reference = vehicle_file::reference().map_err(|error| CommandError::Other(error.to_string()))?;
-        let with_camera = reference.parameters().cast::<f32>();
-        let without = VehicleParameters {
-            camera: None,
-            ..with_camera
-        };
-        let kind = [with_camera, without]
-            .into_iter()
-            .find(|kind| parameters::schema(kind) == schema);
-        let kind = kind.ok_or_else(|| {
-            CommandError::Checks(
-                "the board's firmware has other parameters than this tool: build both from one tree".into(),
-            )
-        })?;
-        let mut names = Vec::new();
-        kind.for_each(|table, field, _| names.push((table, field)));
-        Ok(names)
-    }
-
-    /// Every parameter by name, `table.name`, with its value.
-    ///
-    /// # Errors
-    /// No answer, or a firmware with other parameters.
-    pub fn parameters(&mut self) -> Result<Vec<(String, f32)>, CommandError> {
-        let names = self.names()?;
-        let mut values = Vec::new();
-        for (number, (table, field)) in (0..).zip(names) {
-            match self.ask(ParameterRequest::Read { number })? {
-                ParameterAnswer::Value { value, .. } => values.push((format!("{table}.{}", field.name), value)),
-                other => return Err(refused(&other)),
-            }
-        }
-        Ok(values)
-    }
-
-    /// Changes parameters, `table.name=value` each, and stores the set.
-    ///
-    /// # Errors
-    /// An unknown name or a bad value (nothing is changed then), or the board refuses.
-    pub fn set(&mut self, assignments: &[String]) -> Result<(), CommandError> {
-        let names = self.names()?;
-        let mut changes = Vec::new();
-        for assignment in assignments {
-            let bad = |why: String| CommandError::Input(format!("{assignment}: {why}"));
-            let (name, text) = assignment
-                .split_once('=')
-                .ok_or_else(|| bad("expected table.name=value".into()))?;
-            let (number, (_, field)) = (0_u16..)
-                .zip(&names)
-                .find(|(_, (table, field))| name == format!("{table}.{}", field.name))
-                .ok_or_else(|| bad("unknown parameter; `parameters list` shows them".into()))?;
-            let value: f64 = text.parse().unwrap_or(f64::NAN);
-            if !field.allows(value) {
-                return Err(bad(format!("allowed is {} to {}", field.min, field.max)));
-            }
-            changes.push((number, value as f32));
-        }
-        for (number, value) in changes {
-            match self.ask(ParameterRequest::Write { number, value })? {
-                ParameterAnswer::Value { .. } => {}
-                other => return Err(refused(&other)),
-            }
-        }
-        self.store()
-    }
-
-    fn store(&mut self) -> Result<(), CommandError> {
-        match self.ask(ParameterRequest::Store)? {
-            ParameterAnswer::Stored => Ok(()),
-            other => Err(refused(&other)),
-        }
     }
 }
 
-fn refused(answer: &ParameterAnswer) -> CommandError {
-    CommandError::Checks(match answer {
-        ParameterAnswer::Armed => "refused: the vehicle is armed".into(),
-        ParameterAnswer::FlashFailed => "the board's flash failed; the set in force stays".into(),
-        ParameterAnswer::OutOfRange { min, max } => format!("refused: allowed is {min} to {max}"),
-        ParameterAnswer::Inconsistent { number } => {
-            format!("refused: the set contradicts itself at parameter {number} of `parameters list`, counted from 0")
-        }
-        other => format!("refused: {other:?}"),
-    })
-}
+/// How often the state is shown, us.
+const SHOW_US: u64 = 500_000;
 
-/// One line of state.
-fn line(status: &Status) -> String {
+/// One line that says who the board is.
+fn who(identity: &Identity) -> String {
+    let about = identity.about;
+    let [major, minor, patch] = about.version;
     format!(
-        "{}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V; faults {}; blockers {}",
-        status.mode.name(),
-        status.speed_m_s,
-        status.phi_rad.to_degrees(),
-        status.slope_rad.to_degrees(),
-        status.battery_v,
-        FaultSet::from_bits(status.faults),
-        BlockerSet::from_bits(status.blockers),
+        "firmware {major}.{minor}.{patch}, build {:08x}, parameters {:08x}, protocol {}",
+        about.build, about.schema, identity.protocol
+    )
+}
+
+/// One line of status.
+fn line(status: &BoardStatus) -> String {
+    let BoardStatus { vehicle, link, .. } = status;
+    format!(
+        "{}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V; faults {}; blockers {}; link: {} frames, \
+         {} unreadable, {} UART errors, {} repeated, {} foreign, {} late, {} requests and {} answers dropped",
+        vehicle.mode.name(),
+        vehicle.estimate.speed_m_s,
+        vehicle.estimate.phi_rad.to_degrees(),
+        vehicle.estimate.slope_rad.to_degrees(),
+        vehicle.battery_v,
+        vehicle.faults,
+        vehicle.blockers,
+        link.frames,
+        link.unreadable_frames(),
+        link.uart_errors,
+        link.repeated_frames,
+        link.foreign_frames,
+        link.late_orders,
+        link.dropped_requests,
+        link.dropped_answers,
     )
 }

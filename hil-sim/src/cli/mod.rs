@@ -1,5 +1,6 @@
-//! The command line: one module a subcommand.
+//! The command line: one module per subcommand.
 
+use std::io::Write as _;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
@@ -15,27 +16,27 @@ pub mod link;
 #[command(name = "hil-sim", version, about)]
 struct Arguments {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<HostCommand>,
 }
 
-/// What to do; without one, `drive` on the default scenario.
+/// The subcommand; without a subcommand, `drive` runs the default scenario.
 #[derive(Debug, Subcommand)]
-enum Command {
+enum HostCommand {
     /// The vehicle, simulated, driven by the firmware's own tasks
     Drive(drive::Arguments),
-    /// The camera platform alone: tilted, shaken, with a limited motor (ch. 7)
+    /// The camera spar alone: tilted, shaken, with a limited motor (ch. 7)
     Camera(camera::Arguments),
-    /// The vehicle that carries a camera platform, and its step limits (ch. 8)
+    /// The vehicle that carries a camera spar, and its step limits (ch. 8)
     Coupled(coupled::Arguments),
-    /// The smallest final voltage or reference that makes the mass turn over
+    /// The smallest final voltage or reference speed that turns the arm over
     Critical(critical::Arguments),
     /// Critical voltages over the slope, for several waveforms
     Envelope(envelope::Arguments),
-    /// Equilibrium, poles
+    /// The equilibrium on a slope, and its poles
     Equilibrium(equilibrium::Arguments),
     /// Talks to a drive board over its serial port: state, driving, parameters
     Link(link::Arguments),
-    /// The optimal regulator of the camera platform (ch. 7)
+    /// The optimal regulator of the camera spar (ch. 7)
     Lqr(lqr::Arguments),
     /// Every figure of the thesis and one page that shows them
     Figures(figures::Arguments),
@@ -51,24 +52,25 @@ enum Command {
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
-        Some(Command::Camera(a)) => camera::run(&a),
-        Some(Command::Coupled(a)) => coupled::run(&a),
-        Some(Command::Critical(a)) => critical::run(&a),
-        Some(Command::Envelope(a)) => envelope::run(&a),
-        Some(Command::Equilibrium(a)) => equilibrium::run(&a),
-        Some(Command::Drive(a)) => drive::run(&a),
+        Some(HostCommand::Camera(a)) => camera::run(&a),
+        Some(HostCommand::Coupled(a)) => coupled::run(&a),
+        Some(HostCommand::Critical(a)) => critical::run(&a),
+        Some(HostCommand::Envelope(a)) => envelope::run(&a),
+        Some(HostCommand::Equilibrium(a)) => equilibrium::run(&a),
+        Some(HostCommand::Drive(a)) => drive::run(&a),
         None => drive::run(&drive::Arguments::default()),
-        Some(Command::Link(a)) => link::run(&a),
-        Some(Command::Lqr(a)) => lqr::run(&a),
-        Some(Command::Figures(a)) => figures::run(&a),
-        Some(Command::Simulate(a)) => simulate::run(&a),
-        Some(Command::SlipLimit(a)) => slip_limit::run(&a),
-        Some(Command::Spatial(a)) => spatial::run(&a),
+        Some(HostCommand::Link(a)) => link::run(&a),
+        Some(HostCommand::Lqr(a)) => lqr::run(&a),
+        Some(HostCommand::Figures(a)) => figures::run(&a),
+        Some(HostCommand::Simulate(a)) => simulate::run(&a),
+        Some(HostCommand::SlipLimit(a)) => slip_limit::run(&a),
+        Some(HostCommand::Spatial(a)) => spatial::run(&a),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            // Not `eprintln!`, which panics when nobody reads any more.
+            let _ = writeln!(std::io::stderr(), "error: {error}");
             ExitCode::from(error.exit_code())
         }
     }

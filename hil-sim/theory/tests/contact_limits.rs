@@ -1,18 +1,18 @@
-//! Chapter 4, set right: traction limits first.
+//! Chapter 4, corrected: traction is the first limit.
 
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
 use theory::analysis::equilibrium::static_phi;
 use theory::analysis::input::Input;
 use theory::analysis::roots::root_between;
-use theory::analysis::simulate::{Run, simulate};
+use theory::analysis::simulate::{PlanarRun, simulate};
 use theory::analysis::slip::{longest_pulse, required_by_step, slip_limit};
 use theory::analysis::waveform::Waveform;
 
 mod support;
 use support::{close, thesis};
 
-fn run(p: &PlanarParameters<f64>, input: &Input) -> Run {
+fn run(p: &PlanarParameters<f64>, input: &Input) -> PlanarRun {
     simulate(p, input, [0.0, static_phi(p).unwrap(), 0.0, 0.0], 60.0, 0.005).unwrap()
 }
 
@@ -56,7 +56,7 @@ fn traction_limits_every_step() {
     // With more grip than any tyre has, whirl comes first.
     let grippy = slip_limit(&p, 4.0).unwrap();
     assert!(!grippy.slips_first && grippy.critical_voltage == Some(grippy.whirl_voltage));
-    // Downhill the wheel lifts before the mass turns over: no grip is enough.
+    // Downhill the wheel lifts before the arm turns over: no grip is enough.
     let downhill = slip_limit(&thesis(-0.3), 4.0).unwrap();
     assert!(downhill.slips_first && downhill.mu_s_where_whirl_comes_first.is_none());
     let hop = run(&thesis(-0.3), &Input::voltage_step(&thesis(-0.3), 4.46));
@@ -74,7 +74,7 @@ fn ramps_are_kinder() {
     close(run(&p, &ramped).friction_coefficient_required.unwrap(), 0.389, 5e-4);
 }
 
-/// Erratum E15: what a pulse needs at its start does not depend on how long it is.
+/// Erratum E15: the friction that a pulse needs at its start does not depend on the pulse's length.
 #[test]
 fn a_short_pulse_slips_as_a_step_does() {
     let p = thesis(0.0873);
@@ -85,8 +85,8 @@ fn a_short_pulse_slips_as_a_step_does() {
         1e-9,
     );
     close(slips_above, 0.576, 6e-4);
-    // The longest pulse that does not whirl shrinks with its size but never allows a slip-free one. Its
-    // end is a step back, so that pulses below the step's limit turn the mass over, too.
+    // The longest pulse that does not whirl gets shorter with its voltage, but every pulse slips. The end of
+    // a pulse is a step back, so pulses below the step's limit turn the arm over, too.
     let mut last = f64::INFINITY;
     for amplitude in [5.0, 6.0, 8.0, 12.0, 20.0] {
         let longest = longest_pulse(&p, amplitude).unwrap().unwrap();
@@ -96,7 +96,7 @@ fn a_short_pulse_slips_as_a_step_does() {
     assert_eq!(longest_pulse(&p, 3.0).unwrap(), None);
 }
 
-/// Erratum E16: the dips of the metric are the friction's zeros, not the mass passing the normal.
+/// Erratum E16: the dips of the metric are the friction's zeros, not the arm passing the normal.
 #[test]
 fn the_dips_are_zeros_of_the_friction() {
     let p = thesis(0.0873);

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
-use theory::analysis::critical::{Critical, Direction, critical};
+use theory::analysis::critical::{CriticalValue, Direction, critical};
 use theory::analysis::envelope::{envelope, slopes};
 use theory::analysis::equilibrium::{static_phi, sustained_acceleration_limit};
 use theory::analysis::input::Input;
@@ -13,15 +13,15 @@ use theory::analysis::waveform::Waveform;
 mod support;
 use support::{close, thesis};
 
-fn limit(p: &PlanarParameters<f64>, input: &Input, start: [f64; 3], direction: Direction) -> Critical {
+fn limit(p: &PlanarParameters<f64>, input: &Input, start: [f64; 3], direction: Direction) -> CriticalValue {
     critical(p, input, start, direction).unwrap().unwrap()
 }
 
-fn from_rest(p: &PlanarParameters<f64>, input: &Input) -> Critical {
+fn from_rest(p: &PlanarParameters<f64>, input: &Input) -> CriticalValue {
     limit(p, input, [static_phi(p).unwrap(), 0.0, 0.0], Direction::Forward)
 }
 
-fn step_limit(p: &PlanarParameters<f64>) -> Critical {
+fn step_limit(p: &PlanarParameters<f64>) -> CriticalValue {
     from_rest(p, &Input::voltage_step(p, 0.0))
 }
 
@@ -120,7 +120,7 @@ fn critical_voltages_near_the_static_limit() {
 }
 
 /// Far from the hold, failing values come in windows: from 568.5 to about 600 below the hold, then again
-/// from 654.9 on. The nearest counts. Oracle as above.
+/// from 654.9 on. The nearest failing value counts. Values of the same unrelated implementation.
 #[test]
 fn the_nearest_of_several_failing_windows_is_found() {
     let p = PlanarParameters {
@@ -158,12 +158,12 @@ fn the_limit_shifts_with_the_start_speed() {
     for rate in [-1.0, 0.0, 0.5, 1.0, 3.0] {
         let found = limit(&p, &input, [phi, rate, 0.0], Direction::Forward);
         close((found.value - p.beta.sin()) / p.zeta - rate, 2.243_575_96, 2e-8);
-        // At 3 the mass turns over backwards if the voltage stays at the hold.
+        // At 3 the arm turns over backwards if the voltage stays at the hold.
         assert_eq!(found.hold_fails, rate == 3.0);
     }
 }
 
-/// The mirror image: the other slope, the other way.
+/// The limit on the opposite slope in the opposite direction is the mirror image.
 #[test]
 fn a_mirrored_vehicle_has_mirrored_limits() {
     for (beta, phi, rate, waveform) in [
@@ -198,14 +198,14 @@ fn ramps_and_other_waveforms() {
     for (time, ratio, within) in [(0.5, 1.035, 5e-4), (5.0, 1.88, 5e-3), (40.0, 13.2, 0.06)] {
         close(of(Waveform::Ramp, time) / of(Waveform::Step, time), ratio, within);
     }
-    // Erratum E19, the part that holds: of the eleven at T = 5 the ramp is best and the step worst.
+    // Erratum E19: of the eleven waveforms at T = 5 the ramp is indeed the best and the step the worst.
     let ramp = of(Waveform::Ramp, 5.0);
     let step = of(Waveform::Step, 5.0);
     for waveform in Waveform::ALL {
         let value = of(waveform, 5.0);
         assert!(value <= ramp && value >= step, "{waveform:?} {value}");
     }
-    // All become the step as T goes to 0.
+    // Every waveform becomes the step as T goes to 0.
     close(of(Waveform::HalfCosine, 1e-6), step, 1e-4);
     // Slow waveforms that begin smoothly are limited by their steepest rate: zeta A_max.
     let sustained = sustained_acceleration_limit(&p).unwrap();
@@ -235,7 +235,7 @@ fn an_envelope_is_the_single_limits() {
     assert!(envelope(&p, &[Waveform::Step], 5.0, &[0.9], || ()).is_err());
 }
 
-/// (3.12) and (3.13), written out again and solved by Cramer's rule, for the bisection below.
+/// (3.12) and (3.13), written independently of the model and solved by Cramer's rule, for the bisection below.
 fn rate(p: &PlanarParameters<f64>, x: [f64; 3], u: f64) -> [f64; 3] {
     let [phi, wheel, arm] = x;
     let al = p.alpha * p.l;
@@ -246,7 +246,7 @@ fn rate(p: &PlanarParameters<f64>, x: [f64; 3], u: f64) -> [f64; 3] {
     [arm, (e * d - b * f) / determinant, (a * f - b * e) / determinant]
 }
 
-/// Whether the mass ends in another well than it started in, after 120 time units of RK4.
+/// Whether the arm ends in another well than it started in, after 120 time units of RK4.
 fn leaves(p: &PlanarParameters<f64>, start: [f64; 3], u: impl Fn(f64, [f64; 3]) -> f64) -> bool {
     let (mut x, h) = (start, 4e-3);
     let add = |x: [f64; 3], k: [f64; 3], h: f64| [x[0] + h * k[0], x[1] + h * k[1], x[2] + h * k[2]];
@@ -281,7 +281,7 @@ fn first_failure(leaves: impl Fn(f64) -> bool, from: f64, to: f64) -> f64 {
     high
 }
 
-/// The manifold's crossing against bisection on full simulations that share no code with it.
+/// The manifold's crossing against a bisection of full simulations that share no code with the search.
 #[test]
 fn bisection_on_full_simulations_agrees() {
     let slender = PlanarParameters {

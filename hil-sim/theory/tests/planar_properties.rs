@@ -8,7 +8,7 @@ use theory::analysis::input::Input;
 use theory::analysis::simulate::simulate;
 use theory::analysis::waveform::Waveform;
 
-/// Vehicles that can be built.
+/// Random vehicles with parameters in the range of vehicles that can be built.
 fn vehicles() -> impl Strategy<Value = PlanarParameters<f64>> {
     (
         0.3_f64..1.4,
@@ -35,7 +35,7 @@ fn states() -> impl Strategy<Value = PlanarState<f64>> {
 /// Kinetic energy of both bodies, wheels and rotors, and the height of both bodies.
 fn energy(p: &PlanarParameters<f64>, x: &PlanarState<f64>) -> f64 {
     let [theta, phi, wheel, arm] = *x;
-    // Axle along the slope, mass relative to it; the slope's direction is turned by beta.
+    // Axle along the slope, arm relative to the axle; the slope's direction is turned by beta.
     let (along, across) = (
         wheel + p.l * arm * (phi - p.beta).cos(),
         p.l * arm * (phi - p.beta).sin(),
@@ -48,8 +48,8 @@ fn energy(p: &PlanarParameters<f64>, x: &PlanarState<f64>) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// What the motor puts in, less what the damping takes, is what the bodies gain; the climb is in the
-    /// potential energy, and with the slope's work apart the books balance too.
+    /// The bodies gain the motor's work less the damping's. The climb counts as potential energy or, apart, as
+    /// the work of the slope.
     #[test]
     fn energy_balances(p in vehicles(), start in states(), u in -4.0_f64..4.0) {
         let planar = Planar::new(p);
@@ -83,7 +83,7 @@ proptest! {
         prop_assert!((f.normal - g.normal).abs() < 1e-12 * (1.0 + f.normal.abs()));
     }
 
-    /// The vehicle's f32 against f64: one evaluation, and a stretch of driving with equal steps.
+    /// The vehicle's f32 against f64: one evaluation, and some driving with equal steps.
     #[test]
     fn f32_follows_f64(p in vehicles(), start in states(), u in -4.0_f64..4.0) {
         // Exactly representable in f32, so that only the arithmetic differs.
@@ -117,7 +117,7 @@ proptest! {
         prop_assert!((routh_determinant(&p, phi) - closed_form).abs() < 1e-12 * (1.0 + closed_form));
         prop_assert!(characteristic_polynomial(&p, phi, None).iter().all(|a| *a > 0.0));
         prop_assert!(poles(&p, phi, None).iter().all(|z| z[0] < 1e-9));
-        // The saddle has exactly one way out.
+        // The saddle has exactly one unstable direction.
         let unstable = poles(&p, std::f64::consts::PI - phi, None).iter().filter(|z| z[0] > 0.0).count();
         prop_assert_eq!(unstable, 1);
     }

@@ -5,7 +5,7 @@ use model::dynamics::planar::{Planar, PlanarParameters, PlanarState};
 use theory::analysis::dop853::integrate;
 use theory::analysis::equilibrium::{poles, static_phi};
 use theory::analysis::input::Input;
-use theory::analysis::simulate::{Run, simulate, simulate_f32};
+use theory::analysis::simulate::{PlanarRun, simulate, simulate_f32};
 use theory::analysis::speed_response::{SpeedResponse, speed_response};
 use theory::analysis::waveform::Waveform;
 
@@ -24,7 +24,7 @@ fn at_rest(p: &PlanarParameters<f64>) -> PlanarState<f64> {
     [0.0, static_phi(p).unwrap(), 0.0, 0.0]
 }
 
-fn reference_step(p: &PlanarParameters<f64>, law: SpeedLaw<f64>, reference: f64, t_end: f64) -> Run {
+fn reference_step(p: &PlanarParameters<f64>, law: SpeedLaw<f64>, reference: f64, t_end: f64) -> PlanarRun {
     simulate(p, &Input::reference_step(law, reference), at_rest(p), t_end, 0.01).unwrap()
 }
 
@@ -84,7 +84,7 @@ fn zero_steady_state_error_on_every_slope() {
     close(*run.theta_rate.last().unwrap(), -0.4286, 5e-5);
 }
 
-/// Erratum E6: positive feedback of the speed error slows the response; it buys a smaller swing.
+/// Erratum E6: positive feedback of the speed error slows the response and makes the swing smaller.
 #[test]
 fn the_sign_of_kp() {
     for (kp, t90, phi) in [(0.8, 3.30, 0.331), (0.0, 2.61, 0.402), (-0.8, 2.24, 0.465)] {
@@ -113,7 +113,7 @@ fn overshoot_and_settling() {
         36.8,
         0.05,
     );
-    // Open loop: 90 degrees are no limit (erratum E8).
+    // Open loop: a swing beyond 90 degrees returns (erratum E8).
     let open = simulate(&p, &Input::voltage_step(&p, 4.0), at_rest(&p), 60.0, 1.0).unwrap();
     close(open.phi_max.to_degrees(), 95.95, 0.005);
     assert!(!open.whirled);
@@ -132,7 +132,7 @@ fn reversals() {
     assert!(!whirls_open(2.8113) && whirls_open(2.8115));
 }
 
-/// How the controller sees the plant in the sampled loop.
+/// What the sampled loop adds to the continuous one.
 #[derive(Clone, Copy)]
 struct Sampled {
     period: f64,

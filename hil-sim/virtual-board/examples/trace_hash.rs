@@ -5,7 +5,6 @@
 
 use std::error::Error;
 
-use plant::Plant;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
 use virtual_board::scenario::{Scenario, VirtualBackend, run};
 
@@ -18,9 +17,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn drive() -> Result<u64, Box<dyn Error>> {
     let scenario = Scenario::parse(DEFAULT_NAME, DEFAULT)?;
     let vehicle = vehicle_file::reference()?;
-    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed)?;
+    let plant = scenario.plant(&vehicle)?;
     let mut backend = VirtualBackend::boot(&vehicle, plant)?;
-    Ok(run(&scenario, &mut backend, |_| {}).trace.hash())
+    Ok(run(&scenario, &mut backend, |_| {})?.trace.hash())
 }
 
 /// [`drive`] for a page or for node: 0 if the drive could not be started.

@@ -1,69 +1,253 @@
-//! The host's end of the link: messages out, states in. Knows frames, not wires: the bytes travel over
-//! the virtual board's line, the emulated board's USART or a serial port alike.
+//! The host's end of the link: messages out, statuses and answers in. Knows frames and the time it is told, not
+//! wires: the bytes travel over the virtual board's line, the emulated board's USART or a serial port alike.
+
+use std::collections::VecDeque;
 
 use firmware::protocol::frame::{Decoder, Received, encode};
-use firmware::protocol::message::{BoardMessage, HostMessage, ParameterAnswer, Status};
+use firmware::protocol::message::{
+    Answer, BoardMessage, BoardStatus, Envelope, HostMessage, Identity, Order, OrderId, PROTOCOL_VERSION, Reading,
+    Refusal,
+};
+use firmware::records::codec::RecordBlock;
 
-/// The host's end of the link.
-#[derive(Debug, Default)]
+/// Answers that are kept for whoever asks for them; older ones go first.
+const ANSWERS_MAX: usize = 32;
+/// Blocks of records that are kept for whoever takes them; older ones go first.
+pub const RECORDS_MAX: usize = 1000;
+/// How much faster the board's clock may run than the host's, parts per million.
+const DRIFT_PPM: u64 = 200;
+
+/// What the host knows of the board's clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct BoardClock {
+    /// Board's time less host's time, us: too small by what the fastest message took, never too large.
+    offset_us: i64,
+    /// The host's time of the last observation, us.
+    at_us: u64,
+}
+
+impl BoardClock {
+    /// A message that the board sent at or after `board_us` has arrived at `now_us`.
+    fn observe(clock: Option<Self>, now_us: u64, board_us: u64) -> Self {
+        let seen = board_us.cast_signed().saturating_sub(now_us.cast_signed());
+        Self {
+            // What was true some time ago is true now but for the drift.
+            offset_us: clock.map_or(seen, |clock| seen.max(clock.offset_at(now_us))),
+            at_us: now_us,
+        }
+    }
+
+    /// Board's time less host's time, us, at the least.
+    fn offset_at(&self, now_us: u64) -> i64 {
+        let drift_us = now_us.saturating_sub(self.at_us).saturating_mul(DRIFT_PPM) / 1_000_000 + 1;
+        self.offset_us.saturating_sub(drift_us.cast_signed())
+    }
+
+    /// The board's time, at the latest.
+    fn board_us(&self, now_us: u64) -> u64 {
+        u64::try_from(now_us.cast_signed().saturating_add(self.offset_at(now_us))).unwrap_or(0)
+    }
+}
+
+/// The host's end of the link. Times are the host's, in us from any fixed start.
+#[derive(Debug)]
 pub struct LinkClient {
     decoder: Decoder,
-    /// The newest state of the vehicle.
-    pub status: Option<Status>,
-    /// Protocol version the board told.
-    pub protocol: Option<u16>,
-    /// Answers to parameter requests, in order, until taken.
-    pub parameter_answers: Vec<ParameterAnswer>,
+    nonce: u32,
+    sequence: u32,
+    clock: Option<BoardClock>,
+    identity: Option<Identity>,
+    /// The last identity that was of another protocol.
+    foreign: Option<Identity>,
+    answers: VecDeque<(u32, Answer)>,
+    last_status: Option<u32>,
+    /// The newest status of vehicle and board; none before the board has said who it is.
+    pub status: Option<BoardStatus>,
+    /// When the board was last heard, us.
+    pub heard_us: Option<u64>,
+    /// Blocks of the stream of records, in order, until taken; the newest [`RECORDS_MAX`].
+    pub records: VecDeque<RecordBlock>,
+    readings: VecDeque<(u32, Reading)>,
+    /// Bytes received.
+    pub bytes: u64,
     /// Good messages received.
     pub messages: u64,
     /// Frames that could not be read.
     pub bad_frames: u64,
+    /// Statuses that had come before, or that a later one had overtaken: dropped.
+    pub repeated_statuses: u64,
+    /// Statuses that came before the board had said who it is, or from another boot: dropped.
+    pub unidentified: u64,
 }
 
 impl LinkClient {
-    /// The bytes of one message to the board.
-    ///
-    /// # Panics
-    /// Never: every host message fits a frame (a test of this module proves it).
-    pub fn encode(message: &HostMessage) -> Vec<u8> {
-        encode(message).expect("host messages are short").to_vec()
+    /// A client that has not spoken yet. `nonce` is a number that no client has used before on this board.
+    pub fn new(nonce: u32) -> Self {
+        Self {
+            decoder: Decoder::new(),
+            nonce,
+            sequence: 0,
+            clock: None,
+            identity: None,
+            foreign: None,
+            answers: VecDeque::new(),
+            last_status: None,
+            status: None,
+            heard_us: None,
+            records: VecDeque::new(),
+            readings: VecDeque::new(),
+            bytes: 0,
+            messages: 0,
+            bad_frames: 0,
+            repeated_statuses: 0,
+            unidentified: 0,
+        }
     }
 
-    /// Takes bytes from the board.
-    pub fn receive(&mut self, bytes: &[u8]) {
+    /// Who the board is, once it has said so and speaks this protocol.
+    pub fn identity(&self) -> Option<&Identity> {
+        self.identity.as_ref()
+    }
+
+    /// Who the board is, if it has said so and speaks another protocol.
+    pub fn foreign(&self) -> Option<&Identity> {
+        self.foreign.as_ref()
+    }
+
+    /// The frame that asks the board who it is; to be repeated until the board answers.
+    pub fn identify(&self) -> Vec<u8> {
+        bytes(&HostMessage::Identify { nonce: self.nonce })
+    }
+
+    /// The frame that opens the bridges, with its number; it needs no identity.
+    pub fn disarm(&mut self) -> (u32, Vec<u8>) {
+        self.sequence += 1;
+        let session = self.identity.map_or(0, |identity| identity.session);
+        let sequence = self.sequence;
+        (sequence, bytes(&HostMessage::Disarm(OrderId { session, sequence })))
+    }
+
+    /// The frame of an order given at `now_us`, with its number; `None` before the board has said who it is.
+    pub fn order(&mut self, now_us: u64, order: Order) -> Option<(u32, Vec<u8>)> {
+        let session = self.identity?.session;
+        let given_at_us = self.clock?.board_us(now_us);
+        self.sequence += 1;
+        let sequence = self.sequence;
+        let envelope = Envelope {
+            id: OrderId { session, sequence },
+            given_at_us,
+        };
+        Some((sequence, bytes(&HostMessage::Order { envelope, order })))
+    }
+
+    /// Takes the answer to one order, if it has come.
+    pub fn answer_to(&mut self, sequence: u32) -> Option<Answer> {
+        let at = self.answers.iter().position(|(number, _)| *number == sequence)?;
+        self.answers.remove(at).map(|(_, answer)| answer)
+    }
+
+    /// Takes what was read for one order, if it has come.
+    pub fn reading_of(&mut self, sequence: u32) -> Option<Reading> {
+        let at = self.readings.iter().position(|(number, _)| *number == sequence)?;
+        self.readings.remove(at).map(|(_, reading)| reading)
+    }
+
+    /// Takes bytes from the board, which arrived at `now_us`.
+    pub fn receive(&mut self, now_us: u64, bytes: &[u8]) {
+        self.bytes += bytes.len() as u64;
         for byte in bytes {
             match self.decoder.push(*byte) {
                 Received::Nothing => {}
                 Received::Bad | Received::Overlong => self.bad_frames += 1,
                 Received::Message(message) => {
                     self.messages += 1;
-                    match message {
-                        BoardMessage::Status(status) => self.status = Some(status),
-                        BoardMessage::Identity { protocol } => self.protocol = Some(protocol),
-                        BoardMessage::Parameters(answer) => self.parameter_answers.push(answer),
-                    }
+                    self.take(now_us, message);
                 }
             }
         }
     }
+
+    // The message is taken apart here.
+    #[allow(clippy::large_types_passed_by_value)]
+    fn take(&mut self, now_us: u64, message: BoardMessage) {
+        match message {
+            BoardMessage::Identity(identity) if identity.nonce == self.nonce => self.meet(now_us, identity),
+            // Of another host's question.
+            BoardMessage::Identity(_) => {}
+            BoardMessage::Status(ref status) => self.take_status(now_us, status),
+            BoardMessage::Records(block) => {
+                self.heard_us = Some(now_us);
+                self.records.push_back(block);
+                if self.records.len() > RECORDS_MAX {
+                    self.records.pop_front();
+                }
+            }
+            // Of another host's order.
+            BoardMessage::Answer { id, .. } | BoardMessage::Reading { id, .. }
+                if id.session != self.identity.map_or(0, |known| known.session) => {}
+            BoardMessage::Reading { id, reading } => {
+                self.heard_us = Some(now_us);
+                self.readings.push_back((id.sequence, reading));
+                if self.readings.len() > ANSWERS_MAX {
+                    self.readings.pop_front();
+                }
+            }
+            BoardMessage::Answer { id, answer } => {
+                self.heard_us = Some(now_us);
+                if answer == Answer::Refused(Refusal::UnknownSession) {
+                    // The board has booted since, or another host has taken over.
+                    self.identity = None;
+                }
+                self.answers.push_back((id.sequence, answer));
+                if self.answers.len() > ANSWERS_MAX {
+                    self.answers.pop_front();
+                }
+            }
+        }
+    }
+
+    fn meet(&mut self, now_us: u64, identity: Identity) {
+        self.heard_us = Some(now_us);
+        if identity.protocol != PROTOCOL_VERSION {
+            self.foreign = Some(identity);
+            return;
+        }
+        if self
+            .identity
+            .is_none_or(|known| known.about.boot != identity.about.boot)
+        {
+            self.clock = None;
+            self.last_status = None;
+            self.status = None;
+        }
+        self.clock = Some(BoardClock::observe(self.clock, now_us, identity.time_us));
+        self.sequence = self.sequence.max(identity.sequence);
+        self.identity = Some(identity);
+    }
+
+    fn take_status(&mut self, now_us: u64, status: &BoardStatus) {
+        if self.identity.is_none_or(|identity| identity.about.boot != status.boot) {
+            self.unidentified += 1;
+            // A board that has booted since knows none of this client's orders: the client asks again who it is.
+            self.identity = None;
+            return;
+        }
+        if self.last_status.is_some_and(|last| status.sequence <= last) {
+            self.repeated_statuses += 1;
+            return;
+        }
+        self.heard_us = Some(now_us);
+        self.last_status = Some(status.sequence);
+        self.clock = Some(BoardClock::observe(self.clock, now_us, status.vehicle.time_us));
+        self.status = Some(*status);
+    }
+}
+
+/// One message as a frame.
+fn bytes(message: &HostMessage) -> Vec<u8> {
+    // A test of this module proves that every host message fits a frame.
+    encode(message).expect("host messages are short").to_vec()
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use model::supervise::arming::Request;
-
-    #[test]
-    fn every_host_message_fits_a_frame() {
-        for message in [
-            HostMessage::Identify,
-            HostMessage::Drive {
-                speed_m_s: f32::MAX,
-                yaw_rate_rad_s: f32::MIN,
-            },
-            HostMessage::Request(Request::ClearFaults),
-        ] {
-            assert!(LinkClient::encode(&message).len() < 20);
-        }
-    }
-}
+mod tests;

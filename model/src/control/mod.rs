@@ -1,8 +1,18 @@
 //! The control laws: pure functions of what the vehicle senses and what it is asked for.
 
-pub mod camera;
-pub mod camera_law;
+pub mod equilibrium;
 pub mod motor;
+pub mod spar;
+pub mod spar_law;
 pub mod speed;
 pub mod speed_law;
 pub mod steering;
+
+/// What a law gives in one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LawOutput<T> {
+    /// The voltage asked for, V, within the law's limit.
+    pub voltage_v: f32,
+    /// The terms whose sum it is before the limit.
+    pub terms: T,
+}

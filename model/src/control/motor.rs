@@ -1,17 +1,15 @@
 //! From wanted motor voltages to duties: current limit, supply limit, battery compensation.
 
-use crate::limit::Limit;
-use crate::vehicle::{CameraMotorParameters, DriveMotorParameters};
+use crate::bounded::Bounded;
+use crate::vehicle::MotorParameters;
 
-/// Largest share of the supply that a duty may take: the bridge's high side needs its pause.
-pub const DUTY_MAX: f32 = 0.95;
 /// Full scale of a duty count.
 pub const DUTY_FULL_SCALE: f32 = 32767.0;
 
 /// The limits of one motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorLimits {
-    /// Back-EMF a rad/s at the gearbox output.
+    /// Back-EMF per rad/s at the gearbox output.
     back_emf_v_s_per_rad: f32,
     /// Voltage across the armature at the current limit.
     current_v: f32,
@@ -28,17 +26,8 @@ pub struct LimitedVoltage {
 }
 
 impl MotorLimits {
-    /// Limits of a drive motor.
-    pub fn drive(motor: &DriveMotorParameters<f32>) -> Self {
-        Self {
-            back_emf_v_s_per_rad: motor.back_emf_constant_v_s_per_rad * motor.gear_ratio,
-            current_v: motor.current_limit_a * motor.resistance_ohm,
-            resistance_ohm: motor.resistance_ohm,
-        }
-    }
-
-    /// Limits of the camera motor.
-    pub fn camera(motor: &CameraMotorParameters<f32>) -> Self {
+    /// The limits of a motor of these parameters.
+    pub fn new(motor: &MotorParameters<f32>) -> Self {
         Self {
             back_emf_v_s_per_rad: motor.back_emf_constant_v_s_per_rad * motor.gear_ratio,
             current_v: motor.current_limit_a * motor.resistance_ohm,
@@ -50,15 +39,15 @@ impl MotorLimits {
     /// limit. Inductance is neglected: its time constant is a quarter of a tick.
     pub fn limit(&self, wanted_v: f32, rate_rad_s: f32) -> LimitedVoltage {
         let back_emf = self.back_emf_v_s_per_rad * rate_rad_s;
-        let voltage_v = wanted_v.limit(back_emf - self.current_v, back_emf + self.current_v);
+        let voltage_v = wanted_v.bounded(back_emf - self.current_v, back_emf + self.current_v);
         LimitedVoltage {
             voltage_v,
             by_current: voltage_v != wanted_v,
         }
     }
 
-    /// What the armature equation leaves over: applied voltage less resistance drop and back-EMF, V.
-    /// Near 0 while encoder and current tell the truth.
+    /// Residual of the armature equation: applied voltage less resistance drop and back-EMF, V. Near 0 while
+    /// encoder and current sensor are right.
     pub fn residual_v(&self, voltage_v: f32, current_a: f32, rate_rad_s: f32) -> f32 {
         voltage_v - self.resistance_ohm * current_a - self.back_emf_v_s_per_rad * rate_rad_s
     }
@@ -69,20 +58,21 @@ impl MotorLimits {
     }
 }
 
-/// The duty that gives `voltage_v` from a supply of `battery_v`, within [`DUTY_MAX`].
+/// The duty that gives `voltage_v` from a supply of `battery_v`, within `duty_max` of it
+/// ([`BoardScales::duty_max`](crate::board::BoardScales::duty_max)) either way.
 ///
 /// ```
 /// use model::control::motor::duty;
-/// assert_eq!(duty(12.0, 24.0), 16384);
-/// assert_eq!(duty(-12.0, 24.0), -16384);
-/// assert_eq!(duty(100.0, 24.0), 31129);
-/// assert_eq!(duty(1.0, 0.0), 0);
+/// assert_eq!(duty(12.0, 24.0, 0.75), 16384);
+/// assert_eq!(duty(-12.0, 24.0, 0.75), -16384);
+/// assert_eq!(duty(100.0, 24.0, 0.75), 24575);
+/// assert_eq!(duty(1.0, 0.0, 0.75), 0);
 /// ```
-pub fn duty(voltage_v: f32, battery_v: f32) -> i16 {
+pub fn duty(voltage_v: f32, battery_v: f32, duty_max: f32) -> i16 {
     if battery_v <= 1.0 {
         return 0;
     }
-    let share = (voltage_v / battery_v).limit(-DUTY_MAX, DUTY_MAX);
+    let share = (voltage_v / battery_v).bounded(-duty_max, duty_max);
     let scaled = share * DUTY_FULL_SCALE;
     // Half away from zero; `as` saturates and gives 0 for NaN.
     (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i16
@@ -126,10 +116,10 @@ mod tests {
         for k in -100..=100 {
             let v = 0.2 * k as f32;
             assert!(
-                (voltage(duty(v, 25.0), 25.0) - v).abs() <= 0.5 * 25.0 / DUTY_FULL_SCALE + 1e-5,
+                (voltage(duty(v, 25.0, 1.0), 25.0) - v).abs() <= 0.5 * 25.0 / DUTY_FULL_SCALE + 1e-5,
                 "{v}"
             );
         }
-        assert_eq!(duty(f32::NAN, 24.0), 0);
+        assert_eq!(duty(f32::NAN, 24.0, 1.0), 0);
     }
 }

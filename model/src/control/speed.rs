@@ -3,18 +3,20 @@
 //!
 //! Eq. 3.25 makes the steady state right and the swing rate small, but leaves the speed mode poorly
 //! damped (erratum E11): the arm swings back and forth about its equilibrium for many seconds after
-//! every change. What it lacks is a term in phi itself. Feeding back
+//! every change. Eq. 3.25 lacks a term in phi itself. Feeding back
 //! `-swing_gain (phi - phi_equilibrium)`, with the equilibrium from the estimated slope and the
 //! governed acceleration,
 //!
 //! ```text
-//! alpha L sin(phi_equilibrium) = (1 + S) sin(beta) + (1 + S + mu) a_reference / g
+//! alpha L sin(phi_equilibrium) + a alpha L cos(beta - phi_equilibrium) = (1 + S) sin(beta) + (1 + S + mu) a
 //! ```
 //!
-//! moves that mode and nothing else: at equilibrium the term is 0, so the zero steady-state error stays.
+//! (a is the governed acceleration in g; [`Equilibrium`]) damps that mode and changes no steady state: at equilibrium the term is 0, so the steady-state error stays 0.
 
+use super::LawOutput;
+use super::equilibrium::Equilibrium;
 use super::speed_law::SpeedLaw;
-use crate::limit::Limit;
+use crate::bounded::Bounded;
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
 /// What the speed loop reads, SI.
@@ -36,18 +38,53 @@ pub struct SpeedInput {
     pub voltage_max_v: f32,
 }
 
+/// The terms of the speed law, V at each drive motor; their sum is the voltage before its limit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[allow(clippy::struct_field_names)] // Every field is a voltage.
+pub struct SpeedTerms {
+    /// Eq. 3.25: holds the reference speed on the level.
+    pub feed_forward_v: f32,
+    /// Eq. 3.25: carries the arm's weight, and so the slope.
+    pub weight_v: f32,
+    /// Eq. 3.25: the speed error, fed back positively.
+    pub speed_feedback_v: f32,
+    /// Eq. 3.25: the arm's rate, fed back.
+    pub swing_rate_v: f32,
+    /// Swing damping: the arm's angle less its equilibrium, fed back.
+    pub swing_damping_v: f32,
+    /// Friction feed-forward.
+    pub friction_v: f32,
+    /// Guard against running away behind an obstacle.
+    pub guard_v: f32,
+    /// Slow trim: the integral of the speed error.
+    pub trim_v: f32,
+}
+
+impl SpeedTerms {
+    /// Their sum: the voltage before its limit, V.
+    pub fn sum_v(&self) -> f32 {
+        self.feed_forward_v
+            + self.weight_v
+            + self.speed_feedback_v
+            + self.swing_rate_v
+            + self.guard_v
+            + self.swing_damping_v
+            + self.friction_v
+            + self.trim_v
+    }
+}
+
 /// The speed loop. Nondimensional inside, SI at the edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpeedController {
     law: SpeedLaw<f32>,
     scales: Scales<f32>,
-    /// 1 + S and 1 + S + mu, over alpha L.
-    weight: f32,
-    inertia: f32,
+    equilibrium: Equilibrium<f32>,
     swing_gain: f32,
     hold_kp_per_s: f32,
     hold_m: Option<f32>,
-    /// Governor's smoothing, its slew a tick, and 1 / (g dt).
+    /// Governor's smoothing, its slew per tick, and 1 / (g dt).
     reference_gain: f32,
     reference_step_m_s: f32,
     per_g_tick: f32,
@@ -63,19 +100,19 @@ pub struct SpeedController {
 
 /// Largest share of the voltage unit that the trim may take.
 const TRIM_MAX: f32 = 0.5;
-/// Time constant of the governor's smoothing: it rounds the corners of the ramp, for the wheels'
-/// traction and the camera.
+/// Time constant of the governor's smoothing, which rounds the corners of the ramp for the wheels' traction and
+/// the camera.
 const REFERENCE_TIME_CONSTANT_S: f32 = 0.5;
-/// Speed reference, rad per time unit, at which the friction feed-forward is whole.
+/// Speed reference, rad per time unit, at which the friction feed-forward reaches its full size.
 const FRICTION_FULL: f32 = 0.05;
 /// Speed error beyond which the guard acts, m/s, and its gain, nondimensional. Eq. 3.25 feeds the speed
-/// error back positively and holds the arm's rate: behind an obstacle, with the arm swung far forward,
-/// it would let the vehicle run away while the arm comes down slowly. The guard brakes that.
+/// error back positively and resists the arm's rate: behind an obstacle, with the arm swung far forward,
+/// Eq. 3.25 alone would let the vehicle run away while the arm comes down slowly. The guard brakes it.
 const GUARD_BEYOND_M_S: f32 = 0.4;
 const GUARD_GAIN: f32 = 4.0;
 /// Largest sine of the equilibrium angle that the swing damping aims at.
 const SIN_EQUILIBRIUM_MAX: f32 = 0.9;
-/// Speed reference below which the place is caught and held once no motion is asked for, m/s.
+/// Speed reference below which the place is captured and held once no motion is asked for, m/s.
 const HOLD_BELOW_M_S: f32 = 0.02;
 /// Largest speed that the position hold asks for, m/s.
 const HOLD_SPEED_M_S: f32 = 0.15;
@@ -85,7 +122,6 @@ impl SpeedController {
     pub fn new(vehicle: &Vehicle<f32>, dt_s: f32) -> Self {
         let (p, planar, scales) = (vehicle.parameters(), vehicle.planar(0.0), vehicle.scales());
         let alpha_l = planar.alpha * planar.l;
-        let spar = vehicle.spar_mass_ratio();
         Self {
             law: SpeedLaw {
                 feed_forward_zeta: planar.zeta,
@@ -94,8 +130,11 @@ impl SpeedController {
                 kd: p.control.kd,
             },
             scales,
-            weight: (1.0 + spar) / alpha_l,
-            inertia: (1.0 + spar + planar.mu) / alpha_l,
+            equilibrium: Equilibrium {
+                alpha_l,
+                mass: 1.0 + vehicle.spar_mass_ratio(),
+                mu: planar.mu,
+            },
             swing_gain: p.control.swing_gain,
             hold_kp_per_s: p.control.hold_kp_per_s,
             hold_m: None,
@@ -119,37 +158,52 @@ impl SpeedController {
         self.hold_m = None;
     }
 
-    /// One tick: the voltage for both motors, V, within `voltage_max_v`.
-    pub fn step(&mut self, input: &SpeedInput) -> f32 {
-        let target = input.target_m_s.limit(-self.speed_max_m_s, self.speed_max_m_s);
+    /// One tick: the voltage for each of the two motors within `voltage_max_v`, and its terms.
+    pub fn step(&mut self, input: &SpeedInput) -> LawOutput<SpeedTerms> {
+        let target = input.target_m_s.bounded(-self.speed_max_m_s, self.speed_max_m_s);
         let hold_m_s = self.hold(target, input.distance_m);
         let acceleration_g = self.govern(target + hold_m_s);
 
         let reference = self.reference_m_s / self.scales.speed_m_s;
         let theta_rate = self.scales.rate_from_si(input.theta_rate_rad_s);
         let phi_rate = self.scales.rate_from_si(input.phi_rate_rad_s);
-        let law = self.law.voltage(reference, input.phi_rad, theta_rate, phi_rate);
-        let sin_equilibrium = (self.weight * input.sin_slope + self.inertia * acceleration_g)
-            .limit(-SIN_EQUILIBRIUM_MAX, SIN_EQUILIBRIUM_MAX);
-        let swing = self.swing_gain * (input.phi_rad - libm::asinf(sin_equilibrium));
-        let friction = self.friction * (reference / FRICTION_FULL).limit(-1.0, 1.0);
+        let law = self.law.terms(reference, input.phi_rad, theta_rate, phi_rate);
+        let cos_slope = libm::sqrtf(1.0 - input.sin_slope * input.sin_slope);
+        let equilibrium = self.equilibrium.arm(acceleration_g, input.sin_slope, cos_slope);
+        let sin_equilibrium = equilibrium.sin.bounded(-SIN_EQUILIBRIUM_MAX, SIN_EQUILIBRIUM_MAX);
+        let swing_damping = -(self.swing_gain * (input.phi_rad - libm::asinf(sin_equilibrium)));
+        let friction = self.friction * (reference / FRICTION_FULL).bounded(-1.0, 1.0);
         let error = reference - theta_rate;
         let beyond = GUARD_BEYOND_M_S / self.scales.speed_m_s;
-        let guard = GUARD_GAIN * (error - error.limit(-beyond, beyond));
-        let u = law + guard - swing + friction + self.trim;
+        let guard = GUARD_GAIN * (error - error.bounded(-beyond, beyond));
+        let trim = self.trim;
+        let u = law.sum() + guard + swing_damping + friction + trim;
         let u_max = self.scales.voltage_from_si(input.voltage_max_v);
-        let limited = u.limit(-u_max, u_max);
-        // Anti-windup: the trim does not grow into a limit, and is bounded for ever.
+        let limited = u.bounded(-u_max, u_max);
+        // Anti-windup: the trim does not grow into a limit, and stays bounded.
         if limited == u || (u - limited) * error < 0.0 {
-            self.trim = (self.trim + self.trim_gain * error).limit(-TRIM_MAX, TRIM_MAX);
+            self.trim = (self.trim + self.trim_gain * error).bounded(-TRIM_MAX, TRIM_MAX);
         }
-        self.scales.voltage_to_si(limited)
+        let volts = |u: f32| self.scales.voltage_to_si(u);
+        LawOutput {
+            voltage_v: volts(limited),
+            terms: SpeedTerms {
+                feed_forward_v: volts(law.feed_forward),
+                weight_v: volts(law.weight),
+                speed_feedback_v: volts(law.speed_feedback),
+                swing_rate_v: volts(law.swing_rate),
+                swing_damping_v: volts(swing_damping),
+                friction_v: volts(friction),
+                guard_v: volts(guard),
+                trim_v: volts(trim),
+            },
+        }
     }
 
     /// Slews and smooths the reference; returns its acceleration in g.
     fn govern(&mut self, target_m_s: f32) -> f32 {
         let step = self.reference_step_m_s;
-        self.ramp_m_s += (target_m_s - self.ramp_m_s).limit(-step, step);
+        self.ramp_m_s += (target_m_s - self.ramp_m_s).bounded(-step, step);
         let change = self.reference_gain * (self.ramp_m_s - self.reference_m_s);
         self.reference_m_s += change;
         change * self.per_g_tick
@@ -163,12 +217,82 @@ impl SpeedController {
             self.hold_m = Some(distance_m);
         }
         self.hold_m.map_or(0.0, |held_m| {
-            (self.hold_kp_per_s * (held_m - distance_m)).limit(-HOLD_SPEED_M_S, HOLD_SPEED_M_S)
+            (self.hold_kp_per_s * (held_m - distance_m)).bounded(-HOLD_SPEED_M_S, HOLD_SPEED_M_S)
         })
     }
 
     /// The governed reference, m/s.
     pub fn reference_m_s(&self) -> f32 {
         self.reference_m_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::vehicle::test_vehicle::reference;
+
+    proptest! {
+        /// The terms add up to the voltage before its limit, in the first tick and after the trim has grown.
+        #[test]
+        fn the_terms_sum_to_the_voltage_before_its_limit(
+            target_m_s in -3.0_f32..3.0, phi_rad in -1.4_f32..1.4, theta_rate_rad_s in -12.0_f32..12.0,
+            phi_rate_rad_s in -6.0_f32..6.0, sin_slope in -0.3_f32..0.3, ticks in 1_usize..400,
+        ) {
+            let mut unlimited = SpeedController::new(&reference(), 0.001);
+            let mut input = SpeedInput {
+                target_m_s, phi_rad, theta_rate_rad_s, phi_rate_rad_s, sin_slope, distance_m: 0.0, voltage_max_v: 1e6,
+            };
+            for _ in 1..ticks {
+                unlimited.step(&input);
+            }
+            let mut limited = unlimited;
+            let free = unlimited.step(&input);
+            let t = free.terms;
+            let size: f32 = [t.feed_forward_v, t.weight_v, t.speed_feedback_v, t.swing_rate_v, t.swing_damping_v, t.friction_v, t.guard_v, t.trim_v]
+                .iter().map(|term| term.abs()).sum();
+            prop_assert!((t.sum_v() - free.voltage_v).abs() <= 1e-5 * (1.0 + size), "{t:?} {}", free.voltage_v);
+            input.voltage_max_v = 3.0;
+            let bound = limited.step(&input);
+            prop_assert_eq!(bound.terms, free.terms, "the limit changes no term");
+            prop_assert!((bound.voltage_v - free.voltage_v.bounded(-3.0, 3.0)).abs() < 1e-5);
+        }
+    }
+
+    #[test]
+    fn each_term_stands_for_its_own_cause() {
+        let still = SpeedInput {
+            target_m_s: 0.0,
+            phi_rad: 0.0,
+            theta_rate_rad_s: 0.0,
+            phi_rate_rad_s: 0.0,
+            sin_slope: 0.0,
+            distance_m: 0.0,
+            voltage_max_v: 24.0,
+        };
+        let terms = |input: &SpeedInput| SpeedController::new(&reference(), 0.001).step(input).terms;
+        assert_eq!(terms(&still), SpeedTerms::default());
+        let leaning = terms(&SpeedInput { phi_rad: 0.2, ..still });
+        assert!(leaning.weight_v > 0.0 && leaning.swing_damping_v < 0.0 && leaning.feed_forward_v == 0.0);
+        let swinging = terms(&SpeedInput {
+            phi_rate_rad_s: 1.0,
+            ..still
+        });
+        assert!(swinging.swing_rate_v < 0.0 && swinging.weight_v == 0.0);
+        let pushed = terms(&SpeedInput {
+            theta_rate_rad_s: 1.0,
+            ..still
+        });
+        assert!(pushed.speed_feedback_v > 0.0 && pushed.guard_v == 0.0);
+        let runaway = terms(&SpeedInput {
+            theta_rate_rad_s: 8.0,
+            ..still
+        });
+        assert!(
+            runaway.guard_v < -runaway.speed_feedback_v,
+            "the guard outweighs the positive feedback"
+        );
     }
 }

@@ -1,5 +1,5 @@
-//! The speed law, Eq. 3.25 corrected: feed-forward of the steady state, compensation of the reaction
-//! mass's weight, and rate feedback.
+//! The speed law, Eq. 3.25 corrected: feed-forward of the steady state, compensation of the arm's weight, and
+//! rate feedback.
 
 use crate::real::Real;
 
@@ -34,52 +34,50 @@ impl<T: Real> SpeedLaw<T> {
         }
     }
 
-    /// The nondimensional voltage U for the reference speed `theta_rate_ref` and the sensed `phi` (rad
-    /// from the vertical), `theta_rate` and `phi_rate` (rad per time unit). Not limited.
+    /// The terms for the reference speed `theta_rate_ref` and the sensed `phi` (rad from the vertical),
+    /// `theta_rate` and `phi_rate` (rad per time unit).
+    #[inline]
+    pub fn terms(&self, theta_rate_ref: T, phi: T, theta_rate: T, phi_rate: T) -> SpeedLawTerms<T> {
+        SpeedLawTerms {
+            feed_forward: self.feed_forward_zeta * theta_rate_ref,
+            weight: self.alpha_l * phi.sin(),
+            speed_feedback: self.kp * (theta_rate - theta_rate_ref),
+            swing_rate: -(self.kd * phi_rate),
+        }
+    }
+
+    /// The nondimensional voltage U, the sum of [`SpeedLaw::terms`]. Not limited.
     ///
     /// ```
     /// use model::control::speed_law::SpeedLaw;
     /// let law = SpeedLaw::thesis(2.2_f64, 0.72);
-    /// // At the wanted speed with the mass hanging straight down only the feed-forward is left.
+    /// // At the wanted speed with the arm hanging straight down only the feed-forward is left.
     /// assert_eq!(law.voltage(1.0, 0.0, 1.0, 0.0), 2.2);
     /// ```
     #[inline]
     pub fn voltage(&self, theta_rate_ref: T, phi: T, theta_rate: T, phi_rate: T) -> T {
-        self.feed_forward_zeta * theta_rate_ref + self.alpha_l * phi.sin() + self.kp * (theta_rate - theta_rate_ref)
-            - self.kd * phi_rate
+        self.terms(theta_rate_ref, phi, theta_rate, phi_rate).sum()
     }
 }
 
-/// The same law in SI units, (3.25) corrected: `1/(M+m)` on *all* of the damping and `g/r` on the weight.
+/// The four terms of (3.25), nondimensional.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct DimensionalSpeedLaw<T> {
-    /// `C + K_T K_B / R_a`: damping of the drive, back-EMF included, in N m s/rad, >= 0.
-    pub damping_n_m_s_rad: T,
-    /// Wheel radius r in m, > 0.
-    pub wheel_radius_m: T,
-    /// Distance l of the reaction mass from the axle in m, > 0.
-    pub arm_length_m: T,
-    /// Reaction mass m in kg, > 0.
-    pub arm_mass_kg: T,
-    /// M + m in kg, > `arm_mass_kg`.
-    pub total_mass_kg: T,
-    /// g in m/s^2, > 0.
-    pub gravity_m_s2: T,
-    /// Nondimensional gain on the speed error (as in [`SpeedLaw::kp`]).
-    pub kp: T,
-    /// Nondimensional gain on phi' (as in [`SpeedLaw::kd`]).
-    pub kd: T,
+pub struct SpeedLawTerms<T> {
+    /// `z_ff th'_ref`: holds the reference speed on the level.
+    pub feed_forward: T,
+    /// `alpha L sin(phi)`: carries the arm's weight.
+    pub weight: T,
+    /// `kp (th' - th'_ref)`: the speed error, fed back positively.
+    pub speed_feedback: T,
+    /// `-kd phi'`: the arm's rate, fed back.
+    pub swing_rate: T,
 }
 
-impl<T: Real> DimensionalSpeedLaw<T> {
-    /// `u_hat = K_T V_a / (R_a r^2 (M+m)) = U w^2` in 1/s^2, from rates in rad/s.
+impl<T: Real> SpeedLawTerms<T> {
+    /// Their sum, U.
     #[inline]
-    pub fn voltage_per_s2(&self, theta_rate_ref_rad_s: T, phi_rad: T, theta_rate_rad_s: T, phi_rate_rad_s: T) -> T {
-        let r = self.wheel_radius_m;
-        let w2 = self.gravity_m_s2 / r;
-        theta_rate_ref_rad_s * self.damping_n_m_s_rad / (r * r * self.total_mass_kg)
-            + w2 * self.arm_mass_kg * self.arm_length_m / (self.total_mass_kg * r) * phi_rad.sin()
-            + (self.kp * (theta_rate_rad_s - theta_rate_ref_rad_s) - self.kd * phi_rate_rad_s) * w2.sqrt()
+    pub fn sum(&self) -> T {
+        self.feed_forward + self.weight + self.speed_feedback + self.swing_rate
     }
 }
 
@@ -88,6 +86,38 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+
+    /// The oracle: the same law in SI units, (3.25) corrected: `1/(M+m)` on *all* of the damping and `g/r` on the weight.
+    #[derive(Debug, Clone, Copy, PartialEq)]
+    struct DimensionalSpeedLaw<T> {
+        /// `C + K_T K_B / R_a`: damping of the drive, back-EMF included, in N m s/rad, >= 0.
+        damping_n_m_s_rad: T,
+        /// Wheel radius r in m, > 0.
+        wheel_radius_m: T,
+        /// Distance l of the arm's centre of mass from the axle in m, > 0.
+        arm_length_m: T,
+        /// Mass m of the arm in kg, > 0.
+        arm_mass_kg: T,
+        /// M + m in kg, > `arm_mass_kg`.
+        total_mass_kg: T,
+        /// g in m/s^2, > 0.
+        gravity_m_s2: T,
+        /// Nondimensional gain on the speed error (as in [`SpeedLaw::kp`]).
+        kp: T,
+        /// Nondimensional gain on phi' (as in [`SpeedLaw::kd`]).
+        kd: T,
+    }
+
+    impl<T: Real> DimensionalSpeedLaw<T> {
+        /// `u_hat = K_T V_a / (R_a r^2 (M+m)) = U w^2` in 1/s^2, from rates in rad/s.
+        fn voltage_per_s2(&self, theta_rate_ref_rad_s: T, phi_rad: T, theta_rate_rad_s: T, phi_rate_rad_s: T) -> T {
+            let r = self.wheel_radius_m;
+            let w2 = self.gravity_m_s2 / r;
+            theta_rate_ref_rad_s * self.damping_n_m_s_rad / (r * r * self.total_mass_kg)
+                + w2 * self.arm_mass_kg * self.arm_length_m / (self.total_mass_kg * r) * phi_rad.sin()
+                + (self.kp * (theta_rate_rad_s - theta_rate_ref_rad_s) - self.kd * phi_rate_rad_s) * w2.sqrt()
+        }
+    }
 
     fn reference_vehicle() -> DimensionalSpeedLaw<f64> {
         DimensionalSpeedLaw {

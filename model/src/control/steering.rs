@@ -1,6 +1,7 @@
 //! Yaw-rate loop and heading hold: a voltage difference between the two wheels.
 
-use crate::limit::Limit;
+use super::LawOutput;
+use crate::bounded::Bounded;
 use crate::vehicle::Vehicle;
 
 /// What the steering loop reads, SI.
@@ -12,8 +13,31 @@ pub struct SteeringInput {
     pub yaw_rate_rad_s: f32,
     /// Heading, rad, not wrapped.
     pub heading_rad: f32,
-    /// Largest voltage difference to either side, V.
+    /// Largest voltage either way, V.
     pub voltage_max_v: f32,
+}
+
+/// The terms of the steering law, V at the right motor, negated at the left; their sum is the voltage difference
+/// before its limit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[allow(clippy::struct_field_names)] // Every field is a voltage.
+pub struct SteeringTerms {
+    /// Back-EMF and damping at the governed yaw rate.
+    pub feed_forward_v: f32,
+    /// The error of the governed yaw rate, fed back.
+    pub proportional_v: f32,
+    /// The integral of the yaw-rate error, heading hold included.
+    pub integral_v: f32,
+    /// What the heading hold adds to the first two.
+    pub hold_v: f32,
+}
+
+impl SteeringTerms {
+    /// Their sum: the voltage before its limit, V.
+    pub fn sum_v(&self) -> f32 {
+        self.feed_forward_v + self.proportional_v + self.integral_v + self.hold_v
+    }
 }
 
 /// The steering loop.
@@ -30,7 +54,7 @@ pub struct SteeringController {
     hold_rad: Option<f32>,
 }
 
-/// Yaw rate below which the heading is caught and held once no turn is asked for.
+/// Yaw rate below which the heading is captured and held once no turn is asked for.
 const HOLD_BELOW_RAD_S: f32 = 0.05;
 /// Largest yaw rate that the heading hold asks for, as a share of the largest yaw rate.
 const HOLD_SHARE: f32 = 0.5;
@@ -57,18 +81,18 @@ impl SteeringController {
         }
     }
 
-    /// Starts anew: no turn, no integral, the heading to be caught.
+    /// Starts anew: no turn, no integral, no heading held.
     pub fn reset(&mut self) {
         self.reference_rad_s = 0.0;
         self.integral_v = 0.0;
         self.hold_rad = None;
     }
 
-    /// One tick: the voltage to add to the right wheel and to take from the left, V.
-    pub fn step(&mut self, input: &SteeringInput) -> f32 {
+    /// One tick: the voltage to add to the right motor and to subtract from the left, and its terms.
+    pub fn step(&mut self, input: &SteeringInput) -> LawOutput<SteeringTerms> {
         let step = self.rate_step_rad_s;
-        let target = input.target_rad_s.limit(-self.rate_max_rad_s, self.rate_max_rad_s);
-        self.reference_rad_s += (target - self.reference_rad_s).limit(-step, step);
+        let target = input.target_rad_s.bounded(-self.rate_max_rad_s, self.rate_max_rad_s);
+        self.reference_rad_s += (target - self.reference_rad_s).bounded(-step, step);
         let turning = target != 0.0 || self.reference_rad_s != 0.0;
         if turning {
             self.hold_rad = None;
@@ -77,22 +101,63 @@ impl SteeringController {
         }
         let hold_max = HOLD_SHARE * self.rate_max_rad_s;
         let hold = self.hold_rad.map_or(0.0, |held| {
-            (self.heading_kp_per_s * (held - input.heading_rad)).limit(-hold_max, hold_max)
+            (self.heading_kp_per_s * (held - input.heading_rad)).bounded(-hold_max, hold_max)
         });
         let reference = self.reference_rad_s + hold;
         let error = reference - input.yaw_rate_rad_s;
         let wanted = self.feed_forward_v_s_per_rad * reference + self.kp_v_s_per_rad * error + self.integral_v;
-        let limited = wanted.limit(-input.voltage_max_v, input.voltage_max_v);
-        // Anti-windup: the integral does not grow into the limit, and never beyond it.
+        let terms = SteeringTerms {
+            feed_forward_v: self.feed_forward_v_s_per_rad * self.reference_rad_s,
+            proportional_v: self.kp_v_s_per_rad * (self.reference_rad_s - input.yaw_rate_rad_s),
+            integral_v: self.integral_v,
+            hold_v: (self.feed_forward_v_s_per_rad + self.kp_v_s_per_rad) * hold,
+        };
+        let limited = wanted.bounded(-input.voltage_max_v, input.voltage_max_v);
+        // Anti-windup: the integral does not grow into the limit, and stays within it.
         if limited == wanted || (wanted - limited) * error < 0.0 {
             self.integral_v =
-                (self.integral_v + self.ki_tick_v_per_rad_s * error).limit(-input.voltage_max_v, input.voltage_max_v);
+                (self.integral_v + self.ki_tick_v_per_rad_s * error).bounded(-input.voltage_max_v, input.voltage_max_v);
         }
-        limited
+        LawOutput {
+            voltage_v: limited,
+            terms,
+        }
     }
 
     /// The governed yaw-rate reference, rad/s.
     pub fn reference_rad_s(&self) -> f32 {
         self.reference_rad_s
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::vehicle::test_vehicle::reference;
+
+    proptest! {
+        /// The terms add up to the voltage before its limit, turning and holding the heading.
+        #[test]
+        fn the_terms_sum_to_the_voltage_before_its_limit(
+            target_rad_s in prop_oneof![Just(0.0_f32), -2.0_f32..2.0], yaw_rate_rad_s in -0.04_f32..0.04,
+            heading_rad in -3.0_f32..3.0, ticks in 1_usize..400,
+        ) {
+            let mut unlimited = SteeringController::new(&reference(), 0.001);
+            let mut input = SteeringInput { target_rad_s, yaw_rate_rad_s, heading_rad: 0.0, voltage_max_v: 1e6 };
+            for _ in 0..ticks {
+                unlimited.step(&input);
+            }
+            input.heading_rad = heading_rad;
+            let mut limited = unlimited;
+            let free = unlimited.step(&input);
+            prop_assert!((free.terms.sum_v() - free.voltage_v).abs() < 1e-4, "{:?} {}", free.terms, free.voltage_v);
+            prop_assert_eq!(free.terms.hold_v != 0.0, target_rad_s == 0.0 && heading_rad != 0.0);
+            input.voltage_max_v = 0.5;
+            let bound = limited.step(&input);
+            prop_assert_eq!(bound.terms, free.terms, "the limit changes no term");
+            prop_assert_eq!(bound.voltage_v, free.voltage_v.bounded(-0.5, 0.5));
+        }
     }
 }

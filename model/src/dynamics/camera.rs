@@ -1,12 +1,11 @@
-//! The levelled camera platform alone, on an axle that moves as it is told: Eq. 7.12 and 7.13.
+//! The levelled camera spar alone, on an axle whose motion is given: Eq. 7.12 and 7.13.
 //!
 //! Lengths are over the spar l_c, masses over the camera m_c, time over 1/w_c, w_c = sqrt(g / l_c).
 
-use crate::integrate::{rk4_step, symplectic_euler_step};
 use crate::linear::solve_symmetric;
 use crate::real::Real;
 
-/// The nondimensional camera platform: camera above the axle, motor below, ballast below the motor.
+/// The nondimensional camera spar: camera above the axle, ballast motor below, ballast below the motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraParameters<T> {
     /// `l_m / l_c`: axle to motor, >= 0.
@@ -37,7 +36,7 @@ pub const THETA_RATE: usize = 2;
 /// Index of phi' in a [`CameraState`].
 pub const PHI_RATE: usize = 3;
 
-/// The platform's five inertial coefficients (7.14), in the units of whoever asks.
+/// The spar's five inertial coefficients (7.14), in the units of the lengths and masses given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparCoefficients<T> {
     /// Inertia of the spar with motor and ballast lumped at the motor.
@@ -69,7 +68,7 @@ impl<T: Real> SparCoefficients<T> {
 }
 
 impl<T: Real> CameraParameters<T> {
-    /// The thesis's platform (ch. 7.5): L_m = L_r = 1/6, M_m = 3, M_r = 4, zeta = 0.2, xi = 2.
+    /// The thesis's spar (ch. 7.5): L_m = L_r = 1/6, M_m = 3, M_r = 4, zeta = 0.2, xi = 2.
     pub fn thesis() -> Self {
         let c = T::from_f64;
         let sixth = T::ONE / c(6.0);
@@ -207,17 +206,5 @@ impl<T: Real> Camera<T> {
     pub fn rate(&self, x: &CameraState<T>, v: T, base: [T; 2]) -> CameraState<T> {
         let [theta, phi] = self.accelerations(x, v, base);
         [x[THETA_RATE], x[PHI_RATE], theta, phi]
-    }
-
-    /// One fixed RK4 step of length `h` (in time units) with `v` and `base` held.
-    #[inline]
-    pub fn rk4(&self, x: &CameraState<T>, v: T, base: [T; 2], h: T) -> CameraState<T> {
-        rk4_step(x, h, |x| self.rate(x, v, base))
-    }
-
-    /// One cheap semi-implicit Euler step of length `h` with `v` and `base` held.
-    #[inline]
-    pub fn euler(&self, x: &CameraState<T>, v: T, base: [T; 2], h: T) -> CameraState<T> {
-        symplectic_euler_step(x, h, |x| self.rate(x, v, base))
     }
 }

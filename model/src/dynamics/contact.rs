@@ -1,4 +1,4 @@
-//! The forces between wheel and ground that pure rolling needs (chapter 4), by two routes.
+//! The forces between wheel and ground that pure rolling needs (chapter 4).
 
 use super::planar::{PHI, PHI_RATE, Planar, PlanarState, THETA_RATE};
 use crate::real::Real;
@@ -36,24 +36,32 @@ impl<T: Real> Planar<T> {
             normal: self.cos_beta + self.al * (sin_pb * phi_acceleration + cos_pb * x[PHI_RATE] * x[PHI_RATE]),
         }
     }
+}
 
-    /// The same by Lagrange's multipliers: theta, phi and the axle's place x, y as four coordinates with
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::dynamics::planar::PlanarParameters;
+
+    /// The oracle, by Lagrange's multipliers: theta, phi and the axle's place x, y as four coordinates with
     /// the constraints (4.8), (4.9), their accelerations and the multipliers solved for together.
-    pub fn contact_forces_by_multipliers(&self, x: &PlanarState<T>, u: T) -> ContactForces<T> {
-        let p = self.parameters();
+    fn by_multipliers(planar: &Planar<f64>, x: &PlanarState<f64>, u: f64) -> ContactForces<f64> {
+        let p = planar.parameters();
         let (sin_phi, cos_phi) = x[PHI].sin_cos();
-        let sin_pb = sin_phi * self.cos_beta - cos_phi * self.sin_beta;
-        let cos_pb = cos_phi * self.cos_beta + sin_phi * self.sin_beta;
+        let sin_pb = sin_phi * planar.cos_beta - cos_phi * planar.sin_beta;
+        let cos_pb = cos_phi * planar.cos_beta + sin_phi * planar.sin_beta;
         let torque = u - p.zeta * (x[THETA_RATE] + x[PHI_RATE]);
-        let centripetal = self.al * x[PHI_RATE] * x[PHI_RATE];
-        let (o, i, al, nu) = (T::ZERO, T::ONE, self.al, p.nu);
+        let centripetal = planar.al * x[PHI_RATE] * x[PHI_RATE];
+        let (o, i, al, nu) = (0.0, 1.0, planar.al, p.nu);
         // Rows: the equations of theta, phi, x, y, then the constraints twice differentiated.
         // Columns: theta'', phi'', x'', y'', lambda_f, lambda_n, right-hand side.
         let rows = [
             [p.mu + nu, nu, o, o, -i, o, torque],
             [nu, al * p.l + nu, al * cos_pb, al * sin_pb, o, o, torque - al * sin_phi],
-            [o, al * cos_pb, i, o, i, o, sin_pb * centripetal - self.sin_beta],
-            [o, al * sin_pb, o, i, o, -i, -(cos_pb * centripetal) - self.cos_beta],
+            [o, al * cos_pb, i, o, i, o, sin_pb * centripetal - planar.sin_beta],
+            [o, al * sin_pb, o, i, o, -i, -(cos_pb * centripetal) - planar.cos_beta],
             [i, o, -i, o, o, o, o],
             [o, o, o, i, o, o, o],
         ];
@@ -63,37 +71,29 @@ impl<T: Real> Planar<T> {
             normal: lambda_n,
         }
     }
-}
 
-/// Gauss's elimination with partial pivoting of six equations.
-fn solve<T: Real>(mut a: [[T; 7]; 6]) -> [T; 6] {
-    for column in 0..6 {
-        let mut pivot = column;
-        for row in column + 1..6 {
-            if a[row][column].abs() > a[pivot][column].abs() {
-                pivot = row;
+    /// Gauss's elimination with partial pivoting of six equations.
+    fn solve(mut a: [[f64; 7]; 6]) -> [f64; 6] {
+        for column in 0..6 {
+            let mut pivot = column;
+            for row in column + 1..6 {
+                if a[row][column].abs() > a[pivot][column].abs() {
+                    pivot = row;
+                }
             }
-        }
-        a.swap(column, pivot);
-        let upper = a[column];
-        for (row, line) in a.iter_mut().enumerate() {
-            if row != column {
-                let factor = line[column] / upper[column];
-                for (value, above) in line.iter_mut().zip(upper) {
-                    *value += -factor * above;
+            a.swap(column, pivot);
+            let upper = a[column];
+            for (row, line) in a.iter_mut().enumerate() {
+                if row != column {
+                    let factor = line[column] / upper[column];
+                    for (value, above) in line.iter_mut().zip(upper) {
+                        *value += -factor * above;
+                    }
                 }
             }
         }
+        core::array::from_fn(|row| a[row][6] / a[row][row])
     }
-    core::array::from_fn(|row| a[row][6] / a[row][row])
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-    use crate::dynamics::planar::PlanarParameters;
 
     proptest! {
         #[test]
@@ -104,7 +104,7 @@ mod tests {
         ) {
             let planar = Planar::new(PlanarParameters { l, alpha, zeta, mu, nu, beta });
             let x = [0.4, phi, theta_rate, phi_rate];
-            let (a, b) = (planar.contact_forces(&x, u), planar.contact_forces_by_multipliers(&x, u));
+            let (a, b) = (planar.contact_forces(&x, u), by_multipliers(&planar, &x, u));
             let [wheel, arm] = planar.accelerations(&x, u);
             let size = 1.0 + wheel.abs() + arm.abs() + 25.0;
             prop_assert!((a.friction - b.friction).abs() < 1e-12 * size, "{a:?} {b:?}");

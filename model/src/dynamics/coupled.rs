@@ -1,8 +1,8 @@
-//! The planar vehicle with the camera platform on its axle: ch. 8 with its motor, damper and
+//! The planar vehicle with the camera spar on its axle: ch. 8 with its motor, damper and
 //! normalisation corrected (errata E32 to E36).
 //!
 //! Four degrees of freedom; lengths over the wheel radius r, masses over M + m, time over 1/w. With the
-//! platform's coefficients (7.14) in these units, S the platform's mass and b the slope:
+//! spar's coefficients (7.14) in these units, S the spar's mass and b the slope:
 //!
 //! ```text
 //! T = 1/2 (1 + mu + S) th'^2 + 1/2 aL^2 phi'^2 + aL cos(phi-b) th' phi' + 1/2 nu (th' + phi')^2
@@ -13,49 +13,49 @@
 
 use crate::dynamics::camera::{CameraParameters, SparCoefficients};
 use crate::dynamics::planar::PlanarParameters;
-use crate::integrate::{rk4_step, symplectic_euler_step};
+use crate::integrate::rk4_step;
 use crate::linear::solve_symmetric;
 use crate::real::Real;
 
-/// What the far side of the spar's damped bearing turns with (erratum E33).
+/// The body that carries the far side of the spar's damped bearing (erratum E33).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bearing {
-    /// Nothing: damping to inertial space, as printed in (8.3). Not physical.
+    /// Inertial space: damping of psi', as printed in (8.3). Not physical.
     #[default]
     Inertial,
-    /// The chassis (the reaction mass): damping of psi' - phi'. The one to build.
-    Chassis,
+    /// The arm: damping of psi' - phi'. The bearing to build.
+    Arm,
     /// The turning axle: damping of psi' + theta'. Drags the spar along with the wheels.
     Axle,
 }
 
-/// The nondimensional vehicle with its camera platform.
+/// The nondimensional vehicle with its camera spar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoupledParameters<T> {
     /// The vehicle.
     pub planar: PlanarParameters<T>,
     /// `l_p / r`: axle to camera, > 0.
     pub lp: T,
-    /// `l_m / r`: axle to camera motor, >= 0.
+    /// `l_m / r`: axle to ballast motor, >= 0.
     pub lm: T,
-    /// `l_r / r`: camera motor to ballast, > 0.
+    /// `l_r / r`: ballast motor to ballast, > 0.
     pub lr: T,
     /// Camera, `m_c / (M + m)`, > 0. (8.5), corrected: over M + m, not M (erratum E35).
     pub kc: T,
-    /// Camera motor, `m_m / (M + m)`, >= 0.
+    /// Ballast motor, `m_m / (M + m)`, >= 0.
     pub km: T,
     /// Ballast, `m_r / (M + m)`, > 0.
     pub kr: T,
     /// Bearing damping of the spar, `c / ((M+m) r^2 w)`, >= 0.
     pub zeta_c: T,
-    /// Back-EMF of the camera motor, `K_T K_B / (R_a (M+m) r^2 w)`, >= 0; it acts on the motor's own
+    /// Back-EMF of the ballast motor, `K_T K_B / (R_a (M+m) r^2 w)`, >= 0; it acts on the motor's own
     /// rate gamma', where (8.4) has theta' + phi' (erratum E34).
     pub xi_c: T,
     /// Where the spar is pivoted.
     pub bearing: Bearing,
 }
 
-/// State: theta (wheel), phi (reaction mass from the vertical), psi (spar from the vertical), gamma
+/// State: theta (wheel), phi (arm from the vertical), psi (spar from the vertical), gamma
 /// (ballast relative to the spar), then their rates, in rad and rad per time unit.
 pub type CoupledState<T> = [T; 8];
 
@@ -77,7 +77,7 @@ pub const PSI_RATE: usize = 6;
 pub const GAMMA_RATE: usize = 7;
 
 impl<T: Real> CoupledParameters<T> {
-    /// The vehicle `planar` carrying the platform `camera` of ch. 7, whose spar is `lp` wheel radii
+    /// The vehicle `planar` carrying the spar `camera` of ch. 7, which is `lp` wheel radii
     /// long and whose camera weighs `kc` (M + m).
     ///
     /// Lengths scale by lp, masses by kc, damping and back-EMF by kc lp^(3/2).
@@ -120,8 +120,8 @@ impl<T: Real> CoupledParameters<T> {
         }
     }
 
-    /// S: the platform's whole mass over M + m.
-    pub fn platform_mass(&self) -> T {
+    /// S: the spar's whole mass over M + m, ballast included.
+    pub fn spar_mass(&self) -> T {
         self.kc + self.km + self.kr
     }
 
@@ -129,7 +129,7 @@ impl<T: Real> CoupledParameters<T> {
     ///
     /// It can be held only up to `alpha l`: (8.9), corrected, `|beta| <= asin(L a / (1 + S))`.
     pub fn hold_voltage(&self) -> T {
-        (T::ONE + self.platform_mass()) * self.planar.beta.sin()
+        (T::ONE + self.spar_mass()) * self.planar.beta.sin()
     }
 
     /// (7.14) in vehicle units.
@@ -139,7 +139,7 @@ impl<T: Real> CoupledParameters<T> {
 
     /// The same spar controller in vehicle units: ch. 7's gains times kc lp [1, 1, sqrt(lp), sqrt(lp)].
     ///
-    /// "The same optimal gains" of ch. 8 is true only for kc = lp = 1 (erratum E36).
+    /// "The same optimal gains", as ch. 8 has it, holds only for kc = lp = 1 (erratum E36).
     pub fn gains_in_vehicle_units(&self, gains: [T; 4]) -> [T; 4] {
         let torque = self.kc * self.lp;
         let rate = torque * self.lp.sqrt();
@@ -178,7 +178,7 @@ impl<T: Real> Coupled<T> {
             sin_beta,
             cos_beta,
             slope_force: parameters.hold_voltage(),
-            m11: T::ONE + p.mu + parameters.platform_mass() + p.nu,
+            m11: T::ONE + p.mu + parameters.spar_mass() + p.nu,
             m22: al * p.l + p.nu,
         }
     }
@@ -188,7 +188,7 @@ impl<T: Real> Coupled<T> {
         &self.parameters
     }
 
-    /// The accelerations of theta, phi, psi and gamma under the drive voltage `u` and the camera
+    /// The accelerations of theta, phi, psi and gamma under the drive voltage `u` and the ballast
     /// motor's voltage `v`, both as torques over `(M+m) g r`.
     #[inline]
     pub fn accelerations(&self, x: &CoupledState<T>, u: T, v: T) -> [T; 4] {
@@ -231,7 +231,7 @@ impl<T: Real> Coupled<T> {
         let damper = self.parameters.zeta_c * self.bearing_rate(x);
         let [damp_theta, damp_phi] = match self.parameters.bearing {
             Bearing::Inertial => [T::ZERO, T::ZERO],
-            Bearing::Chassis => [T::ZERO, damper],
+            Bearing::Arm => [T::ZERO, damper],
             Bearing::Axle => [-damper, T::ZERO],
         };
         let f1 = drive - self.slope_force
@@ -258,12 +258,12 @@ impl<T: Real> Coupled<T> {
     pub fn bearing_rate(&self, x: &CoupledState<T>) -> T {
         match self.parameters.bearing {
             Bearing::Inertial => x[PSI_RATE],
-            Bearing::Chassis => x[PSI_RATE] - x[PHI_RATE],
+            Bearing::Arm => x[PSI_RATE] - x[PHI_RATE],
             Bearing::Axle => x[PSI_RATE] + x[THETA_RATE],
         }
     }
 
-    /// The derivative of the state under the drive voltage `u` and the camera motor's voltage `v`.
+    /// The derivative of the state under the drive voltage `u` and the ballast motor's voltage `v`.
     #[inline]
     pub fn rate(&self, x: &CoupledState<T>, u: T, v: T) -> CoupledState<T> {
         let [a, b, c, d] = self.accelerations(x, u, v);
@@ -274,12 +274,6 @@ impl<T: Real> Coupled<T> {
     #[inline]
     pub fn rk4(&self, x: &CoupledState<T>, u: T, v: T, h: T) -> CoupledState<T> {
         rk4_step(x, h, |x| self.rate(x, u, v))
-    }
-
-    /// One cheap semi-implicit Euler step of length `h` with `u` and `v` held.
-    #[inline]
-    pub fn euler(&self, x: &CoupledState<T>, u: T, v: T, h: T) -> CoupledState<T> {
-        symplectic_euler_step(x, h, |x| self.rate(x, u, v))
     }
 
     /// Kinetic and potential energy over `(M+m) g r`: (8.1), corrected (M, not M/2, erratum E32), and

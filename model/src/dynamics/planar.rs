@@ -1,16 +1,17 @@
 //! The planar vehicle: Eq. 3.12 and 3.13, with the reflected rotor inertia `nu` that the thesis omits.
 
-use crate::integrate::{rk4_step, symplectic_euler_step};
+use crate::integrate::rk4_step;
 use crate::real::Real;
 
 /// The nondimensional planar vehicle on a slope.
 ///
-/// No field can be wrong on its own; [`Planar::new`] checks them together.
+/// Nothing here checks the values: [`Vehicle::planar`](crate::vehicle::Vehicle::planar) gives checked ones, and a
+/// `[planar]` file is checked where it is read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlanarParameters<T> {
-    /// `l / r`: distance of the reaction mass from the axle over the wheel radius, > 0.
+    /// `l / r`: distance of the arm's centre of mass from the axle over the wheel radius, > 0.
     pub l: T,
-    /// `m / (M + m)`: share of the reaction mass, in (0, 1).
+    /// `m / (M + m)`: share of the arm in the total mass, in (0, 1).
     pub alpha: T,
     /// Total damping, back-EMF included: `(C + K_T K_B / R_a) / (r^2 (M+m) w)` (3.10, corrected), >= 0.
     pub zeta: T,
@@ -22,7 +23,7 @@ pub struct PlanarParameters<T> {
     pub beta: T,
 }
 
-/// State: wheel angle theta (rolls forward), reaction-mass angle phi (from the vertical, positive
+/// State: wheel angle theta (forward positive), arm angle phi (from the vertical, positive
 /// forward), and their rates, in rad and rad per time unit.
 pub type PlanarState<T> = [T; 4];
 
@@ -130,11 +131,5 @@ impl<T: Real> Planar<T> {
     #[inline]
     pub fn rk4(&self, x: &PlanarState<T>, u: T, h: T) -> PlanarState<T> {
         rk4_step(x, h, |x| self.rate(x, u))
-    }
-
-    /// One cheap semi-implicit Euler step of length `h` with `u` held.
-    #[inline]
-    pub fn euler(&self, x: &PlanarState<T>, u: T, h: T) -> PlanarState<T> {
-        symplectic_euler_step(x, h, |x| self.rate(x, u))
     }
 }

@@ -23,9 +23,9 @@ use crate::real::Real;
 /// The nondimensional vehicle on an inclined plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpatialParameters<T> {
-    /// `l / R`: distance of the reaction mass from the axle, > 0.
+    /// `l / R`: distance of the arm's centre of mass from the axle, > 0.
     pub l: T,
-    /// `m / (2M + m)`: share of the reaction mass, in (0, 1).
+    /// `m / (2M + m)`: share of the arm in the total mass, in (0, 1).
     pub alpha: T,
     /// Total damping of both wheels, back-EMF included: `2 (C + K_T K_B / R_a) / (mt R^2 w)`, >= 0.
     pub zeta: T,
@@ -36,7 +36,7 @@ pub struct SpatialParameters<T> {
     /// Half track `d / R`, > 0.
     pub s: T,
     /// Yaw inertia beyond the wheels' masses at the ends of the axle, over `mt R^2`, >= 0: the wheels'
-    /// own (diametral) inertia and the chassis', which (6.3) leaves out (erratum E24).
+    /// own (diametral) inertia and the arm's, which (6.3) leaves out (erratum E24).
     pub j0: T,
     /// Slope along the plane's first axis in rad, positive uphill: beta_x of (6.5).
     pub slope_x: T,
@@ -45,7 +45,7 @@ pub struct SpatialParameters<T> {
 }
 
 /// State: x, y (axle centre in the plane, over R), psi (heading), theta_r, theta_l (wheel angles), phi
-/// (reaction mass, **from the plane's normal** as in (6.1), not from the vertical), then theta_r',
+/// (arm, **from the plane's normal** as in (6.1), not from the vertical), then theta_r',
 /// theta_l' and phi', in rad and rad per time unit.
 pub type SpatialState<T> = [T; 9];
 
@@ -119,7 +119,7 @@ impl<T: Real> SpatialParameters<T> {
         [sin_x, -sin_y * cos_x, cos_y * cos_x]
     }
 
-    /// The yaw rate above which spinning on the spot on level ground, reaction mass hanging, is
+    /// The yaw rate above which spinning on the spot on level ground, arm hanging, is
     /// unstable, or `None` where it is stable at every rate.
     ///
     /// With m11 = 1 + mu + nu, m12 = aL + nu, D = m11 (aL^2 + nu) - m12^2 and h = 1 + mu + aL^2 - 2aL the
@@ -159,7 +159,7 @@ pub struct Spatial<T> {
     m11: T,
     /// alpha L^2 + nu.
     m22: T,
-    /// Yaw inertia with the reaction mass hanging.
+    /// Yaw inertia with the arm hanging.
     yaw: T,
     half_zeta: T,
     half: T,
@@ -275,7 +275,7 @@ impl<T: Real> Spatial<T> {
 
     /// Kinetic and potential energy over `mt g R`: (6.3), corrected for `j0`, and (6.4) with (6.6).
     ///
-    /// Zero potential is the reaction mass at the axle over the plane's origin.
+    /// Zero potential is the arm's mass at the axle over the plane's origin.
     pub fn energy(&self, x: &SpatialState<T>) -> T {
         let p = &self.parameters;
         let [v, psi_rate] = self.forward_and_yaw_rate(x);

@@ -2,7 +2,7 @@
 
 /// Fuses the gyro's yaw rate with the difference of the wheels (6.12).
 ///
-/// The gyro is believed at once; its bias is learnt from the wheels while they do not slip (the two
+/// The gyro is used directly; its bias is learnt from the wheels while they do not slip (the two
 /// agree within [`AGREEMENT_RAD_S`]).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeadingEstimator {
@@ -62,7 +62,7 @@ impl HeadingEstimator {
         self.bias_rad_s = bias_rad_s;
     }
 
-    /// Heading in rad, anticlockwise positive, not wrapped; 0 at boot.
+    /// Heading in rad, anticlockwise positive, not wrapped; 0 when the core begins.
     pub fn heading_rad(&self) -> f32 {
         self.heading_rad
     }

@@ -1,4 +1,4 @@
-//! What the vehicle knows of itself: angles, rates, slope and pose from encoders, gyros and accelerometers.
+//! What the vehicle estimates of itself: angles, rates, slope and pose from encoders, gyros and accelerometers.
 //!
 //! A gearbox encoder measures theta + phi (wheel relative to the arm), never theta; a gyro on the arm
 //! gives phi'; the accelerometer gives phi only once the accelerations of the axle and of the arm are
@@ -7,5 +7,8 @@
 pub mod heading;
 pub mod odometry;
 pub mod rate_filter;
+mod result;
 pub mod slope;
 pub mod tilt;
+
+pub use result::Estimate;

@@ -11,7 +11,7 @@
 /// for k in 0..200 {
 ///     filter.update(3 * k);
 /// }
-/// // Three counts a millisecond.
+/// // Three counts per millisecond.
 /// assert!((filter.rate_per_s() - 3000.0).abs() < 0.5);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,13 +50,13 @@ impl RateFilter {
         self.rate_per_s += self.rate_gain_per_s * error;
     }
 
-    /// Estimated rate in counts a second.
+    /// Estimated rate in counts per second.
     pub fn rate_per_s(&self) -> f32 {
         self.rate_per_s
     }
 }
 
-/// A first-order low-pass filter which also gives the derivative of what it filters.
+/// A first-order low-pass filter that also gives the derivative of its input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LowPass {
     gain: f32,

@@ -12,7 +12,7 @@
 //! because the accelerations are differentiated from rates.
 
 use super::rate_filter::LowPass;
-use crate::limit::Limit;
+use crate::bounded::Bounded;
 
 /// Slope estimator, nondimensional inside.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +26,7 @@ pub struct SlopeEstimator {
     cos: f32,
 }
 
-/// The steepest slope that is believed.
+/// Sine of the steepest slope that is believed.
 const SIN_MAX: f32 = 0.9;
 
 impl SlopeEstimator {
@@ -44,11 +44,11 @@ impl SlopeEstimator {
         }
     }
 
-    /// The vehicle has turned by `turn_rad` with its axle rolled by `sin_roll` (left end up): the slope
-    /// along its heading is another now.
+    /// Follows a turn of the vehicle by `turn_rad` with its axle rolled by `sin_roll` (left end up), which
+    /// changes the slope along its heading.
     pub fn turn(&mut self, turn_rad: f32, sin_roll: f32) {
         self.filtered
-            .reset((self.filtered.value() + turn_rad * sin_roll).limit(-SIN_MAX, SIN_MAX));
+            .reset((self.filtered.value() + turn_rad * sin_roll).bounded(-SIN_MAX, SIN_MAX));
     }
 
     /// Takes the arm's angle (as sine and cosine), and rates and accelerations in rad per time unit.
@@ -61,13 +61,13 @@ impl SlopeEstimator {
         theta_acceleration: f32,
     ) {
         let balance = self.balance(sin_phi, cos_phi, phi_rate, phi_acceleration, theta_acceleration);
-        self.filtered.update(balance.limit(-SIN_MAX, SIN_MAX));
+        self.filtered.update(balance.bounded(-SIN_MAX, SIN_MAX));
         self.set(self.filtered.value());
     }
 
     /// Sets the slope from the arm's angle alone: right only while everything is at rest.
     pub fn align(&mut self, sin_phi: f32) {
-        let sin = (self.alpha_l * sin_phi * self.weight).limit(-SIN_MAX, SIN_MAX);
+        let sin = (self.alpha_l * sin_phi * self.weight).bounded(-SIN_MAX, SIN_MAX);
         self.filtered.reset(sin);
         self.set(sin);
     }

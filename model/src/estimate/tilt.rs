@@ -13,11 +13,11 @@
 //! While the vehicle turns on a slope, the slope along its heading changes by `sin(roll) psi'`: the body
 //! swings with the plane, and its gyro, which turns with the plane too, shows phi' less that much.
 //!
-//! Everything but the terms of gravity is computed and taken away; what is left corrects the
-//! integrated gyro slowly. Uncompensated, 0.3 g of axle acceleration would read as 17 degrees.
+//! Every term but those of gravity is computed and subtracted; the rest slowly corrects the integrated
+//! gyro. Uncompensated, 0.3 g of axle acceleration would read as 17 degrees.
 
 use super::rate_filter::LowPass;
-use crate::limit::Limit;
+use crate::bounded::Bounded;
 use crate::vehicle::GRAVITY_M_S2;
 
 /// What moves the body besides gravity: known from encoders and from the other estimates.
@@ -65,7 +65,7 @@ pub struct TiltEstimator {
 
 /// Speed-up of the angle's correction while the body is known to be at rest.
 const STANDSTILL_FACTOR: f32 = 20.0;
-/// Speed-up of the bias's correction then: with the reference time constants the two poles are about
+/// Speed-up of the bias's correction at rest: with the reference time constants the two poles are about
 /// critically damped at 4.5 1/s.
 const STANDSTILL_BIAS_FACTOR: f32 = 2400.0;
 /// Time constant of the angular acceleration's filter.
@@ -99,8 +99,8 @@ impl TiltEstimator {
         self.acceleration.reset(self.rate_rad_s);
     }
 
-    /// Takes one reading. `at_rest` tells that the vehicle does not move, so that what the gyro shows
-    /// is its bias and the accelerometer shows gravity alone.
+    /// Takes one reading. While `at_rest`, the vehicle does not move: the gyro shows its bias and
+    /// the accelerometer shows gravity alone.
     pub fn update(&mut self, reading: &TiltReading, disturbance: &Disturbance, at_rest: bool) {
         let Disturbance {
             axle_acceleration_m_s2: a,
@@ -122,7 +122,7 @@ impl TiltEstimator {
         let gravity_z = reading.force_z_m_s2 - a * sin_relative - self.radius_m * (swing * swing + turn * sin);
         // g sin(phi_measured - phi): no inverse function, and bounded for any reading.
         let error = (gravity_x * cos - gravity_z * sin) / G;
-        let error = error.limit(-1.0, 1.0);
+        let error = error.bounded(-1.0, 1.0);
         self.error = error;
         let (factor, bias_factor) = if at_rest {
             (STANDSTILL_FACTOR, STANDSTILL_BIAS_FACTOR)

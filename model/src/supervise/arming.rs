@@ -1,6 +1,7 @@
 //! The arming state machine: time and conditions in, mode out.
 
 use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
+use crate::command::Request;
 
 /// What the vehicle may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -27,32 +28,16 @@ impl Mode {
     }
 }
 
-/// What the operator asks of the arming state machine; each request counts once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(u8)]
-pub enum Request {
-    /// Nothing.
-    #[default]
-    None = 0,
-    /// Arm, if nothing blocks it.
-    Arm = 1,
-    /// Open the bridges at once.
-    Disarm = 2,
-    /// Forget latched faults (while disarmed).
-    ClearFaults = 3,
-}
-
 /// What the state machine sees in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Conditions {
-    /// Faults whose cause is there now.
+    /// Faults whose cause is present in this tick.
     pub faults: FaultSet,
-    /// Blockers that are there now ([`Blocker::FaultLatched`] is added here).
+    /// Blockers present in this tick; the state machine adds [`Blocker::FaultLatched`].
     pub blockers: BlockerSet,
     /// The operator's request.
     pub request: Request,
-    /// The vehicle has come to a stop: a controlled stop ends when it lasts.
+    /// The vehicle is stopped; a controlled stop ends once this lasts.
     pub stopped: bool,
 }
 
@@ -63,13 +48,13 @@ pub struct Arming {
     latched: FaultSet,
     blockers: BlockerSet,
     stopping_ticks: u32,
-    rest_ticks: u32,
+    stopped_ticks: u32,
     stop_timeout_ticks: u32,
     refused: u32,
 }
 
-/// Rest after which a controlled stop is over.
-const REST_TICKS: u32 = 300;
+/// Ticks in a row for which the vehicle must be stopped for a controlled stop to be over.
+const STOPPED_TICKS: u32 = 300;
 
 impl Arming {
     /// Disarmed, with every blocker set.
@@ -79,7 +64,7 @@ impl Arming {
             latched: FaultSet::EMPTY,
             blockers: BlockerSet::FULL,
             stopping_ticks: 0,
-            rest_ticks: 0,
+            stopped_ticks: 0,
             stop_timeout_ticks,
             refused: 0,
         }
@@ -102,12 +87,12 @@ impl Arming {
             ..
         } = *conditions;
         if self.mode != Mode::Disarmed {
-            // A fault that shows while the bridges are on is kept until someone has seen it.
+            // A fault that occurs while the bridges are on stays latched until the operator clears it.
             self.latched = self.latched.union(faults);
         }
         self.blockers = conditions.blockers;
-        // Camera faults leave the vehicle drivable.
-        let blocking = self.latched.bits() & !FaultSet::CAMERA.bits() != 0;
+        // Spar faults leave the vehicle drivable.
+        let blocking = self.latched.bits() & !FaultSet::SPAR.bits() != 0;
         self.blockers.set(Blocker::FaultLatched, blocking);
 
         self.mode = match self.mode {
@@ -115,7 +100,7 @@ impl Arming {
             _ if request == Request::Disarm || !faults.intersection(FaultSet::OPENING).is_empty() => Mode::Disarmed,
             Mode::Armed if !faults.intersection(FaultSet::STOPPING).is_empty() => {
                 self.stopping_ticks = 0;
-                self.rest_ticks = 0;
+                self.stopped_ticks = 0;
                 Mode::Stopping
             }
             Mode::Armed => Mode::Armed,
@@ -127,7 +112,7 @@ impl Arming {
     fn disarmed(&mut self, request: Request) -> Mode {
         match request {
             Request::Arm if self.blockers.is_empty() => {
-                // Camera faults of the last drive are forgotten with a new one.
+                // Arming clears the spar faults of the last drive.
                 self.latched = FaultSet::EMPTY;
                 Mode::Armed
             }
@@ -145,8 +130,12 @@ impl Arming {
 
     fn stopping(&mut self, stopped: bool) -> Mode {
         self.stopping_ticks = self.stopping_ticks.saturating_add(1);
-        self.rest_ticks = if stopped { self.rest_ticks.saturating_add(1) } else { 0 };
-        if self.rest_ticks >= REST_TICKS {
+        self.stopped_ticks = if stopped {
+            self.stopped_ticks.saturating_add(1)
+        } else {
+            0
+        };
+        if self.stopped_ticks >= STOPPED_TICKS {
             Mode::Disarmed
         } else if self.stopping_ticks >= self.stop_timeout_ticks {
             self.latched.insert(Fault::StopTimeout);
@@ -174,12 +163,12 @@ impl Arming {
         self.latched
     }
 
-    /// What blocks arming now.
+    /// What blocked arming in the last tick.
     pub fn blockers(&self) -> BlockerSet {
         self.blockers
     }
 
-    /// How many requests to arm were refused.
+    /// Number of refused requests to arm.
     pub fn refused(&self) -> u32 {
         self.refused
     }
@@ -276,7 +265,7 @@ mod tests {
             let mode = arming.step(&fault(code));
             let mut only = FaultSet::EMPTY;
             only.insert(code);
-            let expected = if !only.intersection(FaultSet::CAMERA).is_empty() {
+            let expected = if !only.intersection(FaultSet::SPAR).is_empty() {
                 Mode::Armed
             } else if !only.intersection(FaultSet::STOPPING).is_empty() {
                 Mode::Stopping
@@ -315,7 +304,7 @@ mod tests {
         let ticks = (1..10_000)
             .find(|_| arming.step(&CLEAR) == Mode::Disarmed)
             .expect("ends");
-        assert_eq!(ticks, REST_TICKS);
+        assert_eq!(ticks, STOPPED_TICKS);
         let mut arming = armed();
         arming.step(&fault(Fault::CommandTimeout));
         let moving = Conditions {
@@ -350,7 +339,7 @@ mod tests {
                     prop_assert_eq!(conditions.request, Request::Arm);
                     let blocked = conditions.blockers.bits() & !(1 << Blocker::FaultLatched as u8);
                     prop_assert_eq!(blocked, 0);
-                    prop_assert_eq!(before.latched().bits() & !FaultSet::CAMERA.bits(), 0);
+                    prop_assert_eq!(before.latched().bits() & !FaultSet::SPAR.bits(), 0);
                 }
                 if before.mode() != Mode::Disarmed
                     && (conditions.request == Request::Disarm

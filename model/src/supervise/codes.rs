@@ -35,8 +35,21 @@ macro_rules! codes {
 
         $(#[doc = $set_doc])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(from = "u32", into = "u32"))]
         #[repr(transparent)]
         pub struct $set(u32);
+
+        impl From<u32> for $set {
+            fn from(bits: u32) -> Self {
+                Self::from_bits(bits)
+            }
+        }
+
+        impl From<$set> for u32 {
+            fn from(set: $set) -> Self {
+                set.bits()
+            }
+        }
 
         impl $set {
             /// No code.
@@ -59,7 +72,7 @@ macro_rules! codes {
                 self.0 |= code.bit();
             }
 
-            /// Adds or removes a code.
+            /// Adds a code if `present`, else removes it.
             pub fn set(&mut self, code: $code, present: bool) {
                 if present { self.0 |= code.bit() } else { self.0 &= !code.bit() }
             }
@@ -107,7 +120,7 @@ macro_rules! codes {
 }
 
 codes! {
-    /// Why the vehicle stopped: latched when it happens while armed, until cleared. Numbers are stable.
+    /// Why the vehicle stopped. A fault is latched when it occurs while armed, until it is cleared. Numbers are stable.
     Fault;
     /// A set of faults.
     FaultSet;
@@ -115,15 +128,15 @@ codes! {
     EmergencyStop = 0,
     /// The bridges' hardware break tripped.
     BridgeBreak = 1,
-    /// The chassis IMU gave no sample in time.
+    /// The arm IMU gave no sample in time.
     ImuStale = 2,
-    /// The chassis IMU repeats one reading, or its readings cannot be true.
+    /// The arm IMU repeats one reading, or its readings cannot be true.
     ImuImplausible = 3,
     /// The encoders gave no sample in time.
     EncoderStale = 4,
     /// An encoder contradicts its motor's voltage and current, or jumped.
     EncoderImplausible = 5,
-    /// A motor's current exceeded the bridge's limit.
+    /// A motor's current exceeded the largest allowed.
     Overcurrent = 6,
     /// The battery is below its lowest voltage.
     BatteryLow = 7,
@@ -141,16 +154,16 @@ codes! {
     NotFinite = 13,
     /// A tick came far too late.
     DeadlineMissed = 14,
-    /// The spar tilted beyond its largest angle: the camera motor is off.
+    /// The spar tilted beyond its largest angle: the ballast motor is off.
     SparAngle = 15,
-    /// The spar IMU gave no believable sample: the camera motor is off.
+    /// The spar IMU gave no believable sample: the ballast motor is off.
     SparImu = 16,
 }
 
 codes! {
     /// Why the vehicle may not be armed. All are present at boot.
     Blocker;
-    /// A set of blockers; boots full.
+    /// A set of blockers; full at boot.
     BlockerSet;
     /// The gyros are not calibrated yet: keep the vehicle at rest.
     NotCalibrated = 0,
@@ -160,7 +173,7 @@ codes! {
     EmergencyStop = 2,
     /// The bridges' hardware break has tripped.
     BridgeBreak = 3,
-    /// The chassis IMU gives no believable samples.
+    /// The arm IMU gives no believable samples.
     Imu = 4,
     /// The encoders give no samples.
     Encoder = 5,
@@ -181,7 +194,7 @@ codes! {
 }
 
 codes! {
-    /// What bounds the vehicle's response in this tick; no fault.
+    /// What bounds the vehicle's response in this tick. A limit is no fault.
     Limit;
     /// A set of limits.
     LimitSet;
@@ -191,19 +204,19 @@ codes! {
     LeftCurrent = 1,
     /// The right motor's current limit.
     RightCurrent = 2,
-    /// The camera motor's limits.
-    Camera = 3,
+    /// The ballast motor's current limit.
+    BallastCurrent = 3,
     /// The reference governor is still on its way to the command.
     Reference = 4,
 }
 
 impl FaultSet {
     /// Faults that open the bridges at once.
-    pub const OPENING: Self = Self(Self::FULL.0 & !Self::STOPPING.0 & !Self::CAMERA.0);
-    /// Faults that bring the vehicle to a controlled stop first: it can still be controlled.
+    pub const OPENING: Self = Self(Self::FULL.0 & !Self::STOPPING.0 & !Self::SPAR.0);
+    /// Faults that bring the vehicle, which can still be controlled, to a controlled stop.
     pub const STOPPING: Self = Self(Fault::CommandTimeout.bit() | Fault::BatteryLow.bit() | Fault::AnalogStale.bit());
-    /// Faults that only switch the camera motor off.
-    pub const CAMERA: Self = Self(Fault::SparAngle.bit() | Fault::SparImu.bit());
+    /// Faults that only switch the ballast motor off.
+    pub const SPAR: Self = Self(Fault::SparAngle.bit() | Fault::SparImu.bit());
 }
 
 #[cfg(test)]

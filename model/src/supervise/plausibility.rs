@@ -1,7 +1,8 @@
-//! Whether what a sensor says can be true.
+//! Whether a sensor's reading can be true.
 
+use crate::board::ImuScales;
 use crate::control::motor::MotorLimits;
-use crate::sample::{ImuRaw, ImuSample, imu_scale};
+use crate::sample::{ImuRaw, ImuSample};
 
 /// Counts consecutive bad ticks: one glitch is no fault, a run of them is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,7 +24,7 @@ impl Persistence {
     }
 }
 
-/// Counts bad ticks against good ones: trips on what is bad most of the time, though not always.
+/// Weighs bad ticks against good ones: trips on a sensor that is bad most of the time, though not always.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Suspicion {
     level: u16,
@@ -34,8 +35,8 @@ pub struct Suspicion {
 const BAD_WEIGHT: u16 = 3;
 
 impl Suspicion {
-    /// Trips after `ticks` bad ticks in a row, or the later the more good ones are among them; never while
-    /// good ticks are three times as many.
+    /// Trips after `ticks` bad ticks in a row, later with good ticks among them, and never while good ticks are
+    /// three times as many as bad ones.
     pub const fn new(ticks: u16) -> Self {
         Self {
             level: 0,
@@ -54,14 +55,14 @@ impl Suspicion {
     }
 }
 
-/// What is thought of an IMU.
+/// Whether an IMU can be believed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImuHealth {
     /// Fresh and believable.
     Good,
     /// Too old.
     Stale,
-    /// Repeats itself, sits at the end of its range, or shows an impossible force.
+    /// Repeats itself, saturates, jumps, or shows an impossible force.
     Implausible,
 }
 
@@ -69,27 +70,35 @@ pub enum ImuHealth {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImuWatch {
     timeout_us: u32,
+    jump_lsb: i32,
+    /// Bounds of the squared specific force, in LSB.
+    force_min_lsb2: f32,
+    force_max_lsb2: f32,
     last: Option<ImuRaw>,
     repeated: Persistence,
     saturated: Persistence,
     impossible: Suspicion,
 }
 
-/// Identical readings in a row that cannot be: the noise of six axes never repeats that long.
+/// Identical readings in a row that a working IMU never gives: the noise of six axes does not repeat that long.
 const REPEATED_TICKS: u16 = 20;
 const SATURATED_TICKS: u16 = 10;
 const IMPOSSIBLE_TICKS: u16 = 40;
-/// Change of an angular rate from one tick to the next that no body with mass makes, in LSB: 200 deg/s.
-const JUMP_LSB: i32 = 6560;
+/// Change of an angular rate within one tick that no body with mass makes.
+const JUMP_DEG_S: f32 = 200.0;
 /// Bounds of the specific force's magnitude that a rolling vehicle can show for long, in g.
 const FORCE_MIN_G: f32 = 0.2;
 const FORCE_MAX_G: f32 = 6.0;
 
 impl ImuWatch {
-    /// A watch that calls a sample stale after `timeout_us`.
-    pub fn new(timeout_us: u32) -> Self {
+    /// A watch of an IMU of the given scales that calls a sample stale after `timeout_us`.
+    pub fn new(timeout_us: u32, scales: &ImuScales) -> Self {
+        let squared_lsb = |g: f32| g * g * scales.accel_lsb_per_g * scales.accel_lsb_per_g;
         Self {
             timeout_us,
+            jump_lsb: (JUMP_DEG_S * scales.gyro_lsb_per_deg_s) as i32,
+            force_min_lsb2: squared_lsb(FORCE_MIN_G),
+            force_max_lsb2: squared_lsb(FORCE_MAX_G),
             last: None,
             repeated: Persistence::new(REPEATED_TICKS),
             saturated: Persistence::new(SATURATED_TICKS),
@@ -101,7 +110,7 @@ impl ImuWatch {
     pub fn update(&mut self, sample: &ImuSample) -> ImuHealth {
         let raw = &sample.raw;
         let jumped = self.last.is_some_and(|last| {
-            let jump = |(now, before): (&i16, &i16)| (i32::from(*now) - i32::from(*before)).abs() > JUMP_LSB;
+            let jump = |(now, before): (&i16, &i16)| (i32::from(*now) - i32::from(*before)).abs() > self.jump_lsb;
             raw.gyro.iter().zip(&last.gyro).any(jump)
         });
         let same = self
@@ -112,8 +121,7 @@ impl ImuWatch {
         let at_end = |value: &i16| *value == i16::MAX || *value == i16::MIN;
         let saturated = self.saturated.update(raw.accel.iter().chain(&raw.gyro).any(at_end));
         let squares: f32 = raw.accel.iter().map(|a| f32::from(*a) * f32::from(*a)).sum();
-        let bound = |g: f32| g * g * imu_scale::ACCEL_LSB_PER_G * imu_scale::ACCEL_LSB_PER_G;
-        let force = squares < bound(FORCE_MIN_G) || squares > bound(FORCE_MAX_G);
+        let force = squares < self.force_min_lsb2 || squares > self.force_max_lsb2;
         let impossible = self.impossible.update(force || jumped);
         if sample.age_us > self.timeout_us {
             ImuHealth::Stale
@@ -166,6 +174,7 @@ impl EncoderWatch {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::board::BoardScales;
 
     fn noisy(k: i16) -> ImuSample {
         ImuSample {
@@ -180,7 +189,7 @@ mod tests {
 
     #[test]
     fn a_living_imu_is_good_and_an_old_sample_stale() {
-        let mut watch = ImuWatch::new(5000);
+        let mut watch = ImuWatch::new(5000, &BoardScales::TEST.imu);
         for k in 0..1000 {
             assert_eq!(watch.update(&noisy(k)), ImuHealth::Good);
         }
@@ -225,7 +234,7 @@ mod tests {
                 IMPOSSIBLE_TICKS,
             ),
         ] {
-            let mut watch = ImuWatch::new(5000);
+            let mut watch = ImuWatch::new(5000, &BoardScales::TEST.imu);
             for k in 1..i16::try_from(ticks).expect("small") {
                 assert_eq!(watch.update(&make(k)), ImuHealth::Good, "tick {k} of {ticks}");
             }

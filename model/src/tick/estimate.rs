@@ -1,80 +1,16 @@
 //! Stage 2: what the vehicle knows of itself.
 
+use crate::bounded::Bounded;
+use crate::estimate::Estimate;
 use crate::estimate::heading::HeadingEstimator;
 use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
 use crate::estimate::slope::SlopeEstimator;
 use crate::estimate::tilt::{Disturbance, TiltEstimator};
-use crate::limit::Limit;
-use crate::sample::Motor;
+use crate::sample::{Motor, TICK_S};
+use crate::sensed::Sensed;
 use crate::supervise::plausibility::Persistence;
-use crate::tick::{Sensed, TICK_S};
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
-
-/// The vehicle's estimate of itself in one tick.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[allow(clippy::struct_excessive_bools)] // Independent findings, not the states of one thing.
-pub struct Estimate {
-    /// Arm angle phi from the vertical, rad, forward positive.
-    pub phi_rad: f32,
-    /// phi', rad/s.
-    pub phi_rate_rad_s: f32,
-    /// Mean wheel rate theta', rad/s, forward positive.
-    pub theta_rate_rad_s: f32,
-    /// Speed of the axle, m/s.
-    pub speed_m_s: f32,
-    /// Slope beta, rad, uphill positive.
-    pub slope_rad: f32,
-    /// Its sine.
-    pub sin_slope: f32,
-    /// Heading since boot, rad, anticlockwise positive, not wrapped.
-    pub heading_rad: f32,
-    /// Yaw rate, rad/s.
-    pub yaw_rate_rad_s: f32,
-    /// Distance driven since boot, m, forward positive.
-    pub distance_m: f32,
-    /// Dead-reckoned position along the first heading, m.
-    pub x_m: f32,
-    /// Dead-reckoned position to its left, m.
-    pub y_m: f32,
-    /// Spar angle from the vertical, rad, in the sense of phi.
-    pub spar_rad: f32,
-    /// Its rate, rad/s.
-    pub spar_rate_rad_s: f32,
-    /// Ballast angle relative to the spar, rad.
-    pub ballast_rad: f32,
-    /// Its rate, rad/s.
-    pub ballast_rate_rad_s: f32,
-    /// Learnt bias of the arm gyro's swing axis, rad/s.
-    pub gyro_bias_rad_s: f32,
-    /// The gyros have been calibrated at rest.
-    pub calibrated: bool,
-    /// The vehicle has stood still for a while.
-    pub at_rest: bool,
-    /// The vehicle has come to a stop, though it may still balance about its place.
-    pub stopped: bool,
-    /// Gyro and accelerometer have contradicted each other for a while.
-    pub contradicted: bool,
-}
-
-impl Estimate {
-    /// Whether every value that a motor depends on is a number.
-    pub fn is_finite(&self) -> bool {
-        [
-            self.phi_rad,
-            self.phi_rate_rad_s,
-            self.theta_rate_rad_s,
-            self.heading_rad,
-            self.yaw_rate_rad_s,
-            self.spar_rad,
-            self.spar_rate_rad_s,
-            self.ballast_rad,
-            self.ballast_rate_rad_s,
-        ]
-        .iter()
-        .all(|value| value.is_finite())
-    }
-}
 
 /// Stage 2's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -96,23 +32,23 @@ pub(super) struct Estimator {
 }
 
 const G: f32 = GRAVITY_M_S2 as f32;
-/// Speed and swing below which a controlled stop has come to its end.
+/// Speed and arm rate below which the vehicle is stopped.
 const STOPPED_M_S: f32 = 0.05;
 const STOPPED_ARM_RAD_S: f32 = 0.2;
 /// Wheel and arm rates below which the vehicle stands still.
 const REST_WHEEL_RAD_S: f32 = 0.03;
 const REST_ARM_RAD_S: f32 = 0.05;
-/// How long it must do so.
-const REST_TICKS: u16 = 100;
+/// Ticks in a row for which the vehicle must stand still to be at rest.
+const STILL_TICKS: u16 = 100;
 /// Largest gyro bias that a calibration may find; more is motion.
 const BIAS_MAX_RAD_S: f32 = 0.1;
-/// Standing still long enough to average the gyros.
+/// Ticks over which a calibration averages the gyros.
 const CALIBRATION_TICKS: u16 = 500;
 /// Time constant of the axle acceleration's filter.
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
 /// Time constant of the axle's roll.
 const ROLL_TIME_CONSTANT_S: f32 = 0.2;
-/// Angle between integrated gyro and accelerometer that cannot last: gyro or accelerometer lies.
+/// Sine of the angle between integrated gyro and accelerometer that cannot last: one of the two is wrong.
 const CONTRADICTION: f32 = 0.7;
 const CONTRADICTION_TICKS: u16 = 300;
 
@@ -125,9 +61,9 @@ impl Estimator {
         Self {
             scales: vehicle.scales(),
             half_track_m: p.body.half_track_m,
-            arm: tilt(p.imu.chassis_radius_m),
+            arm: tilt(p.imu.arm_radius_m),
             // The spar's IMU sits above the axle: a negative radius.
-            spar: p.camera.as_ref().map(|_| tilt(-p.imu.spar_radius_m)),
+            spar: p.spar.as_ref().map(|_| tilt(-p.imu.spar_radius_m)),
             slope: SlopeEstimator::new(
                 TICK_S,
                 times.slope_time_constant_s,
@@ -140,7 +76,7 @@ impl Estimator {
             odometry: Odometry::default(),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
             roll: LowPass::new(TICK_S, ROLL_TIME_CONSTANT_S),
-            rest: Persistence::new(REST_TICKS),
+            rest: Persistence::new(STILL_TICKS),
             contradicted: Persistence::new(CONTRADICTION_TICKS),
             calibration: Calibration::default(),
             ballast_offset_rad: 0.0,
@@ -158,7 +94,7 @@ impl Estimator {
         }
     }
 
-    /// One tick. `disarmed` tells that no motor is driven: only then is the ballast known to hang.
+    /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang.
     pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool) -> Estimate {
         let [left, right, ballast_rate_rad_s] = sensed.relative_rate_rad_s;
         let still = left.abs() < REST_WHEEL_RAD_S
@@ -167,7 +103,7 @@ impl Estimator {
         let at_rest = self.rest.update(still);
         self.calibrate(sensed, still && disarmed);
 
-        // The wheels: relative rate less the arm's.
+        // Wheel rate: the relative rate less the arm's.
         let r = self.scales.length_m;
         let phi_rate = sensed.arm.rate_rad_s - self.arm.bias_rad_s();
         let theta_rate = 0.5 * (left + right) - phi_rate;
@@ -184,7 +120,7 @@ impl Estimator {
         // Roll of the axle: gravity along it, once the acceleration of the turn is taken away.
         let yaw_rate = self.heading.yaw_rate_rad_s();
         let lateral_m_s2 = sensed.arm_force_y_m_s2 - theta_rate * r * yaw_rate;
-        self.roll.update((lateral_m_s2 / G).limit(-1.0, 1.0));
+        self.roll.update((lateral_m_s2 / G).bounded(-1.0, 1.0));
         let sin_roll = self.roll.value();
         self.slope.turn(yaw_rate * TICK_S, sin_roll);
         let disturbance = Disturbance {
@@ -249,7 +185,7 @@ impl Estimator {
         }
     }
 
-    /// Averages the gyros while the vehicle stands still, once.
+    /// Averages the gyros once, while the vehicle stands still.
     fn calibrate(&mut self, sensed: &Sensed, still: bool) {
         if self.calibration.done {
             return;
@@ -281,12 +217,12 @@ struct Calibration {
 }
 
 impl Calibration {
-    /// Swing rate that may still be rest: before the bias is known it may be all bias.
+    /// Arm rate that still counts as rest: before the bias is known, all of it may be bias.
     fn tolerance(&self) -> f32 {
         if self.done { 0.0 } else { BIAS_MAX_RAD_S }
     }
 
-    /// Takes the gyros of one tick; the averages once there are enough.
+    /// Takes the gyros of one tick; returns the averages once there are enough.
     fn update(&mut self, rates: [f32; 4], still: bool) -> Option<[f32; 4]> {
         let plausible = rates.iter().all(|rate| rate.abs() < BIAS_MAX_RAD_S);
         if !still || !plausible {

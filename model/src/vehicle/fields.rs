@@ -44,11 +44,30 @@ impl Field {
     }
 }
 
+/// Why a parameter was not changed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NotSet {
+    /// The vehicle has no parameter of this number.
+    NoSuchNumber,
+    /// The value is outside the field's range, or not a number.
+    OutOfRange(OutOfRange),
+}
+
+/// Access to the values of one group by their places in its table of fields.
+pub(crate) trait Group<T> {
+    /// The table of fields.
+    fn fields(&self) -> &'static [Field];
+    /// The value at `place` of the table.
+    fn value(&self, place: usize) -> Option<T>;
+    /// The value at `place` of the table, to be changed.
+    fn value_mut(&mut self, place: usize) -> Option<&mut T>;
+}
+
 /// Defines a group of parameters: a plain struct over the number type, and the table of its fields.
 macro_rules! parameter_group {
     (
         $(#[doc = $doc:literal])*
-        $name:ident as $table:literal {
+        $name:ident {
             $( $(#[doc = $meaning:literal])+ $field:ident: $min:literal to $max:literal, )+
         }
     ) => {
@@ -59,8 +78,6 @@ macro_rules! parameter_group {
         }
 
         impl<T: $crate::real::Real> $name<T> {
-            /// The table of the vehicle file that holds this group.
-            pub const TABLE: &'static str = $table;
             /// The fields, in order.
             pub const FIELDS: &'static [$crate::vehicle::fields::Field] = &[
                 $( $crate::vehicle::fields::Field {
@@ -84,38 +101,23 @@ macro_rules! parameter_group {
                 Ok(Self { $($field),+ })
             }
 
-            /// Calls `visit` with each field and its value, in order.
-            pub fn for_each(&self, mut visit: impl FnMut(&'static $crate::vehicle::fields::Field, T)) {
-                let mut fields = Self::FIELDS.iter();
-                $( if let Some(field) = fields.next() { visit(field, self.$field); } )+
-            }
-
-            /// A mutable reference to the field called `name`.
-            pub fn field_mut(&mut self, name: &str) -> Option<&mut T> {
-                match name {
-                    $( stringify!($field) => Some(&mut self.$field), )+
-                    _ => None,
-                }
-            }
-
-            /// Checks every field against its range.
-            ///
-            /// # Errors
-            /// The first field that is out of range or not a number.
-            pub fn check(&self) -> Result<(), $crate::vehicle::fields::OutOfRange> {
-                let mut result = Ok(());
-                self.for_each(|field, value| {
-                    let value = value.to_f64();
-                    if result.is_ok() && !field.allows(value) {
-                        result = Err($crate::vehicle::fields::OutOfRange { group: $table, field: *field, value });
-                    }
-                });
-                result
-            }
-
             /// The same values in another number type (rounded to the nearest).
             pub fn cast<V: $crate::real::Real>(&self) -> $name<V> {
                 $name { $( $field: V::from_f64(self.$field.to_f64()) ),+ }
+            }
+        }
+
+        impl<T: $crate::real::Real> $crate::vehicle::fields::Group<T> for $name<T> {
+            fn fields(&self) -> &'static [$crate::vehicle::fields::Field] {
+                Self::FIELDS
+            }
+
+            fn value(&self, place: usize) -> Option<T> {
+                [$(self.$field),+].get(place).copied()
+            }
+
+            fn value_mut(&mut self, place: usize) -> Option<&mut T> {
+                [$(&mut self.$field),+].into_iter().nth(place)
             }
         }
     };

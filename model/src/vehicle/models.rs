@@ -47,32 +47,33 @@ impl<T: Real> Vehicle<T> {
         }
     }
 
-    /// The nondimensional camera platform of ch. 7 (xi with the first power of w_c: erratum E27); `None` without one.
+    /// The nondimensional camera spar of ch. 7 (xi with the first power of w_c: erratum E27); `None` without
+    /// a spar.
     pub fn camera(&self) -> Option<CameraParameters<T>> {
-        let (camera, motor) = self.parameters().camera.as_ref()?;
-        let scales = self.camera_scales()?;
-        let (length, mass) = (camera.spar_length_m, camera.camera_mass_kg);
+        let (spar, motor) = self.parameters().spar.as_ref()?;
+        let scales = self.spar_scales()?;
+        let (length, mass) = (spar.spar_length_m, spar.camera_mass_kg);
         let damping = scales.torque_n_m * scales.time_s;
         let back_emf =
             motor.torque_constant_n_m_per_a * motor.back_emf_constant_v_s_per_rad * motor.gear_ratio * motor.gear_ratio
                 / motor.resistance_ohm;
         Some(CameraParameters {
-            lm: camera.motor_arm_m / length,
-            lr: camera.ballast_arm_m / length,
-            mm: camera.motor_mass_kg / mass,
-            mr: camera.ballast_mass_kg / mass,
-            zeta: camera.spar_damping_n_m_s / damping,
+            lm: spar.motor_arm_m / length,
+            lr: spar.ballast_arm_m / length,
+            mm: spar.motor_mass_kg / mass,
+            mr: spar.ballast_mass_kg / mass,
+            zeta: spar.spar_damping_n_m_s / damping,
             xi: back_emf / damping,
         })
     }
 
-    /// The nondimensional vehicle with its camera platform on the slope `beta_rad` (8.5, corrected:
-    /// everything over M + m, r and w; errata E34, E35); `None` without a platform.
+    /// The nondimensional vehicle with its camera spar on the slope `beta_rad` (8.5, corrected:
+    /// everything over M + m, r and w; errata E34, E35); `None` without a spar.
     pub fn coupled(&self, beta_rad: T, bearing: Bearing) -> Option<CoupledParameters<T>> {
-        let (camera, _) = self.parameters().camera.as_ref()?;
+        let (spar, _) = self.parameters().spar.as_ref()?;
         let body = &self.parameters().body;
-        let lp = camera.spar_length_m / body.wheel_radius_m;
-        let kc = camera.camera_mass_kg / body.total_mass_kg;
+        let lp = spar.spar_length_m / body.wheel_radius_m;
+        let kc = spar.camera_mass_kg / body.total_mass_kg;
         let planar = self.planar(beta_rad);
         Some(CoupledParameters::with_camera(planar, &self.camera()?, lp, kc, bearing))
     }

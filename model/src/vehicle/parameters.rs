@@ -1,24 +1,24 @@
 //! The vehicle's parameters in SI units, as an engineer measures them.
 //!
-//! Each group is a table of the vehicle file. Ranges are those of a vehicle that a bench can hold:
-//! they refuse slips of a decimal point, not designs.
+//! Each group is a table of the vehicle file; the list of groups is in the parent module. The ranges are
+//! those of a vehicle that a bench can hold: they refuse slips of a decimal point, not designs.
 
 use super::fields::parameter_group;
 
 parameter_group! {
     /// Geometry and masses of the vehicle without its camera spar.
-    BodyParameters as "body" {
+    BodyParameters {
         /// Wheel radius r.
         wheel_radius_m: 0.01 to 2.0,
-        /// Total mass M + m: both wheels and the reaction mass.
+        /// Total mass M + m: both wheels and the arm.
         total_mass_kg: 0.05 to 2000.0,
-        /// Reaction mass m; must be less than the total mass (alpha = m / (M + m) < 1).
+        /// Mass m of the arm (the thesis's reaction mass); must be less than the total mass (alpha = m / (M + m) < 1).
         arm_mass_kg: 0.01 to 2000.0,
-        /// Distance l of the reaction mass's centre from the axle.
+        /// Distance l of the arm's centre of mass from the axle.
         arm_length_m: 0.005 to 2.0,
         /// Rotational inertia I of both wheels together about the axle.
         wheels_inertia_kg_m2: 0.0 to 1000.0,
-        /// Half the track d: from the vehicle's middle to a wheel's contact.
+        /// Half the track, d: distance of each wheel's contact from the vehicle's middle.
         half_track_m: 0.01 to 2.0,
         /// Yaw inertia beyond that of two point masses at the wheel centres.
         yaw_inertia_kg_m2: 0.0 to 1000.0,
@@ -27,58 +27,44 @@ parameter_group! {
     }
 }
 
-macro_rules! motor_group {
-    ($(#[doc = $doc:literal])* $name:ident as $table:literal) => {
-        parameter_group! {
-            $(#[doc = $doc])*
-            $name as $table {
-                /// Torque constant of the motor shaft.
-                torque_constant_n_m_per_a: 0.0001 to 10.0,
-                /// Back-EMF constant of the motor shaft.
-                back_emf_constant_v_s_per_rad: 0.0001 to 10.0,
-                /// Armature resistance, leads and bridge included.
-                resistance_ohm: 0.001 to 100.0,
-                /// Armature inductance.
-                inductance_h: 0.0 to 0.1,
-                /// Rotor inertia of the motor shaft.
-                rotor_inertia_kg_m2: 0.0 to 0.1,
-                /// Gear ratio, motor turns a turn of the output.
-                gear_ratio: 1.0 to 1000.0,
-                /// Largest armature current the controller commands.
-                current_limit_a: 0.01 to 500.0,
-                /// Coulomb friction at the gearbox output.
-                coulomb_friction_n_m: 0.0 to 100.0,
-                /// Encoder counts (four a line) a turn of the motor shaft.
-                encoder_counts_per_rev: 4.0 to 65536.0,
-            }
-        }
-    };
-}
-
-motor_group! {
-    /// One of the two drive motors with its gearbox and encoder.
-    DriveMotorParameters as "drive_motor"
-}
-
-motor_group! {
-    /// The camera motor, which turns the ballast against the spar.
-    CameraMotorParameters as "camera_motor"
+parameter_group! {
+    /// One motor with its gearbox and encoder: each of the two drive motors, or the ballast motor.
+    MotorParameters {
+        /// Torque constant of the motor shaft.
+        torque_constant_n_m_per_a: 0.0001 to 10.0,
+        /// Back-EMF constant of the motor shaft.
+        back_emf_constant_v_s_per_rad: 0.0001 to 10.0,
+        /// Armature resistance, leads and bridge included.
+        resistance_ohm: 0.001 to 100.0,
+        /// Armature inductance.
+        inductance_h: 0.0 to 0.1,
+        /// Rotor inertia of the motor shaft.
+        rotor_inertia_kg_m2: 0.0 to 0.1,
+        /// Gear ratio: motor turns per turn of the output.
+        gear_ratio: 1.0 to 1000.0,
+        /// Largest armature current that the controller commands.
+        current_limit_a: 0.01 to 500.0,
+        /// Coulomb friction at the gearbox output.
+        coulomb_friction_n_m: 0.0 to 100.0,
+        /// Encoder counts (four per line) per turn of the motor shaft.
+        encoder_counts_per_rev: 4.0 to 65536.0,
+    }
 }
 
 parameter_group! {
-    /// The camera spar: camera above the axle, motor and ballast below it.
-    CameraParameters as "camera" {
+    /// The camera spar: the camera above the axle, the ballast motor and the ballast below it.
+    SparParameters {
         /// Distance of the camera above the axle, l_c.
         spar_length_m: 0.02 to 5.0,
         /// Camera mass m_c.
         camera_mass_kg: 0.005 to 200.0,
-        /// Mass m_m of the camera motor, which sits on the spar below the axle.
+        /// Mass m_m of the ballast motor, which sits on the spar below the axle.
         motor_mass_kg: 0.0 to 500.0,
         /// Ballast mass m_r.
         ballast_mass_kg: 0.005 to 500.0,
-        /// Distance l_m of the camera motor below the axle.
+        /// Distance l_m of the ballast motor below the axle.
         motor_arm_m: 0.001 to 5.0,
-        /// Distance l_r of the ballast from the camera motor.
+        /// Distance l_r of the ballast from the ballast motor.
         ballast_arm_m: 0.001 to 5.0,
         /// Viscous damping c of the spar's bearing.
         spar_damping_n_m_s: 0.0 to 100.0,
@@ -95,9 +81,9 @@ parameter_group! {
 
 parameter_group! {
     /// Where the IMUs sit. Their axes: x forward, y left, z up while the vehicle stands level.
-    ImuParameters as "imu" {
-        /// Distance of the chassis IMU from the axle towards the reaction mass.
-        chassis_radius_m: -2.0 to 2.0,
+    ImuParameters {
+        /// Distance of the arm IMU from the axle, positive towards the arm's centre of mass.
+        arm_radius_m: -2.0 to 2.0,
         /// Distance of the spar IMU above the axle, along the spar.
         spar_radius_m: -5.0 to 5.0,
     }
@@ -105,12 +91,12 @@ parameter_group! {
 
 parameter_group! {
     /// The supply.
-    BatteryParameters as "battery" {
+    BatteryParameters {
         /// Open-circuit voltage of a full battery.
         nominal_v: 3.0 to 60.0,
-        /// Below this the vehicle does not arm, and stops when driving.
+        /// Below this voltage the vehicle does not arm; while driving it comes to a controlled stop.
         minimum_v: 2.0 to 60.0,
-        /// Above this the vehicle does not arm, and stops when driving (regeneration).
+        /// Above this voltage (regeneration) the vehicle does not arm; while driving it opens the bridges.
         maximum_v: 3.0 to 80.0,
         /// Internal resistance, leads included.
         resistance_ohm: 0.0 to 10.0,
@@ -119,22 +105,22 @@ parameter_group! {
 
 parameter_group! {
     /// Gains and limits of the controller.
-    ControlParameters as "control" {
-        /// Speed gain of Eq. 3.25, nondimensional: +0.8 multiplies theta' - reference.
+    ControlParameters {
+        /// Speed gain of Eq. 3.25, nondimensional; it multiplies theta' - reference (+0.8 in the thesis).
         kp: -20.0 to 5.0,
-        /// Pendulation-rate gain of Eq. 3.25, nondimensional.
+        /// Gain of Eq. 3.25 on the arm's rate phi', nondimensional.
         kd: 0.0 to 25.0,
         /// Slow integral gain on the speed error against unmodelled friction, nondimensional.
         ki: 0.0 to 1.0,
-        /// Swing damping: gain on phi less its value at equilibrium, nondimensional; 0 is Eq. 3.25 alone.
+        /// Swing damping: gain on phi less its equilibrium, nondimensional; 0 leaves Eq. 3.25 alone.
         swing_gain: 0.0 to 10.0,
-        /// Position hold at rest: speed a metre of displacement; 0 holds the speed only.
+        /// Position hold at rest: speed per metre of displacement; 0 holds the speed only.
         hold_kp_per_s: 0.0 to 2.0,
-        /// Yaw-rate gain, in V a rad/s of error.
+        /// Yaw-rate gain: voltage per rad/s of error.
         yaw_kp_v_s_per_rad: 0.0 to 200.0,
-        /// Integral yaw-rate gain, in V a rad of error.
+        /// Integral yaw-rate gain: voltage per rad of integrated error.
         yaw_ki_v_per_rad: 0.0 to 500.0,
-        /// Heading-hold gain: yaw rate a rad of heading error.
+        /// Heading-hold gain: yaw rate per rad of heading error.
         heading_kp_per_s: 0.0 to 10.0,
         /// Largest forward or backward speed.
         speed_max_m_s: 0.0 to 20.0,
@@ -144,17 +130,17 @@ parameter_group! {
         yaw_rate_max_rad_s: 0.0 to 20.0,
         /// Largest commanded yaw acceleration.
         yaw_acceleration_max_rad_s2: 0.01 to 200.0,
-        /// Largest voltage on the camera motor.
-        camera_voltage_max_v: 0.0 to 60.0,
+        /// Largest voltage on the ballast motor.
+        ballast_voltage_max_v: 0.0 to 60.0,
     }
 }
 
 parameter_group! {
     /// Time constants of the estimator.
-    EstimatorParameters as "estimator" {
-        /// Time over which the accelerometer corrects the integrated gyro.
+    EstimatorParameters {
+        /// Time constant with which the accelerometer corrects the integrated gyro.
         tilt_time_constant_s: 0.05 to 60.0,
-        /// Time over which the gyro bias is learnt.
+        /// Time constant with which the gyro bias is learnt.
         bias_time_constant_s: 20.0 to 10000.0,
         /// Time constant of the wheel-rate filter.
         wheel_rate_time_constant_s: 0.002 to 0.01,
@@ -164,19 +150,19 @@ parameter_group! {
 }
 
 parameter_group! {
-    /// Limits whose crossing is a fault, and times that bound how long anything may be believed.
-    SafetyParameters as "safety" {
-        /// Dead-man: a drive command older than this is not believed; the vehicle stops and disarms.
+    /// Limits whose crossing is a fault, and the largest ages of commands and samples.
+    SafetyParameters {
+        /// Dead-man time: when the newest drive command is older, the vehicle stops and disarms.
         command_timeout_s: 0.02 to 5.0,
-        /// Longest time a controlled stop may take before the bridges are opened.
+        /// Longest time that a controlled stop may take before the bridges open.
         stop_timeout_s: 0.1 to 30.0,
-        /// Arm angle beyond which the vehicle is about to whirl: fault.
+        /// Arm angle beyond which the vehicle is about to whirl (a fault).
         phi_max_rad: 0.2 to 3.1,
-        /// Spar angle beyond which the camera motor is switched off.
+        /// Spar angle beyond which the ballast motor is switched off.
         spar_max_rad: 0.1 to 3.1,
-        /// Measured current beyond which a bridge is at fault.
+        /// Measured motor current beyond which there is a fault.
         overcurrent_a: 0.1 to 1000.0,
-        /// Oldest sensor sample that is believed.
+        /// Largest age of a sensor sample that is used.
         sensor_timeout_s: 0.002 to 0.1,
     }
 }

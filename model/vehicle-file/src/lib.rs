@@ -6,20 +6,17 @@
 //! `l, alpha, zeta, mu, nu, beta`.
 #![forbid(unsafe_code)]
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use model::dynamics::planar::PlanarParameters;
-use model::vehicle::{
-    BatteryParameters, BodyParameters, CameraMotorParameters, CameraParameters, ControlParameters,
-    DriveMotorParameters, EstimatorParameters, Field, ImuParameters, ParameterError, SafetyParameters, Vehicle,
-    VehicleParameters,
-};
+use model::vehicle::{Field, ParameterError, RENAMED, Vehicle, VehicleParameters};
 use toml::{Table, Value};
 
 mod sets;
+mod text;
 
 pub use sets::{Difference, diff, to_toml};
+pub use text::{TEXT_MAX_BYTES, read_text};
 
 /// What is wrong with a vehicle file. Every message names the file, and where there is one the field
 /// and its allowed range.
@@ -112,9 +109,9 @@ pub enum VehicleFile {
 /// The first thing wrong with it.
 pub fn read(path: &Path) -> Result<VehicleFile, VehicleFileError> {
     let file = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|error| VehicleFileError::Unreadable {
+    let text = read_text(path).map_err(|reason| VehicleFileError::Unreadable {
         file: file.clone(),
-        reason: error.to_string(),
+        reason,
     })?;
     parse(&file, &text)
 }
@@ -145,7 +142,7 @@ fn whole_vehicle(file: &str, described: VehicleFile) -> Result<Vehicle<f64>, Veh
         VehicleFile::Vehicle(vehicle) => Ok(*vehicle),
         VehicleFile::Planar(_) => Err(VehicleFileError::MissingTable {
             file: file.to_owned(),
-            table: BodyParameters::<f64>::TABLE,
+            table: TABLES[0].name,
         }),
     }
 }
@@ -155,48 +152,29 @@ fn whole_vehicle(file: &str, described: VehicleFile) -> Result<Vehicle<f64>, Veh
 /// # Errors
 /// The first thing wrong with it.
 pub fn parse(file: &str, text: &str) -> Result<VehicleFile, VehicleFileError> {
-    let root: Table = text
+    let mut root: Table = text
         .parse()
         .map_err(|error: toml::de::Error| VehicleFileError::Syntax {
             file: file.to_owned(),
             reason: error.to_string().trim_end().replace('\n', "\n  "),
         })?;
+    for (old, new) in rename(&mut root) {
+        eprintln!("{file}: `{old}` is called `{new}` now: please rename it");
+    }
     let reader = Reader { file, root: &root };
     if root.contains_key(PLANAR) {
         reader.only_known(&[PLANAR])?;
         return reader.planar().map(VehicleFile::Planar);
     }
-    reader.only_known(&TABLES)?;
-    let camera = if root.contains_key(CameraParameters::<f64>::TABLE)
-        || root.contains_key(CameraMotorParameters::<f64>::TABLE)
-    {
-        Some((
-            CameraParameters::try_from_fields(
-                reader.table(CameraParameters::<f64>::TABLE, CameraParameters::<f64>::FIELDS)?,
-            )?,
-            CameraMotorParameters::try_from_fields(reader.table(
-                CameraMotorParameters::<f64>::TABLE,
-                CameraMotorParameters::<f64>::FIELDS,
-            )?)?,
-        ))
-    } else {
-        None
-    };
-    macro_rules! group {
-        ($group:ident) => {
-            $group::try_from_fields(reader.table($group::<f64>::TABLE, $group::<f64>::FIELDS)?)?
-        };
+    let tables: Vec<&str> = TABLES.iter().map(|table| table.name).collect();
+    reader.only_known(&tables)?;
+    let with_spar = TABLES
+        .iter()
+        .any(|table| table.of_spar && root.contains_key(table.name));
+    for table in TABLES.iter().filter(|table| with_spar || !table.of_spar) {
+        reader.only_known_fields(table.name, table.fields)?;
     }
-    let parameters = VehicleParameters {
-        body: group!(BodyParameters),
-        drive_motor: group!(DriveMotorParameters),
-        camera,
-        imu: group!(ImuParameters),
-        battery: group!(BatteryParameters),
-        control: group!(ControlParameters),
-        estimator: group!(EstimatorParameters),
-        safety: group!(SafetyParameters),
-    };
+    let parameters = VehicleParameters::try_from_source(with_spar, |table, field| reader.value(table, field))?;
     Vehicle::new(parameters)
         // The firmware has it in single precision: what is on the edge there is refused here too.
         .and_then(|vehicle| Vehicle::new(parameters.cast::<f32>()).map(|_| vehicle))
@@ -209,17 +187,27 @@ pub fn parse(file: &str, text: &str) -> Result<VehicleFile, VehicleFileError> {
 
 const PLANAR: &str = "planar";
 
-const TABLES: [&str; 9] = [
-    BodyParameters::<f64>::TABLE,
-    DriveMotorParameters::<f64>::TABLE,
-    CameraParameters::<f64>::TABLE,
-    CameraMotorParameters::<f64>::TABLE,
-    ImuParameters::<f64>::TABLE,
-    BatteryParameters::<f64>::TABLE,
-    ControlParameters::<f64>::TABLE,
-    EstimatorParameters::<f64>::TABLE,
-    SafetyParameters::<f64>::TABLE,
-];
+const TABLES: &[model::vehicle::Table] = VehicleParameters::<f64>::TABLES;
+
+/// Gives the names of [`RENAMED`] their new form, unless the file has both; the pairs that it met. A file with an old
+/// name is read as if it had the new one, and a line on standard error asks for the change.
+fn rename(root: &mut Table) -> Vec<(&'static str, &'static str)> {
+    let mut met = Vec::new();
+    for (old, new) in RENAMED.iter().copied() {
+        let (holder, from, to) = match (old.split_once('.'), new.split_once('.')) {
+            (Some((table, from)), Some((_, to))) => (root.get_mut(table).and_then(Value::as_table_mut), from, to),
+            _ => (Some(&mut *root), old, new),
+        };
+        if let Some(holder) = holder
+            && !holder.contains_key(to)
+            && let Some(value) = holder.remove(from)
+        {
+            holder.insert(to.to_owned(), value);
+            met.push((old, new));
+        }
+    }
+    met
+}
 
 /// The nondimensional planar vehicle; `beta` may be left out (0).
 const PLANAR_FIELDS: [Field; 6] = {
@@ -241,12 +229,13 @@ const PLANAR_FIELDS: [Field; 6] = {
     ]
 };
 
+/// A file's root table, read with the file's name in every message.
 struct Reader<'a> {
     file: &'a str,
     root: &'a Table,
 }
 
-impl<'a> Reader<'a> {
+impl Reader<'_> {
     fn only_known(&self, known: &[&str]) -> Result<(), VehicleFileError> {
         match self.root.keys().find(|key| !known.contains(&key.as_str())) {
             None => Ok(()),
@@ -262,49 +251,55 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The source of a group's values: the table, checked for unknown names.
-    fn table<'s>(
-        &'s self,
-        table: &'static str,
-        fields: &'static [Field],
-    ) -> Result<impl FnMut(&'static Field) -> Result<f64, VehicleFileError> + use<'a, 's>, VehicleFileError> {
-        let Some(Value::Table(values)) = self.root.get(table) else {
-            return Err(VehicleFileError::MissingTable {
+    /// Refuses a missing table, and names in it that are no fields.
+    fn only_known_fields(&self, table: &'static str, fields: &[Field]) -> Result<(), VehicleFileError> {
+        let values = self.table(table)?;
+        match values.keys().find(|key| !fields.iter().any(|f| f.name == key.as_str())) {
+            None => Ok(()),
+            Some(name) => {
+                let known: Vec<&str> = fields.iter().map(|f| f.name).collect();
+                Err(self.unknown(format!("{table}.{name}"), &known))
+            }
+        }
+    }
+
+    fn table(&self, table: &'static str) -> Result<&Table, VehicleFileError> {
+        match self.root.get(table) {
+            Some(Value::Table(values)) => Ok(values),
+            _ => Err(VehicleFileError::MissingTable {
                 file: self.file.to_owned(),
                 table,
-            });
-        };
-        if let Some(name) = values.keys().find(|key| !fields.iter().any(|f| f.name == key.as_str())) {
-            let known: Vec<&str> = fields.iter().map(|f| f.name).collect();
-            return Err(self.unknown(format!("{table}.{name}"), &known));
+            }),
         }
-        Ok(move |field: &'static Field| {
-            let Field { name, min, max, .. } = *field;
-            let file = || self.file.to_owned();
-            match values.get(name) {
-                None => Err(VehicleFileError::MissingField {
-                    file: file(),
-                    table,
-                    name,
-                    min,
-                    max,
-                }),
-                Some(Value::Float(x)) => Ok(*x),
-                Some(Value::Integer(i)) => Ok(*i as f64),
-                Some(_) => Err(VehicleFileError::NotANumber {
-                    file: file(),
-                    table,
-                    name,
-                    min,
-                    max,
-                }),
-            }
-        })
+    }
+
+    /// The value of one field.
+    fn value(&self, table: &'static str, field: &'static Field) -> Result<f64, VehicleFileError> {
+        let Field { name, min, max, .. } = *field;
+        let file = || self.file.to_owned();
+        match self.table(table)?.get(name) {
+            None => Err(VehicleFileError::MissingField {
+                file: file(),
+                table,
+                name,
+                min,
+                max,
+            }),
+            Some(Value::Float(x)) => Ok(*x),
+            Some(Value::Integer(i)) => Ok(*i as f64),
+            Some(_) => Err(VehicleFileError::NotANumber {
+                file: file(),
+                table,
+                name,
+                min,
+                max,
+            }),
+        }
     }
 
     fn planar(&self) -> Result<PlanarParameters<f64>, VehicleFileError> {
-        let mut source = self.table(PLANAR, &PLANAR_FIELDS)?;
-        let mut value = |field: &'static Field| match source(field) {
+        self.only_known_fields(PLANAR, &PLANAR_FIELDS)?;
+        let value = |field: &'static Field| match self.value(PLANAR, field) {
             Err(VehicleFileError::MissingField {
                 name: "beta" | "nu", ..
             }) => Ok(0.0),
@@ -334,37 +329,16 @@ impl<'a> Reader<'a> {
 /// Rust source of the vehicle's parameters as `f32` constants, exact to the bit:
 /// `pub const PARAMETERS: model::vehicle::VehicleParameters<f32> = …;`.
 pub fn to_rust(vehicle: &Vehicle<f64>) -> String {
-    let p = vehicle.parameters().cast::<f32>();
-    let mut source = String::from(
-        "/// The vehicle this firmware was built for.\npub const PARAMETERS: model::vehicle::VehicleParameters<f32> = model::vehicle::VehicleParameters {\n",
-    );
-    macro_rules! group {
-        ($name:literal, $type:literal, $group:expr) => {{
-            source.push_str($name);
-            let _ = write!(source, "model::vehicle::{} {{ ", $type);
-            $group.for_each(|field, value| {
-                let _ = write!(source, "{}: f32::from_bits(0x{:08x}), ", field.name, value.to_bits());
-            });
-            source.push_str("}");
-        }};
-    }
-    group!("body: ", "BodyParameters", p.body);
-    group!(",\ndrive_motor: ", "DriveMotorParameters", p.drive_motor);
-    match &p.camera {
-        None => source.push_str(",\ncamera: None"),
-        Some((camera, motor)) => {
-            group!(",\ncamera: Some((", "CameraParameters", camera);
-            group!(", ", "CameraMotorParameters", motor);
-            source.push_str("))");
-        }
-    }
-    group!(",\nimu: ", "ImuParameters", p.imu);
-    group!(",\nbattery: ", "BatteryParameters", p.battery);
-    group!(",\ncontrol: ", "ControlParameters", p.control);
-    group!(",\nestimator: ", "EstimatorParameters", p.estimator);
-    group!(",\nsafety: ", "SafetyParameters", p.safety);
-    source.push_str(",\n};\n");
-    source
+    // The values' debug form is an expression: structs by name, each number in the shortest decimal form that
+    // reads back as the same bits.
+    format!(
+        "/// The vehicle this firmware was built for.\n\
+         pub const PARAMETERS: model::vehicle::VehicleParameters<f32> = {{\n\
+         #[allow(clippy::wildcard_imports)] // Whatever groups there are.\n\
+         use model::vehicle::*;\n\
+         {:#?}\n}};\n",
+        vehicle.parameters().cast::<f32>()
+    )
 }
 
 #[cfg(test)]

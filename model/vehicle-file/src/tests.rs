@@ -50,11 +50,8 @@ fn the_reference_vehicle_has_the_numbers_of_every_model() {
         (p.l, p.alpha, p.zeta, p.mu, p.nu)
     });
     let camera = vehicle.camera().expect("a camera");
-    let coupled = vehicle.coupled(0.2, Bearing::Chassis).expect("a camera");
-    assert_eq!(
-        (coupled.planar, coupled.bearing),
-        (vehicle.planar(0.2), Bearing::Chassis)
-    );
+    let coupled = vehicle.coupled(0.2, Bearing::Arm).expect("a camera");
+    assert_eq!((coupled.planar, coupled.bearing), (vehicle.planar(0.2), Bearing::Arm));
     for (name, value, expected, tolerance) in [
         ("s", spatial.s, 1.0, 1e-12),
         ("j0", spatial.j0, 0.12 / 0.85, 1e-12),
@@ -112,10 +109,10 @@ fn a_spar_of_any_proportions_is_scaled_by_the_vehicle() {
             "{name}: {value}, expected {expected}"
         );
     }
-    let (head, tail) = REFERENCE.split_once("[camera]").expect("table");
+    let (head, tail) = REFERENCE.split_once("[spar]").expect("table");
     let (_, tail) = tail.split_once("[imu]").expect("table");
     let without = self::vehicle(&format!("{head}[imu]{tail}"));
-    assert!(without.camera().is_none() && without.coupled(0.0, Bearing::Chassis).is_none());
+    assert!(without.camera().is_none() && without.coupled(0.0, Bearing::Arm).is_none());
 }
 
 #[test]
@@ -218,15 +215,43 @@ fn a_planar_file_is_checked_too() {
 #[test]
 fn the_generated_source_holds_every_value_to_the_bit() {
     let vehicle = vehicle(REFERENCE);
+    let parameters = vehicle.parameters().cast::<f32>();
     let source = to_rust(&vehicle);
-    let mut fields = 0;
-    vehicle.parameters().cast::<f32>().for_each(|_, field, value| {
-        fields += 1;
-        assert!(
-            source.contains(&format!("{}: f32::from_bits(0x{:08x})", field.name, value.to_bits())),
-            "{}",
-            field.name
+    // Name and number of every line `name: number,`, in order.
+    let written: Vec<(&str, f32)> = source
+        .lines()
+        .filter_map(|line| line.trim().trim_end_matches(',').split_once(": "))
+        .filter_map(|(name, number)| Some((name, number.parse().ok()?)))
+        .collect();
+    assert_eq!(written.len(), usize::from(parameters.count()));
+    for (number, (name, value)) in (0..).zip(written) {
+        assert_eq!(parameters.field(number).expect("a field").1.name, name);
+        assert_eq!(
+            parameters.value(number).expect("a value").to_bits(),
+            value.to_bits(),
+            "{name}"
         );
-    });
-    assert!(fields > 50, "{fields}");
+    }
+}
+
+#[test]
+fn names_of_version_0_1_are_still_read() {
+    let mut text = REFERENCE.to_owned();
+    for (old, new) in super::RENAMED.iter().copied() {
+        let last = |name: &'static str| name.split('.').next_back().expect("a name");
+        let (table, field) = (format!("[{new}]"), format!("\n{} = ", last(new)));
+        assert!(text.contains(&table) || text.contains(&field), "{new}");
+        text = text
+            .replace(&table, &format!("[{old}]"))
+            .replace(&field, &format!("\n{} = ", last(old)));
+    }
+    assert_ne!(text, REFERENCE);
+    assert_eq!(vehicle(&text), vehicle(REFERENCE));
+    // Both names at once are an error, not a choice.
+    let message = parse(
+        "vehicle.toml",
+        &REFERENCE.replace("arm_radius_m = 0.10", "arm_radius_m = 0.1\nchassis_radius_m = 0.1"),
+    );
+    let message = message.expect_err("must be refused").to_string();
+    assert!(message.contains("unknown name `imu.chassis_radius_m`"), "{message}");
 }

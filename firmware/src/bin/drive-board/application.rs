@@ -5,11 +5,12 @@ use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker};
 use firmware::drive::DriveHardware;
+use firmware::drive_board::SCALES;
 use firmware::imu::Place;
 use firmware::parameters::{Booted, ParameterStore};
-use firmware::topics;
+use firmware::protocol::message::About;
+use firmware::topics::{self, DisarmBy};
 use firmware::{analog, built_in, drive, encoders, imu, link, log_task, parameters, watchdog};
-use model::supervise::arming::Request;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
@@ -52,12 +53,16 @@ async fn main(spawner: Spawner) {
     control.spawn(started(encoder_task(board.encoders)));
     control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
     control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
-    control.spawn(started(drive_task(VehicleCore::new(&booted.vehicle), drive_hardware)));
+    control.spawn(started(drive_task(
+        VehicleCore::new(&booted.vehicle, &SCALES),
+        drive_hardware,
+    )));
     control.spawn(started(watchdog_task(board.watchdog.start())));
 
     spawner.spawn(started(analog_task(board.analog)));
-    spawner.spawn(started(receive_task(board.link_receiver)));
-    spawner.spawn(started(send_task(board.link_sender)));
+    let about = link::about(built_in.parameters(), board.boot_number);
+    spawner.spawn(started(receive_task(board.link_receiver, about)));
+    spawner.spawn(started(send_task(board.link_sender, about.boot)));
     spawner.spawn(started(parameter_task(store, booted, built_in)));
     spawner.spawn(started(log_task(board.lamps)));
     spawner.spawn(started(button_task(board.user_button)));
@@ -101,13 +106,13 @@ async fn analog_task(inputs: AnalogSequence) {
 }
 
 #[embassy_executor::task]
-async fn receive_task(uart: LinkReceiver) {
-    link::receive::run(&TOPICS, uart).await;
+async fn receive_task(uart: LinkReceiver, about: About) {
+    link::receive::run(&TOPICS, uart, about).await;
 }
 
 #[embassy_executor::task]
-async fn send_task(uart: LinkSender) {
-    link::send::run(&TOPICS, uart).await;
+async fn send_task(uart: LinkSender, boot: u32) {
+    link::send::run(&TOPICS, uart, boot).await;
 }
 
 // The arguments move once, at start-up, into the task's own storage.
@@ -129,8 +134,7 @@ async fn button_task(button: UserButton) {
     loop {
         ticker.next().await;
         if button.is_pressed() {
-            // If the queue is full, the next round tries again: the button is still down.
-            let _ = TOPICS.requests.try_send(Request::Disarm);
+            TOPICS.disarm.signal(DisarmBy::Button);
         }
     }
 }

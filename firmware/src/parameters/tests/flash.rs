@@ -5,7 +5,7 @@ use std::vec::Vec;
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
-pub const WORD: usize = 32;
+pub const WORD: usize = crate::drive_board::FLASH_WORD_BYTES;
 pub const PAGE: usize = 4096;
 pub const PAGES: usize = 2;
 

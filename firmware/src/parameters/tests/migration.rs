@@ -6,7 +6,7 @@ use model::vehicle::{RENAMED, VehicleParameters};
 use proptest::prelude::*;
 
 use super::super::encoding::{HEADER, SET_MAX, StoredSet, VALUE, decode, encode, read_by_name, read_with};
-use super::super::numbered::{count, field, name_hash, number_named, set, value};
+use super::super::numbered::name_hash;
 use super::super::store::VERSION_1;
 use super::super::{BootOutcome, Booted, Disbelief};
 use super::flash::TestFlash;
@@ -19,10 +19,10 @@ type Named<'a> = Vec<((&'a str, &'a str), f32)>;
 /// Every parameter of this firmware with its value, the gain `kp` changed.
 fn named(kp: f32) -> Named<'static> {
     let parameters = *vehicle(kp).parameters();
-    (0..count(&parameters))
+    (0..parameters.count())
         .map(|number| {
-            let (table, field) = field(&parameters, number).expect("a parameter");
-            ((table, field.name), value(&parameters, number).expect("a parameter"))
+            let (table, field) = parameters.field(number).expect("a parameter");
+            ((table, field.name), parameters.value(number).expect("a parameter"))
         })
         .collect()
 }
@@ -55,7 +55,7 @@ fn a_set_of_this_firmware_is_not_migrated() {
     let mut encoded = [0; SET_MAX];
     let length = encode(vehicle(0.5).parameters(), 7, &mut encoded).expect("fits");
     assert_eq!(encoded[..length], bytes(&named(0.5), 7)[..]);
-    assert_eq!(length, HEADER + VALUE * usize::from(count(&PARAMETERS)));
+    assert_eq!(length, HEADER + VALUE * usize::from(PARAMETERS.count()));
     assert_eq!(load(flash_with(&named(0.5))), booted(0.5));
 }
 
@@ -143,7 +143,7 @@ fn a_migrated_set_stays_in_the_flash_until_the_next_store() {
 
 #[test]
 fn a_stored_value_out_of_range_or_a_contradiction_is_not_believed() {
-    let kp = number_named(&PARAMETERS, "control", "kp").expect("known");
+    let kp = PARAMETERS.number_of("control", "kp").expect("known");
     for (value, why) in [
         (f32::NAN, Disbelief::OutOfRange(kp)),
         (f32::INFINITY, Disbelief::OutOfRange(kp)),
@@ -192,7 +192,7 @@ fn a_set_of_version_0_1_is_migrated() {
     // Each value of the set is a parameter's, under its name or a newer one.
     assert_eq!(
         (usize::from(defaults) + 66, dropped),
-        (usize::from(count(&PARAMETERS)), 0)
+        (usize::from(PARAMETERS.count()), 0)
     );
     assert_eq!(found.vehicle.parameters().control.kp, 0.4);
     assert_eq!(found.vehicle.parameters().body.wheel_radius_m, 0.25);
@@ -212,13 +212,13 @@ fn a_set_of_version_0_1_without_a_camera_keeps_what_both_have() {
         assert!(all.values.contains(value), "the two vehicles differ by the camera only");
     }
     let read = read_by_name(&stored, &PARAMETERS).expect("in range");
-    assert_eq!(usize::from(read.defaults) + 46, usize::from(count(&PARAMETERS)));
+    assert_eq!(usize::from(read.defaults) + 46, usize::from(PARAMETERS.count()));
     let without = VehicleParameters::<f32> {
-        camera: None,
+        spar: None,
         ..PARAMETERS
     };
     let read = read_by_name(&all, &without).expect("in range");
-    assert_eq!(usize::from(read.dropped), 66 - usize::from(count(&without)));
+    assert_eq!(usize::from(read.dropped), 66 - usize::from(without.count()));
 }
 
 #[test]
@@ -281,9 +281,9 @@ proptest! {
         let names = named(0.5);
         let some: Named = values.iter().filter_map(|(n, v)| Some((names.get(usize::from(*n))?.0, *v))).collect();
         if let Ok(read) = read_by_name(&decoded(&some), &PARAMETERS) {
-            for number in 0..count(&PARAMETERS) {
-                let value = value(&read.parameters, number).expect("a parameter");
-                prop_assert!(set(&mut PARAMETERS.clone(), number, value).is_ok());
+            for number in 0..PARAMETERS.count() {
+                let value = read.parameters.value(number).expect("a parameter");
+                prop_assert!(PARAMETERS.clone().set(number, value).is_ok());
             }
             prop_assert!(usize::from(read.dropped) <= some.len());
         }

@@ -1,13 +1,12 @@
 //! Staged changes: all or nothing.
 
-use super::super::numbered::{count, number_named};
 use super::super::stage::Stage;
 use super::built_in;
 use crate::built_in::PARAMETERS;
 use crate::protocol::message::ParameterAnswer;
 
 fn number(table: &str, field: &str) -> u16 {
-    number_named(&PARAMETERS, table, field).expect("known")
+    PARAMETERS.number_of(table, field).expect("known")
 }
 
 fn told(answer: ParameterAnswer) -> f32 {
@@ -45,7 +44,7 @@ fn whatever_is_refused_takes_every_staged_change_with_it() {
             stage.take() == Err(arm)
         },
         |stage, arm| matches!(stage.write(arm, f32::NAN), ParameterAnswer::OutOfRange { .. }),
-        |stage, _| stage.write(count(&PARAMETERS), 1.0) == ParameterAnswer::NoSuchNumber,
+        |stage, _| stage.write(PARAMETERS.count(), 1.0) == ParameterAnswer::NoSuchNumber,
     ];
     for refused in refusals {
         let mut stage = Stage::new(&built_in());

@@ -37,7 +37,7 @@ mod at {
     pub const PORT_G: usize = 6;
 }
 
-/// Chip selects of the chassis and the spar IMU.
+/// Chip selects of the arm IMU and the spar IMU.
 const IMU_SELECTS: [(&str, u8); 2] = [("GPIOD", 14), ("GPIOE", 4)];
 /// Converter channels of the battery and of the motors' currents.
 const ANALOG_CHANNELS: [u8; 1 + MOTORS] = [15, 10, 5, 18];
@@ -160,6 +160,14 @@ impl DriveBoard {
             .all(|number| gpio::Gpio::function(pin(number), registers) == Some(BRIDGE_FUNCTION))
     }
 
+    /// What the drivers wrote to INTF_CONFIG1 of the IMUs: arm, spar.
+    pub fn intf_config1(&mut self) -> [u8; 2] {
+        at::IMU_BUSES.map(|bus| {
+            let imu = self.mcu.h7.spi[bus].chip_mut::<Imu>(0);
+            imu.map_or(0, |imu| imu.intf_config1())
+        })
+    }
+
     /// Puts what the vehicle's sensors see on the board's pins.
     pub fn sense(&mut self, now: VirtualNanos, sensed: &Sensed) {
         for n in 0..MOTORS {
@@ -174,7 +182,7 @@ impl DriveBoard {
         }
         let h7 = &mut self.mcu.h7;
         for (bus, imu) in at::IMU_BUSES.into_iter().zip(&sensed.imus) {
-            if let Some(Imu { chip }) = h7.spi[bus].chip_mut(0) {
+            if let Some(Imu { chip, .. }) = h7.spi[bus].chip_mut(0) {
                 let [x, y, z] = imu.rate_mdeg_s;
                 chip.set_rate(x, y, z);
                 let [x, y, z] = imu.specific_force_ug;

@@ -1,5 +1,6 @@
 //! An IMU on a bus of 16-bit frames.
 
+use plant::icm42688p::registers as register;
 use rigless::chip::Timeline;
 use rigless::chip::icm42688p::Icm42688p;
 use rigless::chip::spi::Peer;
@@ -11,18 +12,60 @@ use rigless::time::EventId;
 pub struct Imu {
     /// The part's model.
     pub chip: Icm42688p,
+    /// Register that the next byte of the transfer is written to; `None` before the address, and while reading.
+    writes: Option<u8>,
+    /// The next byte is the transfer's address.
+    address_next: bool,
+    /// Bank that the driver selected.
+    bank: u8,
+    /// What the driver wrote to INTF_CONFIG1, which the part's model stores and does not act on.
+    intf_config1: u8,
 }
 
 rigless::store!(Imu {
-    values: [],
+    values: [writes, address_next, bank, intf_config1],
     parts: [chip],
     built: []
 });
 
+/// Value of INTF_CONFIG1 after a reset.
+const INTF_CONFIG1_RESET: u8 = 0x91;
+
 impl Imu {
     /// The IMU at power-up.
     pub fn new() -> Self {
-        Self { chip: Icm42688p::new() }
+        Self {
+            chip: Icm42688p::new(),
+            writes: None,
+            address_next: false,
+            bank: 0,
+            intf_config1: INTF_CONFIG1_RESET,
+        }
+    }
+
+    /// INTF_CONFIG1 as the driver left it: it switches the adaptive full scale, whose stalls the plant's
+    /// sensor shows.
+    pub fn intf_config1(&self) -> u8 {
+        self.intf_config1
+    }
+
+    /// Follows what the driver writes, for the registers that the part's model does not act on.
+    fn follow(&mut self, byte: u8) {
+        if self.address_next {
+            self.address_next = false;
+            self.writes = (byte & register::READ == 0).then_some(byte);
+            return;
+        }
+        let Some(address) = self.writes else { return };
+        self.writes = Some((address + 1) & !register::READ);
+        match (self.bank, address) {
+            (_, register::REG_BANK_SEL) => self.bank = byte & 7,
+            (0, register::INTF_CONFIG1) => self.intf_config1 = byte,
+            (0, register::DEVICE_CONFIG) if byte & register::DEVICE_CONFIG_RESET != 0 => {
+                self.intf_config1 = INTF_CONFIG1_RESET;
+            }
+            _ => {}
+        }
     }
 }
 
@@ -34,11 +77,14 @@ impl Peer for Imu {
         sent.iter()
             .skip(sent.len().saturating_sub(bytes))
             .fold(0, |answer, byte| {
+                self.follow(*byte);
                 answer << 8 | (self.chip.transfer(u32::from(*byte), 8, context) & 0xFF)
             })
     }
 
     fn select(&mut self, context: &mut Timeline<'_, '_>) {
+        self.address_next = true;
+        self.writes = None;
         self.chip.select(context);
     }
 

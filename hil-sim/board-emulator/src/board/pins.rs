@@ -66,4 +66,6 @@ pub struct Sensed {
     pub battery_mv: u32,
     /// Current amplifiers' outputs in mV.
     pub current_mv: [u32; MOTORS],
+    /// The supply is too low for the board, which is held in reset.
+    pub unpowered: bool,
 }

@@ -2,10 +2,9 @@
 
 use std::mem::{offset_of, size_of};
 
-use firmware::drive::FlightRecord;
+use firmware::flight_record::FlightRecord;
+use model::command::{Command, Request};
 use model::sample::{Actuation, ImuRaw, ImuSample, Sample};
-use model::supervise::arming::Request;
-use model::tick::Command;
 
 use super::firmware::Firmware;
 use crate::error::Error;
@@ -50,7 +49,7 @@ pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
             encoder_counts: sample(offset_of!(Sample, encoder_counts))
                 .each(8, |field| Ok(field.u64()?.cast_signed()))?,
             encoder_age_us: sample(offset_of!(Sample, encoder_age_us)).u32()?,
-            chassis_imu: sample(offset_of!(Sample, chassis_imu)).imu()?,
+            arm_imu: sample(offset_of!(Sample, arm_imu)).imu()?,
             spar_imu: sample(offset_of!(Sample, spar_imu)).imu()?,
             battery: sample(offset_of!(Sample, battery)).u16()?,
             current: sample(offset_of!(Sample, current)).each(2, |field| field.u16())?,

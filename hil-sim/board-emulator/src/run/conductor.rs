@@ -78,7 +78,7 @@ impl Driver<DriveBoard> for Conductor {
 
     fn on_stop(&mut self, session: &mut Session<DriveBoard>, stop: Stop, host: &mut dyn Host) -> Option<VirtualNanos> {
         let now = stop.at.0;
-        self.state.on_stop(session, stop.at, host);
+        self.state.on_stop(session, stop, host);
         if self.state.failed() {
             return None;
         }

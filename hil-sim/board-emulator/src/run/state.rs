@@ -1,6 +1,6 @@
 //! What a run keeps beside the board: the vehicle and when it is stepped, the log, what is recorded.
 
-use rigless::emulator::{Access, AccessKind, Host};
+use rigless::emulator::{Access, AccessKind, Host, Stop};
 use rigless::session::Session;
 use rigless::soc::Width;
 use rigless::time::VirtualNanos;
@@ -143,9 +143,13 @@ impl State {
     }
 
     /// Steps the plant and drains the log where they are due.
-    pub(super) fn on_stop(&mut self, session: &mut Session<DriveBoard>, at: VirtualNanos, host: &mut dyn Host) {
+    pub(super) fn on_stop(&mut self, session: &mut Session<DriveBoard>, stop: Stop, host: &mut dyn Host) {
+        let at = stop.at;
         if at.0 >= self.next_step {
-            self.step_plant(session, at, host);
+            if !self.step_plant(session, at, host) {
+                // Held in reset from step to step: the part's own brown-out reset, as far as the board can tell.
+                session.reset_by_pin(at, stop.instruction_count, host);
+            }
             self.schedule_step(session, at);
         }
         if at.0 >= self.next_drain {
@@ -165,11 +169,13 @@ impl State {
         &self.log
     }
 
-    /// Steps the plant from its last step to now and puts what it senses on the pins.
-    fn step_plant(&mut self, session: &mut Session<DriveBoard>, at: VirtualNanos, host: &mut dyn Host) {
+    /// Steps the plant from its last step to now and puts what it senses on the pins; returns whether its
+    /// supply is enough for the board.
+    fn step_plant(&mut self, session: &mut Session<DriveBoard>, at: VirtualNanos, host: &mut dyn Host) -> bool {
         let board = session.board_mut();
         let bridges = board.bridges(at);
         let seconds = (at.0 - self.stepped_at) as f64 * 1e-9;
+        self.plant.configure_imus(board.intf_config1());
         let sensed = self.plant.step(seconds, &bridges);
         board.sense(at, &sensed);
         self.stepped_at = at.0;
@@ -177,6 +183,7 @@ impl State {
             let read = probe.read(host);
             self.note(read);
         }
+        !sensed.unpowered
     }
 
     /// Schedules the step after the one just done: an interval later or, once after each start, just before a

@@ -63,6 +63,11 @@ impl Stopped<'_> {
         }
     }
 
+    /// When the part last started, in ns.
+    pub fn started_at(&self) -> u64 {
+        self.session.resets().last().map_or(0, |reset| reset.at.0)
+    }
+
     /// Restarts of the part so far: instant in ns, and cause.
     pub fn resets(&self) -> Vec<(u64, String)> {
         let resets = self.session.resets().iter();

@@ -1,6 +1,8 @@
 //! A vehicle on a test bench, for tests that need no simulator.
 
-use super::closed_plant::ClosedPlant;
+use firmware::drive_board::SCALES;
+
+use super::closed_plant::{ClosedPlant, millivolts};
 use crate::board::{BridgeState, MOTORS, Sensed};
 
 /// A motor that moves its own and its wheel's inertia only, all referred to the motor's shaft.
@@ -95,12 +97,12 @@ impl ClosedPlant for Bench {
     }
 }
 
-/// Output of a current amplifier in mV: 60 A either side of mid-scale.
+/// Output of a current amplifier in mV.
 fn current_mv(amperes: f64) -> u32 {
-    (1650.0 + amperes * 1650.0 / 60.0).round().clamp(0.0, 3300.0) as u32
+    millivolts(f64::from(SCALES.current_zero_count) + amperes / f64::from(SCALES.current_a_per_count))
 }
 
-/// Output of the battery's divider in mV: 1:20.
+/// Output of the battery's divider in mV.
 fn battery_mv(volts: f64) -> u32 {
-    (volts * 1000.0 / 20.0).round().clamp(0.0, 3300.0) as u32
+    millivolts(volts / f64::from(SCALES.battery_v_per_count))
 }

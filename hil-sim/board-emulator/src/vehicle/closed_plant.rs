@@ -8,6 +8,14 @@ pub trait ClosedPlant: Send + Sync {
     /// show.
     fn step(&mut self, seconds: f64, bridges: &[BridgeState; MOTORS]) -> Sensed;
 
+    /// What the drivers wrote to INTF_CONFIG1 of the IMUs (arm, spar), for a vehicle whose IMUs heed it.
+    fn configure_imus(&mut self, _intf_config1: [u8; 2]) {}
+
     /// A copy for a second run from here on.
     fn fork(&self) -> Box<dyn ClosedPlant>;
+}
+
+/// The voltage in mV that converts to `count` of 65536 at 3.3 V full scale, within the converter's range.
+pub fn millivolts(count: f64) -> u32 {
+    (count * 3300.0 / 65536.0).round().clamp(0.0, 3300.0) as u32
 }

@@ -2,11 +2,12 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use model::sample::{Motor, imu_scale};
+use firmware::imu;
+use model::sample::Motor;
 use plant::icm42688p::{Icm42688p, registers as register};
 use plant::{self, Plant};
 
-use super::closed_plant::ClosedPlant;
+use super::closed_plant::{ClosedPlant, millivolts};
 use crate::board::{BridgeState, ImuSensed, MOTORS, Sensed};
 
 /// Register values that turn both sensors on, with the firmware's ranges, at 1 kHz.
@@ -28,7 +29,7 @@ impl VehicleAtPins {
     /// Switches the plant's IMUs on.
     pub fn new(mut plant: Plant) -> Self {
         for (register, value) in SETTINGS {
-            plant.chassis_imu().transfer(&mut [register, value]);
+            plant.arm_imu().transfer(&mut [register, value]);
             if let Some(imu) = plant.spar_imu() {
                 imu.transfer(&mut [register, value]);
             }
@@ -55,14 +56,24 @@ impl ClosedPlant for VehicleAtPins {
         plant.advance(seconds, &bridges);
         let (battery, current) = plant.analog();
         let counted = |motor| plant.encoder(motor).counted();
-        let encoder_counts = [counted(Motor::Left), counted(Motor::Right), counted(Motor::Camera)];
-        let chassis = sensed(plant.chassis_imu());
+        let encoder_counts = [counted(Motor::Left), counted(Motor::Right), counted(Motor::Ballast)];
+        let arm = sensed(plant.arm_imu());
         let spar = plant.spar_imu().map_or(ImuSensed::SILENT, |imu| sensed(imu));
         Sensed {
             encoder_counts,
-            imus: [chassis, spar],
-            battery_mv: millivolts(battery),
-            current_mv: current.map(millivolts),
+            imus: [arm, spar],
+            battery_mv: millivolts(f64::from(battery)),
+            current_mv: current.map(|count| millivolts(f64::from(count))),
+            unpowered: !plant.powers_board(),
+        }
+    }
+
+    fn configure_imus(&mut self, intf_config1: [u8; 2]) {
+        let mut plant = self.plant();
+        let [arm, spar] = intf_config1;
+        plant.arm_imu().transfer(&mut [register::INTF_CONFIG1, arm]);
+        if let Some(imu) = plant.spar_imu() {
+            imu.transfer(&mut [register::INTF_CONFIG1, spar]);
         }
     }
 
@@ -71,19 +82,14 @@ impl ClosedPlant for VehicleAtPins {
     }
 }
 
-/// The voltage in mV that converts to `count`, of 65536 at 3.3 V.
-fn millivolts(count: u16) -> u32 {
-    (f64::from(count) * 3300.0 / 65536.0).round() as u32
-}
-
 /// Reads out the plant's IMU, in the units that the emulator's IMU takes.
 fn sensed(imu: &Icm42688p) -> ImuSensed {
     let Some([_, accel @ .., gx, gy, gz]) = imu.data() else {
         return ImuSensed::SILENT;
     };
     let scaled = |words: [i16; 3], unit: f64| words.map(|word| (f64::from(word) * unit).round() as i32);
-    let g = 1e6 / f64::from(imu_scale::ACCEL_LSB_PER_G);
-    let rate = 1e3 / f64::from(imu_scale::GYRO_LSB_PER_DEG_S);
+    let g = 1e6 / f64::from(imu::driver::SCALES.accel_lsb_per_g);
+    let rate = 1e3 / f64::from(imu::driver::SCALES.gyro_lsb_per_deg_s);
     ImuSensed {
         silent: false,
         specific_force_ug: scaled(accel, g),

@@ -1,12 +1,15 @@
 //! The firmware's stored parameters, written into its flash before it starts.
 
+use firmware::drive_board::{FLASH_SECTOR_BYTES, PARAMETER_SECTORS};
 use model::vehicle::Vehicle;
 use virtual_board::board::flash::VirtualFlash;
 
 use crate::error::Error;
 
-/// Address of the parameter store: the last two sectors of bank 2.
-pub const REGION: u64 = 0x081C_0000;
+/// End of the part's flash.
+const FLASH_END: u64 = 0x0820_0000;
+/// Address of the parameter store: the last sectors of bank 2.
+pub const REGION: u64 = FLASH_END - (PARAMETER_SECTORS * FLASH_SECTOR_BYTES) as u64;
 
 /// Flash contents, as address and bytes, of a board on which `vehicle` was stored over the link.
 ///

@@ -1,6 +1,7 @@
 //! The cost of a tick and the depth of the stack.
 
 use board_emulator::time::MS;
+use firmware::protocol::frame::FRAME_MAX;
 
 use crate::support::{firmware, ready};
 
@@ -20,14 +21,14 @@ fn a_tick_stays_within_its_budget() {
     let ticks: Vec<u32> = board
         .statuses
         .iter()
-        .map(|status| status.tick_cycles[0] / CYCLES_PER_INSTRUCTION)
+        .map(|status| status.cycles.total / CYCLES_PER_INSTRUCTION)
         .collect();
-    let worst = board.status().tick_cycles[1] / CYCLES_PER_INSTRUCTION;
+    let worst = board.status().cycles.worst / CYCLES_PER_INSTRUCTION;
     let mean = ticks.iter().sum::<u32>() / ticks.len() as u32;
     println!("instructions a tick: mean {mean}, worst since boot {worst}");
     assert!(mean > 500, "a tick does something");
     assert!(worst <= TICK_INSTRUCTIONS_MAX, "{worst}");
-    assert_eq!(board.status().late_ticks, 0);
+    assert_eq!(board.status().vehicle.late_ticks, 0);
 }
 
 /// Where the control task reads the cycle counter: at the start of a tick, and after each stage.
@@ -103,7 +104,7 @@ fn half_of_the_stack_is_never_used() {
     board.command = Some((0.5, 0.2));
     board.run(1000);
     // The deepest path of the link: an overlong frame of noise.
-    board.emulation.send(&[1; 600]).expect("it runs");
+    board.emulation.send(&[1; FRAME_MAX + 100]).expect("it runs");
     board.run(300);
     let untouched = board
         .emulation

@@ -8,8 +8,8 @@ use board_emulator::time::MS;
 
 use crate::support::{Operator, firmware, powered, ready};
 
-/// Hash of everything that a run shows.
-fn digest(mut board: Operator) -> u64 {
+/// Hash of everything that a run shows, and how many instructions it took.
+fn digest(mut board: Operator) -> (u64, u64) {
     let record = flight::address(firmware()).expect("the record is the host's");
     board
         .emulation
@@ -19,13 +19,13 @@ fn digest(mut board: Operator) -> u64 {
     board.command = Some((0.5, 0.2));
     board.run(300);
     let mut hasher = DefaultHasher::new();
-    board
+    let (probe, instructions, log) = board
         .emulation
         .at(|stopped| (stopped.take_probe(), stopped.instructions(), stopped.log_bytes().ok()))
-        .expect("it runs")
-        .hash(&mut hasher);
+        .expect("it runs");
+    (probe, log).hash(&mut hasher);
     format!("{:?}", board.statuses).hash(&mut hasher);
-    hasher.finish()
+    (hasher.finish(), instructions)
 }
 
 #[test]
@@ -36,11 +36,11 @@ fn two_runs_have_one_hash() {
         digest(Operator::new(emulation))
     };
     let (first, second) = (run(), run());
-    println!("{first:016x}");
+    println!("{:016x}, {} instructions", first.0, first.1);
     assert_eq!(first, second);
-    assert_eq!(
-        first,
-        digest(ready()),
-        "and so has a run that continued from a snapshot"
-    );
+    let (continued, instructions) = digest(ready());
+    assert_eq!(first.0, continued, "and so has a run that continued from a snapshot");
+    // The snapshot ends one block of the translated code and begins another: the emulator's count may differ by the
+    // instruction at that place, what the firmware does may not.
+    assert!(first.1.abs_diff(instructions) <= 1, "{} and {instructions}", first.1);
 }

@@ -31,24 +31,24 @@ fn scenario(name: &str) -> Scenario {
 
 fn world(scenario: &Scenario) -> (Vehicle<f64>, Plant) {
     let vehicle = Vehicle::new(built_in::PARAMETERS.cast::<f64>()).expect("the built-in vehicle");
-    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
+    let plant = scenario.plant(&vehicle).expect("the terrain is drivable");
     (vehicle, plant)
 }
 
 fn drive_virtual(scenario: &Scenario) -> DriveOutcome {
     let (vehicle, plant) = world(scenario);
     let mut backend = VirtualBackend::boot(&vehicle, plant).expect("the virtual board boots");
-    scenario::run(scenario, &mut backend, |_| {})
+    scenario::run(scenario, &mut backend, |_| {}).expect("a valid plant")
 }
 
 /// Drives with a vehicle that is stored in the emulated board's flash.
 fn drive_stored(scenario: &Scenario, parameters: &VehicleParameters<f64>) -> DriveOutcome {
     let vehicle = Vehicle::new(*parameters).expect("a consistent vehicle");
-    let plant = Plant::new(&vehicle, scenario.terrain.clone(), scenario.seed).expect("the terrain is drivable");
+    let plant = scenario.plant(&vehicle).expect("the terrain is drivable");
     let contents = [stored::set(&vehicle).expect("consistent in single precision")];
     let mut backend =
         EmulatedBackend::power_on_with(firmware(), plant, Settings::default(), &contents).expect("the board powers up");
-    scenario::run(scenario, &mut backend, |_| {})
+    scenario::run(scenario, &mut backend, |_| {}).expect("a valid plant")
 }
 
 fn check(scenario: &Scenario, outcome: &DriveOutcome, board: &str) {
@@ -62,7 +62,7 @@ fn the_slope_drive_is_the_virtual_boards() {
     let scenario = scenario("slope-drive");
     let (_, plant) = world(&scenario);
     let mut backend = EmulatedBackend::power_on(firmware(), plant, Settings::default()).expect("the board powers up");
-    let emulated = scenario::run(&scenario, &mut backend, |_| {});
+    let emulated = scenario::run(&scenario, &mut backend, |_| {}).expect("a valid plant");
     let (found, resets) = backend
         .emulation()
         .expect("it ran to the end")
@@ -124,7 +124,7 @@ fn a_vehicle_laid_into_the_flash_is_the_one_flown() {
     let outcome = drive_stored(&scenario, &parameters);
     stored::was_taken(&outcome.log).expect("it is flown");
     let last = outcome.trace.rows.last().expect("a trace");
-    let (reported, truth) = (f64::from(last.status.speed_m_s), last.truth.speed_m_s);
+    let (reported, truth) = (f64::from(last.status.estimate.speed_m_s), last.truth.speed_m_s);
     println!("{reported:.4} m/s reported, {truth:.4} m/s driven");
     assert!((0.8..1.2).contains(&truth), "{truth}");
     assert!(
@@ -139,7 +139,7 @@ fn a_vehicle_of_another_kind_is_not_taken() {
     scenario.duration_s = 0.2;
     scenario.steps.clear();
     let mut parameters = built_in::PARAMETERS.cast::<f64>();
-    parameters.camera = None;
+    parameters.spar = None;
     let outcome = drive_stored(&scenario, &parameters);
     let refused = stored::was_taken(&outcome.log).expect_err("the firmware has a spar");
     assert!(refused.to_string().contains("camera spar"), "{refused}");
@@ -147,7 +147,7 @@ fn a_vehicle_of_another_kind_is_not_taken() {
         outcome
             .log
             .iter()
-            .any(|line| line.contains("of another firmware, built-in set")),
+            .any(|line| line.contains("belongs to another firmware, built-in set")),
         "{:#?}",
         outcome.log
     );

@@ -2,7 +2,8 @@
 
 use board_emulator::elf::flight;
 use firmware::built_in;
-use firmware::drive::FlightRecord;
+use firmware::drive_board::SCALES;
+use firmware::flight_record::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
@@ -58,7 +59,7 @@ fn record(ticks: u64) -> Vec<FlightRecord> {
 }
 
 fn core(parameters: &model::vehicle::VehicleParameters<f32>) -> VehicleCore {
-    VehicleCore::new(&Vehicle::new(*parameters).expect("the built-in vehicle"))
+    VehicleCore::new(&Vehicle::new(*parameters).expect("the built-in vehicle"), &SCALES)
 }
 
 /// Replays records; returns the number of the first tick that differs.

@@ -1,9 +1,9 @@
 //! Noise and broken frames on the wire: nothing moves, the board keeps answering, every bad frame is counted.
 
 use board_emulator::board::BridgeState;
-use firmware::protocol::frame::encode;
-use firmware::protocol::message::{HostMessage, PROTOCOL_VERSION};
-use model::supervise::arming::{Mode, Request};
+use firmware::protocol::frame::FRAME_MAX;
+use firmware::protocol::message::Order;
+use model::supervise::arming::Mode;
 
 use crate::support::{Operator, noise, ready};
 
@@ -15,16 +15,20 @@ fn assert_unharmed(board: &mut Operator) {
         .expect("it runs");
     assert_eq!(bridges, [BridgeState::Open; 3]);
     assert_eq!(resets, []);
-    assert_eq!(board.status().mode, Mode::Disarmed);
-    assert_eq!(board.status().refused_arms, 0, "nothing was taken for a request");
-    assert_eq!(board.bad_frames, 0, "what the board sends stays readable");
+    assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
+    assert_eq!(
+        board.status().vehicle.refused_arms,
+        0,
+        "nothing was taken for a request"
+    );
+    assert_eq!(board.client.bad_frames, 0, "what the board sends stays readable");
 }
 
 #[test]
 fn a_hundred_thousand_bytes_of_noise_move_nothing() {
     let mut board = ready();
     board.run(20);
-    let before = board.status().bad_frames;
+    let before = board.status().link.unreadable_frames();
     // Full rate is 92 bytes a millisecond.
     let bytes = noise(100_000, 0x1234_5678_9ABC_DEF1);
     let zeros = bytes.iter().filter(|byte| **byte == 0).count() as u32;
@@ -38,41 +42,42 @@ fn a_hundred_thousand_bytes_of_noise_move_nothing() {
         0
     );
     assert_unharmed(&mut board);
-    let counted = board.status().bad_frames - before;
+    let counted = board.status().link.unreadable_frames() - before;
     println!("{counted} bad frames counted of {zeros} delimiters");
     // Every delimiter ends a frame, but two in a row end none. An overlong frame is counted once.
-    assert!(counted <= zeros + 100_000 / 256, "{counted}");
+    assert!(counted <= zeros + 100_000 / FRAME_MAX as u32, "{counted}");
     assert!(counted * 10 >= zeros * 9, "{counted} of {zeros}");
 
     board.emulation.send(&[0]).expect("the wire stands");
-    board.send(&HostMessage::Identify);
+    let asked = board.order(Order::ClearFaults).expect("identified");
     board.run(50);
-    assert_eq!(board.protocol, Some(PROTOCOL_VERSION), "it still listens");
+    assert!(board.client.answer_to(asked).is_some(), "it still listens");
 }
 
 #[test]
 fn garbage_truncated_and_overlong_frames_are_counted() {
     let mut board = ready();
     board.run(20);
-    let before = board.status().bad_frames;
-    let arm = encode(&HostMessage::Request(Request::Arm)).expect("it fits");
+    let before = board.status().link.unreadable_frames();
+    let now_us = board.emulation.now() / 1000;
+    let (_, arm) = board.client.order(now_us, Order::Arm).expect("identified");
 
     // Truncated: the byte before the delimiter is missing.
     let mut bytes = arm[..arm.len() - 2].to_vec();
     bytes.push(0);
     // Overlong, with its delimiter.
-    bytes.extend([1; 400]);
+    bytes.extend([1; FRAME_MAX + 100]);
     bytes.push(0);
     // One flipped bit, in every byte in turn.
     for n in 0..arm.len() - 1 {
-        let mut flipped = arm.to_vec();
+        let mut flipped = arm.clone();
         flipped[n] ^= 0x10;
         bytes.extend(flipped);
     }
     board.emulation.send(&bytes).expect("the wire stands");
     board.run(100);
     assert_unharmed(&mut board);
-    let counted = board.status().bad_frames - before;
+    let counted = board.status().link.unreadable_frames() - before;
     // A flipped bit may turn a byte into a delimiter or a delimiter into data; no flip leaves a good frame.
     let flips = arm.len() as u32 - 1;
     assert!(

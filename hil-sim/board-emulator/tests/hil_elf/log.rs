@@ -50,10 +50,10 @@ fn a_full_log_in_blocking_mode_stops_nothing() {
     let before = *board.status();
     board.run(DRIVEN_MS);
     let after = *board.status();
-    assert_eq!(after.mode, Mode::Armed, "faults {:#b}", after.faults);
-    let ticks = u64::from(after.tick - before.tick);
+    assert_eq!(after.vehicle.mode, Mode::Armed, "faults {}", after.vehicle.faults);
+    let ticks = u64::from(after.vehicle.tick - before.vehicle.tick);
     assert!((DRIVEN_MS - 60..=DRIVEN_MS + 60).contains(&ticks), "{ticks} ticks");
-    assert_eq!(after.late_ticks, before.late_ticks);
+    assert_eq!(after.vehicle.late_ticks, before.vehicle.late_ticks);
     let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
     assert_eq!(resets, []);
 

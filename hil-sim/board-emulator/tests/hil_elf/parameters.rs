@@ -13,15 +13,14 @@ use board_emulator::vehicle::Bench;
 use board_emulator::vehicle::stored::REGION;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use firmware::built_in;
-use firmware::parameters::{ParameterStore, set, value};
-use firmware::protocol::message::{HostMessage, ParameterAnswer, ParameterRequest};
+use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, PARAMETER_SECTORS};
+use firmware::parameters::ParameterStore;
+use firmware::protocol::message::{Answer, Order, ParameterAnswer, ParameterRequest};
 use model::vehicle::{Vehicle, VehicleParameters};
 
 use crate::support::{BATTERY_V, Operator, firmware, noise, powered, ready};
 
-const SECTOR: usize = 128 * 1024;
-const REGION_BYTES: usize = 2 * SECTOR;
-const WORD: usize = 32;
+const REGION_BYTES: usize = PARAMETER_SECTORS * FLASH_SECTOR_BYTES;
 /// Most boots from the states that power cuts of one store leave.
 const BOOTS_MAX: usize = 50;
 /// The parameter that the tests change: its number, and two values in its range.
@@ -66,7 +65,7 @@ fn log_has(board: &mut Operator, text: &str) -> bool {
 fn a_stored_set_is_kept_over_resets_and_power_cycles() {
     let mut board = ready();
     assert!(log_has(&mut board, "parameters: nothing stored, built-in set"));
-    let built_in = value(&built_in::PARAMETERS, NUMBER).expect("the number is a parameter's");
+    let built_in = built_in::PARAMETERS.value(NUMBER).expect("the number is a parameter's");
     assert_eq!(read(&mut board), built_in);
     write(&mut board, NEW);
     assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Stored);
@@ -116,7 +115,7 @@ fn random_bytes_boot_to_the_built_in_set() {
     let log = board.log();
     assert!(log.iter().any(|line| line.contains("built-in set")), "{log:#?}");
     assert!(log.iter().any(|line| line.contains("self-check done")), "{log:#?}");
-    assert_eq!(Some(read(&mut board)), value(&built_in::PARAMETERS, NUMBER));
+    assert_eq!(Some(read(&mut board)), built_in::PARAMETERS.value(NUMBER));
     let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
     assert_eq!(resets, []);
 }
@@ -130,8 +129,8 @@ fn a_power_cut_leaves_the_old_or_the_new_set() {
         board.run(700);
         assert_eq!(read(&mut board), OLD);
         write(&mut board, NEW);
-        board.send(&HostMessage::Parameters(ParameterRequest::Store));
-        let (states, cuts) = states_of(&mut board);
+        let store = board.order(Order::Parameters(ParameterRequest::Store));
+        let (states, cuts) = states_of(&mut board, store.expect("identified"));
         assert!(cuts >= 50, "{cuts}");
         assert!(states.len() >= 4, "{} different states", states.len());
         let mut seen = BTreeMap::new();
@@ -156,16 +155,18 @@ fn a_power_cut_leaves_the_old_or_the_new_set() {
     }
 }
 
-/// Runs through a store until the board answers, and cuts power at each step: fine ones while the flash changes,
+/// Runs until the board answers the order `store`, and cuts power at each step: fine ones while the flash changes,
 /// coarse ones while it does not. Returns the different flash contents that the cuts leave, torn words included, and
 /// the number of cuts.
-fn states_of(board: &mut Operator) -> (Vec<Vec<u8>>, usize) {
+fn states_of(board: &mut Operator, store: u32) -> (Vec<Vec<u8>>, usize) {
     let mut states = vec![region(board)];
     let mut cuts = 0;
     let start = board.emulation.now();
     let mut quiet = 0;
-    board.answers.clear();
-    while board.answers.is_empty() {
+    let answer = loop {
+        if let Some(answer) = board.client.answer_to(store) {
+            break answer;
+        }
         // The board searches the flash before it writes and after it, and an erase takes a second.
         let step = if quiet < 60 { 100 * US } else { 2 * MS };
         board.emulation.run_for(step).expect("it runs");
@@ -181,9 +182,9 @@ fn states_of(board: &mut Operator) -> (Vec<Vec<u8>>, usize) {
             states.push(state);
             cuts += 1;
         }
-    }
+    };
     println!("the store takes {} ms", (board.emulation.now() - start) / MS);
-    assert_eq!(board.answers, [ParameterAnswer::Stored]);
+    assert_eq!(answer, Answer::Parameters(ParameterAnswer::Stored));
     (states, cuts)
 }
 
@@ -192,7 +193,7 @@ fn torn(before: &[u8], after: &[u8]) -> Vec<u8> {
     let mut torn = after.to_vec();
     for (n, (byte, old)) in torn.iter_mut().zip(before).enumerate() {
         // Half of the bytes, in a pattern unrelated to any field's boundaries.
-        if (n * 7 + n / WORD * 3) % 16 < 8 {
+        if (n * 7 + n / FLASH_WORD_BYTES * 3) % 16 < 8 {
             *byte = *old;
         }
     }
@@ -224,8 +225,8 @@ impl ReadNorFlash for HostFlash {
 }
 
 impl NorFlash for HostFlash {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = SECTOR;
+    const WRITE_SIZE: usize = FLASH_WORD_BYTES;
+    const ERASE_SIZE: usize = FLASH_SECTOR_BYTES;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Infallible> {
         *self.erases.borrow_mut() += 1;
@@ -252,7 +253,7 @@ fn stored_until(enough: impl Fn(u32, u32) -> bool) -> Vec<u8> {
         panic!("two sectors are enough");
     };
     let mut parameters: VehicleParameters<f32> = built_in::PARAMETERS;
-    set(&mut parameters, NUMBER, OLD).expect("in range");
+    parameters.set(NUMBER, OLD).expect("in range");
     let vehicle = Vehicle::new(parameters).expect("consistent");
     for stores in 0.. {
         let before = flash.bytes.borrow().clone();

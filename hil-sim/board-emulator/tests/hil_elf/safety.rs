@@ -4,6 +4,7 @@ use board_emulator::board::BridgeState;
 use board_emulator::run::Emulation;
 use board_emulator::time::{MS, US};
 use model::supervise::arming::Mode;
+use model::supervise::codes::Fault;
 
 use crate::support::{Operator, firmware, ready};
 
@@ -87,8 +88,8 @@ fn the_stops_first_contact_alone_disarms_within_a_tick() {
     // One tick, and the time for which a tick waits for the IMU.
     assert!(opened - pressed_at <= 1500 * US, "{} us", (opened - pressed_at) / US);
     board.run(50);
-    assert_eq!(board.status().mode, Mode::Disarmed);
-    assert_eq!(board.status().faults & 1, 1, "fault 0 is the emergency stop");
+    assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
+    assert!(board.status().vehicle.faults.contains(Fault::EmergencyStop));
 }
 
 #[test]
@@ -106,8 +107,8 @@ fn a_driver_fault_stays_open_until_it_is_cleared() {
         board.run(20);
         assert!(open(bridges(&mut board.emulation)), "also after the fault is gone");
     }
-    assert_eq!(board.status().faults & 2, 2, "fault 1 is the bridges' break");
-    assert_eq!(board.status().mode, Mode::Disarmed);
+    assert!(board.status().vehicle.faults.contains(Fault::BridgeBreak));
+    assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
 }
 
 /// Undoes a patch and runs for a second, in which the part starts with its bridges open throughout; returns the
@@ -197,7 +198,7 @@ fn a_fault_opens_the_bridges_and_its_message_outlives_the_reset() {
     assert!(cause.contains("Core"), "{cause}");
 
     let log = mended(&mut board, address, before);
-    let report = format!("the run before ended: hard fault at {address:#010x}");
+    let report = format!("the last run ended: hard fault at {address:#010x}");
     assert!(log.iter().any(|line| line.contains(&report)), "{report}: {log:#?}");
     assert!(log.iter().any(|line| line.contains("reset by software")), "{log:#?}");
 
@@ -207,10 +208,7 @@ fn a_fault_opens_the_bridges_and_its_message_outlives_the_reset() {
     board.run(500);
     let log = board.log();
     assert!(log.len() > lines, "{log:#?}");
-    let again = log
-        .iter()
-        .skip(lines)
-        .find(|line| line.contains("the run before ended"));
+    let again = log.iter().skip(lines).find(|line| line.contains("the last run ended"));
     assert_eq!(again, None);
 }
 

@@ -7,9 +7,9 @@ use board_emulator::elf::{Firmware, build};
 use board_emulator::run::{Emulation, Frozen, Settings};
 use board_emulator::time::MS;
 use board_emulator::vehicle::Bench;
-use firmware::protocol::frame::{Decoder, Received, encode};
-use firmware::protocol::message::{BoardMessage, HostMessage, ParameterAnswer, ParameterRequest, Status};
-use model::supervise::arming::{Mode, Request};
+use firmware::protocol::message::{Answer, BoardStatus, Order, ParameterAnswer, ParameterRequest};
+use model::supervise::arming::Mode;
+use virtual_board::link_client::LinkClient;
 
 /// Battery voltage of the vehicle on the bench in V.
 pub const BATTERY_V: f64 = 24.0;
@@ -60,11 +60,8 @@ pub fn noise(length: usize, seed: u64) -> Vec<u8> {
 /// An operator at the host's end of the link.
 pub struct Operator {
     pub emulation: Emulation,
-    decoder: Decoder,
-    pub statuses: Vec<Status>,
-    pub protocol: Option<u16>,
-    pub answers: Vec<ParameterAnswer>,
-    pub bad_frames: u32,
+    pub client: LinkClient,
+    pub statuses: Vec<BoardStatus>,
     /// Command that is repeated every 50 ms: speed in m/s and yaw rate in rad/s.
     pub command: Option<(f32, f32)>,
 }
@@ -73,27 +70,34 @@ impl Operator {
     pub fn new(emulation: Emulation) -> Self {
         Self {
             emulation,
-            decoder: Decoder::new(),
+            client: LinkClient::new(1),
             statuses: Vec::new(),
-            protocol: None,
-            answers: Vec::new(),
-            bad_frames: 0,
             command: None,
         }
     }
 
-    pub fn send(&mut self, message: &HostMessage) {
-        self.emulation
-            .send(&encode(message).expect("it fits"))
-            .expect("the wire stands");
+    /// Asks the board who it is, if it has not said so yet.
+    fn identify(&mut self) {
+        if self.client.identity().is_none() {
+            self.emulation.send(&self.client.identify()).expect("the wire stands");
+        }
+    }
+
+    /// Gives an order and returns its number; nothing before the board has said who it is.
+    pub fn order(&mut self, order: Order) -> Option<u32> {
+        let now_us = self.emulation.now() / 1000;
+        let (sequence, frame) = self.client.order(now_us, order)?;
+        self.emulation.send(&frame).expect("the wire stands");
+        Some(sequence)
     }
 
     /// Runs on for a time, repeats the command and receives.
     pub fn run(&mut self, milliseconds: u64) {
         let end = self.emulation.now() + milliseconds * MS;
         while self.emulation.now() < end {
+            self.identify();
             if let Some((speed_m_s, yaw_rate_rad_s)) = self.command {
-                self.send(&HostMessage::Drive {
+                self.order(Order::Drive {
                     speed_m_s,
                     yaw_rate_rad_s,
                 });
@@ -106,37 +110,33 @@ impl Operator {
     }
 
     pub fn listen(&mut self) {
+        let now_us = self.emulation.now() / 1000;
+        // Byte by byte, so that every status is seen.
         for byte in self.emulation.receive() {
-            match self.decoder.push(byte) {
-                Received::Nothing => {}
-                Received::Message(BoardMessage::Status(status)) => self.statuses.push(status),
-                Received::Message(BoardMessage::Identity { protocol }) => self.protocol = Some(protocol),
-                Received::Message(BoardMessage::Parameters(answer)) => self.answers.push(answer),
-                Received::Bad | Received::Overlong => self.bad_frames += 1,
-            }
+            self.client.receive(now_us, &[byte]);
+            self.statuses.extend(self.client.status.take());
         }
     }
 
     /// Asks about the parameters and waits for the answer.
     pub fn ask(&mut self, request: ParameterRequest) -> ParameterAnswer {
-        self.answers.clear();
-        self.send(&HostMessage::Parameters(request));
+        if self.client.identity().is_none() {
+            self.run(50);
+        }
+        let sequence = self.order(Order::Parameters(request)).expect("identified");
         for _ in 0..100 {
             self.run(50);
-            if let [answer] = self.answers[..] {
-                return answer;
+            match self.client.answer_to(sequence) {
+                Some(Answer::Parameters(answer)) => return answer,
+                Some(other) => panic!("{request:?}: {other:?}"),
+                None => {}
             }
-            assert!(
-                self.answers.is_empty(),
-                "one answer to one question: {:?}",
-                self.answers
-            );
         }
         panic!("no answer to {request:?}");
     }
 
     /// The latest status that the board sent.
-    pub fn status(&self) -> &Status {
+    pub fn status(&self) -> &BoardStatus {
         self.statuses.last().expect("the board sends its status")
     }
 
@@ -144,16 +144,10 @@ impl Operator {
     pub fn arm(&mut self) {
         self.command = Some((0.0, 0.0));
         self.run(100);
-        self.send(&HostMessage::Request(Request::Arm));
+        self.order(Order::Arm);
         self.run(50);
-        let status = self.status();
-        assert_eq!(
-            status.mode,
-            Mode::Armed,
-            "blockers {:#b}, faults {:#b}",
-            status.blockers,
-            status.faults
-        );
+        let status = &self.status().vehicle;
+        assert_eq!(status.mode, Mode::Armed, "{:?}, {:?}", status.blockers, status.faults);
     }
 
     /// The firmware's log so far.

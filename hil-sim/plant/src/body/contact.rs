@@ -86,7 +86,7 @@ impl Mode {
         }
     }
 
-    /// The mode after a solution with this one gave `slip`, and whether that is another mode.
+    /// The mode for the `slip` that a solution with this mode gave, and whether the mode has changed.
     #[inline]
     pub fn next(self, slip: [f64; 2], band: f64) -> (Self, bool) {
         let found = Self::of(slip, band);

@@ -1,4 +1,4 @@
-//! What resists acceleration: masses, first and second moments of the vehicle's bodies.
+//! The inertia of the vehicle's bodies: masses, first and second moments.
 
 use model::vehicle::Vehicle;
 
@@ -7,10 +7,14 @@ use model::vehicle::Vehicle;
 pub struct Inertia {
     /// Everything that moves with the axle, in kg.
     pub total_mass: f64,
-    /// First moment of the arm about the axle, m l, in kg m.
+    /// Mass of the arm, its payload included, in kg.
+    pub arm_mass: f64,
+    /// First moment of the arm about the axle, m l, in kg m, its payload included.
     pub arm_first: f64,
-    /// Second moment of the arm, m l^2.
+    /// Second moment of the arm, m l^2, its payload included.
     pub arm_second: f64,
+    /// Angle of the arm's centre of mass ahead of its own axis, in rad: 0 without a payload beside it.
+    pub arm_offset: f64,
     /// First moment of the spar (camera above, motor and ballast's pivot below), hanging positive.
     pub spar_first: f64,
     /// Second moment of the spar, the ballast's mass at its pivot included.
@@ -25,20 +29,25 @@ pub struct Inertia {
     pub yaw: f64,
     /// Spin inertia of one wheel.
     pub wheel: f64,
-    /// Rotor inertia of one drive at its output, n^2 J.
-    pub rotor: f64,
+    /// Rotor inertia of the left and the right drive at its output, n^2 J; 0 where a gearbox with play lets
+    /// the rotor turn by itself.
+    pub rotor: [f64; 2],
     /// Rotor inertia of the camera motor at its output.
-    pub camera_rotor: f64,
+    pub ballast_rotor: f64,
     /// Viscous damping between one wheel and the arm.
     pub bearing_damping: f64,
-    /// Viscous damping of the spar's bearing, pivoted on the chassis.
+    /// Viscous damping of the spar's bearing, pivoted on the arm.
     pub spar_damping: f64,
-    /// Wheel radius.
+    /// Mean of the wheels' radii.
     pub radius: f64,
+    /// How much larger the left wheel's radius is than the right one's.
+    pub radius_difference: f64,
+    /// Distance of the camera above the axle.
+    pub spar_length: f64,
     /// Half the track.
     pub half_track: f64,
     /// Whether there is a camera spar.
-    pub has_camera: bool,
+    pub has_spar: bool,
 }
 
 impl Inertia {
@@ -50,27 +59,32 @@ impl Inertia {
         let arm_first = b.arm_mass_kg * b.arm_length_m;
         let mut inertia = Self {
             total_mass: b.total_mass_kg,
+            arm_mass: b.arm_mass_kg,
             arm_first,
             arm_second: arm_first * b.arm_length_m,
+            arm_offset: 0.0,
             spar_first: 0.0,
             spar_second: 0.0,
             ballast_first: 0.0,
             ballast_second: 0.0,
             cross: 0.0,
             yaw: wheels_mass * b.half_track_m * b.half_track_m + b.yaw_inertia_kg_m2,
-            // A wheel without inertia would have no equation of its own while it is off the ground.
+            // A wheel without inertia would have no equation of motion while it is off the ground.
             wheel: (0.5 * b.wheels_inertia_kg_m2).max(1e-6 * b.total_mass_kg * b.wheel_radius_m * b.wheel_radius_m),
-            rotor: d.gear_ratio * d.gear_ratio * d.rotor_inertia_kg_m2,
-            camera_rotor: 0.0,
+            rotor: [d.gear_ratio * d.gear_ratio * d.rotor_inertia_kg_m2; 2],
+            ballast_rotor: 0.0,
             bearing_damping: 0.5 * b.bearing_damping_n_m_s,
             spar_damping: 0.0,
             radius: b.wheel_radius_m,
+            radius_difference: 0.0,
+            spar_length: 0.0,
             half_track: b.half_track_m,
-            has_camera: false,
+            has_spar: false,
         };
-        if let Some((c, m)) = &p.camera {
+        if let Some((c, m)) = &p.spar {
             let below = c.motor_mass_kg + c.ballast_mass_kg;
-            inertia.has_camera = true;
+            inertia.has_spar = true;
+            inertia.spar_length = c.spar_length_m;
             inertia.total_mass += c.camera_mass_kg + below;
             inertia.spar_first = below * c.motor_arm_m - c.camera_mass_kg * c.spar_length_m;
             inertia.spar_second =
@@ -78,7 +92,7 @@ impl Inertia {
             inertia.ballast_first = c.ballast_mass_kg * c.ballast_arm_m;
             inertia.ballast_second = inertia.ballast_first * c.ballast_arm_m;
             inertia.cross = inertia.ballast_first * c.motor_arm_m;
-            inertia.camera_rotor = m.gear_ratio * m.gear_ratio * m.rotor_inertia_kg_m2;
+            inertia.ballast_rotor = m.gear_ratio * m.gear_ratio * m.rotor_inertia_kg_m2;
             inertia.spar_damping = c.spar_damping_n_m_s;
         }
         inertia

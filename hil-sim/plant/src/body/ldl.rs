@@ -1,7 +1,7 @@
 //! L D L^T of the vehicle's small symmetric matrix, factored once and solved for several right sides.
 //!
-//! The speeds are ordered so that what couples to little is eliminated first; the zeros that stay zero
-//! are known, so nearly half of the dense work remains undone.
+//! The speeds are ordered so that those with few couplings are eliminated first. The zeros that stay zero
+//! are known, which saves nearly half of the dense work.
 
 use super::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 
@@ -33,8 +33,8 @@ pub struct Factored {
 }
 
 impl Factored {
-    /// Factors `a` (its lower triangle, with the pattern above) without pivoting: it is positive definite,
-    /// and L D L^T does not care how its unknowns are scaled.
+    /// Factors `a` (its lower triangle, with the pattern above) without pivoting: `a` is positive
+    /// definite, and L D L^T does not depend on the scale of the unknowns.
     #[inline]
     pub fn new(mut a: Symmetric) -> Self {
         eliminate(&mut a, RIGHT, WHEEL);

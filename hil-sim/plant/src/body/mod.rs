@@ -3,9 +3,9 @@
 //! # Coordinates
 //! Axle centre x, y in the base plane and z above its height on the bare plane; heading; wheel angles;
 //! arm angle phi, spar angle and ballast angle, these three **from the plane's normal** and forward
-//! positive (a rotation about -y). The ballast's angle is kept absolute here, its relative rate is what
-//! its motor turns. Speeds: (u, w, v_z) of the axle in the heading's axes (forward, left, up), yaw rate
-//! and the five rates, so that all nine are free: rolling is what friction makes of them.
+//! positive (a rotation about -y). The ballast's angle is absolute here; its motor turns it relative to the
+//! spar. Speeds: (u, w, v_z) of the axle in the heading's axes (forward, left, up), yaw rate
+//! and the five rates, so that all nine are free: the wheels roll because of friction.
 //!
 //! # Equations
 //! With e1 forward, e2 left, e3 the plane's normal, every mass off the axle sits at a e1 + b e3 with
@@ -33,7 +33,7 @@
 //!
 //! for q = phi, spar, ballast (spar and ballast coupled by m_r l_m l_r cos(ballast - spar)). On a plane,
 //! wheels rolling, they are Eq. 3.12/3.13 of the planar vehicle, the corrected reduced equations of ch. 6
-//! (erratum E23) and the corrected coupled vehicle of ch. 8 with the spar pivoted on the chassis (errata
+//! (erratum E23) and the corrected coupled vehicle of ch. 8 with the spar pivoted on the arm (errata
 //! E32 to E36): the tests hold them against `model::dynamics`.
 //!
 //! # Contact
@@ -60,24 +60,31 @@
 
 mod contact;
 mod inertia;
+mod joint;
 mod ldl;
 mod motion;
+mod outside;
+mod payload;
 mod step;
 #[cfg(test)]
 mod tests;
 
 use contact::Mode;
 pub use inertia::Inertia;
+pub use joint::JointTorque;
 use ldl::{SPEEDS, Speeds, dot};
 use model::real::Real;
 use model::sample::MOTORS;
 use model::vehicle::Vehicle;
 use motion::Configuration;
 pub use motion::Gravity;
+use outside::Outside;
+pub use outside::{Push, PushedBody};
+pub use payload::Payload;
 
 use super::terrain::Ground;
 
-// The order is that of elimination: what couples to little comes first (see `ldl`).
+// The order is that of elimination: speeds with few couplings come first (see `ldl`).
 /// Index of the right wheel.
 pub const RIGHT: usize = 0;
 /// Index of the left wheel.
@@ -105,50 +112,6 @@ const JOINTS: [[(usize, f64); 2]; MOTORS] = [
     [(RIGHT, 1.0), (PHI, 1.0)],
     [(BALLAST, 1.0), (SPAR, -1.0)],
 ];
-/// What a motor does to its joint within one substep: `constant - damping * mean rate` within its limit,
-/// and dry friction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct JointTorque {
-    /// Torque at rate zero, in N m at the gearbox output.
-    pub constant_n_m: f64,
-    /// Slope against the mean rate over the substep, in N m s/rad.
-    pub damping_n_m_s: f64,
-    /// Largest torque either way, in N m: where the bridge chops.
-    pub limit_n_m: f64,
-    /// Coulomb friction at the output, in N m.
-    pub coulomb_n_m: f64,
-}
-
-impl JointTorque {
-    /// No motor.
-    pub const NONE: Self = Self {
-        constant_n_m: 0.0,
-        damping_n_m_s: 0.0,
-        limit_n_m: f64::INFINITY,
-        coulomb_n_m: 0.0,
-    };
-
-    /// The law's branch at a mean rate: the linear one, or constant at a limit.
-    fn branch(&self, mean_rate: f64) -> Branch {
-        let torque = self.constant_n_m - self.damping_n_m_s * mean_rate;
-        if torque.abs() <= self.limit_n_m {
-            Branch::Linear
-        } else if torque > 0.0 {
-            Branch::Upper
-        } else {
-            Branch::Lower
-        }
-    }
-
-    /// Constant and damping of a branch.
-    fn on(&self, branch: Branch) -> (f64, f64) {
-        match branch {
-            Branch::Linear => (self.constant_n_m, self.damping_n_m_s),
-            Branch::Upper => (self.limit_n_m, 0.0),
-            Branch::Lower => (-self.limit_n_m, 0.0),
-        }
-    }
-}
 
 /// A body that swings about the axle.
 #[derive(Debug, Clone, Copy)]
@@ -172,14 +135,6 @@ fn turned((sin, cos): (f64, f64), from: f64, to: f64) -> (f64, f64) {
     let s = turn * (1.0 - square / 6.0 * (1.0 - square / 20.0));
     let c = 1.0 - 0.5 * square * (1.0 - square / 12.0);
     (sin * c + cos * s, cos * c - sin * s)
-}
-
-/// Branch of a motor's law.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Branch {
-    Linear,
-    Upper,
-    Lower,
 }
 
 /// A contact of a wheel as it was in the last substep.
@@ -216,7 +171,8 @@ pub struct Body {
     /// Of the motors' joints over the last substep.
     mean_rates: [f64; MOTORS],
     in_flight: bool,
-    chocked: bool,
+    outside: Outside,
+    payload: Payload,
     slope: [f64; 2],
 }
 
@@ -235,7 +191,8 @@ impl Body {
             middle: [(0.0, (0.0, 1.0)); 2],
             mean_rates: [0.0; MOTORS],
             in_flight: false,
-            chocked: false,
+            outside: Outside::default(),
+            payload: Payload::default(),
             slope: [0.0; 2],
         };
         body.place(ground, 0.0, 0.0, 0.0);
@@ -276,6 +233,11 @@ impl Body {
         &self.inertia
     }
 
+    /// The constants of the vehicle, to change them.
+    pub(crate) fn inertia_mut(&mut self) -> &mut Inertia {
+        &mut self.inertia
+    }
+
     /// Positions (see the indices of this module).
     pub fn position(&self) -> &Speeds {
         &self.position
@@ -298,7 +260,15 @@ impl Body {
 
     /// How the arm swings.
     pub fn arm_swing(&self) -> Swing {
-        self.swing(PHI, self.middle[0])
+        let (angle, sin_cos) = self.middle[0];
+        if self.inertia.arm_offset == 0.0 {
+            return self.swing(PHI, (angle, sin_cos));
+        }
+        // The middle is that of the centre of mass; the arm's own axis is beside it.
+        Swing {
+            sin_cos: Real::sin_cos(self.position[PHI]),
+            ..self.swing(PHI, (angle, sin_cos))
+        }
     }
 
     /// How the spar swings.
@@ -332,16 +302,6 @@ impl Body {
     /// The axle is off the ground.
     pub fn in_flight(&self) -> bool {
         self.in_flight
-    }
-
-    /// Wheels blocked by chocks (a hand on the rims): they do not turn; the arm still swings.
-    pub fn chocked(&self) -> bool {
-        self.chocked
-    }
-
-    /// Puts chocks to the wheels or takes them away.
-    pub fn set_chocked(&mut self, chocked: bool) {
-        self.chocked = chocked;
     }
 
     /// Pitch of the base plane along the heading: angle from the plane's normal to the vertical. Adding
@@ -384,7 +344,7 @@ impl Body {
     fn gravity_at(&self, ground: &Ground, (sin, cos): (f64, f64), heights: [f64; 2]) -> Gravity {
         let [n1, n2, n3] = ground.up_m_s2();
         let across = n2 * cos - n1 * sin;
-        let rise = (heights[1] - heights[0]) / (2.0 * self.inertia.half_track);
+        let rise = (heights[1] - heights[0] + self.inertia.radius_difference) / (2.0 * self.inertia.half_track);
         // Left wheel higher: the axle's left end points up by `rise`.
         let scale = 1.0 / (1.0 + rise * rise).sqrt();
         Gravity {

@@ -22,7 +22,7 @@ pub struct Gravity {
 /// Sines, cosines and moments of one configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct Configuration {
-    /// Sine and cosine of the arm's angle.
+    /// Sine and cosine of the angle of the arm's centre of mass.
     pub arm: (f64, f64),
     /// Of the spar's.
     pub spar: (f64, f64),
@@ -43,8 +43,8 @@ impl Configuration {
     /// The configuration at the positions `q`.
     #[inline]
     pub fn new(inertia: &Inertia, q: &Speeds) -> Self {
-        let arm = Real::sin_cos(q[PHI]);
-        let (spar, ballast) = if inertia.has_camera {
+        let arm = Real::sin_cos(q[PHI] + inertia.arm_offset);
+        let (spar, ballast) = if inertia.has_spar {
             (Real::sin_cos(q[SPAR]), Real::sin_cos(q[BALLAST]))
         } else {
             ((0.0, 1.0), (0.0, 1.0))
@@ -81,21 +81,22 @@ impl Configuration {
         m[LIFT][LIFT] = i.total_mass;
         m[YAW][SIDE] = self.ahead;
         m[YAW][YAW] = i.yaw + self.ahead2;
-        m[RIGHT][RIGHT] = i.wheel + i.rotor;
-        m[LEFT][LEFT] = i.wheel + i.rotor;
+        let [left, right] = i.rotor;
+        m[RIGHT][RIGHT] = i.wheel + right;
+        m[LEFT][LEFT] = i.wheel + left;
         m[PHI][FORWARD] = i.arm_first * self.arm.1;
         m[PHI][LIFT] = i.arm_first * self.arm.0;
-        m[PHI][RIGHT] = i.rotor;
-        m[PHI][LEFT] = i.rotor;
-        m[PHI][PHI] = i.arm_second + 2.0 * i.rotor;
-        if i.has_camera {
+        m[PHI][RIGHT] = right;
+        m[PHI][LEFT] = left;
+        m[PHI][PHI] = i.arm_second + (left + right);
+        if i.has_spar {
             m[FORWARD][SPAR] = i.spar_first * self.spar.1;
             m[LIFT][SPAR] = i.spar_first * self.spar.0;
-            m[SPAR][SPAR] = i.spar_second + i.camera_rotor;
+            m[SPAR][SPAR] = i.spar_second + i.ballast_rotor;
             m[FORWARD][BALLAST] = i.ballast_first * self.ballast.1;
             m[LIFT][BALLAST] = i.ballast_first * self.ballast.0;
-            m[SPAR][BALLAST] = i.cross * self.relative.1 - i.camera_rotor;
-            m[BALLAST][BALLAST] = i.ballast_second + i.camera_rotor;
+            m[SPAR][BALLAST] = i.cross * self.relative.1 - i.ballast_rotor;
+            m[BALLAST][BALLAST] = i.ballast_second + i.ballast_rotor;
         } else {
             // No spar: its speeds stay zero.
             m[SPAR][SPAR] = 1.0;
@@ -158,7 +159,7 @@ impl Configuration {
                 - i.total_mass * g.normal;
         f[YAW] = -ahead2_rate * yaw - self.ahead * (yaw * u[FORWARD] + g.across);
         f[PHI] = yaw2 * i.arm_second * arm.0 * arm.1 + hang(i.arm_first, arm);
-        if i.has_camera {
+        if i.has_spar {
             f[SPAR] = i.cross * self.relative.0 * ballast2
                 + yaw2 * (i.spar_second * spar.0 * spar.1 + i.cross * spar.1 * ballast.0)
                 + hang(i.spar_first, spar);

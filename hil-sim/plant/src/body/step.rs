@@ -1,4 +1,5 @@
-//! One substep: assemble, solve for the change of the speeds, find who sticks and who slides, move.
+//! One substep: assembles the equations, solves for the change of the speeds, finds which contacts stick and
+//! which slide, and moves the bodies.
 //!
 //! The scheme is described in [`super`].
 
@@ -6,17 +7,14 @@ use model::real::Real;
 use model::sample::MOTORS;
 
 use super::contact::{GEAR_BAND_RAD_S, Linear, Mode, WHEEL_BAND_M_S};
+use super::joint::Branch;
 use super::ldl::{Factored, SPEEDS, Speeds, Symmetric, add_outer, add_scaled, dot};
 use super::motion::Configuration;
-use super::{
-    ANGLES, Body, Branch, FORWARD, JOINTS, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW,
-};
+use super::{ANGLES, Body, FORWARD, JOINTS, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW};
 use crate::terrain::Ground;
 
 /// Stiffness of the normal constraint on the end-of-step speed, in N s/m: 13 kg sink 0.1 um/s.
 const NORMAL_N_S_M: f64 = 1e9;
-/// Stiffness of a chock on its wheel's rate, in N m s/rad.
-const CHOCK_N_M_S: f64 = 1e7;
 /// Newton iterations after which the secant takes over, and at most.
 const NEWTON_MAX: usize = 6;
 const ITERATIONS_MAX: usize = 16;
@@ -45,6 +43,18 @@ fn end_weight(impulse_per_rate: f64, inertia: f64) -> f64 {
 impl Body {
     /// Advances by `h` seconds under the motors' `joints`.
     pub fn step(&mut self, h: f64, ground: &Ground, joints: &[JointTorque; MOTORS]) {
+        let weights = self.joint_weights(h, joints);
+        self.step_weighted(h, ground, joints, weights);
+    }
+
+    /// As [`Body::step`], with each joint's mean rate this far into the substep.
+    pub(crate) fn step_weighted(
+        &mut self,
+        h: f64,
+        ground: &Ground,
+        joints: &[JointTorque; MOTORS],
+        weights: [f64; MOTORS],
+    ) {
         let u = self.speed;
         let half = 0.5 * h;
         let mut middle = self.position;
@@ -56,9 +66,11 @@ impl Body {
         self.middle = [(middle[PHI], c.arm), (middle[SPAR], c.spar)];
         let contacts = self.contacts(h, ground, heading);
 
-        let weights = self.joint_weights(h, joints);
         let mut branches: [Branch; MOTORS] = core::array::from_fn(|i| joints[i].branch(dot(&JOINTS[i], &u)));
         let (mut base, mut load) = self.smooth_terms(h, &c, joints, branches, weights);
+        if self.outside.acts {
+            self.act(h, &c, &mut base, &mut load);
+        }
 
         let predicted = self.position[LIFT] + h * u[LIFT];
         let mut grounded = !self.in_flight || predicted <= contacts.height;
@@ -97,7 +109,7 @@ impl Body {
                 0.0
             };
             if push < 0.0 {
-                // The ground cannot pull: solve again without it.
+                // The ground cannot pull: solve again without the normal constraint.
                 grounded = false;
                 continue;
             }
@@ -115,12 +127,15 @@ impl Body {
                 again |= changed && joints[i].coulomb_n_m > 0.0;
                 gear_modes[i] = mode;
                 self.mean_rates[i] = start + weights[i] * (rate - start);
-                let branch = joints[i].branch(self.mean_rates[i]);
+                let branch = joints[i].next_branch(branches[i], self.mean_rates[i]);
                 switched |= branch != branches[i];
                 branches[i] = branch;
             }
             if switched {
                 (base, load) = self.smooth_terms(h, &c, joints, branches, weights);
+                if self.outside.acts {
+                    self.act(h, &c, &mut base, &mut load);
+                }
                 again = true;
             }
             let forces: [[f64; 2]; 2] = core::array::from_fn(|i| laws[i].force(slip[i]));
@@ -155,9 +170,9 @@ impl Body {
     }
 
     /// How far into the substep each joint's mean rate lies.
-    fn joint_weights(&self, h: f64, joints: &[JointTorque; MOTORS]) -> [f64; MOTORS] {
-        let drive = self.inertia.wheel + self.inertia.rotor;
-        let inertias = [drive, drive, self.inertia.ballast_second + self.inertia.camera_rotor];
+    pub(crate) fn joint_weights(&self, h: f64, joints: &[JointTorque; MOTORS]) -> [f64; MOTORS] {
+        let [left, right] = self.inertia.rotor.map(|rotor| self.inertia.wheel + rotor);
+        let inertias = [left, right, self.inertia.ballast_second + self.inertia.ballast_rotor];
         let viscous = self.viscous();
         core::array::from_fn(|i| end_weight(h * (joints[i].damping_n_m_s + viscous[i]), inertias[i]))
     }
@@ -174,7 +189,7 @@ impl Body {
         let mut a = c.mass(&self.inertia);
         let mut b = [0.0; SPEEDS];
         let viscous = self.viscous();
-        let count = if self.inertia.has_camera { MOTORS } else { MOTORS - 1 };
+        let count = if self.inertia.has_spar { MOTORS } else { MOTORS - 1 };
         for i in 0..count {
             let (constant, damping) = joints[i].on(branches[i]);
             let damping = damping + viscous[i];
@@ -182,18 +197,11 @@ impl Body {
             let torque = constant - damping * dot(&JOINTS[i], &self.speed);
             add_scaled(&mut b, &JOINTS[i], h * torque);
         }
-        if self.inertia.has_camera {
+        if self.inertia.has_spar {
             let damping = self.inertia.spar_damping;
             let weight = end_weight(h * damping, self.inertia.spar_second);
             add_outer(&mut a, &SPAR_BEARING, weight * h * damping);
             add_scaled(&mut b, &SPAR_BEARING, -h * damping * dot(&SPAR_BEARING, &self.speed));
-        }
-        if self.chocked {
-            for wheel in [RIGHT, LEFT] {
-                let row = [(wheel, 1.0)];
-                add_outer(&mut a, &row, h * CHOCK_N_M_S);
-                add_scaled(&mut b, &row, -h * CHOCK_N_M_S * self.speed[wheel]);
-            }
         }
         (a, b)
     }
@@ -257,7 +265,12 @@ impl Body {
 
     /// Geometry of the contacts at the end of the step, as far as the old speeds foretell it.
     fn contacts(&mut self, h: f64, ground: &Ground, (sin, cos): (f64, f64)) -> Contacts {
-        let (u, d, r) = (&self.speed, self.inertia.half_track, self.inertia.radius);
+        let (u, d) = (&self.speed, self.inertia.half_track);
+        let half_difference = 0.5 * self.inertia.radius_difference;
+        let radii = [
+            self.inertia.radius - half_difference,
+            self.inertia.radius + half_difference,
+        ];
         let x = self.position[FORWARD] + h * (u[FORWARD] * cos - u[SIDE] * sin);
         // Heading at the end, to first order in the turn.
         let reach = d * (sin + 0.5 * h * u[YAW] * cos);
@@ -274,7 +287,7 @@ impl Body {
                 (FORWARD, cosine),
                 (LIFT, tangent[i] * cosine),
                 (YAW, sign * d * cosine),
-                (wheel, -r),
+                (wheel, -radii[i]),
             ]
         };
         Contacts {
@@ -320,9 +333,13 @@ impl Body {
         let p2 = i.total_mass * u[SIDE] + yaw * c.ahead;
         let p3 = i.total_mass * u[LIFT] + above_rate;
         let lateral = forces[0][1] + forces[1][1];
-        let moment =
-            h1_rate - yaw * h2 + u[SIDE] * p3 - u[LIFT] * p2 - i.radius * lateral - self.gravity.across * c.above;
-        let difference = (moment / i.half_track).clamp(-push, push);
+        let moment = h1_rate - yaw * h2 + u[SIDE] * p3
+            - u[LIFT] * p2
+            - i.radius * lateral
+            - self.gravity.across * c.above
+            - self.outside.roll_n_m;
+        // Not `clamp`, which panics on what is not a number; validity is judged after the step.
+        let difference = (moment / i.half_track).max(-push).min(push);
         // A multiplier on the height is the normal force's share along the plane's normal.
         [
             0.5 * (push - difference) * contacts.secant[0],
@@ -350,7 +367,7 @@ impl Body {
         let height = 0.5 * (ground.wheel(x + reach).height_m + ground.wheel(x - reach).height_m);
         self.in_flight = !grounded;
         if grounded || self.position[LIFT] < height {
-            // No drift off the path; a flight never ends below it.
+            // The axle does not drift off its path, and a flight never ends below the path.
             self.position[LIFT] = height;
         }
     }

@@ -147,17 +147,17 @@ fn turning_on_a_two_way_slope_it_is_the_spatial_vehicle() {
 }
 
 #[test]
-fn with_the_spar_it_is_the_coupled_vehicle_pivoted_on_the_chassis() {
+fn with_the_spar_it_is_the_coupled_vehicle_pivoted_on_the_arm() {
     let vehicle = {
         let mut p = *reference_vehicle().parameters();
         // The coupled model has no reflected inertia of the camera motor.
-        if let Some((_, motor)) = p.camera.as_mut() {
+        if let Some((_, motor)) = p.spar.as_mut() {
             motor.rotor_inertia_kg_m2 = 0.0;
         }
         Vehicle::new(p).unwrap()
     };
     let p = vehicle.parameters();
-    let (camera, _) = p.camera.unwrap();
+    let (camera, _) = p.spar.unwrap();
     let (r, mass) = (p.body.wheel_radius_m, p.body.total_mass_kg);
     let scales = vehicle.scales();
     let beta = 0.0873;
@@ -173,7 +173,7 @@ fn with_the_spar_it_is_the_coupled_vehicle_pivoted_on_the_chassis() {
         kr: camera.ballast_mass_kg / mass,
         zeta_c: camera.spar_damping_n_m_s / (torque * scales.time_s),
         xi_c: camera_damping / (torque * scales.time_s),
-        bearing: Bearing::Chassis,
+        bearing: Bearing::Arm,
     });
     let ground = ground(beta, 0.0, 5.0, r);
     let mut body = Body::new(&vehicle, &ground);
@@ -231,7 +231,7 @@ fn energy_is_kept_without_friction_and_lost_to_exactly_the_work_of_friction() {
     let vehicle = {
         let mut p = *reference_vehicle().parameters();
         p.body.bearing_damping_n_m_s = 0.0;
-        p.camera.as_mut().unwrap().0.spar_damping_n_m_s = 0.0;
+        p.spar.as_mut().unwrap().0.spar_damping_n_m_s = 0.0;
         Vehicle::new(p).unwrap()
     };
     // On ice nothing takes energy away.

@@ -3,19 +3,22 @@
 //! Addresses, reset values, codes and times are those of the part's data sheet (DS-000347). Honoured:
 //! reset, power modes with their start-up times, full scales, data rates, the user filter's bandwidth,
 //! data-ready status, invalid data (-32768) until a sensor has run up, burst reads with rising
-//! addresses, banks. Kept but without effect: every other register of bank 0 and the other banks.
+//! addresses, banks, the adaptive full scale's stalls (`adaptive`). Kept but without effect: every other
+//! register of bank 0 and the other banks. Faults are the sensor's ([`super::imu`]), not the registers'.
 //! Absent: FIFO, APEX functions, I3C, external clock.
 
 use model::vehicle::GRAVITY_M_S2;
 
-use super::fault::{DELAY_MS, SensorFault};
+use super::fault::SensorFault;
 use super::imu::{ImuErrors, ImuSensor, Motion};
 use super::noise::Noise;
 
+mod adaptive;
 pub mod registers;
 #[cfg(test)]
 mod tests;
 
+use adaptive::AdaptiveRange;
 use registers as reg;
 
 /// Answer of a bus without a driver.
@@ -27,10 +30,6 @@ const INVALID: i16 = i16::MIN;
 /// Registers of one bank.
 const BANK_SIZE: usize = 128;
 const BANKS: usize = 5;
-/// Samples kept for [`SensorFault::Delayed`], at 1 kHz.
-const HISTORY: usize = DELAY_MS as usize;
-/// Ticks of which a [`SensorFault::Slow`] part measures one.
-const SLOW: u32 = 16;
 
 /// State of the serial transfer while the chip is selected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,15 +56,12 @@ pub struct Icm42688p {
     accel: Channel,
     gyro: Channel,
     time_s: f64,
-    /// Not before this does the part answer again after a reset.
+    /// Time from which on the part answers again after a reset, in s.
     ready_from_s: f64,
-    temperature_c: f64,
+    adaptive: AdaptiveRange,
     transfer: Transfer,
     /// A sample that came while a burst was being read.
     pending: Option<Words>,
-    fault: SensorFault,
-    ticks: u32,
-    history: [Words; HISTORY],
 }
 
 impl Icm42688p {
@@ -78,12 +74,9 @@ impl Icm42688p {
             gyro: Channel::default(),
             time_s: 0.0,
             ready_from_s: 0.0,
-            temperature_c: 30.0,
+            adaptive: AdaptiveRange::default(),
             transfer: Transfer::Deselected,
             pending: None,
-            fault: SensorFault::None,
-            ticks: 0,
-            history: [[INVALID; 7]; HISTORY],
         };
         chip.reset();
         chip
@@ -91,18 +84,27 @@ impl Icm42688p {
 
     /// Fails the part or repairs it.
     pub fn set_fault(&mut self, fault: SensorFault) {
-        self.fault = fault;
-        self.history = [self.words(); HISTORY];
+        self.sensor.set_fault(fault);
     }
 
     /// The fault in force.
     pub fn fault(&self) -> SensorFault {
-        self.fault
+        self.sensor.fault()
     }
 
     /// The sensor behind the registers.
     pub fn sensor(&self) -> &ImuSensor {
         &self.sensor
+    }
+
+    /// The sensor behind the registers, to mount, shake or heat it.
+    pub fn sensor_mut(&mut self) -> &mut ImuSensor {
+        &mut self.sensor
+    }
+
+    /// Warms or cools the part from now on.
+    pub fn heat(&mut self, to_c: f64, over_s: f64) {
+        self.sensor.heat(self.time_s, to_c, over_s);
     }
 
     /// Temperature, accelerometer and gyro as the data registers hold them; `None` while the part does not
@@ -182,7 +184,7 @@ impl Icm42688p {
     }
 
     fn dead(&self) -> bool {
-        self.fault.is_dead_at((self.time_s * 1e3) as u64)
+        self.sensor.fault().is_dead_at((self.time_s * 1e3) as u64)
     }
 
     fn get(&self, bank: usize, address: u8) -> u8 {
@@ -313,7 +315,7 @@ impl Icm42688p {
             let period = 1.0 / rate.unwrap_or(1.0);
             channel.next_s += period;
             if channel.next_s < now {
-                // Steps longer than the period: later ticks are as good as this one.
+                // A step may span several ticks; the part measures once.
                 channel.next_s = now + period;
             }
         };
@@ -323,13 +325,11 @@ impl Icm42688p {
         if gyro_due {
             advance(&mut self.gyro, gyro_rate, self.time_s);
         }
-        self.ticks = self.ticks.wrapping_add(1);
-        if self.fault == SensorFault::Slow && !self.ticks.is_multiple_of(SLOW) {
+        let Some(measured) = self.sensor.sample(self.time_s) else {
             return;
-        }
-        let measured = self.sensor.measure();
+        };
         let mut words = self.pending.unwrap_or_else(|| self.words());
-        words[0] = quantise((self.temperature_c - 25.0) * reg::TEMPERATURE_LSB_PER_K);
+        words[0] = quantise((self.sensor.temperature_c(self.time_s) - 25.0) * reg::TEMPERATURE_LSB_PER_K);
         let now = self.time_s + 1e-9;
         if accel_due && now >= self.accel.valid_from_s {
             let scale = reg::accel_lsb_per_g(self.get(0, reg::ACCEL_CONFIG0)) / GRAVITY_M_S2;
@@ -337,33 +337,11 @@ impl Icm42688p {
                 *word = quantise(value * scale);
             }
         }
-        if gyro_due && now >= self.gyro.valid_from_s {
+        if gyro_due && now >= self.gyro.valid_from_s && !self.gyro_stalls(&measured) {
             let scale = reg::gyro_lsb_per_deg_s(self.get(0, reg::GYRO_CONFIG0)).to_degrees();
             for (word, value) in words[4..].iter_mut().zip(&measured[3..]) {
                 *word = quantise(value * scale);
             }
-        }
-        match self.fault {
-            SensorFault::Stuck => words = self.words(),
-            SensorFault::Garbage => {
-                for word in &mut words {
-                    *word = self.sensor.bits() as i16;
-                }
-            }
-            SensorFault::WrongSign => {
-                for word in &mut words[1..] {
-                    *word = word.saturating_neg();
-                }
-            }
-            SensorFault::Delayed => {
-                self.history.rotate_left(1);
-                let old = self.history[0];
-                if let Some(last) = self.history.last_mut() {
-                    *last = words;
-                }
-                words = old;
-            }
-            _ => {}
         }
         if self.transfer == Transfer::Deselected {
             self.publish(&words);
@@ -371,6 +349,13 @@ impl Icm42688p {
             // A burst reads one sample, not parts of two.
             self.pending = Some(words);
         }
+    }
+
+    /// Whether the gyro's data registers keep what they hold because the part changes its range.
+    fn gyro_stalls(&mut self, measured: &[f64; 6]) -> bool {
+        let on = self.get(0, reg::INTF_CONFIG1) & reg::ADAPTIVE_FULL_SCALE != reg::ADAPTIVE_FULL_SCALE_OFF;
+        let [.., x, y, z] = measured;
+        on && self.adaptive.stalls(self.time_s, &[*x, *y, *z], || self.sensor.bits())
     }
 
     /// The data registers as they stand.

@@ -20,6 +20,12 @@ pub const INT_STATUS: u8 = 0x2d;
 pub const INT_STATUS_DATA_READY: u8 = 0x08;
 /// A reset is done.
 pub const INT_STATUS_RESET_DONE: u8 = 0x10;
+/// Interface configuration 1: among others, the adaptive full scale (bits 7:6).
+pub const INTF_CONFIG1: u8 = 0x4d;
+/// Its bits of the adaptive full scale ("AFSR").
+pub const ADAPTIVE_FULL_SCALE: u8 = 0xc0;
+/// Their value that switches it off; any other leaves it on, as a reset does.
+pub const ADAPTIVE_FULL_SCALE_OFF: u8 = 0x40;
 /// Power of gyro (bits 3:2) and accelerometer (1:0).
 pub const PWR_MGMT0: u8 = 0x4e;
 /// Low-noise mode, of either sensor.
@@ -42,7 +48,7 @@ pub const RESET_VALUES: &[(u8, u8)] = &[
     (0x13, 0x05),
     (INT_STATUS, INT_STATUS_RESET_DONE),
     (0x4c, 0x30),
-    (0x4d, 0x91),
+    (INTF_CONFIG1, 0x91),
     (GYRO_CONFIG0, 0x06),
     (ACCEL_CONFIG0, 0x06),
     (0x51, 0x16),

@@ -1,5 +1,6 @@
 //! The part over its bus.
 
+use super::super::tests::SCALES;
 use super::*;
 use crate::noise::Noise;
 
@@ -87,9 +88,9 @@ fn data_is_valid_only_after_the_start_up_times() {
 fn readings_are_in_the_units_the_firmware_expects() {
     let mut c = running();
     let [_, ax, ay, az, gx, gy, gz] = burst(&mut c);
-    let scale = f64::from(model::sample::imu_scale::GYRO_LSB_PER_DEG_S);
+    let scale = f64::from(SCALES.imu.gyro_lsb_per_deg_s);
     assert_eq!((ax, ay, gx), (0, 0, 0));
-    assert_eq!(f64::from(az), f64::from(model::sample::imu_scale::ACCEL_LSB_PER_G));
+    assert_eq!(f64::from(az), f64::from(SCALES.imu.accel_lsb_per_g));
     assert_eq!(f64::from(gy), (-1.0_f64.to_degrees() * scale).round());
     assert_eq!(f64::from(gz), (0.5_f64.to_degrees() * scale).round());
 }

@@ -6,7 +6,7 @@ use crate::tests::reference_vehicle;
 const H: f64 = 5e-4;
 
 fn motor() -> Motor {
-    Motor::drive(&reference_vehicle().parameters().drive_motor, 45.0)
+    Motor::new(&reference_vehicle().parameters().drive_motor, 45.0)
 }
 
 /// One substep at a held rate: (mean current, torque at the output).
@@ -58,7 +58,7 @@ fn the_armature_follows_its_circuit() {
 fn without_inductance_it_is_ohms_law_at_once() {
     let mut p = reference_vehicle().parameters().drive_motor;
     p.inductance_h = 0.0;
-    let mut m = Motor::drive(&p, 45.0);
+    let mut m = Motor::new(&p, 45.0);
     let (mean, _) = substep(&mut m, BridgeState::Duty(0.5), 24.0, 2.0);
     let expected = (12.0 - 0.030124 * 43.0 * 2.0) / 0.316;
     assert!((mean - expected).abs() < 1e-12 && (m.current_a() - expected).abs() < 1e-12);
@@ -121,6 +121,36 @@ fn a_bridge_that_opens_lets_its_current_die_into_the_battery() {
 }
 
 #[test]
+fn a_broken_lead_carries_nothing_and_a_short_brakes_and_chops() {
+    let mut m = motor();
+    for _ in 0..20 {
+        substep(&mut m, BridgeState::Duty(0.5), 24.0, 2.0);
+    }
+    assert!(m.current_a() > 10.0);
+    assert_eq!(substep(&mut m, BridgeState::Disconnected, 24.0, 2.0), (0.0, 0.0));
+    assert_eq!((m.current_a(), m.battery_current_a()), (0.0, 0.0));
+    // A short: the back-EMF drives a current through the armature alone, which brakes.
+    let rate = 6.0;
+    for duty in [0.3, -0.3, 0.0] {
+        for _ in 0..40 {
+            substep(&mut m, BridgeState::Shorted(duty), 24.0, rate);
+        }
+        let expected = -0.030124 * 43.0 * rate / 0.316;
+        assert!((m.mean_current_a() - expected).abs() < 1e-9, "{}", m.mean_current_a());
+        let bridge = if duty == 0.0 { 0.0 } else { 45.0_f64.copysign(duty) };
+        assert_eq!(m.bridge_current_a(), bridge);
+        // The battery heats the short: i^2 R over its voltage.
+        assert!((m.battery_current_a() - bridge * bridge * 0.05 / 24.0).abs() < 1e-12);
+    }
+    substep(&mut m, BridgeState::Duty(0.0), 24.0, 0.0);
+    assert_eq!(
+        m.bridge_current_a(),
+        m.mean_current_a(),
+        "and the sensor sees the motor again"
+    );
+}
+
+#[test]
 fn the_bridge_chops_at_its_limit_either_way() {
     let mut m = motor();
     for sign in [1.0, -1.0] {
@@ -166,7 +196,7 @@ fn the_battery_sags_under_load_and_rises_under_regeneration() {
     };
     let mut p = reference_vehicle().parameters().drive_motor;
     p.inductance_h = 0.0;
-    let mut motors = [Motor::drive(&p, 45.0)];
+    let mut motors = [Motor::new(&p, 45.0)];
     let mut last = 25.2;
     for _ in 0..40 {
         last = weak.terminal_v(H, last, &mut motors, &[BridgeState::Duty(1.0)], &[0.0]);

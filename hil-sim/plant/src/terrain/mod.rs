@@ -3,7 +3,7 @@
 //! A terrain is a TOML table (a file of its own, or `[terrain]` of a scenario):
 //!
 //! ```
-//! let terrain: hil_sim::plant::terrain::Terrain = toml::from_str(r#"
+//! let terrain: plant::terrain::Terrain = toml::from_str(r#"
 //!     [plane]
 //!     slope_x_rad = 0.0873      # uphill along x: beta_x of (6.5)
 //!     slope_y_rad = 0.0         # positive downhill to the left: beta_y of (6.5)
@@ -30,8 +30,8 @@
 //! x only (a cylinder across the path): both wheels meet them, each at its own x.
 //!
 //! # What the wheels see
-//! Not the profile but the locus of a rigid wheel's centre that rolls over it: [`Ground`] works that out
-//! exactly for circle and corner (a step, the edges of a rail joint) and for smooth shapes (the parallel
+//! The wheels follow the locus of a rigid wheel's centre that rolls over the profile. [`Ground`] computes the
+//! locus exactly for circle and corner (a step, the edges of a rail joint) and for smooth shapes (the parallel
 //! curve; curvature sharper than the wheel's own in a hollow is refused). Where features overlap their
 //! loci add up, which is exact only where at most one of them is not level.
 

@@ -182,7 +182,7 @@ fn bad_terrains_are_refused_with_the_field_and_what_is_allowed() {
     let message = refused("[friction]\nleft = -0.1");
     assert!(message.contains("friction.left = -0.1: allowed is 0 to 5"), "{message}");
 
-    // What depends on the wheel comes when the wheel is known.
+    // Checks that depend on the wheel follow when the wheel is known.
     let of = |text: &str| {
         Ground::new(toml::from_str(text).unwrap(), RADIUS)
             .unwrap_err()

@@ -1,10 +1,10 @@
-//! The camera platform of ch. 7 alone: responses to a tilt and to a shaken axle, and the largest tilt it
-//! recovers from.
+//! The camera spar of ch. 7 alone: its responses to a tilt and to a shaken axle, and the largest tilt from
+//! which it recovers.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use model::control::camera_law::CameraLaw;
+use model::control::spar_law::SparLaw;
 use model::dynamics::camera::{Camera, CameraParameters, CameraState, PHI, PHI_RATE, THETA, THETA_RATE};
 use serde::Serialize;
 
@@ -12,15 +12,15 @@ use super::trajectory::{Extent, Trajectory, follow};
 
 /// Angle below which the spar counts as level again, in deg.
 const LEVEL_DEG: f64 = 5.0;
-/// Rate of the ballast beyond which a run is given up: it has long turned over.
+/// Rate of the ballast beyond which a run ends: the ballast has long turned over.
 const RUNAWAY_RATE: f64 = 1e5;
 
-/// One experiment with the platform.
+/// One experiment with the spar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Experiment {
-    /// The platform.
+    /// The spar's parameters.
     pub camera: CameraParameters<f64>,
-    /// The regulator; without one the motor is left open-circuit at v = 0.
+    /// The regulator's gains; without gains the motor stays at v = 0.
     pub gains: Option<[f64; 4]>,
     /// The voltage available either way; infinite if not limited.
     pub v_max: f64,
@@ -30,7 +30,7 @@ pub struct Experiment {
     pub shake: [f64; 2],
 }
 
-/// What came of it.
+/// The sampled motion of an experiment, and whether the spar recovered.
 #[derive(Debug, Clone, Serialize)]
 pub struct CameraRun {
     /// Sample times.
@@ -45,7 +45,7 @@ pub struct CameraRun {
     pub phi_rate: Vec<f64>,
     /// Motor voltage.
     pub v: Vec<f64>,
-    /// Half the peak-to-peak of theta in the last third of the span, deg; none if the run ended before.
+    /// Half the peak-to-peak of theta in the last third of the span, deg; `None` if the run ended before.
     pub theta_amplitude_deg: Option<f64>,
     /// Whether the spar stayed within 5 deg throughout the last tenth of the span and the ballast never
     /// turned over. A run whose ballast runs away ends early.
@@ -53,7 +53,7 @@ pub struct CameraRun {
 }
 
 impl Experiment {
-    /// The thesis's platform and regulator, levelled, on an axle at rest.
+    /// The spar `camera` under `gains`, level, on an axle at rest, with an unlimited motor.
     pub fn new(camera: CameraParameters<f64>, gains: Option<[f64; 4]>) -> Self {
         Self {
             camera,
@@ -66,11 +66,11 @@ impl Experiment {
 
     /// The motor voltage in the state `x`.
     pub fn voltage(&self, x: &CameraState<f64>) -> f64 {
-        let law = |gains| CameraLaw { gains }.voltage(x[THETA], x[PHI], x[THETA_RATE], x[PHI_RATE]);
+        let law = |gains| SparLaw { gains }.voltage(x[THETA], x[PHI], x[THETA_RATE], x[PHI_RATE]);
         self.gains.map_or(0.0, law).clamp(-self.v_max, self.v_max)
     }
 
-    /// Runs it to `t_end` and samples it every `dt`.
+    /// Runs the experiment to `t_end` and samples it every `dt`.
     pub fn run(&self, t_end: f64, dt: f64) -> CameraRun {
         let mut samples = Trajectory::default();
         let (mut last_third, mut last_tenth, mut ballast) = (Extent::EMPTY, Extent::EMPTY, Extent::EMPTY);
@@ -92,7 +92,7 @@ impl Experiment {
         }
     }
 
-    /// Whether the platform recovers within `t_end`: [`CameraRun::recovered`] without the samples.
+    /// Whether the spar recovers within `t_end`: [`CameraRun::recovered`] without the samples.
     pub fn recovers(&self, t_end: f64) -> bool {
         let mut last_tenth = Extent::EMPTY;
         let mut over = false;
@@ -111,7 +111,8 @@ impl Experiment {
         })
     }
 
-    /// Shows every step to `visit` until it says so or the ballast runs away; whether `t_end` was reached.
+    /// Shows every step to `visit` until `visit` returns true or the ballast runs away. Returns whether the
+    /// run reached `t_end`.
     fn follow_until(&self, t_end: f64, visit: &mut dyn FnMut(&super::dop853::Dense<4>) -> bool) -> bool {
         let model = Camera::new(self.camera);
         let [ax, ay] = self.shake;
@@ -130,8 +131,8 @@ impl Experiment {
         result.is_ok() && reached >= t_end
     }
 
-    /// The smallest tilt (deg) from which the platform does not recover within `t_end`, up to 180 deg: a
-    /// scan in steps of `step_deg`, then bisection; `None` if it recovers from every one.
+    /// The smallest tilt (deg) from which the spar does not recover within `t_end`, by a scan up to 180 deg
+    /// in steps of `step_deg`, then bisection; `None` if the spar recovers from every tilt.
     pub fn recovery_limit_deg(&self, t_end: f64, step_deg: f64) -> Option<f64> {
         let recovers = |deg: f64| {
             Self {

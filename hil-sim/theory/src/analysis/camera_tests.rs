@@ -41,7 +41,7 @@ fn a_tilt_of_ten_degrees_decays_as_figure_7_2_shows() {
 
 /// Erratum E30: half of what Fig. 7.3 is said to show.
 #[test]
-fn the_shaken_platform_swings_by_0_88_degrees() {
+fn the_shaken_spar_swings_by_0_88_degrees() {
     let shaken = Experiment {
         shake: [0.1, 0.1],
         ..reference()
@@ -80,21 +80,19 @@ fn linear_theory_gives_0_8853() {
     ];
     // (i - F) x = f as a real system of real and imaginary parts.
     let f: [[f64; 4]; 4] = std::array::from_fn(|i| std::array::from_fn(|j| a[i][j] - b[i] * g[j]));
-    let system: [[f64; 8]; 8] = std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            let (row, column) = (i % 4, j % 4);
-            let unit = f64::from(u8::from(row == column));
-            match (i < 4, j < 4) {
-                (true, true) | (false, false) => -f[row][column],
-                (true, false) => -unit,
-                (false, true) => unit,
-            }
-        })
+    let system = nalgebra::SMatrix::<f64, 8, 8>::from_fn(|i, j| {
+        let (row, column) = (i % 4, j % 4);
+        let unit = f64::from(u8::from(row == column));
+        match (i < 4, j < 4) {
+            (true, true) | (false, false) => -f[row][column],
+            (true, false) => -unit,
+            (false, true) => unit,
+        }
     });
-    let mut right = [[0.0]; 8];
-    (right[2], right[3]) = ([force[0]], [force[1]]);
-    let (x, _) = crate::analysis::matrix::solved(system, right).unwrap();
-    let amplitude = x[0][0].hypot(x[4][0]).to_degrees();
+    let mut right = nalgebra::SVector::<f64, 8>::zeros();
+    (right[2], right[3]) = (force[0], force[1]);
+    let x = system.lu().solve(&right).unwrap();
+    let amplitude = x[0].hypot(x[4]).to_degrees();
     assert!(close(amplitude, 0.8853, 5e-5), "{amplitude}");
 }
 
@@ -119,7 +117,7 @@ fn the_printed_base_term_gives_0_864() {
     assert!(close(last.half_width().to_degrees(), 0.864, 5e-4), "{last:?}");
 }
 
-/// Erratum E31: how far the spar may lean, and what a limited motor changes.
+/// Erratum E31: the largest tilt from which the spar recovers, with an unlimited and with a limited motor.
 #[test]
 fn recovery_limits_with_and_without_a_limited_motor() {
     let limits = [
@@ -146,7 +144,7 @@ fn beyond_the_limit_the_ballast_spins_up_and_the_run_says_so() {
     .run(60.0, 0.1);
     assert!(!lost.recovered && lost.t.len() < 600 && lost.theta.iter().all(|x| x.is_finite()));
     assert!(lost.phi.iter().any(|x| x.abs() > TAU));
-    // Limited, the same tilt comes back.
+    // A limited motor brings the spar back from the same tilt.
     assert!(
         Experiment {
             tilt0: 25_f64.to_radians(),
@@ -165,7 +163,7 @@ fn a_locked_spar_swings_at_0_7385() {
     let k = camera.coefficients();
     let (moment, inertia) = (k.k1 + k.k2, k.m1 + k.m2 + 2.0 * k.m3);
     assert!(close((moment / inertia).sqrt(), 0.7385, 5e-5));
-    // (7.1) takes the distance of the centre of mass for the length of a point-mass pendulum.
+    // (7.1) puts the distance of the centre of mass in the place of the length of a point-mass pendulum.
     let centre = moment / (1.0 + camera.mm + camera.mr);
     assert!(close((1.0 / centre).sqrt(), 3.098, 5e-4));
     // By simulation: a large back-EMF locks the ballast for good, a small swing takes half a period to turn.

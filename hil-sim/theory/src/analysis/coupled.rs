@@ -1,9 +1,9 @@
-//! The vehicle that carries a camera platform (ch. 8, corrected): responses and step limits.
+//! The vehicle that carries a camera spar (ch. 8, corrected): responses and step limits.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
-use model::control::camera_law::CameraLaw;
+use model::control::spar_law::SparLaw;
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::camera::CameraParameters;
 use model::dynamics::coupled::{
@@ -19,9 +19,9 @@ use super::dop853::Dense;
 use super::trajectory::{Extent, Trajectory, follow};
 use super::waveform::Waveform;
 
-/// Rate of the ballast beyond which a run is given up: it has long turned over.
+/// Rate of the ballast beyond which a run ends: the ballast has long turned over.
 const RUNAWAY_RATE: f64 = 1e5;
-/// The span within which a step limit asks for a whirl or a tumble.
+/// The span within which the search for a step limit looks for a whirl or a tumble, in time units.
 pub const CRITICAL_SPAN: f64 = 100.0;
 
 /// The thesis's spar on the vehicle `planar`: `lp` wheel radii long, its ballast `kr` of M + m and the
@@ -39,24 +39,22 @@ pub fn static_phi(p: &CoupledParameters<f64>) -> Option<f64> {
 
 /// The steepest slope (rad) on which the loaded vehicle stands: (8.9), corrected.
 pub fn static_limit(p: &CoupledParameters<f64>) -> f64 {
-    (p.planar.alpha * p.planar.l / (1.0 + p.platform_mass()))
-        .min(1.0)
-        .asin()
+    (p.planar.alpha * p.planar.l / (1.0 + p.spar_mass())).min(1.0).asin()
 }
 
 /// How a run ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Fate {
-    /// Neither of the two.
+pub enum Ending {
+    /// Neither the arm nor the ballast turned fully.
     Ok,
-    /// The reaction mass turned fully.
+    /// The arm turned fully.
     Whirl,
     /// The ballast turned fully first.
     Tumble,
 }
 
-impl Fate {
+impl Ending {
     /// The word used on the command line, in JSON and in reports.
     pub fn name(self) -> &'static str {
         match self {
@@ -72,26 +70,26 @@ impl Fate {
 pub struct Drive {
     /// The vehicle.
     pub vehicle: CoupledParameters<f64>,
-    /// The spar's gains in vehicle units; without them the camera motor is left at v = 0.
+    /// The spar's gains in vehicle units; without gains the ballast motor stays at v = 0.
     pub gains: Option<[f64; 4]>,
-    /// The speed loop (3.25), if the drive's target is a speed and not a voltage.
+    /// The speed loop (3.25), if the target is a speed and not a voltage.
     pub law: Option<SpeedLaw<f64>>,
-    /// How the target is reached: a voltage from the hold, a speed from rest.
+    /// How the input moves to its target: a voltage from the hold, a speed from 0.
     pub waveform: Waveform,
-    /// Time of that move.
+    /// Duration of that move, in time units.
     pub ramp_time: f64,
     /// phi at the start, at rest.
     pub phi_0: f64,
 }
 
-/// What came of a drive.
+/// The sampled motion of a drive, and how it ended.
 #[derive(Debug, Clone, Serialize)]
 pub struct CoupledRun {
     /// Sample times.
     pub t: Vec<f64>,
     /// Wheel, rad.
     pub theta: Vec<f64>,
-    /// Reaction mass from the vertical, rad.
+    /// Arm from the vertical, rad.
     pub phi: Vec<f64>,
     /// Spar from the vertical, rad.
     pub psi: Vec<f64>,
@@ -107,23 +105,23 @@ pub struct CoupledRun {
     pub gamma_rate: Vec<f64>,
     /// Drive voltage.
     pub voltage: Vec<f64>,
-    /// Camera motor's voltage, in vehicle units.
+    /// Ballast motor's voltage, in vehicle units.
     pub v: Vec<f64>,
-    /// How it ended. A run whose ballast runs away ends early.
-    pub outcome: Fate,
+    /// How the drive ended. A run whose ballast runs away ends early.
+    pub outcome: Ending,
     /// Largest |psi|, deg.
     pub psi_max_deg: f64,
     /// Largest |phi|, deg.
     pub phi_max_deg: f64,
 }
 
-/// A step limit.
+/// The smallest input that fails.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Critical {
-    /// The smallest final voltage that fails.
+pub struct StepLimit {
+    /// The smallest final voltage (or speed, with a speed loop) that fails.
     pub critical: f64,
-    /// How it fails.
-    pub outcome: Fate,
+    /// How the drive fails there.
+    pub outcome: Ending,
 }
 
 impl Drive {
@@ -153,9 +151,9 @@ impl Drive {
         }
     }
 
-    /// The camera motor's voltage in the state `x`.
+    /// The ballast motor's voltage in the state `x`.
     pub fn camera_voltage(&self, x: &CoupledState<f64>) -> f64 {
-        let law = |gains| CameraLaw { gains }.voltage(x[PSI], x[GAMMA], x[PSI_RATE], x[GAMMA_RATE]);
+        let law = |gains| SparLaw { gains }.voltage(x[PSI], x[GAMMA], x[PSI_RATE], x[GAMMA_RATE]);
         self.gains.map_or(0.0, law)
     }
 
@@ -163,13 +161,13 @@ impl Drive {
     pub fn run(&self, target: f64, t_end: f64, dt: f64) -> CoupledRun {
         let mut samples = Trajectory::default();
         let (mut psi, mut phi) = (Extent::EMPTY, Extent::EMPTY);
-        let mut outcome = Fate::Ok;
+        let mut outcome = Ending::Ok;
         self.follow(target, t_end, |step| {
             samples.sample(step, dt, t_end);
             psi.see(step, 0.0, PSI);
             phi.see(step, 0.0, PHI);
-            if outcome == Fate::Ok {
-                outcome = fate_of(step, self.phi_0);
+            if outcome == Ending::Ok {
+                outcome = ending_of(step, self.phi_0);
             }
             false
         });
@@ -196,23 +194,23 @@ impl Drive {
         }
     }
 
-    /// How the way to the final `target` ends within `t_end`.
-    pub fn fate(&self, target: f64, t_end: f64) -> Fate {
-        let mut fate = Fate::Ok;
+    /// How the drive to the final `target` ends within `t_end`.
+    pub fn ending(&self, target: f64, t_end: f64) -> Ending {
+        let mut ending = Ending::Ok;
         self.follow(target, t_end, |step| {
-            fate = fate_of(step, self.phi_0);
-            fate != Fate::Ok
+            ending = ending_of(step, self.phi_0);
+            ending != Ending::Ok
         });
-        fate
+        ending
     }
 
-    /// Shows every step to `visit` until it says so or the ballast runs away.
+    /// Shows every step to `visit` until `visit` returns true or the ballast runs away.
     fn follow(&self, target: f64, t_end: f64, mut visit: impl FnMut(&Dense<8>) -> bool) {
         let model = Coupled::new(self.vehicle);
         let rate = |t: f64, x: &CoupledState<f64>| model.rate(x, self.voltage(target, t, x), self.camera_voltage(x));
         let start = [0.0, self.phi_0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let kinks = [self.waveform.duration(self.ramp_time)];
-        // A step too small is a runaway too, and the last step seen has told so.
+        // The steps become too small only in a runaway, which `visit` has seen in the last step.
         let _ = follow(rate, start, t_end, &kinks, |step| {
             let runaway = step.at(step.end())[GAMMA_RATE].abs() > RUNAWAY_RATE;
             if visit(step) || runaway {
@@ -223,10 +221,10 @@ impl Drive {
         });
     }
 
-    /// The smallest final voltage (or speed, with a speed loop) above the hold whose response whirls or tumbles within
-    /// [`CRITICAL_SPAN`], to 1e-8: a scan upwards, then bisection; `None` if none up to 1000 above it.
-    /// [`Direction::Reverse`] searches below the hold instead.
-    pub fn critical(&self, direction: Direction) -> Option<Critical> {
+    /// The smallest final voltage (or speed, with a speed loop) above the hold whose response whirls or
+    /// tumbles within [`CRITICAL_SPAN`], to 1e-8: by a scan upwards, then bisection. `None` if no final value
+    /// up to 1000 above the hold fails. [`Direction::Reverse`] searches below the hold instead.
+    pub fn critical(&self, direction: Direction) -> Option<StepLimit> {
         const BATCH: usize = 64;
         let hold = if self.law.is_some() {
             0.0
@@ -234,7 +232,7 @@ impl Drive {
             self.vehicle.hold_voltage()
         };
         let way = direction.sign();
-        let fate = |distance: f64| self.fate(hold + way * distance, CRITICAL_SPAN);
+        let ending = |distance: f64| self.ending(hold + way * distance, CRITICAL_SPAN);
         let mut distance: f64 = 0.0;
         let mut bracket = None;
         while bracket.is_none() && distance < 1000.0 {
@@ -243,36 +241,36 @@ impl Drive {
                 distance += (0.004 * distance).max(0.01);
                 edges.push(distance);
             }
-            let fates: Vec<Fate> = edges.par_iter().map(|d| fate(*d)).collect();
-            bracket = fates
+            let endings: Vec<Ending> = edges.par_iter().map(|d| ending(*d)).collect();
+            bracket = endings
                 .iter()
-                .position(|f| *f != Fate::Ok)
-                .map(|k| (edges[k.saturating_sub(1)], edges[k], fates[k]));
+                .position(|f| *f != Ending::Ok)
+                .map(|k| (edges[k.saturating_sub(1)], edges[k], endings[k]));
         }
         let (mut good, mut bad, mut outcome) = bracket?;
         while bad - good > 2e-9 {
             let middle = 0.5 * (good + bad);
-            match fate(middle) {
-                Fate::Ok => good = middle,
+            match ending(middle) {
+                Ending::Ok => good = middle,
                 failed => (bad, outcome) = (middle, failed),
             }
         }
-        Some(Critical {
+        Some(StepLimit {
             critical: hold + way * bad,
             outcome,
         })
     }
 }
 
-/// Whether something has turned fully by the end of a step, and what.
-fn fate_of(step: &Dense<8>, phi_0: f64) -> Fate {
+/// What has turned fully by the end of a step, if anything.
+fn ending_of(step: &Dense<8>, phi_0: f64) -> Ending {
     let x = step.at(step.end());
     if (x[PHI] - phi_0).abs() >= TAU {
-        Fate::Whirl
+        Ending::Whirl
     } else if x[GAMMA].abs() >= TAU {
-        Fate::Tumble
+        Ending::Tumble
     } else {
-        Fate::Ok
+        Ending::Ok
     }
 }
 

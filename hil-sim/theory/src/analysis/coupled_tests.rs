@@ -1,6 +1,6 @@
 use super::*;
 use crate::analysis::lqr::{Weights, regulator};
-use model::control::camera_law::THESIS_SPAR_GAINS;
+use model::control::spar_law::THESIS_SPAR_GAINS;
 use model::dynamics::coupled;
 
 fn vehicle(kr: f64, bearing: Bearing) -> CoupledParameters<f64> {
@@ -24,22 +24,22 @@ fn close(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() < tolerance
 }
 
-/// The limit lies just below `want`'s last digit: the step fails above it and not below, in the way said.
-fn assert_limit(drive: &Drive, want: f64, tolerance: f64, how: Fate) {
-    assert_eq!(drive.fate(want - tolerance, CRITICAL_SPAN), Fate::Ok, "{want}");
-    assert_eq!(drive.fate(want + tolerance, CRITICAL_SPAN), how, "{want}");
+/// The drive fails just above `want` in the way `how`, and does not fail just below.
+fn assert_limit(drive: &Drive, want: f64, tolerance: f64, how: Ending) {
+    assert_eq!(drive.ending(want - tolerance, CRITICAL_SPAN), Ending::Ok, "{want}");
+    assert_eq!(drive.ending(want + tolerance, CRITICAL_SPAN), how, "{want}");
 }
 
-/// Erratum E37: a platform of 15 % of the vehicle's mass costs 18.7 % of the step.
+/// Erratum E37: a ballast of 15 % of the vehicle's mass costs 18.7 % of the step.
 #[test]
-fn a_passive_platform_lowers_the_step_limit() {
+fn a_passive_spar_lowers_the_step_limit() {
     let found = passive(0.15).critical(Direction::Forward).unwrap();
     assert!(
-        close(found.critical, 4.0847, 5e-5) && found.outcome == Fate::Whirl,
+        close(found.critical, 4.0847, 5e-5) && found.outcome == Ending::Whirl,
         "{found:?}"
     );
     for (kr, want) in [(1e-6, 5.0230), (0.015, 4.9149), (0.05, 4.6695), (0.4, 3.1869)] {
-        assert_limit(&passive(kr), want, 6e-5, Fate::Whirl);
+        assert_limit(&passive(kr), want, 6e-5, Ending::Whirl);
     }
     let bare = 5.023_056_271_100;
     assert!(close(1.0 - found.critical / bare, 0.187, 5e-4) && close(1.0 - 4.9149 / bare, 0.022, 5e-4));
@@ -53,11 +53,11 @@ fn a_passive_platform_lowers_the_step_limit() {
 fn an_unlimited_spar_controller_tumbles_its_ballast_first() {
     let found = controlled(0.15).critical(Direction::Forward).unwrap();
     assert!(
-        close(found.critical, 2.838, 5e-4) && found.outcome == Fate::Tumble,
+        close(found.critical, 2.838, 5e-4) && found.outcome == Ending::Tumble,
         "{found:?}"
     );
-    assert_limit(&controlled(0.015), 1.239, 6e-4, Fate::Tumble);
-    assert_limit(&controlled(0.4), 3.205, 6e-4, Fate::Whirl);
+    assert_limit(&controlled(0.015), 1.239, 6e-4, Ending::Tumble);
+    assert_limit(&controlled(0.4), 3.205, 6e-4, Ending::Whirl);
     let psi = |drive: Drive, u: f64| drive.run(u, CRITICAL_SPAN, 1.0).psi_max_deg;
     let near = 0.999 * found.critical;
     for (got, want, tolerance) in [
@@ -78,9 +78,9 @@ fn an_unlimited_spar_controller_tumbles_its_ballast_first() {
 #[test]
 fn the_static_limit_counts_every_mass_over_the_same_mass() {
     let p = vehicle(0.15, Bearing::Inertial);
-    assert!(close(p.platform_mass(), 0.3, 1e-15));
+    assert!(close(p.spar_mass(), 0.3, 1e-15));
     assert!(close(static_limit(&p).to_degrees(), 33.631, 5e-4));
-    // As printed: platform masses over M = (1 - alpha)(M + m), the rest over M + m.
+    // As printed: the spar's masses over M = (1 - alpha)(M + m), the rest over M + m.
     let printed = (0.72_f64 / (1.0 + 0.3 / (1.0 - 0.9))).asin().to_degrees();
     assert!(close(printed, 10.370, 5e-4), "{printed}");
     // Rest in equilibrium just inside the limit; none just outside.
@@ -92,7 +92,7 @@ fn the_static_limit_counts_every_mass_over_the_same_mass() {
             },
             1.0,
             0.15,
-            Bearing::Chassis,
+            Bearing::Arm,
         )
     };
     let inside = on(33.629);
@@ -110,7 +110,7 @@ fn the_same_weights_are_not_the_same_controller() {
     for (got, want) in same.iter().zip([-3.452, 0.2565, -1.843, -0.2436]) {
         assert!(close(*got, want, 5e-4 * want.abs().max(0.1)), "{same:?}");
     }
-    // The vehicle's units with ch. 7's Q and r: the platform with masses kc times as large.
+    // The vehicle's units with ch. 7's Q and r: a spar with masses kc times as large.
     let k = p.coefficients();
     let mass = [[k.m1 + k.m2 + 2.0 * k.m3, k.m2 + k.m3], [k.m2 + k.m3, k.m2]];
     let camera = CameraParameters::<f64>::thesis().coefficients();
@@ -136,8 +136,8 @@ fn the_same_weights_are_not_the_same_controller() {
     assert!(same.iter().zip(f32_gains).all(|(a, b)| close(*a, b, 1e-6)));
 }
 
-/// Erratum E38: what does meet the claim of 4 deg against more than 60 deg: the speed loop, its reference
-/// of 4 ramped over 5.
+/// Erratum E38: the speed loop, its reference of 4 ramped over 5, meets the claim of 4 deg against more than
+/// 60 deg.
 #[test]
 fn the_speed_loop_with_a_ramp_meets_the_claim() {
     let law = SpeedLaw::thesis(2.2, 0.72);
@@ -151,7 +151,7 @@ fn the_speed_loop_with_a_ramp_meets_the_claim() {
         let run = drive.run(4.0, CRITICAL_SPAN, 1.0);
         // The poorly damped speed swings about the reference.
         let speed = run.theta[100] / 100.0;
-        assert!(run.outcome == Fate::Ok && close(speed, 4.0, 0.4), "{speed}");
+        assert!(run.outcome == Ending::Ok && close(speed, 4.0, 0.4), "{speed}");
         run.psi_max_deg
     };
     let (with, without) = (psi(controlled(0.15)), psi(passive(0.15)));
@@ -163,7 +163,7 @@ fn the_speed_loop_with_a_ramp_meets_the_claim() {
 
 /// Erratum E33: where the spar is pivoted decides whether it stays up.
 #[test]
-fn a_spar_on_the_turning_axle_tips_and_one_on_the_chassis_does_not() {
+fn a_spar_on_the_turning_axle_tips_and_one_on_the_arm_does_not() {
     let psi_deg = |bearing, gains: Option<[f64; 4]>, t_end: f64| {
         let v = vehicle(0.15, bearing);
         let drive = Drive::step(v, gains.map(|g| v.gains_in_vehicle_units(g))).unwrap();
@@ -171,20 +171,20 @@ fn a_spar_on_the_turning_axle_tips_and_one_on_the_chassis_does_not() {
         assert!(close(run.theta_rate[1], 0.857, 3e-3), "{:?}", run.theta_rate);
         run.psi[1].to_degrees()
     };
-    for bearing in [Bearing::Inertial, Bearing::Chassis] {
+    for bearing in [Bearing::Inertial, Bearing::Arm] {
         assert!(psi_deg(bearing, None, 300.0).abs() < 1e-5);
         assert!(psi_deg(bearing, Some(thesis_gains()), 100.0).abs() < 1e-6);
     }
     // On the axle: 1.105 deg off for ever with the controller, and over without it.
     assert!(close(psi_deg(Bearing::Axle, Some(thesis_gains()), 100.0), -1.105, 5e-4));
     assert!(close(psi_deg(Bearing::Axle, None, 300.0), -115.1, 0.05));
-    // It has no equilibrium: the bearing's drag is more than the spar's own weight can hold.
+    // No equilibrium exists: the bearing's drag exceeds what the spar's own weight can balance.
     let v = vehicle(0.15, Bearing::Axle);
     assert!(v.zeta_c * 0.8547 > v.coefficients().k1);
     assert!(psi_deg(Bearing::Axle, None, 400.0) < -360.0);
 }
 
-/// Erratum E34: a camera motor fed with the drive's rate would have to hold more than the ballast weighs.
+/// Erratum E34: a ballast motor fed with the drive's rate would have to hold more than the ballast weighs.
 #[test]
 fn the_drive_rate_in_the_camera_motor_leaves_no_equilibrium() {
     let p = vehicle(0.15, Bearing::Inertial);
@@ -193,10 +193,10 @@ fn the_drive_rate_in_the_camera_motor_leaves_no_equilibrium() {
     assert!(close(bias, 0.064, 5e-4) && close(capacity, 0.025, 5e-4) && bias > capacity);
 }
 
-/// The closed form's balance along a whole run: energy against the work of both motors and the bearing.
+/// Along a whole run of the closed form, the energy equals the work of both motors and of the bearing.
 #[test]
 fn energy_balances_over_a_run_with_every_bearing() {
-    for bearing in [Bearing::Inertial, Bearing::Chassis, Bearing::Axle] {
+    for bearing in [Bearing::Inertial, Bearing::Arm, Bearing::Axle] {
         let p = vehicle(0.15, bearing);
         let drive = Drive::step(p, Some(p.gains_in_vehicle_units(thesis_gains()))).unwrap();
         let model = Coupled::new(p);
@@ -220,17 +220,17 @@ fn energy_balances_over_a_run_with_every_bearing() {
     }
 }
 
-/// In f32 with a fixed step, as a plant on the vehicle would run it.
+/// The model in f32 with a fixed step, as the vehicle's own arithmetic would run it.
 #[test]
 fn f32_follows_f64() {
-    let p = vehicle(0.15, Bearing::Chassis);
+    let p = vehicle(0.15, Bearing::Arm);
     let (wide, narrow) = (Coupled::new(p), Coupled::new(p.cast::<f32>()));
     let gains = p.gains_in_vehicle_units(thesis_gains());
     let (mut a, mut b) = ([0.0; 8], [0.0_f32; 8]);
     (a[PHI], b[PHI]) = (0.2, 0.2);
     for _ in 0..4000 {
-        let law = CameraLaw { gains };
-        let small = CameraLaw {
+        let law = SparLaw { gains };
+        let small = SparLaw {
             gains: gains.map(|g| g as f32),
         };
         let v = law.voltage(a[PSI], a[GAMMA], a[PSI_RATE], a[GAMMA_RATE]);

@@ -3,9 +3,9 @@
 //! A final voltage only shifts the wheel's speed error at the start (erratum E9), so along the final
 //! value the starts form a curve, and the limit is where that curve crosses the stable manifold of a
 //! saddle: of the forward one, `pi - phi_0`, or, on the return swing, of the backward one. The curve is
-//! first walked with steps small against the change of the largest swing, since a failing value may be
-//! followed by values that return; then the crossing is found from the time spent near the saddle,
-//! which grows like the logarithm of the distance from the manifold.
+//! first walked in steps that keep the change of the largest swing small, since values beyond a failing
+//! value may return again. Then the crossing is found from the time spent near the saddle, which grows like
+//! the logarithm of the distance from the manifold.
 
 use model::dynamics::planar::PlanarParameters;
 
@@ -35,14 +35,14 @@ impl Direction {
 
 /// The limit found.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Critical {
+pub struct CriticalValue {
     /// The smallest final value (in the direction searched) at which responses that return become
     /// responses that leave; the hold itself if no response near it returns.
     pub value: f64,
-    /// The way the mass turns: +1 forward, -1 backward.
+    /// The way the arm turns: +1 forward, -1 backward.
     pub whirl_direction: i8,
-    /// Whether the start already leaves its basin at the hold, e.g. because it rolls too fast: then the
-    /// search began at the nearest final value whose response returns.
+    /// Whether the response leaves its basin even at the hold, e.g. because the start rolls too fast. Then
+    /// the search began at the nearest final value whose response returns.
     pub hold_fails: bool,
 }
 
@@ -66,27 +66,27 @@ pub enum NoLimit {
 const WALK_TOLERANCE: f64 = 1e-7;
 /// Tolerance of the final ones; the first ones in a wide bracket need less.
 const FINAL_TOLERANCE: f64 = 1e-12;
-/// To what the crossing is found, relative to 1 + its size.
+/// Width of the bracket at which the crossing counts as found, relative to 1 + the final value's size.
 const RESOLUTION: f64 = 2e-11;
 /// Distance from the manifold below which the secant of two verified ends is exact to `RESOLUTION`.
 const LINEAR: f64 = 1e-6;
-/// The longest step of the walk as a share of the distance walked: far out, where only slow moves get,
-/// values that fail lie in windows a few per cent wide.
+/// The longest step of the walk as a share of the distance walked. Slow moves fail only far from the hold,
+/// and there the failing values lie in windows a few per cent wide.
 const LONGEST_STEP: f64 = 0.01;
-/// The largest final value tried, in units of speed per unit of time of the move (plus one).
+/// The largest final value tried, as a steady speed per time unit of the move (plus one time unit).
 const FARTHEST: f64 = 2000.0;
 
 /// The critical final value from `start` (phi, theta', phi') for inputs like `input` (its target is
 /// ignored); `Ok(None)` if no final value fails.
 ///
 /// # Errors
-/// [`NoLimit`] where the question makes no sense.
+/// [`NoLimit`] where the vehicle has no basin to leave.
 pub fn critical(
     p: &PlanarParameters<f64>,
     input: &Input,
     start: State,
     direction: Direction,
-) -> Result<Option<Critical>, NoLimit> {
+) -> Result<Option<CriticalValue>, NoLimit> {
     let judge = Judge::new(p, input).ok_or(NoLimit::NoEquilibrium)?;
     if p.zeta <= 0.0 && input.law.is_none() {
         return Err(NoLimit::NoDamping);
@@ -117,11 +117,11 @@ struct Search {
     input: Input,
     start: State,
     sign: f64,
-    /// What changes the steady speed by one.
+    /// The change of the final value that changes the steady speed by one.
     unit: f64,
 }
 
-/// A final value that returns and a failing one beyond it, as distances from the hold.
+/// A final value whose response returns and a failing value beyond it, as distances from the hold.
 #[derive(Debug, Clone, Copy)]
 struct Bracket {
     returns: f64,
@@ -138,7 +138,8 @@ impl Search {
             .judge(&self.input.towards(self.target(distance)), self.start, tolerance)
     }
 
-    /// The nearest final value that returns: the hold, or one whose steady speed is nearer to the start's.
+    /// The nearest final value whose response returns: the hold, or a value whose steady speed is nearer to
+    /// the speed of the start.
     fn first_return(&self) -> Option<f64> {
         let returns = |d: &f64| self.response(*d, WALK_TOLERANCE).fate == Fate::Returns;
         let span = 10.0 + 2.0 * self.start[1].abs();
@@ -201,7 +202,7 @@ impl Search {
     }
 
     /// The crossing within the bracket.
-    fn refine(&self, bracket: Bracket, hold_fails: bool) -> Critical {
+    fn refine(&self, bracket: Bracket, hold_fails: bool) -> CriticalValue {
         let first = bracket.fails - bracket.returns;
         let mut low = self.sharp(bracket.returns, first);
         let mut high = self.sharp(bracket.fails, first);
@@ -210,7 +211,7 @@ impl Search {
             return self.found(&low, low.distance, hold_fails);
         }
         while high.fate == Fate::Returns {
-            // The same on the other side: look just beyond.
+            // The failing end may be wrong in the same way: look just beyond.
             low = high;
             high = self.sharp(low.distance + 1e-3 * self.unit, first);
         }
@@ -222,7 +223,7 @@ impl Search {
             }
             let slope = (high.offset - low.offset) / width;
             let secant = low.distance - low.offset / slope;
-            // The offsets are proportional to the distance only near the crossing: now and then, halve.
+            // The offsets are proportional to the distance only near the crossing: halve every fourth time.
             let inside = secant > low.distance && secant < high.distance;
             let converged = low.offset.abs().max(high.offset.abs()) < LINEAR && width < 1e2 * resolution;
             if inside && converged {
@@ -230,7 +231,7 @@ impl Search {
             }
             let middle = low.distance + 0.5 * width;
             let probe = self.sharp(if inside && k % 4 != 3 { secant } else { middle }, width);
-            // And once more as far again beyond the crossing, so that both ends close in.
+            // A second probe, as far beyond the crossing, moves the other end as well.
             let step = probe.offset / slope;
             let beyond = probe.distance - step - step.signum() * step.abs().max(0.4 * resolution);
             Self::keep(probe, &mut low, &mut high);
@@ -241,8 +242,8 @@ impl Search {
         self.found(&high, 0.5 * (low.distance + high.distance), hold_fails)
     }
 
-    /// A final value tried within a bracket of `width`: a secant may land `width^2` from the crossing,
-    /// and the verdict must still be right there.
+    /// Tries a final value within a bracket of `width`. A secant may land `width^2` from the crossing, and
+    /// the tolerance keeps the verdict right even there.
     fn sharp(&self, distance: f64, width: f64) -> Point {
         let tolerance = (1e-3 * (width / self.unit).powi(2)).clamp(FINAL_TOLERANCE, 1e-8);
         let response = self.response(distance, tolerance);
@@ -259,12 +260,12 @@ impl Search {
         *(if point.fate == Fate::Returns { low } else { high }) = point;
     }
 
-    fn found(&self, failing: &Point, distance: f64, hold_fails: bool) -> Critical {
+    fn found(&self, failing: &Point, distance: f64, hold_fails: bool) -> CriticalValue {
         let whirl_direction = match failing.fate {
             Fate::Leaves(way) => way,
             Fate::Returns => self.sign as i8,
         };
-        Critical {
+        CriticalValue {
             value: self.target(distance),
             whirl_direction,
             hold_fails,
@@ -272,8 +273,8 @@ impl Search {
     }
 }
 
-/// A final value tried: its distance from the hold, its fate, and (near the crossing) its signed
-/// distance from the stable manifold; NaN where no saddle was visited.
+/// A tried final value: its distance from the hold, the fate of its response, and (near the crossing) its
+/// signed distance from the stable manifold, NaN if the response visited no saddle.
 #[derive(Debug, Clone, Copy)]
 struct Point {
     distance: f64,

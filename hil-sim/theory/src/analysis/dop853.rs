@@ -3,8 +3,8 @@
 
 use super::dop853_coefficients as c;
 
-/// Why an integration cannot go on: it needs too small a step, or, where their number is limited, too
-/// many of them.
+/// Why an integration cannot go on: the next step is too small, or the limit on the number of steps is
+/// reached.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("the motion cannot be followed beyond t = {t:e}: it needs steps of {step:e}")]
 pub struct StepTooSmall {
@@ -14,7 +14,7 @@ pub struct StepTooSmall {
     pub step: f64,
 }
 
-/// The most steps of a run that is sampled: seconds of work, and ten times what the longest span needs.
+/// The most steps of a sampled run: ten times what the longest span needs, and seconds of work.
 pub const MOST_STEPS: u64 = 2_000_000;
 
 /// An integration in progress: the state `x` at the time `t`.
@@ -128,7 +128,7 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
             }
             let (next, error) = self.attempt(h);
             if error <= 1.0 {
-                let factor = (0.9 * error.max(1e-12).powf(-0.125)).clamp(0.2, grow);
+                let factor = (0.9 * libm::pow(error.max(1e-12), -0.125)).clamp(0.2, grow);
                 (self.t_old, self.h_old, self.x_old) = (self.t, h, self.x);
                 self.t = if last { limit } else { self.t + h };
                 self.x = next;
@@ -140,7 +140,7 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
             }
             grow = 1.0;
             let factor = if error.is_finite() {
-                (0.9 * error.powf(-0.125)).clamp(0.1, 0.9)
+                (0.9 * libm::pow(error, -0.125)).clamp(0.1, 0.9)
             } else {
                 0.1
             };
@@ -194,13 +194,13 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
 
     /// `x + h sum of weighted stages`.
     #[inline]
-    fn combined<const K: usize>(&self, x: &[f64; N], h: f64, row: &c::Row<K>) -> [f64; N] {
+    fn combined<const K: usize>(&self, x: &[f64; N], h: f64, row: &c::TableauRow<K>) -> [f64; N] {
         let sum = self.weighted(row);
         std::array::from_fn(|i| x[i] + h * sum[i])
     }
 
     #[inline]
-    fn weighted<const K: usize>(&self, row: &c::Row<K>) -> [f64; N] {
+    fn weighted<const K: usize>(&self, row: &c::TableauRow<K>) -> [f64; N] {
         let mut sum = [0.0; N];
         for &(stage, weight) in row {
             for (s, k) in sum.iter_mut().zip(&self.k[stage]) {

@@ -4,35 +4,35 @@
 //! stages that enter with a non-zero weight; `dop853`'s tests check the order conditions.
 
 /// Stage number and its weight.
-pub type Row<const K: usize> = [(usize, f64); K];
+pub type TableauRow<const K: usize> = [(usize, f64); K];
 
 /// Stage 1.
-pub const A1: Row<1> = [(0, 0.05260015195876773)];
+pub const A1: TableauRow<1> = [(0, 0.05260015195876773)];
 /// Stage 2.
-pub const A2: Row<2> = [(0, 0.0197250569845379), (1, 0.0591751709536137)];
+pub const A2: TableauRow<2> = [(0, 0.0197250569845379), (1, 0.0591751709536137)];
 /// Stage 3.
-pub const A3: Row<2> = [(0, 0.02958758547680685), (2, 0.08876275643042054)];
+pub const A3: TableauRow<2> = [(0, 0.02958758547680685), (2, 0.08876275643042054)];
 /// Stage 4.
-pub const A4: Row<3> = [
+pub const A4: TableauRow<3> = [
     (0, 0.2413651341592667),
     (2, -0.8845494793282861),
     (3, 0.924834003261792),
 ];
 /// Stage 5.
-pub const A5: Row<3> = [
+pub const A5: TableauRow<3> = [
     (0, 0.037037037037037035),
     (3, 0.17082860872947386),
     (4, 0.12546768756682242),
 ];
 /// Stage 6.
-pub const A6: Row<4> = [
+pub const A6: TableauRow<4> = [
     (0, 0.037109375),
     (3, 0.17025221101954405),
     (4, 0.06021653898045596),
     (5, -0.017578125),
 ];
 /// Stage 7.
-pub const A7: Row<5> = [
+pub const A7: TableauRow<5> = [
     (0, 0.03709200011850479),
     (3, 0.17038392571223998),
     (4, 0.10726203044637328),
@@ -40,7 +40,7 @@ pub const A7: Row<5> = [
     (6, 0.008273789163814023),
 ];
 /// Stage 8.
-pub const A8: Row<6> = [
+pub const A8: TableauRow<6> = [
     (0, 0.6241109587160757),
     (3, -3.3608926294469414),
     (4, -0.868219346841726),
@@ -49,7 +49,7 @@ pub const A8: Row<6> = [
     (7, -43.48988418106996),
 ];
 /// Stage 9.
-pub const A9: Row<7> = [
+pub const A9: TableauRow<7> = [
     (0, 0.47766253643826434),
     (3, -2.4881146199716677),
     (4, -0.590290826836843),
@@ -59,7 +59,7 @@ pub const A9: Row<7> = [
     (8, -0.020331201708508627),
 ];
 /// Stage 10.
-pub const A10: Row<8> = [
+pub const A10: TableauRow<8> = [
     (0, -0.9371424300859873),
     (3, 5.186372428844064),
     (4, 1.0914373489967295),
@@ -70,7 +70,7 @@ pub const A10: Row<8> = [
     (9, -3.0467644718982196),
 ];
 /// Stage 11.
-pub const A11: Row<9> = [
+pub const A11: TableauRow<9> = [
     (0, 2.273310147516538),
     (3, -10.53449546673725),
     (4, -2.0008720582248625),
@@ -82,7 +82,7 @@ pub const A11: Row<9> = [
     (10, 0.6433927460157636),
 ];
 /// The step of order 8.
-pub const B: Row<8> = [
+pub const B: TableauRow<8> = [
     (0, 0.054293734116568765),
     (5, 4.450312892752409),
     (6, 1.8915178993145003),
@@ -93,7 +93,7 @@ pub const B: Row<8> = [
     (11, 0.04471061572777259),
 ];
 /// Stage 13, for the interpolant.
-pub const A13: Row<8> = [
+pub const A13: TableauRow<8> = [
     (0, 0.056167502283047954),
     (6, 0.25350021021662483),
     (7, -0.2462390374708025),
@@ -104,7 +104,7 @@ pub const A13: Row<8> = [
     (12, -0.008298),
 ];
 /// Stage 14, for the interpolant.
-pub const A14: Row<8> = [
+pub const A14: TableauRow<8> = [
     (0, 0.03183464816350214),
     (5, 0.028300909672366776),
     (6, 0.053541988307438566),
@@ -115,7 +115,7 @@ pub const A14: Row<8> = [
     (13, 0.1413124436746325),
 ];
 /// Stage 15, for the interpolant.
-pub const A15: Row<8> = [
+pub const A15: TableauRow<8> = [
     (0, -0.42889630158379194),
     (5, -4.697621415361164),
     (6, 7.683421196062599),
@@ -126,7 +126,7 @@ pub const A15: Row<8> = [
     (14, -9.15095847217987),
 ];
 /// Error estimate of order 3.
-pub const E3: Row<8> = [
+pub const E3: TableauRow<8> = [
     (0, -0.18980075407240762),
     (5, 4.450312892752409),
     (6, 1.8915178993145003),
@@ -137,7 +137,7 @@ pub const E3: Row<8> = [
     (11, 0.02265179219836082),
 ];
 /// Error estimate of order 5.
-pub const E5: Row<8> = [
+pub const E5: TableauRow<8> = [
     (0, 0.01312004499419488),
     (5, -1.2251564463762044),
     (6, -0.4957589496572502),
@@ -148,7 +148,7 @@ pub const E5: Row<8> = [
     (11, -0.022355307863886294),
 ];
 /// The interpolant's coefficient 3.
-pub const D0: Row<12> = [
+pub const D0: TableauRow<12> = [
     (0, -8.428938276109013),
     (5, 0.5667149535193777),
     (6, -3.0689499459498917),
@@ -163,7 +163,7 @@ pub const D0: Row<12> = [
     (15, -4.436036387594894),
 ];
 /// The interpolant's coefficient 4.
-pub const D1: Row<12> = [
+pub const D1: TableauRow<12> = [
     (0, 10.427508642579134),
     (5, 242.28349177525817),
     (6, 165.20045171727028),
@@ -178,7 +178,7 @@ pub const D1: Row<12> = [
     (15, 35.81684148639408),
 ];
 /// The interpolant's coefficient 5.
-pub const D2: Row<12> = [
+pub const D2: TableauRow<12> = [
     (0, 19.985053242002433),
     (5, -387.0373087493518),
     (6, -189.17813819516758),
@@ -193,7 +193,7 @@ pub const D2: Row<12> = [
     (15, 11.99229113618279),
 ];
 /// The interpolant's coefficient 6.
-pub const D3: Row<12> = [
+pub const D3: TableauRow<12> = [
     (0, -25.69393346270375),
     (5, -154.18974869023643),
     (6, -231.5293791760455),

@@ -11,14 +11,14 @@ use super::waveform::Waveform;
 
 /// One point of an envelope.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Row {
+pub struct EnvelopePoint {
     /// Slope, rad.
     pub beta: f64,
     /// Waveform.
     pub waveform: Waveform,
     /// The critical forward voltage from the static equilibrium; `None` if none whirls.
     pub critical: Option<f64>,
-    /// The way the mass turns: +1 forward, -1 backward.
+    /// The way the arm turns: +1 forward, -1 backward.
     pub whirl_direction: Option<i8>,
 }
 
@@ -47,7 +47,7 @@ pub fn envelope(
     ramp_time: f64,
     slopes: &[f64],
     done: impl Fn() + Sync,
-) -> Result<Vec<Row>, NoLimit> {
+) -> Result<Vec<EnvelopePoint>, NoLimit> {
     let cases: Vec<(Waveform, f64)> = waveforms.iter().flat_map(|w| slopes.iter().map(|b| (*w, *b))).collect();
     cases
         .into_par_iter()
@@ -58,7 +58,7 @@ pub fn envelope(
             let found = critical(&p, &input, [phi, 0.0, 0.0], Direction::Forward)?;
             done();
             let (critical, whirl_direction) = (found.map(|c| c.value), found.map(|c| c.whirl_direction));
-            Ok(Row {
+            Ok(EnvelopePoint {
                 beta,
                 waveform,
                 critical,

@@ -61,7 +61,7 @@ pub fn routh_determinant(p: &PlanarParameters<f64>, phi: f64) -> f64 {
     a2 * a1 - a3 * a0
 }
 
-/// The sustained acceleration of the axle, in g, above which no slow ramp keeps the mass from turning
+/// The sustained acceleration of the axle, in g, above which no slow ramp keeps the arm from turning
 /// over: `(1 + mu) A + sin(beta) = alpha l sqrt(1 + 2 A sin(beta) + A^2)` (erratum E18). `None` beyond the static limit.
 pub fn sustained_acceleration_limit(p: &PlanarParameters<f64>) -> Option<f64> {
     static_phi(p)?;

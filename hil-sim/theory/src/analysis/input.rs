@@ -10,11 +10,11 @@ use super::waveform::Waveform;
 pub struct Input {
     /// The final voltage, or the final reference speed where there is a `law`.
     pub target: f64,
-    /// What it moves from: `sin(beta)` for a voltage, 0 for a reference.
+    /// The value before the move: `sin(beta)` for a voltage, 0 for a reference.
     pub hold: f64,
-    /// How it moves.
+    /// The shape of the move.
     pub waveform: Waveform,
-    /// Time of the move, >= 0.
+    /// Duration of the move, >= 0.
     pub ramp_time: f64,
     /// The speed loop (3.25), if the target is a speed.
     pub law: Option<SpeedLaw<f64>>,
@@ -49,7 +49,7 @@ impl Input {
         }
     }
 
-    /// The same with another waveform.
+    /// The input with another waveform.
     #[must_use]
     pub fn shaped(self, waveform: Waveform, ramp_time: f64) -> Self {
         Self {
@@ -59,7 +59,7 @@ impl Input {
         }
     }
 
-    /// The same with another final value.
+    /// The input with another final value.
     #[must_use]
     pub fn towards(self, target: f64) -> Self {
         Self { target, ..self }

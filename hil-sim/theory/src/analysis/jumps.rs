@@ -1,5 +1,5 @@
-//! Inputs with jumps: a first jump, a ramp, a last jump. Chapter 5 rates the continuous waveforms; these
-//! show that the ramp is not the best of all inputs (erratum E19).
+//! Inputs with jumps: a first jump, a ramp, a last jump. Chapter 5 rates continuous waveforms only. Inputs
+//! with jumps show that the ramp is not the best of all inputs (erratum E19).
 
 use model::dynamics::planar::{Planar, PlanarParameters};
 
@@ -8,7 +8,7 @@ use super::equilibrium::static_phi;
 use super::input::Input;
 use super::response::{Fate, Judge};
 
-/// The share of the move made at once at the start and at the end; the rest is a ramp between.
+/// The shares of the move that jump at the start and at the end; a ramp covers the rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jumps {
     /// Share jumped at t = 0.
@@ -18,7 +18,7 @@ pub struct Jumps {
 }
 
 /// The largest final voltage up to `highest` below which every response from rest returns, to 1e-9;
-/// `None` without an equilibrium, or if none up to `highest` fails.
+/// `None` without an equilibrium, or if every response up to `highest` returns.
 pub fn critical_voltage(p: &PlanarParameters<f64>, jumps: Jumps, ramp_time: f64, highest: f64) -> Option<f64> {
     let phi = static_phi(p)?;
     let hold = p.beta.sin();
@@ -33,7 +33,7 @@ pub fn critical_voltage(p: &PlanarParameters<f64>, jumps: Jumps, ramp_time: f64,
         let Ok(x) = integrate(|t, x| planar.rate(x, voltage(t)), 0.0, start, ramp_time, 1e-11) else {
             return false;
         };
-        // Within the first well or, on the way back, not yet beyond its far edge.
+        // Within the well of the start or, on the way back, not yet beyond its far edge.
         let inside = x[1] < std::f64::consts::PI - phi && x[1] > -std::f64::consts::PI - phi;
         inside && judge.judge(&Input::voltage_step(p, u), [x[1], x[2], x[3]], 1e-11).fate == Fate::Returns
     };

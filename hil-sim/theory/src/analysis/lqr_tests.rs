@@ -1,5 +1,5 @@
 use super::*;
-use model::control::camera_law::THESIS_SPAR_GAINS;
+use model::control::spar_law::THESIS_SPAR_GAINS;
 
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() < tolerance
@@ -19,13 +19,13 @@ fn the_gains_of_7_21_corrected_solve_the_riccati_equation() {
 fn the_reference_vehicle_has_the_optimal_gains_of_its_spar() {
     let vehicle = vehicle_file::reference().unwrap();
     let fresh = regulator(&vehicle.camera().unwrap(), &Weights::THESIS).unwrap();
-    for (stored, gain) in vehicle.camera_gains().unwrap().iter().zip(fresh.gains) {
+    for (stored, gain) in vehicle.spar_gains().unwrap().iter().zip(fresh.gains) {
         // The file's lengths and the motor's constants are rounded.
         assert!((stored / gain - 1.0).abs() < 2e-3, "{stored} {gain}");
     }
 }
 
-/// The model's own test of a vehicle's gains against the eigenvalues, on spars and gains of every kind.
+/// The model's stability test of a vehicle's gains agrees with the eigenvalues, for random spars and gains.
 #[test]
 fn gains_that_hold_the_spar_are_told_from_those_that_do_not() {
     let mut noise = plant::noise::Noise::new(5, 0);
@@ -43,12 +43,12 @@ fn gains_that_hold_the_spar_are_told_from_those_that_do_not() {
         let Ok(optimal) = regulator(&camera, &Weights::THESIS) else {
             continue;
         };
-        // From the optimum out to gains that have nothing to do with it.
+        // From the optimum out to gains far away from it.
         let spread = between(0.0, 2.0);
         let gains = optimal.gains.map(|gain| gain * (1.0 + between(-spread, spread)));
         let poles = closed_loop_poles(&camera, &gains).unwrap();
         let slowest = poles.iter().fold(f64::NEG_INFINITY, |slowest, p| slowest.max(p[0]));
-        // On the very edge rounding decides.
+        // Within rounding of the edge the two may differ.
         if slowest.abs() < 1e-6 {
             continue;
         }
@@ -77,7 +77,7 @@ fn the_printed_gains_are_unstable_with_either_sign() {
         let poles = closed_loop_poles(&camera, &gains).unwrap();
         poles.into_iter().filter(|p| p[0] > 0.0).collect::<Vec<_>>()
     };
-    // v = -g . x: a real pole, and a growing oscillation besides.
+    // v = -g . x: a real pole and a growing oscillation.
     let minus = unstable(printed);
     assert!(
         minus.iter().any(|p| close(p[0], 2.198, 5e-4) && p[1] == 0.0),
@@ -95,31 +95,37 @@ fn the_printed_gains_are_unstable_with_either_sign() {
     assert!(twice.iter().any(|p| close(p[0], 9.776, 5e-4)), "{twice:?}");
 }
 
-/// The gain by another road: the Riccati differential equation integrated backwards from P = 0.
+/// The gains by another method: the Riccati differential equation integrated backwards from P = 0, in plain
+/// arrays.
 fn by_integration(camera: &CameraParameters<f64>, weights: &Weights, span: f64, steps: usize) -> [f64; 4] {
+    type Square = [[f64; 4]; 4];
     let (a, b) = camera.linearisation();
-    let rate = |p: &Matrix<4>| {
-        let pa = product(p, &a);
-        let pb = applied(p, &b);
+    let gains = |p: &Square| p.map(|row| row.iter().zip(b).map(|(p, b)| p * b).sum::<f64>() / weights.r);
+    let rate = |p: &Square| -> Square {
+        let g = gains(p);
+        let pa: Square = std::array::from_fn(|i| std::array::from_fn(|j| (0..4).map(|k| p[i][k] * a[k][j]).sum()));
         std::array::from_fn(|i| {
             std::array::from_fn(|j| {
                 let q = if i == j { weights.q[i] } else { 0.0 };
-                pa[i][j] + pa[j][i] - pb[i] * pb[j] / weights.r + q
+                pa[i][j] + pa[j][i] - g[i] * g[j] * weights.r + q
             })
         })
     };
+    let ahead = |p: &Square, factor: f64, k: &Square| -> Square {
+        std::array::from_fn(|i| std::array::from_fn(|j| p[i][j] + factor * k[i][j]))
+    };
     let h = span / steps as f64;
-    let mut p: Matrix<4> = [[0.0; 4]; 4];
+    let mut p = [[0.0; 4]; 4];
     for _ in 0..steps {
         let k1 = rate(&p);
-        let k2 = rate(&sum(&p, 0.5 * h, &k1));
-        let k3 = rate(&sum(&p, 0.5 * h, &k2));
-        let k4 = rate(&sum(&p, h, &k3));
+        let k2 = rate(&ahead(&p, 0.5 * h, &k1));
+        let k3 = rate(&ahead(&p, 0.5 * h, &k2));
+        let k4 = rate(&ahead(&p, h, &k3));
         for (weight, k) in [(1.0, k1), (2.0, k2), (2.0, k3), (1.0, k4)] {
-            p = sum(&p, weight * h / 6.0, &k);
+            p = ahead(&p, weight * h / 6.0, &k);
         }
     }
-    applied(&p, &b).map(|x| x / weights.r)
+    gains(&p)
 }
 
 #[test]
@@ -143,9 +149,39 @@ fn the_riccati_differential_equation_settles_at_the_same_gains() {
     }
 }
 
+/// Lowest power first: the polynomials `det(s 1 - A)` and `adj(s 1 - A) b`, by Faddeev and `LeVerrier`, in
+/// plain arrays.
+fn transfer(a: &[[f64; 4]; 4], b: &[f64; 4]) -> ([f64; 5], [[f64; 4]; 4]) {
+    let mut m: [[f64; 4]; 4] = std::array::from_fn(|i| std::array::from_fn(|j| f64::from(u8::from(i == j))));
+    let mut determinant = [0.0, 0.0, 0.0, 0.0, 1.0];
+    let mut numerators = [[0.0; 4]; 4];
+    for k in (0..4).rev() {
+        for (numerator, row) in numerators.iter_mut().zip(&m) {
+            numerator[k] = row.iter().zip(b).map(|(m, b)| m * b).sum();
+        }
+        let am: [[f64; 4]; 4] =
+            std::array::from_fn(|i| std::array::from_fn(|j| (0..4).map(|n| a[i][n] * m[n][j]).sum()));
+        determinant[k] = -(0..4).map(|i| am[i][i]).sum::<f64>() / (4 - k) as f64;
+        m = am;
+        for (i, row) in m.iter_mut().enumerate() {
+            row[i] += determinant[k];
+        }
+    }
+    (determinant, numerators)
+}
+
+/// `p(z)` of a real polynomial, lowest power first, as [re, im].
+fn value(p: &[f64], z: [f64; 2]) -> [f64; 2] {
+    p.iter().rev().fold([0.0; 2], |v, c| {
+        [v[0] * z[0] - v[1] * z[1] + c, v[0] * z[1] + v[1] * z[0]]
+    })
+}
+
+/// Kalman's equality, which stable gains satisfy only if they are optimal, at every frequency w:
+/// `|1 + g^T (j w 1 - A)^-1 b|^2 = 1 + sum q_i |x_i|^2 / r` with `x = (j w 1 - A)^-1 b`.
 #[test]
-fn closed_loop_poles_are_the_stable_half_of_the_hamiltonian() {
-    // An independent library, over geometries that hang and that stand, and weights over eight decades.
+fn gains_satisfy_kalmans_equality_and_poles_are_roots_of_the_closed_loop() {
+    // Geometries that hang and that stand, and weights over eight decades.
     let mut count = 0;
     for (lm, mr) in [(0.05, 1.0), (1.0 / 6.0, 4.0), (0.4, 6.0), (0.1, 2.5)] {
         for q1 in [0.0, 1.0, 1e4, 1e6] {
@@ -164,31 +200,40 @@ fn closed_loop_poles_are_the_stable_half_of_the_hamiltonian() {
                 };
                 let got = regulator(&camera, &weights).unwrap();
                 let (a, b) = camera.linearisation();
-                // Costates in a unit that leaves no element huge: the same poles with fewer digits lost.
-                let scale = (q1.max(10.0) * r).sqrt() / b[3].abs();
-                let hamiltonian = nalgebra::SMatrix::<f64, 8, 8>::from_fn(|i, j| match (i < 4, j < 4) {
-                    (true, true) => a[i][j],
-                    (true, false) => -scale * b[i] * b[j - 4] / r,
-                    (false, true) => {
-                        if i - 4 == j {
-                            -weights.q[j] / scale
-                        } else {
-                            0.0
-                        }
+                let (open, numerators) = transfer(&a, &b);
+                let mut closed = open;
+                for (gain, numerator) in got.gains.iter().zip(&numerators) {
+                    for (c, n) in closed.iter_mut().zip(numerator) {
+                        *c += gain * n;
                     }
-                    (false, false) => -a[j - 4][i - 4],
-                });
-                let all = hamiltonian.complex_eigenvalues();
-                for p in got.poles {
-                    let nearest = all
+                }
+                let square = |p: &[f64], w: f64| value(p, [0.0, w]).iter().map(|x| x * x).sum::<f64>();
+                for w in [0.0, 0.1, 0.5, 1.0, 2.0, 10.0, 100.0] {
+                    let cost: f64 = weights
+                        .q
                         .iter()
-                        .map(|z| (z.re - p[0]).hypot(z.im - p[1]))
-                        .fold(f64::MAX, f64::min);
+                        .zip(&numerators)
+                        .map(|(q, n)| q * square(n, w) / r)
+                        .sum();
+                    let (found, want) = (square(&closed, w), square(&open, w) + cost);
                     assert!(
-                        nearest < 1e-7 * (1.0 + p[0].hypot(p[1])),
-                        "{camera:?} {weights:?} {p:?} {nearest}"
+                        (found / want - 1.0).abs() < 1e-9,
+                        "{camera:?} {weights:?} {w} {found} {want}"
                     );
                 }
+                for p in got.poles {
+                    assert!(p[0] < 0.0);
+                    // The distance to the root nearby, by Newton's step.
+                    let slope: [f64; 4] = std::array::from_fn(|k| (k + 1) as f64 * closed[k + 1]);
+                    let (c, c1) = (value(&closed, p), value(&slope, p));
+                    let away = c[0].hypot(c[1]) / c1[0].hypot(c1[1]);
+                    assert!(
+                        away < 1e-9 * (1.0 + p[0].hypot(p[1])),
+                        "{camera:?} {weights:?} {p:?} {away}"
+                    );
+                }
+                let sum: f64 = got.poles.iter().map(|p| p[0]).sum();
+                assert!(close(sum, -closed[3], 1e-10 * closed[3].abs()), "{sum} {closed:?}");
                 assert!(got.riccati_residual < 1e-11, "{camera:?} {weights:?} {got:?}");
                 count += 1;
             }
@@ -225,8 +270,7 @@ fn weights_that_see_nothing_leave_a_standing_spar_to_the_cheapest_control() {
         zeta: 0.2,
         xi: 2.0,
     };
-    let (a, _) = camera.linearisation();
-    let open = eigenvalues(&a).unwrap();
+    let open = closed_loop_poles(&camera, &[0.0; 4]).unwrap();
     let got = regulator(&camera, &Weights { q: [0.0; 4], r: 1.0 }).unwrap();
     for p in open {
         let mirrored = [-p[0].abs(), p[1]];

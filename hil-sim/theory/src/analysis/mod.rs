@@ -1,4 +1,4 @@
-//! The thesis, analysed: equilibria, limits, envelopes, 3-D motion, camera platform.
+//! The analysis of the thesis: equilibria, limits, envelopes, motion in space, camera spar.
 
 pub mod camera;
 pub mod coupled;
@@ -10,9 +10,10 @@ pub mod equilibrium;
 pub mod input;
 pub mod jumps;
 pub mod lqr;
-pub mod matrix;
+pub mod poles;
 pub mod response;
 pub mod roots;
+pub mod series;
 pub mod simulate;
 pub mod slip;
 pub mod spatial;

@@ -1,5 +1,4 @@
-//! What becomes of a response: does the reaction mass come back to the equilibrium it left, or does it
-//! turn over?
+//! The fate of a response: whether the arm comes back to the equilibrium it left or turns over.
 //!
 //! Between the saddles `-pi - phi_0` and `pi - phi_0` (shifted by full turns) lie the wells of the
 //! potential `V = -alpha l cos(phi) - sin(beta) phi`. In the frame that moves at the steady speed
@@ -28,10 +27,10 @@ pub enum Fate {
     Leaves(i8),
 }
 
-/// A response, judged.
+/// The verdict on a response.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Response {
-    /// How it ends.
+    /// How the response ends.
     pub fate: Fate,
     /// The largest swing towards a saddle: 0 at the equilibrium, 1 at the saddle.
     pub excursion: f64,
@@ -42,30 +41,30 @@ pub struct Response {
     pub decided_at: f64,
 }
 
-/// Half width in phi of the neighbourhood of a saddle in which the stay is measured.
+/// Half width in phi of a saddle's neighbourhood. The length of a response's stay there is measured.
 const NEIGHBOURHOOD: f64 = 0.3;
-/// The same at most, as a share of the way from the equilibrium to the nearest saddle: near the static
-/// limit the two lie close together, and a response at rest must be outside.
+/// Largest half width as a share of the way from the equilibrium to the nearest saddle: near the static
+/// limit the two lie close together, and a response at rest must lie outside the neighbourhood.
 const NEIGHBOURHOOD_SHARE: f64 = 0.3;
-/// Swings that must shrink one after the other before a closed loop counts as returning.
+/// Swings that must each be smaller than the swing before until a closed loop counts as returning.
 const SHRINKING_SWINGS: usize = 4;
 /// Deviation from the equilibrium below which a closed loop counts as returned.
 const SMALL: f64 = 1e-3;
-/// Tolerance after the deciding visit to a saddle.
+/// Integration tolerance after the deciding visit to a saddle.
 const LOOSE: f64 = 1e-7;
 /// Time units after the input's arrival at which an undecided response counts as returning.
 const PATIENCE: f64 = 3000.0;
 
-/// The planar vehicle on its slope with what judging needs.
+/// The planar vehicle on its slope, with the quantities that the verdicts need.
 #[derive(Debug, Clone, Copy)]
 pub struct Judge {
     planar: Planar<f64>,
     phi_0: f64,
     /// Half width in phi of a saddle's neighbourhood.
     neighbourhood: f64,
-    /// Growth rate at the saddle.
+    /// Growth rate at the saddle; `None` where the loop makes more than one direction unstable.
     growth: Option<f64>,
-    /// The speed law's presence decides which proof of return applies.
+    /// Whether a speed law or a voltage limit acts: this decides which proof of return applies.
     closed_loop: bool,
 }
 
@@ -95,7 +94,7 @@ impl Judge {
 
     /// Follows `input` from `start` with the integration `tolerance` until the verdict is certain.
     pub fn judge(&self, input: &Input, start: State, tolerance: f64) -> Response {
-        // After a visit to a saddle the rest is usually far from every limit and needs less precision.
+        // After a visit to a saddle the response is usually far from every limit and needs less precision.
         self.follow(input, start, tolerance, tolerance.max(LOOSE))
             .or_else(|| self.follow(input, start, tolerance, tolerance))
             .unwrap_or(Response {
@@ -106,15 +105,15 @@ impl Judge {
             })
     }
 
-    /// Follows the response, with the tolerance `after_visit` once a saddle has been visited; `None` if a
-    /// later visit was the closer one, so that the precision was given up too early.
+    /// Follows the response, with the tolerance `after_visit` once it has visited a saddle; `None` if a
+    /// later visit came closer, so that the tolerance was loosened too early.
     fn follow(&self, input: &Input, start: State, tolerance: f64, after_visit: f64) -> Option<Response> {
         let rate = |t: f64, x: &State| {
             let full = [0.0, x[0], x[1], x[2]];
             let [theta_acceleration, phi_acceleration] = self.planar.accelerations(&full, input.voltage(t, &full));
             [x[2], theta_acceleration, phi_acceleration]
         };
-        // Count wells from the one of the start.
+        // Wells are counted from the well of the start.
         let mut start = start;
         start[0] -= TAU * self.well(start[0]) as f64;
         let arrival = input.arrival();
@@ -124,7 +123,7 @@ impl Judge {
         loop {
             let limit = if run.time() < arrival { arrival } else { f64::INFINITY };
             if run.advance(limit).is_err() {
-                // Only an overflow of a runaway gets here.
+                // Only a runaway whose state overflows makes the integration fail.
                 let way = if run.state()[2] >= 0.0 { 1 } else { -1 };
                 return Some(watch.verdict(Fate::Leaves(way), run.time()));
             }
@@ -156,10 +155,10 @@ impl Judge {
                     0 => Fate::Returns,
                     k => Fate::Leaves(k.signum() as i8),
                 });
-                // The forward and the backward swing; a closed loop has shown them by now.
+                // An open loop still shows its forward and its backward swing; a closed loop has shown both.
                 turns_to_see = watch.swings.len() + if well == 0 && !self.closed_loop { 2 } else { 0 };
             }
-            // A swing under way and a visit to a saddle are seen to their end: they measure the margin.
+            // A swing or a visit to a saddle that has begun is followed to its end: it measures the margin.
             if let Some(fate) = decided
                 && watch.entered.is_none()
                 && (watch.swings.len() >= turns_to_see || now[2].abs() < SMALL * SMALL)
@@ -177,7 +176,7 @@ impl Judge {
         }
     }
 
-    /// The stay after which the start's distance from the saddle's stable manifold is below a tenth.
+    /// The stay from which on the start's distance from the saddle's stable manifold is below a tenth.
     fn decisive_stay(&self) -> f64 {
         self.growth.map_or(f64::INFINITY, |growth| 2.3 / growth)
     }
@@ -215,13 +214,13 @@ impl Judge {
     }
 }
 
-/// What is remembered while a response is followed.
+/// What the judge remembers of a response while following it.
 struct Watch<'a> {
     judge: &'a Judge,
     start: f64,
     highest: f64,
     lowest: f64,
-    /// The excursion already at the start does not count as a swing, but as where it begins.
+    /// phi at each turning point. The start is no turning point, even where it is an extreme.
     swings: Vec<f64>,
     well: i64,
     entered: Option<f64>,
@@ -261,7 +260,7 @@ impl<'a> Watch<'a> {
         first + TAU * ((phi - first) / TAU).round()
     }
 
-    /// Notes the extreme of phi within a step in which phi' changes sign.
+    /// Records the extreme of phi within a step in which phi' changes sign.
     fn extreme(&mut self, dense: &Dense<3>) {
         let t = root_between(|t| dense.at(t)[2], dense.start(), dense.end(), 1e-12);
         let phi = dense.at(t)[0];
@@ -269,7 +268,7 @@ impl<'a> Watch<'a> {
         self.swings.push(phi);
     }
 
-    /// Notes when the edge of a saddle's neighbourhood is crossed.
+    /// Records the time at which the response crosses the edge of a saddle's neighbourhood.
     fn cross_edge(&mut self, dense: &Dense<3>, before: f64) {
         let inside = dense.at(dense.end())[0];
         let saddle = self.nearest_saddle(if self.near(before) { before } else { inside });
@@ -291,7 +290,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Forgets the swings of another well.
+    /// Forgets the swings once the response is in another well.
     fn keep_well(&mut self, well: i64) {
         if well != self.well {
             self.well = well;

@@ -1,7 +1,7 @@
 //! Roots and maxima of smooth functions of one variable, and the roots of a cubic.
 
-/// The root of `f` between `a` and `b`, where it changes sign: Illinois's secant, with bisection when
-/// the bracket does not shrink. To within `tolerance` in the argument.
+/// The root of `f` between `a` and `b`, at which `f` has different signs, to within `tolerance` in the
+/// argument: the secant of the Illinois method, with a bisection every fourth time.
 pub fn root_between(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, tolerance: f64) -> f64 {
     let (mut a, mut b) = (a, b);
     let (mut fa, mut fb) = (f(a), f(b));
@@ -29,7 +29,7 @@ pub fn root_between(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, tolerance: f6
     0.5 * (a + b)
 }
 
-/// The largest value of `f` on `[a, b]`, where it has one maximum, and where it is: golden section.
+/// The place and the value of the only maximum of `f` on `[a, b]`, by golden section.
 pub fn maximum_between(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, tolerance: f64) -> (f64, f64) {
     let g = 0.618_033_988_749_894_8;
     let (mut a, mut b) = (a, b);
@@ -70,7 +70,7 @@ pub fn cubic_roots([a0, a1, a2, a3]: [f64; 4]) -> [[f64; 2]; 3] {
             }
         }
     }
-    // s^2 + p s + q: deflated from the end that loses no digits.
+    // The quadratic factor s^2 + p s + q, by the division that loses no digits.
     let p = b + r;
     let q = if r.abs() > 1.0 && d != 0.0 { -d / r } else { c + p * r };
     let discriminant = p * p - 4.0 * q;

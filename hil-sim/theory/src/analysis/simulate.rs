@@ -1,4 +1,4 @@
-//! One run of the planar vehicle: sampled motion and contact forces, and what was largest between the samples.
+//! One run of the planar vehicle: sampled motion and contact forces, and their extremes between the samples.
 
 use std::f64::consts::TAU;
 
@@ -16,18 +16,18 @@ const TOLERANCE: f64 = 1e-12;
 /// Points at which a step's polynomial is searched for extremes.
 const PIECES: i32 = 8;
 
-/// A sampled run. Forces over `(M + m) g`.
+/// A sampled run of the planar vehicle. Forces over `(M + m) g`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
-pub struct Run {
+pub struct PlanarRun {
     /// Times of the samples.
     pub t: Vec<f64>,
     /// Wheel angle, rad.
     pub theta: Vec<f64>,
-    /// Reaction-mass angle from the vertical, rad.
+    /// Arm angle from the vertical, rad.
     pub phi: Vec<f64>,
     /// Wheel rate, rad per time unit.
     pub theta_rate: Vec<f64>,
-    /// Reaction-mass rate, rad per time unit.
+    /// Arm rate, rad per time unit.
     pub phi_rate: Vec<f64>,
     /// Nondimensional voltage.
     pub voltage: Vec<f64>,
@@ -35,20 +35,20 @@ pub struct Run {
     pub friction: Vec<f64>,
     /// Normal force.
     pub normal: Vec<f64>,
-    /// Whether the reaction mass made a full turn, either way.
+    /// Whether the arm made a full turn, either way.
     pub whirled: bool,
     /// The largest phi of the run (not only of the samples).
     pub phi_max: f64,
     /// The smallest phi of the run.
     pub phi_min: f64,
-    /// The largest `|F| / N` of the run; `None` (null) if the wheel was not pressed down throughout, as
-    /// the ratio then grows beyond all bounds where N passes through 0.
+    /// The largest `|F| / N` of the run; `None` (null) if the normal force was not positive
+    /// throughout, as the ratio then grows without bound where N passes through 0.
     pub friction_coefficient_required: Option<f64>,
     /// Whether `N <= 0` anywhere.
     pub lifted: bool,
 }
 
-/// The largest values so far.
+/// The extremes so far.
 #[derive(Debug, Clone, Copy)]
 struct Extremes {
     phi_start: f64,
@@ -81,7 +81,7 @@ impl Extremes {
         }
     }
 
-    fn finish(&self, run: &mut Run) {
+    fn finish(&self, run: &mut PlanarRun) {
         run.phi_max = self.phi_max;
         run.phi_min = self.phi_min;
         run.whirled = self.phi_max - self.phi_start >= TAU || self.phi_start - self.phi_min >= TAU;
@@ -100,11 +100,11 @@ pub fn simulate(
     start: PlanarState<f64>,
     t_end: f64,
     sample: f64,
-) -> Result<Run, StepTooSmall> {
+) -> Result<PlanarRun, StepTooSmall> {
     let planar = Planar::new(*p);
-    let mut run = Run::default();
+    let mut run = PlanarRun::default();
     let mut extremes = Extremes::new(start[PHI]);
-    let record = |run: &mut Run, t: f64, x: &PlanarState<f64>| {
+    let record = |run: &mut PlanarRun, t: f64, x: &PlanarState<f64>| {
         let u = input.voltage(t, x);
         run.push(t, x, u, &planar.contact_forces(x, u));
     };
@@ -179,8 +179,8 @@ fn search(planar: &Planar<f64>, input: &Input, dense: &Dense<4>, extremes: &mut 
     }
 }
 
-/// The same in the vehicle's own arithmetic: fixed RK4 steps of `dt` in f32, the voltage worked out once a
-/// step and held over it. A sample is the step nearest to its time.
+/// As [`simulate`], in the vehicle's own arithmetic: fixed RK4 steps of `dt` in f32, with one voltage per
+/// step. Each sample is the step nearest to its time.
 pub fn simulate_f32(
     p: &PlanarParameters<f64>,
     input: &Input,
@@ -188,7 +188,7 @@ pub fn simulate_f32(
     t_end: f64,
     sample: f64,
     dt: f64,
-) -> Run {
+) -> PlanarRun {
     let planar: Planar<f32> = Planar::new(p.cast());
     let law = input.law.map(|law| SpeedLaw {
         feed_forward_zeta: law.feed_forward_zeta as f32,
@@ -199,7 +199,7 @@ pub fn simulate_f32(
     let limit = input.u_max as f32;
     let step = dt as f32;
     let mut x = start.map(|v| v as f32);
-    let mut run = Run::default();
+    let mut run = PlanarRun::default();
     let mut extremes = Extremes::new(f64::from(x[PHI]));
     let steps = (t_end / dt).round() as u64;
     let mut next: f64 = 0.0;
@@ -228,7 +228,7 @@ pub fn simulate_f32(
     run
 }
 
-impl Run {
+impl PlanarRun {
     fn push(&mut self, t: f64, x: &PlanarState<f64>, u: f64, forces: &ContactForces<f64>) {
         self.t.push(t);
         self.theta.push(x[THETA]);
@@ -240,7 +240,7 @@ impl Run {
         self.normal.push(forces.normal);
     }
 
-    /// `|F| / N` at the samples; NaN where the wheel is not pressed down.
+    /// `|F| / N` at the samples; NaN where the normal force is not positive.
     pub fn friction_coefficient(&self) -> Vec<f64> {
         let ratio = |(f, n): (&f64, &f64)| if *n > 0.0 { f.abs() / n } else { f64::NAN };
         self.friction.iter().zip(&self.normal).map(ratio).collect()

@@ -10,16 +10,16 @@ use super::response::{Fate, Judge};
 use super::roots::{maximum_between, root_between};
 use super::simulate::simulate;
 
-/// Time units after which no swing of a step's response is larger than one before.
+/// Time units within which a step's response makes its largest swing.
 const SPAN: f64 = 40.0;
-/// Steps of the walk from the hold to the whirl limit.
+/// Number of steps of the walk from the hold to the whirl limit.
 const WALK: usize = 80;
 
 /// What limits a forward voltage step from the static equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlipLimit {
-    /// The largest step that neither slips nor lifts the wheel; `None` if the vehicle cannot even be
-    /// held; the whirl limit if that comes first.
+    /// The largest step that neither slips nor lifts the wheel: at most the whirl limit, and `None` if the
+    /// vehicle slides even at the hold.
     pub critical_voltage: Option<f64>,
     /// The largest step that does not whirl.
     pub whirl_voltage: f64,
@@ -45,7 +45,7 @@ pub enum NoSlipLimit {
 }
 
 /// The friction coefficient that the whole response to the voltage step `u` from the static equilibrium
-/// needs; infinite if it lifts the wheel.
+/// needs; infinite if the response lifts the wheel.
 ///
 /// # Errors
 /// [`NoSlipLimit`] beyond the static limit.
@@ -97,9 +97,9 @@ pub fn slip_limit(p: &PlanarParameters<f64>, mu_s: f64) -> Result<SlipLimit, NoS
     })
 }
 
-/// The longest pulse of the voltage `amplitude` (from the hold and back to it) from which the mass
-/// returns, in time units: its end is a step, too, and may turn the mass over backwards. `None` if every
-/// pulse up to 40 time units returns.
+/// The longest pulse of the voltage `amplitude` (from the hold and back to the hold) from which the arm
+/// returns, in time units. The end of the pulse is a step, too, and may turn the arm over backwards. `None`
+/// if the arm returns from every pulse up to 40 time units.
 ///
 /// # Errors
 /// [`NoSlipLimit`].

@@ -25,7 +25,7 @@ pub struct SpatialRun {
     pub theta_r: Vec<f64>,
     /// Left wheel, rad.
     pub theta_l: Vec<f64>,
-    /// Reaction mass from the plane's normal, rad.
+    /// Arm from the plane's normal, rad.
     pub phi: Vec<f64>,
     /// theta_r'.
     pub rate_r: Vec<f64>,
@@ -33,15 +33,15 @@ pub struct SpatialRun {
     pub rate_l: Vec<f64>,
     /// phi'.
     pub phi_rate: Vec<f64>,
-    /// Energy less its value at the start less the work of motors and damping, over mt g R.
+    /// Energy less the energy at the start less the work of motors and damping, over mt g R.
     pub energy_residual: Vec<f64>,
-    /// How far the rolling constraints (6.12) and (6.15) are from holding: the largest of the heading
-    /// against the wheel angles, and of the velocity and yaw rate integrated from the accelerations
-    /// against those the wheel rates allow.
+    /// The largest violation of the rolling constraints (6.12) and (6.15): of the heading against the wheel
+    /// angles, and of velocity and yaw rate, integrated from the accelerations, against the wheel rates.
     pub constraint_residual: Vec<f64>,
 }
 
-/// The nine states, then the work of the torques, then x', y' and psi' integrated on their own.
+/// Length of the integrated vector: the nine states, the work of the torques, and x', y' and psi' from the
+/// accelerations.
 const AUGMENTED: usize = 13;
 
 /// Runs the vehicle `parameters` from `state` under constant voltages `u` (right, left) to `t_end`,

@@ -1,6 +1,6 @@
 use super::*;
 use crate::analysis::dop853::integrate;
-use crate::analysis::matrix::eigenvalues;
+use crate::analysis::poles::eigenvalues;
 use model::dynamics::planar::{Planar, PlanarParameters};
 use proptest::prelude::*;
 
@@ -31,7 +31,7 @@ fn assert_place(got: [f64; 3], want: [f64; 3], tolerance: f64) {
     }
 }
 
-/// Erratum E21: what the right principle says of a turn, a side slope and free rolling.
+/// Erratum E21: a turn, a side slope and free rolling by d'Alembert's principle.
 #[test]
 fn turns_side_slopes_and_free_rolling_end_where_they_should() {
     assert_place(place(&reference(), [0.6, 0.4], &REST), [3.7394, 1.9051, 0.9007], 5e-5);
@@ -73,7 +73,7 @@ fn straight_running_is_the_planar_vehicle() {
             .max((got.phi[1] + beta - want[1]).abs());
         assert!(difference < 8e-12, "{difference:e}");
         assert!(got.y[1].abs() < 1e-12 && (got.x[1] - got.theta_r[1]).abs() < 1e-11);
-        // Left uncorrected, the two angles are different vehicles.
+        // Without the correction the two angles describe different vehicles.
         let uncorrected = run(
             &spatial,
             [0.5 * u, 0.5 * u],
@@ -106,7 +106,7 @@ fn spin_poles(p: &SpatialParameters<f64>, rate: f64) -> [[f64; 2]; 4] {
         let (plus, minus) = (moved(h), moved(-h));
         std::array::from_fn(|i| (plus[i] - minus[i]) / (2.0 * h))
     });
-    eigenvalues(&std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i]))).unwrap()
+    eigenvalues(&nalgebra::SMatrix::from_fn(|i, j| columns[j][i])).unwrap()
 }
 
 fn spin_growth(p: &SpatialParameters<f64>, rate: f64) -> f64 {
@@ -121,12 +121,12 @@ fn the_reference_vehicle_spins_stably_up_to_1_614132() {
         let limit = p.spin_stability_limit().unwrap();
         assert!((limit - 1.614132).abs() < 5e-7, "{limit}");
         assert!(spin_growth(&p, 0.9999 * limit) < 0.0 && spin_growth(&p, 1.0001 * limit) > 0.0);
-        // It is a pair that crosses: a growing oscillation, not a divergence.
+        // A pair crosses the axis: an oscillation grows; nothing diverges.
         assert!(spin_poles(&p, 1.0001 * limit).iter().any(|z| z[0] > 0.0 && z[1] > 2.0));
     }
 }
 
-/// And a real run does what the poles say.
+/// A simulated run grows or decays as the poles predict.
 #[test]
 fn a_spin_beyond_the_limit_throws_the_mass_out() {
     let p = reference();
@@ -160,7 +160,7 @@ proptest! {
         }
     }
 
-    /// A run in a mirror, and its balances, on any plane from any state.
+    /// On any plane and from any state, a run and its mirror image agree, and both keep their balances.
     #[test]
     fn runs_keep_their_balances_and_their_mirror(
         slope in prop::array::uniform2(-0.4..0.4_f64), u in prop::array::uniform2(-1.5..1.5_f64), s in 0.5..1.5_f64,

@@ -1,6 +1,6 @@
-//! How a speed step is followed: overshoot, rise and settling, from a sampled run.
+//! Overshoot, rise time and settling time of a speed step, from a sampled run.
 
-use super::simulate::Run;
+use super::simulate::PlanarRun;
 
 /// Measures of a speed step from rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,8 +14,8 @@ pub struct SpeedResponse {
 }
 
 /// Measures the run against the final speed `target` (> 0), to the resolution of its samples; `None` if
-/// it never reaches 90 % of it.
-pub fn speed_response(run: &Run, target: f64) -> Option<SpeedResponse> {
+/// the speed never reaches 90 % of `target`.
+pub fn speed_response(run: &PlanarRun, target: f64) -> Option<SpeedResponse> {
     let highest = run.theta_rate.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let rise = run.theta_rate.iter().position(|v| *v >= 0.9 * target)?;
     let outside = run.theta_rate.iter().rposition(|v| (v - target).abs() > 0.02 * target);

@@ -23,11 +23,11 @@ impl<const N: usize> Trajectory<N> {
         self.x.iter().map(|x| x[index]).collect()
     }
 
-    /// Takes the samples `k dt` (up to `t_end`) that lie in the step `dense`.
+    /// Appends the samples `k dt` (up to `t_end`) that lie in the step `dense`.
     pub fn sample(&mut self, dense: &Dense<N>, dt: f64, t_end: f64) {
         loop {
             let t = self.t.len() as f64 * dt;
-            // A sample at the very end must not fall to rounding.
+            // Rounding must not drop the sample at `t_end`.
             if t > t_end * (1.0 + 1e-12) || t.min(t_end) > dense.end() {
                 return;
             }
@@ -37,8 +37,8 @@ impl<const N: usize> Trajectory<N> {
     }
 }
 
-/// Follows `rate` from `x` at t = 0 to `t_end`, shows every step to `visit`, and stops early when it
-/// breaks. No step spans one of the `kinks`, the times at which the input is not smooth.
+/// Follows `rate` from `x` at t = 0 to `t_end`, shows every step to `visit`, and stops early when
+/// `visit` breaks. No step spans one of the `kinks`, the times at which the input is not smooth.
 ///
 /// # Errors
 /// [`StepTooSmall`] where the solution cannot be followed.
@@ -70,13 +70,13 @@ pub struct Extent {
 }
 
 impl Extent {
-    /// Nothing seen yet.
+    /// The extent of no values.
     pub const EMPTY: Self = Self {
         low: f64::INFINITY,
         high: f64::NEG_INFINITY,
     };
 
-    /// Takes in the component `index` of the step `dense` from the time `from` on; component
+    /// Widens the extent by the component `index` of the step `dense` from the time `from` on; component
     /// `index + N / 2` is its rate.
     pub fn see<const N: usize>(&mut self, dense: &Dense<N>, from: f64, index: usize) {
         const PIECES: u8 = 6;

@@ -1,4 +1,4 @@
-//! Sustained whirl: the limit cycle in which the reaction mass turns over for ever.
+//! Sustained whirl: the limit cycle in which the arm turns over for ever.
 
 use std::f64::consts::TAU;
 
@@ -18,11 +18,12 @@ pub struct WhirlCycle {
     pub mean_theta_rate: f64,
     /// The largest normal force of a turn, over `(M + m) g`.
     pub normal_max: f64,
-    /// The smallest; below 0 the wheel would leave the ground, and the cycle is not physical.
+    /// The smallest normal force of a turn; below 0 the wheel would leave the ground, and the cycle is not
+    /// physical.
     pub normal_min: f64,
 }
 
-/// The most turns waited for the cycle to settle.
+/// The most turns simulated until the cycle settles.
 const MOST_TURNS: usize = 20_000;
 /// Relative change of a turn's duration below which the cycle has settled.
 const SETTLED: f64 = 1e-11;
@@ -30,7 +31,7 @@ const SETTLED: f64 = 1e-11;
 const PIECES: i32 = 8;
 
 /// The whirl of `p` under the constant voltage `u`, started by hand: forward on an uphill slope,
-/// backward on a downhill one. `None` where the mass settles instead.
+/// backward on a downhill one. `None` where the arm settles instead.
 ///
 /// # Errors
 /// [`StepTooSmall`] if the motion cannot be followed.
@@ -41,7 +42,7 @@ pub fn whirl_cycle(p: &PlanarParameters<f64>, u: f64) -> Result<Option<WhirlCycl
     let rate = 7.0 * way / p.l.sqrt();
     let start = [0.0, 0.0, (u - p.beta.sin()) / p.zeta - rate, rate];
     let mut run = Dop853::new(|_, x| planar.rate(x, u), 0.0, start, 1e-12);
-    // Turns end where the mass hangs straight down.
+    // A turn ends where the arm hangs straight down.
     let (mut turns, mut last_end, mut last_period, mut last_theta) = (0, 0.0, 0.0, 0.0);
     let mut normal = (f64::INFINITY, f64::NEG_INFINITY);
     while turns < MOST_TURNS {
@@ -125,7 +126,7 @@ mod tests {
 
     #[test]
     fn whirl_needs_a_slope() {
-        // The fold of cycles, from both sides; on the level the mass settles.
+        // The fold of cycles, from both sides; on the level the arm settles.
         assert!(cycle(0.00449, 6.0).is_some() && cycle(0.00447, 6.0).is_none() && cycle(0.0, 6.0).is_none());
         let (up, down) = (cycle(0.2, 5.0).unwrap(), cycle(-0.2, -5.0).unwrap());
         assert!((up.mean_phi_rate + down.mean_phi_rate).abs() < 1e-9 && (up.normal_max - down.normal_max).abs() < 1e-6);

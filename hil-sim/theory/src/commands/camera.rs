@@ -1,12 +1,13 @@
-//! `hil-sim camera`.
+//! `hil-sim camera`: the camera spar alone, tilted or shaken.
 
 use clap::Args;
 
 use crate::analysis::camera::Experiment;
 use crate::analysis::lqr::regulator;
-use crate::commands::camera_arguments::{CameraArguments, WeightArguments, four_numbers};
+use crate::analysis::series::degrees;
+use crate::commands::camera_arguments::{CameraArguments, WeightArguments};
 use crate::commands::span::SpanArguments;
-use crate::commands::values::{LARGEST_INPUT, finite, positive, require, within};
+use crate::commands::values::{LARGEST_INPUT, available, finite, numbers, require, within};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
 use report::plot::{Chart, Columns, Series};
@@ -51,7 +52,7 @@ fn gains(text: &str) -> Result<Gains, String> {
     match text {
         "auto" => Ok(Gains::Optimal),
         "none" => Ok(Gains::Uncontrolled),
-        list => four_numbers(list)
+        list => numbers(list)
             .map(Gains::Given)
             .map_err(|e| format!("{e}, auto or none")),
     }
@@ -69,7 +70,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         Gains::Given(gains) => Some(gains),
         Gains::Uncontrolled => None,
     };
-    let v_max = arguments.v_max.map_or(Ok(f64::INFINITY), |v| positive("--v-max", v))?;
+    let v_max = available("--v-max", arguments.v_max)?;
     let tilt = arguments.tilt0_deg;
     require("--tilt0-deg", tilt, tilt.abs() <= 180.0, "between -180 and 180")?;
     let (t_end, sample) = arguments.span.resolve(100.0, 0.05)?;
@@ -84,15 +85,14 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     };
     let result = experiment.run(t_end, sample);
     let reached = result.t.last().copied().unwrap_or(0.0);
-    // A ballast that runs away may end a run early; anything else must not.
+    // Only a ballast that runs away may end a run early.
     let turned_over = result.phi.iter().any(|phi| phi.abs() >= std::f64::consts::TAU);
     if !turned_over && reached < t_end - 1.001 * sample {
         return Err(CommandError::Other(format!(
             "the motion cannot be followed beyond t = {reached}"
         )));
     }
-    let degrees = |x: &[f64]| x.iter().map(|x| x.to_degrees()).collect::<Vec<_>>();
-    let angles = Chart::new("Camera platform", "time (1/w_c)", "angle (deg)")
+    let angles = Chart::new("Camera spar", "time (1/w_c)", "angle (deg)")
         .with(Series::new("spar", &result.t, &degrees(&result.theta)))
         .with(Series::new("ballast", &result.t, &degrees(&result.phi)));
     let report = Report::new("camera", &result)
@@ -101,15 +101,14 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             format!("{:.6}", result.theta_amplitude_deg.unwrap_or(f64::NAN)),
         )
         .line("recovered", result.recovered)
-        .columns(
-            Columns::new()
-                .with("t", result.t.clone())
-                .with("theta", result.theta.clone())
-                .with("phi", result.phi.clone())
-                .with("theta_rate", result.theta_rate.clone())
-                .with("phi_rate", result.phi_rate.clone())
-                .with("v", result.v.clone()),
-        )
+        .columns(Columns::named(&[
+            ("t", &result.t),
+            ("theta", &result.theta),
+            ("phi", &result.phi),
+            ("theta_rate", &result.theta_rate),
+            ("phi_rate", &result.phi_rate),
+            ("v", &result.v),
+        ]))
         .chart("angles", angles);
     arguments.output.emit(&report)
 }

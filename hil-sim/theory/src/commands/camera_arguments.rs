@@ -1,15 +1,15 @@
-//! The flags of the camera platform and of its optimal regulator, shared by `lqr` and `camera`.
+//! The flags of the camera spar and of its optimal regulator, shared by `lqr` and `camera`.
 
 use clap::Args;
 use model::dynamics::camera::CameraParameters;
 
 use crate::analysis::lqr::{NoRegulator, Weights};
-use crate::commands::values::{finite, not_negative, positive, require};
+use crate::commands::values::{finite, not_negative, numbers, positive, require};
 use crate::commands::vehicle_argument::VehicleArgument;
 use report::error::CommandError;
 
-/// The nondimensional camera platform: each parameter from its flag, else from the vehicle file, else
-/// the thesis's.
+/// The nondimensional camera spar: each parameter from its flag, else from the vehicle file, else the
+/// thesis's.
 #[derive(Debug, Clone, Default, Args)]
 pub struct CameraArguments {
     #[command(flatten)]
@@ -35,7 +35,7 @@ pub struct CameraArguments {
 }
 
 impl CameraArguments {
-    /// The platform these flags describe, every range checked.
+    /// The spar that these flags describe, every range checked.
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the file and field or the flag, the value and the allowed range.
@@ -56,7 +56,7 @@ impl CameraArguments {
 #[derive(Debug, Clone, Args)]
 pub struct WeightArguments {
     /// Weights of theta^2, phi^2, theta'^2, phi'^2, each >= 0
-    #[arg(long, value_name = "Q1,Q2,Q3,Q4", default_value = "10000,100,0,0", value_parser = four_numbers, allow_hyphen_values = true)]
+    #[arg(long, value_name = "Q1,Q2,Q3,Q4", default_value = "10000,100,0,0", value_parser = numbers::<4>, allow_hyphen_values = true)]
     pub q: [f64; 4],
     /// Weight of v^2, > 0
     #[arg(long, value_name = "R", default_value_t = 1.0, value_parser = finite, allow_hyphen_values = true)]
@@ -85,43 +85,9 @@ impl From<NoRegulator> for CommandError {
     }
 }
 
-/// Parses four finite numbers separated by commas.
-///
-/// # Errors
-/// What is allowed (clap adds the flag and the value).
-pub fn four_numbers(text: &str) -> Result<[f64; 4], String> {
-    numbers::<4>(text)
-}
-
-/// Parses `N` finite numbers separated by commas.
-///
-/// # Errors
-/// What is allowed.
-pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
-    let allowed = || format!("must be {N} finite numbers separated by commas");
-    let values: Vec<f64> = text
-        .split(',')
-        .map(finite)
-        .collect::<Result<_, _>>()
-        .map_err(|_| allowed())?;
-    values.try_into().map_err(|_| allowed())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn lists_of_numbers_are_checked() {
-        assert_eq!(four_numbers("1,-2.5, 3e2,0"), Ok([1.0, -2.5, 300.0, 0.0]));
-        for bad in ["1,2,3", "1,2,3,4,5", "1,2,,4", "1,2,NaN,4", ""] {
-            assert_eq!(
-                four_numbers(bad),
-                Err("must be 4 finite numbers separated by commas".into()),
-                "{bad}"
-            );
-        }
-    }
 
     #[test]
     fn weights_must_be_positive_semidefinite() {

@@ -1,11 +1,12 @@
-//! `hil-sim coupled`.
+//! `hil-sim coupled`: the vehicle that carries a camera spar, and its step limits.
 
 use clap::{Args, ValueEnum};
 use model::dynamics::coupled::{Bearing, CoupledParameters};
 
-use crate::analysis::coupled::{CoupledRun, Drive, Fate, static_limit};
+use crate::analysis::coupled::{CoupledRun, Drive, Ending, static_limit};
 use crate::analysis::critical::Direction;
 use crate::analysis::lqr::{Weights, regulator};
+use crate::analysis::series::degrees;
 use crate::commands::planar_arguments::{PlanarArguments, PlanarVehicle, WaveformArguments};
 use crate::commands::span::SpanArguments;
 use crate::commands::values::{LARGEST_INPUT, finite, positive, require, within};
@@ -36,7 +37,7 @@ pub struct Arguments {
     voltage: Option<f64>,
     #[command(flatten)]
     waveform: WaveformArguments,
-    /// Search the smallest final voltage that whirls the vehicle or tumbles the ballast
+    /// Search the smallest final voltage that turns the arm or the ballast over
     #[arg(long, conflicts_with = "voltage")]
     critical: bool,
     /// Which way from the hold to search
@@ -51,10 +52,11 @@ pub struct Arguments {
 /// A bearing's name on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum BearingName {
-    /// Nothing, as printed in (8.3)
+    /// Inertial space, as printed in (8.3)
     Inertial,
-    /// The chassis
-    Chassis,
+    /// The arm
+    #[value(alias = "chassis")]
+    Arm,
     /// The turning axle
     Axle,
 }
@@ -63,7 +65,7 @@ impl From<BearingName> for Bearing {
     fn from(name: BearingName) -> Self {
         match name {
             BearingName::Inertial => Self::Inertial,
-            BearingName::Chassis => Self::Chassis,
+            BearingName::Arm => Self::Arm,
             BearingName::Axle => Self::Axle,
         }
     }
@@ -117,7 +119,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let voltage = arguments.voltage.unwrap_or_else(|| vehicle.hold_voltage());
     let result = drive.run(within("--voltage", voltage, LARGEST_INPUT)?, t_end, sample);
     let reached = result.t.last().copied().unwrap_or(0.0);
-    if result.outcome == Fate::Ok && reached < t_end - 1.001 * sample {
+    if result.outcome == Ending::Ok && reached < t_end - 1.001 * sample {
         return Err(CommandError::Other(format!(
             "the motion cannot be followed beyond t = {reached}"
         )));
@@ -139,23 +141,16 @@ fn report(result: &CoupledRun) -> Report<'_, CoupledRun> {
         ("voltage", &result.voltage),
         ("v", &result.v),
     ];
-    let columns = named
-        .iter()
-        .fold(Columns::new(), |c, (name, values)| c.with(*name, (*values).clone()));
-    let degrees = |x: &[f64]| x.iter().map(|x| x.to_degrees()).collect::<Vec<_>>();
     Report::new("coupled", result)
         .line("outcome", result.outcome.name())
         .line("largest spar angle (deg)", format!("{:.4}", result.psi_max_deg))
-        .line(
-            "largest reaction-mass angle (deg)",
-            format!("{:.4}", result.phi_max_deg),
-        )
-        .columns(columns)
+        .line("largest arm angle (deg)", format!("{:.4}", result.phi_max_deg))
+        .columns(Columns::named(&named))
         .chart(
             "angles",
-            Chart::new("Vehicle and camera platform", "time (1/w)", "angle (deg)")
+            Chart::new("Vehicle and camera spar", "time (1/w)", "angle (deg)")
                 .with(Series::new("spar", &result.t, &degrees(&result.psi)))
                 .with(Series::new("ballast", &result.t, &degrees(&result.gamma)))
-                .with(Series::new("reaction mass", &result.t, &degrees(&result.phi))),
+                .with(Series::new("arm", &result.t, &degrees(&result.phi))),
         )
 }

@@ -1,13 +1,12 @@
-//! `hil-sim critical`: the smallest final voltage or reference speed that makes the mass turn over.
+//! `hil-sim critical`: the smallest final voltage or reference speed that turns the arm over.
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
 use crate::analysis::critical::{Direction, critical};
 use crate::analysis::input::Input;
-use crate::commands::planar_arguments::{LawArguments, PlanarArguments, WaveformArguments};
-use crate::commands::simulate::start_phi;
-use crate::commands::values::{LARGEST_START, finite, positive, require, within};
+use crate::commands::planar_arguments::{LawArguments, PlanarArguments, StartArguments, WaveformArguments};
+use crate::commands::values::{LARGEST_START, available, finite, require, within};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
 use report::plot::Columns;
@@ -31,12 +30,8 @@ pub struct Arguments {
     quantity: Quantity,
     #[command(flatten)]
     shape: WaveformArguments,
-    /// phi at the start, rad; the static equilibrium if not given
-    #[arg(long, value_name = "X", value_parser = finite, allow_hyphen_values = true)]
-    phi0: Option<f64>,
-    /// theta' at the start
-    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
-    theta_rate0: f64,
+    #[command(flatten)]
+    start: StartArguments,
     /// Search above or below the hold
     #[arg(long, value_enum, default_value_t = Direction::Forward)]
     direction: Direction,
@@ -54,9 +49,9 @@ pub struct Arguments {
 struct CriticalJson {
     /// The smallest failing final value; null if none fails.
     critical: Option<f64>,
-    /// +1 or -1.
+    /// The way the arm turns: +1 forward, -1 backward; null if no final value fails.
     whirl_direction: Option<i8>,
-    /// Whether the start already fails at the hold, so that the search began beyond it.
+    /// Whether the arm turns over even at the hold, so that the search began beyond it.
     hold_fails: bool,
 }
 
@@ -68,15 +63,15 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let vehicle = arguments.vehicle.resolve()?;
     let p = vehicle.in_equilibrium()?;
     let (waveform, ramp_time) = arguments.shape.resolve()?;
-    let u_max = arguments.u_max.map_or(Ok(f64::INFINITY), |u| positive("--u-max", u))?;
-    let phi = start_phi(&vehicle, arguments.phi0)?;
+    let u_max = available("--u-max", arguments.u_max)?;
+    let phi = arguments.start.phi(&vehicle)?;
     require(
         "--phi0",
         phi,
         phi.abs() <= std::f64::consts::TAU,
         "between -2 pi and 2 pi (rad)",
     )?;
-    within("--theta-rate0", arguments.theta_rate0, LARGEST_START)?;
+    within("--theta-rate0", arguments.start.theta_rate0, LARGEST_START)?;
     let step = match arguments.quantity {
         Quantity::Voltage => Input::voltage_step(&p, 0.0),
         Quantity::Reference => Input {
@@ -85,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         },
     };
     let input = step.shaped(waveform, ramp_time);
-    let found = critical(&p, &input, [phi, arguments.theta_rate0, 0.0], arguments.direction).map_err(|e| {
+    let found = critical(&p, &input, [phi, arguments.start.theta_rate0, 0.0], arguments.direction).map_err(|e| {
         let (kp, kd) = (arguments.law.kp, arguments.law.kd);
         CommandError::Input(format!("{e} (--zeta is {}, --kp is {kp}, --kd is {kd})", p.zeta))
     })?;
@@ -100,11 +95,11 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     };
     let mut report = Report::new("critical", &outcome);
     report = match found {
-        None => report.line(name, "none: no final value makes the mass turn over"),
+        None => report.line(name, "none: no final value turns the arm over"),
         Some(c) => report
             .line(name, format!("{:.10}", c.value))
             .line(
-                "the mass turns",
+                "the arm turns",
                 if c.whirl_direction > 0 { "forward" } else { "backward" },
             )
             .columns(
@@ -114,7 +109,10 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             ),
     };
     if outcome.hold_fails {
-        report = report.line("note", "the start already turns over at the hold; searched beyond it");
+        report = report.line(
+            "note",
+            "from this start the arm turns over even at the hold; searched beyond it",
+        );
     }
     arguments.output.emit(&report)
 }

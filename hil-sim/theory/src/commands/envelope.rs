@@ -4,10 +4,10 @@ use clap::Args;
 use model::dynamics::planar::PlanarParameters;
 use serde::Serialize;
 
-use crate::analysis::envelope::{Row, envelope, slopes};
+use crate::analysis::envelope::{EnvelopePoint, envelope, slopes};
 use crate::analysis::waveform::Waveform;
 use crate::commands::planar_arguments::{PlanarArguments, ramp_time, require_static_equilibrium};
-use crate::commands::values::{finite, require};
+use crate::commands::values::{finite, slope};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report, progress_bar};
 use report::plot::{Chart, Columns, Series};
@@ -57,7 +57,7 @@ fn slope_range(text: &str) -> Result<SlopeRange, String> {
 /// What the command prints with `--json`.
 #[derive(Debug, Serialize)]
 struct EnvelopeJson {
-    rows: Vec<Row>,
+    rows: Vec<EnvelopePoint>,
 }
 
 /// Runs the command.
@@ -73,8 +73,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     };
     let p = vehicle.resolve()?.parameters;
     for beta in [first, last] {
-        let quarter = std::f64::consts::FRAC_PI_2;
-        require("--slopes", beta, beta.abs() < quarter, "between -pi/2 and pi/2 (rad)")?;
+        slope("--slopes", beta)?;
         require_static_equilibrium("--slopes", &PlanarParameters { beta, ..p })?;
     }
     let ramp_time = ramp_time(arguments.ramp_time)?;

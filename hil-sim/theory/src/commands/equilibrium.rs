@@ -1,4 +1,4 @@
-//! `hil-sim equilibrium`: where the vehicle can stand or roll steadily, and its poles there.
+//! `hil-sim equilibrium`: where the vehicle can stand or roll steadily, and the poles there.
 
 use clap::Args;
 use serde::Serialize;

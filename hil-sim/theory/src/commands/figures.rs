@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde::Serialize;
 
+use crate::figures::figure::Figure;
 use crate::figures::{all, write_all};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report, progress_bar};
@@ -44,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let bar = progress_bar(entries.len(), "figures");
     let figures = write_all(&entries, &arguments.out, || bar.inc(1))?;
     bar.finish_and_clear();
-    let line = |f: &crate::figures::Figure| Line {
+    let line = |f: &Figure| Line {
         id: f.id,
         title: f.title.clone(),
         verdict: f.verdict.word(),

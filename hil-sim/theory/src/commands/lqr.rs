@@ -1,4 +1,4 @@
-//! `hil-sim lqr`.
+//! `hil-sim lqr`: the optimal regulator of the camera spar.
 
 use clap::Args;
 
@@ -25,7 +25,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let result = regulator(&arguments.camera.resolve()?, &arguments.weights.resolve()?)?;
     let mut report = Report::new("lqr", &result);
-    // As the vehicle file has them, to be copied there.
+    // Under the names of the vehicle file, so that the lines can be copied there.
     for (name, gain) in ["spar_gain", "ballast_gain", "spar_rate_gain", "ballast_rate_gain"]
         .iter()
         .zip(result.gains)

@@ -1,5 +1,6 @@
 //! The commands of the theory: one module per subcommand, and the flags they share.
 
+pub mod body_arguments;
 pub mod camera;
 pub mod camera_arguments;
 pub mod coupled;

@@ -4,33 +4,22 @@ use clap::Args;
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
 
+use crate::analysis::equilibrium::static_phi;
 use crate::analysis::waveform::Waveform;
-use crate::commands::values::{finite, gain, not_negative, positive, require};
+use crate::commands::body_arguments::BodyArguments;
+use crate::commands::values::{finite, gain, require, slope};
 use crate::commands::vehicle_argument::{Source, VehicleArgument};
 use report::error::CommandError;
 
-/// The nondimensional planar vehicle: each parameter from its flag, else from the vehicle file, else the
-/// thesis's (3.26), with its total damping.
+/// The nondimensional planar vehicle on its slope.
 #[derive(Debug, Clone, Default, Args)]
 pub struct PlanarArguments {
     /// The vehicle file.
     #[command(flatten)]
     pub vehicle: VehicleArgument,
-    /// Arm length over wheel radius, > 0 [default: the vehicle's, or 0.8]
-    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
-    pub l: Option<f64>,
-    /// Reaction mass over total mass, above 0 and below 1 [default: the vehicle's, or 0.9]
-    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
-    pub alpha: Option<f64>,
-    /// Total damping, back-EMF included, >= 0 [default: the vehicle's, or 2.2]
-    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
-    pub zeta: Option<f64>,
-    /// Wheel inertia, >= 0 [default: the vehicle's, or 0.066]
-    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
-    pub mu: Option<f64>,
-    /// Reflected rotor inertia, >= 0 [default: the vehicle's, or 0]
-    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
-    pub nu: Option<f64>,
+    /// Arm, wheels and drives.
+    #[command(flatten)]
+    pub body: BodyArguments,
     /// Slope in rad, positive uphill [default: that of a `[planar]` file, or 0.0873]
     #[arg(long, value_parser = finite, allow_hyphen_values = true)]
     pub beta: Option<f64>,
@@ -39,11 +28,11 @@ pub struct PlanarArguments {
 /// A planar vehicle, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlanarVehicle {
-    /// Its parameters.
+    /// The parameters.
     pub parameters: PlanarParameters<f64>,
-    /// Where those come from that no flag gives.
+    /// Where the parameters come from that no flag gives.
     pub source: Source,
-    /// What to call its slope in a message: the flag, or its place in the vehicle file.
+    /// The slope's name in messages: the flag, or the field of the vehicle file.
     pub beta_name: String,
 }
 
@@ -56,28 +45,9 @@ impl PlanarArguments {
         let source = self.vehicle.read()?;
         let default = source.planar();
         let parameters = PlanarParameters {
-            l: self.l.unwrap_or(default.l),
-            alpha: self.alpha.unwrap_or(default.alpha),
-            zeta: self.zeta.unwrap_or(default.zeta),
-            mu: self.mu.unwrap_or(default.mu),
-            nu: self.nu.unwrap_or(default.nu),
-            beta: self.beta.unwrap_or(default.beta),
+            beta: slope("--beta", self.beta.unwrap_or(default.beta))?,
+            ..self.body.over(default)?
         };
-        let PlanarParameters {
-            l,
-            alpha,
-            zeta,
-            mu,
-            nu,
-            beta,
-        } = parameters;
-        positive("--l", l)?;
-        require("--alpha", alpha, alpha > 0.0 && alpha < 1.0, "above 0 and below 1")?;
-        not_negative("--zeta", zeta)?;
-        not_negative("--mu", mu)?;
-        not_negative("--nu", nu)?;
-        let quarter = std::f64::consts::FRAC_PI_2;
-        require("--beta", beta, beta.abs() < quarter, "between -pi/2 and pi/2 (rad)")?;
         let beta_name = source.name("beta", self.beta.is_some());
         Ok(PlanarVehicle {
             parameters,
@@ -88,8 +58,8 @@ impl PlanarArguments {
 }
 
 impl PlanarVehicle {
-    /// The parameters, for a command that starts from the static equilibrium: the slope must have one
-    /// (3.16), `|sin beta| < alpha l`.
+    /// The parameters, for a command that starts from the static equilibrium, which exists only where
+    /// `|sin beta| < alpha l` (3.16).
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the slope and the limit.
@@ -131,7 +101,7 @@ impl LawArguments {
     /// The law for the vehicle `p`.
     ///
     /// # Errors
-    /// [`CommandError::Input`] naming the flag; every gain of reasonable size is a law, stable or not.
+    /// [`CommandError::Input`] naming the flag of a gain beyond the largest; unstable gains are allowed.
     pub fn resolve(&self, p: &PlanarParameters<f64>) -> Result<SpeedLaw<f64>, CommandError> {
         let feed_forward_zeta = gain("--feed-forward", self.feed_forward.unwrap_or(p.zeta))?;
         Ok(SpeedLaw {
@@ -140,6 +110,31 @@ impl LawArguments {
             kp: gain("--kp", self.kp)?,
             kd: gain("--kd", self.kd)?,
         })
+    }
+}
+
+/// The state at the start of a run.
+#[derive(Debug, Clone, Args)]
+pub struct StartArguments {
+    /// phi at the start, rad; the static equilibrium if not given
+    #[arg(long, value_name = "X", value_parser = finite, allow_hyphen_values = true)]
+    phi0: Option<f64>,
+    /// theta' at the start
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
+    pub theta_rate0: f64,
+}
+
+impl StartArguments {
+    /// phi at the start: as given, or the static equilibrium, which then must exist.
+    ///
+    /// # Errors
+    /// [`CommandError::Input`] naming the slope and its limit.
+    pub fn phi(&self, vehicle: &PlanarVehicle) -> Result<f64, CommandError> {
+        if let Some(phi) = self.phi0 {
+            return Ok(phi);
+        }
+        let p = vehicle.in_equilibrium()?;
+        Ok(static_phi(&p).unwrap_or(0.0))
     }
 }
 
@@ -158,7 +153,7 @@ impl WaveformArguments {
     /// The waveform and its ramp time, checked.
     ///
     /// # Errors
-    /// [`CommandError::Input`] for a negative or absurd ramp time.
+    /// [`CommandError::Input`] for a ramp time that is negative or beyond the longest.
     pub fn resolve(&self) -> Result<(Waveform, f64), CommandError> {
         Ok((self.waveform, ramp_time(self.ramp_time)?))
     }
@@ -194,12 +189,12 @@ mod tests {
     fn each_bad_value_is_named() {
         assert_eq!(with(|_| ()), Ok(PlanarParameters::thesis()));
         for (start, found) in [
-            ("--l is 0", with(|a| a.l = Some(0.0))),
-            ("--alpha is 1", with(|a| a.alpha = Some(1.0))),
-            ("--alpha is -0.1", with(|a| a.alpha = Some(-0.1))),
-            ("--zeta is -1", with(|a| a.zeta = Some(-1.0))),
-            ("--mu is NaN", with(|a| a.mu = Some(f64::NAN))),
-            ("--nu is inf", with(|a| a.nu = Some(f64::INFINITY))),
+            ("--l is 0", with(|a| a.body.l = Some(0.0))),
+            ("--alpha is 1", with(|a| a.body.alpha = Some(1.0))),
+            ("--alpha is -0.1", with(|a| a.body.alpha = Some(-0.1))),
+            ("--zeta is -1", with(|a| a.body.zeta = Some(-1.0))),
+            ("--mu is NaN", with(|a| a.body.mu = Some(f64::NAN))),
+            ("--nu is inf", with(|a| a.body.nu = Some(f64::INFINITY))),
             ("--beta is 0.81", with(|a| a.beta = Some(0.81))),
             ("--beta is -1.6", with(|a| a.beta = Some(-1.6))),
         ] {

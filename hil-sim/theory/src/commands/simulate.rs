@@ -3,12 +3,12 @@
 use clap::Args;
 use model::dynamics::planar::PlanarParameters;
 
-use crate::analysis::equilibrium::static_phi;
 use crate::analysis::input::Input;
-use crate::analysis::simulate::{Run, simulate, simulate_f32};
-use crate::commands::planar_arguments::{LawArguments, PlanarArguments, PlanarVehicle, WaveformArguments};
+use crate::analysis::series::last;
+use crate::analysis::simulate::{PlanarRun, simulate, simulate_f32};
+use crate::commands::planar_arguments::{LawArguments, PlanarArguments, StartArguments, WaveformArguments};
 use crate::commands::span::SpanArguments;
-use crate::commands::values::{LARGEST_INPUT, LARGEST_START, finite, positive, require, within};
+use crate::commands::values::{LARGEST_INPUT, LARGEST_START, available, finite, require, within};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
 use report::plot::{Chart, Columns, Series};
@@ -21,10 +21,10 @@ const MOST_FIXED_STEPS: f64 = 1e8;
 pub struct Arguments {
     #[command(flatten)]
     vehicle: PlanarArguments,
-    /// Open loop: the final nondimensional voltage; it starts from the hold, sin(beta)
+    /// Open loop: the final nondimensional voltage; the voltage starts from the hold, sin(beta)
     #[arg(long, value_name = "U", value_parser = finite, allow_hyphen_values = true, required_unless_present = "reference")]
     voltage: Option<f64>,
-    /// Closed loop: the final reference speed theta'; it starts from 0
+    /// Closed loop: the final reference speed theta'; the reference starts from 0
     #[arg(long, value_name = "R", value_parser = finite, allow_hyphen_values = true, conflicts_with = "voltage")]
     reference: Option<f64>,
     #[command(flatten)]
@@ -34,15 +34,11 @@ pub struct Arguments {
     /// Voltage available either way
     #[arg(long, value_name = "U", value_parser = finite, allow_hyphen_values = true)]
     u_max: Option<f64>,
-    /// phi at the start, rad; the static equilibrium if not given
-    #[arg(long, value_name = "X", value_parser = finite, allow_hyphen_values = true)]
-    phi0: Option<f64>,
-    /// theta' at the start
-    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
-    theta_rate0: f64,
+    #[command(flatten)]
+    start: StartArguments,
     #[command(flatten)]
     span: SpanArguments,
-    /// Use the vehicle's own arithmetic: fixed RK4 steps in f32, the voltage held over each
+    /// Use the vehicle's own arithmetic: fixed RK4 steps in f32, one voltage per step
     #[arg(long, requires = "dt")]
     f32: bool,
     /// Length of the fixed step
@@ -50,18 +46,6 @@ pub struct Arguments {
     dt: Option<f64>,
     #[command(flatten)]
     output: OutputArguments,
-}
-
-/// phi at the start: as given, or the static equilibrium, which then must exist.
-///
-/// # Errors
-/// [`CommandError::Input`] naming the slope and its limit.
-pub fn start_phi(vehicle: &PlanarVehicle, phi0: Option<f64>) -> Result<f64, CommandError> {
-    if let Some(phi) = phi0 {
-        return Ok(phi);
-    }
-    let p = vehicle.in_equilibrium()?;
-    Ok(static_phi(&p).unwrap_or(0.0))
 }
 
 /// Runs the command.
@@ -74,8 +58,8 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let input = input(arguments, &p)?;
     let start = [
         0.0,
-        within("--phi0", start_phi(&vehicle, arguments.phi0)?, LARGEST_START)?,
-        within("--theta-rate0", arguments.theta_rate0, LARGEST_START)?,
+        within("--phi0", arguments.start.phi(&vehicle)?, LARGEST_START)?,
+        within("--theta-rate0", arguments.start.theta_rate0, LARGEST_START)?,
         0.0,
     ];
     let (t_end, sample) = arguments.span.resolve(60.0, 0.05)?;
@@ -98,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
 
 fn input(arguments: &Arguments, p: &PlanarParameters<f64>) -> Result<Input, CommandError> {
     let (waveform, ramp_time) = arguments.shape.resolve()?;
-    let u_max = arguments.u_max.map_or(Ok(f64::INFINITY), |u| positive("--u-max", u))?;
+    let u_max = available("--u-max", arguments.u_max)?;
     let step = match (arguments.voltage, arguments.reference) {
         (_, Some(reference)) => Input::reference_step(
             arguments.law.resolve(p)?,
@@ -113,16 +97,17 @@ fn input(arguments: &Arguments, p: &PlanarParameters<f64>) -> Result<Input, Comm
     })
 }
 
-fn report(run: &Run) -> Report<'_, Run> {
-    let columns = Columns::new()
-        .with("t", run.t.clone())
-        .with("theta", run.theta.clone())
-        .with("phi", run.phi.clone())
-        .with("theta_rate", run.theta_rate.clone())
-        .with("phi_rate", run.phi_rate.clone())
-        .with("voltage", run.voltage.clone())
-        .with("friction", run.friction.clone())
-        .with("normal", run.normal.clone());
+fn report(run: &PlanarRun) -> Report<'_, PlanarRun> {
+    let columns = Columns::named(&[
+        ("t", &run.t),
+        ("theta", &run.theta),
+        ("phi", &run.phi),
+        ("theta_rate", &run.theta_rate),
+        ("phi_rate", &run.phi_rate),
+        ("voltage", &run.voltage),
+        ("friction", &run.friction),
+        ("normal", &run.normal),
+    ]);
     let motion = Chart::new("Motion", "time", "rad, rad per time unit")
         .with(Series::new("phi", &run.t, &run.phi))
         .with(Series::new("theta'", &run.t, &run.theta_rate))
@@ -130,7 +115,6 @@ fn report(run: &Run) -> Report<'_, Run> {
     let forces = Chart::new("Contact forces over (M+m) g", "time", "force")
         .with(Series::new("friction", &run.t, &run.friction))
         .with(Series::new("normal", &run.t, &run.normal));
-    let last = |v: &[f64]| v.last().copied().unwrap_or(f64::NAN);
     let coefficient = match run.friction_coefficient_required {
         Some(c) => format!("{c:.6}"),
         None => "no grip is enough: the wheel lifts".to_owned(),

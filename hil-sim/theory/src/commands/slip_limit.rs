@@ -31,7 +31,7 @@ struct SlipLimitJson {
     whirl_voltage: f64,
     /// "slip" or "whirl".
     first: &'static str,
-    /// The friction coefficient from which whirl comes first; null if the wheel lifts before.
+    /// The friction coefficient from which whirl comes first; null if the wheel lifts first.
     mu_s_where_whirl_comes_first: Option<f64>,
 }
 
@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let report = Report::new("slip-limit", &outcome)
         .line(
             "largest step without slip",
-            number(outcome.critical_voltage, "none: it slides even standing"),
+            number(outcome.critical_voltage, "none: the vehicle slides even when it stands"),
         )
         .line("whirl limit", format!("{:.6}", outcome.whirl_voltage))
         .line("comes first", outcome.first)

@@ -5,7 +5,7 @@ use clap::Args;
 use crate::commands::values::{finite, positive, require};
 use report::error::CommandError;
 
-/// Samples a run may have: beyond it a typing mistake would fill the memory.
+/// The most samples of a run: more would only fill the memory after a typing mistake.
 const MOST_SAMPLES: f64 = 5e6;
 /// The longest run, in time units: hours of driving.
 const LONGEST: f64 = 1e5;

@@ -1,8 +1,8 @@
-//! Checking what the user typed: each message names the flag, the value and what is allowed.
+//! Checks of the values that the user typed: each message names the flag, the value and what is allowed.
 
 use report::error::CommandError;
 
-/// Parses a finite number; what clap calls for every numeric flag.
+/// Parses a finite number: the value parser of every numeric flag.
 ///
 /// # Errors
 /// What is allowed (clap adds the flag and the value).
@@ -25,15 +25,15 @@ pub fn require(flag: &str, value: f64, ok: bool, allowed: &str) -> Result<f64, C
     }
 }
 
-/// The largest parameter, gain or friction coefficient: beyond it only typing mistakes lie, and the
-/// arithmetic ends.
+/// The largest parameter, gain or friction coefficient: a larger one is a typing mistake and would overflow
+/// the arithmetic.
 const LARGEST: f64 = 1e6;
 /// The largest voltage, reference speed or acceleration either way.
 pub const LARGEST_INPUT: f64 = 1e5;
 /// The largest angle (rad) or angular rate at the start of a run, either way.
 pub const LARGEST_START: f64 = 1e3;
 
-/// `value` if it is positive and not absurd.
+/// `value` if it is positive and at most the largest parameter.
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the flag.
@@ -42,7 +42,7 @@ pub fn positive(flag: &str, value: f64) -> Result<f64, CommandError> {
     require(flag, value, ok, &format!("positive and at most {LARGEST}"))
 }
 
-/// `value` if it is zero or more and not absurd.
+/// `value` if it is zero or more and at most the largest parameter.
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the flag.
@@ -59,6 +59,23 @@ pub fn within(flag: &str, value: f64, most: f64) -> Result<f64, CommandError> {
     require(flag, value, value.abs() <= most, &format!("between -{most} and {most}"))
 }
 
+/// The voltage available either way, given with `flag`; infinite if the flag is not given.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the flag.
+pub fn available(flag: &str, voltage: Option<f64>) -> Result<f64, CommandError> {
+    voltage.map_or(Ok(f64::INFINITY), |v| positive(flag, v))
+}
+
+/// A slope in rad, less steep than a wall.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the flag.
+pub fn slope(flag: &str, value: f64) -> Result<f64, CommandError> {
+    let ok = value.abs() < std::f64::consts::FRAC_PI_2;
+    require(flag, value, ok, "between -pi/2 and pi/2 (rad)")
+}
+
 /// A gain, of either sign.
 ///
 /// # Errors
@@ -67,9 +84,35 @@ pub fn gain(flag: &str, value: f64) -> Result<f64, CommandError> {
     within(flag, value, LARGEST)
 }
 
+/// Parses `N` finite numbers separated by commas.
+///
+/// # Errors
+/// What is allowed (clap adds the flag and the value).
+pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let allowed = || format!("must be {N} finite numbers separated by commas");
+    let values: Vec<f64> = text
+        .split(',')
+        .map(finite)
+        .collect::<Result<_, _>>()
+        .map_err(|_| allowed())?;
+    values.try_into().map_err(|_| allowed())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn lists_of_numbers_are_checked() {
+        assert_eq!(numbers("1,-2.5, 3e2,0"), Ok([1.0, -2.5, 300.0, 0.0]));
+        for bad in ["1,2,3", "1,2,3,4,5", "1,2,,4", "1,2,NaN,4", ""] {
+            assert_eq!(
+                numbers::<4>(bad),
+                Err("must be 4 finite numbers separated by commas".into()),
+                "{bad}"
+            );
+        }
+    }
 
     #[test]
     fn only_finite_numbers_pass() {

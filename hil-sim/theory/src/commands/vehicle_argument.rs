@@ -12,18 +12,18 @@ use vehicle_file::VehicleFile;
 use crate::analysis::coupled::with_thesis_spar;
 use report::error::CommandError;
 
-/// Half track over wheel radius where neither flag nor vehicle tells.
+/// Half track over wheel radius where neither a flag nor the vehicle file gives it.
 pub const HALF_TRACK: f64 = 1.0;
-/// Spar length over wheel radius where neither flag nor vehicle tells.
+/// Spar length over wheel radius where neither a flag nor the vehicle file gives it.
 pub const SPAR_LENGTH: f64 = 1.0;
-/// Ballast over the vehicle's mass where neither flag nor vehicle tells.
+/// Ballast over the vehicle's mass where neither a flag nor the vehicle file gives it.
 pub const BALLAST: f64 = 0.15;
 
 /// The flag that names a vehicle file, shared by every analysis command.
 #[derive(Debug, Clone, Default, Args)]
 pub struct VehicleArgument {
     /// Vehicle file: a whole vehicle in SI units, or one table `[planar]` of nondimensional numbers.
-    /// Gives the model's parameters; a flag overrides its own
+    /// Gives the parameters of the model; each flag overrides one of them
     #[arg(long, value_name = "FILE.toml")]
     pub vehicle: Option<PathBuf>,
 }
@@ -52,8 +52,8 @@ impl VehicleArgument {
 }
 
 impl Source {
-    /// What to call the parameter `name` of the planar vehicle in a message: its flag if the user gave
-    /// that (or if nothing else did), else its place in the file.
+    /// The name in messages of the planar parameter `name`: its flag if the user gave the flag or no file
+    /// gives the parameter, else its field in the file.
     pub fn name(&self, name: &str, flag_given: bool) -> String {
         match self {
             Self::File(file, VehicleFile::Planar(_)) if !flag_given => format!("{file}: planar.{name}"),
@@ -61,7 +61,7 @@ impl Source {
         }
     }
 
-    /// The planar vehicle. A whole vehicle has no slope of its own and stands on the thesis's.
+    /// The planar vehicle. A whole vehicle's file has no slope, and the vehicle stands on the thesis's.
     pub fn planar(&self) -> PlanarParameters<f64> {
         let thesis = PlanarParameters::thesis();
         match self {
@@ -71,7 +71,7 @@ impl Source {
         }
     }
 
-    /// The vehicle in space, on the level; a `[planar]` file's slope leads up the first axis.
+    /// The vehicle in space, on the level, or with the slope of a `[planar]` file along the first axis.
     pub fn spatial(&self) -> SpatialParameters<f64> {
         let level = PlanarParameters {
             beta: 0.0,
@@ -84,10 +84,10 @@ impl Source {
         }
     }
 
-    /// The camera platform.
+    /// The camera spar.
     ///
     /// # Errors
-    /// [`CommandError::Input`] if the file describes none.
+    /// [`CommandError::Input`] if the file describes no spar.
     pub fn camera(&self) -> Result<CameraParameters<f64>, CommandError> {
         match self {
             Self::Thesis => Ok(CameraParameters::thesis()),
@@ -96,11 +96,11 @@ impl Source {
         }
     }
 
-    /// The vehicle with its camera platform, and the platform alone. A `[planar]` file, which cannot
-    /// describe a platform, carries the thesis's.
+    /// The vehicle with its camera spar, and the spar alone. The vehicle of a `[planar]` file, which cannot
+    /// describe a spar, carries the thesis's spar.
     ///
     /// # Errors
-    /// [`CommandError::Input`] if a whole vehicle has no platform.
+    /// [`CommandError::Input`] if a whole vehicle has no spar.
     pub fn coupled(&self, bearing: Bearing) -> Result<(CoupledParameters<f64>, CameraParameters<f64>), CommandError> {
         match self {
             Self::File(file, VehicleFile::Vehicle(vehicle)) => vehicle
@@ -117,6 +117,6 @@ impl Source {
 
 fn no_camera(file: &str) -> CommandError {
     CommandError::Input(format!(
-        "{file}: tables [camera] and [camera_motor] are missing: this command needs a vehicle with a camera spar"
+        "{file}: tables [spar] and [ballast_motor] are missing: this command needs a vehicle with a camera spar"
     ))
 }

@@ -3,66 +3,26 @@
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
 
-use super::{Entry, Figure, FigureError, Verdict};
-use crate::analysis::critical::{Direction, critical};
-use crate::analysis::equilibrium::{poles, static_phi};
+use super::figure::{Entry, Figure, FigureError, Verdict};
+use super::planar_vehicle::{limit, rest, run, vehicle};
+use crate::analysis::equilibrium::poles;
 use crate::analysis::input::Input;
-use crate::analysis::simulate::{Run, simulate};
+use crate::analysis::series::last;
+use crate::analysis::simulate::PlanarRun;
 use crate::analysis::speed_response::speed_response;
 use crate::analysis::whirl::whirl_cycle;
 use report::plot::{Chart, Series};
 
 /// The chapter's figures.
 pub const FIGURES: &[Entry] = &[
-    Entry {
-        id: "3.2",
-        make: below_the_limit,
-    },
-    Entry {
-        id: "3.3",
-        make: above_the_limit,
-    },
-    Entry {
-        id: "3.3a",
-        make: whirl_over_slope,
-    },
-    Entry {
-        id: "3.4",
-        make: controlled,
-    },
-    Entry {
-        id: "3.4a",
-        make: sign_of_kp,
-    },
+    Entry::new("3.2", below_the_limit),
+    Entry::new("3.3", above_the_limit),
+    Entry::new("3.3a", whirl_over_slope),
+    Entry::new("3.4", controlled),
+    Entry::new("3.4a", sign_of_kp),
 ];
 
-/// Time between two points of a curve.
-const SAMPLE: f64 = 0.02;
-
-/// The thesis's vehicle on its slope of 0.0873 rad.
-pub(super) fn vehicle() -> PlanarParameters<f64> {
-    PlanarParameters::thesis()
-}
-
-/// phi of the static equilibrium.
-pub(super) fn rest(p: &PlanarParameters<f64>) -> Result<f64, FigureError> {
-    static_phi(p).ok_or_else(|| FigureError("no static equilibrium".into()))
-}
-
-/// A run from rest.
-pub(super) fn run(p: &PlanarParameters<f64>, input: &Input, t_end: f64) -> Result<Run, FigureError> {
-    simulate(p, input, [0.0, rest(p)?, 0.0, 0.0], t_end, SAMPLE).map_err(FigureError::from_error)
-}
-
-/// The critical final value from rest, forward.
-pub(super) fn limit(p: &PlanarParameters<f64>, input: &Input) -> Result<f64, FigureError> {
-    let found = critical(p, input, [rest(p)?, 0.0, 0.0], Direction::Forward).map_err(FigureError::from_error)?;
-    found
-        .map(|c| c.value)
-        .ok_or_else(|| FigureError("no final value whirls".into()))
-}
-
-fn angles(title: &str, run: &Run) -> Chart {
+fn angles(title: &str, run: &PlanarRun) -> Chart {
     Chart::new(title, "time", "rad, rad per time unit")
         .with(Series::new("phi", &run.t, &run.phi))
         .with(Series::new("theta'", &run.t, &run.theta_rate))
@@ -106,7 +66,7 @@ fn above_the_limit() -> Result<Figure, FigureError> {
         &whirl.normal,
     ));
     Ok(Figure::new("3.3", "Open-loop step just above the whirl limit", Verdict::Corrected)
-        .claim("At U = 5.0345 the mass whirls for ever: a stable limit cycle in which the vehicle drifts down the slope.")
+        .claim("At U = 5.0345 the arm whirls for ever: a stable limit cycle in which the vehicle drifts down the slope.")
         .number("mean theta'", "negative", format!("{:.4}", cycle.mean_theta_rate))
         .number("mean phi'", "", format!("{:.6}", cycle.mean_phi_rate))
         .number("voltage above which the whirling vehicle climbs", "", format!("{climbs_above:.3}"))
@@ -137,7 +97,7 @@ fn whirl_over_slope() -> Result<Figure, FigureError> {
     let over = limit(&level, &Input::voltage_step(&level, 0.0))? + 0.01;
     let settles = run(&level, &Input::voltage_step(&level, over), 40.0)?;
     let turns = Chart::new("Sustained whirl", "slope beta (rad)", "mean phi'").with(Series::new("", &slopes, &turning));
-    let level = Chart::new("Level: the mass turns over once and settles", "time", "rad").with(Series::new(
+    let level = Chart::new("Level: the arm turns over once and settles", "time", "rad").with(Series::new(
         "phi",
         &settles.t,
         &settles.phi,
@@ -145,8 +105,8 @@ fn whirl_over_slope() -> Result<Figure, FigureError> {
     Ok(Figure::new("3.3a", "Where whirl is sustained", Verdict::Added)
         .claim("Whirl is the other stable state of the vehicle.")
         .number("slopes with a sustained forward whirl", "", "above 0.004482")
-        .number("level, just above the limit", "", format!("phi ends at {:.4} rad = one turn", settles.phi.last().copied().unwrap_or(f64::NAN)))
-        .finding("The slope feeds the cycle: sin(beta) <phi'> = zeta var(theta' + phi'). Below the fold at 0.004482 the mass turns over and settles (E10).")
+        .number("level, just above the limit", "", format!("phi ends at {:.4} rad = one turn", last(&settles.phi)))
+        .finding("The slope feeds the cycle: sin(beta) <phi'> = zeta var(theta' + phi'). Below the fold at 0.004482 the arm turns over and settles (E10).")
         .chart(turns)
         .chart(level))
 }
@@ -214,6 +174,6 @@ fn sign_of_kp() -> Result<Figure, FigureError> {
         chart = chart.with(Series::new(format!("{kp:+}"), &response.t, &response.theta_rate));
     }
     Ok(figure
-        .finding("As (3.25) is written the term is positive feedback of the speed error. It slows the response; what it buys is a smaller swing and a larger step, and it costs robustness: the loop needs zeta > 0.8 (E6).")
+        .finding("As (3.25) is written the term is positive feedback of the speed error. It slows the response; in return the swing is smaller and the largest step larger, at a cost in robustness: the loop needs zeta > 0.8 (E6).")
         .chart(chart))
 }

@@ -3,31 +3,20 @@
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
 
-use super::chapter_3::{limit, run, vehicle};
-use super::{Entry, Figure, FigureError, Verdict};
+use super::figure::{Entry, Figure, FigureError, Verdict};
+use super::planar_vehicle::{limit, run, vehicle};
 use crate::analysis::input::Input;
+use crate::analysis::series::first;
 use crate::analysis::slip::{longest_pulse, slip_limit};
 use crate::analysis::waveform::Waveform;
 use report::plot::{Chart, Series};
 
 /// The chapter's figures.
 pub const FIGURES: &[Entry] = &[
-    Entry {
-        id: "4.1",
-        make: slip_metric,
-    },
-    Entry {
-        id: "4.2",
-        make: constituents,
-    },
-    Entry {
-        id: "4.2a",
-        make: slip_over_slope,
-    },
-    Entry {
-        id: "4.2b",
-        make: pulses,
-    },
+    Entry::new("4.1", slip_metric),
+    Entry::new("4.2", constituents),
+    Entry::new("4.2a", slip_over_slope),
+    Entry::new("4.2b", pulses),
 ];
 
 /// Greased steel on steel, as in the thesis.
@@ -72,7 +61,6 @@ fn constituents() -> Result<Figure, FigureError> {
     let lifted = Chart::new("Downhill, beta = -0.3, U = 4.46: the wheel lifts", "time", "force")
         .with(Series::new("friction F", &hop.t, &hop.friction))
         .with(Series::new("normal force N", &hop.t, &hop.normal));
-    let first = |v: &[f64]| v.first().copied().unwrap_or(f64::NAN);
     Ok(Figure::new("4.2", "Friction and normal force", Verdict::Corrected)
         .claim("The forces needed to hold the no-slip constraint are low against the dynamic forces.")
         .number("F at t = 0", "", format!("{:.4}", first(&step.friction)))
@@ -154,7 +142,7 @@ fn pulses() -> Result<Figure, FigureError> {
         .critical_voltage
         .unwrap_or(f64::NAN);
     let chart = Chart::new(
-        "Longest pulse from which the mass returns",
+        "Longest pulse from which the arm returns",
         "pulse voltage U",
         "duration",
     )

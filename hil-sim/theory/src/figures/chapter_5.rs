@@ -2,8 +2,8 @@
 
 use model::dynamics::planar::PlanarParameters;
 
-use super::chapter_3::{limit, vehicle};
-use super::{Entry, Figure, FigureError, Verdict};
+use super::figure::{Entry, Figure, FigureError, Verdict};
+use super::planar_vehicle::{limit, vehicle};
 use crate::analysis::envelope::{envelope, slopes};
 use crate::analysis::equilibrium::sustained_acceleration_limit;
 use crate::analysis::input::Input;
@@ -13,22 +13,10 @@ use report::plot::{Chart, Series};
 
 /// The chapter's figures.
 pub const FIGURES: &[Entry] = &[
-    Entry {
-        id: "5.1",
-        make: waveforms,
-    },
-    Entry {
-        id: "5.2",
-        make: envelopes,
-    },
-    Entry {
-        id: "5.2a",
-        make: ramp_times,
-    },
-    Entry {
-        id: "5.2b",
-        make: jumps,
-    },
+    Entry::new("5.1", waveforms),
+    Entry::new("5.2", envelopes),
+    Entry::new("5.2a", ramp_times),
+    Entry::new("5.2b", jumps),
 ];
 
 /// The thesis's T.

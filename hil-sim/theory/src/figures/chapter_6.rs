@@ -1,23 +1,18 @@
-//! Chapter 6: the thesis has a diagram only; what its equations would have shown, and what is right.
+//! Chapter 6, for which the thesis has only a diagram: the motion by its equations and by the right ones.
 
 use model::dynamics::spatial::{PHI, PHI_RATE, PSI, RATE_L, RATE_R, Spatial, SpatialParameters, SpatialState};
 
-use super::{Entry, Figure, FigureError, Verdict};
+use super::figure::{Entry, Figure, FigureError, Verdict};
 use crate::analysis::dop853::Dop853;
+use crate::analysis::series::last;
 use crate::analysis::spatial;
 use report::plot::{Chart, Series};
 
 /// The chapter's figures.
 pub const FIGURES: &[Entry] = &[
-    Entry {
-        id: "6.1a",
-        make: level_turn,
-    },
-    Entry {
-        id: "6.1b",
-        make: side_slope,
-    },
-    Entry { id: "6.1c", make: spin },
+    Entry::new("6.1a", level_turn),
+    Entry::new("6.1b", side_slope),
+    Entry::new("6.1c", spin),
 ];
 
 const SPAN: f64 = 10.0;
@@ -49,12 +44,11 @@ struct Track {
 
 impl Track {
     fn end(&self) -> String {
-        let last = |x: &[f64]| x.last().copied().unwrap_or(f64::NAN);
         format!("{:.3}, {:.3}, {:.3}", last(&self.x), last(&self.y), last(&self.psi))
     }
 }
 
-/// What d'Alembert's principle says.
+/// The track by d'Alembert's principle.
 fn right(p: &SpatialParameters<f64>, u: [f64; 2]) -> Result<Track, FigureError> {
     let run = spatial::run(p, u, &REST, SPAN, SAMPLE).map_err(FigureError::from_error)?;
     Ok(Track {
@@ -65,7 +59,8 @@ fn right(p: &SpatialParameters<f64>, u: [f64; 2]) -> Result<Track, FigureError> 
     })
 }
 
-/// What the variational principle (6.16) says, for comparison only; multipliers `lambda` at the start.
+/// The track by the variational principle (6.16), for comparison only, with the multipliers `lambda` at the
+/// start.
 ///
 /// Its x and y equations make the multipliers `lambda(0) + P(0) - P - n t` with P the momentum in the
 /// plane, and they act on the wheels as a force `-Lambda psi'` ahead and a moment `Lambda v`, with
@@ -171,7 +166,7 @@ fn spin() -> Result<Figure, FigureError> {
         let start = [0.0, 0.0, 0.0, 0.0, 0.0, 1e-3, rate, -rate, 0.0];
         let hold = 0.5 * p.zeta * rate;
         let run = spatial::run(&p, [hold, -hold], &start, 120.0, 0.1).map_err(FigureError::from_error)?;
-        // The swings' peaks: their line rises or falls with the pole.
+        // The peaks of the swing grow or shrink with the pole.
         let peaks = run
             .phi
             .windows(3)
@@ -192,7 +187,7 @@ fn spin() -> Result<Figure, FigureError> {
     Ok(Figure::new("6.1c", "Spinning on the spot", Verdict::Added)
         .claim("None: the thesis does not look at turns.")
         .number("largest stable psi' (1/w)", "", format!("{limit:.6}"))
-        .finding("Above this rate the hanging mass swings in and out ever wider, whatever the damping (E26).")
+        .finding("Above this rate the hanging arm swings in and out ever wider, whatever the damping (E26).")
         .chart(chart))
 }
 

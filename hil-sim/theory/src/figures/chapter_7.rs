@@ -1,45 +1,30 @@
-//! Chapter 7: the camera platform alone.
+//! Chapter 7: the camera spar alone.
 
 use model::dynamics::camera::CameraParameters;
 use rayon::prelude::*;
 
-use super::{Entry, Figure, FigureError, Verdict};
+use super::figure::{Entry, Figure, FigureError, Verdict};
 use crate::analysis::camera::{CameraRun, Experiment};
 use crate::analysis::lqr::{Weights, regulator};
+use crate::analysis::series::{degrees, first, largest};
 use report::plot::{Chart, Series};
 
 /// The chapter's figures.
 pub const FIGURES: &[Entry] = &[
-    Entry { id: "7.2a", make: tilt },
-    Entry {
-        id: "7.2b",
-        make: tilt_effort,
-    },
-    Entry {
-        id: "7.3a",
-        make: forced,
-    },
-    Entry {
-        id: "7.3b",
-        make: forced_effort,
-    },
-    Entry {
-        id: "7.4a",
-        make: recovery,
-    },
+    Entry::new("7.2a", tilt),
+    Entry::new("7.2b", tilt_effort),
+    Entry::new("7.3a", forced),
+    Entry::new("7.3b", forced_effort),
+    Entry::new("7.4a", recovery),
 ];
 
-/// The thesis's platform under its optimal regulator.
+/// The thesis's spar under its optimal regulator.
 fn reference() -> Result<Experiment, FigureError> {
     let camera = CameraParameters::thesis();
     let gains = regulator(&camera, &Weights::THESIS)
         .map_err(FigureError::from_error)?
         .gains;
     Ok(Experiment::new(camera, Some(gains)))
-}
-
-fn degrees(x: &[f64]) -> Vec<f64> {
-    x.iter().map(|x| x.to_degrees()).collect()
 }
 
 fn tilted() -> Result<CameraRun, FigureError> {
@@ -61,7 +46,7 @@ fn shaken(controlled: bool) -> Result<CameraRun, FigureError> {
 
 /// The largest |x|, as text.
 fn peak(x: &[f64], digits: usize) -> String {
-    format!("{:.digits$}", x.iter().fold(0.0_f64, |m, x| m.max(x.abs())))
+    format!("{:.digits$}", largest(x))
 }
 
 fn tilt() -> Result<Figure, FigureError> {
@@ -98,7 +83,7 @@ fn tilt() -> Result<Figure, FigureError> {
 fn tilt_effort() -> Result<Figure, FigureError> {
     let run = tilted()?;
     let capacity = CameraParameters::<f64>::thesis().coefficients().k2;
-    let first = run.v.first().copied().unwrap_or(f64::NAN);
+    let first = first(&run.v);
     Ok(
         Figure::new("7.2b", "Ballast after a tilt of 10 deg", Verdict::Confirmed)
             .claim("The control effort, shown as the ballast's angle.")
@@ -158,7 +143,7 @@ fn recovery() -> Result<Figure, FigureError> {
     let limits: Vec<f64> = voltages.par_iter().map(|v| limit(*v)).collect();
     let unlimited = limit(f64::INFINITY);
     let at = |v: usize| format!("{:.2}", limits.get(v - 1).copied().unwrap_or(f64::NAN));
-    Ok(Figure::new("7.4a", "Largest tilt the platform recovers from", Verdict::Added)
+    Ok(Figure::new("7.4a", "Largest tilt from which the spar recovers", Verdict::Added)
         .claim("\"Robustness is demonstrated\" with 10 deg; the motor is not limited.")
         .number("limit without a voltage limit (deg)", "", format!("{unlimited:.2}"))
         .number("limit at |v| <= 20 (deg)", "", at(20))

@@ -1,4 +1,4 @@
-//! Chapter 8: the vehicle that carries the camera platform.
+//! Chapter 8: the vehicle that carries the camera spar.
 
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::camera::CameraParameters;
@@ -6,41 +6,30 @@ use model::dynamics::coupled::{Bearing, CoupledParameters};
 use model::dynamics::planar::PlanarParameters;
 use rayon::prelude::*;
 
-use super::{Entry, Figure, FigureError, Verdict};
-use crate::analysis::coupled::{CRITICAL_SPAN, CoupledRun, Critical, Drive, with_thesis_spar};
+use super::figure::{Entry, Figure, FigureError, Verdict};
+use crate::analysis::coupled::{CRITICAL_SPAN, CoupledRun, Drive, StepLimit, with_thesis_spar};
 use crate::analysis::critical::Direction;
 use crate::analysis::lqr::{Weights, regulator};
+use crate::analysis::series::{degrees, largest, last};
 use crate::analysis::waveform::Waveform;
 use report::plot::{Chart, Series};
 
 /// The chapter's figures.
 pub const FIGURES: &[Entry] = &[
-    Entry { id: "8.2", make: spar },
-    Entry {
-        id: "8.3",
-        make: ballast,
-    },
-    Entry { id: "8.4", make: wheel },
-    Entry {
-        id: "8.5",
-        make: reaction_mass,
-    },
-    Entry {
-        id: "8.5a",
-        make: step_limits,
-    },
-    Entry {
-        id: "8.5b",
-        make: bearings,
-    },
+    Entry::new("8.2", spar),
+    Entry::new("8.3", ballast),
+    Entry::new("8.4", wheel),
+    Entry::new("8.5", arm),
+    Entry::new("8.5a", step_limits),
+    Entry::new("8.5b", bearings),
 ];
 
 /// Ballast of the chapter's example over M + m.
 const BALLAST: f64 = 0.15;
-/// A platform too light to be felt.
-const NO_PLATFORM: f64 = 1e-9;
+/// The ballast of a spar too light to matter, over M + m.
+const NO_SPAR: f64 = 1e-9;
 const SAMPLE: f64 = 0.02;
-/// How long the responses are shown.
+/// Shown span of the responses, in time units.
 const SHOWN: f64 = 30.0;
 
 fn vehicle(kr: f64, bearing: Bearing) -> CoupledParameters<f64> {
@@ -56,7 +45,7 @@ fn drive(kr: f64, bearing: Bearing, controlled: bool) -> Result<Drive, FigureErr
         .ok_or_else(|| FigureError("no static equilibrium".into()))
 }
 
-fn limit(drive: &Drive) -> Result<Critical, FigureError> {
+fn limit(drive: &Drive) -> Result<StepLimit, FigureError> {
     drive
         .critical(Direction::Forward)
         .ok_or_else(|| FigureError("no step limit found".into()))
@@ -72,10 +61,6 @@ fn ramped(drive: Drive) -> Drive {
     }
 }
 
-fn degrees(x: &[f64]) -> Vec<f64> {
-    x.iter().map(|x| x.to_degrees()).collect()
-}
-
 /// The ballast from the vertical, deg.
 fn ballast_angle(run: &CoupledRun) -> Vec<f64> {
     run.psi
@@ -83,10 +68,6 @@ fn ballast_angle(run: &CoupledRun) -> Vec<f64> {
         .zip(&run.gamma)
         .map(|(psi, gamma)| (psi + gamma).to_degrees())
         .collect()
-}
-
-fn largest(x: &[f64]) -> f64 {
-    x.iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 
 fn spar() -> Result<Figure, FigureError> {
@@ -116,7 +97,7 @@ fn spar() -> Result<Figure, FigureError> {
         .number("largest spar angle at 0.999 of it (deg)", "4 against 60", pair(&a, &b))
         .number("uncontrolled at 0.999 of its own limit (deg)", "60", format!("{own:.1}"))
         .number("speed loop, reference ramped to 4 in 5 (deg)", "", pair(&c, &d))
-        .finding("By a step it is not: the unlimited camera motor tumbles its ballast before the vehicle whirls. A ramped speed reference meets the claim (E38).")
+        .finding("By a step it is not: the unlimited ballast motor tumbles its ballast before the vehicle whirls. A ramped speed reference meets the claim (E38).")
         .chart(chart(format!("Step to U = {u:.3}"), &a, &b))
         .chart(chart("Speed loop, reference ramped to 4 in 5 time units".into(), &c, &d)))
 }
@@ -162,19 +143,19 @@ fn ballast() -> Result<Figure, FigureError> {
     ))
 }
 
-/// The same step with and without the platform.
+/// The same step with and without the spar.
 fn side_by_side() -> Result<(f64, CoupledRun, CoupledRun), FigureError> {
     let with = drive(BALLAST, Bearing::Inertial, true)?;
-    let bare = drive(NO_PLATFORM, Bearing::Inertial, false)?;
+    let bare = drive(NO_SPAR, Bearing::Inertial, false)?;
     let u = 0.999 * limit(&with)?.critical;
     Ok((u, with.run(u, SHOWN, SAMPLE), bare.run(u, SHOWN, SAMPLE)))
 }
 
 fn wheel() -> Result<Figure, FigureError> {
     let (u, with, bare) = side_by_side()?;
-    let bare_limit = limit(&drive(NO_PLATFORM, Bearing::Inertial, false)?)?.critical;
+    let bare_limit = limit(&drive(NO_SPAR, Bearing::Inertial, false)?)?.critical;
     let difference: Vec<f64> = with.theta.iter().zip(&bare.theta).map(|(a, b)| a - b).collect();
-    Ok(Figure::new("8.4", "Wheel angle with and without the platform", Verdict::Corrected)
+    Ok(Figure::new("8.4", "Wheel angle with and without the spar", Verdict::Corrected)
         .claim("Near the critical input the two are near identical.")
         .number("largest difference over 30 time units (rad)", "0", format!("{:.2}", largest(&difference)))
         .finding(format!(
@@ -183,60 +164,54 @@ fn wheel() -> Result<Figure, FigureError> {
     ))
         .chart(
             Chart::new(format!("Wheel angle, step to U = {u:.3}"), "time (1/w)", "theta (rad)")
-                .with(Series::new("with platform, controlled", &with.t, &with.theta))
+                .with(Series::new("with spar, controlled", &with.t, &with.theta))
                 .with(Series::new("without", &bare.t, &bare.theta)),
         ))
 }
 
-fn reaction_mass() -> Result<Figure, FigureError> {
+fn arm() -> Result<Figure, FigureError> {
     let (u, with, bare) = side_by_side()?;
     let passive = |kr: f64| -> Result<f64, FigureError> {
         Ok(drive(kr, Bearing::Inertial, false)?
             .run(3.0, CRITICAL_SPAN, 1.0)
             .phi_max_deg)
     };
-    Ok(Figure::new(
-        "8.5",
-        "Reaction-mass angle with and without the platform",
-        Verdict::Refuted,
+    Ok(
+        Figure::new("8.5", "Arm angle with and without the spar", Verdict::Refuted)
+            .claim("Near the critical input the two are near identical.")
+            .number("largest phi, with spar (deg)", "", format!("{:.1}", with.phi_max_deg))
+            .number("largest phi, without (deg)", "", format!("{:.1}", bare.phi_max_deg))
+            .number(
+                "passive spar at U = 3 (deg)",
+                "",
+                format!("{:.1} against {:.1}", passive(BALLAST)?, passive(NO_SPAR)?),
+            )
+            .finding(
+                "The spar adds 30 % to the mass that the arm must drive: the arm swings farther at every step (E37).",
+            )
+            .chart(
+                Chart::new(format!("Arm, step to U = {u:.3}"), "time (1/w)", "phi (deg)")
+                    .with(Series::new("with spar, controlled", &with.t, &degrees(&with.phi)))
+                    .with(Series::new("without", &bare.t, &degrees(&bare.phi))),
+            ),
     )
-    .claim("Near the critical input the two are near identical.")
-    .number(
-        "largest phi, with platform (deg)",
-        "",
-        format!("{:.1}", with.phi_max_deg),
-    )
-    .number("largest phi, without (deg)", "", format!("{:.1}", bare.phi_max_deg))
-    .number(
-        "passive platform at U = 3 (deg)",
-        "",
-        format!("{:.1} against {:.1}", passive(BALLAST)?, passive(NO_PLATFORM)?),
-    )
-    .finding(
-        "The platform adds 30 % to the mass that the reaction mass must drive: it swings farther at every step (E37).",
-    )
-    .chart(
-        Chart::new(format!("Reaction mass, step to U = {u:.3}"), "time (1/w)", "phi (deg)")
-            .with(Series::new("with platform, controlled", &with.t, &degrees(&with.phi)))
-            .with(Series::new("without", &bare.t, &degrees(&bare.phi))),
-    ))
 }
 
 fn step_limits() -> Result<Figure, FigureError> {
     const MASSES: [f64; 11] = [1e-4, 0.015, 0.03, 0.05, 0.08, 0.11, 0.15, 0.2, 0.26, 0.33, 0.4];
-    let limits = |controlled: bool| -> Result<Vec<Critical>, FigureError> {
+    let limits = |controlled: bool| -> Result<Vec<StepLimit>, FigureError> {
         MASSES
             .par_iter()
             .map(|kr| limit(&drive(*kr, Bearing::Inertial, controlled)?))
             .collect()
     };
     let (passive, controlled) = (limits(false)?, limits(true)?);
-    let values = |limits: &[Critical]| limits.iter().map(|c| c.critical).collect::<Vec<_>>();
+    let values = |limits: &[StepLimit]| limits.iter().map(|c| c.critical).collect::<Vec<_>>();
     let mut figure = Figure::new("8.5a", "Step limit over the ballast's mass", Verdict::Added)
         .claim("A ballast of up to 15 % of the vehicle's mass does not matter.");
     for (k, thesis) in [(1, "5.0345"), (3, "5.0345"), (6, "5.0345"), (10, "")] {
         for (spar, limits) in [("passive", &passive), ("controlled", &controlled)] {
-            let Critical { critical, outcome } = limits[k];
+            let StepLimit { critical, outcome } = limits[k];
             let name = format!("limit, {spar}, {:.1} %", 100.0 * MASSES[k]);
             figure = figure.number(name, thesis, format!("{critical:.4} ({})", outcome.name()));
         }
@@ -259,22 +234,28 @@ fn bearings() -> Result<Figure, FigureError> {
         .claim("(8.3) damps the spar against inertial space.");
     for (bearing, name) in [
         (Bearing::Inertial, "inertial, as printed"),
-        (Bearing::Chassis, "chassis"),
+        (Bearing::Arm, "arm"),
         (Bearing::Axle, "turning axle"),
     ] {
         let run = drive(BALLAST, bearing, false)?.run(2.0, 300.0, 0.1);
         let controlled = drive(BALLAST, bearing, true)?.run(2.0, 300.0, 1.0);
-        let last = |x: &[f64]| x.last().map_or(f64::NAN, |x| x.to_degrees());
         // What has died out is 0, not -0.
-        let last = |x: &[f64]| if last(x).abs() < 5e-4 { 0.0 } else { last(x) };
+        let at_the_end = |x: &[f64]| match last(x).to_degrees() {
+            psi if psi.abs() < 5e-4 => 0.0,
+            psi => psi,
+        };
         figure = figure.number(
             format!("{name}: psi at t = 300 (deg)"),
             "",
-            format!("{:.3}, controlled {:.3}", last(&run.psi), last(&controlled.psi)),
+            format!(
+                "{:.3}, controlled {:.3}",
+                at_the_end(&run.psi),
+                at_the_end(&controlled.psi)
+            ),
         );
         chart = chart.with(Series::new(name, &run.t, &degrees(&run.psi)));
     }
     Ok(figure
-        .finding("On the turning axle the drag of a steady speed tips an uncontrolled spar over and leaves a controlled one 1.1 deg off: pivot it on the chassis (E33).")
+        .finding("On the turning axle the drag of a steady speed tips an uncontrolled spar over and leaves a controlled spar 1.1 deg off: pivot the spar on the arm (E33).")
         .chart(chart))
 }

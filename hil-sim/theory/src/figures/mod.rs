@@ -1,8 +1,8 @@
 //! Every figure of the thesis, computed afresh, beside what the thesis claims of it.
 //!
-//! A chapter's file lists its figures in a `FIGURES` constant; [`all`] joins the chapters. A figure is
-//! made by a function without arguments, so that the figures can be made in parallel, and is written
-//! as SVG and CSV and onto one page.
+//! The file of each chapter lists its figures in a `FIGURES` constant; [`all`] joins the chapters. Functions
+//! without arguments make the figures, in parallel, and [`write_all`] writes each figure as SVG and CSV and
+//! onto one page.
 
 mod chapter_3;
 mod chapter_4;
@@ -10,7 +10,9 @@ mod chapter_5;
 mod chapter_6;
 mod chapter_7;
 mod chapter_8;
+pub mod figure;
 mod page;
+mod planar_vehicle;
 
 use std::path::Path;
 
@@ -18,161 +20,9 @@ use rayon::prelude::*;
 
 use report::error::CommandError;
 use report::output::{create_directory, write_file};
-use report::plot::{Chart, Columns, Series};
+use report::plot::Chart;
 
-/// What comes of the thesis's claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// It holds, to the precision of the print.
-    Confirmed,
-    /// It holds in part, or with other numbers.
-    Corrected,
-    /// It does not hold.
-    Refuted,
-    /// The thesis has no such figure: it supports a correction.
-    Added,
-}
-
-impl Verdict {
-    /// The word on the page.
-    pub fn word(self) -> &'static str {
-        match self {
-            Self::Confirmed => "confirmed",
-            Self::Corrected => "corrected",
-            Self::Refuted => "refuted",
-            Self::Added => "added",
-        }
-    }
-}
-
-/// One number of the comparison.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Number {
-    /// What it is.
-    pub name: String,
-    /// What the thesis prints; empty if it prints none.
-    pub thesis: String,
-    /// What is found here.
-    pub ours: String,
-}
-
-/// A figure with its comparison.
-#[derive(Debug, Clone)]
-pub struct Figure {
-    /// Its number: "3.2"; figures that the thesis lacks have a letter: "4.2a".
-    pub id: &'static str,
-    /// What it shows.
-    pub title: String,
-    /// What the thesis claims, in our words.
-    pub claim: String,
-    /// The numbers side by side.
-    pub numbers: Vec<Number>,
-    /// What comes of the claim.
-    pub verdict: Verdict,
-    /// Why, in a sentence or two, with the erratum's number.
-    pub finding: String,
-    /// What is drawn; each chart is written as SVG, all their series as one CSV file.
-    pub charts: Vec<Chart>,
-}
-
-impl Figure {
-    /// A figure without numbers and charts.
-    pub fn new(id: &'static str, title: impl Into<String>, verdict: Verdict) -> Self {
-        let (claim, finding) = (String::new(), String::new());
-        Self {
-            id,
-            title: title.into(),
-            claim,
-            numbers: Vec::new(),
-            verdict,
-            finding,
-            charts: Vec::new(),
-        }
-    }
-
-    /// With the thesis's claim.
-    #[must_use]
-    pub fn claim(mut self, claim: impl Into<String>) -> Self {
-        self.claim = claim.into();
-        self
-    }
-
-    /// With what was found.
-    #[must_use]
-    pub fn finding(mut self, finding: impl Into<String>) -> Self {
-        self.finding = finding.into();
-        self
-    }
-
-    /// With one more number; `thesis` is empty if the thesis prints none.
-    #[must_use]
-    pub fn number(mut self, name: impl Into<String>, thesis: impl Into<String>, ours: impl Into<String>) -> Self {
-        self.numbers.push(Number {
-            name: name.into(),
-            thesis: thesis.into(),
-            ours: ours.into(),
-        });
-        self
-    }
-
-    /// With one more chart.
-    #[must_use]
-    pub fn chart(mut self, chart: Chart) -> Self {
-        self.charts.push(chart);
-        self
-    }
-
-    /// The stem of its files: "figure-3-2".
-    pub fn stem(&self) -> String {
-        format!("figure-{}", self.id.replace('.', "-"))
-    }
-
-    /// Every series of every chart, as two columns each.
-    fn columns(&self) -> Columns {
-        let series = self
-            .charts
-            .iter()
-            .flat_map(|chart| chart.series.iter().map(move |s| (chart, s)));
-        series.fold(Columns::new(), |columns, (chart, series)| {
-            let Series { name, points } = series;
-            let name = if name.is_empty() {
-                chart.title.as_str()
-            } else {
-                name.as_str()
-            };
-            let (x, y): (Vec<f64>, Vec<f64>) = points.iter().copied().unzip();
-            columns
-                .with(quoted(&format!("{name}: {}", chart.x_label)), x)
-                .with(quoted(&format!("{name}: {}", chart.y_label)), y)
-        })
-    }
-}
-
-/// A CSV header that may contain commas.
-fn quoted(text: &str) -> String {
-    format!("\"{}\"", text.replace('"', "'"))
-}
-
-/// Why a figure could not be made.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0}")]
-pub struct FigureError(pub String);
-
-impl FigureError {
-    /// Wraps any error of the analysis; for `map_err`.
-    pub fn from_error(error: impl std::fmt::Display) -> Self {
-        Self(error.to_string())
-    }
-}
-
-/// A figure not yet made.
-#[derive(Debug, Clone, Copy)]
-pub struct Entry {
-    /// Its number, as in [`Figure::id`].
-    pub id: &'static str,
-    /// Makes it.
-    pub make: fn() -> Result<Figure, FigureError>,
-}
+use figure::{Entry, Figure};
 
 /// Every figure, in the order of the thesis.
 pub fn all() -> Vec<Entry> {
@@ -225,6 +75,8 @@ pub fn write_all(entries: &[Entry], directory: &Path, done: impl Fn() + Sync) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use figure::{FigureError, Verdict};
+    use report::plot::Series;
 
     #[test]
     fn every_figure_has_its_own_number_in_order_of_chapters() {

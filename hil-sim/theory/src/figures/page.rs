@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Figure, Verdict};
+use super::figure::{Figure, Verdict};
 use report::html::{document, escaped};
 
 /// The whole page: each figure with the SVG of its charts.
@@ -68,7 +68,7 @@ fn article(html: &mut String, figure: &Figure, svgs: &[String]) {
         );
     }
     if !figure.numbers.is_empty() {
-        // Most of the thesis's figures print no number: a column of blanks would only take width.
+        // Most figures of the thesis print no number, and a column of blanks would only take width.
         let printed = figure.numbers.iter().any(|n| !n.thesis.is_empty());
         let head = if printed { "<th>thesis</th>" } else { "" };
         _ = writeln!(

@@ -1,17 +1,16 @@
-//! The virtual board's parameter flash: two sectors of the drive board's bank 2, in memory.
+//! The virtual board's parameter flash: the sectors that the drive board gives them, in memory.
 
 use std::cell::RefCell;
 use std::ops::Range;
 use std::rc::Rc;
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, PARAMETER_SECTORS};
 use firmware::parameters::ParameterStore;
 use model::vehicle::Vehicle;
 
-/// Bytes of a sector.
-const SECTOR: usize = 128 * 1024;
-/// Bytes that are programmed at once.
-const WORD: usize = 32;
+/// Bytes of the flash.
+const CAPACITY: usize = PARAMETER_SECTORS * FLASH_SECTOR_BYTES;
 
 /// An access that the part refuses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +29,7 @@ pub struct VirtualFlash(Rc<RefCell<Vec<u8>>>);
 impl VirtualFlash {
     /// An erased flash.
     pub fn erased() -> Self {
-        Self(Rc::new(RefCell::new(vec![0xFF; 2 * SECTOR])))
+        Self(Rc::new(RefCell::new(vec![0xFF; CAPACITY])))
     }
 
     /// A flash whose newest stored set is `vehicle`; `None` if it does not fit.
@@ -58,7 +57,7 @@ impl VirtualFlash {
 /// The bytes of an access, if it is within the flash and aligned to its unit.
 fn range(offset: u32, length: usize, unit: usize) -> Result<Range<usize>, Refused> {
     let from = offset as usize;
-    if from + length > 2 * SECTOR {
+    if from + length > CAPACITY {
         return Err(Refused(NorFlashErrorKind::OutOfBounds));
     }
     if !from.is_multiple_of(unit) || !length.is_multiple_of(unit) {
@@ -81,13 +80,13 @@ impl ReadNorFlash for VirtualFlash {
     }
 
     fn capacity(&self) -> usize {
-        2 * SECTOR
+        CAPACITY
     }
 }
 
 impl NorFlash for VirtualFlash {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = SECTOR;
+    const WRITE_SIZE: usize = FLASH_WORD_BYTES;
+    const ERASE_SIZE: usize = FLASH_SECTOR_BYTES;
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refused> {
         let range = range(offset, bytes.len(), Self::WRITE_SIZE)?;

@@ -1,4 +1,4 @@
-//! The virtual board's hardware: the firmware's seams, closed around the plant.
+//! The virtual board's hardware: implements the firmware's hardware traits on the plant.
 
 use std::cell::RefCell;
 use std::convert::Infallible;
@@ -6,7 +6,8 @@ use std::rc::Rc;
 
 use embassy_time::Instant;
 use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
-use firmware::drive::{FlightRecord, Recorder};
+use firmware::drive_board::{DUTY_MAX_PERCENT, WATCHDOG_US};
+use firmware::flight_record::{FlightRecord, Recorder};
 use firmware::hardware::{
     AnalogInputs, AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Watchdog,
 };
@@ -15,9 +16,6 @@ use model::control::motor::DUTY_FULL_SCALE;
 use model::sample::{Actuation, MOTORS};
 
 use plant::{BridgeState, Plant};
-
-/// The hardware watchdog's time.
-pub const WATCHDOG_US: u64 = 20_000;
 
 /// The plant and everything of the board that is not the firmware.
 #[derive(Debug)]
@@ -28,12 +26,13 @@ pub struct World {
     pub emergency_stop: bool,
     /// The lamps: armed, faulted.
     pub lamps: (bool, bool),
-    /// Ticks as they were, if they are kept.
+    /// The records of the ticks, if they are kept.
     pub records: Option<Vec<FlightRecord>>,
     synced_us: u64,
     bridges: [BridgeState; MOTORS],
     break_tripped: bool,
     fed_us: u64,
+    unpowered: bool,
 }
 
 impl World {
@@ -48,6 +47,7 @@ impl World {
             bridges: [BridgeState::Open; MOTORS],
             break_tripped: false,
             fed_us: 0,
+            unpowered: false,
         }
     }
 
@@ -60,7 +60,30 @@ impl World {
             self.plant
                 .advance((now_us - self.synced_us) as f64 * 1e-6, &self.bridges);
             self.synced_us = now_us;
+            if !self.plant.powers_board() {
+                // A bridge without its controller is open.
+                self.unpowered = true;
+                self.bridges = [BridgeState::Open; MOTORS];
+            }
         }
+    }
+
+    /// Whether the supply has failed the board since it last booted.
+    pub fn unpowered(&self) -> bool {
+        self.unpowered
+    }
+
+    /// The board starts as after power-up, its clock at 0, if its supply allows; says whether it does.
+    pub(super) fn power_up(&mut self) -> bool {
+        if !self.plant.powers_board() {
+            return false;
+        }
+        self.unpowered = false;
+        self.break_tripped = false;
+        self.lamps = (false, false);
+        self.synced_us = 0;
+        self.fed_us = 0;
+        true
     }
 
     /// The hardware break: opens the bridges without the firmware.
@@ -74,9 +97,9 @@ impl World {
         self.bridges.iter().any(|bridge| *bridge != BridgeState::Open)
     }
 
-    /// The watchdog would have bitten by now.
+    /// Whether the watchdog has expired by now.
     pub fn watchdog_expired(&self, now_us: u64) -> bool {
-        now_us.saturating_sub(self.fed_us) > WATCHDOG_US
+        now_us.saturating_sub(self.fed_us) > u64::from(WATCHDOG_US)
     }
 }
 
@@ -114,13 +137,17 @@ impl EmergencyStop for Hardware {
     }
 }
 
+/// The bridge under a duty, which the board's shortest pulses limit.
+fn bridge(duty: i16) -> BridgeState {
+    let duty_max = f64::from(DUTY_MAX_PERCENT) / 100.0;
+    BridgeState::Duty((f64::from(duty) / f64::from(DUTY_FULL_SCALE)).clamp(-duty_max, duty_max))
+}
+
 impl Bridges for Hardware {
     fn apply(&mut self, actuation: &Actuation) {
         self.now(|world| {
-            world.bridges = if actuation.enable && !world.break_tripped {
-                actuation
-                    .duty
-                    .map(|duty| BridgeState::Duty(f64::from(duty) / f64::from(DUTY_FULL_SCALE)))
+            world.bridges = if actuation.enable && !world.break_tripped && !world.unpowered {
+                actuation.duty.map(bridge)
             } else {
                 [BridgeState::Open; MOTORS]
             };
@@ -190,7 +217,7 @@ impl SpiDevice<u16> for VirtualImu {
     async fn transaction(&mut self, operations: &mut [Operation<'_, u16>]) -> Result<(), Infallible> {
         self.hardware.now(|world| {
             let chip = match self.place {
-                Place::Arm => Some(world.plant.chassis_imu()),
+                Place::Arm => Some(world.plant.arm_imu()),
                 Place::Spar => world.plant.spar_imu(),
             };
             let mut chip = chip;
@@ -227,5 +254,18 @@ impl SpiDevice<u16> for VirtualImu {
             }
         });
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_duty_goes_beyond_the_bridges_largest() {
+        assert_eq!(bridge(i16::MAX), BridgeState::Duty(0.94));
+        assert_eq!(bridge(i16::MIN), BridgeState::Duty(-0.94));
+        assert_eq!(bridge(0), BridgeState::Duty(0.0));
+        assert_eq!(bridge(16384), BridgeState::Duty(16384.0 / 32767.0));
     }
 }

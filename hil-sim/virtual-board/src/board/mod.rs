@@ -6,17 +6,20 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use firmware::drive::DriveHardware;
+use firmware::drive_board::SCALES;
 use firmware::hardware::ResetCause;
 use firmware::imu::Place;
 use firmware::parameters::{self, ParameterStore};
-use firmware::topics::Topics;
+use firmware::topics::{DisarmBy, Topics};
 use firmware::{analog, drive, encoders, imu, link, log_task, watchdog};
 use futures_executor::LocalPool;
 use futures_util::task::LocalSpawnExt;
-use model::tick::{Telemetry, VehicleCore};
+use model::status::Status;
+use model::tick::VehicleCore;
 use model::vehicle::{ParameterError, Vehicle};
 use thiserror::Error;
 
@@ -33,10 +36,10 @@ use hardware::{Hardware, NoCycles, VirtualImu, World};
 use pipe::Pipe;
 use time::{ClockTaken, VirtualTime};
 
-/// Why a virtual board cannot be had.
+/// Why a virtual board cannot boot.
 #[derive(Debug, Error)]
 pub enum VirtualBoardError {
-    /// The thread has one already.
+    /// The thread runs a virtual board already.
     #[error(transparent)]
     Clock(#[from] ClockTaken),
     /// The vehicle is not valid in single precision.
@@ -50,6 +53,14 @@ pub enum VirtualBoardError {
     Executor,
 }
 
+/// The number of the next boot of any virtual board of this process.
+static BOOTS: AtomicU32 = AtomicU32::new(1);
+
+/// A number that differs from boot to boot, as each board has it. No decision of the vehicle depends on it.
+fn boot_number() -> u32 {
+    BOOTS.fetch_add(1, Ordering::Relaxed)
+}
+
 /// A drive board in virtual time.
 pub struct VirtualBoard {
     // Before `time`: the tasks must be gone when the clock is given back.
@@ -59,8 +70,16 @@ pub struct VirtualBoard {
     to_board: Pipe,
     from_board: Pipe,
     watchdog_bitten: bool,
+    /// What a reset leaves: the parameter flash, and the vehicle the firmware was built for.
+    flash: VirtualFlash,
+    built_in: Vehicle<f32>,
+    /// When the board last booted, us since the start.
+    booted_us: u64,
     time: VirtualTime,
 }
+
+/// Between two looks at a supply that is too low, us.
+const SUPPLY_PERIOD_US: u64 = 1000;
 
 impl VirtualBoard {
     /// Boots a board that was built for `vehicle` and is wired to `plant`, with nothing stored.
@@ -79,11 +98,28 @@ impl VirtualBoard {
         let time = VirtualTime::take()?;
         log::start();
         let built_in = Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(VirtualBoardError::Vehicle)?;
-        let topics = Rc::new(Topics::new());
-        let hardware = Hardware(Rc::new(RefCell::new(World::new(plant))));
-        let (to_board, from_board) = (Pipe::default(), Pipe::default());
-        let pool = LocalPool::new();
-        let spawner = pool.spawner();
+        let mut board = Self {
+            pool: LocalPool::new(),
+            topics: Rc::new(Topics::new()),
+            hardware: Hardware(Rc::new(RefCell::new(World::new(plant)))),
+            to_board: Pipe::default(),
+            from_board: Pipe::default(),
+            watchdog_bitten: false,
+            flash,
+            built_in,
+            booted_us: 0,
+            time,
+        };
+        board.start(ResetCause::PowerOn)?;
+        Ok(board)
+    }
+
+    /// Starts the firmware's tasks as a reset does.
+    fn start(&mut self, cause: ResetCause) -> Result<(), VirtualBoardError> {
+        let (topics, hardware) = (self.topics.clone(), self.hardware.clone());
+        let (to_board, from_board) = (self.to_board.clone(), self.from_board.clone());
+        let (flash, built_in) = (self.flash.clone(), self.built_in);
+        let spawner = self.pool.spawner();
         // One macro instead of a generic function: each task has its own type.
         macro_rules! spawn {
             (|$topics:ident, $hardware:ident| $task:expr) => {{
@@ -95,14 +131,14 @@ impl VirtualBoard {
                     .map_err(|_| VirtualBoardError::Executor)?;
             }};
         }
-        log_task::boot(env!("CARGO_PKG_VERSION"), ResetCause::PowerOn);
+        log_task::boot(env!("CARGO_PKG_VERSION"), cause);
         // The virtual flash never waits, so this is over at once, as on the board before its tasks start.
         let mut store = ParameterStore::new(flash).map_err(|_| VirtualBoardError::Flash)?;
         let booted = futures_executor::block_on(parameters::boot(&mut store, &built_in));
         spawn!(|topics, hardware| encoders::run(&topics, hardware));
         spawn!(|topics, hardware| imu::run(&topics, Place::Arm, VirtualImu::new(hardware, Place::Arm)));
         spawn!(|topics, hardware| imu::run(&topics, Place::Spar, VirtualImu::new(hardware, Place::Spar)));
-        let core = VehicleCore::new(&booted.vehicle);
+        let core = VehicleCore::new(&booted.vehicle, &SCALES);
         spawn!(|topics, hardware| drive::run(
             &topics,
             core,
@@ -116,29 +152,55 @@ impl VirtualBoard {
         spawn!(|topics, hardware| watchdog::run(&topics, hardware));
         spawn!(|topics, hardware| analog::run(&topics, hardware));
         let (rx, tx) = (to_board.clone(), from_board.clone());
-        spawn!(|topics, _hardware| link::receive::run(&topics, rx));
-        spawn!(|topics, _hardware| link::send::run(&topics, tx));
+        let about = link::about(built_in.parameters(), boot_number());
+        spawn!(|topics, _hardware| link::receive::run(&topics, rx, about));
+        spawn!(|topics, _hardware| link::send::run(&topics, tx, about.boot));
         spawn!(|topics, _hardware| parameters::run(&topics, store, booted, built_in));
         spawn!(|topics, hardware| log_task::run(&topics, hardware));
-        Ok(Self {
-            pool,
-            topics,
-            hardware,
-            to_board,
-            from_board,
-            watchdog_bitten: false,
-            time,
-        })
+        Ok(())
     }
 
-    /// The time since boot, us.
+    /// Holds the board in reset until its supply is back and then boots it, or until `until_us`; says
+    /// whether it runs.
+    fn wait_for_supply(&mut self, until_us: u64) -> bool {
+        // The tasks stop where they are; the clock and the world go on.
+        self.pool = LocalPool::new();
+        self.topics = Rc::new(Topics::new());
+        loop {
+            // What was sent meanwhile is lost.
+            self.to_board.take_all();
+            let now_us = self.now_us();
+            if self.world(World::power_up) {
+                self.booted_us = now_us;
+                self.time.restart();
+                // It has booted from this flash before.
+                return self.start(ResetCause::BrownOut).is_ok();
+            }
+            if now_us >= until_us {
+                return false;
+            }
+            let next_us = (now_us + SUPPLY_PERIOD_US).min(until_us);
+            self.time.advance_to(next_us - self.booted_us);
+        }
+    }
+
+    /// The time since the start, us.
     pub fn now_us(&self) -> u64 {
-        self.time.now_us()
+        self.booted_us + self.time.now_us()
     }
 
-    /// Runs until `until_us` since boot.
+    /// When the board last booted, us since the start: at 0, or after a failure of its supply.
+    pub fn booted_us(&self) -> u64 {
+        self.booted_us
+    }
+
+    /// Runs until `until_us` since the start.
     pub fn run_until(&mut self, until_us: u64) {
         loop {
+            if self.hardware.0.borrow().unpowered() && !self.wait_for_supply(until_us) {
+                return;
+            }
+            let until_us = until_us - self.booted_us;
             let next_us = self.time.next_alarm_us();
             self.pool.run_until_stalled();
             // Polling may have set an earlier alarm.
@@ -167,9 +229,14 @@ impl VirtualBoard {
         self.hardware.now(act)
     }
 
-    /// What the vehicle told in its last tick.
-    pub fn telemetry(&self) -> Option<Telemetry> {
-        self.topics.telemetry.latest().map(|telemetry| telemetry.value)
+    /// The vehicle's status after its last tick.
+    pub fn status(&self) -> Option<Status> {
+        self.topics.status.latest().map(|status| status.value)
+    }
+
+    /// Presses the board's own button once: disarm.
+    pub fn press_button(&mut self) {
+        self.topics.disarm.signal(DisarmBy::Button);
     }
 
     /// Sends bytes to the board's UART.

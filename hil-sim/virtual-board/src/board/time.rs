@@ -1,7 +1,7 @@
-//! Virtual time: embassy-time's clock and alarms, one set a thread.
+//! Virtual time: embassy-time's clock and alarms, one set per thread.
 //!
-//! The firmware's tasks ask embassy-time for the time as they do on the board. Here it stands still
-//! until [`VirtualTime::advance_to`] moves it. Each thread has its own clock, so tests that run side by
+//! The firmware's tasks ask embassy-time for the time as they do on the board. Here the time stands
+//! still until [`VirtualTime::advance_to`] moves it. Each thread has its own clock, so tests that run side by
 //! side in one process do not share time by accident; two vehicles in one thread are refused.
 
 use std::cell::{Cell, RefCell};
@@ -10,7 +10,7 @@ use std::task::Waker;
 use embassy_time_driver::Driver;
 use embassy_time_queue_utils::Queue;
 
-/// The vehicle's clock could not be had: this thread runs another vehicle.
+/// The thread's clock is taken: the thread runs another vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("this thread already runs a virtual vehicle: one at a time, or one a thread")]
 pub struct ClockTaken;
@@ -64,11 +64,11 @@ impl VirtualTime {
             if clock.taken.replace(true) {
                 return Err(ClockTaken);
             }
-            clock.now_us.set(0);
-            *clock.queue.borrow_mut() = Queue::new();
-            Ok(Self {
+            let time = Self {
                 _not_send: std::marker::PhantomData,
-            })
+            };
+            time.restart();
+            Ok(time)
         })
     }
 
@@ -80,6 +80,14 @@ impl VirtualTime {
     /// Wakes what is due and returns when the next alarm is due (`u64::MAX` if none is set).
     pub fn next_alarm_us(&self) -> u64 {
         CLOCK.with(|clock| clock.queue.borrow_mut().next_expiration(clock.now_us.get()))
+    }
+
+    /// Sets the clock to 0 and forgets every alarm, as a reset does: whoever set one is gone.
+    pub fn restart(&self) {
+        CLOCK.with(|clock| {
+            clock.now_us.set(0);
+            *clock.queue.borrow_mut() = Queue::new();
+        });
     }
 
     /// Moves the clock forward.

@@ -1,4 +1,4 @@
-//! What runs a scenario: the virtual board, or any other board around the same plant.
+//! The boards that can run a scenario: the virtual board, or any other board around the same plant.
 
 use model::vehicle::Vehicle;
 
@@ -8,9 +8,11 @@ use plant::{Plant, Truth};
 /// A board and its vehicle at an instant, from outside.
 #[derive(Debug, Clone, Default)]
 pub struct Observation {
-    /// Time since boot, us.
+    /// Time since the start, us.
     pub now_us: u64,
-    /// The vehicle as it is.
+    /// When the board last booted, us since the start.
+    pub booted_us: u64,
+    /// The true state of the vehicle.
     pub truth: Truth,
     /// Whether any bridge drives its motor.
     pub bridges_on: bool,
@@ -20,9 +22,9 @@ pub struct Observation {
 
 /// A board with its vehicle in virtual time.
 pub trait Backend {
-    /// Time since boot, us.
+    /// Time since the start, us.
     fn now_us(&self) -> u64;
-    /// Runs through instants since boot, in us and in order, and is observed at each.
+    /// Runs through instants since the start, in us and in order, and is observed at each.
     fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation));
     /// Sends bytes to the board's link.
     fn send(&mut self, bytes: &[u8]);
@@ -59,8 +61,10 @@ impl Backend for VirtualBackend {
         for &instant_us in instants_us {
             self.board.run_until(instant_us);
             let received = self.board.receive();
+            let booted_us = self.board.booted_us();
             observe(self.board.world(|world| Observation {
                 now_us: instant_us,
+                booted_us,
                 truth: world.plant.truth(),
                 bridges_on: world.bridges_on(),
                 received,

@@ -1,4 +1,4 @@
-//! A scenario's bounds against what its run gave.
+//! A scenario's bounds against the metrics of its run.
 
 use serde::Serialize;
 

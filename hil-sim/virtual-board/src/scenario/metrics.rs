@@ -44,21 +44,21 @@ const METRICS: &[(&str, Measure)] = &[
     ("phi_estimate_error_peak_deg", |o| largest(driving(o, phi_error_deg))),
     ("slope_estimate_error_rms_deg", |o| {
         rms(driving(o, |r| {
-            (f64::from(r.status.slope_rad) - r.truth.slope_rad).to_degrees()
+            (f64::from(r.status.estimate.slope_rad) - r.truth.slope_rad).to_degrees()
         }))
     }),
     ("yaw_rate_peak_rad_s", |o| peak(o, |r| r.truth.yaw_rate_rad_s)),
     ("heading_change_deg", |o| last(o, |r| r.truth.heading_rad.to_degrees())),
     ("heading_estimate_error_deg", |o| {
         last(o, |r| {
-            (f64::from(r.status.heading_rad) - r.truth.heading_rad)
+            (f64::from(r.status.estimate.heading_rad) - r.truth.heading_rad)
                 .to_degrees()
                 .abs()
         })
     }),
     ("dead_reckoning_drift_m", |o| {
         last(o, |r| {
-            (f64::from(r.status.x_m) - r.truth.x_m).hypot(f64::from(r.status.y_m) - r.truth.y_m)
+            (f64::from(r.status.estimate.x_m) - r.truth.x_m).hypot(f64::from(r.status.estimate.y_m) - r.truth.y_m)
         })
     }),
     ("sliding_share", |o| {
@@ -81,10 +81,12 @@ const METRICS: &[(&str, Measure)] = &[
     ("final_x_m", |o| last(o, |r| r.truth.x_m)),
     ("final_y_m", |o| last(o, |r| r.truth.y_m)),
     ("final_mode", |o| last(o, |r| f64::from(r.status.mode as u8))),
-    ("faults", |o| last(o, |r| f64::from(r.status.faults))),
+    ("faults", |o| last(o, |r| f64::from(r.status.faults.bits()))),
     ("refused_arms", |o| last(o, |r| f64::from(r.status.refused_arms))),
     ("late_ticks", |o| last(o, |r| f64::from(r.status.late_ticks))),
-    ("board_bad_frames", |o| last(o, |r| f64::from(r.status.bad_frames))),
+    ("board_bad_frames", |o| {
+        last(o, |r| f64::from(r.link.unreadable_frames()))
+    }),
     ("host_bad_frames", |o| o.bad_frames as f64),
     ("unarmed_drive_ms", |o| o.unarmed_drive_ms as f64),
     ("emergency_stop_ms", |o| {
@@ -139,7 +141,7 @@ fn speed_error(row: &Row) -> f64 {
 }
 
 fn phi_error_deg(row: &Row) -> f64 {
-    (f64::from(row.status.phi_rad) - row.truth.phi_rad).to_degrees()
+    (f64::from(row.status.estimate.phi_rad) - row.truth.phi_rad).to_degrees()
 }
 
 /// How far the vehicle moved in its last two seconds, if it was armed and told to stand.
@@ -157,7 +159,17 @@ fn peak(outcome: &DriveOutcome, value: fn(&Row) -> f64) -> f64 {
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    values.fold(f64::NAN, |largest: f64, value| largest.max(value.abs()))
+    // `f64::max` passes over what is not a number; a run that has one must not look good.
+    values
+        .map(f64::abs)
+        .reduce(|largest, value| {
+            if largest.is_nan() || largest >= value {
+                largest
+            } else {
+                value
+            }
+        })
+        .unwrap_or(f64::NAN)
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
@@ -167,4 +179,20 @@ fn rms(values: impl Iterator<Item = f64>) -> f64 {
 
 fn last(outcome: &DriveOutcome, value: fn(&Row) -> f64) -> f64 {
     outcome.trace.rows.last().map_or(f64::NAN, value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_of_values_with_one_that_is_no_number_is_no_number() {
+        let nan = f64::NAN;
+        assert_eq!(largest([1.0, -3.0, 2.0].into_iter()), 3.0);
+        for values in [[nan, 1.0, 2.0], [1.0, nan, 2.0], [1.0, 2.0, nan]] {
+            assert!(largest(values.into_iter()).is_nan(), "{values:?}");
+        }
+        assert!(largest(std::iter::empty()).is_nan());
+        assert_eq!(largest([0.0, f64::INFINITY].into_iter()), f64::INFINITY);
+    }
 }

@@ -1,20 +1,27 @@
-//! Scenarios: what the vehicle meets, what the operator does, and what must come of it.
+//! Scenarios: the ground and the faults that the vehicle meets, the operator's actions, and the bounds of the
+//! metrics.
 //!
 //! A scenario is a TOML file and a test at once: every metric it names has a lower and an upper bound,
 //! so that a dead simulation fails too. It runs on any back end: the virtual board, or the release ELF
 //! on the emulated one.
 
 pub mod backend;
+pub mod error;
 pub mod file;
 pub mod judge;
 pub mod metrics;
 pub mod outcome;
 pub mod run;
+pub mod setup;
 pub mod trace;
+pub mod wire;
+pub mod world;
 
 pub use backend::{Backend, Observation, VirtualBackend};
-pub use file::{Action, Scenario, ScenarioError, Step};
+pub use error::ScenarioError;
+pub use file::{Action, Scenario, Step};
 pub use judge::{Check, evaluate};
 pub use metrics::MetricValue;
 pub use outcome::DriveOutcome;
-pub use run::run;
+pub use run::{RunError, run};
+pub use setup::SetupError;

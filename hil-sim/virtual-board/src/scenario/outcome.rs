@@ -1,8 +1,8 @@
-//! What a run of a scenario gives.
+//! The result of a scenario's run.
 
 use super::trace::Trace;
 
-/// What a run gave.
+/// The result of a run.
 #[derive(Debug, Default)]
 pub struct DriveOutcome {
     /// One row for each state the vehicle sent.

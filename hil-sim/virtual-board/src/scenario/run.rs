@@ -1,22 +1,32 @@
 //! Runs a scenario on a back end.
 
-use firmware::protocol::message::HostMessage;
+use firmware::protocol::message::{COMMAND_PERIOD_MS, Order};
 use model::sample::Motor;
-use model::supervise::arming::{Mode, Request};
+use model::supervise::arming::Mode;
 
 use super::backend::{Backend, Observation};
 use super::file::{Action, Scenario, Sensor, Step};
 use super::outcome::DriveOutcome;
 use super::trace::Row;
+use super::wire::{Direction, LinkStep, Wire, WireFault};
 use crate::link_client::LinkClient;
 use plant::fault::SensorFault;
 use plant::noise::Noise;
-use plant::{Plant, Truth};
+use plant::{Invalid, Plant, Truth};
+use thiserror::Error;
 
-/// The operator repeats the drive command this often, ms.
-const COMMAND_PERIOD_MS: u64 = 20;
 /// Stream of the scenario's seed for noise on the link.
 const LINK_NOISE_STREAM: u64 = 100;
+/// Streams for the faults of the way to the board and of the way back.
+const WIRE_STREAMS: [u64; 2] = [101, 102];
+
+/// Why a run could not go on.
+#[derive(Debug, Clone, Copy, PartialEq, Error)]
+pub enum RunError {
+    /// The simulated vehicle left the range in which the plant's equations hold.
+    #[error(transparent)]
+    Plant(#[from] Invalid),
+}
 
 /// The operator and the world's events.
 struct Script<'a> {
@@ -26,18 +36,37 @@ struct Script<'a> {
     command: Option<[f64; 2]>,
     noise: Noise,
     pressed_at_ms: Option<u64>,
+    to_board: Wire,
+    /// What the way back does, once a step has said so.
+    to_host: Option<WireFault>,
+    /// The operator's program hangs: it repeats its last frame.
+    stuck: bool,
+    /// The last drive command sent, as a frame.
+    last_drive: Vec<u8>,
 }
 
 /// Runs `scenario`; `progress` is called with the milliseconds done.
-pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl FnMut(u64)) -> DriveOutcome {
+///
+/// # Errors
+/// [`RunError`]: the run could not go on.
+pub fn run(
+    scenario: &Scenario,
+    backend: &mut dyn Backend,
+    mut progress: impl FnMut(u64),
+) -> Result<DriveOutcome, RunError> {
+    let [to_board, to_host] = WIRE_STREAMS.map(|stream| Wire::new(Noise::new(scenario.seed, stream)));
     let mut script = Script {
         scenario,
         next: 0,
         command: Some([0.0, 0.0]),
         noise: Noise::new(scenario.seed, LINK_NOISE_STREAM),
         pressed_at_ms: None,
+        to_board,
+        to_host: None,
+        stuck: false,
+        last_drive: Vec::new(),
     };
-    let mut observer = Observer::default();
+    let mut observer = Observer::new(LinkClient::new(scenario.seed as u32), to_host);
     let start_us = backend.now_us();
     let mut chocked = scenario.chocked_until_armed;
     if chocked {
@@ -46,18 +75,21 @@ pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl Fn
     let end_ms = (scenario.duration_s * 1000.0).round() as u64;
     let mut ms = 0;
     while ms < end_ms {
-        script.events(ms, backend);
-        if ms % COMMAND_PERIOD_MS == 0
-            && let Some([speed_m_s, yaw_rate_rad_s]) = script.command
-        {
-            observer.commanded = [speed_m_s, yaw_rate_rad_s];
-            let message = HostMessage::Drive {
-                speed_m_s: speed_m_s as f32,
-                yaw_rate_rad_s: yaw_rate_rad_s as f32,
-            };
-            backend.send(&LinkClient::encode(&message));
+        script.events(ms, &mut observer.client, backend);
+        if ms % COMMAND_PERIOD_MS == 0 {
+            if observer.client.identity().is_none() {
+                script.send(ms, observer.client.identify(), backend);
+            }
+            if let Some([speed_m_s, yaw_rate_rad_s]) = script.command {
+                observer.commanded = [speed_m_s, yaw_rate_rad_s];
+                script.drive(ms, &mut observer.client, backend);
+            }
         }
-        // Until the operator does something again; while there are chocks to pull, he looks every time.
+        script.send(ms, Vec::new(), backend);
+        if let Some(fault) = script.to_host.take() {
+            observer.wire.set_fault(fault);
+        }
+        // Until the operator acts again; while there are chocks to pull, the operator looks every millisecond.
         let until_ms = if chocked {
             ms + 1
         } else {
@@ -71,6 +103,9 @@ pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl Fn
         });
         // A back end that cannot go on observes nothing more.
         ms = until_ms;
+        let mut validity = Ok(());
+        backend.plant(&mut |plant| validity = plant.validity());
+        validity?;
         if chocked && observer.mode.is_some_and(|mode| mode != Mode::Disarmed) {
             chocked = false;
             backend.plant(&mut |plant| plant.set_chocked(false));
@@ -79,17 +114,19 @@ pub fn run(scenario: &Scenario, backend: &mut dyn Backend, mut progress: impl Fn
     let mut outcome = observer.outcome;
     outcome.bad_frames = observer.client.bad_frames;
     outcome.log = backend.log();
-    outcome
+    Ok(outcome)
 }
 
-/// Who watches the run.
-#[derive(Debug, Default)]
+/// The observer of the run.
+#[derive(Debug)]
 struct Observer {
+    /// The way from the board.
+    wire: Wire,
     outcome: DriveOutcome,
     client: LinkClient,
     /// The last command sent.
     commanded: [f64; 2],
-    /// The truth of the last ticks, by time: a state tells of a tick that is some milliseconds old.
+    /// The truth of the last ticks, by time: a status reports a tick that is some milliseconds old.
     truths: Vec<(u64, Truth)>,
     last_tick: Option<u32>,
     /// As the vehicle last reported.
@@ -97,10 +134,23 @@ struct Observer {
 }
 
 impl Observer {
-    /// Takes in what was seen at the end of millisecond `ms`.
+    fn new(client: LinkClient, wire: Wire) -> Self {
+        Self {
+            wire,
+            outcome: DriveOutcome::default(),
+            client,
+            commanded: [0.0; 2],
+            truths: Vec::new(),
+            last_tick: None,
+            mode: None,
+        }
+    }
+
+    /// Records the observation at the end of millisecond `ms`.
     fn observe(&mut self, ms: u64, observation: Observation, script: &Script<'_>) {
         let Observation {
             now_us,
+            booted_us,
             truth,
             bridges_on,
             received,
@@ -109,16 +159,20 @@ impl Observer {
         if self.truths.len() > 64 {
             self.truths.drain(..32);
         }
-        self.client.receive(&received);
+        self.client.receive(now_us, &self.wire.pass(ms, received));
         let outcome = &mut self.outcome;
         if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, outcome.emergency_stop_ms) {
             outcome.emergency_stop_ms = Some(ms - pressed);
         }
         if let Some(status) = self.client.status.take()
-            && self.last_tick != Some(status.tick)
+            && self.last_tick != Some(status.vehicle.tick)
         {
+            let link = status.link;
+            let mut status = status.vehicle;
             self.last_tick = Some(status.tick);
             self.mode = Some(status.mode);
+            // The board's clock starts at each of its boots; a run has one time.
+            status.time_us += booted_us;
             let truth = self
                 .truths
                 .iter()
@@ -127,6 +181,7 @@ impl Observer {
             outcome.trace.rows.push(Row {
                 commanded: self.commanded,
                 status,
+                link,
                 truth,
                 bridges_on,
             });
@@ -161,26 +216,56 @@ impl Script<'_> {
     fn idle_until(&self, ms: u64) -> u64 {
         let command = (ms / COMMAND_PERIOD_MS + 1) * COMMAND_PERIOD_MS;
         let step = self.scenario.steps.get(self.next).map_or(u64::MAX, at_ms);
-        command.min(step).max(ms + 1)
+        let arrival = self.to_board.next_due_ms().unwrap_or(u64::MAX);
+        command.min(step).min(arrival).max(ms + 1)
     }
 
-    fn events(&mut self, ms: u64, backend: &mut dyn Backend) {
+    /// Sends bytes on the way to the board; what has come through goes in.
+    fn send(&mut self, ms: u64, bytes: Vec<u8>, backend: &mut dyn Backend) {
+        let arrived = self.to_board.pass(ms, bytes);
+        if !arrived.is_empty() {
+            backend.send(&arrived);
+        }
+    }
+
+    /// Sends an order; nothing before the board has said who it is.
+    fn give(&mut self, ms: u64, client: &mut LinkClient, order: Order, backend: &mut dyn Backend) {
+        if let Some((_, frame)) = client.order(backend.now_us(), order) {
+            self.send(ms, frame, backend);
+        }
+    }
+
+    /// Sends the drive command: a fresh order, or from a program that hangs the last frame once more.
+    fn drive(&mut self, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
+        let [speed_m_s, yaw_rate_rad_s] = self.command.unwrap_or_default().map(|value| value as f32);
+        let order = Order::Drive {
+            speed_m_s,
+            yaw_rate_rad_s,
+        };
+        if !self.stuck
+            && let Some((_, frame)) = client.order(backend.now_us(), order)
+        {
+            self.last_drive = frame;
+        }
+        self.send(ms, self.last_drive.clone(), backend);
+    }
+
+    fn events(&mut self, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
         while let Some(step) = self.scenario.steps.get(self.next)
             && at_ms(step) <= ms
         {
             self.next += 1;
-            self.act(&step.action, ms, backend);
+            self.act(&step.action, ms, client, backend);
         }
     }
 
-    fn act(&mut self, action: &Action, ms: u64, backend: &mut dyn Backend) {
-        let request = |backend: &mut dyn Backend, request: Request| {
-            backend.send(&LinkClient::encode(&HostMessage::Request(request)));
-        };
+    fn act(&mut self, action: &Action, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
         match *action {
-            Action::Arm => request(backend, Request::Arm),
-            Action::Disarm => request(backend, Request::Disarm),
-            Action::ClearFaults => request(backend, Request::ClearFaults),
+            Action::Arm => self.give(ms, client, Order::Arm, backend),
+            Action::Disarm => self.send(ms, client.disarm().1, backend),
+            Action::ClearFaults => self.give(ms, client, Order::ClearFaults, backend),
+            // A program that hangs hears nobody.
+            Action::Drive { .. } | Action::Silence | Action::Speak if self.stuck => {}
             Action::Drive {
                 speed_m_s,
                 yaw_rate_rad_s,
@@ -197,13 +282,39 @@ impl Script<'_> {
                 backend.plant(&mut |plant| set_fault(plant, sensor, fault.0));
             }
             Action::Battery { open_circuit_v } => {
-                backend.plant(&mut |plant| plant.battery_mut().open_circuit_v = open_circuit_v);
+                backend.plant(&mut |plant| plant.set_open_circuit_v(open_circuit_v));
             }
             Action::LinkNoise { bytes } => {
                 let noise: Vec<u8> = (0..bytes).map(|_| self.noise.bits() as u8).collect();
-                backend.send(&noise);
+                self.send(ms, noise, backend);
             }
             Action::Chocks { chocked } => backend.plant(&mut |plant| plant.set_chocked(chocked)),
+            Action::World(world) => backend.plant(&mut |plant| world.act(plant)),
+            Action::Link(LinkStep::StuckOperator { stuck }) => {
+                self.stuck = stuck;
+            }
+            Action::Link(LinkStep::Link {
+                direction,
+                latency_ms,
+                jitter_ms,
+                loss,
+                duplication,
+                reordering,
+            }) => {
+                let fault = WireFault {
+                    latency_ms,
+                    jitter_ms,
+                    loss,
+                    duplication,
+                    reordering,
+                };
+                if direction != Direction::ToHost {
+                    self.to_board.set_fault(fault);
+                }
+                if direction != Direction::ToBoard {
+                    self.to_host = Some(fault);
+                }
+            }
         }
     }
 }
@@ -215,7 +326,7 @@ fn at_ms(step: &Step) -> u64 {
 
 fn set_fault(plant: &mut Plant, sensor: Sensor, fault: SensorFault) {
     match sensor {
-        Sensor::ChassisImu => plant.chassis_imu().set_fault(fault),
+        Sensor::ArmImu => plant.arm_imu().set_fault(fault),
         Sensor::SparImu => {
             if let Some(imu) = plant.spar_imu() {
                 imu.set_fault(fault);
@@ -223,6 +334,6 @@ fn set_fault(plant: &mut Plant, sensor: Sensor, fault: SensorFault) {
         }
         Sensor::LeftEncoder => plant.encoder_mut(Motor::Left).set_fault(fault),
         Sensor::RightEncoder => plant.encoder_mut(Motor::Right).set_fault(fault),
-        Sensor::CameraEncoder => plant.encoder_mut(Motor::Camera).set_fault(fault),
+        Sensor::BallastEncoder => plant.encoder_mut(Motor::Ballast).set_fault(fault),
     }
 }

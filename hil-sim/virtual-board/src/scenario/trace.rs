@@ -1,6 +1,7 @@
-//! What a run leaves behind: one row every 10 ms of what the vehicle told and what was true.
+//! The trace of a run: one row every 10 ms with the vehicle's status and the truth.
 
-use firmware::protocol::message::Status;
+use firmware::protocol::message::LinkCounters;
+use model::status::Status;
 
 use plant::Truth;
 
@@ -9,9 +10,11 @@ use plant::Truth;
 pub struct Row {
     /// What the operator commanded: speed (m/s) and yaw rate (rad/s).
     pub commanded: [f64; 2],
-    /// What the vehicle told.
+    /// What the vehicle reported.
     pub status: Status,
-    /// What was true when it sensed.
+    /// Counters of the board's end of the link.
+    pub link: LinkCounters,
+    /// What was true when the vehicle sensed.
     pub truth: Truth,
     /// Whether any bridge was on.
     pub bridges_on: bool,
@@ -38,40 +41,81 @@ pub type Value = fn(&Row) -> f64;
 pub const COLUMNS: &[(&str, Value)] = &[
     ("time_s", Row::time_s),
     ("mode", |r| f64::from(r.status.mode as u8)),
-    ("faults", |r| f64::from(r.status.faults)),
-    ("blockers", |r| f64::from(r.status.blockers)),
-    ("limits", |r| f64::from(r.status.limits)),
+    ("faults", |r| f64::from(r.status.faults.bits())),
+    ("blockers", |r| f64::from(r.status.blockers.bits())),
+    ("limits", |r| f64::from(r.status.limits.bits())),
     ("commanded_speed_m_s", |r| r.commanded[0]),
     ("speed_reference_m_s", |r| f64::from(r.status.speed_reference_m_s)),
-    ("speed_m_s", |r| r.truth.speed_m_s),
-    ("estimated_speed_m_s", |r| f64::from(r.status.speed_m_s)),
-    ("phi_rad", |r| r.truth.phi_rad),
-    ("estimated_phi_rad", |r| f64::from(r.status.phi_rad)),
-    ("slope_rad", |r| r.truth.slope_rad),
-    ("estimated_slope_rad", |r| f64::from(r.status.slope_rad)),
+    ("true_speed_m_s", |r| r.truth.speed_m_s),
+    ("estimated_speed_m_s", |r| f64::from(r.status.estimate.speed_m_s)),
+    ("true_phi_rad", |r| r.truth.phi_rad),
+    ("estimated_phi_rad", |r| f64::from(r.status.estimate.phi_rad)),
+    ("true_slope_rad", |r| r.truth.slope_rad),
+    ("estimated_slope_rad", |r| f64::from(r.status.estimate.slope_rad)),
     ("commanded_yaw_rate_rad_s", |r| r.commanded[1]),
-    ("yaw_rate_rad_s", |r| r.truth.yaw_rate_rad_s),
-    ("estimated_yaw_rate_rad_s", |r| f64::from(r.status.yaw_rate_rad_s)),
-    ("heading_rad", |r| r.truth.heading_rad),
-    ("estimated_heading_rad", |r| f64::from(r.status.heading_rad)),
-    ("x_m", |r| r.truth.x_m),
-    ("y_m", |r| r.truth.y_m),
-    ("estimated_x_m", |r| f64::from(r.status.x_m)),
-    ("estimated_y_m", |r| f64::from(r.status.y_m)),
-    ("spar_rad", |r| r.truth.spar_rad),
-    ("estimated_spar_rad", |r| f64::from(r.status.spar_rad)),
-    ("ballast_rad", |r| r.truth.ballast_rad),
-    ("left_voltage_v", |r| f64::from(r.status.voltage_v[0])),
-    ("right_voltage_v", |r| f64::from(r.status.voltage_v[1])),
-    ("camera_voltage_v", |r| f64::from(r.status.voltage_v[2])),
-    ("left_current_a", |r| r.truth.current_a[0]),
-    ("right_current_a", |r| r.truth.current_a[1]),
-    ("camera_current_a", |r| r.truth.current_a[2]),
-    ("battery_v", |r| r.truth.battery_v),
-    ("left_normal_n", |r| r.truth.normal_n[0]),
-    ("right_normal_n", |r| r.truth.normal_n[1]),
-    ("left_slip_m_s", |r| r.truth.slip_m_s[0]),
-    ("right_slip_m_s", |r| r.truth.slip_m_s[1]),
+    ("true_yaw_rate_rad_s", |r| r.truth.yaw_rate_rad_s),
+    ("estimated_yaw_rate_rad_s", |r| {
+        f64::from(r.status.estimate.yaw_rate_rad_s)
+    }),
+    ("true_heading_rad", |r| r.truth.heading_rad),
+    ("estimated_heading_rad", |r| f64::from(r.status.estimate.heading_rad)),
+    ("true_x_m", |r| r.truth.x_m),
+    ("true_y_m", |r| r.truth.y_m),
+    ("estimated_x_m", |r| f64::from(r.status.estimate.x_m)),
+    ("estimated_y_m", |r| f64::from(r.status.estimate.y_m)),
+    ("true_spar_rad", |r| r.truth.spar_rad),
+    ("estimated_spar_rad", |r| f64::from(r.status.estimate.spar_rad)),
+    ("true_ballast_rad", |r| r.truth.ballast_rad),
+    ("commanded_left_voltage_v", |r| f64::from(r.status.voltage_v[0])),
+    ("commanded_right_voltage_v", |r| f64::from(r.status.voltage_v[1])),
+    ("commanded_ballast_voltage_v", |r| f64::from(r.status.voltage_v[2])),
+    ("true_left_current_a", |r| r.truth.current_a[0]),
+    ("true_right_current_a", |r| r.truth.current_a[1]),
+    ("true_ballast_current_a", |r| r.truth.current_a[2]),
+    ("true_battery_v", |r| r.truth.battery_v),
+    ("true_left_normal_n", |r| r.truth.normal_n[0]),
+    ("true_right_normal_n", |r| r.truth.normal_n[1]),
+    ("true_left_slip_m_s", |r| r.truth.slip_m_s[0]),
+    ("true_right_slip_m_s", |r| r.truth.slip_m_s[1]),
+    ("yaw_rate_reference_rad_s", |r| {
+        f64::from(r.status.yaw_rate_reference_rad_s)
+    }),
+    ("estimated_ballast_rad", |r| f64::from(r.status.estimate.ballast_rad)),
+    ("estimated_gyro_bias_rad_s", |r| {
+        f64::from(r.status.estimate.gyro_bias_rad_s)
+    }),
+    ("term_speed_feed_forward_v", |r| {
+        f64::from(r.status.terms.speed.feed_forward_v)
+    }),
+    ("term_speed_weight_v", |r| f64::from(r.status.terms.speed.weight_v)),
+    ("term_speed_feedback_v", |r| {
+        f64::from(r.status.terms.speed.speed_feedback_v)
+    }),
+    ("term_speed_swing_rate_v", |r| {
+        f64::from(r.status.terms.speed.swing_rate_v)
+    }),
+    ("term_speed_swing_damping_v", |r| {
+        f64::from(r.status.terms.speed.swing_damping_v)
+    }),
+    ("term_speed_friction_v", |r| f64::from(r.status.terms.speed.friction_v)),
+    ("term_speed_guard_v", |r| f64::from(r.status.terms.speed.guard_v)),
+    ("term_speed_trim_v", |r| f64::from(r.status.terms.speed.trim_v)),
+    ("term_steering_feed_forward_v", |r| {
+        f64::from(r.status.terms.steering.feed_forward_v)
+    }),
+    ("term_steering_proportional_v", |r| {
+        f64::from(r.status.terms.steering.proportional_v)
+    }),
+    ("term_steering_integral_v", |r| {
+        f64::from(r.status.terms.steering.integral_v)
+    }),
+    ("term_steering_hold_v", |r| f64::from(r.status.terms.steering.hold_v)),
+    ("term_spar_v", |r| f64::from(r.status.terms.spar.spar_v)),
+    ("term_spar_ballast_v", |r| f64::from(r.status.terms.spar.ballast_v)),
+    ("term_spar_rate_v", |r| f64::from(r.status.terms.spar.spar_rate_v)),
+    ("term_spar_ballast_rate_v", |r| {
+        f64::from(r.status.terms.spar.ballast_rate_v)
+    }),
 ];
 
 impl Trace {

@@ -16,6 +16,7 @@ use embassy_stm32::peripherals;
 use embassy_stm32::timer::complementary_pwm::ComplementaryPwmPin;
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::timer::{Ch1, Ch2, Ch3};
+use firmware::drive_board::{DUTY_MAX_PERCENT, PULSE_MIN_PERCENT};
 use firmware::hardware::Bridges;
 use model::sample::{Actuation, MOTORS};
 
@@ -34,12 +35,12 @@ const _: () = assert!(TIMER_HZ.is_multiple_of(PWM_HZ) && PERIOD_COUNTS <= 0xFFFF
 const _: () = assert!(DEAD_TIME_COUNTS < 128, "the linear range of the dead-time field");
 // At the largest duty, the shorter side of the period still exceeds the dead time on both edges.
 const _: () = assert!(MARGIN_COUNTS > 2 * DEAD_TIME_COUNTS as i32);
+const _: () = assert!(CENTRE_COUNTS - FULL_COUNTS == MARGIN_COUNTS);
 
-/// Shortest pulse of either side, so that both diagonals always switch and the drivers' bootstrap
-/// capacitors stay charged: 3 % of the period.
-const MARGIN_COUNTS: i32 = CENTRE_COUNTS * 6 / 100;
-/// Largest duty, 94 %: the bridges cut larger ones. Any smaller duty is that share of the supply.
-const FULL_COUNTS: i32 = CENTRE_COUNTS - MARGIN_COUNTS;
+/// Shortest pulse of either side.
+const MARGIN_COUNTS: i32 = (PERIOD_COUNTS * PULSE_MIN_PERCENT / 100).cast_signed();
+/// Largest duty: beyond it the bridges give no more, below it a duty is that share of the supply.
+const FULL_COUNTS: i32 = CENTRE_COUNTS * DUTY_MAX_PERCENT.cast_signed() / 100;
 
 /// The pins of the bridges and of the break.
 pub struct BridgePins {

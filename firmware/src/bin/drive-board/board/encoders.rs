@@ -11,7 +11,7 @@ pub struct QuadratureCounters {
     pub left: Qei<'static, TIM2>,
     /// Right wheel.
     pub right: Qei<'static, TIM3>,
-    /// Ballast.
+    /// Ballast of the camera spar.
     pub ballast: Qei<'static, TIM4>,
 }
 

@@ -3,7 +3,7 @@
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
 
-use firmware::drive::{FlightRecord, Recorder};
+use firmware::flight_record::{FlightRecord, Recorder};
 
 /// Storage that only the recorder writes; all zeros (tick 0) before the first tick.
 #[repr(transparent)]

@@ -2,9 +2,8 @@
 
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{Config, RingBufferedUartRx, Uart, UartTx};
+use firmware::drive_board::LINK_BAUD;
 
-/// The link's rate, baud.
-const BAUD: u32 = 921_600;
 /// Bytes of the ring buffer: 5.5 ms of the line at full rate, far longer than any task holds the thread.
 const RING_BYTES: usize = 512;
 
@@ -16,7 +15,7 @@ pub type LinkSender = UartTx<'static, Async>;
 /// The line's settings.
 pub fn config() -> Config {
     let mut config = Config::default();
-    config.baudrate = BAUD;
+    config.baudrate = LINK_BAUD;
     config
 }
 

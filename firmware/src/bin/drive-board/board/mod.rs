@@ -14,9 +14,9 @@
 //! | Spar IMU, ICM-42688-P | SPI4 | PE2 SCK, PE5 MISO, PE6 MOSI, PE4 CS | DMA2 stream 2 in, 3 out | DMA2_STREAM2, 3 |
 //! | Battery voltage | ADC1 channel 15 | PA3 | DMA2 stream 4 | DMA2_STREAM4 |
 //! | Motor currents left, right, ballast | ADC1 channels 10, 5, 18 | PC0, PB1, PA4 | as above | as above |
-//! | Host link, 921600 baud | USART3 | PD8 out, PD9 in | DMA1 stream 0 in, 1 out | USART3, DMA1_STREAM0, 1 |
+//! | Host link | USART3 | PD8 out, PD9 in | DMA1 stream 0 in, 1 out | USART3, DMA1_STREAM0, 1 |
 //! | Parameters | flash bank 2, last two sectors | | | FLASH |
-//! | Watchdog, 20 ms | IWDG1 | | | |
+//! | Watchdog | IWDG1 | | | |
 //! | Clock of the tasks, 1 MHz | TIM5 | | | TIM5 |
 //! | Executor of the control task | | | | UART5, as a software interrupt |
 //! | Lamps: armed (green), faulted (red) | GPIO | PB0, PB14 | | |
@@ -27,6 +27,7 @@
 //! needs pull-downs at the inputs of its bridges: the pins float until this code runs.
 
 mod analog;
+mod boot_number;
 mod bridges;
 mod clocks;
 pub mod crash;
@@ -85,6 +86,8 @@ pub type Imu = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, Del
 pub struct Board {
     /// Why the part started.
     pub reset_cause: ResetCause,
+    /// A number that differs from boot to boot.
+    pub boot_number: u32,
     /// The message of the last run, if a panic or a fault ended it.
     pub last_words: Option<crash::LastWords>,
     /// Motor bridges, open.
@@ -93,7 +96,7 @@ pub struct Board {
     pub encoders: QuadratureCounters,
     /// IMU on the arm.
     pub arm_imu: Imu,
-    /// IMU on the spar.
+    /// IMU on the camera spar.
     pub spar_imu: Imu,
     /// Battery and currents.
     pub analog: AnalogSequence,
@@ -142,6 +145,7 @@ impl Board {
         );
         let reset_cause = reset_cause::take();
         let last_words = crash::take();
+        let boot_number = boot_number::take();
 
         let encoders = QuadratureCounters {
             left: Qei::new(p.TIM2, p.PA15, p.PB3, encoder_config()),
@@ -189,6 +193,7 @@ impl Board {
 
         Self {
             reset_cause,
+            boot_number,
             last_words,
             bridges,
             encoders,

@@ -5,16 +5,15 @@ use embassy_futures::yield_now;
 use embassy_stm32::flash::{Async, Error as DriverError, Flash};
 use embassy_stm32::pac;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, PARAMETER_SECTORS};
 
-/// Offset of the region from the start of the flash.
-const REGION_OFFSET: u32 = 14 * SECTOR_BYTES;
-/// Bytes of one sector, the unit that the flash erases.
-const SECTOR_BYTES: u32 = 128 * 1024;
-/// Bytes of the region, two sectors: the store moves to one while it keeps the other.
-const REGION_BYTES: u32 = 2 * SECTOR_BYTES;
-/// Bytes of one word, the unit that the flash programs and that its error correction covers.
-const WORD_BYTES: usize = 32;
-/// Address of the flash's first byte.
+/// Sectors of the part's flash.
+const SECTORS: usize = 16;
+/// Offset of the region from the start of the flash: its end is the flash's.
+const REGION_OFFSET: u32 = ((SECTORS - PARAMETER_SECTORS) * FLASH_SECTOR_BYTES) as u32;
+/// The region.
+const REGION_BYTES: u32 = (PARAMETER_SECTORS * FLASH_SECTOR_BYTES) as u32;
+/// Where the flash appears to the core.
 const FLASH_BASE: usize = 0x0800_0000;
 
 /// Bit of the system control block's `CCR`: the core ignores data bus faults while FAULTMASK is set.
@@ -86,7 +85,7 @@ impl ReadNorFlash for ParameterFlash {
         let mut rest = bytes;
         while !rest.is_empty() {
             // Interrupts are off for one word at most.
-            let length = rest.len().min(WORD_BYTES - address % WORD_BYTES);
+            let length = rest.len().min(FLASH_WORD_BYTES - address % FLASH_WORD_BYTES);
             let (piece, after) = rest.split_at_mut(length);
             read_guarded(address, piece)?;
             self.words_since_pause += 1;
@@ -106,8 +105,8 @@ impl ReadNorFlash for ParameterFlash {
 }
 
 impl NorFlash for ParameterFlash {
-    const WRITE_SIZE: usize = WORD_BYTES;
-    const ERASE_SIZE: usize = SECTOR_BYTES as usize;
+    const WRITE_SIZE: usize = FLASH_WORD_BYTES;
+    const ERASE_SIZE: usize = FLASH_SECTOR_BYTES;
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), StorageError> {
         let offset = flash_offset(offset, bytes.len())?;

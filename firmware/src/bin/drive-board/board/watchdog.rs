@@ -3,12 +3,8 @@
 use embassy_stm32::Peri;
 use embassy_stm32::peripherals::IWDG1;
 use embassy_stm32::wdg::IndependentWatchdog;
+use firmware::drive_board::WATCHDOG_US;
 use firmware::hardware::Watchdog;
-
-/// Time without feeding after which the watchdog resets the part: longer than a control task that is late by
-/// many ticks takes, and short enough that a hung part, its reset included, is back in the safe state within
-/// 40 ms.
-const WATCHDOG_US: u32 = 20_000;
 
 /// The independent watchdog, on its own oscillator, not started yet. Until the tasks run, the bridges are
 /// open, and the slow parts of the start-up (the converter's calibration takes 10 ms) must not end in one

@@ -1,4 +1,4 @@
-//! The full-state feedback that levels the camera spar: Eq. 7.19 with the gains of (7.20), (7.21).
+//! The full-state feedback that levels the camera spar: Eq. 7.19 with the gains of (7.20) and (7.21).
 
 use crate::real::Real;
 
@@ -6,9 +6,9 @@ use crate::real::Real;
 /// and their rates.
 ///
 /// With the gains of ch. 7 everything is in the units of ch. 7 (time in 1/w_c, v as a torque over
-/// m_c g l_c); `CoupledParameters::gains_in_vehicle_units` gives those of the vehicle.
+/// m_c g l_c); `CoupledParameters::gains_in_vehicle_units` converts the gains to the vehicle's units.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CameraLaw<T> {
+pub struct SparLaw<T> {
     /// g: feedback of spar, ballast, spar rate, ballast rate.
     pub gains: [T; 4],
 }
@@ -20,19 +20,32 @@ pub struct CameraLaw<T> {
 /// of v (erratum E28).
 pub const THESIS_SPAR_GAINS: [f32; 4] = [-92.06057, 6.84090, -49.14485, -6.49598];
 
-impl<T: Real> CameraLaw<T> {
+impl<T: Real> SparLaw<T> {
+    /// The four products of Eq. 7.19, `-g_i x_i`, for the measured angles (rad) and rates.
+    #[inline]
+    pub fn terms(&self, spar: T, ballast: T, spar_rate: T, ballast_rate: T) -> [T; 4] {
+        let [g1, g2, g3, g4] = self.gains;
+        [-(g1 * spar), -(g2 * ballast), -(g3 * spar_rate), -(g4 * ballast_rate)]
+    }
+
+    /// The sum of the four products.
+    #[inline]
+    pub fn sum(terms: [T; 4]) -> T {
+        let [spar, ballast, spar_rate, ballast_rate] = terms;
+        spar + ballast + spar_rate + ballast_rate
+    }
+
     /// The motor voltage for the measured angles (rad) and rates.
     ///
     /// ```
-    /// use model::control::camera_law::{CameraLaw, THESIS_SPAR_GAINS};
+    /// use model::control::spar_law::{SparLaw, THESIS_SPAR_GAINS};
     /// // A spar turned anticlockwise (its camera leaning back) is righted by swinging the ballast forward.
-    /// let law = CameraLaw { gains: THESIS_SPAR_GAINS };
+    /// let law = SparLaw { gains: THESIS_SPAR_GAINS };
     /// let v = law.voltage(0.01, 0.0, 0.0, 0.0);
     /// assert!((v - 0.920_605_7).abs() < 1e-6);
     /// ```
     #[inline]
     pub fn voltage(&self, spar: T, ballast: T, spar_rate: T, ballast_rate: T) -> T {
-        let [g1, g2, g3, g4] = self.gains;
-        -(g1 * spar + g2 * ballast + g3 * spar_rate + g4 * ballast_rate)
+        Self::sum(self.terms(spar, ballast, spar_rate, ballast_rate))
     }
 }

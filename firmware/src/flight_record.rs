@@ -1,0 +1,57 @@
+//! What one tick was given and did.
+
+use model::command::Command;
+use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
+
+/// Everything that went into one tick and came out of it, for a debugger and for replays on the host.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct FlightRecord {
+    /// Number of the tick; 0 before the first.
+    pub tick: u32,
+    /// What the vehicle sensed.
+    pub sample: Sample,
+    /// What the operator commanded.
+    pub command: Command,
+    /// What the bridges received.
+    pub actuation: Actuation,
+}
+
+impl FlightRecord {
+    /// Nothing sensed, nothing commanded, nothing done.
+    pub const NONE: Self = Self {
+        tick: 0,
+        sample: Sample {
+            time_us: 0,
+            encoder_counts: [0; MOTORS],
+            encoder_age_us: 0,
+            arm_imu: IMU_NONE,
+            spar_imu: IMU_NONE,
+            battery: 0,
+            current: [0; MOTORS],
+            analog_age_us: 0,
+            emergency_stop: false,
+            bridge_break: false,
+        },
+        command: Command {
+            age_us: 0,
+            ..Command::NONE
+        },
+        actuation: Actuation::SAFE,
+    };
+}
+
+const IMU_NONE: ImuSample = ImuSample {
+    raw: ImuRaw {
+        accel: [0; 3],
+        gyro: [0; 3],
+        temperature: 0,
+    },
+    age_us: 0,
+};
+
+/// Where flight records go.
+pub trait Recorder {
+    /// Takes the record of one tick.
+    fn record(&mut self, record: &FlightRecord);
+}

@@ -1,0 +1,46 @@
+//! Who this firmware is.
+
+use model::vehicle::VehicleParameters;
+
+use crate::built_in::BUILD_HASH;
+use crate::parameters::schema;
+use crate::protocol::message::About;
+
+/// This firmware, built for a vehicle of the kind of `parameters`, in the boot of number `boot`.
+pub fn about(parameters: &VehicleParameters<f32>, boot: u32) -> About {
+    About {
+        version: VERSION,
+        build: BUILD_HASH,
+        schema: schema(parameters),
+        boot,
+    }
+}
+
+/// Version of the firmware: major, minor, patch.
+const VERSION: [u16; 3] = [
+    number(env!("CARGO_PKG_VERSION_MAJOR")),
+    number(env!("CARGO_PKG_VERSION_MINOR")),
+    number(env!("CARGO_PKG_VERSION_PATCH")),
+];
+
+/// The number that the digits of `text` say.
+const fn number(text: &str) -> u16 {
+    let mut rest = text.as_bytes();
+    let mut number = 0;
+    while let [digit, after @ ..] = rest {
+        number = 10 * number + (*digit - b'0') as u16;
+        rest = after;
+    }
+    number
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_version_is_the_packages() {
+        let [major, minor, patch] = VERSION;
+        assert_eq!(std::format!("{major}.{minor}.{patch}"), env!("CARGO_PKG_VERSION"));
+    }
+}

@@ -1,0 +1,255 @@
+//! Flight records in few bytes: each as what differs from the one before.
+//!
+//! A record is a mask of the numbers that are not as expected, and their differences: mask and differences as
+//! little-endian base-128 varints, a difference with its sign in the lowest bit. The first record of a block differs
+//! from [`FlightRecord::NONE`], so a block is read without the blocks before it.
+
+use super::channels::{CHANNELS, EXPECTED, Row, record, row};
+use crate::flight_record::FlightRecord;
+
+/// Most bytes of one record: a mask of 34 bits and 34 differences of 64.
+const RECORD_MAX: usize = 5 + CHANNELS * VARINT_MAX;
+// The longest record fits an empty block.
+const _: () = assert!(RECORD_MAX <= BLOCK_BYTES);
+/// Most bytes of a varint of 64 bits.
+const VARINT_MAX: usize = 10;
+/// Most bytes of a block: a frame less what surrounds the block in it.
+pub const BLOCK_BYTES: usize = 480;
+
+/// Some records in a row.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct RecordBlock {
+    /// Number of the block since boot, from 0: a gap in the numbers is a loss.
+    pub number: u32,
+    /// The records, one after the other.
+    pub bytes: heapless::Vec<u8, BLOCK_BYTES>,
+}
+
+impl RecordBlock {
+    /// A block without records.
+    pub const fn empty() -> Self {
+        Self {
+            number: 0,
+            bytes: heapless::Vec::new(),
+        }
+    }
+}
+
+/// Bytes of one record.
+type RecordBytes = heapless::Vec<u8, RECORD_MAX>;
+
+/// Encodes the records of one block after the other.
+#[derive(Debug)]
+pub struct Encoder {
+    block: RecordBlock,
+    last: Row,
+}
+
+impl Encoder {
+    /// Nothing encoded.
+    pub fn new() -> Self {
+        Self {
+            block: RecordBlock::empty(),
+            last: row(&FlightRecord::NONE),
+        }
+    }
+
+    /// Takes the record of the next tick. `full` is shown the block before it, if the record no longer fits.
+    pub fn push(&mut self, flight: &FlightRecord, full: impl FnOnce(&RecordBlock)) {
+        let next = row(flight);
+        let mut bytes = RecordBytes::new();
+        write(&mut bytes, &self.last, &next);
+        if self.block.bytes.extend_from_slice(&bytes).is_err() {
+            full(&self.block);
+            self.block.number = self.block.number.wrapping_add(1);
+            self.block.bytes.clear();
+            bytes.clear();
+            write(&mut bytes, &row(&FlightRecord::NONE), &next);
+            // The longest record fits an empty block.
+            let _ = self.block.bytes.extend_from_slice(&bytes);
+        }
+        self.last = next;
+    }
+
+    /// Ends the block before it is full and shows it, unless it is empty.
+    pub fn flush(&mut self, cut: impl FnOnce(&RecordBlock)) {
+        if !self.block.bytes.is_empty() {
+            cut(&self.block);
+            self.block.number = self.block.number.wrapping_add(1);
+            self.block.bytes.clear();
+            self.last = row(&FlightRecord::NONE);
+        }
+    }
+}
+
+impl Default for Encoder {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Writes `next` as it differs from `last`.
+fn write(bytes: &mut RecordBytes, last: &Row, next: &Row) {
+    let difference = |(last, (next, expected)): (&i64, (&i64, &i64))| next.wrapping_sub(*last).wrapping_sub(*expected);
+    let differences = || last.iter().zip(next.iter().zip(&EXPECTED)).map(difference);
+    let mask = (0..).zip(differences()).fold(0_u64, |mask, (place, difference)| {
+        mask | u64::from(difference != 0) << place
+    });
+    write_varint(bytes, mask);
+    for difference in differences().filter(|difference| *difference != 0) {
+        write_varint(bytes, (difference << 1 ^ difference >> 63).cast_unsigned());
+    }
+}
+
+fn write_varint(bytes: &mut RecordBytes, mut value: u64) {
+    while value >= 0x80 {
+        // There is room for the longest record.
+        let _ = bytes.push(value as u8 | 0x80);
+        value >>= 7;
+    }
+    let _ = bytes.push(value as u8);
+}
+
+/// What is wrong with a block.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BadBlock;
+
+/// Reads the records of one block.
+#[derive(Debug, Clone)]
+pub struct Records<'a> {
+    rest: &'a [u8],
+    last: Row,
+}
+
+impl<'a> Records<'a> {
+    /// The records in the bytes of a block.
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self {
+            rest: bytes,
+            last: row(&FlightRecord::NONE),
+        }
+    }
+
+    fn read(&mut self) -> Option<FlightRecord> {
+        let mask = self.varint()?;
+        if mask >> CHANNELS != 0 {
+            return None;
+        }
+        let mut next = self.last;
+        for (place, (value, expected)) in next.iter_mut().zip(&EXPECTED).enumerate() {
+            let mut difference = 0;
+            if mask >> place & 1 == 1 {
+                let bits = self.varint()?;
+                difference = (bits >> 1).cast_signed() ^ -(bits & 1).cast_signed();
+            }
+            *value = value.wrapping_add(*expected).wrapping_add(difference);
+        }
+        self.last = next;
+        record(&next)
+    }
+
+    fn varint(&mut self) -> Option<u64> {
+        let mut value = 0;
+        for place in 0..VARINT_MAX {
+            let (byte, rest) = self.rest.split_first()?;
+            self.rest = rest;
+            value |= u64::from(byte & 0x7F) << (7 * place);
+            if byte & 0x80 == 0 {
+                return Some(value);
+            }
+        }
+        None
+    }
+}
+
+impl Iterator for Records<'_> {
+    type Item = Result<FlightRecord, BadBlock>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let record = self.read().ok_or(BadBlock);
+        if record.is_err() {
+            self.rest = &[];
+        }
+        Some(record)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn decoded(blocks: &[RecordBlock]) -> std::vec::Vec<FlightRecord> {
+        blocks
+            .iter()
+            .flat_map(|block| Records::new(&block.bytes))
+            .map(|record| record.expect("as written"))
+            .collect()
+    }
+
+    proptest! {
+        /// Any numbers come back to the bit, however far they are from those before.
+        #[test]
+        fn any_record_comes_back(rows in proptest::collection::vec(any::<[i64; 8]>(), 1..40)) {
+            let records: std::vec::Vec<FlightRecord> = rows
+                .iter()
+                .map(|n| {
+                    let mut record = FlightRecord::NONE;
+                    record.tick = n[0] as u32;
+                    record.sample.time_us = n[1].cast_unsigned();
+                    record.sample.encoder_counts = [n[2], n[3], n[4]];
+                    record.sample.arm_imu.raw.accel = [n[0] as i16, n[1] as i16, n[2] as i16];
+                    record.sample.spar_imu.raw.gyro = [n[3] as i16, n[4] as i16, n[5] as i16];
+                    record.sample.arm_imu.age_us = n[5] as u32;
+                    record.sample.battery = n[6] as u16;
+                    record.sample.current = [n[7] as u16, n[6] as u16, n[5] as u16];
+                    record.sample.emergency_stop = n[7] & 1 == 1;
+                    record.command.speed_m_s = f32::from_bits(n[0] as u32 & 0x7F7F_FFFF);
+                    record.command.age_us = n[1] as u32;
+                    record.command.parameters_pending = n[7] & 2 == 2;
+                    record.command.request = [
+                        model::command::Request::None,
+                        model::command::Request::Arm,
+                        model::command::Request::Disarm,
+                        model::command::Request::ClearFaults,
+                    ][(n[7] >> 2 & 3) as usize];
+                    record.actuation.enable = n[7] & 16 == 16;
+                    record.actuation.duty = [n[2] as i16, n[3] as i16, n[4] as i16];
+                    record
+                })
+                .collect();
+            let mut encoder = Encoder::new();
+            let mut blocks = std::vec::Vec::new();
+            for record in &records {
+                encoder.push(record, |block| blocks.push(block.clone()));
+            }
+            encoder.flush(|block| blocks.push(block.clone()));
+            prop_assert_eq!(decoded(&blocks), records);
+            let numbers: std::vec::Vec<u32> = blocks.iter().map(|block| block.number).collect();
+            prop_assert_eq!(numbers, (0..blocks.len() as u32).collect::<std::vec::Vec<u32>>());
+        }
+
+        /// Noise is no record, or some records: never a panic, never without end.
+        #[test]
+        fn noise_ends(noise in proptest::collection::vec(any::<u8>(), 0..500)) {
+            prop_assert!(Records::new(&noise).count() <= noise.len());
+        }
+    }
+
+    #[test]
+    fn a_tick_in_which_nothing_happens_takes_a_byte() {
+        let mut encoder = Encoder::new();
+        let mut record = FlightRecord::NONE;
+        for _ in 0..3 {
+            record.tick += 1;
+            record.sample.time_us += 1000;
+            record.command.age_us += 1000;
+            encoder.push(&record, |_| {});
+        }
+        assert_eq!(encoder.block.bytes.len(), 3);
+    }
+}

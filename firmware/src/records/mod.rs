@@ -1,0 +1,6 @@
+//! The record of every tick, compact: for the stream over the link, and for the last seconds before a fault.
+
+pub mod channels;
+pub mod codec;
+pub mod recorder;
+pub mod ring;

@@ -1,0 +1,63 @@
+//! What a motor does to its joint.
+
+/// Branch of a motor's law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Branch {
+    Linear,
+    Upper,
+    Lower,
+}
+
+/// What a motor does to its joint within one substep: `constant - damping * mean rate` within its limit,
+/// and dry friction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointTorque {
+    /// Torque at rate zero, in N m at the gearbox output.
+    pub constant_n_m: f64,
+    /// Slope against the mean rate over the substep, in N m s/rad.
+    pub damping_n_m_s: f64,
+    /// Largest torque either way, in N m: where the bridge chops.
+    pub limit_n_m: f64,
+    /// Coulomb friction at the output, in N m.
+    pub coulomb_n_m: f64,
+}
+
+impl JointTorque {
+    /// No motor.
+    pub const NONE: Self = Self {
+        constant_n_m: 0.0,
+        damping_n_m_s: 0.0,
+        limit_n_m: f64::INFINITY,
+        coulomb_n_m: 0.0,
+    };
+
+    /// The law's branch at a mean rate: the linear one, or constant at a limit.
+    pub(super) fn branch(&self, mean_rate: f64) -> Branch {
+        let torque = self.constant_n_m - self.damping_n_m_s * mean_rate;
+        if torque.abs() <= self.limit_n_m {
+            Branch::Linear
+        } else if torque > 0.0 {
+            Branch::Upper
+        } else {
+            Branch::Lower
+        }
+    }
+
+    /// The branch to try after a solution on `branch` gave a mean rate. From one limit past the other the
+    /// rate has crossed what lies between: a stiff law would jump from limit to limit for ever.
+    pub(super) fn next_branch(&self, branch: Branch, mean_rate: f64) -> Branch {
+        match (branch, self.branch(mean_rate)) {
+            (Branch::Upper, Branch::Lower) | (Branch::Lower, Branch::Upper) => Branch::Linear,
+            (_, found) => found,
+        }
+    }
+
+    /// Constant and damping of a branch.
+    pub(super) fn on(&self, branch: Branch) -> (f64, f64) {
+        match branch {
+            Branch::Linear => (self.constant_n_m, self.damping_n_m_s),
+            Branch::Upper => (self.limit_n_m, 0.0),
+            Branch::Lower => (-self.limit_n_m, 0.0),
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! What a scenario's steps do to a plant while it runs.
+
+use model::sample::MOTORS;
+
+use crate::analog::AnalogFault;
+use crate::body::{Payload, Push};
+use crate::imu::imperfection::Vibration;
+use crate::wiring::{DeadHalf, Leads};
+use crate::{IDLE_A, Plant};
+
+impl Plant {
+    /// Puts chocks to the wheels (a hand on the rims) or takes them away.
+    pub fn set_chocked(&mut self, chocked: bool) {
+        self.body.set_chocked(chocked);
+    }
+
+    /// Seizes a wheel (left 0, right 1) against the arm, or frees it.
+    pub fn set_jammed(&mut self, wheel: usize, jammed: bool) {
+        self.body.set_jammed(wheel, jammed);
+    }
+
+    /// Puts the axle on a stand, the wheels off the ground, or back on the ground.
+    pub fn set_on_stand(&mut self, on_stand: bool) {
+        self.body.set_on_stand(&self.ground, on_stand);
+    }
+
+    /// Puts a payload onto the arm in place of the one there; mass 0 takes it off.
+    pub fn set_payload(&mut self, payload: Payload) {
+        self.body.set_payload(payload);
+    }
+
+    /// Pushes for `for_s` seconds, in place of a push still in force.
+    pub fn push(&mut self, push: Push, for_s: f64) {
+        self.body.set_push(Some(push));
+        // Half a nanosecond: the sum of the steps is rounded.
+        self.push_until_s = self.time_s + for_s - 5e-10;
+    }
+
+    /// Ends the push in force.
+    pub(super) fn end_push(&mut self) {
+        self.body.set_push(None);
+        self.push_until_s = f64::INFINITY;
+    }
+
+    /// Fails an analogue sensor or repairs it: the current of motor `index`, or [`crate::analog::BATTERY`].
+    pub fn set_analog_fault(&mut self, index: usize, fault: AnalogFault) {
+        self.analog.set_fault(index, fault);
+    }
+
+    /// Loses a share of the edges of the encoder of motor `index`.
+    pub fn set_edge_loss(&mut self, index: usize, share: f64) {
+        if let Some(encoder) = self.encoders.get_mut(index) {
+            encoder.set_edge_loss(share);
+        }
+    }
+
+    /// Breaks, shorts or mends the leads of motor `index`.
+    pub fn set_leads(&mut self, index: usize, leads: Leads) {
+        if let Some(slot) = self.wiring.leads.get_mut(index) {
+            *slot = leads;
+        }
+    }
+
+    /// Kills half of the bridge of motor `index`, or mends it.
+    pub fn set_dead_half(&mut self, index: usize, dead: DeadHalf) {
+        if let Some(slot) = self.wiring.dead.get_mut(index) {
+            *slot = dead;
+        }
+    }
+
+    /// Gives the battery this open-circuit voltage from now on, whatever its charge.
+    pub fn set_open_circuit_v(&mut self, volts: f64) {
+        self.supply.set_open_circuit_v(volts, &mut self.battery);
+    }
+
+    /// Opens the battery's contact, or closes it.
+    pub fn set_battery_connected(&mut self, connected: bool) {
+        let was = self.supply.connected();
+        self.supply.set_connected(connected, &mut self.battery);
+        self.wiring.unsupplied = !connected;
+        if connected && !was {
+            self.battery_v = self.battery.open_circuit_v - self.battery.resistance_ohm * IDLE_A;
+        } else if !connected {
+            (self.battery_v, self.battery_a) = (0.0, 0.0);
+        }
+    }
+
+    /// The battery's charge as a share of its capacity, where it has one.
+    pub fn battery_charge(&self) -> Option<f64> {
+        self.supply.charge()
+    }
+
+    /// Whether the supply is enough for the board to run; below, it is held in reset.
+    pub fn powers_board(&self) -> bool {
+        self.supply.powers_board(self.battery_v)
+    }
+
+    /// Warms or cools both IMUs to `to_c` within `over_s` seconds.
+    pub fn heat(&mut self, to_c: f64, over_s: f64) {
+        for imu in [&mut self.arm_imu, &mut self.spar_imu] {
+            imu.heat(to_c, over_s);
+        }
+    }
+
+    /// Shakes both IMUs from now on.
+    pub fn shake(&mut self, vibration: &Vibration) {
+        for imu in [&mut self.arm_imu, &mut self.spar_imu] {
+            imu.sensor_mut().shake(vibration);
+        }
+    }
+
+    /// Currents through the bridges, which the board's sensors measure.
+    pub fn bridge_current_a(&self) -> [f64; MOTORS] {
+        core::array::from_fn(|i| self.motors.get(i).map_or(0.0, crate::motor::Motor::bridge_current_a))
+    }
+}
+
+#[cfg(test)]
+mod tests;

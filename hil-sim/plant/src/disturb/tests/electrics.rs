@@ -1,0 +1,127 @@
+//! Leads, bridges, analogue sensors, battery.
+
+use super::*;
+use crate::analog::{AnalogFault, BATTERY, Following};
+use crate::settings::BatterySettings;
+use crate::wiring::{DeadHalf, Leads};
+
+#[test]
+fn leads_and_half_bridges_fail_one_motor_each() {
+    let drive = [0.1, 0.1, 0.0].map(BridgeState::Duty);
+    let jammed = || {
+        let mut plant = plant(&bare_vehicle(), &Settings::default());
+        plant.set_jammed(0, true);
+        plant.set_jammed(1, true);
+        plant
+    };
+    let mut sound = jammed();
+    run(&mut sound, 20, drive);
+    let current = sound.truth().current_a;
+    let mut plant = jammed();
+    plant.set_leads(0, Leads::Open);
+    run(&mut plant, 20, drive);
+    let found = plant.truth();
+    assert_eq!((found.current_a[0], found.torque_n_m[0]), (0.0, 0.0));
+    assert!((found.current_a[1] / current[1] - 1.0).abs() < 0.05, "{found:?}");
+    plant.set_leads(0, Leads::Shorted);
+    run(&mut plant, 20, drive);
+    assert_eq!(plant.bridge_current_a()[0], 45.0, "the bridge chops into the short");
+    assert!(plant.truth().current_a[0].abs() < 1e-6, "the armature has none");
+    plant.set_leads(0, Leads::Sound);
+    for (dead, duty, works) in [
+        (DeadHalf::Forward, 0.1, false),
+        (DeadHalf::Forward, -0.1, true),
+        (DeadHalf::Backward, 0.1, true),
+        (DeadHalf::Backward, -0.1, false),
+    ] {
+        plant.set_dead_half(0, dead);
+        run(&mut plant, 20, [duty, duty, 0.0].map(BridgeState::Duty));
+        let [left, right, _] = plant.truth().current_a;
+        assert!(right * duty > 0.0);
+        assert_eq!(left * duty > 0.0, works, "{dead:?} at {duty}: {left} A");
+    }
+}
+
+#[test]
+fn analogue_sensors_fail_and_the_motors_do_not() {
+    let mut plant = plant(&bare_vehicle(), &Settings::default());
+    plant.set_analog_fault(
+        0,
+        AnalogFault {
+            offset: 5.0,
+            ..AnalogFault::default()
+        },
+    );
+    plant.set_analog_fault(
+        BATTERY,
+        AnalogFault {
+            following: Following::Dead,
+            ..AnalogFault::default()
+        },
+    );
+    run(&mut plant, 10, OPEN);
+    let (battery, current) = plant.analog();
+    let amperes = |count: u16| (f64::from(count) - 32768.0) * 120.0 / 65536.0;
+    assert!((amperes(current[0]) - 5.0).abs() < 0.03 && amperes(current[1]).abs() < 0.03);
+    assert!(battery < 20);
+    assert_eq!(plant.truth().current_a, [0.0; MOTORS]);
+}
+
+#[test]
+fn the_battery_gives_what_flows_and_sags_with_its_charge() {
+    let settings = Settings {
+        battery: Some(BatterySettings {
+            capacity_ah: 0.01,
+            charge: 0.9,
+            open_circuit_v: vec![[0.0, 20.0], [1.0, 26.0]],
+        }),
+        ..Settings::default()
+    };
+    let mut plant = plant(&bare_vehicle(), &settings);
+    assert!(
+        (plant.truth().battery_v - (25.4 - 0.06 * 0.2)).abs() < 1e-9,
+        "{}",
+        plant.truth().battery_v
+    );
+    plant.set_jammed(0, true);
+    plant.set_jammed(1, true);
+    let mut charge = 0.0;
+    for _ in 0..2000 {
+        plant.advance(1e-3, &[0.2, 0.2, 0.0].map(BridgeState::Duty));
+        charge += plant.truth().battery_a * 1e-3;
+    }
+    let left = plant.battery_charge().expect("it has one");
+    assert!(
+        (left - (0.9 - charge / 36.0)).abs() < 1e-9 && charge > 10.0,
+        "{left}, {charge} A s"
+    );
+    let truth = plant.truth();
+    let expected = 20.0 + 6.0 * left - 0.06 * truth.battery_a;
+    assert!(
+        (truth.battery_v - expected).abs() < 0.01,
+        "{} against {expected} V",
+        truth.battery_v
+    );
+    plant.set_open_circuit_v(22.0);
+    run(&mut plant, 5, OPEN);
+    assert!((plant.truth().battery_v - (22.0 - 0.012)).abs() < 1e-9);
+}
+
+#[test]
+fn without_its_battery_the_vehicle_coasts_and_the_board_is_dead() {
+    let mut plant = plant(&bare_vehicle(), &Settings::default());
+    run(&mut plant, 300, [0.2, 0.2, 0.0].map(BridgeState::Duty));
+    assert!(plant.powers_board());
+    plant.set_battery_connected(false);
+    run(&mut plant, 10, [0.2, 0.2, 0.0].map(BridgeState::Duty));
+    let truth = plant.truth();
+    assert!(!plant.powers_board());
+    assert_eq!(
+        (truth.battery_v, truth.battery_a, truth.current_a),
+        (0.0, 0.0, [0.0; MOTORS])
+    );
+    plant.set_battery_connected(true);
+    assert!(plant.powers_board());
+    run(&mut plant, 2, OPEN);
+    assert!((plant.truth().battery_v - 25.188).abs() < 1e-9);
+}

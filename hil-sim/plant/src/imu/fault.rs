@@ -1,0 +1,74 @@
+//! What a fault makes of an IMU's samples, whatever reads them: registers of one board's model or of
+//! another's.
+
+use crate::fault::{DELAY_MS, SensorFault};
+use crate::noise::Noise;
+
+/// Samples kept for [`SensorFault::Delayed`], at 1 kHz.
+const HISTORY: usize = DELAY_MS as usize;
+/// Samples of which a [`SensorFault::Slow`] part takes one.
+const SLOW: u32 = 16;
+/// Magnitude of the garbage: the part's whole range, 16 g and 2000 deg/s.
+const GARBAGE: [f64; 2] = [16.0 * model::vehicle::GRAVITY_M_S2, 34.9];
+
+/// One sample: accelerometer x, y, z in m/s^2, gyro x, y, z in rad/s.
+pub type Sample = [f64; 6];
+
+/// The faults of one IMU.
+#[derive(Debug, Clone)]
+pub(super) struct Faults {
+    fault: SensorFault,
+    ticks: u32,
+    /// What the sensor last gave.
+    last: Sample,
+    /// The last samples of a delayed sensor, the oldest first.
+    history: [Sample; HISTORY],
+}
+
+impl Faults {
+    pub(super) fn new() -> Self {
+        Self {
+            fault: SensorFault::None,
+            ticks: 0,
+            last: [0.0; 6],
+            history: [[0.0; 6]; HISTORY],
+        }
+    }
+
+    pub(super) fn set(&mut self, fault: SensorFault) {
+        self.fault = fault;
+        self.history = [self.last; HISTORY];
+    }
+
+    pub(super) fn fault(&self) -> SensorFault {
+        self.fault
+    }
+
+    /// Whether the sensor takes no sample at this tick of its clock.
+    pub(super) fn skips(&mut self) -> bool {
+        self.ticks = self.ticks.wrapping_add(1);
+        self.fault == SensorFault::Slow && !self.ticks.is_multiple_of(SLOW)
+    }
+
+    /// What the sensor gives where it should give `measured`.
+    #[inline]
+    pub(super) fn give(&mut self, measured: Sample, noise: &mut Noise) -> Sample {
+        self.last = match self.fault {
+            SensorFault::Stuck => self.last,
+            SensorFault::Garbage => core::array::from_fn(|i| {
+                // -1 to 1, of 53 bits.
+                let share = (noise.bits() >> 10) as f64 / (1_u64 << 53) as f64 - 1.0;
+                GARBAGE[i / 3] * share
+            }),
+            SensorFault::WrongSign => measured.map(|value| -value),
+            SensorFault::Delayed => {
+                self.history.rotate_left(1);
+                let [old, .., newest] = &mut self.history;
+                *newest = measured;
+                *old
+            }
+            SensorFault::None | SensorFault::Off | SensorFault::Slow | SensorFault::Intermittent => measured,
+        };
+        self.last
+    }
+}

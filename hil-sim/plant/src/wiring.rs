@@ -1,0 +1,98 @@
+//! Faults between the board's bridges and its motors: broken and shorted leads, dead half-bridges.
+
+use model::sample::MOTORS;
+use serde::Deserialize;
+
+use crate::motor::BridgeState;
+
+/// A motor's two leads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Leads {
+    /// Sound.
+    #[default]
+    Sound,
+    /// One is broken.
+    Open,
+    /// They touch each other.
+    Shorted,
+}
+
+/// A bridge that drives one way only: half of it is dead.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DeadHalf {
+    /// Drives both ways.
+    #[default]
+    None,
+    /// Does not drive forward.
+    Forward,
+    /// Does not drive backward.
+    Backward,
+}
+
+/// The wiring of every motor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Wiring {
+    pub(crate) leads: [Leads; MOTORS],
+    pub(crate) dead: [DeadHalf; MOTORS],
+    /// The battery is off: nothing flows anywhere.
+    pub(crate) unsupplied: bool,
+}
+
+impl Wiring {
+    /// Whether anything is wrong.
+    #[inline]
+    pub(crate) fn faulty(self) -> bool {
+        self != Self::default()
+    }
+
+    /// What arrives at the motors of what the bridges do.
+    pub(crate) fn through(self, bridges: &[BridgeState; MOTORS]) -> [BridgeState; MOTORS] {
+        let mut arrives = *bridges;
+        for ((state, leads), dead) in arrives.iter_mut().zip(self.leads).zip(self.dead) {
+            if let BridgeState::Duty(duty) = *state {
+                let dies = match dead {
+                    DeadHalf::None => false,
+                    DeadHalf::Forward => duty > 0.0,
+                    DeadHalf::Backward => duty < 0.0,
+                };
+                if dies {
+                    *state = BridgeState::Open;
+                }
+            }
+            let duty = match *state {
+                BridgeState::Duty(duty) => duty,
+                _ => 0.0,
+            };
+            *state = match leads {
+                _ if self.unsupplied => BridgeState::Disconnected,
+                Leads::Sound => *state,
+                Leads::Open => BridgeState::Disconnected,
+                Leads::Shorted => BridgeState::Shorted(duty),
+            };
+        }
+        arrives
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use BridgeState::{Disconnected, Duty, Open, Shorted};
+
+    #[test]
+    fn each_fault_lets_through_what_it_must() {
+        let bridges = [Duty(0.4), Duty(-0.4), Open];
+        let mut wiring = Wiring::default();
+        assert_eq!(wiring.through(&bridges), bridges);
+        wiring.dead = [DeadHalf::Forward, DeadHalf::Forward, DeadHalf::Backward];
+        assert_eq!(wiring.through(&bridges), [Open, Duty(-0.4), Open]);
+        wiring.dead = [DeadHalf::Backward; MOTORS];
+        assert_eq!(wiring.through(&bridges), [Duty(0.4), Open, Open]);
+        wiring.leads = [Leads::Shorted, Leads::Shorted, Leads::Open];
+        assert_eq!(wiring.through(&bridges), [Shorted(0.4), Shorted(0.0), Disconnected]);
+        wiring.unsupplied = true;
+        assert_eq!(wiring.through(&bridges), [Disconnected; MOTORS]);
+    }
+}

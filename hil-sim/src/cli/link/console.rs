@@ -1,0 +1,21 @@
+//! Where the link tool's lines go: one writer that is checked, so that a closed pipe is an error and no panic.
+
+use std::io::Write;
+
+use report::error::CommandError;
+
+/// A checked writer of lines.
+#[derive(Debug)]
+pub struct Console<O>(pub O);
+
+impl<O: Write> Console<O> {
+    /// Writes one line.
+    ///
+    /// # Errors
+    /// The output is closed or full.
+    pub fn line(&mut self, text: &str) -> Result<(), CommandError> {
+        writeln!(self.0, "{text}")
+            .and_then(|()| self.0.flush())
+            .map_err(|error| CommandError::Other(format!("output: {error}")))
+    }
+}

@@ -1,0 +1,177 @@
+//! Parameters over the link: by name, and whole sets as vehicle files.
+
+use firmware::parameters;
+use firmware::protocol::message::{ParameterAnswer, ParameterRequest};
+use model::vehicle::VehicleParameters;
+use report::error::CommandError;
+use vehicle_file::{Difference, diff};
+
+use super::session::{Link, not_changed};
+use super::wire::Wire;
+
+impl<W: Wire> Link<W> {
+    /// The kind of vehicle that the board's parameters are of.
+    ///
+    /// # Errors
+    /// The board has not said who it is, or has other parameters than this tool.
+    fn kind(&self) -> Result<VehicleParameters<f32>, CommandError> {
+        let schema = self
+            .client
+            .identity()
+            .ok_or_else(|| CommandError::Checks("the board has not said who it is".into()))?
+            .about
+            .schema;
+        let reference = vehicle_file::reference().map_err(|error| CommandError::Other(error.to_string()))?;
+        let with_spar = reference.parameters().cast::<f32>();
+        let without = VehicleParameters {
+            spar: None,
+            ..with_spar
+        };
+        let kind = [with_spar, without]
+            .into_iter()
+            .find(|kind| parameters::schema(kind) == schema);
+        kind.ok_or_else(|| {
+            CommandError::Checks(
+                "the board's firmware has other parameters than this tool: build both from one tree".into(),
+            )
+        })
+    }
+
+    /// The number of a parameter.
+    pub(super) fn number_of(&self, table: &str, name: &str) -> Result<u16, CommandError> {
+        self.kind()?
+            .number_of(table, name)
+            .ok_or_else(|| CommandError::Checks(format!("the board has no {table}.{name}")))
+    }
+
+    /// One value of the set in force.
+    fn read(&mut self, number: u16) -> Result<f32, CommandError> {
+        match self.ask(ParameterRequest::Read { number })? {
+            ParameterAnswer::Value {
+                number: echoed, value, ..
+            } if echoed == number => Ok(value),
+            other => Err(not_changed(&other)),
+        }
+    }
+
+    /// Stages one change; the board must echo number and value.
+    fn write(&mut self, number: u16, value: f32) -> Result<(), CommandError> {
+        match self.ask(ParameterRequest::Write { number, value })? {
+            ParameterAnswer::Value {
+                number: echoed,
+                value: changed,
+                ..
+            } if echoed == number && changed.to_bits() == value.to_bits() => Ok(()),
+            ParameterAnswer::Value { .. } => Err(CommandError::Checks(
+                "the board echoed another number or value: nothing is stored".into(),
+            )),
+            other => Err(not_changed(&other)),
+        }
+    }
+
+    /// Every parameter of the board's set in force.
+    ///
+    /// # Errors
+    /// No answer, or a firmware with other parameters.
+    pub fn parameters(&mut self) -> Result<VehicleParameters<f32>, CommandError> {
+        let mut parameters = self.kind()?;
+        for number in 0..parameters.count() {
+            let value = self.read(number)?;
+            parameters.set(number, value).map_err(|_| {
+                CommandError::Checks(format!("the board's parameter {number} is {value}, out of range"))
+            })?;
+        }
+        Ok(parameters)
+    }
+
+    /// Changes parameters, `table.name=value` each, and stores the set.
+    ///
+    /// # Errors
+    /// An unknown name or a bad value (nothing is changed then), or the board refuses.
+    pub fn set(&mut self, assignments: &[String]) -> Result<(), CommandError> {
+        let kind = self.kind()?;
+        let mut changes = Vec::new();
+        for assignment in assignments {
+            let bad = |why: String| CommandError::Input(format!("{assignment}: {why}"));
+            let (name, text) = assignment
+                .split_once('=')
+                .ok_or_else(|| bad("expected table.name=value".into()))?;
+            let (number, field) = name
+                .split_once('.')
+                .and_then(|(table, name)| kind.number_of(table, name))
+                .and_then(|number| Some((number, kind.field(number)?.1)))
+                .ok_or_else(|| bad("unknown parameter; `parameters list` shows them".into()))?;
+            let value: f64 = text.parse().unwrap_or(f64::NAN);
+            if !field.allows(value) {
+                return Err(bad(format!("allowed is {} to {}", field.min, field.max)));
+            }
+            changes.push((number, value as f32));
+        }
+        self.change(&changes)
+    }
+
+    /// Changes every parameter that differs from `wanted`, and stores the set: also if none differs, because the board
+    /// may have lost its stored set. Returns what differed.
+    ///
+    /// # Errors
+    /// The vehicle is of another kind, or the board refuses.
+    pub fn load(&mut self, wanted: &VehicleParameters<f32>) -> Result<Vec<Difference<f32>>, CommandError> {
+        let differences = self.differences(wanted)?;
+        let changes: Vec<(u16, f32)> = differences
+            .iter()
+            .filter_map(|difference| {
+                let number = wanted.number_of(difference.table, difference.name)?;
+                Some((number, difference.after?))
+            })
+            .collect();
+        self.change(&changes)?;
+        Ok(differences)
+    }
+
+    /// Every parameter in which the board's set in force differs from `wanted`.
+    ///
+    /// # Errors
+    /// The vehicle is of another kind, or no answer.
+    pub fn differences(&mut self, wanted: &VehicleParameters<f32>) -> Result<Vec<Difference<f32>>, CommandError> {
+        let kind = self.kind()?;
+        if parameters::schema(&kind) != parameters::schema(wanted) {
+            return Err(CommandError::Input(
+                "the file's vehicle is of another kind: the board's has a spar and the file's has none, or the other \
+                 way round"
+                    .into(),
+            ));
+        }
+        Ok(diff(&self.parameters()?, wanted))
+    }
+
+    /// Stages these changes and no others, and stores the set.
+    fn change(&mut self, changes: &[(u16, f32)]) -> Result<(), CommandError> {
+        // What a host before this one staged and left must not be stored with them.
+        match self.ask(ParameterRequest::Discard)? {
+            ParameterAnswer::Discarded => {}
+            other => return Err(not_changed(&other)),
+        }
+        for (number, value) in changes {
+            self.write(*number, *value)?;
+        }
+        self.store()
+    }
+
+    /// Goes back to the built-in set.
+    ///
+    /// # Errors
+    /// The board refuses.
+    pub fn defaults(&mut self) -> Result<(), CommandError> {
+        match self.ask(ParameterRequest::Defaults)? {
+            ParameterAnswer::DefaultsReady => self.store(),
+            other => Err(not_changed(&other)),
+        }
+    }
+
+    fn store(&mut self) -> Result<(), CommandError> {
+        match self.ask(ParameterRequest::Store)? {
+            ParameterAnswer::Stored => Ok(()),
+            other => Err(not_changed(&other)),
+        }
+    }
+}

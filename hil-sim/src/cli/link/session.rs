@@ -1,0 +1,265 @@
+//! A conversation with the board over one wire: who the board is, orders and their answers, silence.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use firmware::protocol::message::{
+    Answer, BoardStatus, Identity, Order, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest, Refusal,
+};
+use model::supervise::arming::Mode;
+use report::error::CommandError;
+use virtual_board::link_client::LinkClient;
+
+use super::wire::Wire;
+
+/// Time without a word from the board after which the board counts as silent, us.
+pub const SILENCE_US: u64 = 300_000;
+/// Time within which the board answers an order, us.
+const ANSWER_US: u64 = 300_000;
+/// Time within which the board stores a set, us: the slowest store erases a sector of the flash and moves to it.
+const STORE_US: u64 = 30_000_000;
+/// How often a question that the board has not answered yet is asked again, us.
+const AGAIN_US: u64 = 50_000;
+
+/// A conversation over one wire.
+pub struct Link<W> {
+    pub(super) wire: W,
+    pub(super) client: LinkClient,
+    /// How often the user has asked to stop (Ctrl-C).
+    interrupts: Arc<AtomicU32>,
+    /// Since when the tool waits for the board's first word, us.
+    since_us: u64,
+}
+
+impl<W: Wire> Link<W> {
+    /// A conversation over `wire`. `nonce` is a number that no host has used before on this board; `interrupts` counts
+    /// how often the user has asked to stop.
+    pub fn new(wire: W, nonce: u32, interrupts: Arc<AtomicU32>) -> Self {
+        let since_us = wire.now_us();
+        Self {
+            wire,
+            client: LinkClient::new(nonce),
+            interrupts,
+            since_us,
+        }
+    }
+
+    /// How often the user has asked to stop.
+    pub(super) fn interrupts(&self) -> u32 {
+        self.interrupts.load(Ordering::Relaxed)
+    }
+
+    /// Takes what has come, and finds out whether the board still speaks.
+    ///
+    /// # Errors
+    /// The wire is gone, or the board is silent.
+    pub(super) fn listen(&mut self) -> Result<(), CommandError> {
+        let mut bytes = [0; 4096];
+        let length = self.wire.receive(&mut bytes)?;
+        let now_us = self.wire.now_us();
+        self.client.receive(now_us, &bytes[..length]);
+        let heard_us = self.client.heard_us.unwrap_or(0).max(self.since_us);
+        if now_us.saturating_sub(heard_us) < SILENCE_US {
+            return Ok(());
+        }
+        let ms = SILENCE_US / 1000;
+        Err(CommandError::Checks(match self.client.heard_us {
+            Some(_) => format!("the board is silent: nothing readable for {ms} ms"),
+            None => format!("no identity from the board within {ms} ms: is it powered, flashed, and this its port?"),
+        }))
+    }
+
+    /// Asks who is there.
+    ///
+    /// # Errors
+    /// No answer, or a firmware of another protocol.
+    pub fn identify(&mut self) -> Result<Identity, CommandError> {
+        // A zero ends whatever stands half sent on the wire.
+        self.wire.send(&[0])?;
+        self.since_us = self.wire.now_us();
+        let mut asked_us = None;
+        loop {
+            self.ask_again(&mut asked_us)?;
+            self.listen()?;
+            if let Some(identity) = self.client.identity() {
+                return Ok(*identity);
+            }
+            if let Some(foreign) = self.client.foreign() {
+                let protocol = foreign.protocol;
+                return Err(CommandError::Checks(format!(
+                    "the board speaks protocol {protocol}, this tool {PROTOCOL_VERSION}"
+                )));
+            }
+        }
+    }
+
+    /// Asks the board who it is, if it is time to.
+    fn ask_again(&mut self, asked_us: &mut Option<u64>) -> Result<(), CommandError> {
+        let now_us = self.wire.now_us();
+        if self.client.identity().is_none() && asked_us.is_none_or(|at| now_us - at >= AGAIN_US) {
+            self.wire.send(&self.client.identify())?;
+            *asked_us = Some(now_us);
+        }
+        Ok(())
+    }
+
+    /// Gives an order and returns its number.
+    ///
+    /// # Errors
+    /// The board has booted since it said who it is, or another host has taken over.
+    pub(super) fn give(&mut self, order: Order) -> Result<u32, CommandError> {
+        let (sequence, frame) = self
+            .client
+            .order(self.wire.now_us(), order)
+            .ok_or_else(|| refused(Refusal::UnknownSession))?;
+        self.wire.send(&frame)?;
+        Ok(sequence)
+    }
+
+    /// Gives an order and waits for its answer; `meanwhile` runs while it waits.
+    ///
+    /// # Errors
+    /// No answer in time, silence, or what `meanwhile` finds.
+    pub(super) fn ask_while(
+        &mut self,
+        order: Order,
+        mut meanwhile: impl FnMut(&mut Self) -> Result<(), CommandError>,
+    ) -> Result<Answer, CommandError> {
+        let within_us = if matches!(order, Order::Parameters(ParameterRequest::Store)) {
+            STORE_US
+        } else {
+            ANSWER_US
+        };
+        let asked_us = self.wire.now_us();
+        let sequence = self.give(order)?;
+        while self.wire.now_us() - asked_us < within_us {
+            meanwhile(self)?;
+            self.listen()?;
+            if let Some(answer) = self.client.answer_to(sequence) {
+                return Ok(answer);
+            }
+        }
+        Err(CommandError::Checks(format!(
+            "the board did not answer {} within {} ms",
+            name(&order),
+            within_us / 1000
+        )))
+    }
+
+    /// Gives an order and waits until the board has carried it out.
+    ///
+    /// # Errors
+    /// The board refuses, does not answer in time, or is silent.
+    pub fn order(&mut self, order: Order) -> Result<(), CommandError> {
+        match self.ask_while(order, |_| Ok(()))? {
+            Answer::Refused(refusal) => Err(refused(refusal)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Asks one thing of the parameters.
+    ///
+    /// # Errors
+    /// No answer, or none that fits the question.
+    pub fn ask(&mut self, request: ParameterRequest) -> Result<ParameterAnswer, CommandError> {
+        match self.ask_while(Order::Parameters(request), |_| Ok(()))? {
+            Answer::Parameters(answer) => Ok(answer),
+            Answer::Refused(refusal) => Err(refused(refusal)),
+            Answer::Done => Err(CommandError::Checks(format!("a strange answer to {request:?}"))),
+        }
+    }
+
+    /// The first status that arrives from now on.
+    ///
+    /// # Errors
+    /// Silence.
+    pub(super) fn fresh_status(&mut self) -> Result<BoardStatus, CommandError> {
+        self.client.status = None;
+        loop {
+            self.listen()?;
+            if let Some(status) = self.client.status {
+                return Ok(status);
+            }
+        }
+    }
+
+    /// Opens the bridges: sends Disarm first, whatever the board says or does not say, and then waits until the board
+    /// confirms that it is disarmed.
+    ///
+    /// # Errors
+    /// The Disarm has been sent, and the board did not confirm it.
+    pub fn disarm(&mut self) -> Result<(), CommandError> {
+        // A zero ends whatever stands half sent on the wire.
+        self.wire.send(&[0])?;
+        let since_us = self.wire.now_us();
+        self.since_us = since_us;
+        let (mut sent_us, mut asked_us, mut numbers) = (None, None, Vec::new());
+        let mut done = false;
+        while self.wire.now_us() - since_us < SILENCE_US {
+            let now_us = self.wire.now_us();
+            if sent_us.is_none_or(|at| now_us - at >= AGAIN_US) {
+                let (number, frame) = self.client.disarm();
+                self.wire.send(&frame)?;
+                numbers.push(number);
+                sent_us = Some(now_us);
+            }
+            self.ask_again(&mut asked_us)?;
+            if !done && numbers.iter().any(|number| self.client.answer_to(*number).is_some()) {
+                done = true;
+                self.client.status = None;
+            }
+            if self.listen().is_err() {
+                break;
+            }
+            if done
+                && let Some(status) = self.client.status
+                && status.vehicle.mode == Mode::Disarmed
+            {
+                return Ok(());
+            }
+        }
+        Err(CommandError::Checks(
+            "Disarm was sent, and the board did not confirm it".into(),
+        ))
+    }
+}
+
+/// An order as messages call it.
+fn name(order: &Order) -> &'static str {
+    match order {
+        Order::Drive { .. } => "Drive",
+        Order::Arm => "Arm",
+        Order::ClearFaults => "ClearFaults",
+        Order::Parameters(_) => "a question about parameters",
+        Order::StatusRate { .. } => "StatusRate",
+        Order::Recording { .. } => "Recording",
+        Order::Read(_) => "a question about its memory",
+    }
+}
+
+/// What a refusal means to the user.
+pub(super) fn refused(refusal: Refusal) -> CommandError {
+    CommandError::Checks(match refusal {
+        Refusal::UnknownSession => "refused: the board has booted since, or another host has taken over".into(),
+        Refusal::Late => "refused: the order reached the board too late; the link is slow".into(),
+        Refusal::Busy => "refused: the board is busy with earlier orders".into(),
+        Refusal::Blocked(blockers) => format!("not armed: blocked by {blockers}"),
+        Refusal::Stopping => "not armed: the vehicle is making a controlled stop".into(),
+        Refusal::Disarmed => "not armed: a Disarm came at the same time".into(),
+        Refusal::NotDisarmed => "refused: the vehicle is not disarmed".into(),
+        Refusal::StatusRate { max_hz } => format!("refused: the line carries {max_hz} statuses per second at most"),
+    })
+}
+
+/// What the board says to a change of parameters that it does not make.
+pub(super) fn not_changed(answer: &ParameterAnswer) -> CommandError {
+    CommandError::Checks(match answer {
+        ParameterAnswer::Armed => "refused: the vehicle is armed".into(),
+        ParameterAnswer::FlashFailed => "the board's flash failed; the set in force stays".into(),
+        ParameterAnswer::OutOfRange { min, max } => format!("refused: allowed is {min} to {max}"),
+        ParameterAnswer::Inconsistent { number } => {
+            format!("refused: the set contradicts itself at parameter {number} of `parameters list`, counted from 0")
+        }
+        other => format!("refused: {other:?}"),
+    })
+}

@@ -1,0 +1,48 @@
+//! What is wrong with a scenario file.
+
+use plant::settings::SettingsError;
+use thiserror::Error;
+
+/// Checks one number of a step: its name, value, least and most.
+pub type Within<'a> = &'a dyn Fn(&str, f64, f64, f64) -> Result<(), ScenarioError>;
+
+/// What is wrong with a scenario file.
+#[derive(Debug, Error)]
+pub enum ScenarioError {
+    /// The file cannot be read.
+    #[error("{file}: {reason}")]
+    Unreadable {
+        /// The file.
+        file: String,
+        /// Why.
+        reason: String,
+    },
+    /// It is not TOML, a name is unknown or missing, or a value is of the wrong kind.
+    #[error("{file}: {reason}")]
+    Syntax {
+        /// The file.
+        file: String,
+        /// Where and why.
+        reason: String,
+    },
+    /// A setting of `[plant]` is wrong.
+    #[error("{file}: {error}")]
+    Plant {
+        /// The file.
+        file: String,
+        /// The field, its value and what is allowed.
+        error: SettingsError,
+    },
+    /// A value is out of range.
+    #[error("{file}: {field} = {value}: {allowed}")]
+    Value {
+        /// The file.
+        file: String,
+        /// Which value.
+        field: String,
+        /// The value.
+        value: String,
+        /// What is allowed.
+        allowed: String,
+    },
+}

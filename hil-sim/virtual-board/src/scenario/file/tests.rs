@@ -1,0 +1,84 @@
+//! What scenario files may say.
+
+use super::*;
+
+#[test]
+fn the_default_scenario_is_valid() {
+    let scenario = Scenario::parse(DEFAULT_NAME, DEFAULT).expect("valid");
+    assert!(scenario.steps.len() > 4 && scenario.metrics.len() > 6);
+}
+
+#[test]
+fn bad_scenarios_are_refused_with_file_field_and_range() {
+    let base = "title = \"t\"\nduration_s = 10.0\n";
+    for (text, parts) in [
+        ("duration_s = 1.0\n", vec!["missing field `title`"]),
+        (
+            "title = \"t\"\nduration_s = nan\n",
+            vec!["duration_s = NaN", "0.1 to 3600"],
+        ),
+        (&format!("{base}wings = 2\n"), vec!["unknown field `wings`"]),
+        (
+            &format!("{base}[[step]]\nat_s = 11.0\naction = \"arm\"\n"),
+            vec!["step[0].at_s = 11", "0 to 10"],
+        ),
+        (&format!("{base}[[step]]\nat_s = 1.0\naction = \"fly\"\n"), vec!["fly"]),
+        (
+            &format!("{base}[[step]]\nat_s = 1.0\naction = \"drive\"\nspeed_m_s = inf\n"),
+            vec!["step[0].speed_m_s = inf", "-20 to 20"],
+        ),
+        (
+            &format!("{base}[[step]]\nat_s=1.0\naction=\"sensor-fault\"\nsensor=\"arm-imu\"\nfault=\"sad\"\n"),
+            vec!["unknown fault `sad`", "stuck"],
+        ),
+        (
+            &format!("{base}[[step]]\nat_s = 1.0\naction = \"drive\"\nspeed = 1.0\n"),
+            vec!["unknown field `speed`"],
+        ),
+        (
+            &format!("{base}[[step]]\nat_s=1.0\naction=\"push\"\non=\"arm\"\nfor_s=0.1\nforward_n=2e4\n"),
+            vec!["step[0].forward_n = 20000", "-10000 to 10000"],
+        ),
+        (
+            &format!("{base}[[step]]\nat_s=1.0\naction=\"link\"\nloss=nan\n"),
+            vec!["step[0].loss = NaN", "0 to 1"],
+        ),
+        (
+            &format!("{base}[[step]]\nat_s=1.0\naction=\"stand\"\nraised=true\nwings=1\n"),
+            vec!["unknown field `wings`"],
+        ),
+        (
+            &format!("{base}[[step]]\nat_s=1.0\naction=\"link-noise\"\nbytes=1000001\n"),
+            vec!["step[0].bytes = 1000001", "0 to 1000000"],
+        ),
+        (
+            &format!(
+                "{base}{0}bytes=999999\n{0}bytes=2\n",
+                "[[step]]\nat_s=1.0\naction=\"link-noise\"\n"
+            ),
+            vec!["step[1].bytes = 2", "0 to 1"],
+        ),
+        (
+            &format!("{base}[plant.left]\nbacklash_deg = 11.0\n"),
+            vec!["plant.left.backlash_deg = 11", "0 to 10"],
+        ),
+        (
+            &format!("{base}[[step]]\nat_s = 1.0\naction = \"arm\"\nspeed = 1.0\n"),
+            vec!["unknown name `speed`"],
+        ),
+        (
+            &format!("{base}[metrics]\nbeauty = [0, 1]\n"),
+            vec!["metrics.beauty", "phi_peak_deg"],
+        ),
+        (
+            &format!("{base}[metrics]\nphi_peak_deg = [2, 1]\n"),
+            vec!["metrics.phi_peak_deg = [2, 1]"],
+        ),
+    ] {
+        let message = Scenario::parse("s.toml", text).expect_err(text).to_string();
+        assert!(message.starts_with("s.toml: "), "{message}");
+        for part in parts {
+            assert!(message.contains(part), "{message:?} lacks {part:?}");
+        }
+    }
+}

@@ -1,0 +1,295 @@
+//! What the world does to the vehicle: steps of a scenario that act on the plant alone, so on every board
+//! alike.
+
+use plant::Plant;
+use plant::analog::{AnalogFault, BATTERY, Following};
+use plant::body::{Payload, Push, PushedBody};
+use plant::imu::imperfection::Vibration;
+use plant::wiring::{DeadHalf, Leads};
+use serde::Deserialize;
+
+use super::error::{ScenarioError, Within};
+
+/// A side of the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Side {
+    /// Left.
+    Left,
+    /// Right.
+    Right,
+}
+
+/// A motor by its place in the firmware's arrays.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MotorName {
+    /// Of the left wheel.
+    Left,
+    /// Of the right wheel.
+    Right,
+    /// Of the ballast.
+    Ballast,
+}
+
+/// An analogue sensor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AnalogSensor {
+    /// Current of the left motor.
+    LeftCurrent,
+    /// Current of the right motor.
+    RightCurrent,
+    /// Current of the ballast motor.
+    BallastCurrent,
+    /// Voltage of the battery.
+    BatteryVoltage,
+}
+
+impl AnalogSensor {
+    fn index(self) -> usize {
+        match self {
+            Self::LeftCurrent => 0,
+            Self::RightCurrent => 1,
+            Self::BallastCurrent => 2,
+            Self::BatteryVoltage => BATTERY,
+        }
+    }
+}
+
+/// What the world does.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(tag = "action", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum WorldStep {
+    /// A wheel seizes against the arm, or turns again.
+    Jam {
+        /// Which.
+        side: Side,
+        /// Seized.
+        jammed: bool,
+    },
+    /// A payload on the arm, in place of the one there.
+    Payload {
+        /// Mass, kg; 0 takes it off.
+        mass_kg: f64,
+        /// Ahead of the arm's axis, m.
+        #[serde(default)]
+        ahead_m: f64,
+        /// Below the axle, m.
+        #[serde(default)]
+        below_m: f64,
+    },
+    /// Something pushes.
+    Push {
+        /// What is pushed.
+        on: PushedBody,
+        /// Along the heading, N.
+        #[serde(default)]
+        forward_n: f64,
+        /// To the left, N.
+        #[serde(default)]
+        left_n: f64,
+        /// Upward, N.
+        #[serde(default)]
+        up_n: f64,
+        /// For so long, s.
+        for_s: f64,
+    },
+    /// The axle is put on a stand, the wheels off the ground, or back.
+    Stand {
+        /// On the stand.
+        raised: bool,
+    },
+    /// Both IMUs warm up or cool down.
+    Temperature {
+        /// To this, C.
+        to_c: f64,
+        /// Within this, s.
+        #[serde(default)]
+        over_s: f64,
+    },
+    /// Both IMUs are shaken from now on.
+    Vibration {
+        /// Amplitude of the acceleration, m/s^2.
+        #[serde(default)]
+        amplitude_m_s2: f64,
+        /// Amplitude of the angular rate, rad/s.
+        #[serde(default)]
+        amplitude_rad_s: f64,
+        /// Frequency, Hz.
+        frequency_hz: f64,
+    },
+    /// An analogue sensor fails, or works again.
+    AnalogFault {
+        /// Which.
+        sensor: AnalogSensor,
+        /// Whether it follows what it measures.
+        #[serde(default)]
+        reads: Following,
+        /// Its gain.
+        #[serde(default = "one")]
+        gain: f64,
+        /// Its offset, A or V.
+        #[serde(default)]
+        offset: f64,
+    },
+    /// An encoder loses edges.
+    EncoderLoss {
+        /// Whose.
+        motor: MotorName,
+        /// This share of them.
+        share: f64,
+    },
+    /// A motor's leads break, touch, or are mended.
+    MotorLeads {
+        /// Whose.
+        motor: MotorName,
+        /// How they are.
+        leads: Leads,
+    },
+    /// Half of a bridge dies, or is mended.
+    HalfBridge {
+        /// Whose.
+        motor: MotorName,
+        /// The direction it no longer drives.
+        dead: DeadHalf,
+    },
+    /// The battery's contact opens or closes.
+    BatteryContact {
+        /// Closed.
+        connected: bool,
+    },
+}
+
+const fn one() -> f64 {
+    1.0
+}
+
+impl WorldStep {
+    /// The names of the steps, as in files.
+    pub const NAMES: [&'static str; 11] = [
+        "jam",
+        "payload",
+        "push",
+        "stand",
+        "temperature",
+        "vibration",
+        "analog-fault",
+        "encoder-loss",
+        "motor-leads",
+        "half-bridge",
+        "battery-contact",
+    ];
+
+    /// Checks every number.
+    ///
+    /// # Errors
+    /// What `within` says of the first that is out of its range.
+    pub fn check(&self, within: Within<'_>) -> Result<(), ScenarioError> {
+        match *self {
+            Self::Payload {
+                mass_kg,
+                ahead_m,
+                below_m,
+            } => {
+                within("mass_kg", mass_kg, 0.0, 2000.0)?;
+                within("ahead_m", ahead_m, -2.0, 2.0)?;
+                within("below_m", below_m, -2.0, 2.0)
+            }
+            Self::Push {
+                forward_n,
+                left_n,
+                up_n,
+                for_s,
+                ..
+            } => {
+                within("forward_n", forward_n, -1e4, 1e4)?;
+                within("left_n", left_n, -1e4, 1e4)?;
+                within("up_n", up_n, -1e4, 1e4)?;
+                within("for_s", for_s, 0.001, 3600.0)
+            }
+            Self::Temperature { to_c, over_s } => {
+                within("to_c", to_c, -40.0, 85.0)?;
+                within("over_s", over_s, 0.0, 3600.0)
+            }
+            Self::Vibration {
+                amplitude_m_s2,
+                amplitude_rad_s,
+                frequency_hz,
+            } => {
+                within("amplitude_m_s2", amplitude_m_s2, 0.0, 500.0)?;
+                within("amplitude_rad_s", amplitude_rad_s, 0.0, 50.0)?;
+                within("frequency_hz", frequency_hz, 0.1, 1e4)
+            }
+            Self::AnalogFault { gain, offset, .. } => {
+                within("gain", gain, -10.0, 10.0)?;
+                within("offset", offset, -200.0, 200.0)
+            }
+            Self::EncoderLoss { share, .. } => within("share", share, 0.0, 1.0),
+            Self::Jam { .. }
+            | Self::Stand { .. }
+            | Self::MotorLeads { .. }
+            | Self::HalfBridge { .. }
+            | Self::BatteryContact { .. } => Ok(()),
+        }
+    }
+
+    /// Does it.
+    pub fn act(&self, plant: &mut Plant) {
+        match *self {
+            Self::Jam { side, jammed } => plant.set_jammed(side as usize, jammed),
+            Self::Payload {
+                mass_kg,
+                ahead_m,
+                below_m,
+            } => plant.set_payload(Payload {
+                mass_kg,
+                ahead_m,
+                below_m,
+            }),
+            Self::Push {
+                on,
+                forward_n,
+                left_n,
+                up_n,
+                for_s,
+            } => plant.push(
+                Push {
+                    on,
+                    forward_n,
+                    left_n,
+                    up_n,
+                },
+                for_s,
+            ),
+            Self::Stand { raised } => plant.set_on_stand(raised),
+            Self::Temperature { to_c, over_s } => plant.heat(to_c, over_s),
+            Self::Vibration {
+                amplitude_m_s2,
+                amplitude_rad_s,
+                frequency_hz,
+            } => plant.shake(&Vibration {
+                amplitude_m_s2,
+                amplitude_rad_s,
+                frequency_hz,
+            }),
+            Self::AnalogFault {
+                sensor,
+                reads,
+                gain,
+                offset,
+            } => plant.set_analog_fault(
+                sensor.index(),
+                AnalogFault {
+                    following: reads,
+                    gain,
+                    offset,
+                },
+            ),
+            Self::EncoderLoss { motor, share } => plant.set_edge_loss(motor as usize, share),
+            Self::MotorLeads { motor, leads } => plant.set_leads(motor as usize, leads),
+            Self::HalfBridge { motor, dead } => plant.set_dead_half(motor as usize, dead),
+            Self::BatteryContact { connected } => plant.set_battery_connected(connected),
+        }
+    }
+}

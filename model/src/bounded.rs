@@ -1,0 +1,41 @@
+//! Bounding a value without a way to panic.
+
+/// Bounds a value to a range.
+///
+/// `f32::clamp` panics when its bounds are out of order or not numbers, and `f32::min` leaves the sign of
+/// zero open, so that two processors may differ. Control code uses this instead.
+pub trait Bounded {
+    /// `low` for a value below the range, `high` for one above it, else the value itself. NaN stays NaN, which
+    /// the check before the bridges finds.
+    #[must_use]
+    fn bounded(self, low: Self, high: Self) -> Self;
+}
+
+impl Bounded for f32 {
+    #[inline]
+    fn bounded(self, low: Self, high: Self) -> Self {
+        if self < low {
+            low
+        } else if self > high {
+            high
+        } else {
+            self
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Bounded;
+
+    #[test]
+    fn it_bounds_and_never_panics() {
+        assert_eq!(5.0_f32.bounded(-1.0, 1.0), 1.0);
+        assert_eq!((-5.0_f32).bounded(-1.0, 1.0), -1.0);
+        assert_eq!(0.5_f32.bounded(-1.0, 1.0), 0.5);
+        assert!(f32::NAN.bounded(-1.0, 1.0).is_nan());
+        // Bounds out of order or not numbers: a value, no panic.
+        assert_eq!(0.0_f32.bounded(1.0, -1.0), 1.0);
+        assert_eq!(0.0_f32.bounded(f32::NAN, f32::NAN), 0.0);
+    }
+}

@@ -1,0 +1,67 @@
+//! The result of the estimation in one tick.
+
+/// The vehicle's estimate of itself in one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[allow(clippy::struct_excessive_bools)] // Independent findings, not the states of one thing.
+pub struct Estimate {
+    /// Arm angle phi from the vertical, rad, forward positive.
+    pub phi_rad: f32,
+    /// Arm rate phi', rad/s.
+    pub phi_rate_rad_s: f32,
+    /// Mean wheel rate theta', rad/s, forward positive.
+    pub theta_rate_rad_s: f32,
+    /// Speed of the axle, m/s.
+    pub speed_m_s: f32,
+    /// Slope beta, rad, uphill positive.
+    pub slope_rad: f32,
+    /// Sine of the slope.
+    pub sin_slope: f32,
+    /// Heading since boot, rad, anticlockwise positive, not wrapped.
+    pub heading_rad: f32,
+    /// Yaw rate, rad/s.
+    pub yaw_rate_rad_s: f32,
+    /// Distance driven since boot, m, forward positive.
+    pub distance_m: f32,
+    /// Dead-reckoned position along the first heading, m.
+    pub x_m: f32,
+    /// Dead-reckoned position to the left of the first heading, m.
+    pub y_m: f32,
+    /// Spar angle from the vertical, rad, in the sense of phi.
+    pub spar_rad: f32,
+    /// Spar rate, rad/s.
+    pub spar_rate_rad_s: f32,
+    /// Ballast angle relative to the spar, rad.
+    pub ballast_rad: f32,
+    /// Ballast rate relative to the spar, rad/s.
+    pub ballast_rate_rad_s: f32,
+    /// Learnt bias of the arm gyro's swing axis, rad/s.
+    pub gyro_bias_rad_s: f32,
+    /// The gyros have been calibrated at rest.
+    pub calibrated: bool,
+    /// The vehicle has stood still for a while.
+    pub at_rest: bool,
+    /// The vehicle has come to a stop, though it may still balance about its place.
+    pub stopped: bool,
+    /// Gyro and accelerometer have contradicted each other for a while.
+    pub contradicted: bool,
+}
+
+impl Estimate {
+    /// Whether every value that a motor depends on is a number.
+    pub fn is_finite(&self) -> bool {
+        [
+            self.phi_rad,
+            self.phi_rate_rad_s,
+            self.theta_rate_rad_s,
+            self.heading_rad,
+            self.yaw_rate_rad_s,
+            self.spar_rad,
+            self.spar_rate_rad_s,
+            self.ballast_rad,
+            self.ballast_rate_rad_s,
+        ]
+        .iter()
+        .all(|value| value.is_finite())
+    }
+}

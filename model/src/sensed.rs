@@ -1,0 +1,45 @@
+//! What the vehicle senses in one tick, in SI units.
+
+use crate::estimate::tilt::TiltReading;
+use crate::sample::{ImuSample, MOTORS};
+
+/// One tick's sensors: in SI units for the estimator and the laws, and as they came where supervision judges
+/// them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensed {
+    /// Time of the sample, us since boot.
+    pub time_us: u64,
+    /// Rate of each encoder at the gearbox output, rad/s: wheel relative to the arm (theta' + phi'), ballast
+    /// relative to the spar.
+    pub relative_rate_rad_s: [f32; MOTORS],
+    /// Advance of each encoder since the last tick, rad at the output.
+    pub relative_advance_rad: [f32; MOTORS],
+    /// Angle of the ballast relative to the spar since boot, rad at the output.
+    pub ballast_turned_rad: f32,
+    /// Arm IMU in the plane of the wheels.
+    pub arm: TiltReading,
+    /// Specific force at the arm IMU to the left, m/s^2.
+    pub arm_force_y_m_s2: f32,
+    /// Angular rate of the arm about its x and z axes, rad/s.
+    pub arm_gyro_xz_rad_s: [f32; 2],
+    /// Spar IMU in the plane of the wheels.
+    pub spar: TiltReading,
+    /// Filtered battery voltage, V.
+    pub battery_v: f32,
+    /// Motor currents, A.
+    pub current_a: [f32; MOTORS],
+    /// Encoder counts as they came.
+    pub encoder_counts: [i64; MOTORS],
+    /// Age of the encoder counts, us.
+    pub encoder_age_us: u32,
+    /// Words and age of the arm IMU as they came.
+    pub arm_imu: ImuSample,
+    /// Words and age of the spar IMU as they came.
+    pub spar_imu: ImuSample,
+    /// Age of the analogue readings, us.
+    pub analog_age_us: u32,
+    /// The emergency stop is pressed.
+    pub emergency_stop: bool,
+    /// The bridges' hardware break has tripped.
+    pub bridge_break: bool,
+}

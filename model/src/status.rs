@@ -1,0 +1,58 @@
+//! What the vehicle reports of one tick.
+
+use crate::control::spar::SparTerms;
+use crate::control::speed::SpeedTerms;
+use crate::control::steering::SteeringTerms;
+use crate::estimate::Estimate;
+use crate::sample::MOTORS;
+use crate::supervise::arming::Mode;
+use crate::supervise::codes::{BlockerSet, FaultSet, LimitSet};
+
+/// The terms of the three control laws, V at the motors; all 0 while disarmed.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Terms {
+    /// Terms of the speed law, whose sum both drive motors get.
+    pub speed: SpeedTerms,
+    /// Terms of the steering law, whose sum the right motor gets and the left one gets negated.
+    pub steering: SteeringTerms,
+    /// Terms of the spar law, whose sum the ballast motor gets.
+    pub spar: SparTerms,
+}
+
+/// The status of the vehicle after one tick. What is estimated stands in [`Status::estimate`]; everything else
+/// is counted, commanded or measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Status {
+    /// Ticks since boot.
+    pub tick: u32,
+    /// Time of the sample, us since boot.
+    pub time_us: u64,
+    /// Arming mode.
+    pub mode: Mode,
+    /// Latched faults.
+    pub faults: FaultSet,
+    /// What blocks arming.
+    pub blockers: BlockerSet,
+    /// What bounds the response.
+    pub limits: LimitSet,
+    /// What is estimated.
+    pub estimate: Estimate,
+    /// Governed speed reference, m/s.
+    pub speed_reference_m_s: f32,
+    /// Governed yaw-rate reference, rad/s.
+    pub yaw_rate_reference_rad_s: f32,
+    /// Terms of the control laws before any limit.
+    pub terms: Terms,
+    /// Voltage of each motor after all limits, V.
+    pub voltage_v: [f32; MOTORS],
+    /// Measured current of each motor, A.
+    pub current_a: [f32; MOTORS],
+    /// Filtered supply voltage, V.
+    pub battery_v: f32,
+    /// Ticks that came late since boot.
+    pub late_ticks: u32,
+    /// Requests to arm that were refused since boot.
+    pub refused_arms: u32,
+}

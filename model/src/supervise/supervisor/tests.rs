@@ -1,0 +1,211 @@
+use super::*;
+use crate::command::Request;
+use crate::estimate::tilt::TiltReading;
+use crate::sample::{ImuRaw, ImuSample};
+use crate::vehicle::test_vehicle::reference;
+
+/// A supervisor with what a healthy vehicle at rest would show it.
+struct Bench {
+    supervisor: Supervisor,
+    sensed: Sensed,
+    estimate: Estimate,
+    command: Command,
+    applied: Actuation,
+    /// The IMUs' noise goes on.
+    alive: [bool; 2],
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            supervisor: Supervisor::new(&reference(), &BoardScales::TEST),
+            sensed: Sensed {
+                time_us: 0,
+                relative_rate_rad_s: [0.0; MOTORS],
+                relative_advance_rad: [0.0; MOTORS],
+                ballast_turned_rad: 0.0,
+                arm: TiltReading::default(),
+                arm_force_y_m_s2: 0.0,
+                arm_gyro_xz_rad_s: [0.0; 2],
+                spar: TiltReading::default(),
+                battery_v: 25.0,
+                current_a: [0.0; MOTORS],
+                encoder_counts: [0; MOTORS],
+                encoder_age_us: 100,
+                arm_imu: ImuSample::default(),
+                spar_imu: ImuSample::default(),
+                analog_age_us: 100,
+                emergency_stop: false,
+                bridge_break: false,
+            },
+            estimate: Estimate {
+                calibrated: true,
+                at_rest: true,
+                stopped: true,
+                ..Estimate::default()
+            },
+            command: Command {
+                age_us: 1000,
+                ..Command::NONE
+            },
+            applied: Actuation::SAFE,
+            alive: [true; 2],
+        }
+    }
+
+    /// One tick, a millisecond after the last one; the faults and the mode.
+    fn tick(&mut self) -> Verdict {
+        self.sensed.time_us += 1000;
+        let k = (self.sensed.time_us / 1000 % 5) as i16;
+        let living = |sample: &mut ImuSample| {
+            sample.raw = ImuRaw {
+                accel: [k, 0, 4096],
+                gyro: [0, k, 0],
+                temperature: 0,
+            };
+        };
+        for (sample, alive) in [&mut self.sensed.arm_imu, &mut self.sensed.spar_imu]
+            .into_iter()
+            .zip(self.alive)
+        {
+            if alive {
+                living(sample);
+            }
+        }
+        self.supervisor
+            .step(&self.sensed, &self.estimate, &self.command, self.applied)
+    }
+
+    /// Ticks until `fault` shows, at most `limit`.
+    fn ticks_until(&mut self, fault: Fault, limit: u32) -> Option<u32> {
+        (1..=limit).find(|_| self.tick().faults.contains(fault))
+    }
+
+    fn arm(&mut self) {
+        self.command.request = Request::Arm;
+        assert_eq!(self.tick().mode, Mode::Armed, "{:?}", self.supervisor.blocking());
+        self.command.request = Request::None;
+    }
+}
+
+#[test]
+fn a_healthy_vehicle_has_no_faults_and_no_blockers() {
+    let mut bench = Bench::new();
+    for _ in 0..1000 {
+        assert_eq!(bench.tick().faults, FaultSet::EMPTY);
+    }
+    assert_eq!(bench.supervisor.blocking(), BlockerSet::EMPTY);
+    bench.arm();
+    assert_eq!(bench.supervisor.late_ticks(), 0);
+}
+
+/// Every fault that a sensor or a limit shows: what causes it, and after how many ticks it is called one.
+#[test]
+fn each_cause_shows_its_fault_in_time_and_not_before() {
+    type Cause = fn(&mut Bench);
+    let causes: [(Fault, u32, Cause); 15] = [
+        (Fault::EmergencyStop, 1, |b| b.sensed.emergency_stop = true),
+        (Fault::BridgeBreak, 1, |b| b.sensed.bridge_break = true),
+        (Fault::ImuStale, 1, |b| b.sensed.arm_imu.age_us = 5001),
+        (Fault::ImuImplausible, 20, |b| b.alive[0] = false),
+        (Fault::ImuImplausible, 1, |b| b.estimate.contradicted = true),
+        (Fault::SparImu, 20, |b| b.alive[1] = false),
+        (Fault::SparAngle, 1, |b| b.estimate.spar_rad = -1.1),
+        (Fault::EncoderStale, 1, |b| b.sensed.encoder_age_us = 5001),
+        (Fault::EncoderImplausible, 1, |b| b.sensed.encoder_counts[2] += 10_000),
+        (Fault::Overcurrent, 3, |b| b.sensed.current_a[1] = -31.0),
+        (Fault::BatteryLow, 50, |b| b.sensed.battery_v = 18.9),
+        (Fault::BatteryHigh, 50, |b| b.sensed.battery_v = 30.1),
+        (Fault::ArmAngle, 1, |b| b.estimate.phi_rad = 1.5),
+        (Fault::NotFinite, 1, |b| b.estimate.phi_rate_rad_s = f32::NAN),
+        (Fault::CommandTimeout, 1, |b| b.command.age_us = 250_001),
+    ];
+    for (fault, ticks, cause) in causes {
+        let mut bench = Bench::new();
+        bench.tick();
+        cause(&mut bench);
+        assert_eq!(bench.ticks_until(fault, 200), Some(ticks), "{}", fault.name());
+    }
+}
+
+#[test]
+fn an_encoder_that_denies_its_motors_voltage_is_implausible() {
+    let mut bench = Bench::new();
+    // 12 V at rest without a current cannot be.
+    bench.applied = Actuation {
+        enable: true,
+        duty: [16384, 0, 0],
+    };
+    assert_eq!(bench.ticks_until(Fault::EncoderImplausible, 200), Some(100));
+    // An open bridge says nothing of its encoder.
+    let mut bench = Bench::new();
+    bench.applied.duty = [16384, 0, 0];
+    assert_eq!(bench.ticks_until(Fault::EncoderImplausible, 200), None);
+}
+
+#[test]
+fn late_ticks_are_counted_and_a_missed_one_is_a_fault() {
+    let mut bench = Bench::new();
+    for (gap_us, late, missed) in [
+        (1000, 0, false),
+        (1501, 1, false),
+        (5000, 2, false),
+        (5001, 3, true),
+        (1000, 3, false),
+    ] {
+        bench.tick();
+        bench.sensed.time_us += gap_us - 1000;
+        let verdict = bench.tick();
+        assert_eq!(bench.supervisor.late_ticks(), late, "{gap_us}");
+        assert_eq!(verdict.faults.contains(Fault::DeadlineMissed), missed, "{gap_us}");
+    }
+}
+
+#[test]
+fn what_is_no_fault_may_still_block_arming() {
+    type Cause = fn(&mut Bench);
+    let causes: [(Blocker, Cause); 6] = [
+        (Blocker::NotCalibrated, |b| b.estimate.calibrated = false),
+        (Blocker::NotAtRest, |b| b.estimate.at_rest = false),
+        (Blocker::ArmAngle, |b| b.estimate.phi_rad = 0.71),
+        (Blocker::CommandNotNeutral, |b| b.command.yaw_rate_rad_s = -0.01),
+        (Blocker::NoCommand, |b| b.command.speed_m_s = f32::NAN),
+        (Blocker::Parameters, |b| b.command.parameters_pending = true),
+    ];
+    for (blocker, cause) in causes {
+        let mut bench = Bench::new();
+        cause(&mut bench);
+        bench.command.request = Request::Arm;
+        assert_eq!(bench.tick().mode, Mode::Disarmed);
+        assert!(bench.supervisor.blocking().contains(blocker), "{}", blocker.name());
+        assert_eq!(bench.supervisor.refused_arms(), 1);
+    }
+}
+
+#[test]
+fn arming_is_told_once_and_a_fault_found_later_disarms() {
+    let mut bench = Bench::new();
+    bench.command.request = Request::Arm;
+    assert!(bench.tick().newly_armed);
+    bench.command.request = Request::None;
+    assert!(!bench.tick().newly_armed);
+    bench.supervisor.trip(Fault::NotFinite);
+    assert_eq!(bench.supervisor.mode(), Mode::Disarmed);
+    assert!(bench.supervisor.latched().contains(Fault::NotFinite));
+    assert_eq!(bench.tick().mode, Mode::Disarmed);
+}
+
+#[test]
+fn a_vehicle_without_a_spar_has_no_spar_faults() {
+    let mut parameters = *reference().parameters();
+    parameters.spar = None;
+    let vehicle = Vehicle::new(parameters).expect("valid");
+    let mut bench = Bench::new();
+    bench.supervisor = Supervisor::new(&vehicle, &BoardScales::TEST);
+    bench.alive[1] = false;
+    bench.estimate.spar_rad = 2.0;
+    bench.sensed.encoder_counts[2] += 10_000;
+    for _ in 0..100 {
+        assert_eq!(bench.tick().faults, FaultSet::EMPTY);
+    }
+}

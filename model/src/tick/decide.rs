@@ -1,0 +1,158 @@
+//! Stage 3: the control laws under the supervisor's verdict.
+
+use crate::command::Command;
+use crate::control::LawOutput;
+use crate::control::spar::{SparController, SparState, SparTerms};
+use crate::control::speed::{SpeedController, SpeedInput};
+use crate::control::steering::{SteeringController, SteeringInput};
+use crate::estimate::Estimate;
+use crate::sample::MOTORS;
+use crate::sample::TICK_S;
+use crate::sensed::Sensed;
+use crate::status::Terms;
+use crate::supervise::arming::Mode;
+use crate::supervise::codes::{BlockerSet, FaultSet, Limit, LimitSet};
+use crate::supervise::supervisor::Verdict;
+use crate::vehicle::Vehicle;
+
+/// Share of the supply that steering may take from driving.
+const STEERING_SHARE: f32 = 0.5;
+/// Distance of the governed reference from the commanded speed, m/s, up to which the command counts as reached.
+const REFERENCE_REACHED_M_S: f32 = 0.01;
+
+/// What stage 3 decided for one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decision {
+    /// The mode from now on.
+    pub mode: Mode,
+    /// Latched faults.
+    pub faults: FaultSet,
+    /// What blocks arming.
+    pub blockers: BlockerSet,
+    /// Ticks that came late since boot.
+    pub late_ticks: u32,
+    /// Requests to arm that were refused since boot.
+    pub refused_arms: u32,
+    /// What bounds the response so far: the supply and the governor.
+    pub limits: LimitSet,
+    /// Voltage wanted of each motor, V; all 0 while disarmed.
+    pub voltage_v: [f32; MOTORS],
+    /// Terms of the laws, before any limit; all 0 while disarmed.
+    pub terms: Terms,
+    /// Governed speed reference, m/s.
+    pub speed_reference_m_s: f32,
+    /// Governed yaw-rate reference, rad/s.
+    pub yaw_rate_reference_rad_s: f32,
+}
+
+/// What the laws ask for.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Wish {
+    pub(super) limits: LimitSet,
+    pub(super) voltage_v: [f32; MOTORS],
+    pub(super) terms: Terms,
+}
+
+/// The control laws and their state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Laws {
+    speed: SpeedController,
+    steering: SteeringController,
+    spar: Option<SparController>,
+    /// A spar fault has occurred since the vehicle was armed: the ballast motor gets no voltage.
+    spar_off: bool,
+    duty_max: f32,
+}
+
+impl Laws {
+    /// The laws for `vehicle` on bridges that give at most `duty_max` of the supply.
+    pub(super) fn new(vehicle: &Vehicle<f32>, duty_max: f32) -> Self {
+        Self {
+            speed: SpeedController::new(vehicle, TICK_S),
+            steering: SteeringController::new(vehicle, TICK_S),
+            spar: SparController::new(vehicle),
+            spar_off: false,
+            duty_max,
+        }
+    }
+
+    /// One tick: what the laws ask for; nothing while disarmed.
+    pub(super) fn step(&mut self, verdict: Verdict, sensed: &Sensed, estimate: &Estimate, command: &Command) -> Wish {
+        if verdict.mode == Mode::Disarmed {
+            return Wish::default();
+        }
+        if verdict.newly_armed {
+            self.speed.reset(estimate.speed_m_s);
+            self.steering.reset();
+            self.spar_off = false;
+        }
+        self.spar_off |= !verdict.faults.intersection(FaultSet::SPAR).is_empty();
+
+        let (speed_m_s, yaw_rate_rad_s) = if verdict.mode == Mode::Armed {
+            (command.speed_m_s, command.yaw_rate_rad_s)
+        } else {
+            (0.0, 0.0)
+        };
+        let supply_v = self.duty_max * sensed.battery_v;
+        let turn = self.steering.step(&SteeringInput {
+            target_rad_s: yaw_rate_rad_s,
+            yaw_rate_rad_s: estimate.yaw_rate_rad_s,
+            heading_rad: estimate.heading_rad,
+            voltage_max_v: STEERING_SHARE * supply_v,
+        });
+        let drive_max_v = supply_v - turn.voltage_v.abs();
+        let drive = self.speed.step(&SpeedInput {
+            target_m_s: speed_m_s,
+            phi_rad: estimate.phi_rad,
+            theta_rate_rad_s: estimate.theta_rate_rad_s,
+            phi_rate_rad_s: estimate.phi_rate_rad_s,
+            sin_slope: estimate.sin_slope,
+            distance_m: estimate.distance_m,
+            voltage_max_v: drive_max_v,
+        });
+        let level = self.level(estimate, supply_v);
+        let mut limits = LimitSet::EMPTY;
+        limits.set(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);
+        let behind_m_s = (self.speed.reference_m_s() - speed_m_s).abs();
+        limits.set(Limit::Reference, behind_m_s > REFERENCE_REACHED_M_S);
+        Wish {
+            limits,
+            voltage_v: [
+                drive.voltage_v - turn.voltage_v,
+                drive.voltage_v + turn.voltage_v,
+                level.voltage_v,
+            ],
+            terms: Terms {
+                speed: drive.terms,
+                steering: turn.terms,
+                spar: level.terms,
+            },
+        }
+    }
+
+    /// What the spar law asks for; nothing without a spar or after a spar fault.
+    fn level(&self, estimate: &Estimate, supply_v: f32) -> LawOutput<SparTerms> {
+        match &self.spar {
+            Some(spar) if !self.spar_off => spar.step(
+                &SparState {
+                    spar_rad: estimate.spar_rad,
+                    ballast_rad: estimate.ballast_rad,
+                    spar_rate_rad_s: estimate.spar_rate_rad_s,
+                    ballast_rate_rad_s: estimate.ballast_rate_rad_s,
+                },
+                supply_v,
+            ),
+            _ => LawOutput::default(),
+        }
+    }
+
+    /// The governed speed reference, m/s.
+    pub(super) fn speed_reference_m_s(&self) -> f32 {
+        self.speed.reference_m_s()
+    }
+
+    /// The governed yaw-rate reference, rad/s.
+    pub(super) fn yaw_rate_reference_rad_s(&self) -> f32 {
+        self.steering.reference_rad_s()
+    }
+}

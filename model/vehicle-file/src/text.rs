@@ -1,0 +1,68 @@
+//! Text files of bounded size: what a command reads, whatever the path it was given leads to.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+/// Largest file that is read, in bytes: a vehicle file has about 3000, a scenario rarely more.
+pub const TEXT_MAX_BYTES: u64 = 1 << 20;
+
+/// Reads the regular file at `path`, which holds UTF-8 and at most [`TEXT_MAX_BYTES`].
+///
+/// Devices and pipes are refused before they are opened: reading one may never end, and opening a pipe
+/// waits for its writer.
+///
+/// # Errors
+/// Why the file is not read, without its name.
+pub fn read_text(path: &Path) -> Result<String, String> {
+    let metadata = std::fs::metadata(path).map_err(|error| error.to_string())?;
+    if !metadata.is_file() {
+        return Err("not a regular file".to_owned());
+    }
+    let mut text = String::new();
+    // One byte more than allowed: a file that grows meanwhile is refused like one that was too long.
+    File::open(path)
+        .and_then(|file| file.take(TEXT_MAX_BYTES + 1).read_to_string(&mut text))
+        .map_err(|error| error.to_string())?;
+    if text.len() as u64 > TEXT_MAX_BYTES {
+        let length = metadata.len();
+        return Err(format!(
+            "its length is {length} bytes: allowed is 0 to {TEXT_MAX_BYTES}"
+        ));
+    }
+    Ok(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file(name: &str, length: usize) -> std::path::PathBuf {
+        let path = std::env::temp_dir().join(format!("vehicle-file-{}-{name}", std::process::id()));
+        std::fs::write(&path, vec![b'#'; length]).expect("writes");
+        path
+    }
+
+    #[test]
+    fn the_longest_allowed_file_is_read_and_one_byte_more_refused() {
+        let limit = TEXT_MAX_BYTES as usize;
+        let (fits, long) = (file("fits", limit), file("long", limit + 1));
+        assert_eq!(read_text(&fits).map(|text| text.len()), Ok(limit));
+        let message = read_text(&long).expect_err("too long");
+        assert_eq!(message, "its length is 1048577 bytes: allowed is 0 to 1048576");
+        for path in [fits, long] {
+            std::fs::remove_file(path).expect("removes");
+        }
+    }
+
+    #[test]
+    fn only_regular_files_of_text_are_read() {
+        assert_eq!(read_text(&std::env::temp_dir()), Err("not a regular file".to_owned()));
+        #[cfg(unix)]
+        assert_eq!(read_text(Path::new("/dev/zero")), Err("not a regular file".to_owned()));
+        let path = file("binary", 0);
+        std::fs::write(&path, [0xFF, 0xFE]).expect("writes");
+        assert!(read_text(&path).expect_err("no text").contains("UTF-8"));
+        std::fs::remove_file(path).expect("removes");
+    }
+}

@@ -1,0 +1,163 @@
+//! Small inputs that once failed (`tests/cases`), and others of their kind.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+#[path = "support/tool.rs"]
+mod tool;
+use tool::{WORKSPACE, hil_sim, stderr};
+
+fn case(name: &str) -> String {
+    std::fs::read_to_string(Path::new(WORKSPACE).join("tests/cases").join(name)).expect("a case")
+}
+
+/// A file of this test binary's own.
+fn own(name: &str, text: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cases");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let path = folder.join(name);
+    std::fs::write(&path, text).expect("writes");
+    path
+}
+
+fn utf8(path: &Path) -> &str {
+    path.to_str().expect("utf-8")
+}
+
+#[test]
+fn every_case_file_has_its_line() {
+    let readme = case("README.md");
+    let mut named: Vec<&str> = readme
+        .lines()
+        .filter_map(|line| line.strip_prefix("| `")?.split('`').next())
+        .collect();
+    named.sort_unstable();
+    let mut files: Vec<String> = std::fs::read_dir(Path::new(WORKSPACE).join("tests/cases"))
+        .expect("the folder")
+        .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+        .filter(|name| name != "README.md")
+        .collect();
+    files.sort();
+    assert_eq!(named, files);
+}
+
+#[test]
+fn noise_without_end_is_refused_with_its_range() {
+    let start = Instant::now();
+    let output = hil_sim(&["drive", "tests/cases/link-noise-4g.toml", "--json"]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    let expected = "step[0].bytes = 4294967295: allowed is 0 to 1000000";
+    assert!(stderr(&output).contains(expected), "{}", stderr(&output));
+    assert!(start.elapsed() < Duration::from_secs(10));
+    for bytes in ["1000001", "-1", "1e9", "nan"] {
+        let text = case("link-noise-4g.toml").replace("4294967295", bytes);
+        let output = hil_sim(&["drive", utf8(&own("noise.toml", &text)), "--json"]);
+        assert_eq!(output.status.code(), Some(2), "{bytes}: {}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_vehicle_that_is_no_number_ends_the_run_with_its_reason() {
+    let vehicle = case("vehicle-that-is-nan.toml");
+    assert!(vehicle.contains("motor_arm_m = 5.0") && vehicle.contains("motor_mass_kg = 0.0"));
+    for (from, to) in [
+        ("", ""),
+        ("motor_arm_m = 5.0", "motor_arm_m = 4.0"),
+        ("2.43876275695425", "2.0"),
+    ] {
+        let file = own("nan.toml", &vehicle.replacen(from, to, 1));
+        let output = hil_sim(&[
+            "drive",
+            "tests/cases/nan-passes.toml",
+            "--json",
+            "--vehicle",
+            utf8(&file),
+        ]);
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(1), "{to}: {message}");
+        assert!(output.stdout.is_empty(), "{to}: no result is made up");
+        assert!(
+            message.contains("left the plant's validity") && message.contains("nan-passes.toml (seed 1)"),
+            "{to}: {message}"
+        );
+    }
+    // The same bounds hold for a vehicle that is one.
+    let output = hil_sim(&["drive", "tests/cases/nan-passes.toml", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+}
+
+#[test]
+fn a_motor_stiffer_than_any_substep_is_simulated_without_a_panic() {
+    let vehicle = case("vehicle-that-panics.toml");
+    for (from, to) in [
+        ("", ""),
+        ("resistance_ohm = 0.002", "resistance_ohm = 0.001"),
+        ("gear_ratio = 28.0", "gear_ratio = 1000.0"),
+        ("rotor_inertia_kg_m2 = 0.000001", "rotor_inertia_kg_m2 = 0.0"),
+    ] {
+        assert!(vehicle.contains(from), "{from}");
+        let file = own("stiff.toml", &vehicle.replacen(from, to, 1));
+        let output = hil_sim(&[
+            "drive",
+            "tests/cases/nan-passes.toml",
+            "--json",
+            "--vehicle",
+            utf8(&file),
+        ]);
+        assert_eq!(output.status.code(), Some(0), "{to}: {}", stderr(&output));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one object");
+        let metrics = json["metrics"].as_array().expect("metrics");
+        let value = |name: &str| metrics.iter().find(|m| m["name"] == name).expect("there")["value"].as_f64();
+        assert!(value("spar_peak_deg").expect("a number") < 90.0, "{to}");
+    }
+}
+
+#[test]
+fn a_metric_that_is_no_number_is_null_and_fails_its_bound() {
+    let text = "title = \"t\"\nduration_s = 1.0\n[metrics]\nemergency_stop_ms = [0.0, 1000.0]\n";
+    let output = hil_sim(&["drive", utf8(&own("null.toml", text)), "--json"]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one object");
+    assert!(json["checks"][0]["value"].is_null() && json["checks"][0]["ok"] == false);
+}
+
+#[test]
+fn files_that_never_end_are_refused_at_once() {
+    let long = own("long.toml", "");
+    let file = std::fs::File::options().write(true).open(&long).expect("opens");
+    file.set_len(100 << 20).expect("a sparse file");
+    let mut paths = vec![long, std::env::temp_dir()];
+    if cfg!(unix) {
+        paths.push("/dev/zero".into());
+        // Writing to a pipe that an earlier run left would wait for its reader.
+        let pipe = own("beside-the-pipe", "").with_file_name("pipe");
+        let _ = std::fs::remove_file(&pipe);
+        let made = Command::new("mkfifo")
+            .arg(&pipe)
+            .status()
+            .is_ok_and(|status| status.success());
+        if made {
+            paths.push(pipe);
+        }
+    }
+    for path in &paths {
+        for arguments in [
+            &["drive", "--vehicle", utf8(path)][..],
+            &["drive", "--plant-vehicle", utf8(path)],
+            &["drive", utf8(path)],
+            &["equilibrium", "--vehicle", utf8(path)],
+        ] {
+            let start = Instant::now();
+            let output = hil_sim(arguments);
+            let message = stderr(&output);
+            assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+            assert!(
+                message.contains(utf8(path))
+                    && (message.contains("not a regular file") || message.contains("allowed is 0 to 1048576")),
+                "{arguments:?}: {message}"
+            );
+            assert!(start.elapsed() < Duration::from_secs(10), "{arguments:?}");
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! The record of every tick over the link: the stream, which replays bit for bit, and the look back after a fault.
+
+use firmware::drive_board::SCALES;
+use firmware::flight_record::FlightRecord;
+use firmware::protocol::message::{Answer, Order, Read, Reading};
+use firmware::records::codec::{RecordBlock, Records};
+use model::command::Request;
+use model::supervise::arming::Mode;
+use model::supervise::codes::Fault;
+use model::tick::VehicleCore;
+use model::vehicle::Vehicle;
+
+mod support;
+use support::Bench;
+
+/// Every record that came over the link, and the bytes that its block took.
+fn records(blocks: &[RecordBlock]) -> Vec<FlightRecord> {
+    blocks
+        .iter()
+        .flat_map(|block| Records::new(&block.bytes))
+        .map(|record| record.expect("readable"))
+        .collect()
+}
+
+#[test]
+fn the_stream_of_records_replays_bit_for_bit_and_leaves_room_for_the_status() {
+    let mut bench = Bench::new(37);
+    bench.run(50);
+    assert_eq!(bench.ask(Order::Recording { from: Some(0) }), Some(Answer::Done));
+    bench.run(850);
+    bench.request(Request::Arm);
+    bench.drive = Some([0.0, 0.0]);
+    bench.run(100);
+    bench.drive = Some([1.0, 0.4]);
+    let before = bench.client.bytes;
+    let mut statuses = 0;
+    bench.run_watching(4000, |bench| {
+        statuses += u32::from(bench.client.status.take().is_some());
+    });
+    assert_eq!(bench.mode(), Mode::Armed);
+    let bytes = bench.client.bytes - before;
+    let blocks: Vec<RecordBlock> = std::mem::take(&mut bench.client.records).into();
+    let numbers: Vec<u32> = blocks.iter().map(|block| block.number).collect();
+    assert_eq!(
+        numbers,
+        (0..numbers.len() as u32).collect::<Vec<u32>>(),
+        "no block is lost"
+    );
+    let records = records(&blocks);
+    let stream: usize = blocks.iter().map(|block| block.bytes.len()).sum();
+    println!(
+        "{} ticks, {:.1} bytes per tick; the line carried {:.1} bytes per ms",
+        records.len(),
+        stream as f64 / records.len() as f64,
+        bytes as f64 / 4000.0
+    );
+    assert!(records.len() > 4900 && records[0].tick == 1);
+    assert!(stream < 45 * records.len(), "{} bytes per tick", stream / records.len());
+    // 921,600 baud are 92 bytes per ms.
+    assert!(bytes < 4000 * 80, "{bytes}");
+    assert!((395..=405).contains(&statuses), "{statuses}");
+    let vehicle = Vehicle::new(support::reference().parameters().cast::<f32>()).expect("valid");
+    let mut core = VehicleCore::new(&vehicle, &SCALES);
+    for record in &records {
+        let output = core.step(&record.sample, &record.command);
+        assert_eq!(output.actuation, record.actuation, "tick {}", record.tick);
+        assert_eq!(output.status.tick, record.tick);
+    }
+    assert!(records.iter().filter(|record| record.actuation.enable).count() > 4000);
+}
+
+#[test]
+fn the_last_two_seconds_before_a_fault_can_be_read_afterwards() {
+    let mut bench = Bench::driving(38, 1.0);
+    bench.board.world(|world| {
+        world.emergency_stop = true;
+        world.trip();
+    });
+    bench.run(1000);
+    let stopped = bench.board.status().expect("runs");
+    assert!(stopped.faults.contains(Fault::EmergencyStop));
+    let mut blocks: Vec<RecordBlock> = Vec::new();
+    loop {
+        let from = blocks.last().map_or(0, |block| block.number + 1);
+        let sequence = bench.order(Order::Read(Read::LookBack { from }));
+        bench.run(20);
+        let Some(Reading::LookBack { frozen, block }) = bench.client.reading_of(sequence) else {
+            panic!("no answer")
+        };
+        assert!(frozen);
+        match block {
+            Some(block) => blocks.push(block),
+            None => break,
+        }
+    }
+    let records = records(&blocks);
+    let pressed = records
+        .iter()
+        .position(|record| record.sample.emergency_stop)
+        .expect("in the look back");
+    assert!(pressed >= 2000, "{pressed} ticks before the fault");
+    assert!(
+        (195..=205).contains(&(records.len() - pressed)),
+        "{}",
+        records.len() - pressed
+    );
+    assert!(records.windows(2).all(|pair| pair[1].tick == pair[0].tick + 1));
+    assert!(records[pressed - 1].actuation.enable && !records[pressed].actuation.enable);
+}

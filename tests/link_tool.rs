@@ -1,0 +1,336 @@
+//! The link tool's core over wires in memory: to the virtual board, and to scripted boards that fall silent, answer
+//! late, answer another question, or flood the wire. Time is virtual.
+
+use std::cell::RefCell;
+use std::io::{self, Write};
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use firmware::protocol::message::{
+    Answer, BoardMessage, HostMessage, Order, OrderId, ParameterAnswer, ParameterRequest,
+};
+use hil_sim::cli::link::console::Console;
+use hil_sim::cli::link::drive::{Drive, check_seconds};
+use hil_sim::cli::link::session::{Link, SILENCE_US};
+use hil_sim::cli::link::wire::Wire;
+use report::error::CommandError;
+
+mod support;
+#[path = "support/wires.rs"]
+mod wires;
+use support::Bench;
+use wires::{BoardWire, Flood, READ_US, Scripted, messages};
+
+fn link<W: Wire>(wire: W) -> (Link<W>, Arc<AtomicU32>) {
+    let interrupts = Arc::new(AtomicU32::new(0));
+    (Link::new(wire, 4711, interrupts.clone()), interrupts)
+}
+
+fn ready(seed: u64) -> Bench {
+    let mut bench = Bench::new(seed);
+    bench.run(1000);
+    bench
+}
+
+/// Identifies, drives, and tells what came of it.
+fn drive<W: Wire>(link: &mut Link<W>, seconds: f64) -> Result<String, CommandError> {
+    let mut console = Console(Vec::new());
+    link.identify()?;
+    link.drive(&Drive::new(0.5, 0.0, seconds)?, &mut console)?;
+    Ok(String::from_utf8(console.0).expect("text"))
+}
+
+fn last_is_disarm(sent: &RefCell<Vec<u8>>) {
+    let messages = messages(&sent.borrow());
+    let last = messages
+        .iter()
+        .rev()
+        .find(|message| !matches!(message, HostMessage::Identify { .. }));
+    assert!(matches!(last, Some(HostMessage::Disarm(_))), "{last:?}");
+}
+
+#[test]
+fn a_drive_ends_with_a_confirmed_disarm() {
+    let wire = BoardWire::new(ready(1));
+    let sent = wire.sent.clone();
+    let (mut link, _) = link(wire);
+    let shown = drive(&mut link, 4.0).expect("drives");
+    assert!(shown.starts_with("armed: "), "{shown}");
+    last_is_disarm(&sent);
+}
+
+#[test]
+fn silence_is_told_at_once_wherever_it_begins() {
+    for cut_at_us in [0, 60_000, 150_000, 1_000_000, 2_500_000, 4_900_000] {
+        let mut wire = BoardWire::new(ready(2));
+        wire.cut_at_us = cut_at_us;
+        let sent = wire.sent.clone();
+        let (mut link, _) = link(wire);
+        let told = drive(&mut link, 4.0).expect_err("silent").to_string();
+        assert!(told.contains("silent") || told.contains("no identity"), "{told}");
+        if cut_at_us > 0 {
+            last_is_disarm(&sent);
+        }
+    }
+}
+
+#[test]
+fn silence_while_the_state_is_shown_is_told_within_300_ms() {
+    let mut wire = BoardWire::new(ready(3));
+    wire.cut_at_us = 1_000_000;
+    let ended_us = Rc::new(RefCell::new(0));
+    let seen = ended_us.clone();
+    wire.world = Box::new(move |_, us| *seen.borrow_mut() = us);
+    let (mut link, _) = link(wire);
+    link.identify().expect("answers");
+    let mut console = Console(Vec::new());
+    let told = link.show(5.0, &mut console).expect_err("silent");
+    assert_eq!(told.exit_code(), 1);
+    let late_us = *ended_us.borrow() - 1_000_000;
+    assert!(late_us <= SILENCE_US + READ_US, "{late_us} us after the last word");
+    let lines = String::from_utf8(console.0).expect("text").lines().count();
+    assert!((2..=3).contains(&lines), "{lines} states of one second");
+}
+
+#[test]
+fn a_fault_is_told_within_300_ms_and_named() {
+    for at_us in [1_500_000, 3_000_000, 4_700_000] {
+        let ended_us = Rc::new(RefCell::new(0));
+        let seen = ended_us.clone();
+        let mut wire = BoardWire::new(ready(4));
+        wire.world = Box::new(move |bench, us| {
+            *seen.borrow_mut() = us;
+            if us >= at_us {
+                bench.board.world(|world| {
+                    world.emergency_stop = true;
+                    world.trip();
+                });
+            }
+        });
+        let sent = wire.sent.clone();
+        let (mut link, _) = link(wire);
+        let told = drive(&mut link, 4.0).expect_err("faulted").to_string();
+        assert!(told.contains("EmergencyStop"), "{told}");
+        assert!(*ended_us.borrow() - at_us < 300_000, "{}", *ended_us.borrow() - at_us);
+        last_is_disarm(&sent);
+    }
+}
+
+#[test]
+fn an_arm_that_is_refused_is_told_with_its_blockers() {
+    let mut bench = ready(5);
+    bench.board.world(|world| world.emergency_stop = true);
+    let wire = BoardWire::new(bench);
+    let sent = wire.sent.clone();
+    let (mut link, _) = link(wire);
+    let told = drive(&mut link, 4.0).expect_err("blocked").to_string();
+    assert!(told.contains("blocked by EmergencyStop"), "{told}");
+    last_is_disarm(&sent);
+}
+
+#[test]
+fn a_wish_to_stop_stops_and_a_second_one_disarms_at_once() {
+    for (second_us, clean) in [(u64::MAX, true), (1_600_000, false)] {
+        let mut wire = BoardWire::new(ready(6));
+        let count = Arc::new(AtomicU32::new(0));
+        let raised = count.clone();
+        wire.world = Box::new(move |_, us| {
+            raised.store(u32::from(us > 1_500_000) + u32::from(us > second_us), Ordering::Relaxed);
+        });
+        let sent = wire.sent.clone();
+        let mut link = Link::new(wire, 4711, count);
+        let ended = drive(&mut link, 3000.0);
+        assert_eq!(ended.is_ok(), clean, "{ended:?}");
+        last_is_disarm(&sent);
+    }
+}
+
+/// An output that takes nothing.
+struct Closed;
+
+impl Write for Closed {
+    fn write(&mut self, _: &[u8]) -> io::Result<usize> {
+        Err(io::ErrorKind::BrokenPipe.into())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_closed_output_is_an_error_after_the_disarm() {
+    let wire = BoardWire::new(ready(7));
+    let sent = wire.sent.clone();
+    let (mut link, _) = link(wire);
+    link.identify().expect("answers");
+    let drive = Drive::new(0.5, 0.0, 1.0).expect("good");
+    let told = link.drive(&drive, &mut Console(Closed)).expect_err("closed");
+    assert!(told.to_string().contains("output"), "{told}");
+    last_is_disarm(&sent);
+    assert!(link.show(1.0, &mut Console(Closed)).is_err());
+}
+
+#[test]
+fn disarm_is_the_first_message_and_needs_no_answer() {
+    for cut_at_us in [0, u64::MAX] {
+        let mut bench = Bench::armed(8);
+        bench.run(100);
+        let mut wire = BoardWire::new(bench);
+        wire.cut_at_us = cut_at_us;
+        let sent = wire.sent.clone();
+        let (mut link, _) = link(wire);
+        let confirmed = link.disarm();
+        assert_eq!(confirmed.is_ok(), cut_at_us > 0, "{confirmed:?}");
+        let messages = messages(&sent.borrow());
+        assert!(matches!(messages.first(), Some(HostMessage::Disarm(_))), "{messages:?}");
+    }
+}
+
+#[test]
+fn numbers_are_checked_before_anything_happens() {
+    for (speed, yaw) in [
+        (f32::NAN, 0.0),
+        (f32::INFINITY, 0.0),
+        (1e39_f64 as f32, 0.0),
+        (-1e10, 0.0),
+        (20.1, 0.0),
+        (0.0, f32::NAN),
+        (0.0, -20.1),
+    ] {
+        let refused = Drive::new(speed, yaw, 1.0).expect_err("no number to drive");
+        assert_eq!(refused.exit_code(), 2, "{refused}");
+    }
+    for seconds in [f64::NAN, -1.0, 0.0, f64::INFINITY, 3600.1] {
+        assert_eq!(check_seconds(seconds).expect_err("no time").exit_code(), 2, "{seconds}");
+    }
+    assert!(Drive::new(-20.0, 20.0, 3600.0).is_ok());
+    // What the vehicle itself does not allow is refused before it arms.
+    let wire = BoardWire::new(ready(9));
+    let sent = wire.sent.clone();
+    let (mut link, _) = link(wire);
+    link.identify().expect("answers");
+    let fast = Drive::new(2.6, 0.0, 1.0).expect("some vehicle drives so");
+    let refused = link.drive(&fast, &mut Console(Vec::new())).expect_err("too fast");
+    assert_eq!(refused.exit_code(), 2, "{refused}");
+    let arms = messages(&sent.borrow())
+        .iter()
+        .filter(|message| matches!(message, HostMessage::Order { order: Order::Arm, .. }))
+        .count();
+    assert_eq!(arms, 0);
+}
+
+#[test]
+fn what_another_host_staged_and_left_is_not_stored() {
+    let mut bench = ready(11);
+    let built_in = support::reference().parameters().cast::<f32>();
+    let staged = built_in.number_of("control", "speed_max_m_s").expect("known");
+    let write = ParameterRequest::Write {
+        number: staged,
+        value: 9.0,
+    };
+    assert!(matches!(bench.ask(Order::Parameters(write)), Some(Answer::Parameters(_))));
+    let (mut link, _) = link(BoardWire::new(bench));
+    link.identify().expect("answers");
+    link.set(&["control.ki=0.05".to_owned()]).expect("stored");
+    let mut expected = built_in;
+    expected.control.ki = 0.05;
+    assert_eq!(link.parameters().expect("answers"), expected);
+}
+
+#[test]
+fn a_set_is_written_as_a_file_loaded_and_compared() {
+    let (mut link, _) = link(BoardWire::new(ready(10)));
+    link.identify().expect("answers");
+    let board = link.parameters().expect("answers");
+    assert_eq!(board, support::reference().parameters().cast::<f32>());
+    let mut wanted = board;
+    wanted.control.speed_max_m_s = 1.25;
+    wanted.body.half_track_m = 0.3;
+    let names: Vec<&str> = link
+        .differences(&wanted)
+        .expect("answers")
+        .iter()
+        .map(|difference| difference.name)
+        .collect();
+    assert_eq!(names, ["half_track_m", "speed_max_m_s"]);
+    assert_eq!(link.load(&wanted).expect("stored").len(), 2);
+    assert_eq!(link.parameters().expect("answers"), wanted);
+    assert_eq!(link.load(&wanted).expect("stored again"), []);
+    link.defaults().expect("stored");
+    assert_eq!(link.parameters().expect("answers"), board);
+}
+
+fn value(number: u16, value: f32) -> Answer {
+    Answer::Parameters(ParameterAnswer::Value {
+        number,
+        count: 9,
+        value,
+        schema: 0,
+    })
+}
+
+#[test]
+fn a_late_answer_is_not_taken_for_the_next_questions() {
+    // The first answer comes after 0.4 s, every other one at once.
+    let mut asked = 0;
+    let (mut link, _) = link(Scripted::new(move |id, order| {
+        let Order::Parameters(ParameterRequest::Read { number }) = order else {
+            return vec![];
+        };
+        asked += 1;
+        let answer = value(number, f32::from(number));
+        let after_us = if asked == 1 { 400_000 } else { 150_000 };
+        vec![(after_us, BoardMessage::Answer { id, answer })]
+    }));
+    link.identify().expect("answers");
+    let late = link.ask(ParameterRequest::Read { number: 1 }).expect_err("late");
+    assert!(late.to_string().contains("did not answer"), "{late}");
+    for number in 2..5 {
+        let answer = link.ask(ParameterRequest::Read { number }).expect("in time");
+        assert!(
+            matches!(answer, ParameterAnswer::Value { number: n, value, .. } if n == number && value == f32::from(number)),
+            "{answer:?}"
+        );
+    }
+}
+
+#[test]
+fn an_answer_of_another_number_is_no_answer() {
+    let (mut link, _) = link(Scripted::new(|id, _| {
+        let answer = Answer::Done;
+        vec![(
+            0,
+            BoardMessage::Answer {
+                id: OrderId {
+                    sequence: id.sequence + 1,
+                    ..id
+                },
+                answer,
+            },
+        )]
+    }));
+    link.identify().expect("answers");
+    let told = link.order(Order::ClearFaults).expect_err("no answer");
+    assert!(told.to_string().contains("did not answer ClearFaults"), "{told}");
+}
+
+#[test]
+fn the_slowest_store_is_waited_for() {
+    let (mut link, _) = link(Scripted::new(|id, _| {
+        let answer = Answer::Parameters(ParameterAnswer::Stored);
+        vec![(20_000_000, BoardMessage::Answer { id, answer })]
+    }));
+    link.identify().expect("answers");
+    let answer = link.ask(ParameterRequest::Store).expect("in time");
+    assert_eq!(answer, ParameterAnswer::Stored);
+}
+
+#[test]
+fn a_flood_of_nonsense_is_silence() {
+    let (mut link, _) = link(Flood { now_us: 0, byte: 1 });
+    let told = link.identify().expect_err("nothing readable").to_string();
+    assert!(told.contains("no identity"), "{told}");
+    assert!(link.disarm().is_err());
+}
