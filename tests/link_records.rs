@@ -2,8 +2,10 @@
 
 use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
-use firmware::protocol::message::{Answer, Order, Read, Reading};
+use firmware::protocol::frame::{Decoder, Received};
+use firmware::protocol::message::{Answer, BoardMessage, Order, Read, Reading};
 use firmware::records::codec::{RecordBlock, Records};
+use hil_sim::cli::link::console::Console;
 use model::command::Request;
 use model::supervise::arming::Mode;
 use model::supervise::codes::Fault;
@@ -11,7 +13,10 @@ use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
 mod support;
+#[path = "support/wires.rs"]
+mod wires;
 use support::Bench;
+use wires::{BoardWire, link, ready};
 
 /// Every record that came over the link, and the bytes that its block took.
 fn records(blocks: &[RecordBlock]) -> Vec<FlightRecord> {
@@ -106,4 +111,75 @@ fn the_last_two_seconds_before_a_fault_can_be_read_afterwards() {
     );
     assert!(records.windows(2).all(|pair| pair[1].tick == pair[0].tick + 1));
     assert!(records[pressed - 1].actuation.enable && !records[pressed].actuation.enable);
+}
+
+/// The messages of a file of frames.
+fn messages(bytes: &[u8]) -> Vec<BoardMessage> {
+    let mut decoder = Decoder::new();
+    bytes
+        .iter()
+        .filter_map(|byte| match decoder.push(*byte) {
+            Received::Nothing => None,
+            Received::Message(message) => Some(message),
+            other => panic!("{other:?}"),
+        })
+        .collect()
+}
+
+#[test]
+fn the_tool_writes_the_stream_as_the_frames_that_brought_it() {
+    let (mut link, _) = link(BoardWire::new(ready(39)));
+    link.identify().expect("answers");
+    let mut file = Vec::new();
+    let recorded = link.record(2.0, &mut file).expect("records");
+    assert_eq!(recorded.lost, 0);
+    // The board has run for 1 s, all of which is still there.
+    assert!((2900..=3100).contains(&recorded.ticks), "{recorded:?}");
+    let messages = messages(&file);
+    assert!(matches!(messages[0], BoardMessage::Identity(_)));
+    assert_eq!(messages.len() as u32, recorded.blocks + 1);
+    let BoardMessage::Records(first) = &messages[1] else {
+        panic!("{:?}", messages[1])
+    };
+    assert_eq!(first.number, 0);
+    // No fault, no look back.
+    assert_eq!(link.look_back(&mut Vec::new()).expect_err("none").exit_code(), 1);
+}
+
+#[test]
+fn the_tool_shows_the_boards_log() {
+    let mut bench = ready(40);
+    bench.request(Request::Arm);
+    bench.run(500);
+    bench.board.world(|world| {
+        world.emergency_stop = true;
+        world.trip();
+    });
+    bench.run(500);
+    bench.request(Request::Arm);
+    bench.run(500);
+    let (mut link, _) = link(BoardWire::new(bench));
+    link.identify().expect("answers");
+    let mut console = Console(Vec::new());
+    link.show_log(&mut console).expect("answers");
+    let text = String::from_utf8(console.0).expect("text");
+    let mut lines = text.lines();
+    for part in [
+        "booted, reset by power-on",
+        "gyros calibrated",
+        " armed",
+        "fault 0: EmergencyStop",
+        " disarmed",
+        "not armed: blocked by FaultLatched, EmergencyStop",
+    ] {
+        assert!(lines.any(|line| line.contains(part)), "{part}, in this order: {text}");
+    }
+    assert!(
+        text.contains("arm IMU: started") && text.contains("spar IMU: started"),
+        "{text}"
+    );
+    let mut file = Vec::new();
+    let recorded = link.look_back(&mut file).expect("a fault");
+    // From boot to 0.2 s after the fault.
+    assert!((1690..=1710).contains(&recorded.ticks), "{recorded:?}");
 }

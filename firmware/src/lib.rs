@@ -27,6 +27,7 @@ pub mod checkins;
 pub mod drive;
 pub mod drive_board;
 pub mod encoders;
+pub mod events;
 pub mod flight_record;
 pub mod hardware;
 pub mod imu;

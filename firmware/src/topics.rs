@@ -13,6 +13,7 @@ use model::status::Status;
 use model::vehicle::Vehicle;
 
 use crate::checkins::Checkins;
+use crate::events::Log;
 use crate::hardware::AnalogReading;
 use crate::protocol::message::{Answer, Identity, LinkCounters, OrderId, ParameterRequest, Read, TickCycles};
 use crate::records::ring::RecordRings;
@@ -151,6 +152,8 @@ pub struct Topics<M: RawMutex> {
     pub status: Topic<M, Status>,
     /// CPU cycles of the last tick.
     pub cycles: Topic<M, TickCycles>,
+    /// The log for the link.
+    pub log: Log<M>,
     /// The records of the last ticks.
     pub records: RecordRings<M>,
     /// What the host wants to read of the board's memory.
@@ -184,6 +187,7 @@ impl<M: RawMutex> Topics<M> {
             status_rate: Signal::new(),
             status: Topic::new(),
             cycles: Topic::new(),
+            log: Log::new(),
             records: RecordRings::new(),
             readings: Channel::new(),
             recording: Signal::new(),

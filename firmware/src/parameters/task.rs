@@ -9,6 +9,7 @@ use model::vehicle::{NotSet, Vehicle};
 
 use super::numbered::{number_of, schema};
 use super::store::{NoSet, ParameterStore};
+use crate::events::Event;
 use crate::protocol::message::{Answer, ParameterAnswer, ParameterRequest};
 use crate::topics::{Answered, Asked, Topics};
 
@@ -93,9 +94,11 @@ async fn keep<M: RawMutex, F: NorFlash>(
     let answer = if blocked(topics, since).await {
         if store.store(vehicle).await.is_ok() {
             topics.new_vehicle.signal(*vehicle);
+            topics.log.push(Event::SetStored);
             info!("parameters: new set stored and in force");
             ParameterAnswer::Stored
         } else {
+            topics.log.push(Event::FlashFailed);
             warning!("parameters: not stored, the flash failed");
             ParameterAnswer::FlashFailed
         }

@@ -6,7 +6,8 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker};
 use firmware::drive::DriveHardware;
 use firmware::drive_board::SCALES;
-use firmware::imu::Place;
+use firmware::events::Event;
+use firmware::hardware::Place;
 use firmware::parameters::ParameterStore;
 use firmware::protocol::message::About;
 use firmware::topics::{self, DisarmBy};
@@ -29,8 +30,9 @@ type BoardDrive = DriveHardware<Tim1Bridges, StopContact, CoreCycles, FlightReco
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let board = Board::take();
-    log_task::boot(env!("CARGO_PKG_VERSION"), board.reset_cause);
+    log_task::boot(&TOPICS, env!("CARGO_PKG_VERSION"), board.reset_cause);
     if let Some(words) = &board.last_words {
+        TOPICS.log.push(Event::Crashed);
         defmt::error!("the last run ended: {=str}", words.as_str());
     }
     // The build script has checked the vehicle file by the same rules.

@@ -2,8 +2,8 @@
 
 use board_emulator::elf::flight;
 use firmware::built_in;
-use firmware::flight_record::FlightRecord;
 use firmware::drive_board::SCALES;
+use firmware::flight_record::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 

@@ -11,8 +11,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use firmware::drive::DriveHardware;
 use firmware::drive_board::SCALES;
-use firmware::hardware::ResetCause;
-use firmware::imu::Place;
+use firmware::hardware::{Place, ResetCause};
 use firmware::parameters::{self, ParameterStore};
 use firmware::topics::{DisarmBy, Topics};
 use firmware::{analog, drive, encoders, imu, link, log_task, watchdog};
@@ -131,7 +130,7 @@ impl VirtualBoard {
                     .map_err(|_| VirtualBoardError::Executor)?;
             }};
         }
-        log_task::boot(env!("CARGO_PKG_VERSION"), cause);
+        log_task::boot(&topics, env!("CARGO_PKG_VERSION"), cause);
         // The virtual flash never waits, so this is over at once, as on the board before its tasks start.
         let mut store = ParameterStore::new(flash).map_err(|_| VirtualBoardError::Flash)?;
         let vehicle = futures_executor::block_on(parameters::boot(&mut store, &built_in));
