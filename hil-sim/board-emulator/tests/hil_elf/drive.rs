@@ -147,7 +147,7 @@ fn a_vehicle_of_another_kind_is_not_taken() {
         outcome
             .log
             .iter()
-            .any(|line| line.contains("of another firmware, built-in set")),
+            .any(|line| line.contains("belongs to another firmware, built-in set")),
         "{:#?}",
         outcome.log
     );

@@ -6,6 +6,7 @@ mod determinism;
 mod drive;
 mod equivalence;
 mod link;
+mod log;
 mod parameters;
 mod safety;
 mod support;

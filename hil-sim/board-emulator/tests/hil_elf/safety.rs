@@ -198,7 +198,7 @@ fn a_fault_opens_the_bridges_and_its_message_outlives_the_reset() {
     assert!(cause.contains("Core"), "{cause}");
 
     let log = mended(&mut board, address, before);
-    let report = format!("the run before ended: hard fault at {address:#010x}");
+    let report = format!("the last run ended: hard fault at {address:#010x}");
     assert!(log.iter().any(|line| line.contains(&report)), "{report}: {log:#?}");
     assert!(log.iter().any(|line| line.contains("reset by software")), "{log:#?}");
 
@@ -211,7 +211,7 @@ fn a_fault_opens_the_bridges_and_its_message_outlives_the_reset() {
     let again = log
         .iter()
         .skip(lines)
-        .find(|line| line.contains("the run before ended"));
+        .find(|line| line.contains("the last run ended"));
     assert_eq!(again, None);
 }
 

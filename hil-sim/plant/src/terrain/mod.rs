@@ -3,7 +3,7 @@
 //! A terrain is a TOML table (a file of its own, or `[terrain]` of a scenario):
 //!
 //! ```
-//! let terrain: hil_sim::plant::terrain::Terrain = toml::from_str(r#"
+//! let terrain: plant::terrain::Terrain = toml::from_str(r#"
 //!     [plane]
 //!     slope_x_rad = 0.0873      # uphill along x: beta_x of (6.5)
 //!     slope_y_rad = 0.0         # positive downhill to the left: beta_y of (6.5)

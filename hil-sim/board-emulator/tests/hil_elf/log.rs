@@ -1,0 +1,70 @@
+//! The firmware's log when its reader is gone.
+
+use board_emulator::run::{Emulation, Settings};
+use board_emulator::time::MS;
+use board_emulator::vehicle::Bench;
+use model::supervise::arming::Mode;
+
+use crate::support::{BATTERY_V, Operator, READY, firmware};
+
+/// Offsets into the RTT control block of up-channel 0's size, of the two offsets into its buffer, and of its
+/// mode: after the identifier (16 bytes), the two channel counts, the channel's name and its buffer.
+const SIZE: u64 = 32;
+const WRITE: u64 = 36;
+const READ: u64 = 40;
+const MODE: u64 = 44;
+/// "Block if full": the mode that a debugger's log reader sets when it attaches.
+const BLOCK_IF_FULL: u32 = 2;
+/// How long the vehicle drives without a reader, in ms: some log lines, each of which could block.
+const DRIVEN_MS: u64 = 4000;
+
+/// A log reader attached, set the channel to block, and was unplugged: the buffer is full and nobody drains it. The
+/// vehicle drives on.
+#[test]
+fn a_full_log_in_blocking_mode_stops_nothing() {
+    let settings = Settings {
+        // Nobody reads.
+        log_interval: 3_600_000 * MS,
+        ..Settings::default()
+    };
+    let emulation = Emulation::power_on(firmware(), Box::new(Bench::new(BATTERY_V)), settings);
+    let mut board = Operator::new(emulation.expect("the board powers up"));
+    board.emulation.run_until(READY).expect("it runs");
+
+    let block = firmware().rtt_block();
+    let written = board
+        .emulation
+        .at(move |stopped| {
+            let size = stopped.read_word(block + SIZE)?;
+            let write = stopped.read_word(block + WRITE)?;
+            // The reader stands one byte before the writer: there is no room.
+            stopped.write(block + READ, &((write + 1) % size).to_le_bytes())?;
+            stopped.write(block + MODE, &BLOCK_IF_FULL.to_le_bytes())?;
+            Ok::<_, board_emulator::Error>(write)
+        })
+        .expect("it runs")
+        .expect("the control block is in RAM");
+
+    // Arming is a line of the log, and every second of driving is one.
+    board.arm();
+    let before = *board.status();
+    board.run(DRIVEN_MS);
+    let after = *board.status();
+    assert_eq!(after.mode, Mode::Armed, "faults {:#b}", after.faults);
+    let ticks = u64::from(after.tick - before.tick);
+    assert!((DRIVEN_MS - 60..=DRIVEN_MS + 60).contains(&ticks), "{ticks} ticks");
+    assert_eq!(after.late_ticks, before.late_ticks);
+    let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
+    assert_eq!(resets, []);
+
+    let (mode, wrote) = board
+        .emulation
+        .at(move |stopped| {
+            let mode = stopped.read_word(block + MODE)?;
+            Ok::<_, board_emulator::Error>((mode, stopped.read_word(block + WRITE)?))
+        })
+        .expect("it runs")
+        .expect("the control block is in RAM");
+    assert_eq!(mode, BLOCK_IF_FULL, "the firmware leaves the mode alone");
+    assert_ne!(wrote, written, "the firmware went on logging");
+}
