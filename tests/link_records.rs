@@ -1,6 +1,7 @@
 //! The record of every tick over the link: the stream, which replays bit for bit, and the look back after a fault.
 
 use firmware::drive_board::SCALES;
+use firmware::fault_list::FaultEntry;
 use firmware::flight_record::FlightRecord;
 use firmware::protocol::frame::{Decoder, Received};
 use firmware::protocol::message::{Answer, BoardMessage, Order, Read, Reading};
@@ -11,6 +12,7 @@ use model::supervise::arming::Mode;
 use model::supervise::codes::Fault;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
+use virtual_board::board::flash::VirtualFlash;
 
 mod support;
 #[path = "support/wires.rs"]
@@ -182,4 +184,77 @@ fn the_tool_shows_the_boards_log() {
     let recorded = link.look_back(&mut file).expect("a fault");
     // From boot to 0.2 s after the fault.
     assert!((1690..=1710).contains(&recorded.ticks), "{recorded:?}");
+}
+
+/// Every fault that the board remembers.
+fn faults(bench: &mut Bench) -> Vec<FaultEntry> {
+    let mut entries: Vec<FaultEntry> = Vec::new();
+    loop {
+        let from = entries.last().map_or(0, |entry| entry.number + 1);
+        let sequence = bench.order(Order::Read(Read::Faults { from }));
+        bench.run(20);
+        match bench.client.reading_of(sequence) {
+            Some(Reading::Faults(block)) if block.is_empty() => return entries,
+            Some(Reading::Faults(block)) => entries.extend(block),
+            other => panic!("{other:?}"),
+        }
+    }
+}
+
+/// Boots, arms, presses the stop for some milliseconds after `ms`, and tells the boot's number and what it remembers.
+fn run_with_a_fault(seed: u64, history: &VirtualFlash, ms: u64) -> (u32, Vec<FaultEntry>) {
+    let mut bench = Bench::with_history(seed, VirtualFlash::erased(), history.clone());
+    bench.run(1000);
+    bench.request(Request::Arm);
+    bench.run(ms);
+    assert_eq!(bench.mode(), Mode::Armed);
+    bench.board.world(|world| {
+        world.emergency_stop = true;
+        world.trip();
+    });
+    bench.run(100);
+    let boot = bench.client.identity().expect("identified").about.boot;
+    (boot, faults(&mut bench))
+}
+
+#[test]
+fn the_last_32_faults_outlive_resets() {
+    let history = VirtualFlash::erased();
+    // An emergency stop latches two faults: the contact's and the break's.
+    let (mut boots, mut entries) = (Vec::new(), Vec::new());
+    for n in 0..18 {
+        let (boot, remembered) = run_with_a_fault(41 + n, &history, 20 * (n + 1));
+        boots.push(boot);
+        entries = remembered;
+        assert_eq!(entries.len(), 32.min(2 * (n as usize + 1)), "{entries:?}");
+    }
+    let numbers: Vec<u32> = entries.iter().map(|entry| entry.number).collect();
+    assert_eq!(numbers, (4..36).collect::<Vec<u32>>());
+    for pair in entries.chunks(2) {
+        let n = u64::from(pair[0].number / 2);
+        assert_eq!(pair[0].boot, boots[n as usize]);
+        assert_eq!(pair[0].mode, Mode::Armed);
+        assert_eq!(
+            [pair[0].fault, pair[1].fault],
+            [Fault::EmergencyStop as u8, Fault::BridgeBreak as u8]
+        );
+        let expected_us = 1_000_000 + 20_000 * (n + 1);
+        assert!(pair[0].time_us.abs_diff(expected_us) <= 2_000, "{pair:?}");
+    }
+    // A reset without a fault.
+    let mut bench = Bench::with_history(60, VirtualFlash::erased(), history);
+    bench.run(500);
+    assert_eq!(faults(&mut bench), entries);
+}
+
+#[test]
+fn a_history_that_cannot_be_read_costs_no_drive_and_begins_anew() {
+    let history = VirtualFlash::erased();
+    let mut noise = plant::noise::Noise::new(61, 1);
+    let bytes: Vec<u8> = (0..256 * 1024).map(|_| noise.bits() as u8).collect();
+    history.overwrite(&bytes);
+    for n in 1..3 {
+        let (_, entries) = run_with_a_fault(61, &history, 100);
+        assert_eq!(entries.len(), 2 * n, "{entries:?}");
+    }
 }

@@ -14,6 +14,7 @@ use model::vehicle::Vehicle;
 
 use crate::checkins::Checkins;
 use crate::events::Log;
+use crate::fault_list::{FaultList, NewFaults};
 use crate::hardware::AnalogReading;
 use crate::protocol::message::{Answer, Identity, LinkCounters, OrderId, ParameterRequest, Read, TickCycles};
 use crate::records::ring::RecordRings;
@@ -152,6 +153,10 @@ pub struct Topics<M: RawMutex> {
     pub status: Topic<M, Status>,
     /// CPU cycles of the last tick.
     pub cycles: Topic<M, TickCycles>,
+    /// The last faults, of this boot and of those before.
+    pub faults: FaultList<M>,
+    /// Faults that the control task has latched, for the history.
+    pub new_faults: Channel<M, NewFaults, 8>,
     /// The log for the link.
     pub log: Log<M>,
     /// The records of the last ticks.
@@ -187,6 +192,8 @@ impl<M: RawMutex> Topics<M> {
             status_rate: Signal::new(),
             status: Topic::new(),
             cycles: Topic::new(),
+            faults: FaultList::new(),
+            new_faults: Channel::new(),
             log: Log::new(),
             records: RecordRings::new(),
             readings: Channel::new(),

@@ -116,6 +116,7 @@ fn read_memory<M: RawMutex>(topics: &Topics<M>, read: Read) -> Reading {
             Reading::LookBack { frozen, block }
         }
         Read::Log { from } => Reading::Log(topics.log.from(from)),
+        Read::Faults { from } => Reading::Faults(topics.faults.from(from)),
     }
 }
 

@@ -13,6 +13,7 @@ mod tolerant_flash;
 pub use numbered::schema;
 pub use store::{NoSet, ParameterStore};
 pub use task::{boot, run};
+pub(crate) use tolerant_flash::Tolerant;
 
 #[cfg(test)]
 mod tests;

@@ -4,6 +4,7 @@ use model::supervise::codes::BlockerSet;
 use serde::{Deserialize, Serialize};
 
 use crate::events::LogBlock;
+use crate::fault_list::FaultBlock;
 use crate::records::codec::RecordBlock;
 
 pub use super::board_status::{BoardStatus, LinkCounters, TickCycles};
@@ -108,6 +109,11 @@ pub enum Read {
         /// Number of the line.
         from: u32,
     },
+    /// The last faults, kept over resets: the oldest ones whose number is at least this.
+    Faults {
+        /// Number of the fault.
+        from: u32,
+    },
 }
 
 /// A part of the board's memory.
@@ -123,6 +129,8 @@ pub enum Reading {
     },
     /// Answer to [`Read::Log`].
     Log(LogBlock),
+    /// Answer to [`Read::Faults`]: none if there are no newer ones.
+    Faults(FaultBlock),
 }
 
 /// What the host asks of the parameters. Numbers are those of [`model::vehicle::VehicleParameters`].

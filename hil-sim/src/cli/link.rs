@@ -60,6 +60,8 @@ enum Action {
     ClearFaults,
     /// Shows the board's log since its boot
     Log,
+    /// Shows the last faults, which the board keeps over resets
+    Faults,
     /// Writes the record of every tick to a file, in the link's own frames
     Record {
         /// The file; must not exist
@@ -149,6 +151,7 @@ enum Job<'a> {
     Disarm,
     ClearFaults,
     Log,
+    Faults,
     Record(File, f64),
     LookBack(File),
     Parameters(&'a ParameterAction),
@@ -166,6 +169,7 @@ impl<'a> Job<'a> {
             Action::Disarm => Self::Disarm,
             Action::ClearFaults => Self::ClearFaults,
             Action::Log => Self::Log,
+            Action::Faults => Self::Faults,
             Action::Record { out, seconds } => Self::Record(create_new(out)?, check_seconds(*seconds)?),
             Action::LookBack { out } => Self::LookBack(create_new(out)?),
             Action::Parameters { action } => Self::Parameters(action),
@@ -187,6 +191,7 @@ impl<'a> Job<'a> {
             Self::Drive(drive) => link.drive(&drive, console),
             Self::ClearFaults => link.order(Order::ClearFaults),
             Self::Log => link.show_log(console),
+            Self::Faults => link.show_faults(console),
             Self::Record(file, seconds) => {
                 let recorded = into_file(file, |out| link.record(seconds, out))?;
                 console.line(&recorded.line())

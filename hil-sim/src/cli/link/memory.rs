@@ -123,7 +123,7 @@ impl<W: Wire> Link<W> {
                     recorded.write(block, out)?;
                 }
                 Reading::LookBack { block: None, .. } => return Ok(recorded),
-                Reading::Log(_) => return Err(strange()),
+                Reading::Log(_) | Reading::Faults(_) => return Err(strange()),
             }
         }
     }
@@ -152,6 +152,50 @@ impl<W: Wire> Link<W> {
     }
 }
 
+impl<W: Wire> Link<W> {
+    /// Shows the last faults, of this boot and of those before.
+    ///
+    /// # Errors
+    /// Silence, or the output is closed.
+    pub fn show_faults<O: Write>(&mut self, console: &mut Console<O>) -> Result<(), CommandError> {
+        let boot = self.client.identity().map(|identity| identity.about.boot);
+        let mut from = 0;
+        loop {
+            let Reading::Faults(entries) = self.read_memory(Read::Faults { from })? else {
+                return Err(strange());
+            };
+            if entries.is_empty() {
+                return Ok(());
+            }
+            for entry in &entries {
+                let of = if boot == Some(entry.boot) {
+                    "this boot"
+                } else {
+                    "an earlier boot"
+                };
+                console.line(&format!(
+                    "{:>4}  {of} {:08x}, {}.{:06} s after it, {}: {}",
+                    entry.number,
+                    entry.boot,
+                    entry.time_us / 1_000_000,
+                    entry.time_us % 1_000_000,
+                    entry.mode.name(),
+                    fault_name(entry.fault),
+                ))?;
+                from = entry.number.saturating_add(1);
+            }
+        }
+    }
+}
+
+/// A fault's number and name.
+fn fault_name(number: u8) -> String {
+    match Fault::ALL.iter().find(|fault| **fault as u8 == number) {
+        Some(fault) => format!("fault {number}: {}", fault.name()),
+        None => format!("fault {number}"),
+    }
+}
+
 fn strange() -> CommandError {
     CommandError::Checks("a strange answer about the board's memory".into())
 }
@@ -163,10 +207,7 @@ fn text(line: &Line) -> String {
         Event::Crashed => "the last run ended in a panic or a hardware fault".into(),
         Event::Calibrated => "gyros calibrated".into(),
         Event::Mode(mode) => mode.name().into(),
-        Event::Fault(number) => match Fault::ALL.iter().find(|fault| **fault as u8 == number) {
-            Some(fault) => format!("fault {number}: {}", fault.name()),
-            None => format!("fault {number}"),
-        },
+        Event::Fault(number) => fault_name(number),
         Event::NotArmed(blockers) => format!("not armed: blocked by {blockers}"),
         Event::SetStored => "parameters: new set stored and in force".into(),
         Event::FlashFailed => "parameters: not stored, the flash failed".into(),
