@@ -20,18 +20,7 @@ mod support;
 #[path = "support/wires.rs"]
 mod wires;
 use support::Bench;
-use wires::{BoardWire, Flood, READ_US, Scripted, messages};
-
-fn link<W: Wire>(wire: W) -> (Link<W>, Arc<AtomicU32>) {
-    let interrupts = Arc::new(AtomicU32::new(0));
-    (Link::new(wire, 4711, interrupts.clone()), interrupts)
-}
-
-fn ready(seed: u64) -> Bench {
-    let mut bench = Bench::new(seed);
-    bench.run(1000);
-    bench
-}
+use wires::{BoardWire, Flood, READ_US, Scripted, link, messages, ready};
 
 /// Identifies, drives, and tells what came of it.
 fn drive<W: Wire>(link: &mut Link<W>, seconds: f64) -> Result<String, CommandError> {
@@ -230,7 +219,10 @@ fn what_another_host_staged_and_left_is_not_stored() {
         number: staged,
         value: 9.0,
     };
-    assert!(matches!(bench.ask(Order::Parameters(write)), Some(Answer::Parameters(_))));
+    assert!(matches!(
+        bench.ask(Order::Parameters(write)),
+        Some(Answer::Parameters(_))
+    ));
     let (mut link, _) = link(BoardWire::new(bench));
     link.identify().expect("answers");
     link.set(&["control.ki=0.05".to_owned()]).expect("stored");

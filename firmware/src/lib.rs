@@ -13,6 +13,7 @@
 //! | [`analog::run`] | 1 kHz | thread |
 //! | [`link::receive::run`], [`link::send::run`] | as bytes come; at the host's rate | thread |
 //! | [`parameters::run`] | on request | thread |
+//! | [`fault_history::run`] | on a fault | thread |
 //! | [`log_task::run`] | 20 Hz; logs one line per second and one per change | thread |
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
@@ -27,6 +28,9 @@ pub mod checkins;
 pub mod drive;
 pub mod drive_board;
 pub mod encoders;
+pub mod events;
+pub mod fault_history;
+pub mod fault_list;
 pub mod flight_record;
 pub mod hardware;
 pub mod imu;

@@ -13,6 +13,8 @@ use model::status::Status;
 use model::vehicle::Vehicle;
 
 use crate::checkins::Checkins;
+use crate::events::Log;
+use crate::fault_list::{FaultList, NewFaults};
 use crate::hardware::AnalogReading;
 use crate::protocol::message::{Answer, Identity, LinkCounters, OrderId, ParameterRequest, Read, TickCycles};
 use crate::records::ring::RecordRings;
@@ -151,6 +153,12 @@ pub struct Topics<M: RawMutex> {
     pub status: Topic<M, Status>,
     /// CPU cycles of the last tick.
     pub cycles: Topic<M, TickCycles>,
+    /// The last faults, of this boot and of those before.
+    pub faults: FaultList<M>,
+    /// Faults that the control task has latched, for the history.
+    pub new_faults: Channel<M, NewFaults, 8>,
+    /// The log for the link.
+    pub log: Log<M>,
     /// The records of the last ticks.
     pub records: RecordRings<M>,
     /// What the host wants to read of the board's memory.
@@ -184,6 +192,9 @@ impl<M: RawMutex> Topics<M> {
             status_rate: Signal::new(),
             status: Topic::new(),
             cycles: Topic::new(),
+            faults: FaultList::new(),
+            new_faults: Channel::new(),
+            log: Log::new(),
             records: RecordRings::new(),
             readings: Channel::new(),
             recording: Signal::new(),

@@ -115,6 +115,8 @@ fn read_memory<M: RawMutex>(topics: &Topics<M>, read: Read) -> Reading {
             let (frozen, block) = topics.records.look_back_from(from);
             Reading::LookBack { frozen, block }
         }
+        Read::Log { from } => Reading::Log(topics.log.from(from)),
+        Read::Faults { from } => Reading::Faults(topics.faults.from(from)),
     }
 }
 

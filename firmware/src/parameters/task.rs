@@ -9,6 +9,7 @@ use model::vehicle::Vehicle;
 
 use super::stage::Stage;
 use super::store::{BootOutcome, Booted, Disbelief, ParameterStore};
+use crate::events::Event;
 use crate::protocol::message::{Answer, ParameterAnswer, ParameterRequest};
 use crate::topics::{Answered, Asked, Topics};
 
@@ -56,6 +57,11 @@ pub async fn run<M: RawMutex, F: NorFlash>(
     // A vehicle that has lost its own set must not drive with another one before somebody has chosen that set.
     let mut lost = matches!(booted.outcome, BootOutcome::NotBelieved(_));
     topics.parameters_pending.publish(Instant::now(), lost);
+    match booted.outcome {
+        BootOutcome::Stored | BootOutcome::NothingStored => {}
+        BootOutcome::Migrated { defaults, dropped } => topics.log.push(Event::SetMigrated { defaults, dropped }),
+        BootOutcome::NotBelieved(_) => topics.log.push(Event::SetLost),
+    }
     loop {
         let Asked { id, request } = if stage.has_changes() {
             let deadline = changed_at + STAGE_TIMEOUT;
@@ -114,10 +120,12 @@ async fn keep<M: RawMutex, F: NorFlash>(
         return ParameterAnswer::Armed;
     }
     if store.store(vehicle).await.is_err() {
+        topics.log.push(Event::FlashFailed);
         warning!("parameters: not stored, the flash failed");
         return ParameterAnswer::FlashFailed;
     }
     topics.new_vehicle.signal(*vehicle);
+    topics.log.push(Event::SetStored);
     info!("parameters: new set stored and in force");
     ParameterAnswer::Stored
 }

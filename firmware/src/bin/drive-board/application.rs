@@ -6,17 +6,19 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker};
 use firmware::drive::DriveHardware;
 use firmware::drive_board::SCALES;
-use firmware::imu::Place;
+use firmware::events::Event;
+use firmware::fault_history::FaultStore;
+use firmware::hardware::Place;
 use firmware::parameters::{Booted, ParameterStore};
 use firmware::protocol::message::About;
 use firmware::topics::{self, DisarmBy};
-use firmware::{analog, built_in, drive, encoders, imu, link, log_task, parameters, watchdog};
+use firmware::{analog, built_in, drive, encoders, fault_history, imu, link, log_task, parameters, watchdog};
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
 use crate::board::link::{LinkReceiver, LinkSender};
 use crate::board::{
-    self, AnalogSequence, Board, CoreCycles, FlightRecorder, Imu, Lamps, ParameterFlash, QuadratureCounters,
+    self, AnalogSequence, Board, CoreCycles, FlashRegion, FlightRecorder, Imu, Lamps, QuadratureCounters,
     RunningWatchdog, StopContact, Tim1Bridges, UserButton,
 };
 
@@ -29,8 +31,9 @@ type BoardDrive = DriveHardware<Tim1Bridges, StopContact, CoreCycles, FlightReco
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let board = Board::take();
-    log_task::boot(env!("CARGO_PKG_VERSION"), board.reset_cause);
+    log_task::boot(&TOPICS, env!("CARGO_PKG_VERSION"), board.reset_cause);
     if let Some(words) = &board.last_words {
+        TOPICS.log.push(Event::Crashed);
         defmt::error!("the last run ended: {=str}", words.as_str());
     }
     // The build script has checked the vehicle file by the same rules.
@@ -64,6 +67,8 @@ async fn main(spawner: Spawner) {
     spawner.spawn(started(receive_task(board.link_receiver, about)));
     spawner.spawn(started(send_task(board.link_sender, about.boot)));
     spawner.spawn(started(parameter_task(store, booted, built_in)));
+    let history = FaultStore::new(board.fault_history).ok();
+    spawner.spawn(started(fault_task(history, about.boot)));
     spawner.spawn(started(log_task(board.lamps)));
     spawner.spawn(started(button_task(board.user_button)));
 }
@@ -118,8 +123,13 @@ async fn send_task(uart: LinkSender, boot: u32) {
 // The arguments move once, at start-up, into the task's own storage.
 #[allow(clippy::large_types_passed_by_value)]
 #[embassy_executor::task]
-async fn parameter_task(store: ParameterStore<ParameterFlash>, booted: Booted, built_in: Vehicle<f32>) {
+async fn parameter_task(store: ParameterStore<FlashRegion>, booted: Booted, built_in: Vehicle<f32>) {
     parameters::run(&TOPICS, store, booted, built_in).await;
+}
+
+#[embassy_executor::task]
+async fn fault_task(history: Option<FaultStore<FlashRegion>>, boot: u32) {
+    fault_history::run(&TOPICS, history, boot).await;
 }
 
 #[embassy_executor::task]

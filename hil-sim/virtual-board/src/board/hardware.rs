@@ -9,9 +9,8 @@ use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 use firmware::drive_board::{DUTY_MAX_PERCENT, WATCHDOG_US};
 use firmware::flight_record::{FlightRecord, Recorder};
 use firmware::hardware::{
-    AnalogInputs, AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Watchdog,
+    AnalogInputs, AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Place, Watchdog,
 };
-use firmware::imu::Place;
 use model::control::motor::DUTY_FULL_SCALE;
 use model::sample::{Actuation, MOTORS};
 

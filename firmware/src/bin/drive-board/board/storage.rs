@@ -1,18 +1,16 @@
-//! The flash of the stored parameters: the last two sectors of bank 2. Erasing them does not stall the code,
-//! which runs from bank 1.
+//! The flash that the firmware writes: at the end of bank 2 the stored parameters, before them the fault history.
+//! Erasing them does not stall the code, which runs from bank 1.
 
 use embassy_futures::yield_now;
 use embassy_stm32::flash::{Async, Error as DriverError, Flash};
 use embassy_stm32::pac;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
-use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, PARAMETER_SECTORS};
+use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, HISTORY_SECTORS, PARAMETER_SECTORS};
 
 /// Sectors of the part's flash.
 const SECTORS: usize = 16;
-/// Offset of the region from the start of the flash: its end is the flash's.
-const REGION_OFFSET: u32 = ((SECTORS - PARAMETER_SECTORS) * FLASH_SECTOR_BYTES) as u32;
-/// The region.
-const REGION_BYTES: u32 = (PARAMETER_SECTORS * FLASH_SECTOR_BYTES) as u32;
 /// Where the flash appears to the core.
 const FLASH_BASE: usize = 0x0800_0000;
 
@@ -45,49 +43,68 @@ impl NorFlashError for StorageError {
 /// go: the pauses give the other tasks of its executor their turns.
 const WORDS_WITHOUT_PAUSE: u32 = 16;
 
-/// The region of the flash that holds the parameters.
-pub struct ParameterFlash {
-    flash: Flash<'static, Async>,
+/// The flash driver, which the regions share. Reading takes turns with writing too: to read a bank that is being erased
+/// stops the core until the erase is over.
+type SharedFlash = Mutex<CriticalSectionRawMutex, Flash<'static, Async>>;
+
+/// Some sectors in a row.
+pub struct FlashRegion {
+    flash: &'static SharedFlash,
+    /// Offset from the start of the flash.
+    offset: u32,
+    length: u32,
     words_since_pause: u32,
 }
 
-impl ParameterFlash {
-    /// Takes the flash driver.
-    pub fn new(flash: Flash<'static, Async>) -> Self {
-        Self {
-            flash,
-            words_since_pause: 0,
+/// Takes the flash driver, and returns the regions of the parameters and of the fault history. To be called once.
+pub fn regions(flash: Flash<'static, Async>) -> (FlashRegion, FlashRegion) {
+    static FLASH: static_cell::StaticCell<SharedFlash> = static_cell::StaticCell::new();
+    let flash: &'static SharedFlash = FLASH.init(Mutex::new(flash));
+    let region = |first: usize, sectors: usize| FlashRegion {
+        flash,
+        offset: (first * FLASH_SECTOR_BYTES) as u32,
+        length: (sectors * FLASH_SECTOR_BYTES) as u32,
+        words_since_pause: 0,
+    };
+    let parameters = SECTORS - PARAMETER_SECTORS;
+    (
+        region(parameters, PARAMETER_SECTORS),
+        region(parameters - HISTORY_SECTORS, HISTORY_SECTORS),
+    )
+}
+
+impl FlashRegion {
+    /// Turns an offset into the region into one into the flash. Checks that the access stays in the region.
+    fn flash_offset(&self, offset: u32, length: usize) -> Result<u32, StorageError> {
+        let end = u32::try_from(length)
+            .ok()
+            .and_then(|length| offset.checked_add(length))
+            .ok_or(StorageError::Bounds)?;
+        if end > self.length {
+            return Err(StorageError::Bounds);
         }
+        Ok(self.offset + offset)
     }
 }
 
-impl ErrorType for ParameterFlash {
+impl ErrorType for FlashRegion {
     type Error = StorageError;
 }
 
-/// Turns an offset into the region into one into the flash. Checks that the access stays in the region.
-fn flash_offset(offset: u32, length: usize) -> Result<u32, StorageError> {
-    let end = u32::try_from(length)
-        .ok()
-        .and_then(|length| offset.checked_add(length))
-        .ok_or(StorageError::Bounds)?;
-    if end > REGION_BYTES {
-        return Err(StorageError::Bounds);
-    }
-    Ok(REGION_OFFSET + offset)
-}
-
-impl ReadNorFlash for ParameterFlash {
+impl ReadNorFlash for FlashRegion {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), StorageError> {
-        let mut address = FLASH_BASE + flash_offset(offset, bytes.len())? as usize;
+        let mut address = FLASH_BASE + self.flash_offset(offset, bytes.len())? as usize;
         let mut rest = bytes;
         while !rest.is_empty() {
             // Interrupts are off for one word at most.
             let length = rest.len().min(FLASH_WORD_BYTES - address % FLASH_WORD_BYTES);
             let (piece, after) = rest.split_at_mut(length);
-            read_guarded(address, piece)?;
+            {
+                let _turn = self.flash.lock().await;
+                read_guarded(address, piece)?;
+            }
             self.words_since_pause += 1;
             if self.words_since_pause >= WORDS_WITHOUT_PAUSE {
                 self.words_since_pause = 0;
@@ -100,26 +117,25 @@ impl ReadNorFlash for ParameterFlash {
     }
 
     fn capacity(&self) -> usize {
-        REGION_BYTES as usize
+        self.length as usize
     }
 }
 
-impl NorFlash for ParameterFlash {
+impl NorFlash for FlashRegion {
     const WRITE_SIZE: usize = FLASH_WORD_BYTES;
     const ERASE_SIZE: usize = FLASH_SECTOR_BYTES;
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), StorageError> {
-        let offset = flash_offset(offset, bytes.len())?;
-        self.flash.write(offset, bytes).await.map_err(StorageError::Program)
+        let offset = self.flash_offset(offset, bytes.len())?;
+        let mut flash = self.flash.lock().await;
+        flash.write(offset, bytes).await.map_err(StorageError::Program)
     }
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), StorageError> {
         let length = to.checked_sub(from).ok_or(StorageError::Bounds)?;
-        let from = flash_offset(from, length as usize)?;
-        self.flash
-            .erase(from, from + length)
-            .await
-            .map_err(StorageError::Program)
+        let from = self.flash_offset(from, length as usize)?;
+        let mut flash = self.flash.lock().await;
+        flash.erase(from, from + length).await.map_err(StorageError::Program)
     }
 }
 
