@@ -31,6 +31,7 @@ pub mod encoders;
 pub mod events;
 pub mod fault_history;
 pub mod fault_list;
+pub mod flash_region;
 pub mod flight_record;
 pub mod hardware;
 pub mod imu;
@@ -40,6 +41,8 @@ pub mod orders;
 pub mod parameters;
 pub mod protocol;
 pub mod records;
+#[cfg(test)]
+mod test_flash;
 mod ticks;
 pub mod topics;
 pub mod watchdog;

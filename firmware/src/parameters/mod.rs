@@ -16,7 +16,6 @@ mod version_1;
 pub use numbered::schema;
 pub use store::{BootOutcome, Booted, Disbelief, NotStored, ParameterStore};
 pub use task::{boot, run};
-pub(crate) use tolerant_flash::Tolerant;
 
 #[cfg(test)]
 mod tests;

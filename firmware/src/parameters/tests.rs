@@ -10,12 +10,11 @@ use super::{BootOutcome, Booted, ParameterStore};
 use crate::built_in::PARAMETERS;
 
 mod damage;
-mod flash;
 mod migration;
 mod power_cuts;
 mod transaction;
 
-use flash::TestFlash;
+use crate::test_flash::TestFlash;
 
 /// Runs a future that never waits.
 fn now<F: Future>(future: F) -> F::Output {

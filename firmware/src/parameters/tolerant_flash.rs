@@ -7,7 +7,7 @@ use embedded_storage_async::nor_flash::{ErrorType, MultiwriteNorFlash, NorFlash,
 /// After a power cut in the middle of a word, the flash's error correction may no longer restore that word.
 /// The store must see such a word as written and wrong, which the store's checksums find, and not as a flash
 /// that failed.
-pub(crate) struct Tolerant<F>(pub(crate) F);
+pub(super) struct Tolerant<F>(pub(super) F);
 
 /// Bytes that are read at once in the search for an unreadable word.
 const PIECE: usize = 32;

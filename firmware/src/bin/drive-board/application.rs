@@ -18,8 +18,8 @@ use model::vehicle::Vehicle;
 
 use crate::board::link::{LinkReceiver, LinkSender};
 use crate::board::{
-    self, AnalogSequence, Board, CoreCycles, FlashRegion, FlightRecorder, Imu, Lamps, QuadratureCounters,
-    RunningWatchdog, StopContact, Tim1Bridges, UserButton,
+    self, AnalogSequence, Board, CoreCycles, FlightRecorder, Imu, Lamps, QuadratureCounters, Region, RunningWatchdog,
+    StopContact, Tim1Bridges, UserButton,
 };
 
 /// What the tasks share: the tasks of the control executor interrupt those of the thread.
@@ -123,12 +123,12 @@ async fn send_task(uart: LinkSender, boot: u32) {
 // The arguments move once, at start-up, into the task's own storage.
 #[allow(clippy::large_types_passed_by_value)]
 #[embassy_executor::task]
-async fn parameter_task(store: ParameterStore<FlashRegion>, booted: Booted, built_in: Vehicle<f32>) {
+async fn parameter_task(store: ParameterStore<Region>, booted: Booted, built_in: Vehicle<f32>) {
     parameters::run(&TOPICS, store, booted, built_in).await;
 }
 
 #[embassy_executor::task]
-async fn fault_task(history: Option<FaultStore<FlashRegion>>, boot: u32) {
+async fn fault_task(history: Option<FaultStore<Region>>, boot: u32) {
     fault_history::run(&TOPICS, history, boot).await;
 }
 

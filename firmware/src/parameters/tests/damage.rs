@@ -5,8 +5,8 @@ use std::vec::Vec;
 use proptest::prelude::*;
 
 use super::super::{BootOutcome, Booted, Disbelief};
-use super::flash::{PAGE, PAGES, TestFlash, WORD};
 use super::{booted, built_in, gain, history, load, now, store, stored, vehicle};
+use crate::test_flash::{PAGE, PAGES, TestFlash, WORD};
 
 /// The built-in set, because the stored one cannot be read.
 fn unreadable() -> Booted {

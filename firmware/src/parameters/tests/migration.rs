@@ -9,9 +9,9 @@ use super::super::encoding::{HEADER, SET_MAX, StoredSet, VALUE, decode, encode, 
 use super::super::numbered::name_hash;
 use super::super::store::VERSION_1;
 use super::super::{BootOutcome, Booted, Disbelief};
-use super::flash::TestFlash;
 use super::{booted, built_in, load, now, store, stored, vehicle};
 use crate::built_in::PARAMETERS;
+use crate::test_flash::TestFlash;
 
 /// A set that other firmware stored: names and values.
 type Named<'a> = Vec<((&'a str, &'a str), f32)>;

@@ -1,8 +1,8 @@
 //! Power that fails while a set is stored.
 
 use super::super::{BootOutcome, Disbelief};
-use super::flash::TestFlash;
 use super::{booted, built_in, gain, history, load, now, store, stored, vehicle};
+use crate::test_flash::TestFlash;
 
 /// The flash after a store of `kp` that has power for so many steps; also whether the store was told done.
 fn cut(mut before: TestFlash, kp: f32, power: usize) -> (TestFlash, bool) {

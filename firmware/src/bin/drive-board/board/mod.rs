@@ -64,7 +64,7 @@ pub use cycle_counter::CoreCycles;
 pub use encoders::QuadratureCounters;
 pub use flight_record::FlightRecorder;
 pub use lamps::Lamps;
-pub use storage::FlashRegion;
+pub use storage::Region;
 pub use switches::{StopContact, UserButton};
 pub use watchdog::{RunningWatchdog, WatchdogAtRest};
 
@@ -118,9 +118,9 @@ pub struct Board {
     /// Host link, in.
     pub link_receiver: link::LinkReceiver,
     /// Stored parameters.
-    pub parameters: FlashRegion,
+    pub parameters: Region,
     /// Fault history.
-    pub fault_history: FlashRegion,
+    pub fault_history: Region,
 }
 
 impl Board {

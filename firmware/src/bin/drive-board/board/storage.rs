@@ -8,6 +8,8 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, HISTORY_SECTORS, PARAMETER_SECTORS};
+use firmware::flash_region::FlashRegion;
+use static_cell::StaticCell;
 
 /// Sectors of the part's flash.
 const SECTORS: usize = 16;
@@ -43,68 +45,53 @@ impl NorFlashError for StorageError {
 /// go: the pauses give the other tasks of its executor their turns.
 const WORDS_WITHOUT_PAUSE: u32 = 16;
 
-/// The flash driver, which the regions share. Reading takes turns with writing too: to read a bank that is being erased
-/// stops the core until the erase is over.
-type SharedFlash = Mutex<CriticalSectionRawMutex, Flash<'static, Async>>;
-
-/// Some sectors in a row.
-pub struct FlashRegion {
-    flash: &'static SharedFlash,
-    /// Offset from the start of the flash.
-    offset: u32,
-    length: u32,
+/// The part's flash.
+pub struct BoardFlash {
+    flash: Flash<'static, Async>,
     words_since_pause: u32,
 }
 
+/// A region of the part's flash.
+pub type Region = FlashRegion<'static, CriticalSectionRawMutex, BoardFlash>;
+
 /// Takes the flash driver, and returns the regions of the parameters and of the fault history. To be called once.
-pub fn regions(flash: Flash<'static, Async>) -> (FlashRegion, FlashRegion) {
-    static FLASH: static_cell::StaticCell<SharedFlash> = static_cell::StaticCell::new();
-    let flash: &'static SharedFlash = FLASH.init(Mutex::new(flash));
-    let region = |first: usize, sectors: usize| FlashRegion {
+pub fn regions(flash: Flash<'static, Async>) -> (Region, Region) {
+    static FLASH: StaticCell<Mutex<CriticalSectionRawMutex, BoardFlash>> = StaticCell::new();
+    let flash: &'static _ = FLASH.init(Mutex::new(BoardFlash {
         flash,
-        offset: (first * FLASH_SECTOR_BYTES) as u32,
-        length: (sectors * FLASH_SECTOR_BYTES) as u32,
         words_since_pause: 0,
-    };
+    }));
     let parameters = SECTORS - PARAMETER_SECTORS;
     (
-        region(parameters, PARAMETER_SECTORS),
-        region(parameters - HISTORY_SECTORS, HISTORY_SECTORS),
+        FlashRegion::new(flash, parameters, PARAMETER_SECTORS),
+        FlashRegion::new(flash, parameters - HISTORY_SECTORS, HISTORY_SECTORS),
     )
 }
 
-impl FlashRegion {
-    /// Turns an offset into the region into one into the flash. Checks that the access stays in the region.
-    fn flash_offset(&self, offset: u32, length: usize) -> Result<u32, StorageError> {
-        let end = u32::try_from(length)
-            .ok()
-            .and_then(|length| offset.checked_add(length))
-            .ok_or(StorageError::Bounds)?;
-        if end > self.length {
-            return Err(StorageError::Bounds);
-        }
-        Ok(self.offset + offset)
+/// Checks that an access stays in the flash.
+fn check(offset: u32, length: usize) -> Result<(), StorageError> {
+    match (offset as usize).checked_add(length) {
+        Some(end) if end <= SECTORS * FLASH_SECTOR_BYTES => Ok(()),
+        _ => Err(StorageError::Bounds),
     }
 }
 
-impl ErrorType for FlashRegion {
+impl ErrorType for BoardFlash {
     type Error = StorageError;
 }
 
-impl ReadNorFlash for FlashRegion {
+impl ReadNorFlash for BoardFlash {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), StorageError> {
-        let mut address = FLASH_BASE + self.flash_offset(offset, bytes.len())? as usize;
+        check(offset, bytes.len())?;
+        let mut address = FLASH_BASE + offset as usize;
         let mut rest = bytes;
         while !rest.is_empty() {
             // Interrupts are off for one word at most.
             let length = rest.len().min(FLASH_WORD_BYTES - address % FLASH_WORD_BYTES);
             let (piece, after) = rest.split_at_mut(length);
-            {
-                let _turn = self.flash.lock().await;
-                read_guarded(address, piece)?;
-            }
+            read_guarded(address, piece)?;
             self.words_since_pause += 1;
             if self.words_since_pause >= WORDS_WITHOUT_PAUSE {
                 self.words_since_pause = 0;
@@ -117,25 +104,22 @@ impl ReadNorFlash for FlashRegion {
     }
 
     fn capacity(&self) -> usize {
-        self.length as usize
+        SECTORS * FLASH_SECTOR_BYTES
     }
 }
 
-impl NorFlash for FlashRegion {
+impl NorFlash for BoardFlash {
     const WRITE_SIZE: usize = FLASH_WORD_BYTES;
     const ERASE_SIZE: usize = FLASH_SECTOR_BYTES;
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), StorageError> {
-        let offset = self.flash_offset(offset, bytes.len())?;
-        let mut flash = self.flash.lock().await;
-        flash.write(offset, bytes).await.map_err(StorageError::Program)
+        check(offset, bytes.len())?;
+        self.flash.write(offset, bytes).await.map_err(StorageError::Program)
     }
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), StorageError> {
-        let length = to.checked_sub(from).ok_or(StorageError::Bounds)?;
-        let from = self.flash_offset(from, length as usize)?;
-        let mut flash = self.flash.lock().await;
-        flash.erase(from, from + length).await.map_err(StorageError::Program)
+        check(from, to.checked_sub(from).ok_or(StorageError::Bounds)? as usize)?;
+        self.flash.erase(from, to).await.map_err(StorageError::Program)
     }
 }
 

@@ -1,4 +1,4 @@
-//! A flash that loses power, corrupts words, and refuses what a real NOR flash refuses.
+//! The flash of the stores' tests: it loses power, corrupts words, and refuses what a real NOR flash refuses.
 
 use std::vec;
 use std::vec::Vec;
@@ -29,6 +29,8 @@ pub struct TestFlash {
     pub bytes: Vec<u8>,
     /// Whether error correction can no longer restore each word.
     pub damaged: Vec<bool>,
+    /// Words that read as erased and end damaged when they are programmed.
+    pub worn: Vec<usize>,
     /// Number of words that may still be programmed, or pages erased, before the power goes. After that the
     /// flash does nothing.
     pub power: usize,
@@ -41,9 +43,14 @@ pub struct TestFlash {
 
 impl TestFlash {
     pub fn new() -> Self {
+        Self::with_pages(PAGES)
+    }
+
+    pub fn with_pages(pages: usize) -> Self {
         Self {
-            bytes: vec![0xFF; PAGE * PAGES],
-            damaged: vec![false; PAGE * PAGES / WORD],
+            bytes: vec![0xFF; PAGE * pages],
+            damaged: vec![false; PAGE * pages / WORD],
+            worn: Vec::new(),
             power: usize::MAX,
             dead: false,
             damage_on_cut: true,
@@ -106,7 +113,8 @@ impl NorFlash for TestFlash {
             let at = offset as usize + i * WORD;
             let cut = !self.powered();
             let fresh = self.bytes[at..at + WORD].iter().all(|b| *b == 0xFF);
-            if !cut && !fresh && self.damage_on_rewrite {
+            let spoilt = self.worn.contains(&(at / WORD)) || (!fresh && self.damage_on_rewrite);
+            if !cut && spoilt {
                 self.damaged[at / WORD] = true;
                 continue;
             }
