@@ -76,7 +76,7 @@ where
         let command = command(topics, now, request);
 
         if core.mode() == Mode::Disarmed
-            && let Some(vehicle) = topics.new_vehicle.try_take()
+            && let Some(vehicle) = topics.new_vehicle.take()
         {
             core = core.with_vehicle(&vehicle);
         }

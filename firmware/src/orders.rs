@@ -27,14 +27,14 @@ pub struct Orders {
 impl Orders {
     /// Takes the orders of this tick; `mode` is the mode before it. Whatever is not for this tick stays.
     pub fn take<M: RawMutex>(topics: &Topics<M>, mode: Mode) -> Self {
-        let disarm = topics.disarm.try_take();
+        let disarm = topics.disarm.take();
         let clear_faults = if disarm.is_none() {
-            topics.clear_faults.try_take()
+            topics.clear_faults.take()
         } else {
             None
         };
         let arm = if clear_faults.is_none() {
-            topics.arm.try_take()
+            topics.arm.take()
         } else {
             None
         };

@@ -28,28 +28,46 @@ pub struct Stamped<T> {
     pub value: T,
 }
 
+/// A value, or none yet. Nothing is all zeros, whatever the value's type (an `Option` may say so by another number in
+/// one of the value's bytes): so the topics, with 100 KiB of records, take no room in the flash.
+#[derive(Debug, Clone, Copy)]
+#[repr(u8)]
+enum Held<T> {
+    Nothing = 0,
+    Value(T) = 1,
+}
+
+impl<T> Held<T> {
+    fn value(self) -> Option<T> {
+        match self {
+            Self::Nothing => None,
+            Self::Value(value) => Some(value),
+        }
+    }
+}
+
 /// The latest value of one kind, for any number of readers.
 #[derive(Debug)]
 pub struct Topic<M: RawMutex, T: Copy> {
-    latest: Mutex<M, Cell<Option<Stamped<T>>>>,
+    latest: Mutex<M, Cell<Held<Stamped<T>>>>,
 }
 
 impl<M: RawMutex, T: Copy> Topic<M, T> {
     /// A topic without a value.
     pub const fn new() -> Self {
         Self {
-            latest: Mutex::new(Cell::new(None)),
+            latest: Mutex::new(Cell::new(Held::Nothing)),
         }
     }
 
     /// Replaces the value, stamped `at`.
     pub fn publish(&self, at: Instant, value: T) {
-        self.latest.lock(|cell| cell.set(Some(Stamped { at, value })));
+        self.latest.lock(|cell| cell.set(Held::Value(Stamped { at, value })));
     }
 
     /// The latest value.
     pub fn latest(&self) -> Option<Stamped<T>> {
-        self.latest.lock(Cell::get)
+        self.latest.lock(Cell::get).value()
     }
 
     /// The latest value, if any, and its age at `now` in us: `u32::MAX` without a value, or for an older one.
@@ -65,6 +83,39 @@ impl<M: RawMutex, T: Copy> Topic<M, T> {
 }
 
 impl<M: RawMutex, T: Copy> Default for Topic<M, T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A value that some task leaves for another one, which looks there in its own time and takes the value once. A later
+/// value replaces an earlier one.
+#[derive(Debug)]
+pub struct Slot<M: RawMutex, T: Copy> {
+    held: Mutex<M, Cell<Held<T>>>,
+}
+
+impl<M: RawMutex, T: Copy> Slot<M, T> {
+    /// An empty slot.
+    pub const fn new() -> Self {
+        Self {
+            held: Mutex::new(Cell::new(Held::Nothing)),
+        }
+    }
+
+    /// Leaves a value. Returns whether it replaces one that nobody has taken.
+    pub fn put(&self, value: T) -> bool {
+        let before = self.held.lock(|cell| cell.replace(Held::Value(value)));
+        before.value().is_some()
+    }
+
+    /// Takes the value, if there is one.
+    pub fn take(&self) -> Option<T> {
+        self.held.lock(|cell| cell.replace(Held::Nothing)).value()
+    }
+}
+
+impl<M: RawMutex, T: Copy> Default for Slot<M, T> {
     fn default() -> Self {
         Self::new()
     }
@@ -132,11 +183,11 @@ pub struct Topics<M: RawMutex> {
     pub command: Topic<M, DriveCommand>,
     /// Somebody wants the bridges open. The wish has its own place, which nothing else fills, and the control task
     /// looks there first.
-    pub disarm: Signal<M, DisarmBy>,
+    pub disarm: Slot<M, DisarmBy>,
     /// The host's order to arm.
-    pub arm: Signal<M, OrderId>,
+    pub arm: Slot<M, OrderId>,
     /// The host's order to clear faults.
-    pub clear_faults: Signal<M, OrderId>,
+    pub clear_faults: Slot<M, OrderId>,
     /// The host's requests about parameters.
     pub parameter_requests: Channel<M, Asked, 4>,
     /// Answers to the host's orders, in order of their sending.
@@ -144,11 +195,11 @@ pub struct Topics<M: RawMutex> {
     /// Whether a changed set is about to come into force: the vehicle must not arm meanwhile.
     pub parameters_pending: Topic<M, bool>,
     /// A new set of parameters, in force from the next disarmed tick on.
-    pub new_vehicle: Signal<M, Vehicle<f32>>,
+    pub new_vehicle: Slot<M, Vehicle<f32>>,
     /// Answer to the host's latest Identify.
     pub identity: Signal<M, Identity>,
     /// The rate at which the host wants the status, Hz.
-    pub status_rate: Signal<M, u16>,
+    pub status_rate: Slot<M, u16>,
     /// The vehicle's status after the last tick.
     pub status: Topic<M, Status>,
     /// CPU cycles of the last tick.
@@ -164,7 +215,7 @@ pub struct Topics<M: RawMutex> {
     /// What the host wants to read of the board's memory.
     pub readings: Channel<M, Wanted, 4>,
     /// Where the host wants the stream of records to begin: at the block of this number, or nowhere.
-    pub recording: Signal<M, Option<u32>>,
+    pub recording: Slot<M, Option<u32>>,
     /// Counters of the link's input.
     pub link: Topic<M, LinkCounters>,
     /// Check-ins of the critical tasks.
@@ -181,15 +232,15 @@ impl<M: RawMutex> Topics<M> {
             encoders: Topic::new(),
             analog: Topic::new(),
             command: Topic::new(),
-            disarm: Signal::new(),
-            arm: Signal::new(),
-            clear_faults: Signal::new(),
+            disarm: Slot::new(),
+            arm: Slot::new(),
+            clear_faults: Slot::new(),
             parameter_requests: Channel::new(),
             answers: Channel::new(),
             parameters_pending: Topic::new(),
-            new_vehicle: Signal::new(),
+            new_vehicle: Slot::new(),
             identity: Signal::new(),
-            status_rate: Signal::new(),
+            status_rate: Slot::new(),
             status: Topic::new(),
             cycles: Topic::new(),
             faults: FaultList::new(),
@@ -197,7 +248,7 @@ impl<M: RawMutex> Topics<M> {
             log: Log::new(),
             records: RecordRings::new(),
             readings: Channel::new(),
-            recording: Signal::new(),
+            recording: Slot::new(),
             link: Topic::new(),
             checkins: Checkins::new(),
         }

@@ -1,7 +1,6 @@
 //! The link's receiving task: bytes to orders.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use embedded_io_async::Read;
 
@@ -12,7 +11,7 @@ use crate::protocol::message::{
     About, Answer, Envelope, HostMessage, Identity, LinkCounters, Order, OrderId, PROTOCOL_VERSION, Refusal,
     STATUS_RATE_HZ,
 };
-use crate::topics::{Answered, Asked, DisarmBy, DriveCommand, Topics, Wanted};
+use crate::topics::{Answered, Asked, DisarmBy, DriveCommand, Slot, Topics, Wanted};
 
 /// Reads frames for ever and publishes what they order.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Read, about: About) -> ! {
@@ -61,7 +60,7 @@ impl<M: RawMutex> Receiver<'_, M> {
                 match message {
                     // First, and whatever else is known of the sender.
                     HostMessage::Disarm(id) => {
-                        self.topics.disarm.signal(DisarmBy::Host(id));
+                        self.topics.disarm.put(DisarmBy::Host(id));
                         self.sessions.note(id);
                     }
                     HostMessage::Identify { nonce } => self.identify(nonce, now),
@@ -83,7 +82,7 @@ impl<M: RawMutex> Receiver<'_, M> {
         let (session, sequence) = self.sessions.offer(nonce, time_us);
         if sequence == 0 {
             // A new host gets the status at the usual rate, whatever the host before it had chosen.
-            self.topics.status_rate.signal(STATUS_RATE_HZ);
+            self.topics.status_rate.put(STATUS_RATE_HZ);
         }
         self.topics.identity.signal(Identity {
             protocol: PROTOCOL_VERSION,
@@ -134,14 +133,14 @@ impl<M: RawMutex> Receiver<'_, M> {
             Order::StatusRate { hz } => {
                 let max_hz = status_rate_max_hz();
                 if hz <= max_hz {
-                    self.topics.status_rate.signal(hz);
+                    self.topics.status_rate.put(hz);
                     self.answer(id, Answer::Done);
                 } else {
                     self.refuse(id, Refusal::StatusRate { max_hz });
                 }
             }
             Order::Recording { from } => {
-                self.topics.recording.signal(from);
+                self.topics.recording.put(from);
                 self.topics.records.stream(from.is_some());
                 self.answer(id, Answer::Done);
             }
@@ -156,11 +155,10 @@ impl<M: RawMutex> Receiver<'_, M> {
 
     /// Leaves an order to the control task. An order of the same kind that still waits there is dropped: once is
     /// enough.
-    fn replace(&mut self, waiting: &Signal<M, OrderId>, id: OrderId) {
-        if waiting.signaled() {
+    fn replace(&mut self, waiting: &Slot<M, OrderId>, id: OrderId) {
+        if waiting.put(id) {
             count(&mut self.counters.dropped_requests);
         }
-        waiting.signal(id);
     }
 
     fn refuse(&mut self, id: OrderId, refusal: Refusal) {

@@ -124,7 +124,7 @@ async fn keep<M: RawMutex, F: NorFlash>(
         warning!("parameters: not stored, the flash failed");
         return ParameterAnswer::FlashFailed;
     }
-    topics.new_vehicle.signal(*vehicle);
+    topics.new_vehicle.put(*vehicle);
     topics.log.push(Event::SetStored);
     info!("parameters: new set stored and in force");
     ParameterAnswer::Stored

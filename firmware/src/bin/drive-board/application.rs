@@ -144,7 +144,7 @@ async fn button_task(button: UserButton) {
     loop {
         ticker.next().await;
         if button.is_pressed() {
-            TOPICS.disarm.signal(DisarmBy::Button);
+            TOPICS.disarm.put(DisarmBy::Button);
         }
     }
 }

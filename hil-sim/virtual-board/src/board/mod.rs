@@ -253,7 +253,7 @@ impl VirtualBoard {
 
     /// Presses the board's own button once: disarm.
     pub fn press_button(&mut self) {
-        self.topics.disarm.signal(DisarmBy::Button);
+        self.topics.disarm.put(DisarmBy::Button);
     }
 
     /// Sends bytes to the board's UART.
