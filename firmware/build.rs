@@ -7,8 +7,12 @@
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
+#[path = "src/drive_board/analog.rs"]
+mod analog;
+
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed=src/drive_board/analog.rs");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     vehicle(&out);
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
@@ -21,7 +25,7 @@ fn vehicle(out: &Path) {
     let name = env::var("VEHICLE").unwrap_or_else(|_| "vehicles/reference.toml".to_owned());
     let path = Path::new("..").join(name);
     println!("cargo::rerun-if-changed={}", path.display());
-    match vehicle_file::read_vehicle(&path) {
+    match vehicle_file::read_vehicle_for(&path, &analog::RANGES) {
         Ok(vehicle) => {
             let text = vehicle_file::to_rust(&vehicle);
             fs::write(out.join("vehicle.rs"), &text).expect("OUT_DIR is writable");

@@ -1,28 +1,17 @@
 //! Stored parameters over the link of the virtual board.
 
-use firmware::parameters::ParameterStore;
 use firmware::protocol::message::{Answer, Order, ParameterAnswer, ParameterRequest};
 use model::command::Request;
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, Fault};
-use model::vehicle::{Vehicle, VehicleParameters};
 use virtual_board::board::flash::VirtualFlash;
 use virtual_board::board::log;
 
+#[path = "support/questions.rs"]
+mod questions;
 mod support;
+use questions::{ask, number};
 use support::{Bench, reference};
-
-fn ask(bench: &mut Bench, request: ParameterRequest) -> ParameterAnswer {
-    match bench.ask(Order::Parameters(request)) {
-        Some(Answer::Parameters(answer)) => answer,
-        other => panic!("{request:?}: {other:?}"),
-    }
-}
-
-/// The number of a parameter, as host and board count them.
-fn number(parameters: &VehicleParameters<f64>, table: &str, name: &str) -> u16 {
-    parameters.number_of(table, name).expect("known")
-}
 
 #[test]
 fn a_stored_parameter_is_in_force_after_the_next_boot_and_before() {
@@ -110,6 +99,48 @@ fn bad_values_are_refused_with_their_range_and_nothing_changes() {
 }
 
 #[test]
+fn every_documented_bound_is_accepted_as_printed_over_the_link() {
+    let vehicle = reference();
+    let parameters = vehicle.parameters();
+    let mut bench = Bench::new(7);
+    bench.run(500);
+    for number in 0..parameters.count() {
+        let (table, field) = parameters.field(number).expect("a field");
+        for bound in [field.min, field.max] {
+            // As an operator types it, and as the tool sends it.
+            let value: f32 = format!("{bound}").parse().expect("a number");
+            let answer = ask(&mut bench, ParameterRequest::Write { number, value });
+            assert!(
+                matches!(answer, ParameterAnswer::Value { value: kept, .. } if kept == value),
+                "{table}.{} = {bound}: {answer:?}",
+                field.name
+            );
+        }
+    }
+}
+
+#[test]
+fn limits_that_the_sensors_cannot_measure_are_not_stored() {
+    let vehicle = reference();
+    for (table, name, beyond, within) in [
+        ("battery", "maximum_v", 75.0, 60.0),
+        ("safety", "overcurrent_a", 200.0, 55.0),
+        ("safety", "overcurrent_a", 60.0, 58.0),
+    ] {
+        let limit = number(vehicle.parameters(), table, name);
+        let mut bench = Bench::new(8);
+        bench.run(1000);
+        for (value, expected) in [
+            (beyond, ParameterAnswer::Inconsistent { number: limit }),
+            (within, ParameterAnswer::Stored),
+        ] {
+            ask(&mut bench, ParameterRequest::Write { number: limit, value });
+            assert_eq!(ask(&mut bench, ParameterRequest::Store), expected, "{name} = {value}");
+        }
+    }
+}
+
+#[test]
 fn gains_that_do_not_hold_the_spar_are_not_stored() {
     let vehicle = reference();
     let gain = number(vehicle.parameters(), "spar", "spar_gain");
@@ -140,117 +171,6 @@ fn nothing_is_stored_while_armed() {
     let mut bench = Bench::armed(4);
     assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Armed);
     assert_eq!(bench.mode(), Mode::Armed, "and the vehicle drives on");
-}
-
-/// Boots from a flash whose set is lost: the vehicle does not arm before a set is stored, whichever.
-fn is_blocked_until_a_set_is_stored(seed: u64, flash: VirtualFlash, choose: &[ParameterRequest]) {
-    let mut bench = Bench::with(seed, flash.clone());
-    bench.run(1500);
-    let lines = log::take();
-    assert!(
-        lines
-            .iter()
-            .any(|line| line.contains("built-in set, arming is blocked until a set is stored")),
-        "{lines:?}"
-    );
-    bench.request(Request::Arm);
-    bench.run(60);
-    assert_eq!(bench.mode(), Mode::Disarmed);
-    let blockers = bench.status().vehicle.blockers;
-    assert_eq!(blockers.iter().collect::<Vec<_>>(), [Blocker::Parameters]);
-    // A refused store does not unblock.
-    let number = number(reference().parameters(), "body", "arm_mass_kg");
-    ask(&mut bench, ParameterRequest::Write { number, value: 100.0 });
-    assert_eq!(
-        ask(&mut bench, ParameterRequest::Store),
-        ParameterAnswer::Inconsistent { number }
-    );
-    bench.request(Request::Arm);
-    bench.run(60);
-    assert_eq!(bench.mode(), Mode::Disarmed);
-
-    for request in choose {
-        ask(&mut bench, *request);
-    }
-    assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Stored);
-    bench.run(1500);
-    bench.request(Request::Arm);
-    bench.run(20);
-    assert_eq!(
-        bench.mode(),
-        Mode::Armed,
-        "blockers {}",
-        bench.status().vehicle.blockers
-    );
-    drop(bench);
-    log::take();
-    let _again = Bench::with(seed, flash);
-    let lines = log::take();
-    assert!(
-        lines.iter().any(|line| line.ends_with("parameters: stored set")),
-        "{lines:?}"
-    );
-}
-
-#[test]
-fn random_flash_boots_to_the_built_in_set_and_does_not_arm() {
-    for seed in 0..4_u64 {
-        let flash = VirtualFlash::erased();
-        let mut noise = plant::noise::Noise::new(seed, 1);
-        let bytes: Vec<u8> = (0..256 * 1024).map(|_| noise.bits() as u8).collect();
-        flash.overwrite(&bytes);
-        let choose: &[ParameterRequest] = if seed % 2 == 0 {
-            &[ParameterRequest::Defaults]
-        } else {
-            &[]
-        };
-        is_blocked_until_a_set_is_stored(seed, flash, choose);
-    }
-}
-
-/// A flash to which two sets were stored, and the newer one's bytes: those that the second store changed.
-fn two_sets() -> (VirtualFlash, Vec<usize>) {
-    let set = |kp: f64| {
-        let mut parameters = *reference().parameters();
-        parameters.control.kp = kp;
-        Vehicle::new(parameters.cast::<f32>()).expect("valid")
-    };
-    let flash = VirtualFlash::holding(&set(0.1)).expect("fits");
-    let before = flash.contents();
-    let Ok(mut store) = ParameterStore::new(flash.clone()) else {
-        panic!("two sectors are enough");
-    };
-    futures_executor::block_on(store.store(&set(0.2))).expect("stored");
-    let after = flash.contents();
-    let changed = (0..before.len()).filter(|at| before[*at] != after[*at]).collect();
-    (flash, changed)
-}
-
-#[test]
-fn a_damaged_newest_set_does_not_boot_the_older_one() {
-    let (flash, changed) = two_sets();
-    let sound = flash.contents();
-    // The set's header in the store, its first words, its middle.
-    for place in [0, 40, 200, 400] {
-        let mut bytes = sound.clone();
-        bytes[changed[place]] ^= 0x10;
-        flash.overwrite(&bytes);
-        let mut bench = Bench::with(7, flash.clone());
-        let lines = log::take();
-        assert!(
-            lines.iter().any(|line| line.contains("the stored set cannot be read")),
-            "{lines:?}"
-        );
-        let kp = number(reference().parameters(), "control", "kp");
-        bench.run(100);
-        let answer = ask(&mut bench, ParameterRequest::Read { number: kp });
-        let built_in = reference().parameters().control.kp as f32;
-        assert!(
-            matches!(answer, ParameterAnswer::Value { value, .. } if value == built_in),
-            "{answer:?}"
-        );
-    }
-    is_blocked_until_a_set_is_stored(8, flash, &[]);
 }
 
 /// The value of a parameter in force, and as it is staged.

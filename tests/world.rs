@@ -131,8 +131,8 @@ const TABLES: &[Shown] = &[
     ),
     (
         "[plant.left]\nwheel_radius_factor = 1.03\n",
-        |r| r.truth.heading_rad,
-        0.005,
+        |r| r.truth.wheel_rate_rad_s[0] - r.truth.wheel_rate_rad_s[1],
+        0.04,
     ),
     (
         "[plant.arm_imu]\nmisalignment_y_deg = 2.0\n",

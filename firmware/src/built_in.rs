@@ -11,6 +11,7 @@ mod tests {
 
     #[test]
     fn the_built_in_vehicle_is_valid_in_single_precision() {
-        assert!(Vehicle::new(super::PARAMETERS).is_ok());
+        let vehicle = Vehicle::new(super::PARAMETERS).expect("valid");
+        assert_eq!(vehicle.check_on(&crate::drive_board::SCALES.sensor_ranges()), Ok(()));
     }
 }

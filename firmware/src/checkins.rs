@@ -12,22 +12,19 @@ use embassy_time::{Duration, Instant};
 pub enum Critical {
     /// The control task.
     Drive = 0,
-    /// The encoder task.
-    Encoders = 1,
     /// The task of the arm IMU, which checks in even while the IMU is silent.
-    ArmImu = 2,
+    ArmImu = 1,
     /// The task of the analogue inputs.
-    Analog = 3,
+    Analog = 2,
     /// The sending task of the link, which stands for everything on the thread executor.
-    Link = 4,
+    Link = 3,
 }
 
 /// Number of critical tasks.
-const TASKS: usize = 5;
+const TASKS: usize = 4;
 /// Longest silence of a task that counts as alive, in the order of [`Critical`]. The tasks of the thread
 /// executor wait for each other, so their silences are longer.
 const SILENCE: [Duration; TASKS] = [
-    Duration::from_millis(10),
     Duration::from_millis(10),
     Duration::from_millis(100),
     Duration::from_millis(100),

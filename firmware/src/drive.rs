@@ -1,5 +1,9 @@
-//! The control task: once per tick it gathers the latest readings, takes one step of the vehicle's core, and
-//! drives the bridges.
+//! The control task: once per tick it samples the sensors, takes one step of the vehicle's core, and drives the
+//! bridges.
+//!
+//! The age of every sample is a fact of this task, not of the order in which an executor polls: the encoders are read
+//! in the tick, the IMUs' samples are those of the tick, and the analogue reading is that of half a tick before
+//! ([`crate::analog`]).
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, with_timeout};
@@ -10,21 +14,24 @@ use model::supervise::codes::FaultSet;
 use model::tick::VehicleCore;
 
 use crate::checkins::Critical;
+use crate::encoders::Encoders;
 use crate::fault_list::NewFaults;
 use crate::flight_record::{FlightRecord, Recorder};
-use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop};
+use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters};
 use crate::orders::Orders;
 use crate::protocol::message::TickCycles;
 use crate::records::recorder::TickRecorder;
-use crate::ticks::every_tick;
-use crate::topics::{DriveCommand, Topics};
+use crate::ticks::{TICK, every_tick, tick_of};
+use crate::topics::{DriveCommand, Topic, Topics};
 
-/// Longest time that a tick waits for its sample of the arm IMU before it goes on without.
+/// Longest time that a tick waits for its samples of the IMUs before it goes on without.
 const IMU_WAIT: Duration = Duration::from_micros(400);
 
 /// The hardware of the control task.
 #[derive(Debug)]
-pub struct DriveHardware<B, E, C, R> {
+pub struct DriveHardware<N, B, E, C, R> {
+    /// The encoders' counters.
+    pub encoders: N,
     /// The motor bridges.
     pub bridges: B,
     /// The emergency stop.
@@ -36,9 +43,10 @@ pub struct DriveHardware<B, E, C, R> {
 }
 
 /// Runs the vehicle, tick after tick: `core` decides, `hardware` acts.
-pub async fn run<M, B, E, C, R>(topics: &Topics<M>, core: VehicleCore, hardware: DriveHardware<B, E, C, R>) -> !
+pub async fn run<M, N, B, E, C, R>(topics: &Topics<M>, core: VehicleCore, hardware: DriveHardware<N, B, E, C, R>) -> !
 where
     M: RawMutex,
+    N: EncoderCounters,
     B: Bridges,
     E: EmergencyStop,
     C: CycleCounter,
@@ -46,12 +54,14 @@ where
 {
     let mut core = core;
     let DriveHardware {
+        encoders,
         mut bridges,
         mut emergency_stop,
         cycles: counter,
         mut recorder,
     } = hardware;
     bridges.apply(&Actuation::SAFE);
+    let mut encoders = Encoders::new(encoders);
     let mut cycles = TickCycles::default();
     let mut ticks = TickRecorder::new();
     let mut latched = FaultSet::EMPTY;
@@ -59,9 +69,9 @@ where
     let mut ticker = every_tick();
     loop {
         ticker.next().await;
-        // Reading the IMU takes some tens of microseconds. If no sample comes in time, the tick goes on with
+        // Reading the IMUs takes some tens of microseconds. If no sample comes in time, the tick goes on with
         // the last one, whose age tells the core.
-        let _ = with_timeout(IMU_WAIT, topics.arm_imu_ready.wait()).await;
+        let _ = with_timeout(IMU_WAIT, imu_samples(topics, tick_of(Instant::now()))).await;
 
         let started = counter.cycles();
         let now = Instant::now();
@@ -72,7 +82,13 @@ where
         if request == Request::ClearFaults && core.mode() == Mode::Disarmed {
             bridges.clear_break();
         }
-        let sample = gather(topics, now, emergency_stop.is_pressed(), bridges.break_tripped());
+        let sample = gather(
+            topics,
+            now,
+            encoders.counts(),
+            emergency_stop.is_pressed(),
+            bridges.break_tripped(),
+        );
         let command = command(topics, now, request);
 
         if core.mode() == Mode::Disarmed
@@ -125,13 +141,29 @@ where
     }
 }
 
-/// The sample of this tick, from the latest readings.
-fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, emergency_stop: bool, bridge_break: bool) -> Sample {
+/// Waits for the IMUs' samples of the tick that began at `begin`: for the arm's in any case, for the spar's only if
+/// there was one in the tick before, so that a spar IMU that is dead or missing does not delay the drive.
+async fn imu_samples<M: RawMutex>(topics: &Topics<M>, begin: Instant) {
+    let since = |topic: &Topic<M, ImuRaw>, from: u64| topic.latest().is_some_and(|sample| sample.at.as_ticks() >= from);
+    let begin = begin.as_ticks();
+    let with_spar = since(&topics.spar_imu, begin.saturating_sub(TICK.as_ticks()));
+    while !since(&topics.arm_imu, begin) || (with_spar && !since(&topics.spar_imu, begin)) {
+        topics.imu_ready.wait().await;
+    }
+}
+
+/// The sample of this tick: the encoders' counts as they are now, and the latest of every other reading.
+fn gather<M: RawMutex>(
+    topics: &Topics<M>,
+    now: Instant,
+    encoder_counts: [i64; MOTORS],
+    emergency_stop: bool,
+    bridge_break: bool,
+) -> Sample {
     let imu = |(raw, age_us): (Option<ImuRaw>, u32)| ImuSample {
         raw: raw.unwrap_or_default(),
         age_us,
     };
-    let (counts, encoder_age_us) = topics.encoders.with_age(now);
     let (analog, analog_age_us) = topics.analog.with_age(now);
     let AnalogReading { battery, current } = analog.unwrap_or(AnalogReading {
         battery: 0,
@@ -139,8 +171,8 @@ fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, emergency_stop: bool, b
     });
     Sample {
         time_us: now.as_micros(),
-        encoder_counts: counts.unwrap_or_default(),
-        encoder_age_us,
+        encoder_counts,
+        encoder_age_us: 0,
         arm_imu: imu(topics.arm_imu.with_age(now)),
         spar_imu: imu(topics.spar_imu.with_age(now)),
         battery,

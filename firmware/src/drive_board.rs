@@ -5,6 +5,8 @@ use model::board::BoardScales;
 
 use crate::imu::driver;
 
+pub mod analog;
+
 /// Shortest pulse of either side of a bridge, in percent of the PWM period: both diagonals always switch, and the
 /// drivers' bootstrap capacitors stay charged.
 pub const PULSE_MIN_PERCENT: u32 = 3;
@@ -14,11 +16,9 @@ pub const DUTY_MAX_PERCENT: u32 = 100 - 2 * PULSE_MIN_PERCENT;
 
 /// What the board's raw counts stand for.
 pub const SCALES: BoardScales = BoardScales {
-    // A 16-bit conversion of 0 to 3.3 V behind a divider of 1:20.
-    battery_v_per_count: 66.0 / 65536.0,
-    // A 16-bit conversion of an amplifier of +-60 A around mid-scale.
-    current_a_per_count: 120.0 / 65536.0,
-    current_zero_count: 32768,
+    battery_v_per_count: analog::BATTERY_V_PER_COUNT,
+    current_a_per_count: analog::CURRENT_A_PER_COUNT,
+    current_zero_count: analog::CURRENT_ZERO_COUNT,
     duty_max: DUTY_MAX_PERCENT as f32 / 100.0,
     imu: driver::SCALES,
 };

@@ -1,13 +1,8 @@
-//! The encoder task: extends the hardware counters to 64 bits and publishes the counts once per tick.
+//! Encoder counts: the hardware counters, extended to 64 bits.
 
-use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::Instant;
 use model::sample::MOTORS;
 
-use crate::checkins::Critical;
 use crate::hardware::EncoderCounters;
-use crate::ticks::every_tick;
-use crate::topics::Topics;
 
 /// Extends a wrapping 16-bit counter to 64 bits. The result is right as long as the counter moves by less
 /// than 32768 counts between two calls.
@@ -35,19 +30,30 @@ impl CountExtender {
     }
 }
 
-/// Reads the counters every tick and publishes the counts.
-pub async fn run<M: RawMutex>(topics: &Topics<M>, mut counters: impl EncoderCounters) -> ! {
-    let mut extenders = [CountExtender::default(); MOTORS];
-    let mut ticker = every_tick();
-    loop {
-        ticker.next().await;
-        let at = Instant::now();
-        let raw = counters.counts();
+/// The counters of every motor's encoder. The control task reads them in its own tick, so that the counts are as
+/// old as the tick's other facts by design, not by the order in which tasks run.
+#[derive(Debug)]
+pub struct Encoders<E> {
+    counters: E,
+    extenders: [CountExtender; MOTORS],
+}
+
+impl<E: EncoderCounters> Encoders<E> {
+    /// The encoders behind `counters`.
+    pub fn new(counters: E) -> Self {
+        Self {
+            counters,
+            extenders: [CountExtender::default(); MOTORS],
+        }
+    }
+
+    /// The counts now, since the first reading.
+    pub fn counts(&mut self) -> [i64; MOTORS] {
         let mut counts = [0; MOTORS];
-        for ((count, extender), raw) in counts.iter_mut().zip(&mut extenders).zip(raw) {
+        let raw = self.counters.counts();
+        for ((count, extender), raw) in counts.iter_mut().zip(&mut self.extenders).zip(raw) {
             *count = extender.extend(raw);
         }
-        topics.encoders.publish(at, counts);
-        topics.checkins.check_in(Critical::Encoders);
+        counts
     }
 }

@@ -6,11 +6,10 @@
 //!
 //! | task | rate | executor |
 //! |---|---|---|
-//! | [`encoders::run`] | 1 kHz | control (interrupt) |
 //! | [`imu::run`], once for the arm and once for the spar | 1 kHz | control (interrupt) |
 //! | [`drive::run`] | 1 kHz | control (interrupt) |
 //! | [`watchdog::run`] | 200 Hz | control (interrupt) |
-//! | [`analog::run`] | 1 kHz | thread |
+//! | [`analog::run`] | 1 kHz, halfway between the ticks | thread |
 //! | [`link::receive::run`], [`link::send::run`] | as bytes come; at the host's rate | thread |
 //! | [`parameters::run`] | on request | thread |
 //! | [`fault_history::run`] | on a fault | thread |

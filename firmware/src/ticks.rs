@@ -1,14 +1,29 @@
-//! The ticker of the tasks that run once per tick of the vehicle: such tasks start together.
+//! When the periodic tasks run: at the ticks of the vehicle, or halfway between them.
 
 use embassy_time::{Duration, Instant, Ticker};
 use model::sample::TICK_US;
 
-/// A ticker with the period [`TICK_US`], whose ticks are whole multiples of it since boot, whenever the
+/// The period of a tick.
+pub const TICK: Duration = Duration::from_micros(TICK_US as u64);
+
+/// The begin of the tick that is under way at `now`: a whole multiple of [`TICK`] since boot.
+pub fn tick_of(now: Instant) -> Instant {
+    Instant::from_ticks(now.as_ticks() - now.as_ticks() % TICK.as_ticks())
+}
+
+/// A ticker with the period [`TICK`], whose ticks are whole multiples of it since boot, whenever the
 /// ticker is made.
 pub fn every_tick() -> Ticker {
-    let period = Duration::from_micros(u64::from(TICK_US));
-    let now = Instant::now().as_ticks();
-    let mut ticker = Ticker::every(period);
-    ticker.reset_at(Instant::from_ticks(now - now % period.as_ticks()));
+    let mut ticker = Ticker::every(TICK);
+    ticker.reset_at(tick_of(Instant::now()));
+    ticker
+}
+
+/// A ticker that runs half a period after [`every_tick`]'s.
+pub fn between_ticks() -> Ticker {
+    let mut ticker = Ticker::every(TICK);
+    ticker.reset_at(Instant::from_ticks(
+        tick_of(Instant::now()).as_ticks() + TICK.as_ticks() / 2,
+    ));
     ticker
 }

@@ -8,7 +8,7 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
-use model::sample::{ImuRaw, MOTORS};
+use model::sample::ImuRaw;
 use model::status::Status;
 use model::vehicle::Vehicle;
 
@@ -171,12 +171,10 @@ pub struct Answered {
 pub struct Topics<M: RawMutex> {
     /// Readings of the arm IMU.
     pub arm_imu: Topic<M, ImuRaw>,
-    /// Raised with each reading of the arm IMU; the control task waits for the signal.
-    pub arm_imu_ready: Signal<M, ()>,
     /// Readings of the spar IMU.
     pub spar_imu: Topic<M, ImuRaw>,
-    /// Encoder counts, extended to 64 bits.
-    pub encoders: Topic<M, [i64; MOTORS]>,
+    /// Raised with each reading of either IMU; the control task waits for the signal.
+    pub imu_ready: Signal<M, ()>,
     /// Analogue readings.
     pub analog: Topic<M, AnalogReading>,
     /// The latest drive command, stamped with the time at which the operator gave it.
@@ -227,9 +225,8 @@ impl<M: RawMutex> Topics<M> {
     pub const fn new() -> Self {
         Self {
             arm_imu: Topic::new(),
-            arm_imu_ready: Signal::new(),
             spar_imu: Topic::new(),
-            encoders: Topic::new(),
+            imu_ready: Signal::new(),
             analog: Topic::new(),
             command: Topic::new(),
             disarm: Slot::new(),

@@ -24,6 +24,45 @@ pub struct BoardScales {
     pub imu: ImuScales,
 }
 
+impl BoardScales {
+    /// What the board's analogue inputs measure.
+    pub const fn sensor_ranges(&self) -> SensorRanges {
+        SensorRanges::of(
+            self.battery_v_per_count,
+            self.current_a_per_count,
+            self.current_zero_count,
+        )
+    }
+}
+
+/// The largest values that a board's analogue inputs can tell from larger ones.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorRanges {
+    /// Battery voltage, V.
+    pub battery_max_v: f32,
+    /// Size of a motor current, either way, A.
+    pub current_max_a: f32,
+}
+
+/// Share of an input's full scale that counts as measured: the rest is for noise, offset and gain.
+const MEASURED_SHARE: f32 = 0.98;
+
+impl SensorRanges {
+    /// The ranges of 16-bit conversions of these scales.
+    pub const fn of(battery_v_per_count: f32, current_a_per_count: f32, current_zero_count: u16) -> Self {
+        let above = u16::MAX - current_zero_count;
+        let counts = if above < current_zero_count {
+            above
+        } else {
+            current_zero_count
+        };
+        Self {
+            battery_max_v: MEASURED_SHARE * u16::MAX as f32 * battery_v_per_count,
+            current_max_a: MEASURED_SHARE * counts as f32 * current_a_per_count,
+        }
+    }
+}
+
 #[cfg(test)]
 impl BoardScales {
     /// Scales for tests: round numbers, but for those whose rounding matters.

@@ -105,7 +105,8 @@ impl VehicleCore {
 
     /// Stage 2: angles, rates, slope, pose.
     pub fn estimate(&mut self, sensed: &Sensed) -> Estimate {
-        self.estimator.step(sensed, self.mode() == Mode::Disarmed)
+        let disarmed = self.mode() == Mode::Disarmed;
+        self.estimator.step(sensed, disarmed, self.laws.intent())
     }
 
     /// Stage 3: supervision, then the control laws.
@@ -120,6 +121,7 @@ impl VehicleCore {
             refused_arms: self.supervisor.refused_arms(),
             limits: wish.limits,
             voltage_v: wish.voltage_v,
+            ballast_off: wish.ballast_off,
             terms: wish.terms,
             speed_reference_m_s: self.laws.speed_reference_m_s(),
             yaw_rate_reference_rad_s: self.laws.yaw_rate_reference_rad_s(),
@@ -140,6 +142,11 @@ impl VehicleCore {
         if mode != Mode::Disarmed {
             for motor in [Motor::Left, Motor::Right, Motor::Ballast] {
                 let i = motor as usize;
+                if motor == Motor::Ballast && decision.ballast_off {
+                    // A current limit around the back-EMF of an encoder that is wrong would drive the motor.
+                    voltage_v[i] = 0.0;
+                    continue;
+                }
                 let limited = self.motor_limits[i].limit(voltage_v[i], sensed.relative_rate_rad_s[i]);
                 let limit = [Limit::LeftCurrent, Limit::RightCurrent, Limit::BallastCurrent][i];
                 limits.set(limit, limited.by_current);

@@ -1,6 +1,8 @@
 //! What the vehicle's tests share.
 #![allow(dead_code)] // Each test binary uses its part.
 
+pub mod flights;
+
 use std::collections::VecDeque;
 
 use firmware::drive_board::SCALES;

@@ -62,9 +62,7 @@ async fn serve<M: RawMutex, S: SpiDevice<u16>>(topics: &Topics<M>, place: Place,
             Ok(raw) => {
                 failures = 0;
                 topic.publish(at, raw);
-                if place == Place::Arm {
-                    topics.arm_imu_ready.signal(());
-                }
+                topics.imu_ready.signal(());
             }
             Err(_) => failures += 1,
         }

@@ -2,7 +2,9 @@
 //! by a number or by a name, and the number that an error is about.
 
 use crc::{CRC_32_ISCSI, Crc};
-use model::vehicle::{ParameterError, VehicleParameters};
+use model::vehicle::{ParameterError, Vehicle, VehicleParameters};
+
+use crate::drive_board::SCALES;
 
 pub(super) const HASH: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
@@ -25,6 +27,13 @@ pub(super) fn name_hash(table: &str, field: &str) -> u32 {
     digest.update(b".");
     digest.update(field.as_bytes());
     digest.finalize()
+}
+
+/// The vehicle of these parameters, if it is one and this board's sensors measure its limits.
+pub(super) fn drivable(parameters: &VehicleParameters<f32>) -> Result<Vehicle<f32>, ParameterError> {
+    let vehicle = Vehicle::new(*parameters)?;
+    vehicle.check_on(&SCALES.sensor_ranges())?;
+    Ok(vehicle)
 }
 
 /// Number of the parameter that an error names; `u16::MAX` if the vehicle has no such parameter.

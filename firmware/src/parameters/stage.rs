@@ -6,7 +6,7 @@
 
 use model::vehicle::{NotSet, Vehicle, VehicleParameters};
 
-use super::numbered::{number_of, schema};
+use super::numbered::{drivable, number_of, schema};
 use crate::protocol::message::ParameterAnswer;
 
 /// The set in force, and the staged set where it differs.
@@ -78,7 +78,7 @@ impl Stage {
     pub(super) fn take(&mut self) -> Result<Vehicle<f32>, u16> {
         let staged = self.staged();
         self.discard();
-        Vehicle::new(staged).map_err(|error| number_of(&staged, &error))
+        drivable(&staged).map_err(|error| number_of(&staged, &error))
     }
 
     /// A set is in force now.

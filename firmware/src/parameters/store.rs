@@ -12,7 +12,7 @@ use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
 use super::encoding::{SET_MAX, StoredSet, decode, encode, read_by_name};
-use super::numbered::{HASH, number_of};
+use super::numbered::{HASH, drivable, number_of};
 use super::tolerant_flash::Tolerant;
 
 /// Key of the only item of a store of version 0.1.
@@ -276,7 +276,7 @@ impl<F: NorFlash> ParameterStore<F> {
                 dropped: read.dropped,
             }
         };
-        match Vehicle::new(read.parameters) {
+        match drivable(&read.parameters) {
             Ok(vehicle) => Booted { vehicle, outcome },
             Err(error) => not_believed(Disbelief::Inconsistent(number_of(&read.parameters, &error))),
         }

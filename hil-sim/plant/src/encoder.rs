@@ -85,11 +85,12 @@ impl Encoder {
         let counts = angle_rad * self.counts_per_rad;
         // Towards minus infinity, without a call.
         let cut = counts as i64;
-        let truth = cut - i64::from(cut as f64 > counts);
-        let edges = truth - self.truth;
+        let truth = cut.saturating_sub(i64::from(cut as f64 > counts));
+        let edges = truth.wrapping_sub(self.truth);
         self.truth = truth;
         match self.law {
-            Law::Fault(SensorFault::None | SensorFault::Delayed) => self.counted += edges,
+            // A shaft that left every range wraps: the plant tells so itself.
+            Law::Fault(SensorFault::None | SensorFault::Delayed) => self.counted = self.counted.wrapping_add(edges),
             Law::Lossy(share) => self.counted += self.kept(edges, share),
             Law::Fault(SensorFault::WrongSign) => self.counted -= edges,
             Law::Fault(SensorFault::Slow) => {

@@ -204,7 +204,7 @@ fn load_scenario(arguments: &Arguments) -> Result<Scenario, CommandError> {
 /// [`CommandError::Input`] on a bad file.
 pub fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
     let vehicle = match path {
-        Some(path) => vehicle_file::read_vehicle(path),
+        Some(path) => vehicle_file::read_vehicle_for(path, &SCALES.sensor_ranges()),
         None => vehicle_file::reference(),
     };
     vehicle.map_err(|error| CommandError::Input(error.to_string()))

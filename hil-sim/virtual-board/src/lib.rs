@@ -6,6 +6,7 @@
 // Not `forbid`: the time driver's two entry points are exported by name (board::time).
 #![deny(unsafe_code)]
 
+pub mod ages;
 pub mod board;
 pub mod link_client;
 pub mod scenario;

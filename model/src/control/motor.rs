@@ -52,6 +52,16 @@ impl MotorLimits {
         voltage_v - self.resistance_ohm * current_a - self.back_emf_v_s_per_rad * rate_rad_s
     }
 
+    /// Back-EMF at the output rate `rate_rad_s`, V.
+    pub fn back_emf_v(&self, rate_rad_s: f32) -> f32 {
+        self.back_emf_v_s_per_rad * rate_rad_s
+    }
+
+    /// Steady current that `voltage_v` drives at the output rate `rate_rad_s`, A.
+    pub fn current_a(&self, voltage_v: f32, rate_rad_s: f32) -> f32 {
+        (voltage_v - self.back_emf_v(rate_rad_s)) / self.resistance_ohm
+    }
+
     /// Voltage that the current drops across the armature, V.
     pub fn drop_v(&self, current_a: f32) -> f32 {
         self.resistance_ohm * current_a

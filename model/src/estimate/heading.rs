@@ -1,39 +1,55 @@
-//! Heading and yaw rate from the arm's gyro and the wheels.
+//! Heading and yaw rate from the arm's gyro.
 
-/// Fuses the gyro's yaw rate with the difference of the wheels (6.12).
+/// Integrates the gyro's yaw rate; its biases are learnt at rest only.
 ///
-/// The gyro is used directly; its bias is learnt from the wheels while they do not slip (the two
-/// agree within [`AGREEMENT_RAD_S`]).
+/// While the vehicle drives, the wheels do not tell a gyro's bias from wheels of unequal radius, from slip or from a
+/// sagging tyre: at a steady speed each shows the same constant difference. (6.12) therefore corrects nothing while
+/// driving. At rest the wheels turn by nothing that matters, and each gyro axis shows its own bias. The two axes'
+/// biases are learnt apart, so that they stay right when the arm leaves the angle at which they were learnt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeadingEstimator {
     dt_s: f32,
     bias_gain: f32,
-    bias_rad_s: f32,
+    /// Biases of the x and z axes.
+    bias_rad_s: [f32; 2],
     yaw_rate_rad_s: f32,
     heading_rad: f32,
     /// What the last additions to the heading lost to rounding (Kahan).
     carry_rad: f32,
 }
 
-/// Largest difference of gyro and wheels from which the bias is learnt: more is slip.
+/// The gyro's axes across the wheels' axle, and where the plane's normal lies between them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct YawReading {
+    /// Rates about the arm's x and z axes, rad/s.
+    pub gyro_xz_rad_s: [f32; 2],
+    /// Sine and cosine of the angle from the arm's z axis to the plane's normal, towards x.
+    pub normal_sin_cos: [f32; 2],
+    /// Yaw rate from the difference of the wheels (6.12), rad/s.
+    pub wheels_rad_s: f32,
+}
+
+/// Largest yaw rate that may be left unexplained at rest: more is motion that the wheels do not show.
 pub const AGREEMENT_RAD_S: f32 = 0.06;
 /// Bias learning speed-up at rest.
 const STANDSTILL_FACTOR: f32 = 20.0;
+/// Yaw rate from which the length of the gyro's vector counts instead of its projection.
+const FAST_RAD_S: f32 = 0.2;
 
 impl HeadingEstimator {
     /// An estimator called every `dt_s` seconds.
     pub fn new(dt_s: f32, bias_time_constant_s: f32) -> Self {
         Self {
             dt_s,
-            bias_gain: dt_s / bias_time_constant_s,
-            bias_rad_s: 0.0,
+            bias_gain: STANDSTILL_FACTOR * dt_s / bias_time_constant_s,
+            bias_rad_s: [0.0; 2],
             yaw_rate_rad_s: 0.0,
             heading_rad: 0.0,
             carry_rad: 0.0,
         }
     }
 
-    /// This estimator with the heading of another one, and with the bias from which that one goes on.
+    /// This estimator with the heading of another one, and with the biases from which that one goes on.
     pub fn with_heading_of(self, other: &Self) -> Self {
         Self {
             dt_s: self.dt_s,
@@ -42,13 +58,28 @@ impl HeadingEstimator {
         }
     }
 
-    /// Takes the gyro's and the wheels' yaw rate in rad/s, anticlockwise (to the left) positive.
-    pub fn update(&mut self, gyro_rad_s: f32, wheels_rad_s: f32, at_rest: bool) {
-        let rate = gyro_rad_s - self.bias_rad_s;
-        let difference = rate - wheels_rad_s;
-        if difference.abs() < AGREEMENT_RAD_S {
-            let factor = if at_rest { STANDSTILL_FACTOR } else { 1.0 };
-            self.bias_rad_s += factor * self.bias_gain * difference;
+    /// Takes one reading; rates are positive anticlockwise (to the left).
+    ///
+    /// The axle lies in the plane, so whatever the arm turns about its x and z axes is yaw. What the normal's assumed
+    /// direction leaves across it is an error of that direction: to the first order it adds `across^2 / 2 along` to
+    /// the rate, which counts in a fast turn (1 degree costs 0.5 degrees in nine turns).
+    pub fn update(&mut self, reading: &YawReading, at_rest: bool) {
+        let [sin, cos] = reading.normal_sin_cos;
+        let [x, z] = reading.gyro_xz_rad_s;
+        let [bias_x, bias_z] = self.bias_rad_s;
+        let (x, z) = (x - bias_x, z - bias_z);
+        let along = z * cos + x * sin;
+        let across = x * cos - z * sin;
+        let rate = if along.abs() > FAST_RAD_S {
+            along + 0.5 * across * across / along
+        } else {
+            along
+        };
+        if at_rest {
+            let (error_x, error_z) = (x - reading.wheels_rad_s * sin, z - reading.wheels_rad_s * cos);
+            if error_x.abs() < AGREEMENT_RAD_S && error_z.abs() < AGREEMENT_RAD_S {
+                self.bias_rad_s = [bias_x + self.bias_gain * error_x, bias_z + self.bias_gain * error_z];
+            }
         }
         self.yaw_rate_rad_s = rate;
         let step = rate * self.dt_s - self.carry_rad;
@@ -57,9 +88,9 @@ impl HeadingEstimator {
         self.heading_rad = sum;
     }
 
-    /// Sets the gyro bias, rad/s.
-    pub fn set_bias(&mut self, bias_rad_s: f32) {
-        self.bias_rad_s = bias_rad_s;
+    /// Sets the biases of the gyro's x and z axes, rad/s.
+    pub fn set_bias(&mut self, bias_xz_rad_s: [f32; 2]) {
+        self.bias_rad_s = bias_xz_rad_s;
     }
 
     /// Heading in rad, anticlockwise positive, not wrapped; 0 when the core begins.
@@ -77,47 +108,87 @@ impl HeadingEstimator {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_constant_bias_is_learnt_from_the_wheels_and_the_heading_stops_drifting() {
-        let mut estimator = HeadingEstimator::new(0.001, 10.0);
-        for _ in 0..60_000 {
-            estimator.update(0.5 + 0.01, 0.5, false);
+    fn reading(x: f32, z: f32, angle: f32, wheels_rad_s: f32) -> YawReading {
+        YawReading {
+            gyro_xz_rad_s: [x, z],
+            normal_sin_cos: [angle.sin(), angle.cos()],
+            wheels_rad_s,
         }
-        let before = estimator.heading_rad();
-        for _ in 0..10_000 {
-            estimator.update(0.5 + 0.01, 0.5, false);
-        }
-        let turned = estimator.heading_rad() - before;
-        assert!((turned - 5.0).abs() < 0.002, "{turned}");
     }
 
     #[test]
-    fn another_estimator_goes_on_with_heading_and_bias_at_its_own_rate_of_learning() {
+    fn the_biases_learnt_at_rest_hold_at_every_angle_of_the_arm() {
+        let [bias_x, bias_z] = [0.02_f32, -0.01];
+        let mut estimator = HeadingEstimator::new(0.001, 10.0);
+        for _ in 0..10_000 {
+            estimator.update(&reading(bias_x, bias_z, 0.0, 0.0), true);
+        }
+        for angle in [-0.6_f32, 0.0, 0.3, 1.0] {
+            let before = estimator.heading_rad();
+            for _ in 0..10_000 {
+                let (sin, cos) = angle.sin_cos();
+                estimator.update(&reading(bias_x + 0.5 * sin, bias_z + 0.5 * cos, angle, 0.5), false);
+            }
+            let turned = estimator.heading_rad() - before;
+            assert!((turned - 5.0).abs() < 0.002, "{angle}: {turned}");
+        }
+    }
+
+    #[test]
+    fn another_estimator_goes_on_with_heading_and_biases_at_its_own_rate_of_learning() {
         let mut before = HeadingEstimator::new(0.001, 10.0);
-        for _ in 0..60_000 {
-            before.update(0.5 + 0.01, 0.5, false);
+        for _ in 0..10_000 {
+            before.update(&reading(0.0, 0.01, 0.0, 0.0), true);
+        }
+        for _ in 0..1_000 {
+            before.update(&reading(0.0, 0.51, 0.0, 0.5), false);
         }
         let mut after = HeadingEstimator::new(0.001, 1000.0).with_heading_of(&before);
         assert_eq!(after.heading_rad(), before.heading_rad());
         assert_eq!(after.yaw_rate_rad_s(), before.yaw_rate_rad_s());
         for estimator in [&mut before, &mut after] {
-            estimator.update(0.5 + 0.01, 0.5, false);
+            estimator.update(&reading(0.0, 0.51, 0.0, 0.5), false);
             assert!((estimator.yaw_rate_rad_s() - 0.5).abs() < 1e-3, "the bias is known");
         }
         // A new bias is learnt in the new time.
-        for _ in 0..10_000 {
-            before.update(0.02, 0.0, false);
-            after.update(0.02, 0.0, false);
+        for _ in 0..2_000 {
+            before.update(&reading(0.0, 0.03, 0.0, 0.0), true);
+            after.update(&reading(0.0, 0.03, 0.0, 0.0), true);
         }
-        assert!(before.yaw_rate_rad_s() < 0.005 && after.yaw_rate_rad_s() > 0.009);
+        assert!(before.yaw_rate_rad_s() < 0.005 && after.yaw_rate_rad_s() > 0.015);
     }
 
     #[test]
-    fn slipping_wheels_are_not_believed() {
-        let mut estimator = HeadingEstimator::new(0.001, 10.0);
-        for _ in 0..20_000 {
-            estimator.update(0.0, 3.0, false);
+    fn wheels_of_unequal_radius_or_slipping_change_nothing_while_driving() {
+        for wheels_rad_s in [0.001, 0.02, 0.05, 3.0] {
+            let mut estimator = HeadingEstimator::new(0.001, 10.0);
+            for _ in 0..100_000 {
+                estimator.update(&reading(0.0, 0.0, 0.0, wheels_rad_s), false);
+            }
+            assert_eq!(estimator.heading_rad(), 0.0);
         }
-        assert_eq!(estimator.heading_rad(), 0.0);
+    }
+
+    #[test]
+    fn a_turn_that_the_wheels_do_not_show_is_no_bias() {
+        let mut estimator = HeadingEstimator::new(0.001, 10.0);
+        for _ in 0..10_000 {
+            estimator.update(&reading(0.0, 0.1, 0.0, 0.0), true);
+        }
+        assert!((estimator.heading_rad() - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_fast_turn_does_not_depend_on_the_normals_direction() {
+        for (rate, off) in [(1.9_f32, 0.02_f32), (-1.9, 0.03), (0.5, -0.03), (-0.7, 0.02)] {
+            let mut estimator = HeadingEstimator::new(0.001, 10.0);
+            // The arm stands at 0.2 rad from the normal, and is believed to stand at 0.2 + off.
+            let (sin, cos) = 0.2_f32.sin_cos();
+            for _ in 0..30_000 {
+                estimator.update(&reading(rate * sin, rate * cos, 0.2 + off, rate), false);
+            }
+            let error_deg = (estimator.heading_rad() - 30.0 * rate).to_degrees();
+            assert!(error_deg.abs() < 0.1, "{rate} {off}: {error_deg}");
+        }
     }
 }

@@ -4,11 +4,14 @@
 //! gives phi'; the accelerometer gives phi only once the accelerations of the axle and of the arm are
 //! taken out of it. The slope is not sensed at all: it follows from the balance of forces.
 
+pub mod alignment;
 pub mod heading;
 pub mod odometry;
 pub mod rate_filter;
 mod result;
 pub mod slope;
+pub mod stall;
 pub mod tilt;
+pub mod traction;
 
 pub use result::Estimate;

@@ -15,7 +15,8 @@ pub struct Estimate {
     pub speed_m_s: f32,
     /// Slope beta, rad, uphill positive.
     pub slope_rad: f32,
-    /// Sine of the slope.
+    /// Sine of the slope that the laws carry: that of the ground, and while the vehicle pushes at an obstacle, of a hill
+    /// that would ask as much.
     pub sin_slope: f32,
     /// Heading since boot, rad, anticlockwise positive, not wrapped.
     pub heading_rad: f32,
@@ -45,6 +46,10 @@ pub struct Estimate {
     pub stopped: bool,
     /// Gyro and accelerometer have contradicted each other for a while.
     pub contradicted: bool,
+    /// The wheels slide: speed and distance come from the accelerometer.
+    pub sliding: bool,
+    /// Something blocks the vehicle, which is told to drive.
+    pub stalled: bool,
 }
 
 impl Estimate {

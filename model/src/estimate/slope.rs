@@ -72,6 +72,17 @@ impl SlopeEstimator {
         self.set(sin);
     }
 
+    /// Sets the sine of the slope.
+    pub fn reset(&mut self, sin: f32) {
+        self.filtered.reset(sin);
+        self.set(sin);
+    }
+
+    /// Sine of the arm's angle at which the vehicle stands still on a slope of the sine `sin_slope`.
+    pub fn sin_equilibrium(&self, sin_slope: f32) -> f32 {
+        sin_slope / (self.alpha_l * self.weight)
+    }
+
     /// sin(beta) from the balance of forces, unfiltered.
     fn balance(
         &self,

@@ -46,6 +46,31 @@ pub struct TiltReading {
     pub force_z_m_s2: f32,
 }
 
+/// How far the accelerometer shows where down is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Trust {
+    /// Not at all: the vehicle falls or lands, and gravity is no part of what the accelerometer feels, or the smaller.
+    None,
+    /// Little: the wheels slide, and the axle's acceleration is not what they show.
+    Little,
+    /// As far as the axle's acceleration is known.
+    Driving,
+    /// Fully: the vehicle does not move. The gyro shows its bias and the accelerometer shows gravity alone.
+    AtRest,
+}
+
+impl Trust {
+    /// Factors on the corrections of the angle and of the bias.
+    fn factors(self) -> (f32, f32) {
+        match self {
+            Self::None => (0.0, 0.0),
+            Self::Little => (LITTLE_FACTOR, 0.0),
+            Self::Driving => (1.0, 1.0),
+            Self::AtRest => (STANDSTILL_FACTOR, STANDSTILL_BIAS_FACTOR),
+        }
+    }
+}
+
 /// Complementary filter for angle and gyro bias.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TiltEstimator {
@@ -63,6 +88,12 @@ pub struct TiltEstimator {
     error: f32,
 }
 
+/// Slow-down of the angle's correction while the wheels slide: not 0, so that a slide that is none cannot keep a wrong
+/// angle for ever.
+const LITTLE_FACTOR: f32 = 0.02;
+/// Largest error, as a sine, that corrects the angle while driving: the start of a slide looks like a wrong angle, and
+/// must not be taken for one before it is known as a slide.
+const CORRECTION_MAX: f32 = 0.015;
 /// Speed-up of the angle's correction while the body is known to be at rest.
 const STANDSTILL_FACTOR: f32 = 20.0;
 /// Speed-up of the bias's correction at rest: with the reference time constants the two poles are about
@@ -99,9 +130,8 @@ impl TiltEstimator {
         self.acceleration.reset(self.rate_rad_s);
     }
 
-    /// Takes one reading. While `at_rest`, the vehicle does not move: the gyro shows its bias and
-    /// the accelerometer shows gravity alone.
-    pub fn update(&mut self, reading: &TiltReading, disturbance: &Disturbance, at_rest: bool) {
+    /// Takes one reading.
+    pub fn update(&mut self, reading: &TiltReading, disturbance: &Disturbance, trust: Trust) {
         let Disturbance {
             axle_acceleration_m_s2: a,
             sin_slope,
@@ -124,13 +154,14 @@ impl TiltEstimator {
         let error = (gravity_x * cos - gravity_z * sin) / G;
         let error = error.bounded(-1.0, 1.0);
         self.error = error;
-        let (factor, bias_factor) = if at_rest {
-            (STANDSTILL_FACTOR, STANDSTILL_BIAS_FACTOR)
-        } else {
-            (1.0, 1.0)
-        };
+        let (factor, bias_factor) = trust.factors();
         self.bias_rad_s -= bias_factor * self.bias_gain_per_s2 * error * self.dt_s;
-        self.set_angle(self.angle_rad + self.dt_s * (rate + factor * self.angle_gain_per_s * error));
+        let correction = if trust == Trust::AtRest {
+            error
+        } else {
+            error.bounded(-CORRECTION_MAX, CORRECTION_MAX)
+        };
+        self.set_angle(self.angle_rad + self.dt_s * (rate + factor * self.angle_gain_per_s * correction));
     }
 
     fn set_angle(&mut self, angle_rad: f32) {
@@ -235,7 +266,7 @@ mod tests {
                 yaw_rate_rad_s: 0.0,
                 sin_roll: 0.0,
             };
-            estimator.update(&reading(t, 0.1, &phi, &x), &disturbance, false);
+            estimator.update(&reading(t, 0.1, &phi, &x), &disturbance, Trust::Driving);
             if k > 5000 {
                 worst = worst.max((f64::from(estimator.angle_rad()) - phi(t)).abs());
             }
@@ -248,13 +279,14 @@ mod tests {
     fn without_compensation_the_same_motion_reads_wrong() {
         let x = |t: f64| [0.5 * 0.3 * GRAVITY_M_S2 * t * t, 0.0];
         let mut estimator = estimator();
-        for k in 0..20_000 {
+        // At most 0.43 deg/s: what looks like this may be a slide.
+        for k in 0..120_000 {
             let t = f64::from(k) * f64::from(DT);
             let disturbance = Disturbance {
                 cos_slope: 1.0,
                 ..Disturbance::default()
             };
-            estimator.update(&reading(t, 0.1, &|_| 0.0, &x), &disturbance, false);
+            estimator.update(&reading(t, 0.1, &|_| 0.0, &x), &disturbance, Trust::Driving);
         }
         let degrees = estimator.angle_rad().to_degrees();
         assert!((degrees - 16.7).abs() < 0.5, "0.3 g reads as {degrees} degrees");
@@ -262,7 +294,7 @@ mod tests {
 
     #[test]
     fn the_bias_is_learnt_slowly_while_moving_and_fast_at_rest() {
-        let run = |at_rest: bool, ticks: usize| {
+        let run = |trust: Trust, ticks: usize| {
             let mut estimator = estimator();
             let reading = TiltReading {
                 rate_rad_s: 0.02,
@@ -274,21 +306,47 @@ mod tests {
                 ..Disturbance::default()
             };
             for _ in 0..ticks {
-                estimator.update(&reading, &disturbance, at_rest);
+                estimator.update(&reading, &disturbance, trust);
             }
             estimator
         };
-        let rest = run(true, 2000);
+        let rest = run(Trust::AtRest, 2000);
         assert!((rest.bias_rad_s() - 0.02).abs() < 0.002, "{}", rest.bias_rad_s());
-        let moving = run(false, 2000);
+        let moving = run(Trust::Driving, 2000);
         assert!(
             moving.bias_rad_s() > 0.0 && moving.bias_rad_s() < 0.004,
             "{}",
             moving.bias_rad_s()
         );
-        let settled = run(false, 400_000);
+        let settled = run(Trust::Driving, 400_000);
         assert!((settled.bias_rad_s() - 0.02).abs() < 0.001, "{}", settled.bias_rad_s());
         assert!(settled.angle_rad().abs() < 0.002, "{}", settled.angle_rad());
+    }
+
+    #[test]
+    fn what_is_not_trusted_corrects_nothing_or_little() {
+        let run = |trust: Trust| {
+            let mut estimator = estimator();
+            let reading = TiltReading {
+                rate_rad_s: 0.0,
+                force_x_m_s2: 0.1 * G,
+                force_z_m_s2: G,
+            };
+            let disturbance = Disturbance {
+                cos_slope: 1.0,
+                ..Disturbance::default()
+            };
+            for _ in 0..1000 {
+                estimator.update(&reading, &disturbance, trust);
+            }
+            (estimator.angle_rad(), estimator.bias_rad_s())
+        };
+        assert_eq!(run(Trust::None), (0.0, 0.0));
+        let (little, driving) = (run(Trust::Little), run(Trust::Driving));
+        assert!(
+            little.0 > 0.0 && little.0 < 0.15 * driving.0 && little.1 == 0.0,
+            "{little:?}"
+        );
     }
 
     #[test]

@@ -134,9 +134,9 @@ codes! {
     ImuImplausible = 3,
     /// The encoders gave no sample in time.
     EncoderStale = 4,
-    /// An encoder contradicts its motor's voltage and current, or jumped.
+    /// A wheel's encoder contradicts its motor's voltage and current, or jumped.
     EncoderImplausible = 5,
-    /// A motor's current exceeded the largest allowed.
+    /// A drive motor's current exceeded the largest allowed.
     Overcurrent = 6,
     /// The battery is below its lowest voltage.
     BatteryLow = 7,
@@ -158,6 +158,20 @@ codes! {
     SparAngle = 15,
     /// The spar IMU gave no believable sample: the ballast motor is off.
     SparImu = 16,
+    /// The ballast's encoder contradicts its motor's voltage and current, or jumped: the ballast motor is off.
+    BallastEncoder = 17,
+    /// The ballast motor's current exceeded the largest allowed: the ballast motor is off.
+    BallastOvercurrent = 18,
+    /// No current follows the ballast motor's voltage: a lead is open, and the ballast motor is off.
+    BallastMotorOpen = 19,
+    /// The ballast motor's current sensor does not follow the current, or showed one at an open bridge: the ballast motor is off.
+    BallastCurrentSensor = 20,
+    /// No current follows the left motor's voltage: a lead is open.
+    LeftMotorOpen = 21,
+    /// No current follows the right motor's voltage: a lead is open.
+    RightMotorOpen = 22,
+    /// A drive motor's current sensor does not follow the current.
+    CurrentSensor = 23,
 }
 
 codes! {
@@ -191,6 +205,8 @@ codes! {
     CommandNotNeutral = 11,
     /// Stored parameters are not in force: a change is being stored, or the stored set cannot be believed.
     Parameters = 12,
+    /// A drive motor's current sensor shows a current though every bridge is open.
+    CurrentSensor = 13,
 }
 
 codes! {
@@ -208,15 +224,28 @@ codes! {
     BallastCurrent = 3,
     /// The reference governor is still on its way to the command.
     Reference = 4,
+    /// Something blocks the vehicle: it is told to drive, and its wheels do not turn.
+    Stall = 5,
+    /// The wheels slide.
+    Slip = 6,
 }
 
 impl FaultSet {
     /// Faults that open the bridges at once.
     pub const OPENING: Self = Self(Self::FULL.0 & !Self::STOPPING.0 & !Self::SPAR.0);
     /// Faults that bring the vehicle, which can still be controlled, to a controlled stop.
-    pub const STOPPING: Self = Self(Fault::CommandTimeout.bit() | Fault::BatteryLow.bit() | Fault::AnalogStale.bit());
+    pub const STOPPING: Self = Self(
+        Fault::CommandTimeout.bit() | Fault::BatteryLow.bit() | Fault::AnalogStale.bit() | Fault::CurrentSensor.bit(),
+    );
     /// Faults that only switch the ballast motor off.
-    pub const SPAR: Self = Self(Fault::SparAngle.bit() | Fault::SparImu.bit());
+    pub const SPAR: Self = Self(
+        Fault::SparAngle.bit()
+            | Fault::SparImu.bit()
+            | Fault::BallastEncoder.bit()
+            | Fault::BallastOvercurrent.bit()
+            | Fault::BallastMotorOpen.bit()
+            | Fault::BallastCurrentSensor.bit(),
+    );
 }
 
 #[cfg(test)]

@@ -6,5 +6,6 @@
 
 pub mod arming;
 pub mod codes;
+pub mod motor_watch;
 pub mod plausibility;
 pub mod supervisor;

@@ -1,7 +1,6 @@
 //! Whether a sensor's reading can be true.
 
 use crate::board::ImuScales;
-use crate::control::motor::MotorLimits;
 use crate::sample::{ImuRaw, ImuSample};
 
 /// Counts consecutive bad ticks: one glitch is no fault, a run of them is.
@@ -20,6 +19,11 @@ impl Persistence {
     /// Takes one tick's verdict; true once the run of bad ticks is long enough.
     pub fn update(&mut self, bad: bool) -> bool {
         self.bad = if bad { self.bad.saturating_add(1) } else { 0 };
+        self.stands()
+    }
+
+    /// What the last update gave.
+    pub fn stands(&self) -> bool {
         self.bad >= self.limit
     }
 }
@@ -77,6 +81,7 @@ pub struct ImuWatch {
     last: Option<ImuRaw>,
     repeated: Persistence,
     saturated: Persistence,
+    forceless: Persistence,
     impossible: Suspicion,
 }
 
@@ -84,9 +89,12 @@ pub struct ImuWatch {
 const REPEATED_TICKS: u16 = 20;
 const SATURATED_TICKS: u16 = 10;
 const IMPOSSIBLE_TICKS: u16 = 40;
+/// Ticks without force in a row: a fall of 0.44 m. A vehicle that drives over a ledge of 40 mm falls for 90 ms, and
+/// again after each rebound.
+const FORCELESS_TICKS: u16 = 300;
 /// Change of an angular rate within one tick that no body with mass makes.
 const JUMP_DEG_S: f32 = 200.0;
-/// Bounds of the specific force's magnitude that a rolling vehicle can show for long, in g.
+/// Bounds of the specific force's magnitude in g: below, the vehicle falls; above, no blow lasts long.
 const FORCE_MIN_G: f32 = 0.2;
 const FORCE_MAX_G: f32 = 6.0;
 
@@ -102,6 +110,7 @@ impl ImuWatch {
             last: None,
             repeated: Persistence::new(REPEATED_TICKS),
             saturated: Persistence::new(SATURATED_TICKS),
+            forceless: Persistence::new(FORCELESS_TICKS),
             impossible: Suspicion::new(IMPOSSIBLE_TICKS),
         }
     }
@@ -121,53 +130,15 @@ impl ImuWatch {
         let at_end = |value: &i16| *value == i16::MAX || *value == i16::MIN;
         let saturated = self.saturated.update(raw.accel.iter().chain(&raw.gyro).any(at_end));
         let squares: f32 = raw.accel.iter().map(|a| f32::from(*a) * f32::from(*a)).sum();
-        let force = squares < self.force_min_lsb2 || squares > self.force_max_lsb2;
-        let impossible = self.impossible.update(force || jumped);
+        let forceless = self.forceless.update(squares < self.force_min_lsb2);
+        let impossible = self.impossible.update(squares > self.force_max_lsb2 || jumped);
         if sample.age_us > self.timeout_us {
             ImuHealth::Stale
-        } else if repeated || saturated || impossible {
+        } else if repeated || saturated || forceless || impossible {
             ImuHealth::Implausible
         } else {
             ImuHealth::Good
         }
-    }
-}
-
-/// Watches one encoder against its motor.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EncoderWatch {
-    limits: MotorLimits,
-    last: Option<i64>,
-    jump_counts: i64,
-    contradicted: Persistence,
-}
-
-/// Armature voltage unexplained by current and back-EMF beyond which the encoder is not believed, and
-/// the share of the resistance drop added to it: the armature's resistance grows by a third as it warms.
-const RESIDUAL_V: f32 = 2.0;
-const RESIDUAL_SHARE: f32 = 0.5;
-const RESIDUAL_TICKS: u16 = 100;
-
-impl EncoderWatch {
-    /// A watch for the motor with `limits`, whose encoder cannot move more than `jump_counts` in a tick.
-    pub fn new(limits: MotorLimits, jump_counts: i64) -> Self {
-        Self {
-            limits,
-            last: None,
-            jump_counts,
-            contradicted: Persistence::new(RESIDUAL_TICKS),
-        }
-    }
-
-    /// Takes one tick: the count, the voltage applied in the last tick (`None` while the bridge is
-    /// open), the measured current and the filtered output rate. True while the encoder is implausible.
-    pub fn update(&mut self, count: i64, applied_v: Option<f32>, current_a: f32, rate_rad_s: f32) -> bool {
-        let moved = self.last.map_or(0, |last| count.wrapping_sub(last));
-        self.last = Some(count);
-        let residual = applied_v.map_or(0.0, |v| self.limits.residual_v(v, current_a, rate_rad_s));
-        let allowed = RESIDUAL_V + RESIDUAL_SHARE * self.limits.drop_v(current_a).abs();
-        let contradicted = self.contradicted.update(residual.abs() > allowed);
-        moved.unsigned_abs() > self.jump_counts.unsigned_abs() || contradicted
     }
 }
 
@@ -231,7 +202,7 @@ mod tests {
                     },
                     age_us: 0,
                 },
-                IMPOSSIBLE_TICKS,
+                FORCELESS_TICKS,
             ),
         ] {
             let mut watch = ImuWatch::new(5000, &BoardScales::TEST.imu);

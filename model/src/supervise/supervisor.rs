@@ -2,10 +2,11 @@
 
 use super::arming::{Arming, Conditions, Mode};
 use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
-use super::plausibility::{EncoderWatch, ImuHealth, ImuWatch, Persistence};
+use super::motor_watch::{MotorHealth, MotorReading, MotorWatch};
+use super::plausibility::{ImuHealth, ImuWatch, Persistence};
 use crate::board::BoardScales;
 use crate::command::Command;
-use crate::control::motor::{MotorLimits, voltage};
+use crate::control::motor::voltage;
 use crate::estimate::Estimate;
 use crate::sample::TICK_S;
 use crate::sample::{Actuation, MOTORS, Motor};
@@ -49,8 +50,11 @@ pub struct Supervisor {
     thresholds: Thresholds,
     arm_watch: ImuWatch,
     spar_watch: Option<ImuWatch>,
-    encoder_watches: [EncoderWatch; MOTORS],
+    motor_watches: [MotorWatch; MOTORS],
     overcurrent: Persistence,
+    ballast_overcurrent: Persistence,
+    /// A drive motor's current sensor showed a current when the bridges were last open.
+    current_offset: bool,
     battery_low: Persistence,
     battery_high: Persistence,
     last_time_us: Option<u64>,
@@ -74,9 +78,8 @@ impl Supervisor {
         let p = vehicle.parameters();
         let us = |s: f32| (s * 1e6) as u32;
         let sensor_timeout_us = us(p.safety.sensor_timeout_s);
-        let encoder_watch = |motor: &MotorParameters<f32>| {
-            EncoderWatch::new(MotorLimits::new(motor), jump_counts(motor, p.battery.maximum_v))
-        };
+        let motor_watch =
+            |motor: &MotorParameters<f32>| MotorWatch::new(motor, jump_counts(motor, p.battery.maximum_v));
         let ballast_motor = p.spar.as_ref().map_or(&p.drive_motor, |(_, motor)| motor);
         let imu_watch = ImuWatch::new(sensor_timeout_us, &scales.imu);
         Self {
@@ -92,12 +95,14 @@ impl Supervisor {
             },
             arm_watch: imu_watch,
             spar_watch: p.spar.as_ref().map(|_| imu_watch),
-            encoder_watches: [
-                encoder_watch(&p.drive_motor),
-                encoder_watch(&p.drive_motor),
-                encoder_watch(ballast_motor),
+            motor_watches: [
+                motor_watch(&p.drive_motor),
+                motor_watch(&p.drive_motor),
+                motor_watch(ballast_motor),
             ],
             overcurrent: Persistence::new(OVERCURRENT_TICKS),
+            ballast_overcurrent: Persistence::new(OVERCURRENT_TICKS),
+            current_offset: false,
             battery_low: Persistence::new(BATTERY_TICKS),
             battery_high: Persistence::new(BATTERY_TICKS),
             last_time_us: None,
@@ -187,32 +192,13 @@ impl Supervisor {
             arm == ImuHealth::Implausible || estimate.contradicted,
         );
         if let Some(watch) = &mut self.spar_watch {
-            faults.set(Fault::SparImu, watch.update(&sensed.spar_imu) != ImuHealth::Good);
+            let good = watch.update(&sensed.spar_imu) == ImuHealth::Good;
+            faults.set(Fault::SparImu, !good);
             faults.set(Fault::SparAngle, estimate.spar_rad.abs() > limits.spar_max_rad);
         }
 
         faults.set(Fault::EncoderStale, sensed.encoder_age_us > limits.sensor_timeout_us);
-        // Without a spar the third bridge has no motor.
-        let motors = if self.spar_watch.is_some() {
-            MOTORS
-        } else {
-            Motor::Ballast as usize
-        };
-        let mut implausible = false;
-        for (i, watch) in self.encoder_watches.iter_mut().enumerate().take(motors) {
-            // The ballast's idle bridge holds 0 V, which is as good a test as any other voltage.
-            let applied_v = applied.enable.then(|| voltage(applied.duty[i], sensed.battery_v));
-            implausible |= watch.update(
-                sensed.encoder_counts[i],
-                applied_v,
-                sensed.current_a[i],
-                sensed.relative_rate_rad_s[i],
-            );
-        }
-        faults.set(Fault::EncoderImplausible, implausible);
-
-        let over = sensed.current_a.iter().any(|a| a.abs() > limits.overcurrent_a);
-        faults.set(Fault::Overcurrent, self.overcurrent.update(over));
+        faults = faults.union(self.motors(sensed, applied));
         let low = self.battery_low.update(sensed.battery_v < limits.battery_min_v);
         faults.set(Fault::BatteryLow, low);
         let high = self.battery_high.update(sensed.battery_v > limits.battery_max_v);
@@ -225,6 +211,47 @@ impl Supervisor {
             Fault::CommandTimeout,
             !command.is_finite() || command.age_us > limits.command_timeout_us,
         );
+        faults
+    }
+
+    /// The faults of the motors, their encoders, current sensors and leads.
+    fn motors(&mut self, sensed: &Sensed, applied: Actuation) -> FaultSet {
+        let mut health = [MotorHealth::default(); MOTORS];
+        // Without a spar the third bridge has no motor.
+        let with_ballast = self.spar_watch.is_some();
+        let motors = if with_ballast { MOTORS } else { Motor::Ballast as usize };
+        for (i, (watch, health)) in self.motor_watches.iter_mut().zip(&mut health).enumerate().take(motors) {
+            // The ballast's idle bridge holds 0 V, which is as good a test as any other voltage.
+            *health = watch.update(&MotorReading {
+                count: sensed.encoder_counts[i],
+                applied_v: applied.enable.then(|| voltage(applied.duty[i], sensed.battery_v)),
+                current_a: sensed.current_a[i],
+                rate_rad_s: sensed.relative_rate_rad_s[i],
+            });
+        }
+        let [left, right, ballast] = health;
+        self.current_offset = left.current_offset || right.current_offset;
+        let [left_a, right_a, ballast_a] = sensed.current_a.map(f32::abs);
+        let limit_a = self.thresholds.overcurrent_a;
+        let over = self.overcurrent.update(left_a > limit_a || right_a > limit_a);
+        let ballast_over = self.ballast_overcurrent.update(with_ballast && ballast_a > limit_a);
+        let mut faults = FaultSet::EMPTY;
+        for (fault, present) in [
+            (Fault::EncoderImplausible, left.encoder || right.encoder),
+            (Fault::Overcurrent, over),
+            (Fault::LeftMotorOpen, left.open),
+            (Fault::RightMotorOpen, right.open),
+            (Fault::CurrentSensor, left.current_sensor || right.current_sensor),
+            (Fault::BallastEncoder, ballast.encoder),
+            (Fault::BallastOvercurrent, ballast_over),
+            (Fault::BallastMotorOpen, ballast.open),
+            (
+                Fault::BallastCurrentSensor,
+                ballast.current_sensor || ballast.current_offset,
+            ),
+        ] {
+            faults.set(fault, present);
+        }
         faults
     }
 
@@ -249,6 +276,7 @@ impl Supervisor {
         blockers.set(Blocker::NoCommand, any(&[Fault::CommandTimeout]));
         blockers.set(Blocker::CommandNotNeutral, !command.is_neutral());
         blockers.set(Blocker::Parameters, command.parameters_pending);
+        blockers.set(Blocker::CurrentSensor, self.current_offset);
         blockers
     }
 }

@@ -6,6 +6,7 @@ use crate::control::spar::{SparController, SparState, SparTerms};
 use crate::control::speed::{SpeedController, SpeedInput};
 use crate::control::steering::{SteeringController, SteeringInput};
 use crate::estimate::Estimate;
+use crate::estimate::stall::Intent;
 use crate::sample::MOTORS;
 use crate::sample::TICK_S;
 use crate::sensed::Sensed;
@@ -37,6 +38,8 @@ pub struct Decision {
     pub limits: LimitSet,
     /// Voltage wanted of each motor, V; all 0 while disarmed.
     pub voltage_v: [f32; MOTORS],
+    /// The ballast motor is switched off: it gets no voltage, whatever its encoder shows.
+    pub ballast_off: bool,
     /// Terms of the laws, before any limit; all 0 while disarmed.
     pub terms: Terms,
     /// Governed speed reference, m/s.
@@ -50,6 +53,7 @@ pub struct Decision {
 pub(super) struct Wish {
     pub(super) limits: LimitSet,
     pub(super) voltage_v: [f32; MOTORS],
+    pub(super) ballast_off: bool,
     pub(super) terms: Terms,
 }
 
@@ -61,6 +65,8 @@ pub(super) struct Laws {
     spar: Option<SparController>,
     /// A spar fault has occurred since the vehicle was armed: the ballast motor gets no voltage.
     spar_off: bool,
+    /// The speed aimed at in the last tick, before the governor, m/s.
+    target_m_s: f32,
     duty_max: f32,
 }
 
@@ -72,6 +78,7 @@ impl Laws {
             steering: SteeringController::new(vehicle, TICK_S),
             spar: SparController::new(vehicle),
             spar_off: false,
+            target_m_s: 0.0,
             duty_max,
         }
     }
@@ -79,6 +86,7 @@ impl Laws {
     /// One tick: what the laws ask for; nothing while disarmed.
     pub(super) fn step(&mut self, verdict: Verdict, sensed: &Sensed, estimate: &Estimate, command: &Command) -> Wish {
         if verdict.mode == Mode::Disarmed {
+            self.target_m_s = 0.0;
             return Wish::default();
         }
         if verdict.newly_armed {
@@ -93,6 +101,7 @@ impl Laws {
         } else {
             (0.0, 0.0)
         };
+        self.target_m_s = speed_m_s;
         let supply_v = self.duty_max * sensed.battery_v;
         let turn = self.steering.step(&SteeringInput {
             target_rad_s: yaw_rate_rad_s,
@@ -115,6 +124,8 @@ impl Laws {
         limits.set(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);
         let behind_m_s = (self.speed.reference_m_s() - speed_m_s).abs();
         limits.set(Limit::Reference, behind_m_s > REFERENCE_REACHED_M_S);
+        limits.set(Limit::Stall, estimate.stalled);
+        limits.set(Limit::Slip, estimate.sliding);
         Wish {
             limits,
             voltage_v: [
@@ -122,6 +133,7 @@ impl Laws {
                 drive.voltage_v + turn.voltage_v,
                 level.voltage_v,
             ],
+            ballast_off: self.spar.is_none() || self.spar_off,
             terms: Terms {
                 speed: drive.terms,
                 steering: turn.terms,
@@ -143,6 +155,14 @@ impl Laws {
                 supply_v,
             ),
             _ => LawOutput::default(),
+        }
+    }
+
+    /// What the speed law was told in the last tick.
+    pub(super) fn intent(&self) -> Intent {
+        Intent {
+            target_m_s: self.target_m_s,
+            reference_m_s: self.speed.reference_m_s(),
         }
     }
 

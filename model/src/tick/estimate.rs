@@ -2,33 +2,63 @@
 
 use crate::bounded::Bounded;
 use crate::estimate::Estimate;
-use crate::estimate::heading::HeadingEstimator;
+use crate::estimate::alignment::Alignment;
+use crate::estimate::heading::{HeadingEstimator, YawReading};
 use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
 use crate::estimate::slope::SlopeEstimator;
-use crate::estimate::tilt::{Disturbance, TiltEstimator};
+use crate::estimate::stall::{Intent, Progress, Stall};
+use crate::estimate::tilt::{Disturbance, TiltEstimator, TiltReading, Trust};
+use crate::estimate::traction::{Evidence, Traction};
 use crate::sample::{Motor, TICK_S};
 use crate::sensed::Sensed;
 use crate::supervise::plausibility::Persistence;
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
+
+mod calibration;
+
+use calibration::Calibration;
 
 /// Stage 2's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Estimator {
     scales: Scales<f32>,
     half_track_m: f32,
+    arm_radius_m: f32,
     arm: TiltEstimator,
     spar: Option<TiltEstimator>,
     slope: SlopeEstimator,
     heading: HeadingEstimator,
+    alignment: Alignment,
     odometry: Odometry,
+    traction: Traction,
+    stall: Stall,
+    /// Sine of the slope before the vehicle began to hesitate.
+    free_sin_slope: f32,
     theta_acceleration: LowPass,
     roll: LowPass,
+    weighs: Persistence,
     rest: Persistence,
     contradicted: Persistence,
-    calibration: Calibration,
+    calibration: Calibration<3>,
+    spar_calibration: Calibration<1>,
     ballast_offset_rad: f32,
     last_heading_rad: f32,
+}
+
+/// What gyro and encoders show of one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Motion {
+    phi_rate_rad_s: f32,
+    theta_rate_rad_s: f32,
+    /// Speed and acceleration of the axle if the wheels roll.
+    wheels_m_s: f32,
+    wheels_m_s2: f32,
+    yaw_rate_rad_s: f32,
+    /// Yaw rate that the wheels show.
+    wheels_yaw_rad_s: f32,
+    /// Sine of the axle's roll: positive with its left end up.
+    sin_roll: f32,
 }
 
 const G: f32 = GRAVITY_M_S2 as f32;
@@ -40,14 +70,18 @@ const REST_WHEEL_RAD_S: f32 = 0.03;
 const REST_ARM_RAD_S: f32 = 0.05;
 /// Ticks in a row for which the vehicle must stand still to be at rest.
 const STILL_TICKS: u16 = 100;
-/// Largest gyro bias that a calibration may find; more is motion.
-const BIAS_MAX_RAD_S: f32 = 0.1;
-/// Ticks over which a calibration averages the gyros.
-const CALIBRATION_TICKS: u16 = 500;
 /// Time constant of the axle acceleration's filter.
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
 /// Time constant of the axle's roll.
 const ROLL_TIME_CONSTANT_S: f32 = 0.2;
+/// Range of the specific force, in g, in which the accelerometer shows where down is: below, the vehicle falls; above,
+/// it lands.
+const WEIGHT_MIN_G: f32 = 0.5;
+const WEIGHT_MAX_G: f32 = 2.0;
+/// Ticks for which it must be back in the range before it is trusted again: the wheels rebound.
+const WEIGHT_TICKS: u16 = 30;
+/// Distance of the sine of the arm's angle from that of its equilibrium within which the arm counts as lowered.
+const LOWERED: f32 = 0.15;
 /// Sine of the angle between integrated gyro and accelerometer that cannot last: one of the two is wrong.
 const CONTRADICTION: f32 = 0.7;
 const CONTRADICTION_TICKS: u16 = 300;
@@ -61,6 +95,7 @@ impl Estimator {
         Self {
             scales: vehicle.scales(),
             half_track_m: p.body.half_track_m,
+            arm_radius_m: p.imu.arm_radius_m,
             arm: tilt(p.imu.arm_radius_m),
             // The spar's IMU sits above the axle: a negative radius.
             spar: p.spar.as_ref().map(|_| tilt(-p.imu.spar_radius_m)),
@@ -73,12 +108,18 @@ impl Estimator {
                 vehicle.spar_mass_ratio(),
             ),
             heading: HeadingEstimator::new(TICK_S, times.bias_time_constant_s),
+            alignment: Alignment::default(),
             odometry: Odometry::default(),
+            traction: Traction::new(TICK_S, p.body.half_track_m),
+            stall: Stall::default(),
+            free_sin_slope: 0.0,
+            weighs: Persistence::new(WEIGHT_TICKS),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
             roll: LowPass::new(TICK_S, ROLL_TIME_CONSTANT_S),
             rest: Persistence::new(STILL_TICKS),
             contradicted: Persistence::new(CONTRADICTION_TICKS),
             calibration: Calibration::default(),
+            spar_calibration: Calibration::default(),
             ballast_offset_rad: 0.0,
             last_heading_rad: 0.0,
         }
@@ -94,64 +135,22 @@ impl Estimator {
         }
     }
 
-    /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang.
-    pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool) -> Estimate {
+    /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang. `intent` is what the
+    /// speed law was told in the last tick.
+    pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool, intent: Intent) -> Estimate {
         let [left, right, ballast_rate_rad_s] = sensed.relative_rate_rad_s;
         let still = left.abs() < REST_WHEEL_RAD_S
             && right.abs() < REST_WHEEL_RAD_S
             && (sensed.arm.rate_rad_s - self.arm.bias_rad_s()).abs() < REST_ARM_RAD_S.max(self.calibration.tolerance());
         let at_rest = self.rest.update(still);
         self.calibrate(sensed, still && disarmed);
-
-        // Wheel rate: the relative rate less the arm's.
-        let r = self.scales.length_m;
-        let phi_rate = sensed.arm.rate_rad_s - self.arm.bias_rad_s();
-        let theta_rate = 0.5 * (left + right) - phi_rate;
-        let theta_acceleration = self.theta_acceleration.update(theta_rate);
-        let [gyro_x, gyro_z] = sensed.arm_gyro_xz_rad_s;
-        // The plane's normal seen from the arm: turned by phi - beta from the arm's z axis.
-        let (sin, cos) = (self.arm.sin(), self.arm.cos());
-        let sin_normal = sin * self.slope.cos() - cos * self.slope.sin();
-        let cos_normal = cos * self.slope.cos() + sin * self.slope.sin();
-        let gyro_yaw = gyro_z * cos_normal + gyro_x * sin_normal;
-        let wheels_yaw = 0.5 * (right - left) * r / self.half_track_m;
-        self.heading.update(gyro_yaw, wheels_yaw, at_rest);
-
-        // Roll of the axle: gravity along it, once the acceleration of the turn is taken away.
-        let yaw_rate = self.heading.yaw_rate_rad_s();
-        let lateral_m_s2 = sensed.arm_force_y_m_s2 - theta_rate * r * yaw_rate;
-        self.roll.update((lateral_m_s2 / G).bounded(-1.0, 1.0));
-        let sin_roll = self.roll.value();
-        self.slope.turn(yaw_rate * TICK_S, sin_roll);
-        let disturbance = Disturbance {
-            axle_acceleration_m_s2: r * theta_acceleration,
-            sin_slope: self.slope.sin(),
-            cos_slope: self.slope.cos(),
-            yaw_rate_rad_s: yaw_rate,
-            sin_roll,
-        };
         let rest = at_rest && disarmed;
-        self.arm.update(&sensed.arm, &disturbance, rest);
-        let contradicted = self.contradicted.update(self.arm.error().abs() > CONTRADICTION);
-        if let Some(spar) = &mut self.spar {
-            spar.update(&sensed.spar, &disturbance, rest);
-        }
-        let t = self.scales.time_s;
-        self.slope.update(
-            self.arm.sin(),
-            self.arm.cos(),
-            phi_rate * t,
-            self.arm.acceleration_rad_s2() * t * t,
-            theta_acceleration * t * t,
-        );
 
-        // The mean advance of the wheels over the plane, at the mean heading of the tick.
-        let advance = sensed.relative_advance_rad;
-        let advance_rad = 0.5 * (advance[Motor::Left as usize] + advance[Motor::Right as usize]) - phi_rate * TICK_S;
-        let heading = self.heading.heading_rad();
-        self.odometry
-            .advance(advance_rad * r, 0.5 * (heading + self.last_heading_rad));
-        self.last_heading_rad = heading;
+        let motion = self.turn(sensed, at_rest);
+        self.tilt(sensed, &motion, rest);
+        let contradicted = self.contradicted.update(self.arm.error().abs() > CONTRADICTION);
+        let stuck = self.climb(&motion, disarmed, intent);
+        self.advance(sensed, &motion);
 
         let (spar_rad, spar_rate_rad_s) = self
             .spar
@@ -164,11 +163,19 @@ impl Estimator {
         Estimate {
             phi_rad: self.arm.angle_rad(),
             phi_rate_rad_s: self.arm.rate_rad_s(),
-            theta_rate_rad_s: theta_rate,
-            speed_m_s: theta_rate * r,
-            slope_rad: self.slope.angle_rad(),
+            theta_rate_rad_s: motion.theta_rate_rad_s,
+            speed_m_s: if self.traction.slides() {
+                self.traction.speed_m_s()
+            } else {
+                motion.wheels_m_s
+            },
+            slope_rad: if stuck {
+                libm::asinf(self.free_sin_slope)
+            } else {
+                self.slope.angle_rad()
+            },
             sin_slope: self.slope.sin(),
-            heading_rad: heading,
+            heading_rad: self.heading.heading_rad(),
             yaw_rate_rad_s: self.heading.yaw_rate_rad_s(),
             distance_m: self.odometry.distance_m(),
             x_m: self.odometry.x_m(),
@@ -178,65 +185,181 @@ impl Estimator {
             ballast_rad: sensed.ballast_turned_rad + self.ballast_offset_rad,
             ballast_rate_rad_s,
             gyro_bias_rad_s: self.arm.bias_rad_s(),
-            calibrated: self.calibration.done,
+            calibrated: self.calibration.is_done(),
             at_rest,
-            stopped: (theta_rate * r).abs() < STOPPED_M_S && phi_rate.abs() < STOPPED_ARM_RAD_S,
+            stopped: motion.wheels_m_s.abs() < STOPPED_M_S
+                && motion.phi_rate_rad_s.abs() < STOPPED_ARM_RAD_S
+                && self.lowered(),
             contradicted,
+            sliding: self.traction.slides(),
+            stalled: self.stall.stalls(),
         }
     }
 
-    /// Averages the gyros once, while the vehicle stands still.
-    fn calibrate(&mut self, sensed: &Sensed, still: bool) {
-        if self.calibration.done {
-            return;
+    /// Heading and wheel rate: what the gyro and the encoders show at once.
+    fn turn(&mut self, sensed: &Sensed, at_rest: bool) -> Motion {
+        let [left, right, _] = sensed.relative_rate_rad_s;
+        let r = self.scales.length_m;
+        // The plane's normal seen from the arm: turned by phi - beta from the arm's z axis.
+        let (sin, cos) = (self.arm.sin(), self.arm.cos());
+        let sin_normal = sin * self.slope.cos() - cos * self.slope.sin();
+        let cos_normal = cos * self.slope.cos() + sin * self.slope.sin();
+        let wheels_yaw_rad_s = 0.5 * (right - left) * r / self.half_track_m;
+        self.heading.update(
+            &YawReading {
+                gyro_xz_rad_s: sensed.arm_gyro_xz_rad_s,
+                normal_sin_cos: [sin_normal, cos_normal],
+                wheels_rad_s: wheels_yaw_rad_s,
+            },
+            at_rest,
+        );
+        let yaw_rate_rad_s = self.heading.yaw_rate_rad_s();
+        // Wheel rate: the relative rate less the arm's.
+        let swing_rad_s = sensed.arm.rate_rad_s - self.arm.bias_rad_s();
+        let phi_rate_rad_s = swing_rad_s - self.alignment.swing_rad_s(yaw_rate_rad_s);
+        let theta_rate_rad_s = 0.5 * (left + right) - phi_rate_rad_s;
+        let wheels_m_s = theta_rate_rad_s * r;
+        // Roll of the axle: gravity along it, once the acceleration of the turn is taken away.
+        let lateral_m_s2 = sensed.arm_force_y_m_s2 - wheels_m_s * yaw_rate_rad_s;
+        self.roll.update((lateral_m_s2 / G).bounded(-1.0, 1.0));
+        let sin_roll = self.roll.value();
+        self.alignment
+            .update(TICK_S, yaw_rate_rad_s, swing_rad_s, sin_roll, wheels_m_s);
+        Motion {
+            phi_rate_rad_s,
+            theta_rate_rad_s,
+            wheels_m_s,
+            wheels_m_s2: r * self.theta_acceleration.update(theta_rate_rad_s),
+            yaw_rate_rad_s,
+            wheels_yaw_rad_s,
+            sin_roll: sin_roll - self.alignment.sin_roll(),
         }
-        let [gyro_x, gyro_z] = sensed.arm_gyro_xz_rad_s;
-        let Some([arm, spar, x, z]) = self
-            .calibration
-            .update([sensed.arm.rate_rad_s, sensed.spar.rate_rad_s, gyro_x, gyro_z], still)
-        else {
-            return;
+    }
+
+    /// The angles of arm and spar, and whether the wheels roll.
+    fn tilt(&mut self, sensed: &Sensed, motion: &Motion, rest: bool) {
+        self.slope.turn(motion.yaw_rate_rad_s * TICK_S, motion.sin_roll);
+        let disturbance = Disturbance {
+            axle_acceleration_m_s2: motion.wheels_m_s2,
+            sin_slope: self.slope.sin(),
+            cos_slope: self.slope.cos(),
+            yaw_rate_rad_s: motion.yaw_rate_rad_s,
+            sin_roll: motion.sin_roll,
         };
-        self.arm.set_bias(arm);
-        self.arm.align(&sensed.arm);
-        if let Some(estimator) = &mut self.spar {
+        let weighs = self.weighs.update(weighs(&sensed.arm));
+        let trust = match (weighs, self.traction.slides()) {
+            _ if rest => Trust::AtRest,
+            (false, _) => Trust::None,
+            (true, true) => Trust::Little,
+            (true, false) => Trust::Driving,
+        };
+        let aligned = TiltReading {
+            rate_rad_s: sensed.arm.rate_rad_s - self.alignment.swing_rad_s(motion.yaw_rate_rad_s),
+            ..sensed.arm
+        };
+        self.arm.update(&aligned, &disturbance, trust);
+        self.traction.update(&Evidence {
+            wheels_m_s: motion.wheels_m_s,
+            wheels_m_s2: motion.wheels_m_s2,
+            swing_m_s2: self.arm_radius_m * self.arm.acceleration_rad_s2(),
+            tilt_error: self.arm.error(),
+            yaw_rate_rad_s: motion.yaw_rate_rad_s,
+            wheels_yaw_rad_s: motion.wheels_yaw_rad_s,
+            weighs,
+        });
+        if let Some(spar) = &mut self.spar {
+            spar.update(&sensed.spar, &disturbance, trust);
+        }
+    }
+
+    /// The slope; whether something blocks the vehicle.
+    fn climb(&mut self, motion: &Motion, disarmed: bool, intent: Intent) -> bool {
+        let stuck = self.progress(disarmed, intent, motion.wheels_m_s) == Progress::Stuck;
+        if stuck && !self.stall.stalls() {
+            self.slope.reset(self.free_sin_slope);
+        } else if self.weighs.stands() {
+            let t = self.scales.time_s;
+            let axle_m_s2 = self.traction.acceleration_m_s2(motion.wheels_m_s2);
+            self.slope.update(
+                self.arm.sin(),
+                self.arm.cos(),
+                motion.phi_rate_rad_s * t,
+                self.arm.acceleration_rad_s2() * t * t,
+                axle_m_s2 / self.scales.length_m * t * t,
+            );
+        }
+        stuck
+    }
+
+    /// The mean advance of the wheels over the plane, or of the sliding vehicle, at the mean heading of the tick.
+    fn advance(&mut self, sensed: &Sensed, motion: &Motion) {
+        let advance_m = if self.traction.slides() {
+            self.traction.speed_m_s() * TICK_S
+        } else {
+            let advance = sensed.relative_advance_rad;
+            let relative = 0.5 * (advance[Motor::Left as usize] + advance[Motor::Right as usize]);
+            (relative - motion.phi_rate_rad_s * TICK_S) * self.scales.length_m
+        };
+        let heading = self.heading.heading_rad();
+        self.odometry
+            .advance(advance_m, 0.5 * (heading + self.last_heading_rad));
+        self.last_heading_rad = heading;
+    }
+
+    /// Whether something blocks the vehicle; until it hesitates, the slope under it is noted.
+    fn progress(&mut self, disarmed: bool, intent: Intent, speed_m_s: f32) -> Progress {
+        if disarmed {
+            self.stall.reset();
+            return Progress::Free;
+        }
+        let was_stuck = self.stall.is_stuck();
+        let progress = self.stall.update(intent, speed_m_s, self.odometry.distance_m());
+        if was_stuck && progress != Progress::Stuck {
+            // Behind the obstacle the ground goes on as before it.
+            self.slope.reset(self.free_sin_slope);
+        }
+        if progress == Progress::Free {
+            self.free_sin_slope = self.slope.sin();
+        }
+        progress
+    }
+
+    /// Whether the arm hangs about where it does when the vehicle stands still on this slope: open bridges then leave
+    /// it there.
+    fn lowered(&self) -> bool {
+        let sin_slope = if self.stall.is_stuck() {
+            self.free_sin_slope
+        } else {
+            self.slope.sin()
+        };
+        (self.arm.sin() - self.slope.sin_equilibrium(sin_slope)).abs() < LOWERED
+    }
+
+    /// Averages the gyros once, while the vehicle stands still: the spar's by itself, as the vehicle drives without.
+    fn calibrate(&mut self, sensed: &Sensed, still: bool) {
+        let [gyro_x, gyro_z] = sensed.arm_gyro_xz_rad_s;
+        if let Some([arm, x, z]) = self.calibration.update([sensed.arm.rate_rad_s, gyro_x, gyro_z], still) {
+            self.arm.set_bias(arm);
+            self.arm.align(&sensed.arm);
+            self.heading.set_bias([x, z]);
+            self.slope.align(self.arm.sin());
+        }
+        if let Some(estimator) = &mut self.spar
+            && let Some([spar]) = self.spar_calibration.update([sensed.spar.rate_rad_s], still)
+        {
             estimator.set_bias(spar);
             estimator.align(&sensed.spar);
         }
-        self.heading.set_bias(z * self.arm.cos() + x * self.arm.sin());
-        self.slope.align(self.arm.sin());
     }
 }
 
-/// Average of the gyros at rest.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Calibration {
-    sums: [f32; 4],
-    ticks: u16,
-    done: bool,
-}
-
-impl Calibration {
-    /// Arm rate that still counts as rest: before the bias is known, all of it may be bias.
-    fn tolerance(&self) -> f32 {
-        if self.done { 0.0 } else { BIAS_MAX_RAD_S }
-    }
-
-    /// Takes the gyros of one tick; returns the averages once there are enough.
-    fn update(&mut self, rates: [f32; 4], still: bool) -> Option<[f32; 4]> {
-        let plausible = rates.iter().all(|rate| rate.abs() < BIAS_MAX_RAD_S);
-        if !still || !plausible {
-            *self = Self::default();
-            return None;
-        }
-        for (sum, rate) in self.sums.iter_mut().zip(rates) {
-            *sum += rate;
-        }
-        self.ticks += 1;
-        if self.ticks < CALIBRATION_TICKS {
-            return None;
-        }
-        self.done = true;
-        Some(self.sums.map(|sum| sum / f32::from(CALIBRATION_TICKS)))
-    }
+/// Whether the accelerometer feels about the weight of a vehicle that stands on its wheels.
+fn weighs(reading: &TiltReading) -> bool {
+    let TiltReading {
+        force_x_m_s2: x,
+        force_z_m_s2: z,
+        ..
+    } = *reading;
+    let squared_g2 = (x * x + z * z) / (G * G);
+    (WEIGHT_MIN_G * WEIGHT_MIN_G..WEIGHT_MAX_G * WEIGHT_MAX_G).contains(&squared_g2)
 }

@@ -22,6 +22,8 @@ pub(super) struct Sensing {
     battery: LowPass,
     last_counts: Option<[i64; MOTORS]>,
     ballast_start: i64,
+    /// Motors that the vehicle has: without a spar nothing is wired to the ballast's inputs.
+    motors: usize,
 }
 
 impl Sensing {
@@ -46,6 +48,7 @@ impl Sensing {
             battery: LowPass::new(TICK_S, BATTERY_TIME_CONSTANT_S),
             last_counts: None,
             ballast_start: 0,
+            motors: if p.spar.is_some() { MOTORS } else { BALLAST },
         }
     }
 
@@ -72,13 +75,17 @@ impl Sensing {
         self.battery.update(battery_v);
         let mut relative_rate_rad_s = [0.0; MOTORS];
         let mut relative_advance_rad = [0.0; MOTORS];
-        for (i, filter) in self.filters.iter_mut().enumerate() {
+        for (i, filter) in self.filters.iter_mut().enumerate().take(self.motors) {
             filter.update(counts[i]);
             relative_rate_rad_s[i] = filter.rate_per_s() * self.rad_per_count[i];
             relative_advance_rad[i] = counts[i].wrapping_sub(last[i]) as f32 * self.rad_per_count[i];
         }
         let arm = &sample.arm_imu.raw;
         let zero = i32::from(self.current_zero_count);
+        let mut current_a = [0.0; MOTORS];
+        for (current, raw) in current_a.iter_mut().zip(sample.current).take(self.motors) {
+            *current = (i32::from(raw) - zero) as f32 * self.current_a_per_count;
+        }
         Sensed {
             time_us: sample.time_us,
             relative_rate_rad_s,
@@ -89,9 +96,7 @@ impl Sensing {
             arm_gyro_xz_rad_s: [self.imu.rate_rad_s(arm, 0), self.imu.rate_rad_s(arm, 2)],
             spar: self.imu.tilt(&sample.spar_imu.raw),
             battery_v: self.battery.value(),
-            current_a: sample
-                .current
-                .map(|raw| (i32::from(raw) - zero) as f32 * self.current_a_per_count),
+            current_a,
             encoder_counts: counts,
             encoder_age_us: sample.encoder_age_us,
             arm_imu: sample.arm_imu,

@@ -37,10 +37,14 @@ impl fmt::Display for OutOfRange {
 impl core::error::Error for OutOfRange {}
 
 impl Field {
-    /// Whether `value` is a number within the range.
+    /// Whether `value` is a number within the range. A bound is allowed as it is printed: in single precision too, where
+    /// the number nearest to it may lie a little outside.
     pub fn allows(&self, value: f64) -> bool {
+        let single = value as f32;
+        let is_single = f64::from(single) == value;
+        let is_bound = is_single && (single == self.min as f32 || single == self.max as f32);
         // Written so that NaN is refused.
-        value >= self.min && value <= self.max
+        (value >= self.min && value <= self.max) || is_bound
     }
 }
 

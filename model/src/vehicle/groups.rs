@@ -220,6 +220,8 @@ fn check<T: Real>(group: &'static str, field: &Field, value: T) -> Result<(), Ou
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+
     use super::*;
 
     /// A vehicle whose every value is its number.
@@ -263,6 +265,36 @@ mod tests {
             assert_eq!(parameters.set(end, 1.0), Err(NotSet::NoSuchNumber));
         }
         assert_eq!(numbered(false).number_of("spar", "spar_length_m"), None);
+    }
+
+    #[test]
+    fn every_bound_is_allowed_as_printed_in_either_precision_and_nothing_beyond() {
+        for (table, field) in VehicleParameters::<f64>::TABLES
+            .iter()
+            .flat_map(|table| table.fields.iter().map(move |field| (table.name, field)))
+        {
+            for (bound, outward) in [(field.min, -1.0), (field.max, 1.0)] {
+                let name = field.name;
+                let printed = std::format!("{bound}");
+                let double: f64 = printed.parse().expect("a number");
+                let single: f32 = printed.parse().expect("a number");
+                assert!(field.allows(double), "{table}.{name} = {printed}");
+                assert!(
+                    field.allows(f64::from(single)),
+                    "{table}.{name} = {printed} in single precision"
+                );
+                // The next number outward, in either precision.
+                let next = |up: bool| if up { single.next_up() } else { single.next_down() };
+                assert!(!field.allows(f64::from(next(outward > 0.0))), "{table}.{name}");
+                let step = if outward > 0.0 {
+                    double.next_up()
+                } else {
+                    double.next_down()
+                };
+                assert!(f64::from(step as f32) == step || !field.allows(step), "{table}.{name}");
+                assert!(!field.allows(f64::NAN));
+            }
+        }
     }
 
     #[test]

@@ -3,6 +3,7 @@
 
 use core::fmt;
 
+use crate::board::SensorRanges;
 use crate::real::Real;
 
 pub mod fields;
@@ -179,6 +180,46 @@ impl<T: Real> Vehicle<T> {
         Ok(vehicle)
     }
 
+    /// Checks that a board with these sensors can measure every limit whose crossing is a fault: one beyond its sensors'
+    /// ranges would never be crossed. The current limits lie below `overcurrent_a`, the other voltages below
+    /// `maximum_v`.
+    ///
+    /// # Errors
+    /// The first limit that is out of the sensors' ranges.
+    pub fn check_on(&self, ranges: &SensorRanges) -> Result<(), ParameterError> {
+        let p = &self.parameters;
+        for (group, field, value, bound, rule) in [
+            (
+                "battery",
+                "maximum_v",
+                p.battery.maximum_v,
+                ranges.battery_max_v,
+                "must be at most what the board's voltage sensor measures",
+            ),
+            (
+                "safety",
+                "overcurrent_a",
+                p.safety.overcurrent_a,
+                ranges.current_max_a,
+                "must be at most what the board's current sensors measure",
+            ),
+        ] {
+            let (value, bound) = (value.to_f64(), f64::from(bound));
+            // Written so that a value that is not a number is refused.
+            let measured = value <= bound;
+            if !measured {
+                return Err(ParameterError::Inconsistent {
+                    group,
+                    field,
+                    value,
+                    rule,
+                    bound,
+                });
+            }
+        }
+        Ok(())
+    }
+
     /// Gains of the camera spar's feedback (Eq. 7.19) in the units of ch. 7, in the order of
     /// [`SparLaw::gains`](crate::control::spar_law::SparLaw::gains); `None` without a spar, or when all
     /// gains are 0 and the spar is not levelled.
@@ -216,5 +257,42 @@ impl<T: Real> Vehicle<T> {
         self.parameters.spar.as_ref().map_or(T::ZERO, |(spar, _)| {
             (spar.camera_mass_kg + spar.motor_mass_kg + spar.ballast_mass_kg) / self.parameters.body.total_mass_kg
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::board::BoardScales;
+
+    #[test]
+    fn a_limit_that_the_sensors_cannot_measure_is_refused_by_name() {
+        type Change = fn(&mut VehicleParameters<f32>);
+        let ranges = BoardScales::TEST.sensor_ranges();
+        let reference = test_vehicle::reference();
+        assert_eq!(reference.check_on(&ranges), Ok(()));
+        let refused: [(&str, Change); 6] = [
+            ("maximum_v", |p| p.battery.maximum_v = 64.7),
+            ("maximum_v", |p| p.battery.maximum_v = 75.0),
+            ("maximum_v", |p| p.battery.maximum_v = 80.0),
+            ("overcurrent_a", |p| p.safety.overcurrent_a = 58.9),
+            ("overcurrent_a", |p| p.safety.overcurrent_a = 200.0),
+            ("overcurrent_a", |p| p.safety.overcurrent_a = 1000.0),
+        ];
+        for (name, change) in refused {
+            let mut parameters = *reference.parameters();
+            change(&mut parameters);
+            let vehicle = Vehicle::new(parameters).expect("valid on a board that measures more");
+            let error = vehicle.check_on(&ranges).expect_err("beyond the sensors");
+            assert!(
+                matches!(error, ParameterError::Inconsistent { field, .. } if field == name),
+                "{error:?}"
+            );
+        }
+        let mut parameters = *reference.parameters();
+        parameters.battery.maximum_v = 64.6;
+        parameters.safety.overcurrent_a = 58.7;
+        let vehicle = Vehicle::new(parameters).expect("valid");
+        assert_eq!(vehicle.check_on(&ranges), Ok(()));
     }
 }

@@ -8,6 +8,7 @@
 
 use std::path::Path;
 
+use model::board::SensorRanges;
 use model::dynamics::planar::PlanarParameters;
 use model::vehicle::{Field, ParameterError, RENAMED, Vehicle, VehicleParameters};
 use toml::{Table, Value};
@@ -122,6 +123,20 @@ pub fn read(path: &Path) -> Result<VehicleFile, VehicleFileError> {
 /// The first thing wrong with the file.
 pub fn read_vehicle(path: &Path) -> Result<Vehicle<f64>, VehicleFileError> {
     whole_vehicle(&path.display().to_string(), read(path)?)
+}
+
+/// Reads and checks a whole vehicle that is to be driven by a board with these sensors: every limit must lie within what
+/// they measure.
+///
+/// # Errors
+/// The first thing wrong with the file.
+pub fn read_vehicle_for(path: &Path, ranges: &SensorRanges) -> Result<Vehicle<f64>, VehicleFileError> {
+    let vehicle = read_vehicle(path)?;
+    vehicle.check_on(ranges).map_err(|error| VehicleFileError::Parameter {
+        file: path.display().to_string(),
+        error,
+    })?;
+    Ok(vehicle)
 }
 
 /// The text of the reference vehicle's file.

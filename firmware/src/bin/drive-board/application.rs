@@ -12,7 +12,7 @@ use firmware::hardware::Place;
 use firmware::parameters::{Booted, ParameterStore};
 use firmware::protocol::message::About;
 use firmware::topics::{self, DisarmBy};
-use firmware::{analog, built_in, drive, encoders, fault_history, imu, link, log_task, parameters, watchdog};
+use firmware::{analog, built_in, drive, fault_history, imu, link, log_task, parameters, watchdog};
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
@@ -26,7 +26,7 @@ use crate::board::{
 type Topics = topics::Topics<CriticalSectionRawMutex>;
 static TOPICS: Topics = Topics::new();
 
-type BoardDrive = DriveHardware<Tim1Bridges, StopContact, CoreCycles, FlightRecorder>;
+type BoardDrive = DriveHardware<QuadratureCounters, Tim1Bridges, StopContact, CoreCycles, FlightRecorder>;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -45,6 +45,7 @@ async fn main(spawner: Spawner) {
     };
     let booted = parameters::boot(&mut store, &built_in).await;
     let drive_hardware = DriveHardware {
+        encoders: board.encoders,
         bridges: board.bridges,
         emergency_stop: board.emergency_stop,
         cycles: board.cycles,
@@ -53,7 +54,6 @@ async fn main(spawner: Spawner) {
 
     // In the order in which the tasks run within a tick.
     let control = board::start_control_executor();
-    control.spawn(started(encoder_task(board.encoders)));
     control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
     control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
     control.spawn(started(drive_task(
@@ -81,11 +81,6 @@ fn started<S>(
         Ok(token) => token,
         Err(error) => defmt::panic!("a task did not start: {}", error),
     }
-}
-
-#[embassy_executor::task]
-async fn encoder_task(counters: QuadratureCounters) {
-    encoders::run(&TOPICS, counters).await;
 }
 
 #[embassy_executor::task(pool_size = 2)]

@@ -1,5 +1,6 @@
 //! The flashed ELF under test, on the emulated board.
 
+mod ages;
 mod boot;
 mod budget;
 mod determinism;

@@ -15,7 +15,7 @@ use firmware::fault_history::FaultStore;
 use firmware::hardware::{Place, ResetCause};
 use firmware::parameters::{self, ParameterStore};
 use firmware::topics::{DisarmBy, Topics};
-use firmware::{analog, drive, encoders, fault_history, imu, link, log_task, watchdog};
+use firmware::{analog, drive, fault_history, imu, link, log_task, watchdog};
 use futures_executor::LocalPool;
 use futures_util::task::LocalSpawnExt;
 use model::status::Status;
@@ -42,8 +42,8 @@ pub enum VirtualBoardError {
     /// The thread runs a virtual board already.
     #[error(transparent)]
     Clock(#[from] ClockTaken),
-    /// The vehicle is not valid in single precision.
-    #[error("the vehicle is not valid in single precision: {0}")]
+    /// The vehicle is not valid in single precision, or has limits that the board's sensors cannot measure.
+    #[error("the vehicle is none for this board: {0}")]
     Vehicle(ParameterError),
     /// The flash cannot hold a store.
     #[error("the parameter flash is too small")]
@@ -112,6 +112,9 @@ impl VirtualBoard {
         let time = VirtualTime::take()?;
         log::start();
         let built_in = Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(VirtualBoardError::Vehicle)?;
+        built_in
+            .check_on(&SCALES.sensor_ranges())
+            .map_err(VirtualBoardError::Vehicle)?;
         let mut board = Self {
             pool: LocalPool::new(),
             topics: Rc::new(Topics::new()),
@@ -150,7 +153,6 @@ impl VirtualBoard {
         // The virtual flash never waits, so this is over at once, as on the board before its tasks start.
         let mut store = ParameterStore::new(flash).map_err(|_| VirtualBoardError::Flash)?;
         let booted = futures_executor::block_on(parameters::boot(&mut store, &built_in));
-        spawn!(|topics, hardware| encoders::run(&topics, hardware));
         spawn!(|topics, hardware| imu::run(&topics, Place::Arm, VirtualImu::new(hardware, Place::Arm)));
         spawn!(|topics, hardware| imu::run(&topics, Place::Spar, VirtualImu::new(hardware, Place::Spar)));
         let core = VehicleCore::new(&booted.vehicle, &SCALES);
@@ -158,6 +160,7 @@ impl VirtualBoard {
             &topics,
             core,
             DriveHardware {
+                encoders: hardware.clone(),
                 bridges: hardware.clone(),
                 emergency_stop: hardware.clone(),
                 cycles: NoCycles,

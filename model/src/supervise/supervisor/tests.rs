@@ -103,7 +103,7 @@ fn a_healthy_vehicle_has_no_faults_and_no_blockers() {
 #[test]
 fn each_cause_shows_its_fault_in_time_and_not_before() {
     type Cause = fn(&mut Bench);
-    let causes: [(Fault, u32, Cause); 15] = [
+    let causes: [(Fault, u32, Cause); 17] = [
         (Fault::EmergencyStop, 1, |b| b.sensed.emergency_stop = true),
         (Fault::BridgeBreak, 1, |b| b.sensed.bridge_break = true),
         (Fault::ImuStale, 1, |b| b.sensed.arm_imu.age_us = 5001),
@@ -112,8 +112,10 @@ fn each_cause_shows_its_fault_in_time_and_not_before() {
         (Fault::SparImu, 20, |b| b.alive[1] = false),
         (Fault::SparAngle, 1, |b| b.estimate.spar_rad = -1.1),
         (Fault::EncoderStale, 1, |b| b.sensed.encoder_age_us = 5001),
-        (Fault::EncoderImplausible, 1, |b| b.sensed.encoder_counts[2] += 10_000),
+        (Fault::EncoderImplausible, 1, |b| b.sensed.encoder_counts[1] += 10_000),
+        (Fault::BallastEncoder, 1, |b| b.sensed.encoder_counts[2] += 10_000),
         (Fault::Overcurrent, 3, |b| b.sensed.current_a[1] = -31.0),
+        (Fault::BallastOvercurrent, 3, |b| b.sensed.current_a[2] = 31.0),
         (Fault::BatteryLow, 50, |b| b.sensed.battery_v = 18.9),
         (Fault::BatteryHigh, 50, |b| b.sensed.battery_v = 30.1),
         (Fault::ArmAngle, 1, |b| b.estimate.phi_rad = 1.5),
@@ -131,12 +133,27 @@ fn each_cause_shows_its_fault_in_time_and_not_before() {
 #[test]
 fn an_encoder_that_denies_its_motors_voltage_is_implausible() {
     let mut bench = Bench::new();
-    // 12 V at rest without a current cannot be.
+    // 12 V at rest with 6 A cannot be, and without a current only if a lead is open.
     bench.applied = Actuation {
         enable: true,
         duty: [16384, 0, 0],
     };
-    assert_eq!(bench.ticks_until(Fault::EncoderImplausible, 200), Some(100));
+    bench.sensed.current_a[0] = 6.0;
+    assert_eq!(bench.ticks_until(Fault::EncoderImplausible, 400), Some(250));
+    for (motor, fault, class) in [
+        (0, Fault::LeftMotorOpen, FaultSet::OPENING),
+        (1, Fault::RightMotorOpen, FaultSet::OPENING),
+        (2, Fault::BallastMotorOpen, FaultSet::SPAR),
+    ] {
+        let mut bench = Bench::new();
+        bench.applied.enable = true;
+        bench.applied.duty[motor] = 16384;
+        assert_eq!(bench.ticks_until(fault, 400), Some(100));
+        let mut only = FaultSet::EMPTY;
+        only.insert(fault);
+        assert_eq!(bench.tick().faults, only);
+        assert_eq!(only.intersection(class), only);
+    }
     // An open bridge says nothing of its encoder.
     let mut bench = Bench::new();
     bench.applied.duty = [16384, 0, 0];
@@ -164,17 +181,21 @@ fn late_ticks_are_counted_and_a_missed_one_is_a_fault() {
 #[test]
 fn what_is_no_fault_may_still_block_arming() {
     type Cause = fn(&mut Bench);
-    let causes: [(Blocker, Cause); 6] = [
+    let causes: [(Blocker, Cause); 7] = [
         (Blocker::NotCalibrated, |b| b.estimate.calibrated = false),
         (Blocker::NotAtRest, |b| b.estimate.at_rest = false),
         (Blocker::ArmAngle, |b| b.estimate.phi_rad = 0.71),
         (Blocker::CommandNotNeutral, |b| b.command.yaw_rate_rad_s = -0.01),
         (Blocker::NoCommand, |b| b.command.speed_m_s = f32::NAN),
         (Blocker::Parameters, |b| b.command.parameters_pending = true),
+        (Blocker::CurrentSensor, |b| b.sensed.current_a[0] = 1.0),
     ];
     for (blocker, cause) in causes {
         let mut bench = Bench::new();
         cause(&mut bench);
+        for _ in 0..60 {
+            bench.tick();
+        }
         bench.command.request = Request::Arm;
         assert_eq!(bench.tick().mode, Mode::Disarmed);
         assert!(bench.supervisor.blocking().contains(blocker), "{}", blocker.name());
@@ -205,6 +226,7 @@ fn a_vehicle_without_a_spar_has_no_spar_faults() {
     bench.alive[1] = false;
     bench.estimate.spar_rad = 2.0;
     bench.sensed.encoder_counts[2] += 10_000;
+    bench.sensed.current_a[2] = 55.0;
     for _ in 0..100 {
         assert_eq!(bench.tick().faults, FaultSet::EMPTY);
     }

@@ -1,0 +1,133 @@
+//! Whether something blocks the vehicle: it is told to drive, and its wheels do not turn.
+//!
+//! Against a wall the forces balance as on a steep hill, and no sensor tells the two apart. What does is that the ground
+//! under the wheels cannot change its slope while they stand: the slope of the moment in which the vehicle got stuck
+//! stays right until it has moved on. As long as the vehicle is told to push on, the laws may still carry the
+//! obstacle like a hill, which is how the vehicle climbs a kerb.
+
+/// Watches for an obstacle.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stall {
+    stuck_ticks: u16,
+    /// Where the vehicle got stuck, once it has for long enough, m.
+    stuck_at_m: Option<f32>,
+    /// It got stuck forward.
+    forward: bool,
+    pushes: bool,
+}
+
+/// What the speed law was told.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Intent {
+    /// The speed told, m/s: 0 in a controlled stop.
+    pub target_m_s: f32,
+    /// The governed reference on its way there, m/s.
+    pub reference_m_s: f32,
+}
+
+/// What one tick changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress {
+    /// The vehicle goes where it is told.
+    Free,
+    /// The wheels have just stopped turning, or not begun to.
+    Hesitates,
+    /// Something blocks the vehicle.
+    Stuck,
+}
+
+/// Reference below which the vehicle is not told to drive, m/s.
+const TOLD_M_S: f32 = 0.05;
+/// Share of the reference below which the wheels do not turn.
+const MOVES_SHARE: f32 = 0.15;
+/// Ticks for which the wheels must not turn: longer than the arm takes to swing out at a start.
+const STUCK_TICKS: u16 = 700;
+/// Distance from the obstacle after which the vehicle is free of it, m.
+const FREE_M: f32 = 0.04;
+
+impl Stall {
+    /// Takes one tick: what the law was told, the speed of the wheels, m/s, and the distance driven, m.
+    pub fn update(&mut self, intent: Intent, speed_m_s: f32, distance_m: f32) -> Progress {
+        let Intent {
+            target_m_s,
+            reference_m_s,
+        } = intent;
+        let told = reference_m_s.abs() > TOLD_M_S;
+        let stands = told && speed_m_s.abs() < MOVES_SHARE * reference_m_s.abs();
+        self.stuck_ticks = if stands { self.stuck_ticks.saturating_add(1) } else { 0 };
+        if self.stuck_at_m.is_none() && self.stuck_ticks >= STUCK_TICKS {
+            self.stuck_at_m = Some(distance_m);
+            self.forward = reference_m_s > 0.0;
+        }
+        if self.stuck_at_m.is_some_and(|at_m| (distance_m - at_m).abs() > FREE_M) {
+            self.stuck_at_m = None;
+            self.stuck_ticks = 0;
+        }
+        let ahead_m_s = if self.forward { target_m_s } else { -target_m_s };
+        self.pushes = self.stuck_at_m.is_some() && ahead_m_s > 0.0;
+        if self.stuck_at_m.is_some() {
+            Progress::Stuck
+        } else if stands {
+            Progress::Hesitates
+        } else {
+            Progress::Free
+        }
+    }
+
+    /// Forgets the obstacle.
+    pub fn reset(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Something blocks the vehicle, whatever it is told.
+    pub fn is_stuck(&self) -> bool {
+        self.stuck_at_m.is_some()
+    }
+
+    /// The vehicle is stuck and told to push on.
+    pub fn stalls(&self) -> bool {
+        self.pushes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn told(speed_m_s: f32) -> Intent {
+        Intent {
+            target_m_s: speed_m_s,
+            reference_m_s: speed_m_s,
+        }
+    }
+
+    #[test]
+    fn it_is_stuck_until_it_has_moved_away() {
+        for reference in [0.1_f32, -0.3, 2.5] {
+            let mut stall = Stall::default();
+            for k in 1..STUCK_TICKS {
+                assert_eq!(stall.update(told(reference), 0.0, 1.0), Progress::Hesitates, "{k}");
+            }
+            assert_eq!(stall.update(told(reference), 0.0, 1.0), Progress::Stuck);
+            assert!(stall.stalls());
+            // Told to stop, or to back off, the vehicle stalls no more, though its reference still decays, but the obstacle is still there.
+            for _ in 0..5000 {
+                assert_eq!(stall.update(told(0.0), 0.0, 1.0), Progress::Stuck);
+                assert!(!stall.stalls());
+            }
+            assert_eq!(stall.update(told(-reference), -0.2 * reference, 0.97), Progress::Stuck);
+            assert_eq!(stall.update(told(-reference), -0.2 * reference, 0.95), Progress::Free);
+        }
+    }
+
+    #[test]
+    fn a_vehicle_that_follows_its_command_late_does_not_stall() {
+        let mut stall = Stall::default();
+        for k in 0..5000_u16 {
+            let reference = (f32::from(k) * 0.0008).min(1.0);
+            let speed = (f32::from(k.saturating_sub(600)) * 0.0008).min(1.0);
+            assert_ne!(stall.update(told(reference), speed, 0.0), Progress::Stuck);
+        }
+        assert_eq!(stall.update(told(0.0), 0.0, 0.0), Progress::Free);
+    }
+}

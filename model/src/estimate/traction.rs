@@ -1,0 +1,245 @@
+//! Whether the wheels roll: what they show against what the accelerometer and the gyro feel.
+//!
+//! Rolling wheels and the accelerometer agree on the axle's acceleration, and the difference of the wheels agrees with
+//! the gyro's yaw rate (6.12). Wheels that slide break one of the two. While they slide, the speed over the ground
+//! follows from the acceleration alone; it is exact at the start of the slide and drifts with 0.02 m/s^2 per tenth of a
+//! degree by which the arm's angle is wrong.
+
+use super::rate_filter::LowPass;
+use crate::bounded::Bounded;
+use crate::vehicle::GRAVITY_M_S2;
+
+/// One tick's evidence.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Speed that the wheels show, m/s.
+    pub wheels_m_s: f32,
+    /// Acceleration that the wheels show, m/s^2.
+    pub wheels_m_s2: f32,
+    /// Sine of the angle between the accelerometer and the estimate that takes the wheels' acceleration for the axle's.
+    pub tilt_error: f32,
+    /// Size of what moves the IMU besides: its distance from the axle times the arm's angular acceleration, m/s^2.
+    pub swing_m_s2: f32,
+    /// The gyro's yaw rate, rad/s.
+    pub yaw_rate_rad_s: f32,
+    /// That of the wheels.
+    pub wheels_yaw_rad_s: f32,
+    /// The accelerometer feels about the weight of a vehicle that stands on its wheels.
+    pub weighs: bool,
+}
+
+/// Watches for sliding wheels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Traction {
+    dt_s: f32,
+    half_track_m: f32,
+    difference: LowPass,
+    motion: LowPass,
+    yaw_difference: LowPass,
+    /// Ticks for which the wheels have contradicted the other sensors, and for which they have agreed since.
+    apart_ticks: u16,
+    agreed_ticks: u16,
+    sliding_ticks: u16,
+    sliding: bool,
+    speed_m_s: f32,
+}
+
+const G: f32 = GRAVITY_M_S2 as f32;
+/// Time constant of the differences' filters.
+const DIFFERENCE_TIME_CONSTANT_S: f32 = 0.05;
+/// Difference of the accelerations, m/s^2, beyond which the wheels slide, and below which they roll again.
+const SLIDES_M_S2: f32 = 0.25;
+const ROLLS_M_S2: f32 = 0.12;
+/// Share of the accelerations themselves by which they may differ besides: filters lag, and the arm's angle is known to a
+/// degree.
+const MOTION_SHARE: f32 = 0.2;
+/// Difference of the yaw rates, rad/s, beyond which a wheel slides, and the difference of the wheels' radii, as a
+/// share, that is no slide.
+const SLIDES_RAD_S: f32 = 0.1;
+const RADIUS_SHARE: f32 = 0.03;
+/// Ticks for which the sensors must differ, or agree, before that is believed: longer than a kerb's or a joint's blow.
+const SLIDES_TICKS: u16 = 150;
+const ROLLS_TICKS: u16 = 300;
+/// Distance of the wheels' speed from that over the ground, m/s, at which they may roll again, and what the latter drifts
+/// by in every second of a slide.
+const REGAINED_M_S: f32 = 0.1;
+const DRIFT_M_S2: f32 = 0.06;
+/// Ticks after which a slide is taken for a wrong angle of the arm.
+const SLIDE_MAX_TICKS: u16 = 10_000;
+/// Yaw rate from which the accelerations tell nothing, rad/s: a roll of the axle, or of the IMU on the arm, adds to them.
+const TURNS_RAD_S: f32 = 0.5;
+
+impl Traction {
+    /// A watch called every `dt_s` seconds, for wheels `2 half_track_m` apart.
+    pub fn new(dt_s: f32, half_track_m: f32) -> Self {
+        Self {
+            dt_s,
+            half_track_m,
+            difference: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
+            motion: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
+            yaw_difference: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
+            apart_ticks: 0,
+            agreed_ticks: 0,
+            sliding_ticks: 0,
+            sliding: false,
+            speed_m_s: 0.0,
+        }
+    }
+
+    /// Takes one tick's evidence. Without weight, and in a turn, the accelerations give none.
+    pub fn update(&mut self, evidence: &Evidence) {
+        let straight = evidence.yaw_rate_rad_s.abs() < TURNS_RAD_S;
+        let difference_m_s2 = if evidence.weighs && straight {
+            G * evidence.tilt_error
+        } else {
+            0.0
+        };
+        self.difference.update(difference_m_s2);
+        self.yaw_difference
+            .update(evidence.yaw_rate_rad_s - evidence.wheels_yaw_rad_s);
+        self.motion
+            .update(evidence.wheels_m_s2.abs() + evidence.swing_m_s2.abs());
+        let along = self.difference.value().abs() - MOTION_SHARE * self.motion.value();
+        let yaw = self.yaw_difference.value().abs();
+        let yaw_max = SLIDES_RAD_S + RADIUS_SHARE * evidence.wheels_m_s.abs() / (2.0 * self.half_track_m);
+        let apart = along > SLIDES_M_S2 || yaw > yaw_max;
+        let sliding_s = f32::from(self.sliding_ticks) * self.dt_s;
+        let regained = (self.speed_m_s - evidence.wheels_m_s).abs() < REGAINED_M_S + DRIFT_M_S2 * sliding_s;
+        let agreed = along < ROLLS_M_S2 && yaw < 0.5 * yaw_max && regained;
+        self.apart_ticks = if apart { self.apart_ticks.saturating_add(1) } else { 0 };
+        self.agreed_ticks = if agreed { self.agreed_ticks.saturating_add(1) } else { 0 };
+        if self.sliding {
+            self.sliding_ticks = self.sliding_ticks.saturating_add(1);
+            self.sliding = self.agreed_ticks < ROLLS_TICKS && self.sliding_ticks < SLIDE_MAX_TICKS;
+        } else {
+            self.sliding_ticks = 0;
+            self.sliding = self.apart_ticks >= SLIDES_TICKS;
+        }
+        // The speed of the slide begins with the first sign of it.
+        if self.sliding || apart {
+            self.speed_m_s += self.dt_s * (evidence.wheels_m_s2 + difference_m_s2);
+        } else {
+            self.speed_m_s = evidence.wheels_m_s;
+        }
+    }
+
+    /// The wheels slide.
+    pub fn slides(&self) -> bool {
+        self.sliding
+    }
+
+    /// Speed over the ground: the wheels', or what the accelerations give while they slide, m/s.
+    pub fn speed_m_s(&self) -> f32 {
+        self.speed_m_s
+    }
+
+    /// Acceleration of the axle: the wheels', corrected while they slide, m/s^2.
+    pub fn acceleration_m_s2(&self, wheels_m_s2: f32) -> f32 {
+        if self.sliding {
+            wheels_m_s2 + self.difference.value().bounded(-G, G)
+        } else {
+            wheels_m_s2
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROLLING: Evidence = Evidence {
+        wheels_m_s: 1.0,
+        wheels_m_s2: 0.0,
+        swing_m_s2: 0.0,
+        tilt_error: 0.0,
+        yaw_rate_rad_s: 0.0,
+        wheels_yaw_rad_s: 0.0,
+        weighs: true,
+    };
+
+    fn after(evidence: &Evidence, ticks: usize) -> Traction {
+        let mut traction = Traction::new(0.001, 0.25);
+        for _ in 0..ticks {
+            traction.update(evidence);
+        }
+        traction
+    }
+
+    #[test]
+    fn rolling_wheels_are_believed() {
+        for evidence in [
+            ROLLING,
+            Evidence {
+                tilt_error: 0.02,
+                ..ROLLING
+            },
+            // A wheel that is 2 % larger than the other.
+            Evidence {
+                wheels_m_s: 2.5,
+                wheels_yaw_rad_s: 0.1,
+                ..ROLLING
+            },
+            // The vehicle turns, with an axle that rolls.
+            Evidence {
+                tilt_error: 0.05,
+                yaw_rate_rad_s: 1.9,
+                wheels_yaw_rad_s: 1.9,
+                ..ROLLING
+            },
+            // The vehicle falls.
+            Evidence {
+                tilt_error: 0.5,
+                weighs: false,
+                ..ROLLING
+            },
+        ] {
+            let traction = after(&evidence, 2000);
+            assert!(!traction.slides(), "{evidence:?}");
+            assert_eq!(traction.speed_m_s(), evidence.wheels_m_s);
+        }
+        let blow = Evidence {
+            tilt_error: 0.5,
+            ..ROLLING
+        };
+        assert!(!after(&blow, 100).slides(), "a blow is no slide");
+    }
+
+    #[test]
+    fn a_slide_is_told_and_its_speed_followed_until_the_wheels_roll_again() {
+        for (tilt_error, speed_m_s) in [(-0.037, 0.637), (0.05, 1.49), (-0.1, 0.02)] {
+            let sliding = Evidence { tilt_error, ..ROLLING };
+            let mut traction = after(&sliding, 1000);
+            assert!(traction.slides());
+            assert!(
+                (traction.speed_m_s() - speed_m_s).abs() < 0.08,
+                "{}",
+                traction.speed_m_s()
+            );
+            assert!((traction.acceleration_m_s2(0.0) - G * tilt_error).abs() < 0.01);
+            for _ in 0..1000 {
+                traction.update(&ROLLING);
+            }
+            assert!(traction.slides(), "the wheels do not turn as fast as the vehicle goes");
+            let caught = Evidence {
+                wheels_m_s: traction.speed_m_s() + 0.1,
+                ..ROLLING
+            };
+            for _ in 0..600 {
+                traction.update(&caught);
+            }
+            assert!(!traction.slides());
+            assert_eq!(traction.speed_m_s(), caught.wheels_m_s);
+        }
+    }
+
+    #[test]
+    fn one_sliding_wheel_shows_in_the_yaw_rate() {
+        for wheels_yaw_rad_s in [0.3, -0.3, 2.0] {
+            let evidence = Evidence {
+                wheels_yaw_rad_s,
+                ..ROLLING
+            };
+            assert!(after(&evidence, 400).slides(), "{wheels_yaw_rad_s}");
+        }
+    }
+}

@@ -1,0 +1,269 @@
+//! One motor's encoder, current sensor and leads against each other and against the voltage applied.
+//!
+//! The armature equation `V = R i + k w` ties voltage, current and rate together, so one of the three that is wrong
+//! shows in it, but not which. That is told by how the current follows the voltage from one tick to the next: the laws
+//! change the voltage by some hundredths of a volt in every tick, and whatever the motor's constants, its temperature
+//! and its load, a current that is measured follows within a fraction of a tick. A sensor that is dead or stuck, and a
+//! motor whose lead is open, follow nothing.
+
+use super::plausibility::Persistence;
+use crate::bounded::Bounded;
+use crate::control::motor::MotorLimits;
+use crate::estimate::rate_filter::LowPass;
+use crate::sample::TICK_S;
+use crate::vehicle::MotorParameters;
+
+/// What one tick shows of a motor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotorReading {
+    /// The encoder's count.
+    pub count: i64,
+    /// Voltage applied since the last tick; `None` while the bridge is open.
+    pub applied_v: Option<f32>,
+    /// The measured current, A, as it was halfway between the last tick and this one.
+    pub current_a: f32,
+    /// The filtered rate of the output, rad/s.
+    pub rate_rad_s: f32,
+}
+
+/// What is wrong with a motor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[allow(clippy::struct_excessive_bools)] // Independent findings, not the states of one thing.
+pub struct MotorHealth {
+    /// The encoder jumped, or contradicts voltage and current.
+    pub encoder: bool,
+    /// The current sensor does not follow the current.
+    pub current_sensor: bool,
+    /// The current sensor showed a current when the bridge was last open.
+    pub current_offset: bool,
+    /// No current follows the voltage, however large it grows: a lead is open.
+    pub open: bool,
+}
+
+/// How the measured current answers to the voltage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Answer {
+    /// The voltage changed too little to tell, or the answer lies between the others.
+    Unknown,
+    Follows,
+    Dead,
+}
+
+/// Watches one motor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotorWatch {
+    limits: MotorLimits,
+    current_limit_a: f32,
+    jump_counts: i64,
+    last_count: Option<i64>,
+    follower: Follower,
+    open_ticks: u16,
+    offset_a: LowPass,
+    offset_found: bool,
+    contradicted: Persistence,
+    dead: Persistence,
+    open: Persistence,
+}
+
+/// Armature voltage unexplained by current and back-EMF beyond which the encoder is not believed, V; the share of the
+/// resistance drop added to it, as the armature's resistance grows by a third as it warms; and the share of the back-EMF,
+/// as its constant varies from motor to motor and falls as the magnets warm.
+const RESIDUAL_V: f32 = 0.35;
+const RESIDUAL_SHARE: f32 = 0.5;
+const BACK_EMF_SHARE: f32 = 0.25;
+/// Ticks for which the encoder must contradict: longer than a dead current sensor takes to be known as such.
+const RESIDUAL_TICKS: u16 = 250;
+/// Current at an open bridge beyond which the sensor is not believed, A; half a percent of a 60 A sensor's span.
+pub const OFFSET_MAX_A: f32 = 0.5;
+/// Ticks that a bridge must have been open before its current counts as none, and the filter of that current.
+const OPEN_BRIDGE_TICKS: u16 = 50;
+const OFFSET_TIME_CONSTANT_S: f32 = 0.02;
+/// Ticks for which a current must not follow.
+const DEAD_TICKS: u16 = 150;
+/// A lead is open if the voltage should drive this share of the current limit, and less than a tenth of that flows.
+const OPEN_SHARE: f32 = 0.4;
+const OPEN_CURRENT_SHARE: f32 = 0.1;
+const OPEN_TICKS: u16 = 100;
+
+impl MotorWatch {
+    /// A watch for the motor of these parameters, whose encoder cannot move more than `jump_counts` in a tick.
+    pub fn new(motor: &MotorParameters<f32>, jump_counts: i64) -> Self {
+        Self {
+            limits: MotorLimits::new(motor),
+            current_limit_a: motor.current_limit_a,
+            jump_counts,
+            last_count: None,
+            follower: Follower::new(motor),
+            open_ticks: 0,
+            offset_a: LowPass::new(TICK_S, OFFSET_TIME_CONSTANT_S),
+            offset_found: false,
+            contradicted: Persistence::new(RESIDUAL_TICKS),
+            dead: Persistence::new(DEAD_TICKS),
+            open: Persistence::new(OPEN_TICKS),
+        }
+    }
+
+    /// Takes one tick.
+    pub fn update(&mut self, reading: &MotorReading) -> MotorHealth {
+        let MotorReading {
+            count,
+            applied_v,
+            current_a,
+            rate_rad_s,
+        } = *reading;
+        let moved = self.last_count.map_or(0, |last| count.wrapping_sub(last));
+        self.last_count = Some(count);
+        let jumped = moved.unsigned_abs() > self.jump_counts.unsigned_abs();
+        let current_offset = self.offset(applied_v.is_none(), current_a);
+        let Some(voltage_v) = applied_v else {
+            self.follower.reset();
+            return MotorHealth {
+                encoder: self.contradicted.update(false) || jumped,
+                current_sensor: self.dead.update(false),
+                current_offset,
+                open: self.open.update(false),
+            };
+        };
+        let answer = self.follower.update(voltage_v, current_a);
+        let residual_v = self.limits.residual_v(voltage_v, current_a, rate_rad_s);
+        let drop_v = self.limits.drop_v(current_a);
+        // What the back-EMF should be, by the encoder and by voltage and current: the larger.
+        let back_emf_v = self.limits.back_emf_v(rate_rad_s).abs();
+        let expected_v = (voltage_v - drop_v).abs();
+        let back_emf_v = if expected_v > back_emf_v {
+            expected_v
+        } else {
+            back_emf_v
+        };
+        let allowed_v = RESIDUAL_V + RESIDUAL_SHARE * drop_v.abs() + BACK_EMF_SHARE * back_emf_v;
+        // Where the current follows nothing, the encoder is not to blame.
+        let contradicts = residual_v.abs() > allowed_v && answer != Answer::Dead;
+        let driving_a = self.limits.current_a(voltage_v, rate_rad_s).abs();
+        let open = driving_a > OPEN_SHARE * self.current_limit_a
+            && current_a.abs() < OPEN_CURRENT_SHARE * driving_a
+            && answer != Answer::Follows;
+        MotorHealth {
+            encoder: self.contradicted.update(contradicts) || jumped,
+            current_sensor: self.dead.update(answer == Answer::Dead),
+            current_offset,
+            open: self.open.update(open),
+        }
+    }
+
+    /// Whether the sensor showed a current when the bridge was last open for a while.
+    fn offset(&mut self, bridge_open: bool, current_a: f32) -> bool {
+        if !bridge_open {
+            self.open_ticks = 0;
+            return self.offset_found;
+        }
+        self.open_ticks = self.open_ticks.saturating_add(1);
+        if self.open_ticks == OPEN_BRIDGE_TICKS {
+            self.offset_a.reset(current_a);
+        }
+        self.offset_a.update(current_a);
+        if self.open_ticks > OPEN_BRIDGE_TICKS {
+            self.offset_found = self.offset_a.value().abs() > OFFSET_MAX_A;
+        }
+        self.offset_found
+    }
+}
+
+/// Compares how current and voltage change: sums of products of their second differences, which steady loads, ramps and
+/// offsets leave out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Follower {
+    ampere_per_volt: f32,
+    /// What is left of a change of current after a tick.
+    rest: f32,
+    /// Current that the voltage alone would drive, at the end of the tick; a run of ticks starts with the steady one, as
+    /// the back-EMF is not known here.
+    model_a: Option<f32>,
+    model: SecondDifference,
+    measured: SecondDifference,
+    power: f32,
+    common: f32,
+    measured_power: f32,
+}
+
+/// Share of each tick in the sums: a time constant of 60 ms.
+const SUM_GAIN: f32 = 1.0 / 60.0;
+/// Largest change that counts, A: one jump, as of a sensor that dies, must not outweigh a hundred ticks.
+const CHANGE_MAX_A: f32 = 0.5;
+/// Least mean square of the modelled second differences that tells something, A^2: the converter's noise, 4 mA in each
+/// reading, makes a quarter of it.
+const POWER_MIN_A2: f32 = 0.02 * 0.02;
+/// Share of the modelled change that a living sensor shows at least, and a dead one at most.
+const FOLLOWS_SHARE: f32 = 0.5;
+const DEAD_SHARE: f32 = 0.25;
+/// Share of the modelled mean square that a dead sensor shows at most: a living one may also show what the back-EMF does.
+const DEAD_POWER_SHARE: f32 = 0.5;
+
+impl Follower {
+    fn new(motor: &MotorParameters<f32>) -> Self {
+        let ticks = TICK_S * motor.resistance_ohm / motor.inductance_h;
+        // Without inductance the quotient is infinite, and nothing is left of a change.
+        Self {
+            ampere_per_volt: 1.0 / motor.resistance_ohm,
+            rest: libm::expf(-ticks),
+            model_a: None,
+            model: SecondDifference::default(),
+            measured: SecondDifference::default(),
+            power: 0.0,
+            common: 0.0,
+            measured_power: 0.0,
+        }
+    }
+
+    fn reset(&mut self) {
+        self.model_a = None;
+        self.model = SecondDifference::default();
+        self.measured = SecondDifference::default();
+        self.power = 0.0;
+        self.common = 0.0;
+        self.measured_power = 0.0;
+    }
+
+    fn update(&mut self, voltage_v: f32, current_a: f32) -> Answer {
+        let steady_a = voltage_v * self.ampere_per_volt;
+        let before_a = self.model_a.unwrap_or(steady_a);
+        let after_a = steady_a + self.rest * (before_a - steady_a);
+        self.model_a = Some(after_a);
+        // The mean over the tick goes with a current that is measured anywhere within it, or averaged over it.
+        let mean_a = 0.5 * (before_a + after_a);
+        if let (Some(model), Some(measured)) = (self.model.update(mean_a), self.measured.update(current_a)) {
+            let [model, measured] = [model, measured].map(|change| change.bounded(-CHANGE_MAX_A, CHANGE_MAX_A));
+            self.power += SUM_GAIN * (model * model - self.power);
+            self.common += SUM_GAIN * (model * measured - self.common);
+            self.measured_power += SUM_GAIN * (measured * measured - self.measured_power);
+        }
+        if self.power < POWER_MIN_A2 {
+            Answer::Unknown
+        } else if self.common > FOLLOWS_SHARE * self.power {
+            Answer::Follows
+        } else if self.common < DEAD_SHARE * self.power && self.measured_power < DEAD_POWER_SHARE * self.power {
+            Answer::Dead
+        } else {
+            Answer::Unknown
+        }
+    }
+}
+
+/// The second difference of a sequence, once there are three values.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct SecondDifference {
+    last: Option<f32>,
+    last_step: Option<f32>,
+}
+
+impl SecondDifference {
+    fn update(&mut self, value: f32) -> Option<f32> {
+        let step = self.last.map(|last| value - last);
+        let second = step.zip(self.last_step).map(|(step, last)| step - last);
+        self.last = Some(value);
+        self.last_step = step;
+        second
+    }
+}
+
+#[cfg(test)]
+mod tests;

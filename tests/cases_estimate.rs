@@ -1,0 +1,235 @@
+//! What the vehicle believes of its own motion, where comparable machines have failed: in scenarios on the virtual board,
+//! each kind at several values and seeds.
+
+use model::supervise::arming::Mode;
+use model::supervise::codes::{Fault, FaultSet, Limit};
+use virtual_board::ages;
+use virtual_board::scenario::trace::Row;
+use virtual_board::scenario::{self, Scenario, VirtualBackend};
+
+mod support;
+use support::flights::{at_speed, drive, fly, last};
+use support::reference;
+
+fn heading_error_deg(row: &Row) -> f64 {
+    (f64::from(row.status.estimate.heading_rad) - row.truth.heading_rad).to_degrees()
+}
+
+/// The age of every sample in every tick is what the design says, not what the order of polling makes it.
+#[test]
+fn the_samples_of_every_tick_are_as_old_as_the_design_says() {
+    for (name, seed) in [("slope-drive", 1), ("figure-of-eight", 2), ("kerb", 3)] {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/scenarios");
+        let path = std::path::Path::new(folder).join(format!("{name}.toml"));
+        let mut scenario = Scenario::read(&path).expect("a good file");
+        scenario.seed = seed;
+        let vehicle = reference();
+        let plant = scenario.plant(&vehicle).expect("a plant");
+        let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
+        backend.board.world(|world| world.records = Some(Vec::new()));
+        scenario::run(&scenario, &mut backend, |_| {}).expect("valid");
+        let records = backend.board.world(|world| world.records.take()).expect("kept");
+        assert!(records.len() > 20_000);
+        // The IMUs take 60 ms to start.
+        for record in records.iter().filter(|record| record.sample.time_us > 100_000) {
+            if let Err(wrong) = ages::check(record, true) {
+                panic!("{name}: {wrong}");
+            }
+            // On the virtual board nothing takes time.
+            let sample = &record.sample;
+            assert_eq!(sample.time_us % 1000, 0);
+            assert_eq!(
+                (
+                    sample.encoder_age_us,
+                    sample.arm_imu.age_us,
+                    sample.spar_imu.age_us,
+                    sample.analog_age_us
+                ),
+                (0, 0, 0, 500),
+                "{name}, tick {}",
+                record.tick
+            );
+        }
+    }
+}
+
+#[test]
+fn half_a_minute_of_spinning_leaves_the_heading_within_half_a_degree() {
+    for (yaw_rate, seed) in [(1.9, 1), (1.9, 2), (-1.9, 3), (1.0, 4), (-0.5, 5)] {
+        let steps = format!(
+            "{{ at_s = 4.0, action = \"drive\", yaw_rate_rad_s = {yaw_rate:?} }}, \
+             {{ at_s = 34.0, action = \"drive\", speed_m_s = 1.0 }}, {{ at_s = 54.0, action = \"drive\" }}"
+        );
+        let outcome = fly(60.0, seed, "", &steps);
+        let worst = outcome
+            .trace
+            .rows
+            .iter()
+            .map(|row| heading_error_deg(row).abs())
+            .fold(0.0, f64::max);
+        let turned = last(&outcome).truth.heading_rad / yaw_rate;
+        assert!((29.0..31.0).contains(&turned), "{yaw_rate}: {turned} s of turning");
+        println!("{yaw_rate} rad/s, seed {seed}: {worst:.3} deg");
+        assert!(worst < 0.5, "{yaw_rate} rad/s, seed {seed}: {worst} deg");
+    }
+}
+
+/// What the gyro alone makes of the heading is a straight line, whatever the wheels' radii.
+#[test]
+fn wheels_of_unequal_radius_do_not_turn_the_heading() {
+    for (side, factor, seed) in [
+        ("left", 1.01, 1),
+        ("right", 1.01, 2),
+        ("left", 0.995, 3),
+        ("right", 1.02, 4),
+        ("left", 1.02, 5),
+    ] {
+        let tables = format!("plant.{side}.wheel_radius_factor = {factor:?}");
+        let steps = format!("{}, {{ at_s = 124.0, action = \"drive\" }}", at_speed(1.0));
+        let outcome = fly(130.0, seed, &tables, &steps);
+        let row = last(&outcome);
+        let heading_deg = row.truth.heading_rad.to_degrees();
+        let estimate = &row.status.estimate;
+        let off_m = (f64::from(estimate.x_m) - row.truth.x_m).hypot(f64::from(estimate.y_m) - row.truth.y_m);
+        println!("{side} {factor}: heading {heading_deg:.3} deg, position {off_m:.2} m off");
+        assert!(row.truth.x_m > 110.0, "{side} {factor}: {}", row.truth.x_m);
+        assert!(heading_deg.abs() < 1.0, "{side} {factor}: {heading_deg} deg");
+        assert!(heading_error_deg(row).abs() < 1.0, "{side} {factor}");
+        assert!(off_m < 0.02 * row.truth.x_m, "{side} {factor}: {off_m} m");
+    }
+}
+
+#[test]
+fn a_fall_over_a_ledge_is_no_fault() {
+    for height_m in [0.01, 0.02, 0.04] {
+        for (speed_m_s, seed) in [(0.3, 1), (1.0, 2), (2.0, 3), (2.5, 4)] {
+            let tables = format!("terrain.profile = [{{ kind = \"step\", at_m = 3.0, height_m = -{height_m} }}]");
+            let outcome = fly(20.0, seed, &tables, &at_speed(speed_m_s));
+            let story = format!("{height_m} m at {speed_m_s} m/s");
+            assert!(last(&outcome).truth.x_m > 3.2, "{story}: it must get there");
+            assert_eq!(last(&outcome).status.mode, Mode::Armed, "{story}: {:?}", outcome.log);
+            assert_eq!(last(&outcome).status.faults, FaultSet::EMPTY, "{story}");
+            let armed = outcome.trace.rows.iter().filter(|row| row.time_s() > 2.5);
+            assert!(armed.clone().all(|row| row.bridges_on), "{story}: a bridge opened");
+        }
+    }
+}
+
+#[test]
+fn a_blocked_vehicle_tells_so_takes_the_wall_for_no_hill_and_lowers_its_arm_before_the_bridges_open() {
+    for (speed_m_s, silent_at_s, seed) in [(0.3, 10.0, 1), (0.3, 16.0, 2), (0.3, 22.0, 3), (0.5, 10.0, 4)] {
+        let tables = "terrain.profile = [{ kind = \"step\", at_m = 1.0, height_m = 0.075 }]";
+        let steps = format!(
+            "{}, {{ at_s = {silent_at_s:?}, action = \"silence\" }}",
+            at_speed(speed_m_s)
+        );
+        let outcome = fly(silent_at_s + 8.0, seed, tables, &steps);
+        let story = format!("{speed_m_s} m/s until {silent_at_s} s");
+        let rows = &outcome.trace.rows;
+        let pushing = || rows.iter().filter(|row| (9.0..silent_at_s).contains(&row.time_s()));
+        assert!(pushing().count() > 50);
+        assert!(
+            pushing().all(|row| row.status.limits.contains(Limit::Stall)),
+            "{story}: a stall is told"
+        );
+        let steepest = pushing()
+            .map(|row| row.status.estimate.slope_rad.to_degrees().abs())
+            .fold(0.0, f32::max);
+        assert!(steepest < 2.0, "{story}: {steepest} deg of slope");
+        assert_eq!(last(&outcome).status.mode, Mode::Disarmed, "{story}");
+        assert!(
+            !last(&outcome).status.faults.contains(Fault::StopTimeout),
+            "{story}: the stop ends by itself"
+        );
+        let furthest = rows.iter().map(|row| row.truth.x_m).fold(0.0, f64::max);
+        let recoil_m = furthest - last(&outcome).truth.x_m;
+        println!("{story}: slope {steepest:.2} deg, recoil {recoil_m:.3} m");
+        assert!(recoil_m < 0.1, "{story}: {recoil_m} m");
+    }
+    // A start, a hill, a stop: no stall.
+    for (slope_rad, speed_m_s) in [(0.0, 0.3), (0.0873, 0.8), (-0.0873, 2.0)] {
+        let tables = format!("chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}");
+        let steps = format!("{}, {{ at_s = 10.0, action = \"drive\" }}", at_speed(speed_m_s));
+        let outcome = fly(16.0, 5, &tables, &steps);
+        let stalled = outcome
+            .trace
+            .rows
+            .iter()
+            .filter(|row| row.status.estimate.stalled)
+            .count();
+        assert_eq!(stalled, 0, "{slope_rad} {speed_m_s}");
+    }
+}
+
+#[test]
+fn sliding_wheels_are_told_and_rolling_ones_are_not() {
+    for (slope_rad, friction, speed_m_s, seed) in [(0.0873, 0.05, 0.8, 1), (0.0873, 0.04, 0.5, 2), (0.12, 0.06, 0.8, 3)]
+    {
+        let tables = format!(
+            "chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}\n\
+             terrain.patch = [{{ from_m = 2.0, to_m = 40.0, right = {friction:?}, left = {friction:?} }}]"
+        );
+        let outcome = fly(30.0, seed, &tables, &at_speed(speed_m_s));
+        let rows = &outcome.trace.rows;
+        let slides = |row: &&Row| row.truth.sliding.contains(&true);
+        let (sliding, told) = (
+            rows.iter().filter(slides).count(),
+            rows.iter()
+                .filter(slides)
+                .filter(|row| row.status.limits.contains(Limit::Slip))
+                .count(),
+        );
+        println!("{slope_rad} {friction}: {told} of {sliding} rows");
+        assert!(sliding > 500, "it must slide: {sliding}");
+        assert!(told * 10 > sliding * 8, "{slope_rad} {friction}: {told} of {sliding}");
+    }
+    for name in [
+        "slope-drive",
+        "figure-of-eight",
+        "side-slope",
+        "kerb",
+        "rail-inspection",
+    ] {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/scenarios");
+        let path = std::path::Path::new(folder).join(format!("{name}.toml"));
+        let outcome = drive(&Scenario::read(&path).expect("a good file"));
+        let told = outcome
+            .trace
+            .rows
+            .iter()
+            .filter(|row| row.status.estimate.sliding)
+            .count();
+        assert_eq!(told, 0, "{name}");
+    }
+}
+
+/// Two degrees of mounting error are learnt in the first turn on the spot; once what they did has faded, the vehicle stays
+/// where it is.
+#[test]
+fn an_imu_mounted_two_degrees_rolled_lets_the_vehicle_creep_less_than_5_cm_per_turn_once_it_has_turned() {
+    for (misalignment_deg, yaw_rate, seed) in [(2.0, 1.9, 1), (-2.0, -0.8, 2), (2.0, 1.2, 3), (0.0, 1.9, 4)] {
+        let tables = format!("plant.arm_imu.misalignment_x_deg = {misalignment_deg:?}");
+        let steps = format!("{{ at_s = 4.0, action = \"drive\", yaw_rate_rad_s = {yaw_rate:?} }}");
+        let outcome = fly(60.0, seed, &tables, &steps);
+        let turn = |row: &Row| (row.truth.heading_rad / (2.0 * std::f64::consts::PI)).abs();
+        // Four turns to learn and to settle; then one displacement for each whole turn.
+        let at = |turns: f64| {
+            outcome
+                .trace
+                .rows
+                .iter()
+                .find(|row| turn(row) >= turns)
+                .map(|row| row.truth)
+        };
+        let mut worst_m = 0.0_f64;
+        let mut turns = 4.0;
+        while let (Some(from), Some(to)) = (at(turns), at(turns + 1.0)) {
+            worst_m = worst_m.max((to.x_m - from.x_m).hypot(to.y_m - from.y_m));
+            turns += 1.0;
+        }
+        println!("{misalignment_deg} deg, {yaw_rate} rad/s: {worst_m:.3} m in the worst of {turns} turns");
+        assert!(turns > 5.0, "{misalignment_deg} {yaw_rate}: {turns}");
+        assert!(worst_m < 0.05, "{misalignment_deg} {yaw_rate}: {worst_m} m");
+        assert_eq!(last(&outcome).status.faults, FaultSet::EMPTY);
+    }
+}

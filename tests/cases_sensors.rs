@@ -1,0 +1,237 @@
+//! Sensors, motors and wiring that fail, where comparable machines have not noticed: in scenarios on the virtual board,
+//! each kind at several values and seeds.
+
+use model::supervise::arming::Mode;
+use model::supervise::codes::{Blocker, Fault, FaultSet};
+use virtual_board::scenario::{self, Scenario, VirtualBackend};
+
+mod support;
+use support::flights::{at_speed, drive, first, fly, last, only, scenario};
+use support::reference;
+
+#[test]
+fn a_current_sensor_that_shows_a_current_at_rest_blocks_arming() {
+    for (sensor, offset_a, blocks) in [
+        ("left-current", 5.0, true),
+        ("right-current", -0.7, true),
+        ("left-current", 0.3, false),
+    ] {
+        let steps =
+            format!("{{ at_s = 0.5, action = \"analog-fault\", sensor = \"{sensor}\", offset = {offset_a:?} }}");
+        // The steps stand in order of time.
+        let text = format!("title = \"t\"\nduration_s = 4.0\nstep = [{steps}, {{ at_s = 2.0, action = \"arm\" }}]\n");
+        let outcome = drive(&Scenario::parse("case.toml", &text).expect("a scenario"));
+        let status = &last(&outcome).status;
+        assert_eq!(
+            status.blockers.contains(Blocker::CurrentSensor),
+            blocks,
+            "{sensor} {offset_a}"
+        );
+        assert_eq!(status.mode == Mode::Disarmed, blocks, "{sensor} {offset_a}");
+        assert_eq!(outcome.trace.rows.iter().any(|row| row.bridges_on), !blocks);
+    }
+}
+
+#[test]
+fn a_dead_or_stuck_current_sensor_is_found_within_a_second_and_the_vehicle_stops() {
+    for (speed_m_s, seed) in [(0.0, 1), (0.3, 2), (1.0, 3), (2.0, 4)] {
+        for (sensor, reads) in [("left-current", "dead"), ("right-current", "stuck")] {
+            let steps = format!(
+                "{}, {{ at_s = 10.0, action = \"analog-fault\", sensor = \"{sensor}\", reads = \"{reads}\" }}",
+                at_speed(speed_m_s)
+            );
+            let outcome = fly(16.0, seed, "", &steps);
+            let story = format!("{sensor} {reads} at {speed_m_s} m/s");
+            let found = first(&outcome, 10.0, |row| row.status.faults.contains(Fault::CurrentSensor));
+            let found_s = found.unwrap_or_else(|| panic!("{story}: not found"));
+            println!("{story}: {found_s:.3} s");
+            assert!(found_s < 1.0, "{story}: {found_s} s");
+            // From 2 m/s a stop takes longer than its time-out.
+            let mut faults = last(&outcome).status.faults;
+            faults.set(Fault::StopTimeout, false);
+            assert_eq!(faults, only(&[Fault::CurrentSensor]), "{story}");
+            assert_eq!(last(&outcome).status.mode, Mode::Disarmed, "{story}");
+            assert!(first(&outcome, 10.0, |row| row.status.mode == Mode::Stopping).is_some());
+        }
+    }
+}
+
+#[test]
+fn an_open_lead_is_named_by_its_motor() {
+    for (speed_m_s, side, fault) in [
+        (0.3, "left", Fault::LeftMotorOpen),
+        (1.0, "right", Fault::RightMotorOpen),
+        (2.0, "left", Fault::LeftMotorOpen),
+        (-1.0, "left", Fault::LeftMotorOpen),
+    ] {
+        let steps = format!(
+            "{}, {{ at_s = 10.0, action = \"motor-leads\", motor = \"{side}\", leads = \"open\" }}",
+            at_speed(speed_m_s)
+        );
+        let outcome = fly(13.0, 7, "", &steps);
+        let found = first(&outcome, 10.0, |row| row.status.faults.contains(fault));
+        println!("{side} open at {speed_m_s} m/s: {found:?} s");
+        assert!(found.is_some_and(|s| s < 0.4), "{side} {speed_m_s}: {:?}", outcome.log);
+        assert_eq!(last(&outcome).status.faults, only(&[fault]), "{side} {speed_m_s}");
+        assert_eq!(last(&outcome).status.mode, Mode::Disarmed);
+    }
+}
+
+/// What fails at the spar takes the levelling, never the drive.
+#[test]
+fn no_failure_of_the_spar_ends_the_drive() {
+    let sensor = |sensor: &str, fault: &str| {
+        format!("{{ at_s = 10.0, action = \"sensor-fault\", sensor = \"{sensor}\", fault = \"{fault}\" }}")
+    };
+    let leads =
+        |leads: &str| format!("{{ at_s = 10.0, action = \"motor-leads\", motor = \"ballast\", leads = \"{leads}\" }}");
+    let current =
+        |what: &str| format!("{{ at_s = 10.0, action = \"analog-fault\", sensor = \"ballast-current\", {what} }}");
+    for (failure, fault) in [
+        (sensor("ballast-encoder", "off"), None),
+        (sensor("ballast-encoder", "stuck"), None),
+        (sensor("ballast-encoder", "garbage"), Some(Fault::BallastEncoder)),
+        (sensor("ballast-encoder", "wrong-sign"), None),
+        (sensor("spar-imu", "off"), Some(Fault::SparImu)),
+        (sensor("spar-imu", "stuck"), Some(Fault::SparImu)),
+        (sensor("spar-imu", "garbage"), Some(Fault::SparImu)),
+        (leads("open"), None),
+        (leads("shorted"), Some(Fault::BallastOvercurrent)),
+        (current("reads = \"dead\""), None),
+        (current("offset = 50.0"), Some(Fault::BallastOvercurrent)),
+    ] {
+        for (slope_rad, seed) in [(0.0, 1), (-0.0873, 2)] {
+            let tables = format!("chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}");
+            let steps = format!(
+                "{}, {failure}, {{ at_s = 14.0, action = \"drive\", speed_m_s = 0.5 }}",
+                at_speed(1.0)
+            );
+            let outcome = fly(20.0, seed, &tables, &steps);
+            let story = format!("{failure} on {slope_rad}");
+            let row = last(&outcome);
+            assert_eq!(row.status.mode, Mode::Armed, "{story}: {}", row.status.faults);
+            assert!(
+                (row.truth.speed_m_s - 0.5).abs() < 0.1,
+                "{story}: {}",
+                row.truth.speed_m_s
+            );
+            let others = row.status.faults.bits() & !FaultSet::SPAR.bits();
+            assert_eq!(others, 0, "{story}: {}", row.status.faults);
+            if let Some(fault) = fault {
+                let found = first(&outcome, 10.0, |row| row.status.faults.contains(fault));
+                assert!(found.is_some_and(|s| s < 0.2), "{story}: {found:?}");
+                assert_eq!(row.status.voltage_v[2], 0.0, "{story}: the ballast motor is off");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_encoder_that_dies_or_reverses_is_found_within_600_ms_from_a_crawl_to_full_speed() {
+    for (speed_m_s, seed) in [(0.15, 1), (0.3, 2), (-0.3, 3), (0.6, 4), (1.0, 5), (2.5, 6)] {
+        for (sensor, fault) in [
+            ("left-encoder", "off"),
+            ("right-encoder", "stuck"),
+            ("right-encoder", "wrong-sign"),
+        ] {
+            let steps = format!(
+                "{}, {{ at_s = 12.0, action = \"sensor-fault\", sensor = \"{sensor}\", fault = \"{fault}\" }}",
+                at_speed(speed_m_s)
+            );
+            let outcome = fly(14.0, seed, "", &steps);
+            let found = first(&outcome, 12.0, |row| !row.bridges_on);
+            println!("{sensor} {fault} at {speed_m_s} m/s: {found:?} s");
+            assert!(
+                found.is_some_and(|s| s <= 0.6),
+                "{sensor} {fault} {speed_m_s}: {found:?}"
+            );
+            assert!(!last(&outcome).status.faults.is_empty());
+        }
+    }
+}
+
+/// What a vehicle without a spar has no sensor for is neither read nor judged.
+#[test]
+fn a_vehicle_without_a_spar_takes_no_fault_from_its_inputs() {
+    let mut parameters = *reference().parameters();
+    parameters.spar = None;
+    let vehicle = model::vehicle::Vehicle::new(parameters).expect("valid");
+    for (failure, seed) in [
+        (
+            "action = \"sensor-fault\", sensor = \"ballast-encoder\", fault = \"garbage\"",
+            1,
+        ),
+        (
+            "action = \"analog-fault\", sensor = \"ballast-current\", offset = 50.0",
+            2,
+        ),
+        (
+            "action = \"analog-fault\", sensor = \"ballast-current\", reads = \"dead\"",
+            3,
+        ),
+    ] {
+        let steps = format!("{}, {{ at_s = 6.0, {failure} }}", at_speed(0.5));
+        let scenario = scenario(10.0, seed, "", &steps);
+        let plant = scenario.plant(&vehicle).expect("a plant");
+        let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
+        let outcome = scenario::run(&scenario, &mut backend, |_| {}).expect("valid");
+        let status = &last(&outcome).status;
+        assert_eq!(
+            (status.mode, status.faults),
+            (Mode::Armed, FaultSet::EMPTY),
+            "{failure}"
+        );
+        assert_eq!(status.current_a[2], 0.0, "{failure}");
+    }
+}
+
+/// A limit that the sensors cannot measure would never be found crossed.
+#[test]
+fn a_limit_beyond_the_sensors_is_refused_by_the_file_reader_and_by_the_board() {
+    for (changes, name) in [
+        (
+            &[
+                ("nominal_v = 25.2", "nominal_v = 58.0"),
+                ("maximum_v = 30.0", "maximum_v = 75.0"),
+            ][..],
+            "battery.maximum_v = 75",
+        ),
+        (&[("maximum_v = 30.0", "maximum_v = 65.0")], "battery.maximum_v = 65"),
+        (
+            &[
+                ("current_limit_a = 17.0", "current_limit_a = 150"),
+                ("overcurrent_a = 30.0", "overcurrent_a = 200"),
+            ],
+            "safety.overcurrent_a = 200",
+        ),
+        (
+            &[("overcurrent_a = 30.0", "overcurrent_a = 59.5")],
+            "safety.overcurrent_a = 59.5",
+        ),
+    ] {
+        let mut text = vehicle_file::REFERENCE.to_owned();
+        for (from, to) in changes {
+            assert!(text.contains(from), "{from}");
+            text = text.replacen(from, to, 1);
+        }
+        let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"));
+        let path = folder.join("beyond-the-sensors.toml");
+        std::fs::write(&path, text).expect("writes");
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+            .args(["drive", "--json", "--vehicle", path.to_str().expect("utf-8")])
+            .output()
+            .expect("it starts");
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{name}: {message}");
+        assert!(
+            message.contains(name) && message.contains("sensor") && message.contains("beyond-the-sensors.toml"),
+            "{name}: {message}"
+        );
+        let vehicle = vehicle_file::read_vehicle(&path).expect("a vehicle of another board");
+        let plant = Scenario::parse("t", "title = \"t\"\nduration_s = 1.0\n")
+            .expect("a scenario")
+            .plant(&reference())
+            .expect("a plant");
+        assert!(VirtualBackend::boot(&vehicle, plant).is_err(), "{name}");
+    }
+}
