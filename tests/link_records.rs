@@ -18,7 +18,7 @@ mod support;
 #[path = "support/wires.rs"]
 mod wires;
 use support::Bench;
-use wires::{BoardWire, link, ready};
+use wires::{BoardWire, Scripted, link, ready};
 
 /// Every record that came over the link, and the bytes that its block took.
 fn records(blocks: &[RecordBlock]) -> Vec<FlightRecord> {
@@ -186,6 +186,35 @@ fn the_tool_shows_the_boards_log() {
     assert!((1690..=1710).contains(&recorded.ticks), "{recorded:?}");
 }
 
+#[test]
+fn a_flood_of_questions_about_the_memory_holds_up_no_status_and_no_tick() {
+    let mut bench = Bench::driving(63, 1.0);
+    let before = bench.board.status().expect("runs");
+    let (mut statuses, mut asked, mut read, mut bytes) = (0, 0, 0, bench.client.bytes);
+    let mut waiting: Vec<u32> = Vec::new();
+    bench.run_watching(1000, |bench| {
+        for question in [Read::Log { from: 0 }, Read::Faults { from: 0 }].repeat(4) {
+            asked += 1;
+            waiting.push(bench.order(Order::Read(question)));
+        }
+        statuses += u32::from(bench.client.status.take().is_some());
+        waiting.retain(|sequence| {
+            let answered = bench.client.reading_of(*sequence).is_some();
+            read += u64::from(answered);
+            !answered && bench.client.answer_to(*sequence).is_none()
+        });
+    });
+    bytes = bench.client.bytes - bytes;
+    assert!((99..=101).contains(&statuses), "{statuses}");
+    let after = bench.board.status().expect("runs");
+    assert_eq!(after.mode, Mode::Armed);
+    assert_eq!(after.late_ticks, before.late_ticks);
+    assert_eq!(after.tick, before.tick + 1000);
+    assert!(read > 1000 && read <= asked, "{read} of {asked}");
+    // One frame at most for each question, and the statuses.
+    assert!(bytes <= 512 * (asked + 101), "{bytes}");
+}
+
 /// Every fault that the board remembers.
 fn faults(bench: &mut Bench) -> Vec<FaultEntry> {
     let mut entries: Vec<FaultEntry> = Vec::new();
@@ -215,6 +244,45 @@ fn run_with_a_fault(seed: u64, history: &VirtualFlash, ms: u64) -> (u32, Vec<Fau
     bench.run(100);
     let boot = bench.client.identity().expect("identified").about.boot;
     (boot, faults(&mut bench))
+}
+
+#[test]
+fn the_tool_shows_time_mode_and_cause_of_every_fault() {
+    let history = VirtualFlash::erased();
+    let (before, _) = run_with_a_fault(64, &history, 40);
+    let mut bench = Bench::with_history(65, VirtualFlash::erased(), history);
+    bench.run(500);
+    let (mut link, _) = link(BoardWire::new(bench));
+    link.identify().expect("answers");
+    let mut console = Console(Vec::new());
+    link.show_faults(&mut console).expect("answers");
+    let text = String::from_utf8(console.0).expect("text");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 2, "{text}");
+    for (line, cause) in lines.iter().zip(["fault 0: EmergencyStop", "fault 1: BridgeBreak"]) {
+        assert!(
+            line.contains(&format!("an earlier boot {before:08x}, 1.0")) && line.contains(&format!(", armed: {cause}")),
+            "{line}"
+        );
+    }
+}
+
+#[test]
+fn a_board_that_answers_the_same_for_ever_is_told_strange() {
+    let fault = FaultEntry {
+        number: 5,
+        boot: 1,
+        time_us: 1,
+        mode: Mode::Armed,
+        fault: 0,
+    };
+    let (mut link, _) = link(Scripted::new(move |id, _| {
+        let reading = Reading::Faults([fault].into_iter().collect());
+        vec![(0, BoardMessage::Reading { id, reading })]
+    }));
+    link.identify().expect("answers");
+    let error = link.show_faults(&mut Console(Vec::new())).expect_err("strange");
+    assert!(error.to_string().contains("strange"), "{error}");
 }
 
 #[test]

@@ -13,7 +13,9 @@ fuzz_target!(|payload: &[u8]| {
     for byte in framed::framed(payload) {
         if let Received::Message(message) = decoder.push::<BoardMessage>(byte) {
             let frame = encode(&message).expect("what came in a frame fits a frame");
-            let again = frame.iter().fold(Received::Nothing, |_, byte| decoder.push(*byte));
+            let again = frame
+                .iter()
+                .fold(Received::Nothing, |_: Received<BoardMessage>, byte| decoder.push(*byte));
             let Received::Message(again) = again else {
                 panic!("{again:?}")
             };

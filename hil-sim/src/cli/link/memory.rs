@@ -116,10 +116,13 @@ impl<W: Wire> Link<W> {
                     ));
                 }
                 Reading::LookBack { block: Some(block), .. } => {
+                    let Some(after) = beyond(block.number, from) else {
+                        return Err(strange());
+                    };
                     if recorded.blocks > 0 {
                         recorded.lost += block.number.wrapping_sub(from);
                     }
-                    from = block.number.wrapping_add(1);
+                    from = after;
                     recorded.write(block, out)?;
                 }
                 Reading::LookBack { block: None, .. } => return Ok(recorded),
@@ -144,10 +147,14 @@ impl<W: Wire> Link<W> {
             if block.lines.is_empty() {
                 return Ok(());
             }
+            let last = block.first.saturating_add(block.lines.len() as u32 - 1);
+            let Some(after) = beyond(last, from) else {
+                return Err(strange());
+            };
             for line in &block.lines {
                 console.line(&text(line))?;
             }
-            from = block.first + block.lines.len() as u32;
+            from = after;
         }
     }
 }
@@ -168,6 +175,9 @@ impl<W: Wire> Link<W> {
                 return Ok(());
             }
             for entry in &entries {
+                let Some(after) = beyond(entry.number, from) else {
+                    return Err(strange());
+                };
                 let of = if boot == Some(entry.boot) {
                     "this boot"
                 } else {
@@ -182,7 +192,7 @@ impl<W: Wire> Link<W> {
                     entry.mode.name(),
                     fault_name(entry.fault),
                 ))?;
-                from = entry.number.saturating_add(1);
+                from = after;
             }
         }
     }
@@ -194,6 +204,11 @@ fn fault_name(number: u8) -> String {
         Some(fault) => format!("fault {number}: {}", fault.name()),
         None => format!("fault {number}"),
     }
+}
+
+/// The number behind `number`, if that is at least `from`: whatever a board answers, reading its memory ends.
+fn beyond(number: u32, from: u32) -> Option<u32> {
+    if number < from { None } else { number.checked_add(1) }
 }
 
 fn strange() -> CommandError {
