@@ -1,5 +1,7 @@
 //! A small flash in memory, and images of it: noise, or what a store wrote with some bytes changed.
 
+#![allow(dead_code)] // Each target uses its part.
+
 use std::cell::RefCell;
 use std::convert::Infallible;
 use std::rc::Rc;
