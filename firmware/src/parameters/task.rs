@@ -14,6 +14,7 @@ use crate::protocol::message::{Answer, ParameterAnswer, ParameterRequest};
 use crate::topics::{Answered, Asked, Topics};
 
 /// Returns the vehicle to boot with, stored or built in, and logs which of the two.
+#[allow(clippy::match_same_arms)] // On the target the lint does not see the texts.
 pub async fn boot<F: NorFlash>(store: &mut ParameterStore<F>, built_in: &Vehicle<f32>) -> Booted {
     let booted = store.load(built_in).await;
     match booted.outcome {
