@@ -4,6 +4,7 @@
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Fault, FaultSet, Limit};
 use virtual_board::ages;
+use virtual_board::board::hardware::Records;
 use virtual_board::scenario::trace::Row;
 use virtual_board::scenario::{self, Scenario, VirtualBackend};
 
@@ -26,9 +27,15 @@ fn the_samples_of_every_tick_are_as_old_as_the_design_says() {
         let vehicle = reference();
         let plant = scenario.plant(&vehicle).expect("a plant");
         let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
-        backend.board.world(|world| world.records = Some(Vec::new()));
+        backend
+            .board
+            .world(|world| world.records = Some(Records::first(usize::MAX)));
         scenario::run(&scenario, &mut backend, |_| {}).expect("valid");
-        let records = backend.board.world(|world| world.records.take()).expect("kept");
+        let records = backend
+            .board
+            .world(|world| world.records.take())
+            .expect("kept")
+            .into_kept();
         assert!(records.len() > 20_000);
         // The IMUs take 60 ms to start.
         for record in records.iter().filter(|record| record.sample.time_us > 100_000) {

@@ -132,11 +132,25 @@ pub fn read_vehicle(path: &Path) -> Result<Vehicle<f64>, VehicleFileError> {
 /// The first thing wrong with the file.
 pub fn read_vehicle_for(path: &Path, ranges: &SensorRanges) -> Result<Vehicle<f64>, VehicleFileError> {
     let vehicle = read_vehicle(path)?;
-    vehicle.check_on(ranges).map_err(|error| VehicleFileError::Parameter {
-        file: path.display().to_string(),
-        error,
-    })?;
+    check_on(&path.display().to_string(), &vehicle, *ranges)?;
     Ok(vehicle)
+}
+
+/// As [`read_vehicle_for`], from a file's text; `file` is the name used in messages.
+///
+/// # Errors
+/// The first thing wrong with the text.
+pub fn parse_vehicle_for(file: &str, text: &str, ranges: &SensorRanges) -> Result<Vehicle<f64>, VehicleFileError> {
+    let vehicle = whole_vehicle(file, parse(file, text)?)?;
+    check_on(file, &vehicle, *ranges)?;
+    Ok(vehicle)
+}
+
+fn check_on(file: &str, vehicle: &Vehicle<f64>, ranges: SensorRanges) -> Result<(), VehicleFileError> {
+    vehicle.check_on(&ranges).map_err(|error| VehicleFileError::Parameter {
+        file: file.to_owned(),
+        error,
+    })
 }
 
 /// The text of the reference vehicle's file.

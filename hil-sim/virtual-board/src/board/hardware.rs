@@ -16,6 +16,31 @@ use model::sample::{Actuation, MOTORS};
 
 use plant::{BridgeState, Plant};
 
+/// The records of the first ticks, up to a number that bounds their memory.
+#[derive(Debug, Clone, Default)]
+pub struct Records {
+    kept: Vec<FlightRecord>,
+    most: usize,
+}
+
+impl Records {
+    /// Keeps the records of the first `most` ticks.
+    pub fn first(most: usize) -> Self {
+        Self { kept: Vec::new(), most }
+    }
+
+    /// What was kept, in order.
+    pub fn into_kept(self) -> Vec<FlightRecord> {
+        self.kept
+    }
+
+    fn add(&mut self, record: &FlightRecord) {
+        if self.kept.len() < self.most {
+            self.kept.push(*record);
+        }
+    }
+}
+
 /// The plant and everything of the board that is not the firmware.
 #[derive(Debug)]
 pub struct World {
@@ -26,7 +51,7 @@ pub struct World {
     /// The lamps: armed, faulted.
     pub lamps: (bool, bool),
     /// The records of the ticks, if they are kept.
-    pub records: Option<Vec<FlightRecord>>,
+    pub records: Option<Records>,
     synced_us: u64,
     bridges: [BridgeState; MOTORS],
     break_tripped: bool,
@@ -178,7 +203,7 @@ impl Recorder for Hardware {
     fn record(&mut self, record: &FlightRecord) {
         self.now(|world| {
             if let Some(records) = &mut world.records {
-                records.push(*record);
+                records.add(record);
             }
         });
     }

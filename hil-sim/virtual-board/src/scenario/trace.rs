@@ -130,12 +130,15 @@ impl Trace {
             .rows
             .iter()
             .flat_map(|row| COLUMNS.iter().map(move |(_, value)| value(row)));
-        values
-            .flat_map(|value| value.to_bits().to_le_bytes())
-            .fold(FNV_OFFSET, |hash, byte| {
-                (hash ^ u64::from(byte)).wrapping_mul(FNV_PRIME)
-            })
+        fnv1a(values.flat_map(|value| value.to_bits().to_le_bytes()))
     }
+}
+
+/// The 64-bit FNV-1a hash of bytes.
+pub fn fnv1a(bytes: impl Iterator<Item = u8>) -> u64 {
+    bytes.fold(FNV_OFFSET, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(FNV_PRIME)
+    })
 }
 
 /// Constants of the 64-bit FNV-1a hash.
