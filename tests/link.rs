@@ -222,11 +222,7 @@ fn sets_move_as_vehicle_files() {
     assert_eq!(run(&mut bench, &["set", "control.speed_max_m_s=1.25"]).0, 0);
     let differ = run(&mut bench, &["diff", path]);
     assert_eq!(differ.0, 1);
-    assert!(
-        differ.1.contains("control.speed_max_m_s: board 1.25, file 2.5"),
-        "{}",
-        differ.1
-    );
+    assert!(differ.1.contains("control.speed_max_m_s: 1.25 -> 2.5"), "{}", differ.1);
     let loaded = run(&mut bench, &["load", path]);
     assert!(
         loaded.0 == 0 && loaded.1.contains("1 parameters changed"),

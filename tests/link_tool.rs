@@ -21,18 +21,7 @@ mod support;
 #[path = "support/wires.rs"]
 mod wires;
 use support::Bench;
-use wires::{BoardWire, Flood, READ_US, Scripted, messages};
-
-fn link<W: Wire>(wire: W) -> (Link<W>, Arc<AtomicU32>) {
-    let interrupts = Arc::new(AtomicU32::new(0));
-    (Link::new(wire, 4711, interrupts.clone()), interrupts)
-}
-
-fn ready(seed: u64) -> Bench {
-    let mut bench = Bench::new(seed);
-    bench.run(1000);
-    bench
-}
+use wires::{BoardWire, Flood, READ_US, Scripted, link, messages, ready};
 
 /// Identifies, drives, and tells what came of it.
 fn drive<W: Wire>(link: &mut Link<W>, seconds: f64) -> Result<String, CommandError> {
@@ -231,6 +220,27 @@ fn numbers_are_checked_before_anything_happens() {
 }
 
 #[test]
+fn what_another_host_staged_and_left_is_not_stored() {
+    let mut bench = ready(11);
+    let built_in = support::reference().parameters().cast::<f32>();
+    let staged = built_in.number_of("control", "speed_max_m_s").expect("known");
+    let write = ParameterRequest::Write {
+        number: staged,
+        value: 9.0,
+    };
+    assert!(matches!(
+        bench.ask(Order::Parameters(write)),
+        Some(Answer::Parameters(_))
+    ));
+    let (mut link, _) = link(BoardWire::new(bench));
+    link.identify().expect("answers");
+    link.set(&["control.ki=0.05".to_owned()]).expect("stored");
+    let mut expected = built_in;
+    expected.control.ki = 0.05;
+    assert_eq!(link.parameters().expect("answers"), expected);
+}
+
+#[test]
 fn a_set_is_written_as_a_file_loaded_and_compared() {
     let (mut link, _) = link(BoardWire::new(ready(10)));
     link.identify().expect("answers");
@@ -243,12 +253,12 @@ fn a_set_is_written_as_a_file_loaded_and_compared() {
         .differences(&wanted)
         .expect("answers")
         .iter()
-        .map(|difference| difference.field.name)
+        .map(|difference| difference.name)
         .collect();
     assert_eq!(names, ["half_track_m", "speed_max_m_s"]);
-    assert_eq!(link.load(&wanted).expect("stored"), 2);
+    assert_eq!(link.load(&wanted).expect("stored").len(), 2);
     assert_eq!(link.parameters().expect("answers"), wanted);
-    assert_eq!(link.load(&wanted).expect("nothing to do"), 0);
+    assert_eq!(link.load(&wanted).expect("stored again"), []);
     link.defaults().expect("stored");
     assert_eq!(link.parameters().expect("answers"), board);
 }

@@ -10,10 +10,12 @@ use embassy_time::{Duration, Instant, with_timeout};
 use model::command::{Command, Request};
 use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
 use model::supervise::arming::Mode;
+use model::supervise::codes::FaultSet;
 use model::tick::VehicleCore;
 
 use crate::checkins::Critical;
 use crate::encoders::Encoders;
+use crate::fault_list::NewFaults;
 use crate::flight_record::{FlightRecord, Recorder};
 use crate::hardware::{Bridges, CycleCounter, EmergencyStop, EncoderCounters};
 use crate::orders::Orders;
@@ -62,6 +64,7 @@ where
     let mut encoders = Encoders::new(encoders);
     let mut cycles = TickCycles::default();
     let mut ticks = TickRecorder::new();
+    let mut latched = FaultSet::EMPTY;
     let mut tick = 0_u32;
     let mut ticker = every_tick();
     loop {
@@ -72,7 +75,8 @@ where
 
         let started = counter.cycles();
         let now = Instant::now();
-        let orders = Orders::take(topics, core.mode());
+        let mode = core.mode();
+        let orders = Orders::take(topics, mode);
         let request = orders.request();
         // Only while disarmed: a break that trips in the very tick of the request must not be cleared unseen.
         if request == Request::ClearFaults && core.mode() == Mode::Disarmed {
@@ -88,9 +92,9 @@ where
         let command = command(topics, now, request);
 
         if core.mode() == Mode::Disarmed
-            && let Some(vehicle) = topics.new_vehicle.try_take()
+            && let Some(vehicle) = topics.new_vehicle.take()
         {
-            core = core.renewed(&vehicle);
+            core = core.with_vehicle(&vehicle);
         }
         let sensed = core.sense(&sample);
         let after_sense = counter.cycles();
@@ -111,6 +115,16 @@ where
         };
         recorder.record(&record);
         ticks.record(&topics.records, &record, &output.status);
+        let faults = FaultSet::from_bits(output.status.faults.bits() & !latched.bits());
+        if !faults.is_empty() {
+            // A history that has no room for more faults in one go loses the latest ones; the tick waits for nobody.
+            let _ = topics.new_faults.try_send(NewFaults {
+                time_us: sample.time_us,
+                mode,
+                faults,
+            });
+        }
+        latched = output.status.faults;
         topics.status.publish(now, output.status);
         orders.answer(topics, &output.status);
         let total = after_actuate.wrapping_sub(started);

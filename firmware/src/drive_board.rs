@@ -35,3 +35,5 @@ pub const FLASH_SECTOR_BYTES: usize = 128 * 1024;
 pub const FLASH_WORD_BYTES: usize = 32;
 /// Sectors of the parameters' flash: the store needs one to move to while it keeps the other.
 pub const PARAMETER_SECTORS: usize = 2;
+/// Sectors of the fault history's flash, in front of those of the parameters.
+pub const HISTORY_SECTORS: usize = 2;

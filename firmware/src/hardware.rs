@@ -56,8 +56,27 @@ pub trait Indicators {
     fn show(&mut self, armed: bool, faulted: bool);
 }
 
+/// Which IMU.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Place {
+    /// The IMU on the arm.
+    Arm,
+    /// The IMU on the spar.
+    Spar,
+}
+
+impl Place {
+    /// The place's name in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Arm => "arm",
+            Self::Spar => "spar",
+        }
+    }
+}
+
 /// Why the part last started.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum ResetCause {
     /// The power came up.
@@ -72,4 +91,18 @@ pub enum ResetCause {
     Watchdog,
     /// None of the above.
     Other,
+}
+
+impl ResetCause {
+    /// The cause in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PowerOn => "power-on",
+            Self::BrownOut => "brown-out",
+            Self::Pin => "reset pin",
+            Self::Software => "software",
+            Self::Watchdog => "watchdog",
+            Self::Other => "unknown",
+        }
+    }
 }

@@ -25,7 +25,7 @@ pub struct Orders {
 impl Orders {
     /// Takes the orders of this tick; `mode` is the mode before it. Whatever is not for this tick stays.
     pub fn take<M: RawMutex>(topics: &Topics<M>, mode: Mode) -> Self {
-        let disarm = topics.disarm.try_take();
+        let disarm = topics.disarm.take();
         let take = |request: Request| topics.requests.take(request).map(|id| (request, id));
         let ordered = if disarm.is_some() {
             take(Request::Arm)

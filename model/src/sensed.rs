@@ -15,7 +15,7 @@ pub struct Sensed {
     pub relative_rate_rad_s: [f32; MOTORS],
     /// Advance of each encoder since the last tick, rad at the output.
     pub relative_advance_rad: [f32; MOTORS],
-    /// Angle of the ballast relative to the spar since the core began, rad at the output.
+    /// Angle of the ballast relative to the spar since boot, rad at the output.
     pub ballast_turned_rad: f32,
     /// Arm IMU in the plane of the wheels.
     pub arm: TiltReading,

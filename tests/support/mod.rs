@@ -48,9 +48,14 @@ impl Bench {
     }
 
     pub fn with(seed: u64, flash: VirtualFlash) -> Self {
+        Self::with_history(seed, flash, VirtualFlash::erased())
+    }
+
+    /// With what an earlier run left in the flashes of the parameters and of the fault history.
+    pub fn with_history(seed: u64, flash: VirtualFlash, history: VirtualFlash) -> Self {
         let vehicle = reference();
         let plant = Plant::new(&vehicle, &SCALES, Terrain::default(), seed).expect("level ground");
-        let board = VirtualBoard::boot_with(&vehicle, plant, flash).expect("boots");
+        let board = VirtualBoard::boot_with_history(&vehicle, plant, flash, history).expect("boots");
         Self {
             board,
             client: LinkClient::new(seed as u32),

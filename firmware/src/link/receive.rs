@@ -61,7 +61,7 @@ impl<M: RawMutex> Receiver<'_, M> {
                 match message {
                     // First, and whatever else is known of the sender.
                     HostMessage::Disarm(id) => {
-                        self.topics.disarm.signal(DisarmBy::Host(id));
+                        self.topics.disarm.put(DisarmBy::Host(id));
                         self.sessions.note(id);
                     }
                     HostMessage::Identify { nonce } => self.identify(nonce, now),
@@ -83,7 +83,7 @@ impl<M: RawMutex> Receiver<'_, M> {
         let (session, sequence) = self.sessions.offer(nonce, time_us);
         if sequence == 0 {
             // A new host gets the status at the usual rate, whatever the host before it had chosen.
-            self.topics.status_rate.signal(STATUS_RATE_HZ);
+            self.topics.status_rate.put(STATUS_RATE_HZ);
         }
         self.topics.identity.signal(Identity {
             protocol: PROTOCOL_VERSION,
@@ -114,7 +114,9 @@ impl<M: RawMutex> Receiver<'_, M> {
                 }
             }
             // As the message of that name: however late.
-            Order::Request(Request::Disarm) => self.topics.disarm.signal(DisarmBy::Host(id)),
+            Order::Request(Request::Disarm) => {
+                self.topics.disarm.put(DisarmBy::Host(id));
+            }
             Order::Request(Request::None) => self.answer(id, Answer::Done),
             Order::Request(_) if late => self.refuse(id, Refusal::Late),
             Order::Request(request) => {
@@ -131,14 +133,14 @@ impl<M: RawMutex> Receiver<'_, M> {
             Order::StatusRate { hz } => {
                 let max_hz = status_rate_max_hz();
                 if hz <= max_hz {
-                    self.topics.status_rate.signal(hz);
+                    self.topics.status_rate.put(hz);
                     self.answer(id, Answer::Done);
                 } else {
                     self.refuse(id, Refusal::StatusRate { max_hz });
                 }
             }
             Order::Recording { from } => {
-                self.topics.recording.signal(from);
+                self.topics.recording.put(from);
                 self.topics.records.stream(from.is_some());
                 self.answer(id, Answer::Done);
             }

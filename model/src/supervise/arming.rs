@@ -70,6 +70,14 @@ impl Arming {
         }
     }
 
+    /// The same state with another time after which a controlled stop is given up.
+    pub fn with_stop_timeout(self, stop_timeout_ticks: u32) -> Self {
+        Self {
+            stop_timeout_ticks,
+            ..self
+        }
+    }
+
     /// One tick.
     pub fn step(&mut self, conditions: &Conditions) -> Mode {
         let Conditions {
@@ -202,6 +210,37 @@ mod tests {
         let arming = Arming::new(1000);
         assert_eq!(arming.mode(), Mode::Disarmed);
         assert_eq!(arming.blockers(), BlockerSet::FULL);
+    }
+
+    #[test]
+    fn another_stop_timeout_changes_nothing_else() {
+        let mut arming = armed();
+        arming.step(&fault(Fault::Overcurrent));
+        arming.step(&Conditions {
+            request: Request::Arm,
+            ..CLEAR
+        });
+        assert_eq!((arming.latched().is_empty(), arming.refused()), (false, 1));
+        let mut shorter = arming.with_stop_timeout(5);
+        assert_eq!(shorter.with_stop_timeout(1000), arming);
+        // The new time counts.
+        shorter.step(&Conditions {
+            request: Request::ClearFaults,
+            ..CLEAR
+        });
+        let moving = |faults| Conditions {
+            faults,
+            stopped: false,
+            ..CLEAR
+        };
+        shorter.step(&Conditions {
+            request: Request::Arm,
+            ..CLEAR
+        });
+        shorter.step(&moving(fault(Fault::CommandTimeout).faults));
+        let ticks = (0..).take_while(|_| shorter.step(&moving(FaultSet::EMPTY)) == Mode::Stopping);
+        assert_eq!(ticks.count(), 4);
+        assert!(shorter.latched().contains(Fault::StopTimeout));
     }
 
     #[test]

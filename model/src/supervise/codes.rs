@@ -310,7 +310,7 @@ codes! {
     NoCommand = 10,
     /// The drive command asks for motion.
     CommandNotNeutral = 11,
-    /// Stored parameters were changed and are not in force yet.
+    /// Stored parameters are not in force: a change is being stored, or the stored set cannot be believed.
     Parameters = 12,
     /// A drive motor's current sensor shows a current though every bridge is open.
     CurrentSensor = 13,

@@ -67,6 +67,11 @@ fn jump_counts(motor: &MotorParameters<f32>, supply_max_v: f32) -> i64 {
     i64::from((2.0 * turns_per_s * motor.encoder_counts_per_rev * TICK_S) as i32) + 16
 }
 
+/// Time after which a controlled stop is given up, in ticks.
+fn stop_timeout_ticks(vehicle: &Vehicle<f32>) -> u32 {
+    (vehicle.parameters().safety.stop_timeout_s / TICK_S) as u32
+}
+
 impl Supervisor {
     /// The supervisor of `vehicle` on a board of the given scales: disarmed, every blocker set.
     pub fn new(vehicle: &Vehicle<f32>, scales: &BoardScales) -> Self {
@@ -78,7 +83,7 @@ impl Supervisor {
         let ballast_motor = p.spar.as_ref().map_or(&p.drive_motor, |(_, motor)| motor);
         let imu_watch = ImuWatch::new(sensor_timeout_us, &scales.imu);
         Self {
-            arming: Arming::new((p.safety.stop_timeout_s / TICK_S) as u32),
+            arming: Arming::new(stop_timeout_ticks(vehicle)),
             thresholds: Thresholds {
                 phi_max_rad: p.safety.phi_max_rad,
                 spar_max_rad: p.safety.spar_max_rad,
@@ -102,6 +107,18 @@ impl Supervisor {
             battery_high: Persistence::new(BATTERY_TICKS),
             last_time_us: None,
             late_ticks: 0,
+        }
+    }
+
+    /// This supervisor, made for `vehicle`, with everything that another one has told: mode, latched faults, blockers,
+    /// refused requests and late ticks.
+    #[must_use]
+    pub fn with_record_of(self, other: &Self, vehicle: &Vehicle<f32>) -> Self {
+        Self {
+            arming: other.arming.with_stop_timeout(stop_timeout_ticks(vehicle)),
+            last_time_us: other.last_time_us,
+            late_ticks: other.late_ticks,
+            ..self
         }
     }
 

@@ -30,9 +30,9 @@ pub struct Decision {
     pub faults: FaultSet,
     /// What blocks arming.
     pub blockers: BlockerSet,
-    /// Ticks that came late since the core began.
+    /// Ticks that came late since boot.
     pub late_ticks: u32,
-    /// Requests to arm that were refused since the core began.
+    /// Requests to arm that were refused since boot.
     pub refused_arms: u32,
     /// What bounds the response so far: the supply and the governor.
     pub limits: LimitSet,

@@ -125,6 +125,16 @@ impl Estimator {
         }
     }
 
+    /// This estimator with the heading and the pose of another one; everything else is estimated anew.
+    pub(super) fn with_pose_of(self, other: &Self) -> Self {
+        Self {
+            heading: self.heading.with_heading_of(&other.heading),
+            odometry: other.odometry,
+            last_heading_rad: other.last_heading_rad,
+            ..self
+        }
+    }
+
     /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang. `intent` is what the
     /// speed law was told in the last tick.
     pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool, intent: Intent) -> Estimate {

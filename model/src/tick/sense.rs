@@ -49,6 +49,17 @@ impl Sensing {
         }
     }
 
+    /// This stage with the encoder counts of another one, from which the next tick's advance is taken, and with that
+    /// one's supply.
+    pub(super) fn with_counts_of(self, other: &Self) -> Self {
+        Self {
+            last_counts: other.last_counts,
+            ballast_start: other.ballast_start,
+            battery: other.battery,
+            ..self
+        }
+    }
+
     pub(super) fn step(&mut self, sample: &Sample) -> Sensed {
         let counts = sample.encoder_counts;
         let analog = sample.analog.with(&self.analog, |raw, scale| scale.value(raw));

@@ -10,6 +10,7 @@ pub mod fields;
 mod groups;
 mod models;
 mod parameters;
+mod renamed;
 mod scales;
 #[cfg(test)]
 pub(crate) mod test_vehicle;
@@ -20,6 +21,7 @@ pub use parameters::{
     BatteryParameters, BodyParameters, ControlParameters, EstimatorParameters, ImuParameters, MotorParameters,
     SafetyParameters, SparParameters,
 };
+pub use renamed::RENAMED;
 pub use scales::{Scales, SparScales};
 
 /// Acceleration of gravity, m/s^2.

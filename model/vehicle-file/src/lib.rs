@@ -8,17 +8,15 @@
 
 use std::path::Path;
 
-mod write;
-
-pub use write::to_toml;
-
 use model::board::SensorRanges;
 use model::dynamics::planar::PlanarParameters;
-use model::vehicle::{Field, ParameterError, Vehicle, VehicleParameters};
+use model::vehicle::{Field, ParameterError, RENAMED, Vehicle, VehicleParameters};
 use toml::{Table, Value};
 
+mod sets;
 mod text;
 
+pub use sets::{Difference, diff, to_toml};
 pub use text::{TEXT_MAX_BYTES, read_text};
 
 /// What is wrong with a vehicle file. Every message names the file, and where there is one the field
@@ -220,21 +218,11 @@ const PLANAR: &str = "planar";
 
 const TABLES: &[model::vehicle::Table] = VehicleParameters::<f64>::TABLES;
 
-/// Names of version 0.1 that have changed since, as `table` or `table.field`: the old name and the new. A file
-/// with an old name is read as if it had the new one, and a line on standard error asks for the change.
-const RENAMED: [(&str, &str); 6] = [
-    ("camera", "spar"),
-    ("camera_motor", "ballast_motor"),
-    ("imu.chassis_radius_m", "imu.arm_radius_m"),
-    ("control.camera_voltage_max_v", "control.ballast_voltage_max_v"),
-    ("spar.motor_arm_m", "spar.motor_distance_m"),
-    ("spar.ballast_arm_m", "spar.ballast_distance_m"),
-];
-
-/// Gives the names of [`RENAMED`] their new form, unless the file has both; the pairs that it met.
+/// Gives the names of [`RENAMED`] their new form, unless the file has both; the pairs that it met. A file with an old
+/// name is read as if it had the new one, and a line on standard error asks for the change.
 fn rename(root: &mut Table) -> Vec<(&'static str, &'static str)> {
     let mut met = Vec::new();
-    for (old, new) in RENAMED {
+    for (old, new) in RENAMED.iter().copied() {
         let (holder, from, to) = match (old.split_once('.'), new.split_once('.')) {
             (Some((table, from)), Some((_, to))) => (root.get_mut(table).and_then(Value::as_table_mut), from, to),
             _ => (Some(&mut *root), old, new),

@@ -237,7 +237,7 @@ fn the_generated_source_holds_every_value_to_the_bit() {
 #[test]
 fn names_of_version_0_1_are_still_read() {
     let mut text = REFERENCE.to_owned();
-    for (old, new) in super::RENAMED {
+    for (old, new) in super::RENAMED.iter().copied() {
         let last = |name: &'static str| name.split('.').next_back().expect("a name");
         let (table, field) = (format!("[{new}]"), format!("\n{} = ", last(new)));
         assert!(text.contains(&table) || text.contains(&field), "{new}");

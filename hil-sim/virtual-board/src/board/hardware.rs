@@ -8,8 +8,9 @@ use embassy_time::Instant;
 use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 use firmware::drive_board::{DUTY_MAX_PERCENT, WATCHDOG_US};
 use firmware::flight_record::{FlightRecord, Recorder};
-use firmware::hardware::{AnalogInputs, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Watchdog};
-use firmware::imu::Place;
+use firmware::hardware::{
+    AnalogInputs, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Place, Watchdog,
+};
 use model::analog::Analog;
 use model::control::motor::DUTY_FULL_SCALE;
 use model::sample::{Actuation, MOTORS};

@@ -16,6 +16,7 @@
 //! | Motor currents left, right, ballast | ADC1 channels 10, 5, 18 | PC0, PB1, PA4 | as above | as above |
 //! | Host link | USART3 | PD8 out, PD9 in | DMA1 stream 0 in, 1 out | USART3, DMA1_STREAM0, 1 |
 //! | Parameters | flash bank 2, last two sectors | | | FLASH |
+//! | Fault history | flash bank 2, the two sectors before | | | FLASH |
 //! | Watchdog | IWDG1 | | | |
 //! | Clock of the tasks, 1 MHz | TIM5 | | | TIM5 |
 //! | Executor of the control task | | | | UART5, as a software interrupt |
@@ -36,8 +37,8 @@ mod encoders;
 mod flight_record;
 mod lamps;
 pub mod link;
-mod parameter_flash;
 mod reset_cause;
+mod storage;
 mod switches;
 mod watchdog;
 
@@ -64,7 +65,7 @@ pub use cycle_counter::CoreCycles;
 pub use encoders::QuadratureCounters;
 pub use flight_record::FlightRecorder;
 pub use lamps::Lamps;
-pub use parameter_flash::ParameterFlash;
+pub use storage::Region;
 pub use switches::{StopContact, UserButton};
 pub use watchdog::{RunningWatchdog, WatchdogAtRest};
 
@@ -118,7 +119,9 @@ pub struct Board {
     /// Host link, in.
     pub link_receiver: link::LinkReceiver,
     /// Stored parameters.
-    pub parameters: ParameterFlash,
+    pub parameters: Region,
+    /// Fault history.
+    pub fault_history: Region,
 }
 
 impl Board {
@@ -191,6 +194,7 @@ impl Board {
         )
         .expect("the part supports the link's settings");
         let (link_sender, link_receiver) = link::split(uart);
+        let (parameters, fault_history) = storage::regions(Flash::new(p.FLASH, Interrupts));
 
         Self {
             reset_cause,
@@ -211,7 +215,8 @@ impl Board {
             user_button: UserButton::new(Input::new(p.PC13, Pull::None)),
             link_sender,
             link_receiver,
-            parameters: ParameterFlash::new(Flash::new(p.FLASH, Interrupts)),
+            parameters,
+            fault_history,
             watchdog: WatchdogAtRest::new(p.IWDG1),
         }
     }
