@@ -2,11 +2,10 @@
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::{Duration, Instant};
 
 #[path = "support/tool.rs"]
 mod tool;
-use tool::{WORKSPACE, hil_sim, stderr};
+use tool::{WORKSPACE, hil_sim, hil_sim_refuses, stderr};
 
 fn case(name: &str) -> String {
     std::fs::read_to_string(Path::new(WORKSPACE).join("tests/cases").join(name)).expect("a case")
@@ -19,6 +18,18 @@ fn own(name: &str, text: &str) -> PathBuf {
     let path = folder.join(name);
     std::fs::write(&path, text).expect("writes");
     path
+}
+
+/// A vehicle file of this test binary's own: the numbers of `text`, and every other one of the reference vehicle.
+fn own_vehicle(name: &str, text: &str) -> PathBuf {
+    let mut whole: toml::Table = vehicle_file::REFERENCE.parse().expect("the reference vehicle");
+    for (table, given) in text.parse::<toml::Table>().expect("the case") {
+        let known = whole.get_mut(&table).and_then(toml::Value::as_table_mut);
+        known
+            .expect("a table of the vehicle file")
+            .extend(given.as_table().expect("a table").clone());
+    }
+    own(name, &whole.to_string())
 }
 
 fn utf8(path: &Path) -> &str {
@@ -44,12 +55,10 @@ fn every_case_file_has_its_line() {
 
 #[test]
 fn noise_without_end_is_refused_with_its_range() {
-    let start = Instant::now();
-    let output = hil_sim(&["drive", "tests/cases/link-noise-4g.toml", "--json"]);
+    let output = hil_sim_refuses(&["drive", "tests/cases/link-noise-4g.toml", "--json"]);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     let expected = "step[0].bytes = 4294967295: allowed is 0 to 1000000";
     assert!(stderr(&output).contains(expected), "{}", stderr(&output));
-    assert!(start.elapsed() < Duration::from_secs(10));
     for bytes in ["1000001", "-1", "1e9", "nan"] {
         let text = case("link-noise-4g.toml").replace("4294967295", bytes);
         let output = hil_sim(&["drive", utf8(&own("noise.toml", &text)), "--json"]);
@@ -60,13 +69,13 @@ fn noise_without_end_is_refused_with_its_range() {
 #[test]
 fn a_vehicle_that_is_no_number_ends_the_run_with_its_reason() {
     let vehicle = case("vehicle-that-is-nan.toml");
-    assert!(vehicle.contains("motor_arm_m = 5.0") && vehicle.contains("motor_mass_kg = 0.0"));
+    assert!(vehicle.contains("motor_distance_m = 5.0") && vehicle.contains("motor_mass_kg = 0.0"));
     for (from, to) in [
         ("", ""),
-        ("motor_arm_m = 5.0", "motor_arm_m = 4.0"),
+        ("motor_distance_m = 5.0", "motor_distance_m = 4.0"),
         ("2.43876275695425", "2.0"),
     ] {
-        let file = own("nan.toml", &vehicle.replacen(from, to, 1));
+        let file = own_vehicle("nan.toml", &vehicle.replacen(from, to, 1));
         let output = hil_sim(&[
             "drive",
             "tests/cases/nan-passes.toml",
@@ -97,7 +106,7 @@ fn a_motor_stiffer_than_any_substep_is_simulated_without_a_panic() {
         ("rotor_inertia_kg_m2 = 0.000001", "rotor_inertia_kg_m2 = 0.0"),
     ] {
         assert!(vehicle.contains(from), "{from}");
-        let file = own("stiff.toml", &vehicle.replacen(from, to, 1));
+        let file = own_vehicle("stiff.toml", &vehicle.replacen(from, to, 1));
         let output = hil_sim(&[
             "drive",
             "tests/cases/nan-passes.toml",
@@ -123,7 +132,7 @@ fn a_metric_that_is_no_number_is_null_and_fails_its_bound() {
 }
 
 #[test]
-fn files_that_never_end_are_refused_at_once() {
+fn files_that_never_end_are_refused() {
     let long = own("long.toml", "");
     let file = std::fs::File::options().write(true).open(&long).expect("opens");
     file.set_len(100 << 20).expect("a sparse file");
@@ -148,8 +157,7 @@ fn files_that_never_end_are_refused_at_once() {
             &["drive", utf8(path)],
             &["equilibrium", "--vehicle", utf8(path)],
         ] {
-            let start = Instant::now();
-            let output = hil_sim(arguments);
+            let output = hil_sim_refuses(arguments);
             let message = stderr(&output);
             assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
             assert!(
@@ -157,7 +165,6 @@ fn files_that_never_end_are_refused_at_once() {
                     && (message.contains("not a regular file") || message.contains("allowed is 0 to 1048576")),
                 "{arguments:?}: {message}"
             );
-            assert!(start.elapsed() < Duration::from_secs(10), "{arguments:?}");
         }
     }
 }

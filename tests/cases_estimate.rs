@@ -4,14 +4,15 @@
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Fault, FaultSet, Limit};
 use virtual_board::ages;
-use virtual_board::scenario::trace::Row;
+use virtual_board::board::hardware::FirstRecords;
+use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{self, Scenario, VirtualBackend};
 
 mod support;
 use support::flights::{at_speed, drive, fly, last};
 use support::reference;
 
-fn heading_error_deg(row: &Row) -> f64 {
+fn heading_error_deg(row: &TraceRow) -> f64 {
     (f64::from(row.status.estimate.heading_rad) - row.truth.heading_rad).to_degrees()
 }
 
@@ -26,9 +27,15 @@ fn the_samples_of_every_tick_are_as_old_as_the_design_says() {
         let vehicle = reference();
         let plant = scenario.plant(&vehicle).expect("a plant");
         let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
-        backend.board.world(|world| world.records = Some(Vec::new()));
+        backend
+            .board
+            .world(|world| world.records = Some(FirstRecords::first(usize::MAX)));
         scenario::run(&scenario, &mut backend, |_| {}).expect("valid");
-        let records = backend.board.world(|world| world.records.take()).expect("kept");
+        let records = backend
+            .board
+            .world(|world| world.records.take())
+            .expect("kept")
+            .into_kept();
         assert!(records.len() > 20_000);
         // The IMUs take 60 ms to start.
         for record in records.iter().filter(|record| record.sample.time_us > 100_000) {
@@ -171,7 +178,7 @@ fn sliding_wheels_are_told_and_rolling_ones_are_not() {
         );
         let outcome = fly(30.0, seed, &tables, &at_speed(speed_m_s));
         let rows = &outcome.trace.rows;
-        let slides = |row: &&Row| row.truth.sliding.contains(&true);
+        let slides = |row: &&TraceRow| row.truth.sliding.contains(&true);
         let (sliding, told) = (
             rows.iter().filter(slides).count(),
             rows.iter()
@@ -211,7 +218,7 @@ fn an_imu_mounted_two_degrees_rolled_lets_the_vehicle_creep_less_than_5_cm_per_t
         let tables = format!("plant.arm_imu.misalignment_x_deg = {misalignment_deg:?}");
         let steps = format!("{{ at_s = 4.0, action = \"drive\", yaw_rate_rad_s = {yaw_rate:?} }}");
         let outcome = fly(60.0, seed, &tables, &steps);
-        let turn = |row: &Row| (row.truth.heading_rad / (2.0 * std::f64::consts::PI)).abs();
+        let turn = |row: &TraceRow| (row.truth.heading_rad / (2.0 * std::f64::consts::PI)).abs();
         // Four turns to learn and to settle; then one displacement for each whole turn.
         let at = |turns: f64| {
             outcome

@@ -1,6 +1,7 @@
 //! The command line of `drive` from outside: files, exit codes, messages.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 #[path = "support/tool.rs"]
 mod tool;
@@ -32,7 +33,7 @@ fn drive_writes_its_report_and_says_where() {
         "trace.csv",
         "speed.svg",
         "phi.svg",
-        "camera.svg",
+        "spar.svg",
         "path.svg",
         "current.svg",
         "firmware.log",
@@ -146,4 +147,44 @@ fn unreadable_files_unknown_flags_and_bad_values_end_with_2() {
         assert!(!stderr(&output).is_empty());
         assert!(output.stdout.is_empty());
     }
+}
+
+/// Runs a program as on a machine without the board's toolchain, where cargo must not be asked for anything either.
+#[cfg(unix)]
+fn without_toolchain(name: &str, program: &str, arguments: &[&str]) -> std::process::Output {
+    use std::os::unix::fs::PermissionsExt as _;
+
+    let shims = folder(name);
+    for (tool, text) in [("rustup", "exit 1"), ("cargo", "echo built >&2; exit 99")] {
+        let path = shims.join(tool);
+        std::fs::write(&path, format!("#!/bin/sh\n{text}\n")).expect("writes");
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).expect("a program");
+    }
+    let path = std::env::var("PATH").expect("a path");
+    Command::new(program)
+        .args(arguments)
+        .current_dir(WORKSPACE)
+        .env("PATH", format!("{}:{path}", shims.display()))
+        .env_remove("FIRMWARE_ELF")
+        .output()
+        .expect("runs")
+}
+
+#[cfg(unix)]
+#[test]
+fn without_the_boards_toolchain_one_line_names_the_remedy_before_anything_is_built() {
+    let remedy = "build-board: the toolchain cannot build for thumbv7em-none-eabihf: run .ci/setup-target";
+    for arguments in [&[][..], &["--check"]] {
+        let output = without_toolchain("build-board", ".ci/build-board", arguments);
+        assert_eq!(output.status.code(), Some(1));
+        assert_eq!(stderr(&output).trim_end(), remedy);
+    }
+    let program = env!("CARGO_BIN_EXE_hil-sim");
+    let output = without_toolchain("emulated", program, &["drive", "--board", "emulated"]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert_eq!(stderr(&output).trim_end(), format!("error: --board emulated: {remedy}"));
+    let arguments = ["drive", "--board", "emulated", "--firmware", "no-such.elf"];
+    let output = without_toolchain("emulated-elf", program, &arguments);
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(stderr(&output).trim_end(), "error: no-such.elf: not a file");
 }

@@ -6,7 +6,7 @@ use model::supervise::arming::Mode;
 use model::supervise::codes::{FaultSet, Limit};
 use model::vehicle::{GRAVITY_M_S2, Vehicle, VehicleParameters};
 use plant::Plant;
-use virtual_board::scenario::trace::Row;
+use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
 
 mod support;
@@ -32,12 +32,12 @@ fn changed(change: impl FnOnce(&mut VehicleParameters<f64>)) -> Vehicle<f64> {
 }
 
 /// The largest value.
-fn most(rows: &[Row], value: impl Fn(&Row) -> f64) -> f64 {
+fn most(rows: &[TraceRow], value: impl Fn(&TraceRow) -> f64) -> f64 {
     rows.iter().map(value).fold(f64::NEG_INFINITY, f64::max)
 }
 
 /// The rows from `from_s` on.
-fn from(outcome: &DriveOutcome, from_s: f64) -> &[Row] {
+fn from(outcome: &DriveOutcome, from_s: f64) -> &[TraceRow] {
     let rows = &outcome.trace.rows;
     &rows[rows.partition_point(|row| row.time_s() < from_s)..]
 }
@@ -65,9 +65,10 @@ fn in_a_steady_ramp_the_arm_is_where_it_is_commanded_to_be() {
             // the angle by which this IMU's accelerometer is off.
             let rows = &outcome.trace.rows;
             let (rest, ramp) = (&rows[850..950], from(&outcome, ends_s - 0.8));
-            let mean =
-                |rows: &[Row], value: &dyn Fn(&Row) -> f64| rows.iter().map(value).sum::<f64>() / rows.len() as f64;
-            let error_deg = |row: &Row| (f64::from(row.status.estimate.phi_rad) - row.truth.phi_rad).to_degrees();
+            let mean = |rows: &[TraceRow], value: &dyn Fn(&TraceRow) -> f64| {
+                rows.iter().map(value).sum::<f64>() / rows.len() as f64
+            };
+            let error_deg = |row: &TraceRow| (f64::from(row.status.estimate.phi_rad) - row.truth.phi_rad).to_degrees();
             let offset_deg = mean(rest, &error_deg);
             let (first, last) = (ramp[0].status, ramp[ramp.len() - 1].status);
             let acceleration_m_s2 = f64::from(last.speed_reference_m_s - first.speed_reference_m_s)
@@ -120,7 +121,7 @@ fn steps_on_slopes_land_without_overshoot() {
         let steps = format!("{{ at_s = 8.0, action = 'drive', speed_m_s = {speed_m_s:?} }}");
         let outcome = drive(&reference(), 16.0, slope_deg, "", &steps);
         let rows = from(&outcome, 8.0);
-        let error = |row: &Row| row.truth.speed_m_s / speed_m_s - 1.0;
+        let error = |row: &TraceRow| row.truth.speed_m_s / speed_m_s - 1.0;
         let last = rows
             .iter()
             .rposition(|row| error(row).abs() > 0.02)

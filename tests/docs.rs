@@ -8,6 +8,8 @@ use std::process::Command;
 use firmware::drive_board;
 use firmware::protocol::frame::encode;
 use firmware::protocol::message::{Envelope, HostMessage, Order, OrderId};
+use model::analog::{Analog, AnalogScale};
+use model::command::DriveCommand;
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::fault::SensorFault;
 use plant::settings::{BoardSettings, DriveSettings, ImuSettings, Setting};
@@ -72,8 +74,11 @@ fn the_safety_page_names_every_code() {
 
 #[test]
 fn the_safety_page_tells_how_each_fault_is_found() {
-    let faults: Vec<&str> = Fault::ALL.iter().map(|fault| fault.name()).collect();
-    assert_eq!(page("safety.md").first_cells("## Detection and time bounds"), faults);
+    let mut text = String::from("| Fault | Detected by | Bound |\n|---|---|---|\n");
+    for (fault, (_, by, bound)) in Fault::ALL.iter().zip(Fault::DETECTION) {
+        let _ = writeln!(text, "| {} | {by} | {bound} |", fault.name());
+    }
+    generated::check("safety.md", "detection", &text);
 }
 
 #[test]
@@ -146,10 +151,7 @@ fn the_architecture_page_shows_a_frame() {
         sequence: 2,
     };
     let envelope = Envelope { id, given_at_us: 300 };
-    let order = Order::Drive {
-        speed_m_s,
-        yaw_rate_rad_s,
-    };
+    let order = Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s));
     let message = HostMessage::Order { envelope, order };
     let bytes: Vec<String> = encode(&message)
         .expect("fits")
@@ -191,21 +193,6 @@ fn the_architecture_page_has_the_boards_facts() {
             "sectors of the parameter store",
         ),
         (
-            "`battery_v_per_count`",
-            format!("{:.6} V", scales.battery_v_per_count),
-            "battery, 16 bits",
-        ),
-        (
-            "`current_a_per_count`",
-            format!("{:.6} A", scales.current_a_per_count),
-            "motor currents, 16 bits",
-        ),
-        (
-            "`current_zero_count`",
-            format!("{}", scales.current_zero_count),
-            "count at zero current",
-        ),
-        (
             "`gyro_lsb_per_deg_s`",
             format!("{}", scales.imu.gyro_lsb_per_deg_s),
             "gyros",
@@ -219,6 +206,13 @@ fn the_architecture_page_has_the_boards_facts() {
     let mut text = String::from("| Fact | Value | Of |\n|---|---|---|\n");
     for (name, value, of) in rows {
         let _ = writeln!(text, "| {name} | {value} | {of} |");
+    }
+    for (name, scale) in Analog::<()>::NAMES.iter().zip(scales.analog.values()) {
+        let AnalogScale { per_count, zero_count } = scale;
+        let _ = writeln!(
+            text,
+            "| `{name}` | {per_count:.6} per count of 16 bits, 0 at {zero_count} | analogue input, V or A |"
+        );
     }
     generated::check("architecture.md", "board", &text);
 }
@@ -244,47 +238,25 @@ fn the_errata_are_numbered_and_listed() {
     assert_eq!(listed, expected);
 }
 
-/// What `cargo test ARGUMENTS` would run.
-fn selected(arguments: &[&str]) -> Vec<String> {
-    let root = root();
-    let (mut package, mut only, mut filter) = (None, None, None);
-    let mut words = arguments.iter();
-    while let Some(word) = words.next() {
-        match *word {
-            "-p" => package = words.next(),
-            "--test" => only = words.next(),
-            name => {
-                assert!(!name.starts_with('-') && filter.is_none(), "{arguments:?}: {name}");
-                filter = Some(name);
-            }
-        }
+#[test]
+fn the_adding_page_counts_its_places() {
+    let page = page("adding.md");
+    // For a command there are two lists: of a quantity and of a request.
+    for (what, places, lists) in [
+        ("parameter", 2, 1),
+        ("fault", 2, 1),
+        ("sensor", 4, 1),
+        ("command", 2, 2),
+    ] {
+        let claim = format!("| [a {what}](#a-{what})");
+        let claim = page.text.lines().find(|line| line.starts_with(&claim)).expect(what);
+        assert_eq!(claim.split(" | ").nth(1), Some(&*places.to_string()), "{claim}");
+        let section = page.text.split(&format!("\n## A {what}\n")).nth(1).expect(what);
+        let section = section.split("\n## ").next().unwrap_or_default();
+        let numbers = (1..=places).map(|n| section.matches(&format!("\n| {n}. ")).count());
+        assert_eq!(numbers.collect::<Vec<_>>(), vec![lists; places], "{what}");
+        assert!(!section.contains(&format!("\n| {}. ", places + 1)), "{what}");
     }
-    let packages = [
-        ("model", "model"),
-        ("vehicle-file", "model/vehicle-file"),
-        ("firmware", "firmware"),
-        ("hil-sim", "hil-sim"),
-        ("plant", "hil-sim/plant"),
-        ("virtual-board", "hil-sim/virtual-board"),
-        ("theory", "hil-sim/theory"),
-        ("report", "hil-sim/report"),
-    ];
-    let mut tests = Vec::new();
-    for (name, folder) in packages {
-        if package.is_some_and(|package| *package != name) {
-            continue;
-        }
-        let mut folders = vec![root.join(folder).join("tests")];
-        if name == "hil-sim" {
-            folders.push(root.join("tests"));
-        }
-        if only.is_none() {
-            tests.extend(pages::unit_tests(&root.join(folder).join("src")));
-        }
-        tests.extend(pages::integration_tests(&folders, only.copied()));
-    }
-    tests.retain(|test| filter.is_none_or(|filter| test.contains(filter)));
-    tests
 }
 
 #[test]
@@ -297,7 +269,7 @@ fn every_test_that_a_page_names_exists() {
             let words = command.split(' ').filter(|word| !word.contains('='));
             let words: Vec<&str> = words.take_while(|word| *word != "--").collect();
             let tests = match words[..] {
-                ["cargo", "test", ref arguments @ ..] => selected(arguments),
+                ["cargo", "test", ref arguments @ ..] => pages::selected(&root(), arguments),
                 ["cargo", "hil-elf", ref filter @ ..] => {
                     let mut tests = pages::unit_tests(&board);
                     tests.retain(|test| filter.iter().all(|filter| test.contains(filter)));

@@ -2,7 +2,7 @@
 
 use firmware::protocol::frame::encode;
 use firmware::protocol::message::{Answer, Envelope, HostMessage, Order, OrderId, ParameterRequest, Refusal};
-use model::command::Request;
+use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, Fault};
 use virtual_board::link_client::LinkClient;
@@ -10,10 +10,7 @@ use virtual_board::link_client::LinkClient;
 mod support;
 use support::Bench;
 
-const DRIVE: Order = Order::Drive {
-    speed_m_s: 1.0,
-    yaw_rate_rad_s: 0.0,
-};
+const DRIVE: Order = Order::Drive(DriveCommand::driving(1.0, 0.0));
 
 /// The milliseconds after which the vehicle left each mode, and the mode it came to.
 fn modes(bench: &mut Bench, ms: u64) -> Vec<(u64, Mode)> {
@@ -32,10 +29,17 @@ fn modes(bench: &mut Bench, ms: u64) -> Vec<(u64, Mode)> {
 #[test]
 fn a_disarm_comes_through_whatever_comes_with_it() {
     let storms: [&dyn Fn(usize) -> Order; 4] = [
-        &|_| Order::ClearFaults,
-        &|_| Order::Arm,
+        &|_| Order::Request(Request::ClearFaults),
+        &|_| Order::Request(Request::Arm),
         &|_| Order::Parameters(ParameterRequest::Read { number: 0 }),
-        &|n| [Order::ClearFaults, Order::Arm, DRIVE, Order::StatusRate { hz: 50 }][n % 4],
+        &|n| {
+            [
+                Order::Request(Request::ClearFaults),
+                Order::Request(Request::Arm),
+                DRIVE,
+                Order::StatusRate { hz: 50 },
+            ][n % 4]
+        },
     ];
     for (n, storm) in storms.iter().enumerate() {
         for (before, after) in [(6, 0), (0, 6), (200, 200)] {
@@ -73,14 +77,14 @@ fn the_boards_button_opens_the_bridges_in_a_flood() {
     let mut bench = Bench::armed(24);
     bench.run_watching(200, |bench| {
         for _ in 0..15 {
-            bench.order(Order::ClearFaults);
+            bench.order(Order::Request(Request::ClearFaults));
             bench.order(Order::Parameters(ParameterRequest::Read { number: 0 }));
         }
     });
     assert_eq!(bench.mode(), Mode::Armed);
     bench.board.press_button();
     for _ in 0..15 {
-        bench.order(Order::ClearFaults);
+        bench.order(Order::Request(Request::ClearFaults));
     }
     bench.run(2);
     assert!(!bench.bridges_on());
@@ -95,7 +99,11 @@ fn a_disarm_is_taken_from_anybody_and_nothing_else_is() {
         let mut bench = Bench::armed(25);
         let id = OrderId { session, sequence };
         let frame = |message| encode(&message).expect("fits");
-        for order in [Order::Arm, Order::ClearFaults, DRIVE] {
+        for order in [
+            Order::Request(Request::Arm),
+            Order::Request(Request::ClearFaults),
+            DRIVE,
+        ] {
             let envelope = Envelope {
                 id,
                 given_at_us: bench.now_ms() * 1000,
@@ -150,10 +158,7 @@ fn repeated_and_overtaken_frames_are_dropped_and_counted() {
     bench.drive = None;
     let frames: Vec<Vec<u8>> = (0..4)
         .map(|n| {
-            let order = Order::Drive {
-                speed_m_s: if n == 3 { 0.5 } else { 0.0 },
-                yaw_rate_rad_s: 0.0,
-            };
+            let order = Order::Drive(DriveCommand::driving(if n == 3 { 0.5 } else { 0.0 }, 0.0));
             bench.frame(order).expect("identified").1
         })
         .collect();
@@ -166,7 +171,7 @@ fn repeated_and_overtaken_frames_are_dropped_and_counted() {
     let reference = bench.status().vehicle.speed_reference_m_s;
     assert!(reference > 0.02, "the newest command holds: {reference}");
     // An order to arm that a Disarm has overtaken.
-    let (_, arm) = bench.frame(Order::Arm).expect("identified");
+    let (_, arm) = bench.frame(Order::Request(Request::Arm)).expect("identified");
     bench.request(Request::Disarm);
     bench.put(&arm);
     bench.run(20);
@@ -196,7 +201,7 @@ fn a_slow_way_back_counts_too_and_a_short_one_drives() {
         let mut bench = Bench::new(31);
         bench.latency_ms = [to_board_ms, to_host_ms];
         bench.run(2500);
-        let sequence = bench.order(Order::Arm);
+        let sequence = bench.order(Order::Request(Request::Arm));
         bench.run(1000);
         let (mode, answer) = (bench.mode(), bench.client.answer_to(sequence));
         if drives {
@@ -274,19 +279,19 @@ fn an_order_from_the_future_is_dropped() {
 fn orders_are_answered_by_their_number_and_refusals_say_why() {
     let mut bench = Bench::new(34);
     bench.run(100);
-    let Some(Answer::Refused(Refusal::Blocked(blockers))) = bench.ask(Order::Arm) else {
+    let Some(Answer::Refused(Refusal::Blocked(blockers))) = bench.ask(Order::Request(Request::Arm)) else {
         panic!("not calibrated yet")
     };
     assert!(blockers.contains(Blocker::NotCalibrated), "{blockers}");
     bench.run(1000);
-    assert_eq!(bench.ask(Order::ClearFaults), Some(Answer::Done));
-    assert_eq!(bench.ask(Order::Arm), Some(Answer::Done));
+    assert_eq!(bench.ask(Order::Request(Request::ClearFaults)), Some(Answer::Done));
+    assert_eq!(bench.ask(Order::Request(Request::Arm)), Some(Answer::Done));
     assert_eq!(bench.mode(), Mode::Armed);
-    let refused = bench.ask(Order::ClearFaults);
+    let refused = bench.ask(Order::Request(Request::ClearFaults));
     assert_eq!(refused, Some(Answer::Refused(Refusal::NotDisarmed)));
     bench.request(Request::Disarm);
     bench.run(20);
-    let arm = bench.order(Order::Arm);
+    let arm = bench.order(Order::Request(Request::Arm));
     bench.request(Request::Disarm);
     bench.run(20);
     assert_eq!(bench.client.answer_to(arm), Some(Answer::Refused(Refusal::Disarmed)));

@@ -11,33 +11,23 @@ use firmware::protocol::message::{
     Answer, BoardMessage, HostMessage, Order, OrderId, ParameterAnswer, ParameterRequest,
 };
 use hil_sim::cli::link::console::Console;
-use hil_sim::cli::link::drive::{Drive, check_seconds};
+use hil_sim::cli::link::drive::{DriveJob, check_seconds};
 use hil_sim::cli::link::session::{Link, SILENCE_US};
 use hil_sim::cli::link::wire::Wire;
+use model::command::Request;
 use report::error::CommandError;
 
 mod support;
 #[path = "support/wires.rs"]
 mod wires;
 use support::Bench;
-use wires::{BoardWire, Flood, READ_US, Scripted, messages};
-
-fn link<W: Wire>(wire: W) -> (Link<W>, Arc<AtomicU32>) {
-    let interrupts = Arc::new(AtomicU32::new(0));
-    (Link::new(wire, 4711, interrupts.clone()), interrupts)
-}
-
-fn ready(seed: u64) -> Bench {
-    let mut bench = Bench::new(seed);
-    bench.run(1000);
-    bench
-}
+use wires::{BoardWire, Flood, READ_US, Scripted, link, messages, ready};
 
 /// Identifies, drives, and tells what came of it.
 fn drive<W: Wire>(link: &mut Link<W>, seconds: f64) -> Result<String, CommandError> {
     let mut console = Console(Vec::new());
     link.identify()?;
-    link.drive(&Drive::new(0.5, 0.0, seconds)?, &mut console)?;
+    link.drive(&DriveJob::new(0.5, 0.0, seconds)?, &mut console)?;
     Ok(String::from_utf8(console.0).expect("text"))
 }
 
@@ -165,7 +155,7 @@ fn a_closed_output_is_an_error_after_the_disarm() {
     let sent = wire.sent.clone();
     let (mut link, _) = link(wire);
     link.identify().expect("answers");
-    let drive = Drive::new(0.5, 0.0, 1.0).expect("good");
+    let drive = DriveJob::new(0.5, 0.0, 1.0).expect("good");
     let told = link.drive(&drive, &mut Console(Closed)).expect_err("closed");
     assert!(told.to_string().contains("output"), "{told}");
     last_is_disarm(&sent);
@@ -199,26 +189,55 @@ fn numbers_are_checked_before_anything_happens() {
         (0.0, f32::NAN),
         (0.0, -20.1),
     ] {
-        let refused = Drive::new(speed, yaw, 1.0).expect_err("no number to drive");
+        let refused = DriveJob::new(speed, yaw, 1.0).expect_err("no number to drive");
         assert_eq!(refused.exit_code(), 2, "{refused}");
     }
     for seconds in [f64::NAN, -1.0, 0.0, f64::INFINITY, 3600.1] {
         assert_eq!(check_seconds(seconds).expect_err("no time").exit_code(), 2, "{seconds}");
     }
-    assert!(Drive::new(-20.0, 20.0, 3600.0).is_ok());
+    assert!(DriveJob::new(-20.0, 20.0, 3600.0).is_ok());
     // What the vehicle itself does not allow is refused before it arms.
     let wire = BoardWire::new(ready(9));
     let sent = wire.sent.clone();
     let (mut link, _) = link(wire);
     link.identify().expect("answers");
-    let fast = Drive::new(2.6, 0.0, 1.0).expect("some vehicle drives so");
+    let fast = DriveJob::new(2.6, 0.0, 1.0).expect("some vehicle drives so");
     let refused = link.drive(&fast, &mut Console(Vec::new())).expect_err("too fast");
     assert_eq!(refused.exit_code(), 2, "{refused}");
     let arms = messages(&sent.borrow())
         .iter()
-        .filter(|message| matches!(message, HostMessage::Order { order: Order::Arm, .. }))
+        .filter(|message| {
+            matches!(
+                message,
+                HostMessage::Order {
+                    order: Order::Request(Request::Arm),
+                    ..
+                }
+            )
+        })
         .count();
     assert_eq!(arms, 0);
+}
+
+#[test]
+fn what_another_host_staged_and_left_is_not_stored() {
+    let mut bench = ready(11);
+    let built_in = support::reference().parameters().cast::<f32>();
+    let staged = built_in.number_of("control", "speed_max_m_s").expect("known");
+    let write = ParameterRequest::Write {
+        number: staged,
+        value: 9.0,
+    };
+    assert!(matches!(
+        bench.ask(Order::Parameters(write)),
+        Some(Answer::Parameters(_))
+    ));
+    let (mut link, _) = link(BoardWire::new(bench));
+    link.identify().expect("answers");
+    link.set(&["control.ki=0.05".to_owned()]).expect("stored");
+    let mut expected = built_in;
+    expected.control.ki = 0.05;
+    assert_eq!(link.parameters().expect("answers"), expected);
 }
 
 #[test]
@@ -234,12 +253,12 @@ fn a_set_is_written_as_a_file_loaded_and_compared() {
         .differences(&wanted)
         .expect("answers")
         .iter()
-        .map(|difference| difference.field.name)
+        .map(|difference| difference.name)
         .collect();
     assert_eq!(names, ["half_track_m", "speed_max_m_s"]);
-    assert_eq!(link.load(&wanted).expect("stored"), 2);
+    assert_eq!(link.load(&wanted).expect("stored").len(), 2);
     assert_eq!(link.parameters().expect("answers"), wanted);
-    assert_eq!(link.load(&wanted).expect("nothing to do"), 0);
+    assert_eq!(link.load(&wanted).expect("stored again"), []);
     link.defaults().expect("stored");
     assert_eq!(link.parameters().expect("answers"), board);
 }
@@ -294,7 +313,7 @@ fn an_answer_of_another_number_is_no_answer() {
         )]
     }));
     link.identify().expect("answers");
-    let told = link.order(Order::ClearFaults).expect_err("no answer");
+    let told = link.order(Order::Request(Request::ClearFaults)).expect_err("no answer");
     assert!(told.to_string().contains("did not answer ClearFaults"), "{told}");
 }
 

@@ -1,25 +1,17 @@
 //! Stored parameters over the link of the virtual board.
 
 use firmware::protocol::message::{Answer, Order, ParameterAnswer, ParameterRequest};
+use model::command::Request;
 use model::supervise::arming::Mode;
-use model::vehicle::VehicleParameters;
+use model::supervise::codes::{Blocker, Fault};
 use virtual_board::board::flash::VirtualFlash;
 use virtual_board::board::log;
 
+#[path = "support/questions.rs"]
+mod questions;
 mod support;
+use questions::{ask, number};
 use support::{Bench, reference};
-
-fn ask(bench: &mut Bench, request: ParameterRequest) -> ParameterAnswer {
-    match bench.ask(Order::Parameters(request)) {
-        Some(Answer::Parameters(answer)) => answer,
-        other => panic!("{request:?}: {other:?}"),
-    }
-}
-
-/// The number of a parameter, as host and board count them.
-fn number(parameters: &VehicleParameters<f64>, table: &str, name: &str) -> u16 {
-    parameters.number_of(table, name).expect("known")
-}
 
 #[test]
 fn a_stored_parameter_is_in_force_after_the_next_boot_and_before() {
@@ -59,7 +51,7 @@ fn a_stored_parameter_is_in_force_after_the_next_boot_and_before() {
             log::take().iter().any(|line| line.contains("parameters: stored set")),
             "boot {round}"
         );
-        bench.request(model::command::Request::Arm);
+        bench.request(Request::Arm);
         bench.run(20);
         bench.drive = Some([2.0, 0.0]);
         bench.run(6000);
@@ -181,19 +173,147 @@ fn nothing_is_stored_while_armed() {
     assert_eq!(bench.mode(), Mode::Armed, "and the vehicle drives on");
 }
 
+/// The value of a parameter in force, and as it is staged.
+fn both(bench: &mut Bench, number: u16) -> [f32; 2] {
+    [
+        ParameterRequest::Read { number },
+        ParameterRequest::ReadStaged { number },
+    ]
+    .map(|request| match ask(bench, request) {
+        ParameterAnswer::Value { value, .. } => value,
+        other => panic!("{other:?}"),
+    })
+}
+
 #[test]
-fn random_flash_boots_to_the_built_in_set() {
-    for seed in 0..8_u64 {
-        let flash = VirtualFlash::erased();
-        let mut noise = plant::noise::Noise::new(seed, 1);
-        let bytes: Vec<u8> = (0..256 * 1024).map(|_| noise.bits() as u8).collect();
-        flash.overwrite(&bytes);
-        let mut bench = Bench::with(seed, flash);
-        bench.run(1500);
-        let lines = log::take();
-        assert!(lines.iter().any(|line| line.contains("built-in set")), "{lines:?}");
-        bench.request(model::command::Request::Arm);
-        bench.run(20);
-        assert_eq!(bench.mode(), Mode::Armed);
-    }
+fn a_refused_set_leaves_no_trace() {
+    let vehicle = reference();
+    let arm = number(vehicle.parameters(), "body", "arm_mass_kg");
+    let speed = number(vehicle.parameters(), "control", "speed_max_m_s");
+    let ki = number(vehicle.parameters(), "control", "ki");
+    let built_in_ki = vehicle.parameters().control.ki as f32;
+    let mut bench = Bench::new(9);
+    bench.run(1000);
+    let write = |bench: &mut Bench, number, value| ask(bench, ParameterRequest::Write { number, value });
+
+    // Refused because the set contradicts itself.
+    write(&mut bench, arm, 100.0);
+    write(&mut bench, speed, 9.0);
+    assert_eq!(
+        ask(&mut bench, ParameterRequest::Store),
+        ParameterAnswer::Inconsistent { number: arm }
+    );
+    assert_eq!(both(&mut bench, speed), [2.5; 2]);
+    // Refused because a value is out of its range.
+    write(&mut bench, speed, 9.0);
+    assert!(matches!(write(&mut bench, ki, 7.0), ParameterAnswer::OutOfRange { .. }));
+    assert_eq!(both(&mut bench, speed), [2.5; 2]);
+    // Refused because the vehicle is armed.
+    bench.request(Request::Arm);
+    bench.run(20);
+    write(&mut bench, ki, 0.05);
+    assert_eq!(both(&mut bench, ki), [built_in_ki, 0.05]);
+    assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Armed);
+    assert_eq!(both(&mut bench, ki), [built_in_ki; 2]);
+    bench.request(Request::Disarm);
+    bench.run(20);
+    // Given up by whoever staged it.
+    write(&mut bench, speed, 9.0);
+    assert_eq!(ask(&mut bench, ParameterRequest::Discard), ParameterAnswer::Discarded);
+    assert_eq!(both(&mut bench, speed), [2.5; 2]);
+
+    // What is stored now holds nothing of all that.
+    write(&mut bench, arm, 12.0);
+    assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Stored);
+    assert_eq!(both(&mut bench, arm), [12.0; 2]);
+    assert_eq!(both(&mut bench, speed), [2.5; 2]);
+    assert_eq!(both(&mut bench, ki), [built_in_ki; 2]);
+}
+
+#[test]
+fn changes_that_nobody_stores_are_dropped_after_10_s() {
+    let ki = number(reference().parameters(), "control", "ki");
+    let built_in = reference().parameters().control.ki as f32;
+    let mut bench = Bench::new(10);
+    bench.run(100);
+    let write = |bench: &mut Bench, value| ask(bench, ParameterRequest::Write { number: ki, value });
+    write(&mut bench, 0.04);
+    bench.run(9000);
+    assert_eq!(both(&mut bench, ki), [built_in, 0.04], "reading keeps nothing alive");
+    // Each further change takes the time anew.
+    write(&mut bench, 0.05);
+    bench.run(9000);
+    assert_eq!(both(&mut bench, ki), [built_in, 0.05]);
+    bench.run(900);
+    assert_eq!(both(&mut bench, ki), [built_in; 2]);
+}
+
+#[test]
+fn a_store_keeps_latched_faults_the_lamp_and_the_pose() {
+    let mut bench = Bench::armed(11);
+    bench.drive = Some([1.0, 0.6]);
+    bench.run(4000);
+    bench.board.world(|world| world.emergency_stop = true);
+    bench.run(100);
+    bench.board.world(|world| world.emergency_stop = false);
+    bench.drive = Some([0.0, 0.0]);
+    // Until the vehicle hangs still.
+    bench.run(20_000);
+    bench.request(Request::Arm);
+    bench.run(100);
+    let before = bench.board.status().expect("it runs");
+    assert_eq!(before.mode, Mode::Disarmed);
+    assert!(before.faults.contains(Fault::EmergencyStop) && before.blockers.contains(Blocker::FaultLatched));
+    assert_eq!(before.refused_arms, 1);
+    let told = before.estimate;
+    assert!(
+        told.distance_m > 1.0 && told.y_m.abs() > 0.3 && told.heading_rad > 0.5,
+        "{told:?}"
+    );
+
+    let ki = number(reference().parameters(), "control", "ki");
+    ask(
+        &mut bench,
+        ParameterRequest::Write {
+            number: ki,
+            value: 0.05,
+        },
+    );
+    let since = bench.board.status().expect("it runs");
+    let mut recalibrated = false;
+    let store = bench.order(Order::Parameters(ParameterRequest::Store));
+    bench.run_watching(1500, |bench| {
+        let now = bench.board.status().expect("it runs");
+        recalibrated |= now.blockers.contains(Blocker::NotCalibrated);
+        assert_eq!(now.faults, before.faults);
+        assert!(now.blockers.contains(Blocker::FaultLatched));
+        assert_eq!(now.refused_arms, 1);
+        assert!(bench.board.world(|world| world.lamps.1), "the lamp stays on");
+        for (now, before) in [
+            (now.estimate.x_m, since.estimate.x_m),
+            (now.estimate.y_m, since.estimate.y_m),
+            (now.estimate.distance_m, since.estimate.distance_m),
+            (now.estimate.heading_rad, since.estimate.heading_rad),
+        ] {
+            assert!((now - before).abs() < 5e-3, "{before} became {now}");
+        }
+    });
+    assert_eq!(
+        bench.client.answer_to(store),
+        Some(Answer::Parameters(ParameterAnswer::Stored))
+    );
+    assert!(recalibrated, "the new set is in force");
+    let after = bench.board.status().expect("it runs");
+    assert_eq!(after.tick - since.tick, 1500, "ticks are counted on");
+
+    bench.request(Request::ClearFaults);
+    bench.run(60);
+    bench.request(Request::Arm);
+    bench.run(20);
+    assert_eq!(
+        bench.mode(),
+        Mode::Armed,
+        "blockers {}",
+        bench.status().vehicle.blockers
+    );
 }

@@ -1,6 +1,7 @@
 //! Every package's sources are rooms with one purpose: no circle of imports between the modules of one
-//! folder, and no file too long to read in one go. A package that appears later is checked too.
+//! folder, no file too long to read in one go, no name for two types. A package that appears later is checked too.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -16,10 +17,22 @@ use imports::Crate;
 const LINES_MAX: usize = 400;
 
 /// Files that may be longer, each with the reason.
-const LONG: &[(&str, &str)] = &[("hil-sim/plant/src/tests.rs", "not split yet")];
+const LONG: &[(&str, &str)] = &[];
 
 /// Modules whose circles may stay, each as the crate's root and the module, with the reason.
 const CIRCLES: &[(&str, &str, &str)] = &[];
+
+/// Names that several types may have, each with the reason.
+const SHARED: &[(&str, &str)] = &[
+    (
+        "Arguments",
+        "the flags of a command: one type for each command, in its module, as clap has it",
+    ),
+    (
+        "Topics",
+        "the board's alias fills in the one parameter of the firmware's type",
+    ),
+];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
@@ -48,6 +61,52 @@ fn crates() -> Vec<PathBuf> {
         })
         .filter(|file| file.exists())
         .collect()
+}
+
+/// The names of the types that some items define, of their modules too. What a macro makes is not seen.
+fn types(items: &[syn::Item], names: &mut Vec<String>) {
+    for item in items {
+        match item {
+            syn::Item::Struct(item) => names.push(item.ident.to_string()),
+            syn::Item::Enum(item) => names.push(item.ident.to_string()),
+            syn::Item::Trait(item) => names.push(item.ident.to_string()),
+            syn::Item::Type(item) => names.push(item.ident.to_string()),
+            syn::Item::Mod(module) if module.ident != "tests" => {
+                types(module.content.as_ref().map_or(&[], |(_, items)| items), names);
+            }
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn no_two_types_have_one_name() {
+    let mut places: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for file in files(&root(), &["rs"]) {
+        let place = shown(&file);
+        // Tests may call their helpers what they like.
+        if !place.contains("/src/") || place.contains("tests") {
+            continue;
+        }
+        let text = fs::read_to_string(&file).expect("a source is readable");
+        let parsed = syn::parse_file(&text).unwrap_or_else(|error| panic!("{place}: {error}"));
+        let mut names = Vec::new();
+        types(&parsed.items, &mut names);
+        for name in names {
+            places.entry(name).or_default().push(place.clone());
+        }
+    }
+    assert!(places.len() > 300, "{} types found", places.len());
+    let twice: BTreeMap<_, _> = places.iter().filter(|(_, places)| places.len() > 1).collect();
+    let known = |name: &str| SHARED.iter().any(|(shared, _)| *shared == name);
+    let found: BTreeMap<_, _> = twice.iter().filter(|(name, _)| !known(name)).collect();
+    assert!(found.is_empty(), "{found:#?}");
+    for (name, _) in SHARED {
+        assert!(
+            twice.contains_key(&(*name).to_owned()),
+            "{name} is one type: take it out of the list"
+        );
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use firmware::drive_board::SCALES;
 use firmware::protocol::message::Order;
-use model::command::Request;
+use model::command::{DriveCommand, Request};
 use model::sample::Motor;
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
@@ -71,10 +71,7 @@ fn noise_and_broken_frames_move_nothing_unarmed_and_stop_an_armed_vehicle() {
         let mut noise = Noise::new(3, 7);
         bench.run(10);
         let (_, good) = bench
-            .frame(Order::Drive {
-                speed_m_s: 1.0,
-                yaw_rate_rad_s: 0.0,
-            })
+            .frame(Order::Drive(DriveCommand::driving(1.0, 0.0)))
             .expect("identified");
         let mut sent = 0;
         let mut on_at_the_end = false;
@@ -114,10 +111,7 @@ fn commands_that_are_not_numbers_are_no_commands() {
         let mut bench = Bench::driving(4, 0.8);
         bench.drive = None;
         bench.run_watching(800, |bench| {
-            bench.order(Order::Drive {
-                speed_m_s: bad,
-                yaw_rate_rad_s: 0.0,
-            });
+            bench.order(Order::Drive(DriveCommand::driving(bad, 0.0)));
         });
         assert!(faults(&bench).contains(Fault::CommandTimeout), "{bad}");
         bench.run(6000);

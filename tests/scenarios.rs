@@ -100,8 +100,8 @@ fn with_spar(gains: [f64; 4]) -> Result<Vehicle<f64>, ParameterError> {
     let (spar, _) = parameters.spar.as_mut().expect("the reference has a spar");
     spar.camera_mass_kg = 1.0;
     spar.ballast_mass_kg = 3.0;
-    spar.motor_arm_m = 0.08;
-    spar.ballast_arm_m = 0.06;
+    spar.motor_distance_m = 0.08;
+    spar.ballast_distance_m = 0.06;
     [
         spar.spar_gain,
         spar.ballast_gain,

@@ -1,7 +1,7 @@
 //! What the world can do to the vehicle: every step and every table of `[plant]` shows in a run.
 
 use model::supervise::arming::Mode;
-use virtual_board::scenario::trace::Row;
+use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::wire::LinkStep;
 use virtual_board::scenario::world::WorldStep;
 use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
@@ -32,7 +32,7 @@ fn drive(scenario: &Scenario) -> DriveOutcome {
 }
 
 /// The largest difference of a quantity between two runs, at equal times.
-fn difference(a: &DriveOutcome, b: &DriveOutcome, of: fn(&Row) -> f64) -> f64 {
+fn difference(a: &DriveOutcome, b: &DriveOutcome, of: fn(&TraceRow) -> f64) -> f64 {
     let rows = &b.trace.rows;
     a.trace
         .rows
@@ -45,7 +45,7 @@ fn difference(a: &DriveOutcome, b: &DriveOutcome, of: fn(&Row) -> f64) -> f64 {
 }
 
 /// A step at 6 s, what it changes, and by how much at least.
-type Shown = (&'static str, fn(&Row) -> f64, f64);
+type Shown = (&'static str, fn(&TraceRow) -> f64, f64);
 
 const STEPS: &[Shown] = &[
     (
@@ -219,7 +219,7 @@ fn a_brown_out_resets_the_board_which_boots_and_arms_again() {
     assert!(!at(9.2).bridges_on && at(9.2).status.tick < at(6.9).status.tick);
     assert_eq!(at(19.0).status.mode, Mode::Armed, "{:?}", outcome.log);
     assert!(at(23.0).truth.speed_m_s > 0.3);
-    assert_eq!(outcome.unarmed_drive_ms, 0);
+    assert_eq!(outcome.counts.unarmed_drive_ms, 0);
 }
 
 #[test]
@@ -236,7 +236,7 @@ fn a_battery_that_comes_back_boots_the_board() {
     "#;
     let outcome = drive(&Scenario::parse("t.toml", text).expect("a scenario"));
     assert_eq!(outcome.trace.rows.last().expect("rows").status.mode, Mode::Armed);
-    let dead = |row: &&Row| (1.02..2.0).contains(&row.time_s());
+    let dead = |row: &&TraceRow| (1.02..2.0).contains(&row.time_s());
     assert_eq!(outcome.trace.rows.iter().filter(dead).count(), 0);
 }
 
@@ -246,10 +246,10 @@ fn frames_lost_doubled_and_overtaken_are_as_reproducible_as_a_clear_link() {
                  duplication = 0.1\nreordering = 0.1\n";
     let run = || drive(&scenario("", steps));
     let (a, b) = (run(), run());
-    let times = |outcome: &DriveOutcome| outcome.trace.rows.iter().map(Row::time_s).collect::<Vec<_>>();
+    let times = |outcome: &DriveOutcome| outcome.trace.rows.iter().map(TraceRow::time_s).collect::<Vec<_>>();
     assert_eq!(times(&a), times(&b));
     let states = |from_s: f64, to_s: f64| {
-        let within = |row: &&Row| (from_s..to_s).contains(&row.time_s());
+        let within = |row: &&TraceRow| (from_s..to_s).contains(&row.time_s());
         a.trace.rows.iter().filter(within).count()
     };
     assert_eq!(states(3.0, 4.0), 100);

@@ -10,17 +10,19 @@ use embassy_time::{Duration, Instant, with_timeout};
 use model::command::{Command, Request};
 use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
 use model::supervise::arming::Mode;
+use model::supervise::codes::FaultSet;
 use model::tick::VehicleCore;
 
 use crate::checkins::Critical;
 use crate::encoders::Encoders;
+use crate::fault_list::NewFaults;
 use crate::flight_record::{FlightRecord, Recorder};
-use crate::hardware::{AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters};
+use crate::hardware::{Bridges, CycleCounter, EmergencyStop, EncoderCounters};
 use crate::orders::Orders;
 use crate::protocol::message::TickCycles;
 use crate::records::recorder::TickRecorder;
 use crate::ticks::{TICK, every_tick, tick_of};
-use crate::topics::{DriveCommand, Topic, Topics};
+use crate::topics::{Topic, Topics};
 
 /// Longest time that a tick waits for its samples of the IMUs before it goes on without.
 const IMU_WAIT: Duration = Duration::from_micros(400);
@@ -62,6 +64,7 @@ where
     let mut encoders = Encoders::new(encoders);
     let mut cycles = TickCycles::default();
     let mut ticks = TickRecorder::new();
+    let mut latched = FaultSet::EMPTY;
     let mut tick = 0_u32;
     let mut ticker = every_tick();
     loop {
@@ -72,7 +75,8 @@ where
 
         let started = counter.cycles();
         let now = Instant::now();
-        let orders = Orders::take(topics, core.mode());
+        let mode = core.mode();
+        let orders = Orders::take(topics, mode);
         let request = orders.request();
         // Only while disarmed: a break that trips in the very tick of the request must not be cleared unseen.
         if request == Request::ClearFaults && core.mode() == Mode::Disarmed {
@@ -88,9 +92,9 @@ where
         let command = command(topics, now, request);
 
         if core.mode() == Mode::Disarmed
-            && let Some(vehicle) = topics.new_vehicle.try_take()
+            && let Some(vehicle) = topics.new_vehicle.take()
         {
-            core = core.renewed(&vehicle);
+            core = core.with_vehicle(&vehicle);
         }
         let sensed = core.sense(&sample);
         let after_sense = counter.cycles();
@@ -111,6 +115,16 @@ where
         };
         recorder.record(&record);
         ticks.record(&topics.records, &record, &output.status);
+        let faults = FaultSet::from_bits(output.status.faults.bits() & !latched.bits());
+        if !faults.is_empty() {
+            // A history that has no room for more faults in one go loses the latest ones; the tick waits for nobody.
+            let _ = topics.new_faults.try_send(NewFaults {
+                time_us: sample.time_us,
+                mode,
+                faults,
+            });
+        }
+        latched = output.status.faults;
         topics.status.publish(now, output.status);
         orders.answer(topics, &output.status);
         let total = after_actuate.wrapping_sub(started);
@@ -151,18 +165,13 @@ fn gather<M: RawMutex>(
         age_us,
     };
     let (analog, analog_age_us) = topics.analog.with_age(now);
-    let AnalogReading { battery, current } = analog.unwrap_or(AnalogReading {
-        battery: 0,
-        current: [0; MOTORS],
-    });
     Sample {
         time_us: now.as_micros(),
         encoder_counts,
         encoder_age_us: 0,
         arm_imu: imu(topics.arm_imu.with_age(now)),
         spar_imu: imu(topics.spar_imu.with_age(now)),
-        battery,
-        current,
+        analog: analog.unwrap_or_default(),
         analog_age_us,
         emergency_stop,
         bridge_break,
@@ -171,15 +180,10 @@ fn gather<M: RawMutex>(
 
 /// The command as it stands in this tick.
 fn command<M: RawMutex>(topics: &Topics<M>, now: Instant, request: Request) -> Command {
-    let (command, age_us) = topics.command.with_age(now);
-    let DriveCommand {
-        speed_m_s,
-        yaw_rate_rad_s,
-    } = command.unwrap_or_default();
+    let (drive, age_us) = topics.command.with_age(now);
     let parameters_pending = topics.parameters_pending.latest().is_some_and(|pending| pending.value);
     Command {
-        speed_m_s,
-        yaw_rate_rad_s,
+        drive: drive.unwrap_or_default(),
         age_us,
         request,
         parameters_pending,

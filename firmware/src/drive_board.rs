@@ -16,9 +16,7 @@ pub const DUTY_MAX_PERCENT: u32 = 100 - 2 * PULSE_MIN_PERCENT;
 
 /// What the board's raw counts stand for.
 pub const SCALES: BoardScales = BoardScales {
-    battery_v_per_count: analog::BATTERY_V_PER_COUNT,
-    current_a_per_count: analog::CURRENT_A_PER_COUNT,
-    current_zero_count: analog::CURRENT_ZERO_COUNT,
+    analog: analog::INPUTS.scales(),
     duty_max: DUTY_MAX_PERCENT as f32 / 100.0,
     imu: driver::SCALES,
 };
@@ -37,3 +35,5 @@ pub const FLASH_SECTOR_BYTES: usize = 128 * 1024;
 pub const FLASH_WORD_BYTES: usize = 32;
 /// Sectors of the parameters' flash: the store needs one to move to while it keeps the other.
 pub const PARAMETER_SECTORS: usize = 2;
+/// Sectors of the fault history's flash, in front of those of the parameters.
+pub const HISTORY_SECTORS: usize = 2;

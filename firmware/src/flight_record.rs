@@ -1,5 +1,6 @@
 //! What one tick was given and did.
 
+use model::analog::Analog;
 use model::command::Command;
 use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
 
@@ -27,8 +28,7 @@ impl FlightRecord {
             encoder_age_us: 0,
             arm_imu: IMU_NONE,
             spar_imu: IMU_NONE,
-            battery: 0,
-            current: [0; MOTORS],
+            analog: Analog::all(0),
             analog_age_us: 0,
             emergency_stop: false,
             bridge_break: false,

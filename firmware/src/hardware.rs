@@ -3,6 +3,7 @@
 //! The IMUs come in as `embedded_hal_async::spi::SpiDevice<u16>`, the link as `embedded_io_async::{Read,
 //! Write}`, the parameter flash as `embedded_storage_async::nor_flash::NorFlash`.
 
+use model::analog::Analog;
 use model::sample::{Actuation, MOTORS};
 
 /// Hardware quadrature counters.
@@ -23,21 +24,12 @@ pub trait Bridges {
     fn clear_break(&mut self);
 }
 
-/// One round of analogue readings, raw ([`model::board::BoardScales`]).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AnalogReading {
-    /// Battery voltage.
-    pub battery: u16,
-    /// Motor currents.
-    pub current: [u16; MOTORS],
-}
-
 /// Analogue inputs.
 pub trait AnalogInputs {
     /// Why a reading failed.
     type Error: core::fmt::Debug;
-    /// Converts every input once.
-    fn read(&mut self) -> impl Future<Output = Result<AnalogReading, Self::Error>>;
+    /// Converts every input once, to raw counts.
+    fn read(&mut self) -> impl Future<Output = Result<Analog<u16>, Self::Error>>;
 }
 
 /// The emergency-stop input.
@@ -64,8 +56,27 @@ pub trait Indicators {
     fn show(&mut self, armed: bool, faulted: bool);
 }
 
+/// Which IMU.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Place {
+    /// The IMU on the arm.
+    Arm,
+    /// The IMU on the spar.
+    Spar,
+}
+
+impl Place {
+    /// The place's name in the log.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Arm => "arm",
+            Self::Spar => "spar",
+        }
+    }
+}
+
 /// Why the part last started.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum ResetCause {
     /// The power came up.
@@ -80,4 +91,18 @@ pub enum ResetCause {
     Watchdog,
     /// None of the above.
     Other,
+}
+
+impl ResetCause {
+    /// The cause in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PowerOn => "power-on",
+            Self::BrownOut => "brown-out",
+            Self::Pin => "reset pin",
+            Self::Software => "software",
+            Self::Watchdog => "watchdog",
+            Self::Other => "unknown",
+        }
+    }
 }

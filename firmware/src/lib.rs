@@ -12,6 +12,7 @@
 //! | [`analog::run`] | 1 kHz, halfway between the ticks | thread |
 //! | [`link::receive::run`], [`link::send::run`] | as bytes come; at the host's rate | thread |
 //! | [`parameters::run`] | on request | thread |
+//! | [`fault_history::run`] | on a fault | thread |
 //! | [`log_task::run`] | 20 Hz; logs one line per second and one per change | thread |
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
@@ -26,6 +27,10 @@ pub mod checkins;
 pub mod drive;
 pub mod drive_board;
 pub mod encoders;
+pub mod events;
+pub mod fault_history;
+pub mod fault_list;
+pub mod flash_region;
 pub mod flight_record;
 pub mod hardware;
 pub mod imu;
@@ -35,6 +40,8 @@ pub mod orders;
 pub mod parameters;
 pub mod protocol;
 pub mod records;
+#[cfg(test)]
+mod test_flash;
 mod ticks;
 pub mod topics;
 pub mod watchdog;

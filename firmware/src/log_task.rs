@@ -1,11 +1,13 @@
 //! The log task: looks at the vehicle's state 20 times per second, logs one summary per second and one line
-//! per change (mode, fault, refused request to arm), and drives the lamps. The control task logs nothing.
+//! per change (mode, fault, refused request to arm), and drives the lamps. The same goes into
+//! the log for the link as codes. The control task logs nothing.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Ticker};
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, Fault, FaultSet};
 
+use crate::events::Event;
 use crate::hardware::{Indicators, ResetCause};
 use crate::topics::Topics;
 
@@ -15,16 +17,9 @@ const PERIOD: Duration = Duration::from_millis(50);
 const SUMMARY_EVERY: u32 = 20;
 
 /// Logs the firmware's version and why the part started.
-pub fn boot(version: &str, cause: ResetCause) {
-    let cause = match cause {
-        ResetCause::PowerOn => "power-on",
-        ResetCause::BrownOut => "brown-out",
-        ResetCause::Pin => "reset pin",
-        ResetCause::Software => "software",
-        ResetCause::Watchdog => "watchdog",
-        ResetCause::Other => "unknown",
-    };
-    info!("biplanar drive board {}, reset by {}", version, cause);
+pub fn boot<M: RawMutex>(topics: &Topics<M>, version: &str, cause: ResetCause) {
+    info!("biplanar drive board {}, reset by {}", version, cause.name());
+    topics.log.push(Event::Booted(cause));
 }
 
 /// Logs the vehicle's state and shows it on the lamps, for ever.
@@ -44,20 +39,24 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut indicators: impl Indicator
         indicators.show(t.mode != Mode::Disarmed, !t.faults.is_empty());
         if !ready && !t.blockers.contains(Blocker::NotCalibrated) {
             ready = true;
+            topics.log.push(Event::Calibrated);
             info!("self-check done: gyros calibrated after {} ms", t.time_us / 1000);
         }
         for fault in Fault::ALL {
             if t.faults.contains(*fault) && !faults.contains(*fault) {
                 warning!("fault {}: {}", *fault as u8, fault.name());
+                topics.log.push(Event::Fault(*fault as u8));
             }
         }
         faults = t.faults;
         if t.mode != mode {
             mode = t.mode;
             info!("{}", mode.name());
+            topics.log.push(Event::Mode(mode));
         }
         if t.refused_arms != refused {
             refused = t.refused_arms;
+            topics.log.push(Event::NotArmed(t.blockers));
             for blocker in t.blockers.iter() {
                 warning!("not armed: {} blocks arming", blocker.name());
             }

@@ -10,75 +10,57 @@ use crate::topics::{Answered, DisarmBy, Topics};
 
 /// What the operator wants of the arming state machine in one tick.
 ///
-/// A Disarm comes before everything else, and an order to arm that came in the same burst does not outlive it.
-/// ClearFaults comes before Arm, as an operator means them.
+/// A Disarm comes before everything else, and an order to arm that came in the same burst does not outlive it. Every
+/// other request comes before Arm, as an operator means them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Orders {
     /// The mode before the tick.
     mode: Mode,
     /// The Disarm, if there is one.
     disarm: Option<DisarmBy>,
-    /// The order to clear faults.
-    clear_faults: Option<OrderId>,
-    /// The order to arm.
-    arm: Option<OrderId>,
+    /// The request that the host orders, and the order.
+    ordered: Option<(Request, OrderId)>,
 }
 
 impl Orders {
     /// Takes the orders of this tick; `mode` is the mode before it. Whatever is not for this tick stays.
     pub fn take<M: RawMutex>(topics: &Topics<M>, mode: Mode) -> Self {
-        let disarm = topics.disarm.try_take();
-        let clear_faults = if disarm.is_none() {
-            topics.clear_faults.try_take()
+        let disarm = topics.disarm.take();
+        let take = |request: Request| topics.requests.take(request).map(|id| (request, id));
+        let ordered = if disarm.is_some() {
+            take(Request::Arm)
         } else {
-            None
+            // The last first: Arm has the least number.
+            Request::ALL.iter().rev().copied().find_map(take)
         };
-        let arm = if clear_faults.is_none() {
-            topics.arm.try_take()
-        } else {
-            None
-        };
-        Self {
-            mode,
-            disarm,
-            clear_faults,
-            arm,
-        }
+        Self { mode, disarm, ordered }
     }
 
     /// The request of this tick.
     pub fn request(&self) -> Request {
         if self.disarm.is_some() {
             Request::Disarm
-        } else if self.clear_faults.is_some() {
-            Request::ClearFaults
-        } else if self.arm.is_some() {
-            Request::Arm
         } else {
-            Request::None
+            self.ordered.map_or(Request::None, |(request, _)| request)
         }
     }
 
     /// Answers every order of the tick that led to `status`. An answer that finds no room is dropped: the tick waits
     /// for nobody.
     pub fn answer<M: RawMutex>(&self, topics: &Topics<M>, status: &Status) {
-        let answer = |id: Option<OrderId>, answer: Answer| {
-            if let Some(id) = id {
-                let _ = topics.answers.try_send(Answered { id, answer });
-            }
+        let answer = |id: OrderId, answer: Answer| {
+            let _ = topics.answers.try_send(Answered { id, answer });
         };
         if let Some(DisarmBy::Host(id)) = self.disarm {
-            answer(Some(id), Answer::Done);
+            answer(id, Answer::Done);
         }
-        answer(
-            self.clear_faults,
-            if self.mode == Mode::Disarmed {
-                Answer::Done
-            } else {
-                Answer::Refused(Refusal::NotDisarmed)
-            },
-        );
-        answer(self.arm, self.of_arming(status));
+        match self.ordered {
+            None => {}
+            Some((Request::Arm, id)) => answer(id, self.of_arming(status)),
+            // The state machine takes every other request while disarmed, and only then.
+            Some((_, id)) if self.mode == Mode::Disarmed => answer(id, Answer::Done),
+            Some((_, id)) => answer(id, Answer::Refused(Refusal::NotDisarmed)),
+        }
     }
 
     /// The answer to an order to arm.

@@ -8,12 +8,15 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 use embassy_sync::signal::Signal;
 use embassy_time::Instant;
+use model::analog::Analog;
+use model::command::{DriveCommand, Request};
 use model::sample::ImuRaw;
 use model::status::Status;
 use model::vehicle::Vehicle;
 
 use crate::checkins::Checkins;
-use crate::hardware::AnalogReading;
+use crate::events::Log;
+use crate::fault_list::{FaultList, NewFaults};
 use crate::protocol::message::{Answer, Identity, LinkCounters, OrderId, ParameterRequest, Read, TickCycles};
 use crate::records::ring::RecordRings;
 
@@ -26,28 +29,46 @@ pub struct Stamped<T> {
     pub value: T,
 }
 
+/// A value, or none yet. Nothing is all zeros, whatever the value's type (an `Option` may say so by another number in
+/// one of the value's bytes): so the topics, with 100 KiB of records, take no room in the flash.
+#[derive(Debug, Clone, Copy)]
+#[repr(u8)]
+enum Held<T> {
+    Nothing = 0,
+    Value(T) = 1,
+}
+
+impl<T> Held<T> {
+    fn value(self) -> Option<T> {
+        match self {
+            Self::Nothing => None,
+            Self::Value(value) => Some(value),
+        }
+    }
+}
+
 /// The latest value of one kind, for any number of readers.
 #[derive(Debug)]
 pub struct Topic<M: RawMutex, T: Copy> {
-    latest: Mutex<M, Cell<Option<Stamped<T>>>>,
+    latest: Mutex<M, Cell<Held<Stamped<T>>>>,
 }
 
 impl<M: RawMutex, T: Copy> Topic<M, T> {
     /// A topic without a value.
     pub const fn new() -> Self {
         Self {
-            latest: Mutex::new(Cell::new(None)),
+            latest: Mutex::new(Cell::new(Held::Nothing)),
         }
     }
 
     /// Replaces the value, stamped `at`.
     pub fn publish(&self, at: Instant, value: T) {
-        self.latest.lock(|cell| cell.set(Some(Stamped { at, value })));
+        self.latest.lock(|cell| cell.set(Held::Value(Stamped { at, value })));
     }
 
     /// The latest value.
     pub fn latest(&self) -> Option<Stamped<T>> {
-        self.latest.lock(Cell::get)
+        self.latest.lock(Cell::get).value()
     }
 
     /// The latest value, if any, and its age at `now` in us: `u32::MAX` without a value, or for an older one.
@@ -68,13 +89,37 @@ impl<M: RawMutex, T: Copy> Default for Topic<M, T> {
     }
 }
 
-/// A drive command as the operator sent it. Both numbers are finite: the receiving task drops others.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct DriveCommand {
-    /// Speed, m/s.
-    pub speed_m_s: f32,
-    /// Yaw rate, rad/s, anticlockwise positive.
-    pub yaw_rate_rad_s: f32,
+/// A value that some task leaves for another one, which looks there in its own time and takes the value once. A later
+/// value replaces an earlier one.
+#[derive(Debug)]
+pub struct Slot<M: RawMutex, T: Copy> {
+    held: Mutex<M, Cell<Held<T>>>,
+}
+
+impl<M: RawMutex, T: Copy> Slot<M, T> {
+    /// An empty slot.
+    pub const fn new() -> Self {
+        Self {
+            held: Mutex::new(Cell::new(Held::Nothing)),
+        }
+    }
+
+    /// Leaves a value. Returns whether it replaces one that nobody has taken.
+    pub fn put(&self, value: T) -> bool {
+        let before = self.held.lock(|cell| cell.replace(Held::Value(value)));
+        before.value().is_some()
+    }
+
+    /// Takes the value, if there is one.
+    pub fn take(&self) -> Option<T> {
+        self.held.lock(|cell| cell.replace(Held::Nothing)).value()
+    }
+}
+
+impl<M: RawMutex, T: Copy> Default for Slot<M, T> {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 /// Who wants the bridges open.
@@ -84,6 +129,28 @@ pub enum DisarmBy {
     Host(OrderId),
     /// Somebody beside the vehicle, by the board's button.
     Button,
+}
+
+/// The host's orders that ask something of the arming state machine: of each kind the newest, until the control task
+/// takes it.
+#[derive(Debug)]
+pub struct Requests<M: RawMutex>([Slot<M, OrderId>; Request::ALL.len()]);
+
+impl<M: RawMutex> Requests<M> {
+    const fn new() -> Self {
+        Self([const { Slot::new() }; Request::ALL.len()])
+    }
+
+    /// Leaves an order to the control task. Returns whether an order of the same kind still waited there, which is
+    /// dropped: once is enough.
+    pub fn put(&self, request: Request, id: OrderId) -> bool {
+        self.0.get(request as usize).is_some_and(|waiting| waiting.put(id))
+    }
+
+    /// Takes the order that asks for this request, if it waits.
+    pub fn take(&self, request: Request) -> Option<OrderId> {
+        self.0.get(request as usize)?.take()
+    }
 }
 
 /// A request about parameters, and the order that made it.
@@ -123,16 +190,15 @@ pub struct Topics<M: RawMutex> {
     /// Raised with each reading of either IMU; the control task waits for the signal.
     pub imu_ready: Signal<M, ()>,
     /// Analogue readings.
-    pub analog: Topic<M, AnalogReading>,
-    /// The latest drive command, stamped with the time at which the operator gave it.
+    pub analog: Topic<M, Analog<u16>>,
+    /// The latest drive command, stamped with the time at which the operator gave it. Every quantity is a number: the
+    /// receiving task drops other commands.
     pub command: Topic<M, DriveCommand>,
     /// Somebody wants the bridges open. The wish has its own place, which nothing else fills, and the control task
     /// looks there first.
-    pub disarm: Signal<M, DisarmBy>,
-    /// The host's order to arm.
-    pub arm: Signal<M, OrderId>,
-    /// The host's order to clear faults.
-    pub clear_faults: Signal<M, OrderId>,
+    pub disarm: Slot<M, DisarmBy>,
+    /// The host's requests to the arming state machine, but for Disarm.
+    pub requests: Requests<M>,
     /// The host's requests about parameters.
     pub parameter_requests: Channel<M, Asked, 4>,
     /// Answers to the host's orders, in order of their sending.
@@ -140,21 +206,27 @@ pub struct Topics<M: RawMutex> {
     /// Whether a changed set is about to come into force: the vehicle must not arm meanwhile.
     pub parameters_pending: Topic<M, bool>,
     /// A new set of parameters, in force from the next disarmed tick on.
-    pub new_vehicle: Signal<M, Vehicle<f32>>,
+    pub new_vehicle: Slot<M, Vehicle<f32>>,
     /// Answer to the host's latest Identify.
     pub identity: Signal<M, Identity>,
     /// The rate at which the host wants the status, Hz.
-    pub status_rate: Signal<M, u16>,
+    pub status_rate: Slot<M, u16>,
     /// The vehicle's status after the last tick.
     pub status: Topic<M, Status>,
     /// CPU cycles of the last tick.
     pub cycles: Topic<M, TickCycles>,
+    /// The last faults, of this boot and of those before.
+    pub faults: FaultList<M>,
+    /// Faults that the control task has latched, for the history.
+    pub new_faults: Channel<M, NewFaults, 8>,
+    /// The log for the link.
+    pub log: Log<M>,
     /// The records of the last ticks.
     pub records: RecordRings<M>,
     /// What the host wants to read of the board's memory.
     pub readings: Channel<M, Wanted, 4>,
     /// Where the host wants the stream of records to begin: at the block of this number, or nowhere.
-    pub recording: Signal<M, Option<u32>>,
+    pub recording: Slot<M, Option<u32>>,
     /// Counters of the link's input.
     pub link: Topic<M, LinkCounters>,
     /// Check-ins of the critical tasks.
@@ -170,20 +242,22 @@ impl<M: RawMutex> Topics<M> {
             imu_ready: Signal::new(),
             analog: Topic::new(),
             command: Topic::new(),
-            disarm: Signal::new(),
-            arm: Signal::new(),
-            clear_faults: Signal::new(),
+            disarm: Slot::new(),
+            requests: Requests::new(),
             parameter_requests: Channel::new(),
             answers: Channel::new(),
             parameters_pending: Topic::new(),
-            new_vehicle: Signal::new(),
+            new_vehicle: Slot::new(),
             identity: Signal::new(),
-            status_rate: Signal::new(),
+            status_rate: Slot::new(),
             status: Topic::new(),
             cycles: Topic::new(),
+            faults: FaultList::new(),
+            new_faults: Channel::new(),
+            log: Log::new(),
             records: RecordRings::new(),
             readings: Channel::new(),
-            recording: Signal::new(),
+            recording: Slot::new(),
             link: Topic::new(),
             checkins: Checkins::new(),
         }

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::error::Error;
 
-use plant::settings::Settings;
+use plant::settings::PlantSettings;
 use plant::terrain::Terrain;
 use virtual_board::scenario::{self, Action, MetricValue, Scenario, Step, VirtualBackend, metrics};
 
@@ -32,7 +32,7 @@ pub(crate) fn fly() -> Result<Vec<MetricValue>, Box<dyn Error>> {
         chocked_until_armed: true,
         terrain: Terrain::incline(3_f64.to_radians(), 0.8)?,
         // The plant as the vehicle file describes it.
-        plant: Settings::default(),
+        plant: PlantSettings::default(),
         // The board arms once its estimates have settled.
         steps: vec![step(1.0, Action::Arm), step(1.5, drive(0.5)), step(5.0, drive(0.0))],
         // Bounds, for `scenario::evaluate`; here only the values count.

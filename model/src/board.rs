@@ -1,5 +1,7 @@
 //! What a board's raw counts stand for: typed values that each board supplies.
 
+use crate::analog::{Analog, AnalogScale};
+
 /// Scales of an IMU's registers at the ranges it is configured to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImuScales {
@@ -12,12 +14,8 @@ pub struct ImuScales {
 /// Scales of everything a board converts, in both directions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardScales {
-    /// Battery voltage per count, V, > 0.
-    pub battery_v_per_count: f32,
-    /// Motor current per count, A, > 0.
-    pub current_a_per_count: f32,
-    /// Count at zero motor current.
-    pub current_zero_count: u16,
+    /// Analogue inputs.
+    pub analog: Analog<AnalogScale>,
     /// Largest duty of a bridge as a share of the supply, in (0, 1]: the board's bridges give no more.
     pub duty_max: f32,
     /// Both IMUs.
@@ -27,11 +25,7 @@ pub struct BoardScales {
 impl BoardScales {
     /// What the board's analogue inputs measure.
     pub const fn sensor_ranges(&self) -> SensorRanges {
-        SensorRanges::of(
-            self.battery_v_per_count,
-            self.current_a_per_count,
-            self.current_zero_count,
-        )
+        SensorRanges::of(&self.analog)
     }
 }
 
@@ -48,28 +42,44 @@ pub struct SensorRanges {
 const MEASURED_SHARE: f32 = 0.98;
 
 impl SensorRanges {
-    /// The ranges of 16-bit conversions of these scales.
-    pub const fn of(battery_v_per_count: f32, current_a_per_count: f32, current_zero_count: u16) -> Self {
-        let above = u16::MAX - current_zero_count;
-        let counts = if above < current_zero_count {
-            above
-        } else {
-            current_zero_count
-        };
+    /// The ranges of 16-bit conversions of these scales; of the motors' currents the least.
+    pub const fn of(scales: &Analog<AnalogScale>) -> Self {
+        let mut current_max_a = f32::INFINITY;
+        let currents = scales.currents();
+        let mut motor = 0;
+        while motor < currents.len() {
+            let AnalogScale { per_count, zero_count } = currents[motor];
+            let above = u16::MAX - zero_count;
+            let counts = if above < zero_count { above } else { zero_count };
+            let max_a = MEASURED_SHARE * counts as f32 * per_count;
+            if max_a < current_max_a {
+                current_max_a = max_a;
+            }
+            motor += 1;
+        }
         Self {
-            battery_max_v: MEASURED_SHARE * u16::MAX as f32 * battery_v_per_count,
-            current_max_a: MEASURED_SHARE * counts as f32 * current_a_per_count,
+            battery_max_v: MEASURED_SHARE * u16::MAX as f32 * scales.battery.per_count,
+            current_max_a,
         }
     }
 }
 
-#[cfg(test)]
 impl BoardScales {
-    /// Scales for tests: round numbers, but for those whose rounding matters.
-    pub(crate) const TEST: Self = Self {
-        battery_v_per_count: 66.0 / 65536.0,
-        current_a_per_count: 120.0 / 65536.0,
-        current_zero_count: 32768,
+    /// Scales of no board in particular, for tests and examples: round numbers, but for those whose rounding
+    /// matters.
+    pub const EXAMPLE: Self = Self {
+        analog: {
+            let current = AnalogScale {
+                per_count: 120.0 / 65536.0,
+                zero_count: 32768,
+            };
+            let mut analog = Analog::all(current);
+            analog.battery = AnalogScale {
+                per_count: 66.0 / 65536.0,
+                zero_count: 0,
+            };
+            analog
+        },
         duty_max: 0.94,
         imu: ImuScales {
             gyro_lsb_per_deg_s: 32.8,

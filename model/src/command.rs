@@ -1,13 +1,41 @@
 //! What the operator wants.
 
-/// What the operator asks of the arming state machine; each request counts once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[repr(u8)]
-pub enum Request {
-    /// Nothing.
-    #[default]
-    None = 0,
+/// Makes [`Request`] out of the list of requests.
+macro_rules! requests {
+    ($( $(#[doc = $doc:literal])+ $name:ident = $number:literal, )+) => {
+        /// What the operator asks of the arming state machine; each request counts once. Numbers are stable and
+        /// without gaps.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        #[repr(u8)]
+        pub enum Request {
+            /// Nothing.
+            #[default]
+            None = 0,
+            $( $(#[doc = $doc])+ $name = $number, )+
+        }
+
+        impl Request {
+            /// Nothing, and every request, in order of their numbers.
+            pub const ALL: &'static [Self] = &[Self::None, $(Self::$name),+];
+
+            /// The request's name.
+            pub fn name(self) -> &'static str {
+                match self {
+                    Self::None => "None",
+                    $(Self::$name => stringify!($name)),+
+                }
+            }
+
+            /// The request of this number.
+            pub fn from_number(number: u8) -> Option<Self> {
+                Self::ALL.iter().copied().find(|request| *request as u8 == number)
+            }
+        }
+    };
+}
+
+requests! {
     /// Arm, if nothing blocks it.
     Arm = 1,
     /// Open the bridges at once.
@@ -16,15 +44,72 @@ pub enum Request {
     ClearFaults = 3,
 }
 
+/// Makes [`DriveCommand`] out of the list of its quantities.
+macro_rules! drive_command {
+    ($( $(#[doc = $doc:literal])+ $name:ident, )+) => {
+        /// What the operator repeats all the time: how the vehicle is to drive. The host's message, the record of a
+        /// tick and the laws have it as it is. 0 is the neutral value of every quantity.
+        #[derive(Debug, Clone, Copy, PartialEq, Default)]
+        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+        #[repr(C)]
+        pub struct DriveCommand {
+            $( $(#[doc = $doc])+ pub $name: f32, )+
+        }
+
+        impl DriveCommand {
+            /// Number of quantities.
+            pub const QUANTITIES: usize = [$(stringify!($name)),+].len();
+            /// No motion.
+            pub const NEUTRAL: Self = Self { $($name: 0.0),+ };
+
+            /// The quantities, in order.
+            pub fn values(&self) -> [f32; Self::QUANTITIES] {
+                [$(self.$name),+]
+            }
+
+            /// The command of these quantities, in order.
+            pub fn from_values(values: [f32; Self::QUANTITIES]) -> Self {
+                let [$($name),+] = values;
+                Self { $($name),+ }
+            }
+        }
+    };
+}
+
+drive_command! {
+    /// Speed of the axle, m/s, forward positive.
+    speed_m_s,
+    /// Yaw rate, rad/s, anticlockwise (to the left) positive; exactly 0 holds the heading.
+    yaw_rate_rad_s,
+}
+
+impl DriveCommand {
+    /// Drives at this speed, m/s, and this yaw rate, rad/s; whatever else can be commanded is neutral.
+    pub const fn driving(speed_m_s: f32, yaw_rate_rad_s: f32) -> Self {
+        let mut command = Self::NEUTRAL;
+        command.speed_m_s = speed_m_s;
+        command.yaw_rate_rad_s = yaw_rate_rad_s;
+        command
+    }
+
+    /// Whether every quantity is a number: what is not a number is no command.
+    pub fn is_finite(&self) -> bool {
+        self.values().iter().all(|value| value.is_finite())
+    }
+
+    /// Whether the command asks for no motion.
+    pub fn is_neutral(&self) -> bool {
+        *self == Self::NEUTRAL
+    }
+}
+
 /// What the operator wants, as known when the tick begins.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Command {
-    /// Speed of the axle, m/s, forward positive.
-    pub speed_m_s: f32,
-    /// Yaw rate, rad/s, anticlockwise (to the left) positive; exactly 0 holds the heading.
-    pub yaw_rate_rad_s: f32,
-    /// Age of speed and yaw rate, us; `u32::MAX` while none has come.
+    /// How to drive.
+    pub drive: DriveCommand,
+    /// Age of the drive command, us; `u32::MAX` while none has come.
     pub age_us: u32,
     /// A request to the arming state machine; given in one tick only.
     pub request: Request,
@@ -35,20 +120,9 @@ pub struct Command {
 impl Command {
     /// No command yet.
     pub const NONE: Self = Self {
-        speed_m_s: 0.0,
-        yaw_rate_rad_s: 0.0,
+        drive: DriveCommand::NEUTRAL,
         age_us: u32::MAX,
         request: Request::None,
         parameters_pending: false,
     };
-
-    /// Whether speed and yaw rate are numbers: what is not a number is no command.
-    pub fn is_finite(&self) -> bool {
-        self.speed_m_s.is_finite() && self.yaw_rate_rad_s.is_finite()
-    }
-
-    /// Whether the command asks for no motion.
-    pub fn is_neutral(&self) -> bool {
-        self.speed_m_s == 0.0 && self.yaw_rate_rad_s == 0.0
-    }
 }

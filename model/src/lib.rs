@@ -7,6 +7,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+pub mod analog;
 pub mod board;
 pub mod bounded;
 pub mod command;

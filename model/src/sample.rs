@@ -2,6 +2,8 @@
 //!
 //! Raw counts in, SI inside, raw counts out: a recorded [`Sample`] replays bit for bit.
 
+use crate::analog::Analog;
+
 /// The vehicle's motors, in the order of every per-motor array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(usize)]
@@ -59,10 +61,8 @@ pub struct Sample {
     pub arm_imu: ImuSample,
     /// IMU on the camera spar.
     pub spar_imu: ImuSample,
-    /// Battery voltage, raw ([`BoardScales`](crate::board::BoardScales)).
-    pub battery: u16,
-    /// Motor currents, raw.
-    pub current: [u16; MOTORS],
+    /// Analogue inputs, raw ([`BoardScales`](crate::board::BoardScales)).
+    pub analog: Analog<u16>,
     /// Age of the analogue readings in us.
     pub analog_age_us: u32,
     /// The emergency stop is pressed (level of its pin).

@@ -1,5 +1,6 @@
 //! What the vehicle senses in one tick, in SI units.
 
+use crate::analog::Analog;
 use crate::estimate::tilt::TiltReading;
 use crate::sample::{ImuSample, MOTORS};
 
@@ -14,7 +15,7 @@ pub struct Sensed {
     pub relative_rate_rad_s: [f32; MOTORS],
     /// Advance of each encoder since the last tick, rad at the output.
     pub relative_advance_rad: [f32; MOTORS],
-    /// Angle of the ballast relative to the spar since the core began, rad at the output.
+    /// Angle of the ballast relative to the spar since boot, rad at the output.
     pub ballast_turned_rad: f32,
     /// Arm IMU in the plane of the wheels.
     pub arm: TiltReading,
@@ -26,8 +27,10 @@ pub struct Sensed {
     pub spar: TiltReading,
     /// Filtered battery voltage, V.
     pub battery_v: f32,
-    /// Motor currents, A.
+    /// Motor currents, A; 0 for a motor that the vehicle does not have.
     pub current_a: [f32; MOTORS],
+    /// Every analogue input as this tick has it, in SI units.
+    pub analog: Analog<f32>,
     /// Encoder counts as they came.
     pub encoder_counts: [i64; MOTORS],
     /// Age of the encoder counts, us.

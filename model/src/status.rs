@@ -25,7 +25,7 @@ pub struct Terms {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status {
-    /// Ticks since the core began: at boot, and again whenever a new set of parameters comes into force.
+    /// Ticks since boot.
     pub tick: u32,
     /// Time of the sample, us since boot.
     pub time_us: u64,
@@ -51,8 +51,8 @@ pub struct Status {
     pub current_a: [f32; MOTORS],
     /// Filtered supply voltage, V.
     pub battery_v: f32,
-    /// Ticks that came late since the core began.
+    /// Ticks that came late since boot.
     pub late_ticks: u32,
-    /// Requests to arm that were refused since the core began.
+    /// Requests to arm that were refused since boot.
     pub refused_arms: u32,
 }

@@ -68,10 +68,21 @@ impl VehicleCore {
         }
     }
 
-    /// A new core for another vehicle on the same board.
+    /// This core for another vehicle, as after a change of the parameters while disarmed.
+    ///
+    /// What was told of the vehicle stays: latched faults, blockers, refused requests, ticks, heading and pose. The
+    /// laws, the watches and the calibration begin anew.
     #[must_use]
-    pub fn renewed(&self, vehicle: &Vehicle<f32>) -> Self {
-        Self::new(vehicle, &self.scales)
+    pub fn with_vehicle(&self, vehicle: &Vehicle<f32>) -> Self {
+        let new = Self::new(vehicle, &self.scales);
+        Self {
+            sensing: new.sensing.with_counts_of(&self.sensing),
+            estimator: new.estimator.with_pose_of(&self.estimator),
+            supervisor: new.supervisor.with_record_of(&self.supervisor, vehicle),
+            tick: self.tick,
+            applied: self.applied,
+            ..new
+        }
     }
 
     /// The mode after the last tick.

@@ -1,7 +1,7 @@
 //! Scenarios flown for what the vehicle reports.
 
 use model::supervise::codes::{Fault, FaultSet};
-use virtual_board::scenario::trace::Row;
+use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
 
 use super::reference;
@@ -36,12 +36,12 @@ pub fn at_speed(speed_m_s: f64) -> String {
 }
 
 /// The last row.
-pub fn last(outcome: &DriveOutcome) -> &Row {
+pub fn last(outcome: &DriveOutcome) -> &TraceRow {
     outcome.trace.rows.last().expect("rows")
 }
 
 /// The time after `from_s` at which the status first shows what is asked for, s.
-pub fn first(outcome: &DriveOutcome, from_s: f64, shows: impl Fn(&Row) -> bool) -> Option<f64> {
+pub fn first(outcome: &DriveOutcome, from_s: f64, shows: impl Fn(&TraceRow) -> bool) -> Option<f64> {
     let mut rows = outcome.trace.rows.iter().filter(|row| row.time_s() >= from_s);
     rows.find(|row| shows(row)).map(|row| row.time_s() - from_s)
 }

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use firmware::drive_board::SCALES;
 use firmware::protocol::message::{Answer, BoardStatus, COMMAND_PERIOD_MS, Order};
-use model::command::Request;
+use model::command::{DriveCommand, Request};
 use model::status::Status;
 use model::supervise::arming::Mode;
 use model::vehicle::Vehicle;
@@ -48,9 +48,14 @@ impl Bench {
     }
 
     pub fn with(seed: u64, flash: VirtualFlash) -> Self {
+        Self::with_history(seed, flash, VirtualFlash::erased())
+    }
+
+    /// With what an earlier run left in the flashes of the parameters and of the fault history.
+    pub fn with_history(seed: u64, flash: VirtualFlash, history: VirtualFlash) -> Self {
         let vehicle = reference();
         let plant = Plant::new(&vehicle, &SCALES, Terrain::default(), seed).expect("level ground");
-        let board = VirtualBoard::boot_with(&vehicle, plant, flash).expect("boots");
+        let board = VirtualBoard::boot_with_history(&vehicle, plant, flash, history).expect("boots");
         Self {
             board,
             client: LinkClient::new(seed as u32),
@@ -72,10 +77,7 @@ impl Bench {
                     self.put(&frame);
                 }
                 if let Some([speed_m_s, yaw_rate_rad_s]) = self.drive {
-                    self.order(Order::Drive {
-                        speed_m_s,
-                        yaw_rate_rad_s,
-                    });
+                    self.order(Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s)));
                 }
             }
             while let Some((_, bytes)) = self.to_board.pop_front_if(|(due_ms, _)| *due_ms <= self.ms) {
@@ -146,15 +148,12 @@ impl Bench {
     pub fn request(&mut self, request: Request) {
         match request {
             Request::None => {}
-            Request::Arm => {
-                self.order(Order::Arm);
-            }
-            Request::ClearFaults => {
-                self.order(Order::ClearFaults);
-            }
             Request::Disarm => {
                 let (_, frame) = self.client.disarm();
                 self.put(&frame);
+            }
+            request => {
+                self.order(Order::Request(request));
             }
         }
     }

@@ -153,3 +153,45 @@ pub fn integration_tests(folders: &[PathBuf], only: Option<&str>) -> Vec<String>
         .flat_map(|file| tests_of(&file, ""))
         .collect()
 }
+
+/// What `cargo test ARGUMENTS` would run.
+pub fn selected(root: &Path, arguments: &[&str]) -> Vec<String> {
+    let (mut package, mut only, mut filter) = (None, None, None);
+    let mut words = arguments.iter();
+    while let Some(word) = words.next() {
+        match *word {
+            "-p" => package = words.next(),
+            "--test" => only = words.next(),
+            name => {
+                assert!(!name.starts_with('-') && filter.is_none(), "{arguments:?}: {name}");
+                filter = Some(name);
+            }
+        }
+    }
+    let packages = [
+        ("model", "model"),
+        ("vehicle-file", "model/vehicle-file"),
+        ("firmware", "firmware"),
+        ("hil-sim", "hil-sim"),
+        ("plant", "hil-sim/plant"),
+        ("virtual-board", "hil-sim/virtual-board"),
+        ("theory", "hil-sim/theory"),
+        ("report", "hil-sim/report"),
+    ];
+    let mut tests = Vec::new();
+    for (name, folder) in packages {
+        if package.is_some_and(|package| *package != name) {
+            continue;
+        }
+        let mut folders = vec![root.join(folder).join("tests")];
+        if name == "hil-sim" {
+            folders.push(root.join("tests"));
+        }
+        if only.is_none() {
+            tests.extend(unit_tests(&root.join(folder).join("src")));
+        }
+        tests.extend(integration_tests(&folders, only.copied()));
+    }
+    tests.retain(|test| filter.is_none_or(|filter| test.contains(filter)));
+    tests
+}

@@ -1,13 +1,17 @@
 //! Wires in memory for the link tool: to the virtual board, to scripted boards, and to a board gone mad.
+#![allow(dead_code)] // Each test binary uses its part.
 
 use std::cell::RefCell;
 use std::io;
 use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
 
 use firmware::protocol::frame::{Decoder, Received, encode};
 use firmware::protocol::message::{
     About, BoardMessage, BoardStatus, HostMessage, Identity, LinkCounters, Order, OrderId, PROTOCOL_VERSION, TickCycles,
 };
+use hil_sim::cli::link::session::Link;
 use hil_sim::cli::link::wire::Wire;
 use model::supervise::arming::Mode;
 use model::supervise::codes::FaultSet;
@@ -219,4 +223,15 @@ impl Wire for Flood {
     fn now_us(&self) -> u64 {
         self.now_us
     }
+}
+
+pub fn link<W: Wire>(wire: W) -> (Link<W>, Arc<AtomicU32>) {
+    let interrupts = Arc::new(AtomicU32::new(0));
+    (Link::new(wire, 4711, interrupts.clone()), interrupts)
+}
+
+pub fn ready(seed: u64) -> Bench {
+    let mut bench = Bench::new(seed);
+    bench.run(1000);
+    bench
 }

@@ -1,14 +1,38 @@
-//! What the drive board's analogue inputs stand for. The build script reads this file too: a vehicle whose limits the
-//! inputs cannot measure does not become firmware.
+//! The drive board's analogue inputs. The build script reads this file too: a vehicle whose limits the inputs cannot
+//! measure does not become firmware.
 
+use model::analog::{Analog, AnalogInput, AnalogScale};
 use model::board::SensorRanges;
 
-/// Battery voltage per count, V: a 16-bit conversion of 0 to 3.3 V behind a divider of 1:20.
-pub const BATTERY_V_PER_COUNT: f32 = 66.0 / 65536.0;
-/// Motor current per count, A: a 16-bit conversion of an amplifier of +-60 A around mid-scale.
-pub const CURRENT_A_PER_COUNT: f32 = 120.0 / 65536.0;
-/// Count at zero motor current.
-pub const CURRENT_ZERO_COUNT: u16 = 32768;
+/// A 16-bit conversion of an amplifier of +-60 A around mid-scale.
+const CURRENT: AnalogScale = AnalogScale {
+    per_count: 120.0 / 65536.0,
+    zero_count: 32768,
+};
+
+/// Channels of ADC1, and what their counts stand for.
+pub const INPUTS: Analog<AnalogInput> = Analog {
+    battery: AnalogInput {
+        channel: 15,
+        // A 16-bit conversion of 0 to 3.3 V behind a divider of 1:20.
+        scale: AnalogScale {
+            per_count: 66.0 / 65536.0,
+            zero_count: 0,
+        },
+    },
+    left_current: AnalogInput {
+        channel: 10,
+        scale: CURRENT,
+    },
+    right_current: AnalogInput {
+        channel: 5,
+        scale: CURRENT,
+    },
+    ballast_current: AnalogInput {
+        channel: 18,
+        scale: CURRENT,
+    },
+};
 
 /// What the inputs measure.
-pub const RANGES: SensorRanges = SensorRanges::of(BATTERY_V_PER_COUNT, CURRENT_A_PER_COUNT, CURRENT_ZERO_COUNT);
+pub const RANGES: SensorRanges = SensorRanges::of(&INPUTS.scales());

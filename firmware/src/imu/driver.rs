@@ -3,7 +3,7 @@
 //! The driver is hand-written: the maintained driver crates read through the FIFO, which costs two more
 //! transactions per tick and delays a sample by up to one tick; the vehicle needs the newest sample in one
 //! burst. Register names and values are the data sheet's (DS-000347), but for the adaptive full scale, which
-//! the data sheet leaves among the reserved bits (`Setting`s below).
+//! the data sheet leaves among the reserved bits (`RegisterSetting`s below).
 
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::spi::{Operation, SpiDevice};
@@ -41,7 +41,7 @@ const GYRO_START_TIME: Duration = Duration::from_millis(45);
 /// Bits of a register that the driver sets. The register's other bits are reserved or stay as the reset left
 /// them.
 #[derive(Debug, Clone, Copy)]
-struct Setting {
+struct RegisterSetting {
     register: u8,
     /// The bits to set.
     mask: u8,
@@ -50,16 +50,16 @@ struct Setting {
 }
 
 /// Bank 0, which a reset of the firmware alone leaves as an earlier run had it.
-const BANK_0: Setting = Setting {
+const BANK_0: RegisterSetting = RegisterSetting {
     register: register::REG_BANK_SEL,
     mask: 0x07,
     value: 0x00,
 };
 /// What the part's interface needs before anything is measured.
-const INTERFACE: [Setting; 2] = [
+const INTERFACE: [RegisterSetting; 2] = [
     // SPI only (UI_SIFS_CFG 3: noise on the wires cannot switch the part to I2C), data high byte first
     // (SENSOR_DATA_ENDIAN).
-    Setting {
+    RegisterSetting {
         register: register::INTF_CONFIG0,
         mask: 0x13,
         value: 0x13,
@@ -67,28 +67,28 @@ const INTERFACE: [Setting; 2] = [
     // Adaptive full scale off (AFSR, bits 7:6, value 1). The data sheet calls the bits reserved; the drivers of
     // flight controllers (ArduPilot, Betaflight) clear the adaptive scale with them. With it, as reset, the gyro's
     // data stand still for 1 to 2 ms whenever a rate crosses about 100 deg/s.
-    Setting {
+    RegisterSetting {
         register: register::INTF_CONFIG1,
         mask: 0xC0,
         value: 0x40,
     },
 ];
 /// What is measured.
-const SENSORS: [Setting; 3] = [
+const SENSORS: [RegisterSetting; 3] = [
     // Full scale 1 (+-1000 deg/s), data rate 1 kHz; bit 4 is reserved.
-    Setting {
+    RegisterSetting {
         register: register::GYRO_CONFIG0,
         mask: 0xEF,
         value: 0x26,
     },
     // Full scale 1 (+-8 g), data rate 1 kHz; bit 4 is reserved.
-    Setting {
+    RegisterSetting {
         register: register::ACCEL_CONFIG0,
         mask: 0xEF,
         value: 0x26,
     },
     // Gyro and accelerometer in low-noise mode, the thermometer on; bits 7:6 are reserved.
-    Setting {
+    RegisterSetting {
         register: register::PWR_MGMT0,
         mask: 0x3F,
         value: 0x0F,
@@ -200,14 +200,14 @@ impl<S: SpiDevice<u16>> Icm42688p<S> {
     }
 
     /// Writes a setting, and the register's other bits as they are.
-    async fn set(&mut self, setting: Setting) -> Result<(), ImuError<S::Error>> {
+    async fn set(&mut self, setting: RegisterSetting) -> Result<(), ImuError<S::Error>> {
         let before = self.read(setting.register).await?;
         self.write(setting.register, (before & !setting.mask) | setting.value)
             .await
     }
 
     /// Reads a setting back.
-    async fn check(&mut self, setting: Setting) -> Result<(), ImuError<S::Error>> {
+    async fn check(&mut self, setting: RegisterSetting) -> Result<(), ImuError<S::Error>> {
         let value = self.read(setting.register).await?;
         if value & setting.mask == setting.value {
             Ok(())

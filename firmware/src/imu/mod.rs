@@ -3,4 +3,4 @@
 pub mod driver;
 pub mod task;
 
-pub use task::{Place, run};
+pub use task::run;

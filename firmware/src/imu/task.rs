@@ -7,27 +7,10 @@ use model::sample::ImuRaw;
 
 use super::driver::{Icm42688p, ImuError, WHO_AM_I};
 use crate::checkins::Critical;
+use crate::events::Event;
+use crate::hardware::Place;
 use crate::ticks::every_tick;
 use crate::topics::{Topic, Topics};
-
-/// Which IMU a task serves.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Place {
-    /// The IMU on the arm.
-    Arm,
-    /// The IMU on the spar.
-    Spar,
-}
-
-impl Place {
-    /// The place's name in the log.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Arm => "arm",
-            Self::Spar => "spar",
-        }
-    }
-}
 
 /// Number of failed samples in a row after which the task restarts the part.
 const RESTART_AFTER: u32 = 20;
@@ -45,14 +28,17 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, place: Place, spi: impl SpiDev
         match started {
             Ok(()) => {
                 info!("{} IMU: started", name);
+                topics.log.push(Event::ImuStarted(place));
                 complained = false;
                 serve(topics, place, &mut imu).await;
                 warning!("{} IMU: no samples, restarting", name);
+                topics.log.push(Event::ImuLost(place));
             }
             Err(error) => {
                 // One line per outage: a missing IMU must not fill the log.
                 if !complained {
                     complain(name, &error);
+                    topics.log.push(Event::ImuNotStarted(place));
                     complained = true;
                 }
                 Timer::after(RETRY).await;

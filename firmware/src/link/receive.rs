@@ -1,9 +1,9 @@
 //! The link's receiving task: bytes to orders.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_sync::signal::Signal;
 use embassy_time::Instant;
 use embedded_io_async::Read;
+use model::command::Request;
 
 use super::session::{Admission, Sessions, is_from_the_future, is_late};
 use crate::link::send::status_rate_max_hz;
@@ -12,7 +12,7 @@ use crate::protocol::message::{
     About, Answer, Envelope, HostMessage, Identity, LinkCounters, Order, OrderId, PROTOCOL_VERSION, Refusal,
     STATUS_RATE_HZ,
 };
-use crate::topics::{Answered, Asked, DisarmBy, DriveCommand, Topics, Wanted};
+use crate::topics::{Answered, Asked, DisarmBy, Topics, Wanted};
 
 /// Reads frames for ever and publishes what they order.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Read, about: About) -> ! {
@@ -61,7 +61,7 @@ impl<M: RawMutex> Receiver<'_, M> {
                 match message {
                     // First, and whatever else is known of the sender.
                     HostMessage::Disarm(id) => {
-                        self.topics.disarm.signal(DisarmBy::Host(id));
+                        self.topics.disarm.put(DisarmBy::Host(id));
                         self.sessions.note(id);
                     }
                     HostMessage::Identify { nonce } => self.identify(nonce, now),
@@ -83,7 +83,7 @@ impl<M: RawMutex> Receiver<'_, M> {
         let (session, sequence) = self.sessions.offer(nonce, time_us);
         if sequence == 0 {
             // A new host gets the status at the usual rate, whatever the host before it had chosen.
-            self.topics.status_rate.signal(STATUS_RATE_HZ);
+            self.topics.status_rate.put(STATUS_RATE_HZ);
         }
         self.topics.identity.signal(Identity {
             protocol: PROTOCOL_VERSION,
@@ -103,28 +103,27 @@ impl<M: RawMutex> Receiver<'_, M> {
             count(&mut self.counters.late_orders);
         }
         match order {
-            Order::Drive {
-                speed_m_s,
-                yaw_rate_rad_s,
-            } => {
+            Order::Drive(command) => {
                 // A command that is not a number is no command: the dead-man time runs on.
-                if !speed_m_s.is_finite() || !yaw_rate_rad_s.is_finite() {
+                if !command.is_finite() {
                     count(&mut self.counters.bad_frames);
                 } else if !is_from_the_future(given_at_us, now.as_micros()) {
                     // A command is as old as it was when it was given, however long it was under way.
                     let given_at = Instant::from_micros(given_at_us).min(now);
-                    self.topics.command.publish(
-                        given_at,
-                        DriveCommand {
-                            speed_m_s,
-                            yaw_rate_rad_s,
-                        },
-                    );
+                    self.topics.command.publish(given_at, command);
                 }
             }
-            Order::Arm | Order::ClearFaults if late => self.refuse(id, Refusal::Late),
-            Order::Arm => self.replace(&self.topics.arm, id),
-            Order::ClearFaults => self.replace(&self.topics.clear_faults, id),
+            // As the message of that name: however late.
+            Order::Request(Request::Disarm) => {
+                self.topics.disarm.put(DisarmBy::Host(id));
+            }
+            Order::Request(Request::None) => self.answer(id, Answer::Done),
+            Order::Request(_) if late => self.refuse(id, Refusal::Late),
+            Order::Request(request) => {
+                if self.topics.requests.put(request, id) {
+                    count(&mut self.counters.dropped_requests);
+                }
+            }
             Order::Parameters(request) => {
                 if self.topics.parameter_requests.try_send(Asked { id, request }).is_err() {
                     count(&mut self.counters.dropped_requests);
@@ -134,14 +133,14 @@ impl<M: RawMutex> Receiver<'_, M> {
             Order::StatusRate { hz } => {
                 let max_hz = status_rate_max_hz();
                 if hz <= max_hz {
-                    self.topics.status_rate.signal(hz);
+                    self.topics.status_rate.put(hz);
                     self.answer(id, Answer::Done);
                 } else {
                     self.refuse(id, Refusal::StatusRate { max_hz });
                 }
             }
             Order::Recording { from } => {
-                self.topics.recording.signal(from);
+                self.topics.recording.put(from);
                 self.topics.records.stream(from.is_some());
                 self.answer(id, Answer::Done);
             }
@@ -152,15 +151,6 @@ impl<M: RawMutex> Receiver<'_, M> {
                 }
             }
         }
-    }
-
-    /// Leaves an order to the control task. An order of the same kind that still waits there is dropped: once is
-    /// enough.
-    fn replace(&mut self, waiting: &Signal<M, OrderId>, id: OrderId) {
-        if waiting.signaled() {
-            count(&mut self.counters.dropped_requests);
-        }
-        waiting.signal(id);
     }
 
     fn refuse(&mut self, id: OrderId, refusal: Refusal) {

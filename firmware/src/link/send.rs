@@ -46,7 +46,7 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write, boot: u3
         match next.await {
             Either5::First(()) => {
                 topics.checkins.check_in(Critical::Link);
-                if let Some(hz) = topics.status_rate.try_take()
+                if let Some(hz) = topics.status_rate.take()
                     && hz != rate_hz
                 {
                     rate_hz = hz;
@@ -76,7 +76,7 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write, boot: u3
                 send(&mut uart, &BoardMessage::Reading { id, reading }).await;
             }
             Either5::Fifth(()) => {
-                if let Some(from) = topics.recording.try_take() {
+                if let Some(from) = topics.recording.take() {
                     next_block = from;
                 }
                 // One block a turn: the status has its turn between two blocks.
@@ -115,6 +115,8 @@ fn read_memory<M: RawMutex>(topics: &Topics<M>, read: Read) -> Reading {
             let (frozen, block) = topics.records.look_back_from(from);
             Reading::LookBack { frozen, block }
         }
+        Read::Log { from } => Reading::Log(topics.log.from(from)),
+        Read::Faults { from } => Reading::Faults(topics.faults.from(from)),
     }
 }
 

@@ -1,17 +1,20 @@
-//! Stored parameters: the vehicle's numbers in flash, versioned, checked, and changed over the link.
+//! Stored parameters: the vehicle's numbers in flash, checked, known by name, and changed over the link.
 //!
-//! The whole set is one item of a power-fail-safe store: after a power cut at any moment the flash holds
-//! either the old set or the new one, never a mixture. The firmware believes a set only if the store's
-//! checksum holds, the set's schema (names and ranges of every field) is this firmware's, every value is in
-//! range, and the set is consistent. Otherwise the vehicle drives by the built-in set, and the log says so.
+//! A set is stored whole: after a power cut at any moment the flash holds either the old set or the new one, never a
+//! mixture. A set of other firmware is read by the parameters' names. The firmware believes a set only if the
+//! checksums hold, every value is in range, and the set is consistent. If the flash holds something, and no set that
+//! can be believed, the vehicle has the built-in set and must not arm before a set is stored.
 
+mod encoding;
 mod numbered;
+mod stage;
 mod store;
 mod task;
 mod tolerant_flash;
+mod version_1;
 
 pub use numbered::schema;
-pub use store::{NoSet, ParameterStore};
+pub use store::{BootOutcome, Booted, Disbelief, NotStored, ParameterStore};
 pub use task::{boot, run};
 
 #[cfg(test)]

@@ -1,12 +1,12 @@
-//! A vehicle's parameters as the link and the store number them: the schema, which tells whether two programs
-//! mean the same by a number, and the number that an error is about.
+//! A vehicle's parameters as the link and the store know them: the hashes that tell whether two programs mean the same
+//! by a number or by a name, and the number that an error is about.
 
 use crc::{CRC_32_ISCSI, Crc};
 use model::vehicle::{ParameterError, Vehicle, VehicleParameters};
 
 use crate::drive_board::SCALES;
 
-const HASH: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
+pub(super) const HASH: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
 /// Hash of the names and ranges of every parameter of a vehicle of this kind, in order.
 pub fn schema(parameters: &VehicleParameters<f32>) -> u32 {
@@ -17,6 +17,15 @@ pub fn schema(parameters: &VehicleParameters<f32>) -> u32 {
         digest.update(&field.min.to_le_bytes());
         digest.update(&field.max.to_le_bytes());
     }
+    digest.finalize()
+}
+
+/// Hash of a parameter's name, `table.field`: what a stored set knows a value by.
+pub(super) fn name_hash(table: &str, field: &str) -> u32 {
+    let mut digest = HASH.digest();
+    digest.update(table.as_bytes());
+    digest.update(b".");
+    digest.update(field.as_bytes());
     digest.finalize()
 }
 

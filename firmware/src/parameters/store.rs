@@ -1,71 +1,160 @@
 //! The store: one set of parameters in a power-fail-safe key-value store on a flash.
+//!
+//! A set is in the store in three items or four: two places for sets take turns, and two copies of a receipt name
+//! the set in force by its sequence number and its checksum. The receipts follow the set, so a set whose writing was
+//! cut off is never in force. They are searched for in the whole flash and not asked of the store: also when damage
+//! hides the newest set, its receipt tells that the set is missing, and no older set is believed instead.
 
-use embedded_storage_async::nor_flash::NorFlash;
-use model::vehicle::{Vehicle, VehicleParameters};
+use embedded_storage_async::nor_flash::{NorFlash, ReadNorFlash};
+use model::vehicle::Vehicle;
 use sequential_storage::cache::key_pointers::ArrayKeyPointers;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
-use super::numbered::{drivable, schema};
+use super::encoding::{SET_MAX, StoredSet, decode, encode, read_by_name};
+use super::numbered::{HASH, drivable, number_of};
 use super::tolerant_flash::Tolerant;
 
-/// Longest stored set in bytes, a multiple of any flash's word.
-pub(super) const SET_MAX: usize = 512;
-/// Bytes in front of the values: the schema and the number of values, 4 bytes each.
-pub(super) const HEADER: usize = 8;
-/// Key of the set in the store.
-const KEY: u8 = 1;
+/// Key of the only item of a store of version 0.1.
+pub(super) const VERSION_1: u8 = 1;
+/// Keys of the places for sets of even and of odd sequence numbers.
+const PLACES: [u8; 2] = [2, 3];
+/// Keys of the receipt's copies.
+const RECEIPTS: [u8; 2] = [4, 5];
+/// Bytes of a receipt: mark, sequence number and checksum of the set, checksum of the receipt.
+const RECEIPT: usize = 16;
+/// First bytes of a receipt.
+const RECEIPT_MARK: [u8; 4] = *b"RCPT";
+/// Bytes that the search for receipts reads at once, and by how many the next piece overlaps: a multiple of any
+/// flash's word, and enough for a receipt.
+const PIECE: usize = 1024;
+const OVERLAP: usize = 32;
+/// How often a set is written when it does not read back. Each time takes fresh words of the flash.
+const ATTEMPTS: u8 = 3;
 
-/// Encodes a set and returns its length in bytes; `None` if the set does not fit.
-pub(super) fn encode(parameters: &VehicleParameters<f32>, bytes: &mut [u8; SET_MAX]) -> Option<usize> {
-    let (header, values) = bytes.split_at_mut_checked(HEADER)?;
-    header.get_mut(..4)?.copy_from_slice(&schema(parameters).to_le_bytes());
-    header
-        .get_mut(4..)?
-        .copy_from_slice(&u32::from(parameters.count()).to_le_bytes());
-    let mut slots = values.chunks_exact_mut(4);
-    for number in 0..parameters.count() {
-        slots.next()?.copy_from_slice(&parameters.value(number)?.to_le_bytes());
-    }
-    Some(HEADER + 4 * usize::from(parameters.count()))
-}
-
-/// Decodes a set for a vehicle of the kind of `like`; `None` if the schema or the length differs, or a value
-/// is out of range.
-pub(super) fn decode(bytes: &[u8], like: &VehicleParameters<f32>) -> Option<VehicleParameters<f32>> {
-    let (header, values) = bytes.split_at_checked(HEADER)?;
-    let (schema_bytes, count_bytes) = header.split_at_checked(4)?;
-    let count = like.count();
-    if schema_bytes != schema(like).to_le_bytes()
-        || count_bytes != u32::from(count).to_le_bytes()
-        || values.len() != 4 * usize::from(count)
-    {
-        return None;
-    }
-    let mut parameters = *like;
-    for (number, bytes) in (0..count).zip(values.chunks_exact(4)) {
-        let value = f32::from_le_bytes(bytes.try_into().ok()?);
-        parameters.set(number, value).ok()?;
-    }
-    Some(parameters)
-}
-
-/// Why there is no stored set.
+/// Where the vehicle's parameters came from at boot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum NoSet {
-    /// Nothing was ever stored, or the flash was erased.
-    Absent,
-    /// The flash holds something that is no valid set of this firmware.
-    Corrupt,
+pub enum BootOutcome {
+    /// The stored set.
+    Stored,
+    /// The stored set, which firmware with other parameters wrote, read by the parameters' names.
+    Migrated {
+        /// How many parameters the set does not have: they are as built in.
+        defaults: u16,
+        /// How many of the set's values belong to no parameter of this firmware.
+        dropped: u16,
+    },
+    /// The built-in set: nothing was ever stored, or the flash was erased.
+    NothingStored,
+    /// The built-in set: what is stored cannot be believed. The vehicle must not arm before a set is stored.
+    NotBelieved(Disbelief),
 }
 
-/// Remembers where the newest set is. A store that moves to the next page asks for that place at every old
-/// set it meets; without the cache each question reads a whole page, and moving a full page takes seconds.
-type WhereNewest = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 1>, u8>;
+/// Why what is stored is not believed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Disbelief {
+    /// The set in force cannot be read: the flash is damaged, or holds something else.
+    Unreadable,
+    /// The value of the parameter of this number is out of its range in this firmware.
+    OutOfRange(u16),
+    /// The set contradicts itself in this firmware; number of a parameter that another contradicts.
+    Inconsistent(u16),
+}
+
+/// The vehicle to boot with, and where it came from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Booted {
+    /// The vehicle.
+    pub vehicle: Vehicle<f32>,
+    /// Where its parameters came from.
+    pub outcome: BootOutcome,
+}
+
+/// A set was not stored: it does not read back. The set stored before is still there, unless the flash fails
+/// altogether.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NotStored;
+
+/// The set in force, as a receipt names it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Receipt {
+    sequence: u32,
+    checksum: u32,
+}
+
+impl Receipt {
+    fn of(sequence: u32, set: &[u8]) -> Self {
+        Self {
+            sequence,
+            checksum: HASH.checksum(set),
+        }
+    }
+
+    fn bytes(self) -> [u8; RECEIPT] {
+        let mut bytes = [0; RECEIPT];
+        let checksum = self.own_checksum();
+        let words = [
+            RECEIPT_MARK,
+            self.sequence.to_le_bytes(),
+            self.checksum.to_le_bytes(),
+            checksum.to_le_bytes(),
+        ];
+        for (slot, word) in bytes.chunks_exact_mut(4).zip(words) {
+            slot.copy_from_slice(&word);
+        }
+        bytes
+    }
+
+    fn own_checksum(self) -> u32 {
+        let mut digest = HASH.digest();
+        digest.update(&RECEIPT_MARK);
+        digest.update(&self.sequence.to_le_bytes());
+        digest.update(&self.checksum.to_le_bytes());
+        digest.finalize()
+    }
+
+    /// The receipt whose item starts with these bytes of the flash: its key and its value.
+    fn read(item: &[u8]) -> Option<Self> {
+        let (key, value) = item.split_first()?;
+        let (sequence, rest) = value.strip_prefix(&RECEIPT_MARK)?.split_first_chunk::<4>()?;
+        let (checksum, rest) = rest.split_first_chunk::<4>()?;
+        let receipt = Self {
+            sequence: u32::from_le_bytes(*sequence),
+            checksum: u32::from_le_bytes(*checksum),
+        };
+        let sound = RECEIPTS.contains(key) && rest.first_chunk() == Some(&receipt.own_checksum().to_le_bytes());
+        sound.then_some(receipt)
+    }
+
+    /// Key of the place of the receipt's set.
+    fn place(self) -> u8 {
+        let [even, odd] = PLACES;
+        if self.sequence.is_multiple_of(2) { even } else { odd }
+    }
+}
+
+/// What the flash holds.
+#[allow(clippy::large_enum_variant)] // There is no heap to put the set on.
+enum Content {
+    /// Nothing: every word is erased.
+    Nothing,
+    /// A set, and its receipt if its format has one.
+    Set(StoredSet, Option<Receipt>),
+    /// Something of which the set in force cannot be read, and its receipt if that can.
+    Unreadable(Option<Receipt>),
+}
+
+/// Remembers where the newest item of each key is. A store that moves to the next page asks for that place at
+/// every old item it meets; without the cache each question reads a whole page, and moving a full page takes
+/// seconds.
+type WhereNewest = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 4>, u8>;
+
+/// The items in a flash.
+type Items<'a, F> = MapStorage<u8, &'a mut Tolerant<F>, WhereNewest>;
 
 /// The store of one set of parameters.
 pub struct ParameterStore<F: NorFlash> {
-    pub(super) map: MapStorage<u8, Tolerant<F>, WhereNewest>,
+    pub(super) flash: Tolerant<F>,
     buffer: [u8; SET_MAX + 64],
 }
 
@@ -75,52 +164,167 @@ impl<F: NorFlash> ParameterStore<F> {
     /// # Errors
     /// Returns the flash if it cannot hold a store.
     pub fn new(flash: F) -> Result<Self, F> {
-        let pages = flash.capacity() / F::ERASE_SIZE;
-        match MapConfig::try_new(0..(pages * F::ERASE_SIZE) as u32) {
-            Ok(config) => Ok(Self {
-                map: MapStorage::new(
-                    Tolerant(flash),
-                    config,
-                    Cache::new(Uncached, Uncached, ArrayKeyPointers::new()),
-                ),
-                buffer: [0; SET_MAX + 64],
-            }),
-            Err(_) => Err(flash),
-        }
-    }
-
-    /// Loads the stored vehicle, of the kind of `like`.
-    ///
-    /// # Errors
-    /// [`NoSet`]: nothing is stored, or nothing valid.
-    pub async fn load(&mut self, like: &VehicleParameters<f32>) -> Result<Vehicle<f32>, NoSet> {
-        let bytes: &[u8] = match self.map.fetch_item(&mut self.buffer, &KEY).await {
-            Ok(Some(bytes)) => bytes,
-            Ok(None) => return Err(NoSet::Absent),
-            Err(_) => return Err(NoSet::Corrupt),
+        let mut store = Self {
+            flash: Tolerant(flash),
+            buffer: [0; SET_MAX + 64],
         };
-        let parameters = decode(bytes, like).ok_or(NoSet::Corrupt)?;
-        drivable(&parameters).map_err(|_| NoSet::Corrupt)
+        if store.map().is_some() {
+            Ok(store)
+        } else {
+            Err(store.flash.0)
+        }
     }
 
-    /// Stores a vehicle. A flash that holds no sound store is erased first.
+    /// The items in the flash, as a boot finds them (nothing is remembered from one call to the next), and the
+    /// buffer.
+    fn map(&mut self) -> Option<(Items<'_, F>, &mut [u8])> {
+        let pages = self.flash.capacity() / F::ERASE_SIZE;
+        let config = MapConfig::try_new(0..(pages * F::ERASE_SIZE) as u32).ok()?;
+        let cache = Cache::new(Uncached, Uncached, ArrayKeyPointers::new());
+        Some((MapStorage::new(&mut self.flash, config, cache), &mut self.buffer))
+    }
+
+    /// The newest readable item of a key.
+    async fn item(&mut self, key: u8) -> Option<&[u8]> {
+        let (mut map, buffer) = self.map()?;
+        map.fetch_item(buffer, &key).await.ok()?
+    }
+
+    pub(super) async fn put(&mut self, key: u8, bytes: &[u8]) {
+        if let Some((mut map, buffer)) = self.map() {
+            // Whether the item is there is seen when the item is read.
+            let _ = map.store_item(buffer, &key, &bytes).await;
+        }
+    }
+
+    /// Searches the whole flash. Returns the newest receipt, and whether every byte is erased.
+    async fn search(&mut self) -> (Option<Receipt>, bool) {
+        let capacity = self.flash.capacity();
+        let (mut newest, mut erased, mut at) = (None::<Receipt>, true, 0);
+        loop {
+            let length = PIECE.min(capacity.saturating_sub(at));
+            let Some(piece) = self.buffer.get_mut(..length) else {
+                break;
+            };
+            if self.flash.read(at as u32, piece).await.is_err() {
+                erased = false;
+            } else if piece.iter().any(|byte| *byte != 0xFF) {
+                erased = false;
+                // An item's contents start with a word.
+                let items = piece.windows(1 + RECEIPT).step_by(F::WRITE_SIZE);
+                for receipt in items.filter_map(Receipt::read) {
+                    if newest.is_none_or(|newest| newest.sequence < receipt.sequence) {
+                        newest = Some(receipt);
+                    }
+                }
+            }
+            if length < PIECE || at + length >= capacity {
+                break;
+            }
+            at += PIECE - OVERLAP;
+        }
+        (newest, erased)
+    }
+
+    /// What the flash holds.
+    async fn content(&mut self) -> Content {
+        let (receipt, erased) = self.search().await;
+        if erased {
+            return Content::Nothing;
+        }
+        let Some(receipt) = receipt else {
+            let set = self.item(VERSION_1).await.and_then(decode);
+            return match set.filter(|set| !set.present_format) {
+                Some(set) => Content::Set(set, None),
+                None => Content::Unreadable(None),
+            };
+        };
+        let set = self.item(receipt.place()).await;
+        let set = set.filter(|set| Receipt::of(receipt.sequence, set) == receipt);
+        match set.and_then(decode) {
+            Some(set) if set.sequence == receipt.sequence => Content::Set(set, Some(receipt)),
+            _ => Content::Unreadable(Some(receipt)),
+        }
+    }
+
+    /// Loads the vehicle to drive with: the stored one, or `built_in`. The flash stays as it is, but for repairs of
+    /// what a power cut left.
+    pub async fn load(&mut self, built_in: &Vehicle<f32>) -> Booted {
+        let not_believed = |why| Booted {
+            vehicle: *built_in,
+            outcome: BootOutcome::NotBelieved(why),
+        };
+        let stored = match self.content().await {
+            Content::Nothing => {
+                return Booted {
+                    vehicle: *built_in,
+                    outcome: BootOutcome::NothingStored,
+                };
+            }
+            Content::Unreadable(_) => return not_believed(Disbelief::Unreadable),
+            Content::Set(stored, _) => stored,
+        };
+        let read = match read_by_name(&stored, built_in.parameters()) {
+            Ok(read) => read,
+            Err(number) => return not_believed(Disbelief::OutOfRange(number)),
+        };
+        let outcome = if stored.present_format && read.defaults == 0 && read.dropped == 0 {
+            BootOutcome::Stored
+        } else {
+            BootOutcome::Migrated {
+                defaults: read.defaults,
+                dropped: read.dropped,
+            }
+        };
+        match drivable(&read.parameters) {
+            Ok(vehicle) => Booted { vehicle, outcome },
+            Err(error) => not_believed(Disbelief::Inconsistent(number_of(&read.parameters, &error))),
+        }
+    }
+
+    /// Stores a vehicle, and reads it back as the next boot will. A flash that holds no readable set is erased if
+    /// the set does not read back otherwise.
     ///
     /// # Errors
-    /// `()` if the flash fails; the set stored before stays.
-    #[allow(clippy::result_unit_err)] // The flash fails in one way only.
-    pub async fn store(&mut self, vehicle: &Vehicle<f32>) -> Result<(), ()> {
+    /// [`NotStored`] if the set does not read back.
+    pub async fn store(&mut self, vehicle: &Vehicle<f32>) -> Result<(), NotStored> {
+        let (before, has_set) = match self.content().await {
+            Content::Nothing => (None, false),
+            Content::Unreadable(receipt) => (receipt, false),
+            Content::Set(_, receipt) => (receipt, true),
+        };
+        let sequence = before.map_or(0, |receipt| receipt.sequence).wrapping_add(1);
         let mut bytes = [0; SET_MAX];
-        let length = encode(vehicle.parameters(), &mut bytes).ok_or(())?;
-        let set = bytes.get(..length).ok_or(())?;
-        if self.map.store_item(&mut self.buffer, &KEY, &set).await.is_ok() {
-            return Ok(());
+        let length = encode(vehicle.parameters(), sequence, &mut bytes).ok_or(NotStored)?;
+        let set = bytes.get(..length).ok_or(NotStored)?;
+        for _ in 0..ATTEMPTS {
+            if self.write(sequence, set).await {
+                return Ok(());
+            }
         }
-        // The store repairs what a power cut leaves. Erasing everything loses nothing only if the store finds
-        // no set.
-        if let Ok(Some(_)) = self.map.fetch_item::<&[u8]>(&mut self.buffer, &KEY).await {
-            return Err(());
+        if has_set {
+            return Err(NotStored);
         }
-        self.map.erase_all().await.map_err(|_| ())?;
-        self.map.store_item(&mut self.buffer, &KEY, &set).await.map_err(|_| ())
+        let (mut map, _) = self.map().ok_or(NotStored)?;
+        map.erase_all().await.map_err(|_| NotStored)?;
+        if self.write(sequence, set).await {
+            Ok(())
+        } else {
+            Err(NotStored)
+        }
+    }
+
+    /// Writes a set and its receipts once. Returns whether they are what the next boot finds.
+    pub(super) async fn write(&mut self, sequence: u32, set: &[u8]) -> bool {
+        let receipt = Receipt::of(sequence, set);
+        self.put(receipt.place(), set).await;
+        if self.item(receipt.place()).await != Some(set) {
+            return false;
+        }
+        for key in RECEIPTS {
+            self.put(key, &receipt.bytes()).await;
+        }
+        // The receipts may have moved the store to another page.
+        self.search().await.0 == Some(receipt) && self.item(receipt.place()).await == Some(set)
     }
 }

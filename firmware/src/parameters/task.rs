@@ -1,80 +1,107 @@
 //! The parameter task: answers the host's requests, stores a changed set and puts it in force.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant, Timer};
+use embassy_time::{Duration, Instant, Timer, with_deadline};
 use embedded_storage_async::nor_flash::NorFlash;
 use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
-use model::vehicle::{NotSet, Vehicle};
+use model::vehicle::Vehicle;
 
-use super::numbered::{drivable, number_of, schema};
-use super::store::{NoSet, ParameterStore};
+use super::stage::Stage;
+use super::store::{BootOutcome, Booted, Disbelief, ParameterStore};
+use crate::events::Event;
 use crate::protocol::message::{Answer, ParameterAnswer, ParameterRequest};
 use crate::topics::{Answered, Asked, Topics};
 
 /// Returns the vehicle to boot with, stored or built in, and logs which of the two.
-pub async fn boot<F: NorFlash>(store: &mut ParameterStore<F>, built_in: &Vehicle<f32>) -> Vehicle<f32> {
-    match store.load(built_in.parameters()).await {
-        Ok(vehicle) => {
-            info!("parameters: stored set");
-            vehicle
-        }
-        Err(NoSet::Absent) => {
-            info!("parameters: nothing stored, built-in set");
-            *built_in
-        }
-        Err(NoSet::Corrupt) => {
-            warning!("parameters: stored set is corrupt or belongs to another firmware, built-in set");
-            *built_in
+#[allow(clippy::match_same_arms)] // On the target the lint does not see the texts.
+pub async fn boot<F: NorFlash>(store: &mut ParameterStore<F>, built_in: &Vehicle<f32>) -> Booted {
+    let booted = store.load(built_in).await;
+    match booted.outcome {
+        BootOutcome::Stored => info!("parameters: stored set"),
+        BootOutcome::NothingStored => info!("parameters: nothing stored, built-in set"),
+        BootOutcome::Migrated { defaults, dropped } => warning!(
+            "parameters: set of another firmware, read by name: {} new ones as built in, {} unknown ones dropped",
+            defaults,
+            dropped
+        ),
+        BootOutcome::NotBelieved(why) => {
+            match why {
+                Disbelief::Unreadable => warning!("parameters: the stored set cannot be read"),
+                Disbelief::OutOfRange(number) => {
+                    warning!("parameters: stored value {} is out of its range", number);
+                }
+                Disbelief::Inconsistent(number) => {
+                    warning!("parameters: the stored set contradicts itself at value {}", number);
+                }
+            }
+            warning!("parameters: built-in set, arming is blocked until a set is stored");
         }
     }
+    booted
 }
 
 /// Longest time that the control task may take to report that arming is blocked.
 const BLOCK_TIMEOUT: Duration = Duration::from_millis(20);
+/// Age at which staged changes are dropped: whoever staged them has gone, and the next host must not store them.
+const STAGE_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// Answers requests for ever. `vehicle` holds the set in force, `built_in` the set of the build.
+/// Answers requests for ever. `booted` holds the set in force, `built_in` the set of the build.
 pub async fn run<M: RawMutex, F: NorFlash>(
     topics: &Topics<M>,
     mut store: ParameterStore<F>,
-    vehicle: Vehicle<f32>,
+    booted: Booted,
     built_in: Vehicle<f32>,
 ) -> ! {
-    let mut staged = *vehicle.parameters();
+    let mut stage = Stage::new(&booted.vehicle);
+    let mut changed_at = Instant::now();
+    // A vehicle that has lost its own set must not drive with another one before somebody has chosen that set.
+    let mut lost = matches!(booted.outcome, BootOutcome::NotBelieved(_));
+    topics.parameters_pending.publish(Instant::now(), lost);
+    match booted.outcome {
+        BootOutcome::Stored | BootOutcome::NothingStored => {}
+        BootOutcome::Migrated { defaults, dropped } => topics.log.push(Event::SetMigrated { defaults, dropped }),
+        BootOutcome::NotBelieved(_) => topics.log.push(Event::SetLost),
+    }
     loop {
-        let Asked { id, request } = topics.parameter_requests.receive().await;
+        let Asked { id, request } = if stage.has_changes() {
+            let deadline = changed_at + STAGE_TIMEOUT;
+            let Ok(asked) = with_deadline(deadline, topics.parameter_requests.receive()).await else {
+                warning!("parameters: changes were not stored in time, dropped");
+                stage.discard();
+                continue;
+            };
+            asked
+        } else {
+            topics.parameter_requests.receive().await
+        };
         let answer = match request {
-            ParameterRequest::Read { number } => match staged.value(number) {
-                Some(value) => ParameterAnswer::Value {
-                    number,
-                    count: staged.count(),
-                    value,
-                    schema: schema(&staged),
-                },
-                None => ParameterAnswer::NoSuchNumber,
-            },
-            ParameterRequest::Write { number, value } => match staged.set(number, value) {
-                Ok(()) => ParameterAnswer::Value {
-                    number,
-                    count: staged.count(),
-                    value,
-                    schema: schema(&staged),
-                },
-                Err(NotSet::NoSuchNumber) => ParameterAnswer::NoSuchNumber,
-                Err(NotSet::OutOfRange(out)) => ParameterAnswer::OutOfRange {
-                    min: out.field.min as f32,
-                    max: out.field.max as f32,
-                },
-            },
+            ParameterRequest::Read { number } => stage.read(number),
+            ParameterRequest::ReadStaged { number } => stage.read_staged(number),
+            ParameterRequest::Write { number, value } => {
+                changed_at = Instant::now();
+                stage.write(number, value)
+            }
             ParameterRequest::Defaults => {
-                staged = *built_in.parameters();
+                changed_at = Instant::now();
+                stage.stage(built_in.parameters());
                 ParameterAnswer::DefaultsReady
             }
-            ParameterRequest::Store => match drivable(&staged) {
-                Err(error) => ParameterAnswer::Inconsistent {
-                    number: number_of(&staged, &error),
-                },
-                Ok(vehicle) => keep(topics, &mut store, &vehicle).await,
+            ParameterRequest::Discard => {
+                stage.discard();
+                ParameterAnswer::Discarded
+            }
+            ParameterRequest::Store => match stage.take() {
+                Err(number) => ParameterAnswer::Inconsistent { number },
+                Ok(vehicle) => {
+                    let answer = keep(topics, &mut store, &vehicle).await;
+                    if answer == ParameterAnswer::Stored {
+                        stage.put_in_force(&vehicle);
+                        lost = false;
+                    }
+                    topics.parameters_pending.publish(Instant::now(), lost);
+                    answer
+                }
             },
         };
         let answer = Answer::Parameters(answer);
@@ -82,7 +109,7 @@ pub async fn run<M: RawMutex, F: NorFlash>(
     }
 }
 
-/// Blocks arming, stores the set, puts the set in force, and unblocks arming.
+/// Blocks arming, stores the set and puts it in force. The caller unblocks arming.
 async fn keep<M: RawMutex, F: NorFlash>(
     topics: &Topics<M>,
     store: &mut ParameterStore<F>,
@@ -90,20 +117,18 @@ async fn keep<M: RawMutex, F: NorFlash>(
 ) -> ParameterAnswer {
     let since = Instant::now();
     topics.parameters_pending.publish(since, true);
-    let answer = if blocked(topics, since).await {
-        if store.store(vehicle).await.is_ok() {
-            topics.new_vehicle.signal(*vehicle);
-            info!("parameters: new set stored and in force");
-            ParameterAnswer::Stored
-        } else {
-            warning!("parameters: not stored, the flash failed");
-            ParameterAnswer::FlashFailed
-        }
-    } else {
-        ParameterAnswer::Armed
-    };
-    topics.parameters_pending.publish(Instant::now(), false);
-    answer
+    if !blocked(topics, since).await {
+        return ParameterAnswer::Armed;
+    }
+    if store.store(vehicle).await.is_err() {
+        topics.log.push(Event::FlashFailed);
+        warning!("parameters: not stored, the flash failed");
+        return ParameterAnswer::FlashFailed;
+    }
+    topics.new_vehicle.put(*vehicle);
+    topics.log.push(Event::SetStored);
+    info!("parameters: new set stored and in force");
+    ParameterAnswer::Stored
 }
 
 /// Waits for the first tick after `since`. Returns whether the vehicle was disarmed in that tick with arming

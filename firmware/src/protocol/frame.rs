@@ -24,13 +24,20 @@ pub struct TooLong;
 /// # Errors
 /// [`TooLong`] if the message does not fit.
 pub fn encode(message: &impl Serialize) -> Result<Frame, TooLong> {
+    let mut room = [0; PAYLOAD_MAX - CHECKSUM_LEN];
+    let message = postcard::to_slice(message, &mut room).map_err(|_| TooLong)?;
+    frame(message)
+}
+
+/// Puts the bytes of a message into a frame.
+///
+/// # Errors
+/// [`TooLong`] if they do not fit.
+pub fn frame(message: &[u8]) -> Result<Frame, TooLong> {
     let mut payload = [0; PAYLOAD_MAX];
-    let (room, _) = payload
-        .split_at_mut_checked(PAYLOAD_MAX - CHECKSUM_LEN)
-        .ok_or(TooLong)?;
-    let length = postcard::to_slice(message, room).map_err(|_| TooLong)?.len();
-    let body = payload.get_mut(..length + CHECKSUM_LEN).ok_or(TooLong)?;
-    let (message, checksum) = body.split_at_mut_checked(length).ok_or(TooLong)?;
+    let body = payload.get_mut(..message.len() + CHECKSUM_LEN).ok_or(TooLong)?;
+    let (start, checksum) = body.split_at_mut_checked(message.len()).ok_or(TooLong)?;
+    start.copy_from_slice(message);
     checksum.copy_from_slice(&CHECKSUM.checksum(message).to_le_bytes());
     let mut wire = [0; FRAME_MAX];
     let length = cobs::try_encode(body, wire.get_mut(..FRAME_MAX - 1).ok_or(TooLong)?).map_err(|_| TooLong)?;
@@ -127,6 +134,7 @@ fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Option<T> {
 
 #[cfg(test)]
 mod tests {
+    use model::command::DriveCommand;
     use proptest::prelude::*;
 
     use super::*;
@@ -170,7 +178,7 @@ mod tests {
                     id: OrderId { session: 0x1234_5678, sequence: 300 },
                     given_at_us: 1_234_567,
                 },
-                order: Order::Drive { speed_m_s: speed, yaw_rate_rad_s: yaw },
+                order: Order::Drive(DriveCommand::driving(speed, yaw)),
             };
             let mut frame = encode(&sent).expect("fits");
             let bit = bit % (8 * frame.len());

@@ -1,10 +1,14 @@
 //! What host and board say to each other.
 
-use model::status::Status;
+use model::command::{DriveCommand, Request};
 use model::supervise::codes::BlockerSet;
 use serde::{Deserialize, Serialize};
 
+use crate::events::LogBlock;
+use crate::fault_list::FaultBlock;
 use crate::records::codec::RecordBlock;
+
+pub use super::board_status::{BoardStatus, LinkCounters, TickCycles};
 
 /// Version of the messages: host and board must agree.
 pub const PROTOCOL_VERSION: u16 = 2;
@@ -12,8 +16,8 @@ pub const PROTOCOL_VERSION: u16 = 2;
 /// How often an operator repeats [`Order::Drive`], ms: many times within any dead-man time.
 pub const COMMAND_PERIOD_MS: u64 = 20;
 
-/// Age beyond which the board refuses [`Order::Arm`] and [`Order::ClearFaults`], us; a drive command that is as old
-/// counts in [`LinkCounters::late_orders`].
+/// Age beyond which the board refuses an [`Order::Request`], us; a drive command that is as old counts in
+/// [`LinkCounters::late_orders`].
 pub const ORDER_AGE_MAX_US: u64 = 250_000;
 
 /// How far an order may seem to come from the future, us: the drift of the host's clock against the board's since
@@ -67,16 +71,9 @@ pub struct Envelope {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Order {
     /// Drive so; repeated every [`COMMAND_PERIOD_MS`], in any case before the dead-man time is over. Not answered.
-    Drive {
-        /// Speed, m/s, forward positive.
-        speed_m_s: f32,
-        /// Yaw rate, rad/s, anticlockwise positive; exactly 0 holds the heading.
-        yaw_rate_rad_s: f32,
-    },
-    /// Arm, if nothing blocks it.
-    Arm,
-    /// Clear latched faults (while disarmed).
-    ClearFaults,
+    Drive(DriveCommand),
+    /// Ask this of the arming state machine.
+    Request(Request),
     /// Read, change or store parameters.
     Parameters(ParameterRequest),
     /// Send the status at this rate.
@@ -101,6 +98,16 @@ pub enum Read {
         /// Number of the block.
         from: u32,
     },
+    /// The log: the oldest lines whose number is at least this.
+    Log {
+        /// Number of the line.
+        from: u32,
+    },
+    /// The last faults, kept over resets: the oldest ones whose number is at least this.
+    Faults {
+        /// Number of the fault.
+        from: u32,
+    },
 }
 
 /// A part of the board's memory.
@@ -114,33 +121,46 @@ pub enum Reading {
         /// The block; `None` if there is no such block.
         block: Option<RecordBlock>,
     },
+    /// Answer to [`Read::Log`].
+    Log(LogBlock),
+    /// Answer to [`Read::Faults`]: none if there are no newer ones.
+    Faults(FaultBlock),
 }
 
 /// What the host asks of the parameters. Numbers are those of [`model::vehicle::VehicleParameters`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum ParameterRequest {
-    /// Tell one value.
+    /// Tell one value of the set in force.
     Read {
         /// Its number.
         number: u16,
     },
-    /// Change one value, not in force before [`ParameterRequest::Store`].
+    /// Stage a change of one value, not in force before [`ParameterRequest::Store`]. A refused change drops every
+    /// staged one.
     Write {
         /// Its number.
         number: u16,
         /// Its new value.
         value: f32,
     },
-    /// Check the changed set, keep it in flash, and put it in force. Only while disarmed.
+    /// Check the staged set (the set in force, where nothing is staged), keep it in flash, and put it in force. Only
+    /// while disarmed. A refused store drops every staged change.
     Store,
-    /// Go back to the built-in set, not in force before [`ParameterRequest::Store`].
+    /// Stage the built-in set, not in force before [`ParameterRequest::Store`].
     Defaults,
+    /// Tell one value of the staged set, which is the set in force where nothing is staged.
+    ReadStaged {
+        /// Its number.
+        number: u16,
+    },
+    /// Drop every staged change.
+    Discard,
 }
 
 /// What the board answers to a [`ParameterRequest`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum ParameterAnswer {
-    /// One value as it is, or as it has been changed.
+    /// One value of the set that was asked for, or as it has just been staged.
     Value {
         /// Its number.
         number: u16,
@@ -173,6 +193,8 @@ pub enum ParameterAnswer {
     Stored,
     /// The built-in set is ready to be stored.
     DefaultsReady,
+    /// No change is staged any more.
+    Discarded,
 }
 
 /// From the board to the host.
@@ -257,73 +279,11 @@ pub enum Refusal {
     Stopping,
     /// Arm: a Disarm came with it.
     Disarmed,
-    /// ClearFaults: only while disarmed.
+    /// A request that is taken only while disarmed.
     NotDisarmed,
     /// StatusRate: the line carries no more than this.
     StatusRate {
         /// Largest rate, Hz.
         max_hz: u16,
     },
-}
-
-/// The status of vehicle and board as it is sent.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct BoardStatus {
-    /// [`About::boot`] of the board.
-    pub boot: u32,
-    /// Number of the status, from 1 at boot.
-    pub sequence: u32,
-    /// The vehicle, as the last tick left it.
-    pub vehicle: Status,
-    /// The link's input.
-    pub link: LinkCounters,
-    /// Cost of the ticks.
-    pub cycles: TickCycles,
-}
-
-/// Counters of the link's input, since boot.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct LinkCounters {
-    /// Good frames.
-    pub frames: u32,
-    /// Frames with a wrong checksum, stuffing or content.
-    pub bad_frames: u32,
-    /// Frames longer than any message.
-    pub overlong_frames: u32,
-    /// Errors that the UART reported (overrun, noise, framing).
-    pub uart_errors: u32,
-    /// Orders dropped because too many were waiting, or because a later one of the same kind came in the same tick.
-    pub dropped_requests: u32,
-    /// Frames of the session that had come before, or that a later one overtook: dropped.
-    pub repeated_frames: u32,
-    /// Orders of a session that is neither in force nor offered: dropped.
-    pub foreign_frames: u32,
-    /// Orders that were too old or from the board's future, drive commands among them.
-    pub late_orders: u32,
-    /// Answers dropped because too many were waiting.
-    pub dropped_answers: u32,
-}
-
-impl LinkCounters {
-    /// Frames that could not be read, for whatever reason.
-    pub fn unreadable_frames(&self) -> u32 {
-        self.bad_frames.wrapping_add(self.overlong_frames)
-    }
-}
-
-/// Execution cost of one tick in CPU cycles, by stage: the latest, and the worst total.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct TickCycles {
-    /// Raw to SI.
-    pub sense: u32,
-    /// Estimation.
-    pub estimate: u32,
-    /// Supervision and laws.
-    pub decide: u32,
-    /// Limits, duties, bridges.
-    pub actuate: u32,
-    /// All four.
-    pub total: u32,
-    /// The largest total since boot.
-    pub worst: u32,
 }

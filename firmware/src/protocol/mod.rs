@@ -3,5 +3,6 @@
 //! A frame is `COBS(postcard(message) ++ CRC-16) ++ 0`. The receiver counts anything else on the wire and
 //! drops it: such bytes move no motor and change no state.
 
+mod board_status;
 pub mod frame;
 pub mod message;

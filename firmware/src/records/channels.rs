@@ -1,12 +1,16 @@
 //! A flight record as a row of numbers, and back: to the bit.
 
-use model::command::{Command, Request};
+use model::analog::{ANALOG_INPUTS, Analog};
+use model::command::{Command, DriveCommand, Request};
 use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample, TICK_US};
 
 use crate::flight_record::FlightRecord;
 
-/// Numbers of a record.
-pub const CHANNELS: usize = 34;
+/// Numbers of an IMU's sample: specific force, angular rate, temperature, age.
+const IMU: usize = 3 + 3 + 1 + 1;
+/// Numbers of a record: tick and its time; age of the command; encoder counts; ages of encoders and analogue readings;
+/// analogue readings; the IMUs; the drive command; flags; duties.
+pub const CHANNELS: usize = 2 + 1 + MOTORS + 2 + ANALOG_INPUTS + 2 * IMU + DriveCommand::QUANTITIES + 1 + MOTORS;
 
 /// Bits of the channel of flags.
 const EMERGENCY_STOP: i64 = 1;
@@ -27,53 +31,33 @@ pub fn row(record: &FlightRecord) -> Row {
         command,
         actuation,
     } = record;
-    let [left, right, ballast] = sample.encoder_counts;
-    let [left_current, right_current, ballast_current] = sample.current.map(i64::from);
-    let [left_duty, right_duty, ballast_duty] = actuation.duty.map(i64::from);
-    let arm = imu(&sample.arm_imu);
-    let spar = imu(&sample.spar_imu);
     let flag = |set: bool, bit: i64| if set { bit } else { 0 };
     let flags = flag(sample.emergency_stop, EMERGENCY_STOP)
         | flag(sample.bridge_break, BRIDGE_BREAK)
         | flag(command.parameters_pending, PARAMETERS_PENDING)
         | flag(actuation.enable, ENABLE)
         | i64::from(command.request as u8) << REQUEST_SHIFT;
-    [
+    let mut row = [0; CHANNELS];
+    let mut slots = row.iter_mut();
+    let mut put = |numbers: &[i64]| {
+        for (number, slot) in numbers.iter().zip(slots.by_ref()) {
+            *slot = *number;
+        }
+    };
+    put(&[
         i64::from(*tick),
         sample.time_us.cast_signed(),
         i64::from(command.age_us),
-        left,
-        right,
-        ballast,
-        i64::from(sample.encoder_age_us),
-        i64::from(sample.analog_age_us),
-        i64::from(sample.battery),
-        left_current,
-        right_current,
-        ballast_current,
-        arm[0],
-        arm[1],
-        arm[2],
-        arm[3],
-        arm[4],
-        arm[5],
-        arm[6],
-        arm[7],
-        spar[0],
-        spar[1],
-        spar[2],
-        spar[3],
-        spar[4],
-        spar[5],
-        spar[6],
-        spar[7],
-        i64::from(command.speed_m_s.to_bits()),
-        i64::from(command.yaw_rate_rad_s.to_bits()),
-        flags,
-        left_duty,
-        right_duty,
-        ballast_duty,
-    ]
+    ]);
+    put(&sample.encoder_counts);
+    put(&[i64::from(sample.encoder_age_us), i64::from(sample.analog_age_us)]);
+    put(&sample.analog.values().map(i64::from));
+    put(&imu(&sample.arm_imu));
+    put(&imu(&sample.spar_imu));
+    put(&command.drive.values().map(|value| i64::from(value.to_bits())));
+    put(&[flags]);
+    put(&actuation.duty.map(i64::from));
+    row
 }
 
 /// What a tick adds to the numbers of the one before it, when nothing happens: one tick, its time, and the age of the
@@ -86,7 +70,7 @@ pub const EXPECTED: Row = {
     expected
 };
 
-fn imu(sample: &ImuSample) -> [i64; 8] {
+fn imu(sample: &ImuSample) -> [i64; IMU] {
     let ImuSample { raw, age_us } = sample;
     let [ax, ay, az] = raw.accel.map(i64::from);
     let [gx, gy, gz] = raw.gyro.map(i64::from);
@@ -95,56 +79,43 @@ fn imu(sample: &ImuSample) -> [i64; 8] {
 
 /// The record of a row; `None` if a number does not fit its field.
 pub fn record(row: &Row) -> Option<FlightRecord> {
-    let [
-        tick,
-        time_us,
-        command_age_us,
-        left,
-        right,
-        ballast,
-        encoder_age_us,
-        analog_age_us,
-        battery,
-        left_current,
-        right_current,
-        ballast_current,
-        rest @ ..,
-    ] = *row;
-    let (arm, rest) = rest.split_first_chunk::<8>()?;
-    let (spar, rest) = rest.split_first_chunk::<8>()?;
-    let [speed, yaw_rate, flags, left_duty, right_duty, ballast_duty] = *<&[i64; 6]>::try_from(rest).ok()?;
-    let request = match flags >> REQUEST_SHIFT {
-        0 => Request::None,
-        1 => Request::Arm,
-        2 => Request::Disarm,
-        3 => Request::ClearFaults,
-        _ => return None,
-    };
-    let mut current = [0; MOTORS];
-    for (slot, count) in current.iter_mut().zip([left_current, right_current, ballast_current]) {
+    let rest = &mut &row[..];
+    let [tick, time_us, command_age_us] = take(rest)?;
+    let encoder_counts = take(rest)?;
+    let [encoder_age_us, analog_age_us] = take(rest)?;
+    let readings = take::<ANALOG_INPUTS>(rest)?;
+    let (arm, spar) = (take(rest)?, take(rest)?);
+    let quantities = take::<{ DriveCommand::QUANTITIES }>(rest)?;
+    let [flags] = take(rest)?;
+    let duties = take::<MOTORS>(rest)?;
+    let request = Request::from_number(u8::try_from(flags >> REQUEST_SHIFT).ok()?)?;
+    let mut drive = [0.0; DriveCommand::QUANTITIES];
+    for (slot, bits) in drive.iter_mut().zip(quantities) {
+        *slot = f32::from_bits(u32::try_from(bits).ok()?);
+    }
+    let mut analog = [0; ANALOG_INPUTS];
+    for (slot, count) in analog.iter_mut().zip(readings) {
         *slot = u16::try_from(count).ok()?;
     }
     let mut duty = [0; MOTORS];
-    for (slot, value) in duty.iter_mut().zip([left_duty, right_duty, ballast_duty]) {
+    for (slot, value) in duty.iter_mut().zip(duties) {
         *slot = i16::try_from(value).ok()?;
     }
     Some(FlightRecord {
         tick: u32::try_from(tick).ok()?,
         sample: Sample {
             time_us: time_us.cast_unsigned(),
-            encoder_counts: [left, right, ballast],
+            encoder_counts,
             encoder_age_us: u32::try_from(encoder_age_us).ok()?,
-            arm_imu: imu_sample(arm)?,
-            spar_imu: imu_sample(spar)?,
-            battery: u16::try_from(battery).ok()?,
-            current,
+            arm_imu: imu_sample(&arm)?,
+            spar_imu: imu_sample(&spar)?,
+            analog: Analog::from_values(analog),
             analog_age_us: u32::try_from(analog_age_us).ok()?,
             emergency_stop: flags & EMERGENCY_STOP != 0,
             bridge_break: flags & BRIDGE_BREAK != 0,
         },
         command: Command {
-            speed_m_s: f32::from_bits(u32::try_from(speed).ok()?),
-            yaw_rate_rad_s: f32::from_bits(u32::try_from(yaw_rate).ok()?),
+            drive: DriveCommand::from_values(drive),
             age_us: u32::try_from(command_age_us).ok()?,
             request,
             parameters_pending: flags & PARAMETERS_PENDING != 0,
@@ -156,7 +127,14 @@ pub fn record(row: &Row) -> Option<FlightRecord> {
     })
 }
 
-fn imu_sample(channels: &[i64; 8]) -> Option<ImuSample> {
+/// Takes the next numbers of a row.
+fn take<const N: usize>(rest: &mut &[i64]) -> Option<[i64; N]> {
+    let (numbers, after) = rest.split_first_chunk()?;
+    *rest = after;
+    Some(*numbers)
+}
+
+fn imu_sample(channels: &[i64; IMU]) -> Option<ImuSample> {
     let [ax, ay, az, gx, gy, gz, temperature, age_us] = *channels;
     let count = |value: i64| i16::try_from(value).ok();
     Some(ImuSample {

@@ -7,8 +7,10 @@
 use super::channels::{CHANNELS, EXPECTED, Row, record, row};
 use crate::flight_record::FlightRecord;
 
-/// Most bytes of one record: a mask of 34 bits and 34 differences of 64.
-const RECORD_MAX: usize = 5 + CHANNELS * VARINT_MAX;
+/// Most bytes of one record: a mask with a bit for each number, seven to a byte, and a difference of 64 bits for each.
+const RECORD_MAX: usize = CHANNELS.div_ceil(7) + CHANNELS * VARINT_MAX;
+// The mask has 64 bits.
+const _: () = assert!(CHANNELS <= 64);
 // The longest record fits an empty block.
 const _: () = assert!(RECORD_MAX <= BLOCK_BYTES);
 /// Most bytes of a varint of 64 bits.
@@ -40,12 +42,12 @@ type RecordBytes = heapless::Vec<u8, RECORD_MAX>;
 
 /// Encodes the records of one block after the other.
 #[derive(Debug)]
-pub struct Encoder {
+pub struct BlockEncoder {
     block: RecordBlock,
     last: Row,
 }
 
-impl Encoder {
+impl BlockEncoder {
     /// Nothing encoded.
     pub fn new() -> Self {
         Self {
@@ -82,7 +84,7 @@ impl Encoder {
     }
 }
 
-impl Default for Encoder {
+impl Default for BlockEncoder {
     fn default() -> Self {
         Self::new()
     }
@@ -179,6 +181,8 @@ impl Iterator for Records<'_> {
 
 #[cfg(test)]
 mod tests {
+    use model::analog::Analog;
+    use model::command::Request;
     use proptest::prelude::*;
 
     use super::*;
@@ -205,24 +209,18 @@ mod tests {
                     record.sample.arm_imu.raw.accel = [n[0] as i16, n[1] as i16, n[2] as i16];
                     record.sample.spar_imu.raw.gyro = [n[3] as i16, n[4] as i16, n[5] as i16];
                     record.sample.arm_imu.age_us = n[5] as u32;
-                    record.sample.battery = n[6] as u16;
-                    record.sample.current = [n[7] as u16, n[6] as u16, n[5] as u16];
+                    record.sample.analog = Analog::from_values(std::array::from_fn(|input| n[7 - input % 3] as u16));
                     record.sample.emergency_stop = n[7] & 1 == 1;
-                    record.command.speed_m_s = f32::from_bits(n[0] as u32 & 0x7F7F_FFFF);
+                    record.command.drive.speed_m_s = f32::from_bits(n[0] as u32 & 0x7F7F_FFFF);
                     record.command.age_us = n[1] as u32;
                     record.command.parameters_pending = n[7] & 2 == 2;
-                    record.command.request = [
-                        model::command::Request::None,
-                        model::command::Request::Arm,
-                        model::command::Request::Disarm,
-                        model::command::Request::ClearFaults,
-                    ][(n[7] >> 2 & 3) as usize];
+                    record.command.request = Request::ALL[(n[7] as usize >> 2) % Request::ALL.len()];
                     record.actuation.enable = n[7] & 16 == 16;
                     record.actuation.duty = [n[2] as i16, n[3] as i16, n[4] as i16];
                     record
                 })
                 .collect();
-            let mut encoder = Encoder::new();
+            let mut encoder = BlockEncoder::new();
             let mut blocks = std::vec::Vec::new();
             for record in &records {
                 encoder.push(record, |block| blocks.push(block.clone()));
@@ -242,7 +240,7 @@ mod tests {
 
     #[test]
     fn a_tick_in_which_nothing_happens_takes_a_byte() {
-        let mut encoder = Encoder::new();
+        let mut encoder = BlockEncoder::new();
         let mut record = FlightRecord::NONE;
         for _ in 0..3 {
             record.tick += 1;

@@ -5,7 +5,7 @@ use model::status::Status;
 use model::supervise::arming::Mode;
 use model::supervise::codes::FaultSet;
 
-use super::codec::Encoder;
+use super::codec::BlockEncoder;
 use super::ring::RecordRings;
 use crate::flight_record::FlightRecord;
 
@@ -15,7 +15,7 @@ const AFTER_FAULT_TICKS: u32 = 200;
 /// Records every tick.
 #[derive(Debug)]
 pub struct TickRecorder {
-    encoder: Encoder,
+    encoder: BlockEncoder,
     mode: Mode,
     faults: FaultSet,
     /// Ticks until the look back freezes, after a fault.
@@ -26,7 +26,7 @@ impl TickRecorder {
     /// Nothing recorded.
     pub fn new() -> Self {
         Self {
-            encoder: Encoder::new(),
+            encoder: BlockEncoder::new(),
             mode: Mode::Disarmed,
             faults: FaultSet::EMPTY,
             freezes_in: None,

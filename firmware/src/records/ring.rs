@@ -105,11 +105,13 @@ impl<M: RawMutex> RecordRings<M> {
         self.with(|rings| rings.frozen = true);
     }
 
-    /// The look back begins anew, empty.
+    /// A frozen look back begins anew, empty.
     pub fn restart(&self) {
         self.with(|rings| {
-            rings.frozen = false;
-            rings.look_back.clear();
+            if rings.frozen {
+                rings.frozen = false;
+                rings.look_back.clear();
+            }
         });
     }
 

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use board_emulator::Error;
 use board_emulator::elf::{Firmware, build, flight};
-use board_emulator::run::{EmulatedBackend, Settings, Stopped, Work};
+use board_emulator::run::{EmulatedBackend, EmulationSettings, Stopped, Work};
 use board_emulator::time::MS;
 use board_emulator::vehicle::stored;
 use clap::Parser;
@@ -54,7 +54,7 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
             } else {
                 vec![stored::set(vehicle).map_err(|error| input(&error))?]
             };
-            EmulatedBackend::power_on_with(firmware, plant, Settings::default(), &contents)
+            EmulatedBackend::power_on_with(firmware, plant, EmulationSettings::default(), &contents)
                 .and_then(|mut backend| {
                     let probe = move |stopped: &mut Stopped<'_>| stopped.probe(record, flight::WORDS as u64);
                     backend.emulation()?.at(probe)?;

@@ -35,6 +35,18 @@ pub fn build_board() -> io::Result<Option<PathBuf>> {
     Ok(output.status.success().then(|| root().join(path.trim())))
 }
 
+/// Why the firmware cannot be built: the line in which `.ci/build-board` names the remedy. `None` if there is a
+/// toolchain that builds the firmware. Builds nothing.
+///
+/// # Errors
+/// When `.ci/build-board` cannot be started.
+pub fn cannot_build_board() -> io::Result<Option<String>> {
+    let mut check = Command::new(root().join(".ci/build-board"));
+    let output = check.arg("--check").current_dir(root()).output()?;
+    let told = String::from_utf8_lossy(&output.stderr);
+    Ok((!output.status.success()).then(|| told.trim().to_owned()))
+}
+
 /// Removes the variables that cargo sets for a program of one package; they would mislead the build of another.
 pub fn without_package_variables(command: &mut Command) -> &mut Command {
     for (name, _) in std::env::vars_os() {

@@ -23,8 +23,17 @@ fn main() -> ExitCode {
 /// Builds and tests; returns whether both succeeded. What failed has told the reason.
 fn run() -> io::Result<bool> {
     let elf = match env::var_os(ELF_VARIABLE) {
-        // The tests run in another folder.
-        Some(given) => Some(path::absolute(given)?),
+        Some(given) => {
+            // The tests run in another folder.
+            let elf = path::absolute(given)?;
+            if !elf.is_file() {
+                return Err(io::Error::other(format!(
+                    "{ELF_VARIABLE}: {} is not a file",
+                    elf.display()
+                )));
+            }
+            Some(elf)
+        }
         None => build_board()?,
     };
     elf.map_or(Ok(false), |elf| test(&elf))

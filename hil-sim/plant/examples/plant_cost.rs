@@ -1,29 +1,17 @@
-//! Cost of the plant: `cargo run --release -p hil-sim --example plant_cost`.
+//! Cost of the plant: `cargo run --release -p plant --example plant_cost`.
 
 use std::path::Path;
 use std::time::Instant;
 
-use model::board::{BoardScales, ImuScales};
+use model::board::BoardScales;
 use plant::terrain::Terrain;
 use plant::{BridgeState, Plant};
-
-/// Any board's scales: the plant's cost does not depend on them.
-const SCALES: BoardScales = BoardScales {
-    battery_v_per_count: 66.0 / 65536.0,
-    current_a_per_count: 120.0 / 65536.0,
-    current_zero_count: 32768,
-    duty_max: 0.94,
-    imu: ImuScales {
-        gyro_lsb_per_deg_s: 32.8,
-        accel_lsb_per_g: 4096.0,
-    },
-};
 
 fn main() {
     let vehicle = vehicle_file::read_vehicle(Path::new("vehicles/reference.toml")).expect("the reference vehicle");
     for (name, friction) in [("rolling", 0.8), ("slipping", 0.01)] {
         let terrain = Terrain::incline(0.0873, friction).expect("a terrain");
-        let mut plant = Plant::new(&vehicle, &SCALES, terrain, 1).expect("a plant");
+        let mut plant = Plant::new(&vehicle, &BoardScales::EXAMPLE, terrain, 1).expect("a plant");
         for imu in [0, 1] {
             let chip = if imu == 0 {
                 Some(plant.arm_imu())

@@ -1,18 +1,18 @@
 //! Puts a plant together from a vehicle and what is other about it.
 
 use model::board::BoardScales;
-use model::sample::Motor as MotorIndex;
+use model::sample::Motor;
 use model::vehicle::{MotorParameters, Vehicle};
 
-use crate::analog::AnalogInputs;
+use crate::analog::AnalogConverter;
 use crate::body::Body;
 use crate::encoder::Encoder;
 use crate::gear::{GEARS, Gear};
-use crate::icm42688p::Icm42688p;
+use crate::icm42688p::Icm42688pModel;
 use crate::imu::ImuErrors;
-use crate::motor::{Battery, Motor};
+use crate::motor::{Battery, DcMotor};
 use crate::noise::Noise;
-use crate::settings::{DriveSettings, Settings};
+use crate::settings::{DriveSettings, PlantSettings};
 use crate::supply::Supply;
 use crate::terrain::{Ground, Terrain, TerrainError};
 use crate::wiring::Wiring;
@@ -71,11 +71,11 @@ impl Plant {
         seed: u64,
         errors: ImuErrors,
     ) -> Result<Self, TerrainError> {
-        Self::assembled(vehicle, scales, terrain, seed, errors, &Settings::default())
+        Self::assembled(vehicle, scales, terrain, seed, errors, &PlantSettings::default())
     }
 
     /// As [`Plant::new`], differing from the vehicle file as `settings` say. `vehicle` is the simulated one
-    /// ([`Settings::vehicle_from`]).
+    /// ([`PlantSettings::vehicle_from`]).
     ///
     /// # Errors
     /// A terrain that this vehicle's wheels cannot follow.
@@ -84,7 +84,7 @@ impl Plant {
         scales: &BoardScales,
         terrain: Terrain,
         seed: u64,
-        settings: &Settings,
+        settings: &PlantSettings,
     ) -> Result<Self, TerrainError> {
         Self::assembled(vehicle, scales, terrain, seed, ImuErrors::default(), settings)
     }
@@ -95,27 +95,27 @@ impl Plant {
         terrain: Terrain,
         seed: u64,
         errors: ImuErrors,
-        settings: &Settings,
+        settings: &PlantSettings,
     ) -> Result<Self, TerrainError> {
         let p = vehicle.parameters();
         let ground = Ground::new(terrain, p.body.wheel_radius_m)?;
         let chop = (CHOP_FACTOR * p.safety.overcurrent_a).min(CHOP_MAX_A);
         let drives = [&settings.left, &settings.right];
-        let [left, right] = drives.map(|settings| Motor::new(&of_side(&p.drive_motor, settings), chop));
+        let [left, right] = drives.map(|settings| DcMotor::new(&of_side(&p.drive_motor, settings), chop));
         // Without a spar the third bridge has no motor: one that never draws a current.
         let ballast = p
             .spar
             .as_ref()
-            .map_or_else(|| left.clone(), |(_, m)| Motor::new(m, chop));
+            .map_or_else(|| left.clone(), |(_, m)| DcMotor::new(m, chop));
         let (ballast_counts, ballast_ratio) = p
             .spar
             .as_ref()
             .map_or((4.0, 1.0), |(_, m)| (m.encoder_counts_per_rev, m.gear_ratio));
-        let drive_encoder = |motor: MotorIndex| {
+        let drive_encoder = |motor: Motor| {
             let noise = Noise::new(seed, stream::ENCODERS + motor as u64);
             Encoder::new(p.drive_motor.encoder_counts_per_rev, p.drive_motor.gear_ratio, noise)
         };
-        let ballast_noise = Noise::new(seed, stream::ENCODERS + MotorIndex::Ballast as u64);
+        let ballast_noise = Noise::new(seed, stream::ENCODERS + Motor::Ballast as u64);
         let battery = Battery {
             open_circuit_v: p.battery.nominal_v,
             resistance_ohm: p.battery.resistance_ohm,
@@ -127,16 +127,16 @@ impl Plant {
             motors: [left, right, ballast],
             battery,
             encoders: [
-                drive_encoder(MotorIndex::Left),
-                drive_encoder(MotorIndex::Right),
+                drive_encoder(Motor::Left),
+                drive_encoder(Motor::Right),
                 Encoder::new(ballast_counts, ballast_ratio, ballast_noise),
             ],
-            arm_imu: Icm42688p::new(errors, Noise::new(seed, stream::ARM_IMU)),
-            spar_imu: Icm42688p::new(errors, Noise::new(seed, stream::SPAR_IMU)),
+            arm_imu: Icm42688pModel::new(errors, Noise::new(seed, stream::ARM_IMU)),
+            spar_imu: Icm42688pModel::new(errors, Noise::new(seed, stream::SPAR_IMU)),
             arm_radius_m: p.imu.arm_radius_m,
             spar_radius_m: p.imu.spar_radius_m,
             has_spar: p.spar.is_some(),
-            analog: AnalogInputs::new(scales, Noise::new(seed, stream::ANALOG)),
+            analog: AnalogConverter::new(scales, Noise::new(seed, stream::ANALOG)),
             gears: None,
             wiring: Wiring::default(),
             supply: Supply::new(settings.battery.as_ref(), settings.board.brown_out_v),

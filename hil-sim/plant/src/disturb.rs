@@ -42,9 +42,9 @@ impl Plant {
         self.push_until_s = f64::INFINITY;
     }
 
-    /// Fails an analogue sensor or repairs it: the current of motor `index`, or [`crate::analog::BATTERY`].
-    pub fn set_analog_fault(&mut self, index: usize, fault: AnalogFault) {
-        self.analog.set_fault(index, fault);
+    /// Fails an analogue sensor or repairs it, by the name of its input in [`model::analog::Analog`].
+    pub fn set_analog_fault(&mut self, input: &str, fault: AnalogFault) {
+        self.analog.set_fault(input, fault);
     }
 
     /// Loses a share of the edges of the encoder of motor `index`.
@@ -111,7 +111,7 @@ impl Plant {
 
     /// Currents through the bridges, which the board's sensors measure.
     pub fn bridge_current_a(&self) -> [f64; MOTORS] {
-        core::array::from_fn(|i| self.motors.get(i).map_or(0.0, crate::motor::Motor::bridge_current_a))
+        core::array::from_fn(|i| self.motors.get(i).map_or(0.0, crate::motor::DcMotor::bridge_current_a))
     }
 }
 

@@ -20,7 +20,7 @@ pub struct Encoder {
     /// What the counter has counted.
     counted: i64,
     fault: SensorFault,
-    law: Law,
+    law: CountLaw,
     /// Edges seen of which only every other is counted ([`SensorFault::Slow`]).
     half_edges: i64,
     history: [i64; HISTORY],
@@ -30,7 +30,7 @@ pub struct Encoder {
 
 /// How counts follow edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Law {
+enum CountLaw {
     /// As the fault has it.
     Fault(SensorFault),
     /// This share of the edges is lost.
@@ -45,7 +45,7 @@ impl Encoder {
             truth: 0,
             counted: 0,
             fault: SensorFault::None,
-            law: Law::Fault(SensorFault::None),
+            law: CountLaw::Fault(SensorFault::None),
             half_edges: 0,
             history: [0; HISTORY],
             history_ms: 0,
@@ -61,7 +61,7 @@ impl Encoder {
     /// Fails the encoder, or repairs it ([`SensorFault::None`]): counts lost stay lost.
     pub fn set_fault(&mut self, fault: SensorFault) {
         self.fault = fault;
-        self.law = Law::Fault(fault);
+        self.law = CountLaw::Fault(fault);
         self.half_edges = 0;
         self.history = [self.counted; HISTORY];
     }
@@ -71,7 +71,7 @@ impl Encoder {
     pub fn set_edge_loss(&mut self, share: f64) {
         self.set_fault(SensorFault::None);
         if share > 0.0 {
-            self.law = Law::Lossy(share);
+            self.law = CountLaw::Lossy(share);
         }
     }
 
@@ -90,19 +90,21 @@ impl Encoder {
         self.truth = truth;
         match self.law {
             // A shaft that left every range wraps: the plant tells so itself.
-            Law::Fault(SensorFault::None | SensorFault::Delayed) => self.counted = self.counted.wrapping_add(edges),
-            Law::Lossy(share) => self.counted += self.kept(edges, share),
-            Law::Fault(SensorFault::WrongSign) => self.counted -= edges,
-            Law::Fault(SensorFault::Slow) => {
+            CountLaw::Fault(SensorFault::None | SensorFault::Delayed) => {
+                self.counted = self.counted.wrapping_add(edges);
+            }
+            CountLaw::Lossy(share) => self.counted += self.kept(edges, share),
+            CountLaw::Fault(SensorFault::WrongSign) => self.counted -= edges,
+            CountLaw::Fault(SensorFault::Slow) => {
                 self.half_edges += edges;
                 self.counted += self.half_edges / 2;
                 self.half_edges %= 2;
             }
             // One channel dead: the counter goes back and forth by one with the other's edges.
-            Law::Fault(SensorFault::Stuck) => self.counted += edges.rem_euclid(2) * (1 - 2 * truth.rem_euclid(2)),
-            Law::Fault(SensorFault::Garbage) => self.counted += i64::from((self.noise.bits() >> 52) as i16) - 2048,
-            Law::Fault(SensorFault::Off) => {}
-            Law::Fault(SensorFault::Intermittent) => {
+            CountLaw::Fault(SensorFault::Stuck) => self.counted += edges.rem_euclid(2) * (1 - 2 * truth.rem_euclid(2)),
+            CountLaw::Fault(SensorFault::Garbage) => self.counted += i64::from((self.noise.bits() >> 52) as i16) - 2048,
+            CountLaw::Fault(SensorFault::Off) => {}
+            CountLaw::Fault(SensorFault::Intermittent) => {
                 if !self.fault.is_dead_at(time_ms) {
                     self.counted += edges;
                 }

@@ -15,7 +15,7 @@ use super::body::{FORWARD, Gravity, LIFT, SIDE, Swing, YAW};
 use super::fault::SensorFault;
 use super::noise::Noise;
 use fault::Faults;
-pub use fault::Sample;
+pub use fault::ImuChannels;
 use imperfection::{Imperfection, ImuSettings, Temperature, Vibration};
 
 /// Specific force in m/s^2 and angular rate in rad/s in the sensor's axes.
@@ -246,7 +246,7 @@ impl ImuSensor {
 
     /// One tick of the sensor's clock at `now_s`: what it gives, faults included, or `None` when it takes no
     /// sample.
-    pub fn sample(&mut self, now_s: f64) -> Option<Sample> {
+    pub fn sample(&mut self, now_s: f64) -> Option<ImuChannels> {
         if self.faults.skips() {
             return None;
         }
@@ -283,7 +283,7 @@ impl ImuSensor {
     }
 
     /// Measures: the filtered motion as the sensor sees it, with bias and fresh noise.
-    fn measure(&mut self, now_s: f64) -> Sample {
+    fn measure(&mut self, now_s: f64) -> ImuChannels {
         let seen = match &self.imperfection {
             None => self.filtered,
             Some(imperfection) => imperfection.apply(

@@ -10,7 +10,8 @@
 
 #![forbid(unsafe_code)]
 
-use model::sample::{MOTORS, Motor as MotorIndex};
+use model::analog::Analog;
+use model::sample::{MOTORS, Motor};
 
 pub mod analog;
 mod assembly;
@@ -33,14 +34,14 @@ mod truth;
 mod validity;
 pub mod wiring;
 
-use analog::AnalogInputs;
+use analog::AnalogConverter;
 use body::{BALLAST, Body, FORWARD, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 use encoder::Encoder;
 use gear::{GEARS, Gear};
-use icm42688p::Icm42688p;
+use icm42688p::Icm42688pModel;
 use imu::motion_at;
 pub use motor::BridgeState;
-use motor::{Battery, Motor};
+use motor::{Battery, DcMotor};
 use supply::Supply;
 use terrain::Ground;
 pub use truth::Truth;
@@ -65,15 +66,15 @@ fn shaft_angle(body: &Body, gears: Option<&[Option<Gear>; GEARS]>, motor: usize)
 pub struct Plant {
     body: Body,
     ground: Ground,
-    motors: [Motor; MOTORS],
+    motors: [DcMotor; MOTORS],
     battery: Battery,
     encoders: [Encoder; MOTORS],
-    arm_imu: Icm42688p,
-    spar_imu: Icm42688p,
+    arm_imu: Icm42688pModel,
+    spar_imu: Icm42688pModel,
     arm_radius_m: f64,
     spar_radius_m: f64,
     has_spar: bool,
-    analog: AnalogInputs,
+    analog: AnalogConverter,
     /// Where any drive's gearbox has play: left, right.
     gears: Option<Box<[Option<Gear>; GEARS]>>,
     wiring: Wiring,
@@ -124,7 +125,7 @@ impl Plant {
         }
         let mut bridges = *bridges;
         if !self.has_spar {
-            bridges[MotorIndex::Ballast as usize] = BridgeState::Open;
+            bridges[Motor::Ballast as usize] = BridgeState::Open;
         }
         if self.wiring.faulty() {
             bridges = self.wiring.through(&bridges);
@@ -196,28 +197,34 @@ impl Plant {
     }
 
     /// An encoder, for its true count.
-    pub fn encoder(&self, motor: MotorIndex) -> &Encoder {
+    pub fn encoder(&self, motor: Motor) -> &Encoder {
         &self.encoders[motor as usize]
     }
 
     /// An encoder, to fail it.
-    pub fn encoder_mut(&mut self, motor: MotorIndex) -> &mut Encoder {
+    pub fn encoder_mut(&mut self, motor: Motor) -> &mut Encoder {
         &mut self.encoders[motor as usize]
     }
 
-    /// One conversion of the analogue inputs ([`model::board::BoardScales`]): battery voltage and the
-    /// motor currents, with the converter's noise, saturated at its range.
-    pub fn analog(&mut self) -> (u16, [u16; MOTORS]) {
-        self.analog.convert(self.battery_v, self.bridge_current_a())
+    /// One conversion of the analogue inputs to raw counts ([`model::board::BoardScales`]), with the converter's
+    /// noise, saturated at its range.
+    pub fn analog(&mut self) -> Analog<u16> {
+        let [left_current, right_current, ballast_current] = self.bridge_current_a();
+        self.analog.convert(Analog {
+            battery: self.battery_v,
+            left_current,
+            right_current,
+            ballast_current,
+        })
     }
 
     /// The IMU on the arm.
-    pub fn arm_imu(&mut self) -> &mut Icm42688p {
+    pub fn arm_imu(&mut self) -> &mut Icm42688pModel {
         &mut self.arm_imu
     }
 
     /// The IMU on the camera spar. Without a spar there is none: its bus floats.
-    pub fn spar_imu(&mut self) -> Option<&mut Icm42688p> {
+    pub fn spar_imu(&mut self) -> Option<&mut Icm42688pModel> {
         self.has_spar.then_some(&mut self.spar_imu)
     }
 
@@ -274,8 +281,8 @@ impl Plant {
             slip_m_s: [left.slip_m_s, right.slip_m_s],
             sliding: [left.sliding, right.sliding],
             lifted: [left.lifted, right.lifted],
-            current_a: core::array::from_fn(|i| self.motors.get(i).map_or(0.0, Motor::mean_current_a)),
-            torque_n_m: core::array::from_fn(|i| self.motors.get(i).map_or(0.0, Motor::torque_n_m)),
+            current_a: core::array::from_fn(|i| self.motors.get(i).map_or(0.0, DcMotor::mean_current_a)),
+            torque_n_m: core::array::from_fn(|i| self.motors.get(i).map_or(0.0, DcMotor::torque_n_m)),
             battery_v: self.battery_v,
             battery_a: self.battery_a,
             chocked: self.body.chocked(),

@@ -44,7 +44,7 @@ pub const DIODES_V: f64 = 1.6;
 
 /// A motor with its gearbox.
 #[derive(Debug, Clone)]
-pub struct Motor {
+pub struct DcMotor {
     /// Torque at the output an ampere, and back-EMF a rad/s of the output.
     torque_constant: f64,
     back_emf: f64,
@@ -59,7 +59,7 @@ pub struct Motor {
     share: f64,
     current: f64,
     mean_current: f64,
-    law: Law,
+    law: CurrentLaw,
     /// Share of the mean current that flows through the battery, signed.
     battery_share: f64,
     /// Battery voltage of the substep.
@@ -70,7 +70,7 @@ pub struct Motor {
 
 /// How the motor behaves within one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Law {
+enum CurrentLaw {
     /// Mean and final current do not depend on the rate.
     Current {
         /// Mean over the substep.
@@ -82,7 +82,7 @@ enum Law {
     Voltage { volts: f64, rectified: f64 },
 }
 
-impl Motor {
+impl DcMotor {
     /// A motor whose bridge chops at `chop_a`.
     pub fn new(p: &MotorParameters<f64>, chop_a: f64) -> Self {
         Self {
@@ -97,7 +97,7 @@ impl Motor {
             share: 0.0,
             current: 0.0,
             mean_current: 0.0,
-            law: Law::Current { mean: 0.0, end: 0.0 },
+            law: CurrentLaw::Current { mean: 0.0, end: 0.0 },
             battery_share: 0.0,
             battery_v: 0.0,
             short_a: None,
@@ -181,14 +181,14 @@ impl Motor {
         (self.law, self.battery_share) = match bridge {
             BridgeState::Duty(duty) => {
                 let volts = duty * battery_v;
-                (Law::Voltage { volts, rectified: 0.0 }, duty)
+                (CurrentLaw::Voltage { volts, rectified: 0.0 }, duty)
             }
             BridgeState::Open => self.open(h, battery_v + DIODES_V, emf),
-            BridgeState::Disconnected => (Law::Current { mean: 0.0, end: 0.0 }, 0.0),
+            BridgeState::Disconnected => (CurrentLaw::Current { mean: 0.0, end: 0.0 }, 0.0),
             BridgeState::Shorted(duty) => {
                 self.short_a = Some(if duty == 0.0 { 0.0 } else { self.chop_a.copysign(duty) });
                 (
-                    Law::Voltage {
+                    CurrentLaw::Voltage {
                         volts: 0.0,
                         rectified: 0.0,
                     },
@@ -197,8 +197,8 @@ impl Motor {
             }
         };
         let (constant, damping) = match self.law {
-            Law::Current { mean, .. } => (self.torque_constant * mean, 0.0),
-            Law::Voltage { volts, .. } => {
+            CurrentLaw::Current { mean, .. } => (self.torque_constant * mean, 0.0),
+            CurrentLaw::Voltage { volts, .. } => {
                 let conductance = (1.0 - self.share) / self.resistance;
                 let mean = self.current * self.share + volts * conductance;
                 (
@@ -216,10 +216,10 @@ impl Motor {
     }
 
     /// An open bridge: the diodes let current flow only against `barrier`, into the battery.
-    fn open(&self, h: f64, barrier: f64, emf: f64) -> (Law, f64) {
+    fn open(&self, h: f64, barrier: f64, emf: f64) -> (CurrentLaw, f64) {
         let i = self.current;
         if i == 0.0 && emf.abs() <= barrier {
-            return (Law::Current { mean: 0.0, end: 0.0 }, 0.0);
+            return (CurrentLaw::Current { mean: 0.0, end: 0.0 }, 0.0);
         }
         // The current flows against the diodes' voltage.
         let sign = if i == 0.0 { -emf.signum() } else { i.signum() };
@@ -227,7 +227,7 @@ impl Motor {
         let settled = (volts - emf) / self.resistance;
         if settled * sign > 0.0 {
             // The back-EMF keeps it flowing: the motor generates into the battery.
-            return (Law::Voltage { volts, rectified: sign }, -sign);
+            return (CurrentLaw::Voltage { volts, rectified: sign }, -sign);
         }
         // The current decays to zero, within this substep or later.
         let rest = if self.inductance > 0.0 {
@@ -235,18 +235,18 @@ impl Motor {
             let dies_after = tau * libm::log1p(i / -settled);
             if dies_after < h {
                 let charge = settled * dies_after + (i - settled) * tau * -libm::expm1(-dies_after / tau);
-                Law::Current {
+                CurrentLaw::Current {
                     mean: charge / h,
                     end: 0.0,
                 }
             } else {
-                Law::Current {
+                CurrentLaw::Current {
                     mean: self.average_current(volts, emf),
                     end: self.end_current(volts, emf),
                 }
             }
         } else {
-            Law::Current { mean: 0.0, end: 0.0 }
+            CurrentLaw::Current { mean: 0.0, end: 0.0 }
         };
         (rest, -sign)
     }
@@ -255,8 +255,8 @@ impl Motor {
     pub fn end(&mut self, mean_rate: f64) {
         let emf = self.back_emf * mean_rate;
         (self.mean_current, self.current) = match self.law {
-            Law::Current { mean, end } => (mean, end),
-            Law::Voltage { volts, rectified } => {
+            CurrentLaw::Current { mean, end } => (mean, end),
+            CurrentLaw::Voltage { volts, rectified } => {
                 let end = self.end_current(volts, emf);
                 let end = if rectified * end < 0.0 { 0.0 } else { end };
                 let (mean, chop) = (self.average_current(volts, emf), self.chop_a);

@@ -46,7 +46,7 @@ pub use crate::supply::BatterySettings;
 /// Differences between the simulated vehicle and its vehicle file.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub struct Settings {
+pub struct PlantSettings {
     /// Other values of single fields of the vehicle file, table by table.
     pub vehicle: BTreeMap<String, BTreeMap<String, f64>>,
     /// The left drive.
@@ -66,12 +66,12 @@ pub struct Settings {
 /// Tables of the vehicle file that describe the controller, not the vehicle.
 const CONTROLLER: [&str; 3] = ["control", "estimator", "safety"];
 
-impl Settings {
+impl PlantSettings {
     /// Checks every value.
     ///
     /// # Errors
     /// The first value out of its range, with table and field. The fields of `[plant.vehicle]` are checked
-    /// by [`Settings::vehicle_from`], which knows what the vehicle has.
+    /// by [`PlantSettings::vehicle_from`], which knows what the vehicle has.
     pub fn check(&self) -> Result<(), SettingsError> {
         self.left.check("plant.left")?;
         self.right.check("plant.right")?;

@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
 use crate::error::CommandError;
+use crate::files::write_whole;
 use crate::plot::{Chart, Columns};
 
 /// Flags that say where the result goes.
@@ -131,24 +132,20 @@ pub fn print(text: &str) -> Result<(), CommandError> {
 /// # Errors
 /// [`CommandError::Input`] naming the directory.
 pub fn create_directory(directory: &Path) -> Result<(), CommandError> {
-    std::fs::create_dir_all(directory).map_err(|e| not_writable("create", directory, &e))
+    std::fs::create_dir_all(directory).map_err(|error| {
+        CommandError::Input(format!(
+            "--out: cannot create {}: {error}; it must be a directory that can be written",
+            directory.display()
+        ))
+    })
 }
 
-/// Writes `text` into `directory/name` and returns the path.
+/// Writes `text` into `directory/name`, whole or not at all, and returns the path.
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the file.
 pub fn write_file(directory: &Path, name: &str, text: &str) -> Result<PathBuf, CommandError> {
-    let path = directory.join(name);
-    std::fs::write(&path, text).map_err(|e| not_writable("write", &path, &e))?;
-    Ok(path)
-}
-
-fn not_writable(what: &str, path: &Path, error: &std::io::Error) -> CommandError {
-    CommandError::Input(format!(
-        "--out: cannot {what} {}: {error}; it must be a directory that can be written",
-        path.display()
-    ))
+    write_whole(&directory.join(name), text.as_bytes())
 }
 
 /// A progress bar over `length` pieces of work on stderr, hidden unless stderr is a terminal.

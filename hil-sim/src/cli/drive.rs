@@ -11,12 +11,16 @@ use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use serde::Serialize;
 
+use crate::cli::drive_page::ChartRows;
 use crate::cli::{drive_page, emulated};
 use plant::Plant;
 use report::error::CommandError;
+use report::files::NewFile;
 use report::output::{create_directory, print, progress_bar, write_file};
+use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
-use virtual_board::scenario::{self, Backend, Check, DriveOutcome, MetricValue, Scenario, VirtualBackend, metrics};
+use virtual_board::scenario::trace::TraceRow;
+use virtual_board::scenario::{self, Backend, Check, MetricValue, Metrics, Scenario, VirtualBackend};
 
 /// Flags of `drive`.
 #[derive(Debug, Args, Default)]
@@ -59,6 +63,9 @@ pub enum BoardKind {
 /// Where the report goes unless told otherwise.
 const DEFAULT_OUT: &str = "out/drive";
 
+/// Most ticks that are replayed after the run, from its start on: 100 s.
+const REPLAY_TICKS_MAX: usize = 100_000;
+
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
 struct Json<'a> {
@@ -77,7 +84,7 @@ struct Json<'a> {
 /// leaves its bounds.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     match (arguments.board, &arguments.firmware) {
-        (BoardKind::Emulated, _) => emulated::run(),
+        (BoardKind::Emulated, firmware) => emulated::run(firmware.as_deref()),
         (BoardKind::Virtual, Some(_)) => Err(CommandError::Input(
             "--firmware: the virtual board runs the tasks it was built with; an ELF runs with --board emulated".into(),
         )),
@@ -86,10 +93,17 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             |vehicle, plant| {
                 let backend = VirtualBackend::boot(vehicle, plant);
                 let mut backend = backend.map_err(|error| CommandError::Input(error.to_string()))?;
-                backend.board.world(|world| world.records = Some(Vec::new()));
+                if !arguments.json {
+                    backend
+                        .board
+                        .world(|world| world.records = Some(FirstRecords::first(REPLAY_TICKS_MAX)));
+                }
                 Ok(backend)
             },
-            |backend| Ok(backend.board.world(|world| world.records.take()).unwrap_or_default()),
+            |backend| {
+                let records = backend.board.world(|world| world.records.take());
+                Ok(records.unwrap_or_default().into_kept())
+            },
         ),
     }
 }
@@ -114,25 +128,45 @@ pub fn run_on<B: Backend>(
         .map_err(|error| CommandError::Input(error.to_string()))?;
     let mut backend = boot(&vehicle, plant)?;
 
+    let mut report = if arguments.out.is_some() || !arguments.json {
+        let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(DEFAULT_OUT));
+        Some(RunReport::create(out)?)
+    } else {
+        None
+    };
+
     let bar = progress_bar((scenario.duration_s * 1000.0) as usize, "driving");
     let started = Instant::now();
-    let outcome = scenario::run(&scenario, &mut backend, |ms| {
-        if ms % 100 == 0 {
-            bar.set_position(ms);
-        }
-    })
+    let mut measured = Metrics::default();
+    let mut written = Ok(());
+    let end = scenario::run_into(
+        &scenario,
+        &mut backend,
+        |row| {
+            measured.add(row);
+            if let (Some(report), Ok(())) = (&mut report, &written) {
+                written = report.add(row);
+            }
+        },
+        |ms| {
+            if ms % 100 == 0 {
+                bar.set_position(ms);
+            }
+        },
+    )
     .map_err(|error| CommandError::Checks(format!("{} (seed {}): {error}", file_name(arguments), scenario.seed)))?;
     let wall_s = started.elapsed().as_secs_f64();
     bar.finish_and_clear();
+    written?;
 
     let records = records(&mut backend)?;
-    let values = metrics::measure(&outcome);
-    let checks = scenario::evaluate(&scenario, &outcome);
+    let values = measured.values(&end.counts);
+    let checks = scenario::judge(&scenario, &values);
     let ok = checks.iter().all(|check| check.ok);
-    let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(DEFAULT_OUT));
-    if arguments.out.is_some() || !arguments.json {
-        write_report(&out, &scenario, &outcome, &values, &checks)?;
-    }
+    let out = report
+        .map(|report| report.finish(&scenario, &values, &checks, &end.log))
+        .transpose()?
+        .unwrap_or_default();
     let text = if arguments.json {
         let json = Json {
             scenario: &scenario.title,
@@ -210,27 +244,51 @@ pub fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
     vehicle.map_err(|error| CommandError::Input(error.to_string()))
 }
 
-fn write_report(
-    out: &Path,
-    scenario: &Scenario,
-    outcome: &DriveOutcome,
-    values: &[MetricValue],
-    checks: &[Check],
-) -> Result<(), CommandError> {
-    create_directory(out)?;
-    write_file(out, "trace.csv", &drive_page::columns(&outcome.trace).to_csv())?;
-    let mut charts = Vec::new();
-    for (name, chart) in drive_page::charts(&outcome.trace) {
-        let svg = chart.to_svg().map_err(CommandError::Other)?;
-        write_file(out, &format!("{name}.svg"), &svg)?;
-        charts.push(svg);
+/// The files of a run, of which the trace is written while the run goes on.
+struct RunReport {
+    directory: PathBuf,
+    trace: NewFile,
+    charts: ChartRows,
+}
+
+impl RunReport {
+    fn create(directory: PathBuf) -> Result<Self, CommandError> {
+        create_directory(&directory)?;
+        let mut trace = NewFile::create(&directory.join("trace.csv"))?;
+        drive_page::write_header(&mut trace)?;
+        Ok(Self {
+            directory,
+            trace,
+            charts: ChartRows::default(),
+        })
     }
-    let mut log = outcome.log.join("\n");
-    log.push('\n');
-    write_file(out, "firmware.log", &log)?;
-    let page = drive_page::page(scenario, values, checks, &charts, &outcome.log);
-    write_file(out, "index.html", &page)?;
-    Ok(())
+
+    fn add(&mut self, row: &TraceRow) -> Result<(), CommandError> {
+        self.charts.add(row);
+        Ok(drive_page::write_row(&mut self.trace, row)?)
+    }
+
+    /// Completes the files; the directory they lie in.
+    fn finish(
+        self,
+        scenario: &Scenario,
+        values: &[MetricValue],
+        checks: &[Check],
+        log: &[String],
+    ) -> Result<PathBuf, CommandError> {
+        let out = self.directory;
+        self.trace.finish()?;
+        let mut charts = Vec::new();
+        for (name, chart) in drive_page::charts(&self.charts.trace) {
+            let svg = chart.to_svg().map_err(CommandError::Other)?;
+            write_file(&out, &format!("{name}.svg"), &svg)?;
+            charts.push(svg);
+        }
+        write_file(&out, "firmware.log", &(log.join("\n") + "\n"))?;
+        let page = drive_page::page(scenario, values, checks, &charts, self.charts.stride, log);
+        write_file(&out, "index.html", &page)?;
+        Ok(out)
+    }
 }
 
 /// Quantities of the short table: label and metric.

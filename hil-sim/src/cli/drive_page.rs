@@ -1,10 +1,11 @@
 //! The page of a run: what it was judged by, its plots, the firmware's log.
 
 use std::fmt::Write as _;
+use std::io;
 
 use report::html::{document, escaped};
 use report::plot::{Chart, Columns, Series};
-use virtual_board::scenario::trace::{COLUMNS, Row, Trace, Value};
+use virtual_board::scenario::trace::{COLUMNS, Trace, TraceRow, Value};
 use virtual_board::scenario::{Check, MetricValue, Scenario};
 
 /// The page. `charts` are SVG documents; `log` is the firmware's.
@@ -13,6 +14,7 @@ pub fn page(
     values: &[MetricValue],
     checks: &[Check],
     charts: &[String],
+    chart_stride: usize,
     log: &[String],
 ) -> String {
     let ok = checks.iter().all(|check| check.ok);
@@ -27,6 +29,12 @@ pub fn page(
         scenario.seed,
         scenario.duration_s
     );
+    if chart_stride > 1 {
+        _ = writeln!(
+            body,
+            "<p>A long run: the charts show every {chart_stride}th row, trace.csv holds all.</p>"
+        );
+    }
     for pair in charts.chunks(2) {
         body.push_str("<article>\n");
         for chart in pair {
@@ -74,6 +82,71 @@ pub fn columns(trace: &Trace) -> Columns {
     })
 }
 
+/// Writes the first line of a trace as CSV: the columns' names.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_header(out: &mut impl io::Write) -> io::Result<()> {
+    let names: Vec<&str> = COLUMNS.iter().map(|(name, _)| *name).collect();
+    writeln!(out, "{}", names.join(","))
+}
+
+/// Writes one row of a trace as CSV, every number with all its digits.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_row(out: &mut impl io::Write, row: &TraceRow) -> io::Result<()> {
+    for (i, (_, value)) in COLUMNS.iter().enumerate() {
+        let separator = if i == 0 { "" } else { "," };
+        write!(out, "{separator}{}", value(row))?;
+    }
+    writeln!(out)
+}
+
+/// Most rows that the charts are drawn from.
+const CHART_ROWS_MAX: usize = 16_384;
+
+/// The rows that the charts are drawn from: all of them up to [`CHART_ROWS_MAX`], which is 160 s; of a longer run every
+/// second, fourth, ... row, so that memory does not grow with the run.
+#[derive(Debug)]
+pub struct ChartRows {
+    /// The rows kept.
+    pub trace: Trace,
+    /// One of this many is kept.
+    pub stride: usize,
+    seen: usize,
+}
+
+impl Default for ChartRows {
+    fn default() -> Self {
+        Self {
+            trace: Trace::default(),
+            stride: 1,
+            seen: 0,
+        }
+    }
+}
+
+impl ChartRows {
+    /// Takes the next row of the run.
+    pub fn add(&mut self, row: &TraceRow) {
+        if self.seen.is_multiple_of(self.stride) {
+            if self.trace.rows.len() == CHART_ROWS_MAX {
+                let mut index = 0;
+                self.trace.rows.retain(|_| {
+                    index += 1;
+                    index % 2 == 1
+                });
+                self.stride *= 2;
+            }
+            if self.seen.is_multiple_of(self.stride) {
+                self.trace.rows.push(*row);
+            }
+        }
+        self.seen += 1;
+    }
+}
+
 /// The terms of the speed law, by the names of the chart.
 const SPEED_TERMS: &[(&str, Value)] = &[
     ("feed-forward", |r| f64::from(r.status.terms.speed.feed_forward_v)),
@@ -89,7 +162,7 @@ const SPEED_TERMS: &[(&str, Value)] = &[
 
 /// The charts of the report: file name and chart.
 pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
-    let t = trace.values(Row::time_s);
+    let t = trace.values(TraceRow::time_s);
     let over_time = |title: &str, unit: &str, curves: &[(&str, Value)]| {
         curves
             .iter()
@@ -126,9 +199,9 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
             ),
         ),
         (
-            "camera",
+            "spar",
             over_time(
-                "Camera spar",
+                "Spar and ballast",
                 "deg",
                 &[
                     ("spar, true", |r| r.truth.spar_rad.to_degrees()),
@@ -181,4 +254,48 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
                 )),
         ),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use virtual_board::scenario::{VirtualBackend, run};
+
+    use super::*;
+
+    /// A row of a real run.
+    fn row() -> TraceRow {
+        let scenario = Scenario::parse("row", "title = \"row\"\nduration_s = 0.5").expect("good");
+        let vehicle = vehicle_file::reference().expect("good");
+        let plant = scenario.plant(&vehicle).expect("drivable");
+        let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
+        let outcome = run(&scenario, &mut backend, |_| {}).expect("valid");
+        *outcome.trace.rows.last().expect("rows")
+    }
+
+    #[test]
+    fn the_rows_of_a_long_run_are_thinned_evenly_and_bounded() {
+        let mut rows = ChartRows::default();
+        let count = 3 * CHART_ROWS_MAX;
+        let mut row = row();
+        for index in 0..count {
+            row.status.tick = index as u32;
+            rows.add(&row);
+            assert!(rows.trace.rows.len() <= CHART_ROWS_MAX);
+        }
+        assert_eq!(rows.stride, 4);
+        let ticks: Vec<u32> = rows.trace.rows.iter().map(|row| row.status.tick).collect();
+        let expected: Vec<u32> = (0..count as u32).step_by(4).collect();
+        assert_eq!(ticks, expected);
+    }
+
+    #[test]
+    fn rows_written_one_by_one_are_the_whole_table() {
+        let trace = Trace { rows: vec![row(); 3] };
+        let mut text = Vec::new();
+        write_header(&mut text).expect("memory");
+        for row in &trace.rows {
+            write_row(&mut text, row).expect("memory");
+        }
+        assert_eq!(String::from_utf8(text).expect("text"), columns(&trace).to_csv());
+    }
 }

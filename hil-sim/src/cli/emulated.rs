@@ -6,6 +6,7 @@
 use std::path::Path;
 use std::process::Command;
 
+use hil_elf::{ELF_VARIABLE, cannot_build_board};
 use report::error::CommandError;
 
 /// The emulator's manifest, beside this package's.
@@ -13,16 +14,28 @@ const MANIFEST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/board-emulator/Carg
 /// The emulator's build directory, shared with `cargo hil-elf`.
 const TARGET: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/board-emulator");
 
-/// Passes this process's arguments on to the emulator's program.
+/// Passes this process's arguments on to the emulator's program. `firmware` is the ELF that they name.
 ///
 /// # Errors
-/// [`CommandError::Input`] without the emulator's sources or if the emulator refuses the input,
-/// [`CommandError::Checks`] if the run fails its checks.
-pub fn run() -> Result<(), CommandError> {
+/// [`CommandError::Input`] at once without the emulator's sources, the ELF, or a toolchain that builds it; or if the
+/// emulator refuses the input. [`CommandError::Checks`] if the run fails its checks.
+pub fn run(firmware: Option<&Path>) -> Result<(), CommandError> {
     if !Path::new(MANIFEST).exists() {
         return Err(CommandError::Input(format!(
             "--board emulated: {MANIFEST} is missing; it needs the workspace's sources"
         )));
+    }
+    let variable = std::env::var_os(ELF_VARIABLE);
+    match firmware.or(variable.as_deref().map(Path::new)) {
+        Some(elf) if !elf.is_file() => {
+            return Err(CommandError::Input(format!("{}: not a file", elf.display())));
+        }
+        Some(_) => {}
+        None => {
+            if let Some(why) = cannot_build_board()? {
+                return Err(CommandError::Input(format!("--board emulated: {why}")));
+            }
+        }
     }
     let status = Command::new("cargo")
         .args(["run", "--release", "--quiet", "--ignore-rust-version"])

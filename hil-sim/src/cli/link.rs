@@ -1,7 +1,8 @@
 //! `hil-sim link`: talks to a drive board over its serial port.
+#![deny(clippy::print_stdout)] // A closed output is an error, not a panic: everything goes through the console.
 
-use std::fs;
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -9,16 +10,18 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::{Args, Subcommand};
 use firmware::protocol::message::{BoardStatus, Identity, Order};
+use model::command::Request;
 use report::error::CommandError;
 
 pub mod console;
 pub mod drive;
+pub mod memory;
 pub mod parameters;
 pub mod session;
 pub mod wire;
 
 use console::Console;
-use drive::{Drive, check_seconds};
+use drive::{DriveJob, check_seconds};
 use session::Link;
 use wire::{Port, Wire};
 
@@ -29,12 +32,12 @@ pub struct Arguments {
     #[arg(long)]
     port: String,
     #[command(subcommand)]
-    action: Action,
+    action: LinkCommand,
 }
 
 /// What to do over the link.
 #[derive(Debug, Subcommand)]
-enum Action {
+enum LinkCommand {
     /// Shows the vehicle's state for a while; exit code 1 if the board falls silent
     Status {
         /// How long, s
@@ -57,6 +60,25 @@ enum Action {
     Disarm,
     /// Forgets latched faults
     ClearFaults,
+    /// Shows the board's log since its boot
+    Log,
+    /// Shows the last faults, which the board keeps over resets
+    Faults,
+    /// Writes the record of every tick to a file, in the link's own frames
+    Record {
+        /// The file; must not exist
+        #[arg(long)]
+        out: PathBuf,
+        /// How long, s; Ctrl-C ends it before
+        #[arg(long, default_value_t = 3600.0, allow_negative_numbers = true)]
+        seconds: f64,
+    },
+    /// Writes the records of the last 2 s before a fault to a file, in the link's own frames
+    LookBack {
+        /// The file; must not exist
+        #[arg(long)]
+        out: PathBuf,
+    },
     /// Reads, changes and stores parameters
     Parameters {
         #[command(subcommand)]
@@ -87,7 +109,7 @@ enum ParameterAction {
         /// The file
         file: PathBuf,
     },
-    /// Shows how the board's set differs from a vehicle file's; exit code 1 if it does
+    /// Shows how the board's set differs from a vehicle file's, the board's value first; exit code 1 if it does
     Diff {
         /// The file
         file: PathBuf,
@@ -100,11 +122,23 @@ enum ParameterAction {
 /// [`CommandError::Input`] for a number, port, file or parameter that is not good, [`CommandError::Checks`] when the
 /// board refuses, reports a fault or falls silent, [`CommandError::Other`] when the output is closed.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let begin = |port: &str| Ok(Link::new(Port::open(port)?, nonce(), interrupts()?));
+    run_on(arguments, begin, &mut Console(io::stdout()))
+}
+
+/// Runs the command in the conversation that `begin` begins at the port of the command line. The conversation's wire
+/// has the clock, and the console is the only output.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_on<W: Wire, O: Write>(
+    arguments: &Arguments,
+    begin: impl FnOnce(&str) -> Result<Link<W>, CommandError>,
+    console: &mut Console<O>,
+) -> Result<(), CommandError> {
     // Whatever is wrong with the command line is told before the port opens.
     let job = Job::new(&arguments.action)?;
-    let wire = Port::open(&arguments.port)?;
-    let link = Link::new(wire, nonce(), interrupts()?);
-    job.run(link, &mut Console(io::stdout()))
+    job.run(begin(&arguments.port)?, console)
 }
 
 /// A number that no tool has used before on this board: of the time and the process.
@@ -127,29 +161,37 @@ fn interrupts() -> Result<Arc<AtomicU32>, CommandError> {
 /// A checked action.
 enum Job<'a> {
     Status(f64),
-    Drive(Drive),
+    Drive(DriveJob),
     Disarm,
     ClearFaults,
+    Log,
+    Faults,
+    Record(File, f64),
+    LookBack(File),
     Parameters(&'a ParameterAction),
 }
 
 impl<'a> Job<'a> {
-    fn new(action: &'a Action) -> Result<Self, CommandError> {
+    fn new(action: &'a LinkCommand) -> Result<Self, CommandError> {
         Ok(match action {
-            Action::Status { seconds } => Self::Status(check_seconds(*seconds)?),
-            Action::Drive {
+            LinkCommand::Status { seconds } => Self::Status(check_seconds(*seconds)?),
+            LinkCommand::Drive {
                 speed_m_s,
                 yaw_rate_rad_s,
                 seconds,
-            } => Self::Drive(Drive::new(*speed_m_s, *yaw_rate_rad_s, *seconds)?),
-            Action::Disarm => Self::Disarm,
-            Action::ClearFaults => Self::ClearFaults,
-            Action::Parameters { action } => Self::Parameters(action),
+            } => Self::Drive(DriveJob::new(*speed_m_s, *yaw_rate_rad_s, *seconds)?),
+            LinkCommand::Disarm => Self::Disarm,
+            LinkCommand::ClearFaults => Self::ClearFaults,
+            LinkCommand::Log => Self::Log,
+            LinkCommand::Faults => Self::Faults,
+            LinkCommand::Record { out, seconds } => Self::Record(create_new(out)?, check_seconds(*seconds)?),
+            LinkCommand::LookBack { out } => Self::LookBack(create_new(out)?),
+            LinkCommand::Parameters { action } => Self::Parameters(action),
         })
     }
 
-    fn run<W: Wire, O: Write>(&self, mut link: Link<W>, console: &mut Console<O>) -> Result<(), CommandError> {
-        if matches!(self, Self::Disarm) {
+    fn run<W: Wire, O: Write>(self, mut link: Link<W>, console: &mut Console<O>) -> Result<(), CommandError> {
+        if let Self::Disarm = self {
             // Before anything else, and whoever the board is.
             return link.disarm();
         }
@@ -158,10 +200,20 @@ impl<'a> Job<'a> {
             Self::Disarm => Ok(()),
             Self::Status(seconds) => {
                 console.line(&who(&identity))?;
-                link.show(*seconds, console)
+                link.show(seconds, console)
             }
-            Self::Drive(drive) => link.drive(drive, console),
-            Self::ClearFaults => link.order(Order::ClearFaults),
+            Self::Drive(drive) => link.drive(&drive, console),
+            Self::ClearFaults => link.order(Order::Request(Request::ClearFaults)),
+            Self::Log => link.show_log(console),
+            Self::Faults => link.show_faults(console),
+            Self::Record(file, seconds) => {
+                let recorded = into_file(file, |out| link.record(seconds, out))?;
+                console.line(&recorded.line())
+            }
+            Self::LookBack(file) => {
+                let recorded = into_file(file, |out| link.look_back(out))?;
+                console.line(&recorded.line())
+            }
             Self::Parameters(action) => parameters_of(&mut link, action, console),
         }
     }
@@ -187,23 +239,22 @@ fn parameters_of<W: Wire, O: Write>(
         ParameterAction::Defaults => link.defaults(),
         ParameterAction::Dump { file } => {
             let text = vehicle_file::to_toml(&link.parameters()?);
-            write_new(file, &text)?;
+            into_file(create_new(file)?, |out| Ok(out.write_all(text.as_bytes())?))?;
             console.line(&format!("wrote {}", file.display()))
         }
         ParameterAction::Load { file } => {
             let wanted = read(file)?;
-            let changed = link.load(&wanted)?;
-            console.line(&format!("{changed} parameters changed"))
+            let differences = link.load(&wanted)?;
+            for difference in &differences {
+                console.line(&difference.to_string())?;
+            }
+            console.line(&format!("{} parameters changed", differences.len()))
         }
         ParameterAction::Diff { file } => {
             let wanted = read(file)?;
             let differences = link.differences(&wanted)?;
             for difference in &differences {
-                let name = difference.field.name;
-                console.line(&format!(
-                    "{}.{name}: board {}, file {}",
-                    difference.table, difference.board, difference.wanted
-                ))?;
+                console.line(&difference.to_string())?;
             }
             if differences.is_empty() {
                 Ok(())
@@ -221,13 +272,22 @@ fn read(file: &Path) -> Result<model::vehicle::VehicleParameters<f32>, CommandEr
         .map_err(|error| CommandError::Input(error.to_string()))
 }
 
-/// Writes a file that must not exist yet.
-fn write_new(file: &Path, text: &str) -> Result<(), CommandError> {
-    let refused = |error: io::Error| CommandError::Input(format!("{}: {error}", file.display()));
-    let mut new = fs::File::create_new(file).map_err(refused)?;
-    new.write_all(text.as_bytes())
-        .and_then(|()| new.sync_all())
-        .map_err(refused)
+/// Creates a file that must not exist yet.
+fn create_new(file: &Path) -> Result<File, CommandError> {
+    File::create_new(file).map_err(|error| CommandError::Input(format!("{}: {error}", file.display())))
+}
+
+/// Writes into a file and makes sure that it is there.
+fn into_file<R>(
+    file: File,
+    write: impl FnOnce(&mut BufWriter<File>) -> Result<R, CommandError>,
+) -> Result<R, CommandError> {
+    let mut out = BufWriter::new(file);
+    let written = write(&mut out);
+    out.flush()
+        .and_then(|()| out.get_ref().sync_all())
+        .map_err(|error| CommandError::Other(format!("output: {error}")))?;
+    written
 }
 
 impl<W: Wire> Link<W> {

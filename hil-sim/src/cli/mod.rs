@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use clap::{Parser, Subcommand};
 use theory::commands::{camera, coupled, critical, envelope, equilibrium, figures, lqr, simulate, slip_limit, spatial};
 
+pub mod campaign;
 pub mod drive;
 pub mod drive_page;
 pub mod emulated;
@@ -24,6 +25,8 @@ struct Arguments {
 enum HostCommand {
     /// The vehicle, simulated, driven by the firmware's own tasks
     Drive(drive::Arguments),
+    /// Many runs at once: scenarios, overrides and seeds, on all cores and in shards
+    Campaign(campaign::Arguments),
     /// The camera spar alone: tilted, shaken, with a limited motor (ch. 7)
     Camera(camera::Arguments),
     /// The vehicle that carries a camera spar, and its step limits (ch. 8)
@@ -52,6 +55,7 @@ enum HostCommand {
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
+        Some(HostCommand::Campaign(a)) => campaign::run(&a),
         Some(HostCommand::Camera(a)) => camera::run(&a),
         Some(HostCommand::Coupled(a)) => coupled::run(&a),
         Some(HostCommand::Critical(a)) => critical::run(&a),

@@ -14,7 +14,7 @@ use firmware::drive_board::SCALES;
 use model::supervise::codes::FaultSet;
 use model::vehicle::Vehicle;
 use plant::Plant;
-use virtual_board::scenario::trace::Row;
+use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{Scenario, VirtualBackend, run};
 
 type Failure = Box<dyn Error>;
@@ -60,7 +60,7 @@ struct Drive<'a> {
 }
 
 impl Drive<'_> {
-    fn rows(&self, vehicle: &Vehicle<f64>) -> Result<Vec<Row>, Failure> {
+    fn rows(&self, vehicle: &Vehicle<f64>) -> Result<Vec<TraceRow>, Failure> {
         let mut text = format!(
             "title = 'grid'\nduration_s = {}\nchocked_until_armed = true\n[terrain.plane]\nslope_x_rad = {}\n\
              [terrain.friction]\nright = {f}\nleft = {f}\n",
@@ -85,11 +85,11 @@ impl Drive<'_> {
     }
 }
 
-fn peak(rows: &[Row], value: impl Fn(&Row) -> f64) -> f64 {
+fn peak(rows: &[TraceRow], value: impl Fn(&TraceRow) -> f64) -> f64 {
     rows.iter().map(value).fold(0.0, |most, x| most.max(x.abs()))
 }
 
-fn between(rows: &[Row], from_s: f64, to_s: f64) -> Vec<Row> {
+fn between(rows: &[TraceRow], from_s: f64, to_s: f64) -> Vec<TraceRow> {
     rows.iter()
         .filter(|r| r.time_s() >= from_s && r.time_s() < to_s)
         .copied()
@@ -97,7 +97,7 @@ fn between(rows: &[Row], from_s: f64, to_s: f64) -> Vec<Row> {
 }
 
 /// Peaks that every part prints.
-fn peaks(rows: &[Row]) -> String {
+fn peaks(rows: &[TraceRow]) -> String {
     let faults = rows.last().map_or(FaultSet::EMPTY, |r| r.status.faults);
     format!(
         "phi {:5.1} deg, spar {:5.2} deg, current {:4.1} A, slip {:5.2} m/s, speed {:5.2} m/s, faults {faults}",
@@ -110,8 +110,8 @@ fn peaks(rows: &[Row]) -> String {
 }
 
 /// Time until the speed stays within 2 % of the step, s (infinite: never), and the overshoot.
-fn settling(rows: &[Row], at_s: f64, from: f64, to: f64) -> (f64, f64) {
-    let error = |r: &Row| (r.truth.speed_m_s - to) / (to - from);
+fn settling(rows: &[TraceRow], at_s: f64, from: f64, to: f64) -> (f64, f64) {
+    let error = |r: &TraceRow| (r.truth.speed_m_s - to) / (to - from);
     let settled = match rows.iter().rposition(|r| error(r).abs() > 0.02) {
         Some(last) => rows.get(last + 1).map_or(f64::INFINITY, |r| r.time_s() - at_s),
         None => 0.0,

@@ -8,5 +8,6 @@
 
 pub mod ages;
 pub mod board;
+pub mod campaign;
 pub mod link_client;
 pub mod scenario;

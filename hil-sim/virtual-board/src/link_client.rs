@@ -72,8 +72,8 @@ pub struct LinkClient {
     pub bytes: u64,
     /// Good messages received.
     pub messages: u64,
-    /// Frames that could not be read.
-    pub bad_frames: u64,
+    /// Frames from the board that this host could not read, for whatever reason.
+    pub unreadable_frames: u64,
     /// Statuses that had come before, or that a later one had overtaken: dropped.
     pub repeated_statuses: u64,
     /// Statuses that came before the board had said who it is, or from another boot: dropped.
@@ -98,7 +98,7 @@ impl LinkClient {
             readings: VecDeque::new(),
             bytes: 0,
             messages: 0,
-            bad_frames: 0,
+            unreadable_frames: 0,
             repeated_statuses: 0,
             unidentified: 0,
         }
@@ -158,7 +158,7 @@ impl LinkClient {
         for byte in bytes {
             match self.decoder.push(*byte) {
                 Received::Nothing => {}
-                Received::Bad | Received::Overlong => self.bad_frames += 1,
+                Received::Bad | Received::Overlong => self.unreadable_frames += 1,
                 Received::Message(message) => {
                     self.messages += 1;
                     self.take(now_us, message);

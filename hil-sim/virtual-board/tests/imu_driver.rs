@@ -32,7 +32,7 @@ const STILL: Motion = Motion {
 
 /// A part on its bus.
 struct Bus {
-    part: icm42688p::Icm42688p,
+    part: icm42688p::Icm42688pModel,
     /// Bits of a register that do not take what is written.
     stuck: Option<(u8, u8)>,
     /// Every register written, in order, with its value.
@@ -83,7 +83,7 @@ struct Device(Rc<RefCell<Bus>>);
 impl Device {
     fn new() -> Self {
         Self(Rc::new(RefCell::new(Bus {
-            part: icm42688p::Icm42688p::new(ImuErrors::NONE, Noise::new(1, 0)),
+            part: icm42688p::Icm42688pModel::new(ImuErrors::NONE, Noise::new(1, 0)),
             stuck: None,
             written: Vec::new(),
             now_us: 0,

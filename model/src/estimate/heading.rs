@@ -49,6 +49,15 @@ impl HeadingEstimator {
         }
     }
 
+    /// This estimator with the heading of another one, and with the biases from which that one goes on.
+    pub fn with_heading_of(self, other: &Self) -> Self {
+        Self {
+            dt_s: self.dt_s,
+            bias_gain: self.bias_gain,
+            ..*other
+        }
+    }
+
     /// Takes one reading; rates are positive anticlockwise (to the left).
     ///
     /// The axle lies in the plane, so whatever the arm turns about its x and z axes is yaw. What the normal's assumed
@@ -123,6 +132,30 @@ mod tests {
             let turned = estimator.heading_rad() - before;
             assert!((turned - 5.0).abs() < 0.002, "{angle}: {turned}");
         }
+    }
+
+    #[test]
+    fn another_estimator_goes_on_with_heading_and_biases_at_its_own_rate_of_learning() {
+        let mut before = HeadingEstimator::new(0.001, 10.0);
+        for _ in 0..10_000 {
+            before.update(&reading(0.0, 0.01, 0.0, 0.0), true);
+        }
+        for _ in 0..1_000 {
+            before.update(&reading(0.0, 0.51, 0.0, 0.5), false);
+        }
+        let mut after = HeadingEstimator::new(0.001, 1000.0).with_heading_of(&before);
+        assert_eq!(after.heading_rad(), before.heading_rad());
+        assert_eq!(after.yaw_rate_rad_s(), before.yaw_rate_rad_s());
+        for estimator in [&mut before, &mut after] {
+            estimator.update(&reading(0.0, 0.51, 0.0, 0.5), false);
+            assert!((estimator.yaw_rate_rad_s() - 0.5).abs() < 1e-3, "the bias is known");
+        }
+        // A new bias is learnt in the new time.
+        for _ in 0..2_000 {
+            before.update(&reading(0.0, 0.03, 0.0, 0.0), true);
+            after.update(&reading(0.0, 0.03, 0.0, 0.0), true);
+        }
+        assert!(before.yaw_rate_rad_s() < 0.005 && after.yaw_rate_rad_s() > 0.015);
     }
 
     #[test]

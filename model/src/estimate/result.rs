@@ -18,11 +18,11 @@ pub struct Estimate {
     /// Sine of the slope that the laws carry: that of the ground, and while the vehicle pushes at an obstacle, of a hill
     /// that would ask as much.
     pub sin_slope: f32,
-    /// Heading since the core began, rad, anticlockwise positive, not wrapped.
+    /// Heading since boot, rad, anticlockwise positive, not wrapped.
     pub heading_rad: f32,
     /// Yaw rate, rad/s.
     pub yaw_rate_rad_s: f32,
-    /// Distance driven since the core began, m, forward positive.
+    /// Distance driven since boot, m, forward positive.
     pub distance_m: f32,
     /// Dead-reckoned position along the first heading, m.
     pub x_m: f32,

@@ -70,6 +70,14 @@ impl Arming {
         }
     }
 
+    /// The same state with another time after which a controlled stop is given up.
+    pub fn with_stop_timeout(self, stop_timeout_ticks: u32) -> Self {
+        Self {
+            stop_timeout_ticks,
+            ..self
+        }
+    }
+
     /// One tick.
     pub fn step(&mut self, conditions: &Conditions) -> Mode {
         let Conditions {
@@ -205,6 +213,37 @@ mod tests {
     }
 
     #[test]
+    fn another_stop_timeout_changes_nothing_else() {
+        let mut arming = armed();
+        arming.step(&fault(Fault::Overcurrent));
+        arming.step(&Conditions {
+            request: Request::Arm,
+            ..CLEAR
+        });
+        assert_eq!((arming.latched().is_empty(), arming.refused()), (false, 1));
+        let mut shorter = arming.with_stop_timeout(5);
+        assert_eq!(shorter.with_stop_timeout(1000), arming);
+        // The new time counts.
+        shorter.step(&Conditions {
+            request: Request::ClearFaults,
+            ..CLEAR
+        });
+        let moving = |faults| Conditions {
+            faults,
+            stopped: false,
+            ..CLEAR
+        };
+        shorter.step(&Conditions {
+            request: Request::Arm,
+            ..CLEAR
+        });
+        shorter.step(&moving(fault(Fault::CommandTimeout).faults));
+        let ticks = (0..).take_while(|_| shorter.step(&moving(FaultSet::EMPTY)) == Mode::Stopping);
+        assert_eq!(ticks.count(), 4);
+        assert!(shorter.latched().contains(Fault::StopTimeout));
+    }
+
+    #[test]
     fn each_single_blocker_refuses_arming() {
         for blocker in Blocker::ALL.iter().copied().filter(|b| *b != Blocker::FaultLatched) {
             let mut arming = Arming::new(1000);
@@ -284,7 +323,7 @@ mod tests {
         /// latched fault, and an opening fault or a Disarm request always ends in Disarmed at once.
         #[test]
         fn only_an_unblocked_request_arms(
-            steps in proptest::collection::vec((any::<u32>(), any::<u32>(), 0_u8..4, any::<bool>(), any::<bool>()), 1..200)
+            steps in proptest::collection::vec((any::<u32>(), any::<u32>(), proptest::sample::select(Request::ALL), any::<bool>(), any::<bool>()), 1..200)
         ) {
             let mut arming = Arming::new(50);
             for (faults, blockers, request, stopped, clean) in steps {
@@ -292,7 +331,7 @@ mod tests {
                 let conditions = Conditions {
                     faults: if clean { FaultSet::EMPTY } else { FaultSet::from_bits(faults) },
                     blockers: if clean { BlockerSet::EMPTY } else { BlockerSet::from_bits(blockers) },
-                    request: [Request::None, Request::Arm, Request::Disarm, Request::ClearFaults][usize::from(request)],
+                    request,
                     stopped,
                 };
                 let mode = arming.step(&conditions);

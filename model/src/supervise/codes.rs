@@ -119,59 +119,166 @@ macro_rules! codes {
     };
 }
 
-codes! {
+/// What a fault leads to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum FaultClass {
+    /// The bridges open at once.
+    Opens,
+    /// The vehicle, which can still be controlled, makes a controlled stop.
+    Stops,
+    /// The ballast motor is switched off, and nothing else.
+    Spar,
+}
+
+/// Defines [`Fault`] as [`codes!`] does, each with its class, with what shows it, and within which time: the row of
+/// the safety page.
+macro_rules! faults {
+    (
+        $(#[doc = $doc:literal])* $code:ident;
+        $(#[doc = $set_doc:literal])* $set:ident;
+        $( $(#[doc = $meaning:literal])+ $name:ident = $number:literal => $class:ident($by:literal, $bound:literal), )+
+    ) => {
+        codes! {
+            $(#[doc = $doc])* $code;
+            $(#[doc = $set_doc])* $set;
+            $( $(#[doc = $meaning])+ $name = $number, )+
+        }
+
+        impl $code {
+            /// Of each fault, in order: its class, what shows the fault, and the time from the cause to the bridges'
+            /// reaction.
+            pub const DETECTION: &'static [(FaultClass, &'static str, &'static str)] =
+                &[$((FaultClass::$class, $by, $bound)),+];
+        }
+    };
+}
+
+faults! {
     /// Why the vehicle stopped. A fault is latched when it occurs while armed, until it is cleared. Numbers are stable.
     Fault;
     /// A set of faults.
     FaultSet;
     /// The emergency stop was pressed.
-    EmergencyStop = 0,
+    EmergencyStop = 0 => Opens(
+        "first contact, sampled each tick",
+        "1 tick; the second contact opens the bridges [in hardware](#emergency-stop-and-hardware-break) before it"
+    ),
     /// The bridges' hardware break tripped.
-    BridgeBreak = 1,
+    BridgeBreak = 1 => Opens(
+        "flag of the hardware break, sampled each tick",
+        "the bridges are open before the firmware reads the flag"
+    ),
     /// The arm IMU gave no sample in time.
-    ImuStale = 2,
+    ImuStale = 2 => Opens(
+        "newest sample of the arm IMU older than `sensor_timeout_s` (5 ms)",
+        "15 ms for an IMU that goes dead"
+    ),
     /// The arm IMU repeats one reading, or its readings cannot be true.
-    ImuImplausible = 3,
+    ImuImplausible = 3 => Opens(
+        "one reading repeated for 20 ticks (`REPEATED_TICKS`); a value at the end of its range for 10 ticks (`SATURATED_TICKS`); a force beyond 6 g, or a rate jumping 200 deg/s in a tick, in most of 40 ticks (`IMPOSSIBLE_TICKS`, `Suspicion`); a force below 0.2 g for 300 ticks, which is a fall of 0.44 m (`FORCELESS_TICKS`); integrated gyro and accelerometer differ by a sine of 0.7 for 300 ticks (`CONTRADICTION`)",
+        "stuck 40 ms; noise 150 ms; intermittent 60 ms; mounted the wrong way round 700 ms"
+    ),
     /// The encoders gave no sample in time.
-    EncoderStale = 4,
+    EncoderStale = 4 => Opens(
+        "counts older than `sensor_timeout_s` (5 ms); the control task reads the drive board's counters itself, so only another board's can be",
+        "1 tick"
+    ),
     /// A wheel's encoder contradicts its motor's voltage and current, or jumped.
-    EncoderImplausible = 5,
+    EncoderImplausible = 5 => Opens(
+        "a tick's advance beyond twice the no-load speed; or voltage less resistance drop less back-EMF beyond 0.35 V plus half the drop plus a quarter of the back-EMF (`RESIDUAL_V`, `RESIDUAL_SHARE`, `BACK_EMF_SHARE`) for 250 ticks (`RESIDUAL_TICKS`) while the current follows the voltage",
+        "noise 100 ms; dead, stuck or reversed 600 ms from 0.15 m/s to 2.5 m/s (260 ms found); not found while the wheel stands"
+    ),
     /// A drive motor's current exceeded the largest allowed.
-    Overcurrent = 6,
+    Overcurrent = 6 => Opens(
+        "the current of either drive motor beyond `overcurrent_a` for 3 ticks (`OVERCURRENT_TICKS`)",
+        "3 ticks; a bridge that reports a fault of its own acts through the break"
+    ),
     /// The battery is below its lowest voltage.
-    BatteryLow = 7,
+    BatteryLow = 7 => Stops(
+        "filtered supply (5 ms) below `minimum_v` for 50 ticks (`BATTERY_TICKS`)",
+        "the stop begins within 300 ms"
+    ),
     /// The battery is above its highest voltage.
-    BatteryHigh = 8,
+    BatteryHigh = 8 => Opens(
+        "the same above `maximum_v`",
+        "150 ms"
+    ),
     /// The analogue inputs gave no reading in time.
-    AnalogStale = 9,
+    AnalogStale = 9 => Stops(
+        "reading older than `sensor_timeout_s` (5 ms)",
+        "the stop begins within 6 ms"
+    ),
     /// The arm swung beyond its largest angle: the vehicle is about to whirl.
-    ArmAngle = 10,
+    ArmAngle = 10 => Opens(
+        "estimated arm angle beyond `phi_max_rad` (1.4 rad)",
+        "1 tick"
+    ),
     /// No drive command came in time.
-    CommandTimeout = 11,
+    CommandTimeout = 11 => Stops(
+        "newest command older than `command_timeout_s` (0.25 s), or not a number",
+        "the stop begins within 252 ms of the giving of the last command"
+    ),
     /// A controlled stop did not come to rest in time.
-    StopTimeout = 12,
+    StopTimeout = 12 => Opens(
+        "`stop_timeout_s` (4 s) in Stopping",
+        "4 s after the stop began"
+    ),
     /// A computed value was not a number.
-    NotFinite = 13,
+    NotFinite = 13 => Opens(
+        "an estimate, or a voltage about to be applied, is not a number",
+        "the same tick: the value is not applied"
+    ),
     /// A tick came far too late.
-    DeadlineMissed = 14,
+    DeadlineMissed = 14 => Opens(
+        "more than 5 ms from one tick to the next (`MISSED_US`); more than 1.5 ms counts in `late_ticks` (`LATE_US`)",
+        "the late tick itself; if the core hangs altogether, the watchdog acts"
+    ),
     /// The spar tilted beyond its largest angle: the ballast motor is off.
-    SparAngle = 15,
+    SparAngle = 15 => Spar(
+        "estimated spar angle beyond `spar_max_rad` (1 rad)",
+        "1 tick"
+    ),
     /// The spar IMU gave no believable sample: the ballast motor is off.
-    SparImu = 16,
+    SparImu = 16 => Spar(
+        "as ImuStale and ImuImplausible, but for the contradiction",
+        "as there"
+    ),
     /// The ballast's encoder contradicts its motor's voltage and current, or jumped: the ballast motor is off.
-    BallastEncoder = 17,
+    BallastEncoder = 17 => Spar(
+        "as EncoderImplausible",
+        "noise 200 ms; dead, stuck or reversed only while the ballast turns faster than half its residual allows"
+    ),
     /// The ballast motor's current exceeded the largest allowed: the ballast motor is off.
-    BallastOvercurrent = 18,
+    BallastOvercurrent = 18 => Spar(
+        "as Overcurrent",
+        "3 ticks"
+    ),
     /// No current follows the ballast motor's voltage: a lead is open, and the ballast motor is off.
-    BallastMotorOpen = 19,
+    BallastMotorOpen = 19 => Spar(
+        "as LeftMotorOpen",
+        "as there, once levelling asks for 1.6 A"
+    ),
     /// The ballast motor's current sensor does not follow the current, or showed one at an open bridge: the ballast motor is off.
-    BallastCurrentSensor = 20,
+    BallastCurrentSensor = 20 => Spar(
+        "as CurrentSensor, and the offset that blocks arming for a drive motor",
+        "only while levelling works the motor"
+    ),
     /// No current follows the left motor's voltage: a lead is open.
-    LeftMotorOpen = 21,
+    LeftMotorOpen = 21 => Opens(
+        "the voltage should drive 40 % of `current_limit_a` (`OPEN_SHARE`), less than a tenth of that flows, and the current does not follow the voltage, for 100 ticks (`OPEN_TICKS`)",
+        "400 ms while driving (180 ms found); a vehicle that stands still on the level shows CurrentSensor instead"
+    ),
     /// No current follows the right motor's voltage: a lead is open.
-    RightMotorOpen = 22,
+    RightMotorOpen = 22 => Opens(
+        "the same on the right",
+        "as there"
+    ),
     /// A drive motor's current sensor does not follow the current.
-    CurrentSensor = 23,
+    CurrentSensor = 23 => Stops(
+        "changes of the measured current follow less than a quarter of those that the voltage makes (`DEAD_SHARE`) for 150 ticks (`DEAD_TICKS`)",
+        "the stop begins within 1 s from a stand to 2 m/s (630 ms found); not found while the voltage rests at a limit"
+    ),
 }
 
 codes! {
@@ -203,7 +310,7 @@ codes! {
     NoCommand = 10,
     /// The drive command asks for motion.
     CommandNotNeutral = 11,
-    /// Stored parameters were changed and are not in force yet.
+    /// Stored parameters are not in force: a change is being stored, or the stored set cannot be believed.
     Parameters = 12,
     /// A drive motor's current sensor shows a current though every bridge is open.
     CurrentSensor = 13,
@@ -234,20 +341,24 @@ codes! {
 
 impl FaultSet {
     /// Faults that open the bridges at once.
-    pub const OPENING: Self = Self(Self::FULL.0 & !Self::STOPPING.0 & !Self::SPAR.0);
+    pub const OPENING: Self = Self::of(FaultClass::Opens);
     /// Faults that bring the vehicle, which can still be controlled, to a controlled stop.
-    pub const STOPPING: Self = Self(
-        Fault::CommandTimeout.bit() | Fault::BatteryLow.bit() | Fault::AnalogStale.bit() | Fault::CurrentSensor.bit(),
-    );
+    pub const STOPPING: Self = Self::of(FaultClass::Stops);
     /// Faults that only switch the ballast motor off.
-    pub const SPAR: Self = Self(
-        Fault::SparAngle.bit()
-            | Fault::SparImu.bit()
-            | Fault::BallastEncoder.bit()
-            | Fault::BallastOvercurrent.bit()
-            | Fault::BallastMotorOpen.bit()
-            | Fault::BallastCurrentSensor.bit(),
-    );
+    pub const SPAR: Self = Self::of(FaultClass::Spar);
+
+    /// The faults of one class.
+    const fn of(class: FaultClass) -> Self {
+        let mut bits = 0;
+        let mut n = 0;
+        while n < Fault::ALL.len() {
+            if Fault::DETECTION[n].0 as u8 == class as u8 {
+                bits |= Fault::ALL[n].bit();
+            }
+            n += 1;
+        }
+        Self(bits)
+    }
 }
 
 #[cfg(test)]

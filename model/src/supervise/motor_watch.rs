@@ -42,7 +42,7 @@ pub struct MotorHealth {
 
 /// How the measured current answers to the voltage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Answer {
+enum CurrentResponse {
     /// The voltage changed too little to tell, or the answer lies between the others.
     Unknown,
     Follows,
@@ -149,16 +149,16 @@ impl MotorWatch {
         };
         let allowed_v = RESIDUAL_V + RESIDUAL_SHARE * drop_v.abs() + BACK_EMF_SHARE * back_emf_v;
         // Where the current follows nothing, the encoder is not to blame.
-        let contradicts = residual_v.abs() > allowed_v && answer != Answer::Dead;
+        let contradicts = residual_v.abs() > allowed_v && answer != CurrentResponse::Dead;
         let surely_v = expected_v - SILENT_V - RESIDUAL_SHARE * drop_v.abs();
         let silent = self.silent.update(count, surely_v * self.rad_s_per_v * TICK_S, answer);
         let driving_a = self.limits.current_a(voltage_v, rate_rad_s).abs();
         let open = driving_a > OPEN_SHARE * self.current_limit_a
             && current_a.abs() < OPEN_CURRENT_SHARE * driving_a
-            && answer != Answer::Follows;
+            && answer != CurrentResponse::Follows;
         MotorHealth {
             encoder: self.contradicted.update(contradicts) || silent || jumped,
-            current_sensor: self.dead.update(answer == Answer::Dead),
+            current_sensor: self.dead.update(answer == CurrentResponse::Dead),
             current_offset,
             open: self.open.update(open),
         }
@@ -194,7 +194,7 @@ struct Silence {
 impl Silence {
     /// Takes one tick in which the motor surely turned by `turned_rad`, if that is positive; whether the encoder is dead.
     /// Voltage and current tell the rate only while the current follows.
-    fn update(&mut self, count: i64, turned_rad: f32, answer: Answer) -> bool {
+    fn update(&mut self, count: i64, turned_rad: f32, answer: CurrentResponse) -> bool {
         if count.wrapping_sub(self.count).unsigned_abs() > SILENT_COUNTS {
             *self = Self {
                 count,
@@ -202,7 +202,7 @@ impl Silence {
             };
         } else {
             self.ticks = self.ticks.saturating_add(1);
-            if turned_rad > 0.0 && answer == Answer::Follows {
+            if turned_rad > 0.0 && answer == CurrentResponse::Follows {
                 self.turned_rad += turned_rad;
             }
         }
@@ -265,7 +265,7 @@ impl Follower {
         self.measured_power = 0.0;
     }
 
-    fn update(&mut self, voltage_v: f32, current_a: f32) -> Answer {
+    fn update(&mut self, voltage_v: f32, current_a: f32) -> CurrentResponse {
         let steady_a = voltage_v * self.ampere_per_volt;
         let before_a = self.model_a.unwrap_or(steady_a);
         let after_a = steady_a + self.rest * (before_a - steady_a);
@@ -279,13 +279,13 @@ impl Follower {
             self.measured_power += SUM_GAIN * (measured * measured - self.measured_power);
         }
         if self.power < POWER_MIN_A2 {
-            Answer::Unknown
+            CurrentResponse::Unknown
         } else if self.common > FOLLOWS_SHARE * self.power {
-            Answer::Follows
+            CurrentResponse::Follows
         } else if self.common < DEAD_SHARE * self.power && self.measured_power < DEAD_POWER_SHARE * self.power {
-            Answer::Dead
+            CurrentResponse::Dead
         } else {
-            Answer::Unknown
+            CurrentResponse::Unknown
         }
     }
 }

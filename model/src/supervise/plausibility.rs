@@ -171,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_living_imu_is_good_and_an_old_sample_stale() {
-        let mut watch = ImuWatch::new(5000, &BoardScales::TEST.imu);
+        let mut watch = ImuWatch::new(5000, &BoardScales::EXAMPLE.imu);
         for k in 0..1000 {
             assert_eq!(watch.update(&noisy(k)), ImuHealth::Good);
         }
@@ -216,7 +216,7 @@ mod tests {
                 FORCELESS_TICKS,
             ),
         ] {
-            let mut watch = ImuWatch::new(5000, &BoardScales::TEST.imu);
+            let mut watch = ImuWatch::new(5000, &BoardScales::EXAMPLE.imu);
             for k in 1..i16::try_from(ticks).expect("small") {
                 assert_eq!(watch.update(&make(k)), ImuHealth::Good, "tick {k} of {ticks}");
             }

@@ -22,7 +22,7 @@ const BATTERY_TICKS: u16 = 50;
 
 /// What supervision finds in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Verdict {
+pub struct Findings {
     /// The mode from now on.
     pub mode: Mode,
     /// The vehicle was armed in this tick.
@@ -67,6 +67,11 @@ fn jump_counts(motor: &MotorParameters<f32>, supply_max_v: f32) -> i64 {
     i64::from((2.0 * turns_per_s * motor.encoder_counts_per_rev * TICK_S) as i32) + 16
 }
 
+/// Time after which a controlled stop is given up, in ticks.
+fn stop_timeout_ticks(vehicle: &Vehicle<f32>) -> u32 {
+    (vehicle.parameters().safety.stop_timeout_s / TICK_S) as u32
+}
+
 impl Supervisor {
     /// The supervisor of `vehicle` on a board of the given scales: disarmed, every blocker set.
     pub fn new(vehicle: &Vehicle<f32>, scales: &BoardScales) -> Self {
@@ -78,7 +83,7 @@ impl Supervisor {
         let ballast_motor = p.spar.as_ref().map_or(&p.drive_motor, |(_, motor)| motor);
         let imu_watch = ImuWatch::new(sensor_timeout_us, &scales.imu);
         Self {
-            arming: Arming::new((p.safety.stop_timeout_s / TICK_S) as u32),
+            arming: Arming::new(stop_timeout_ticks(vehicle)),
             thresholds: Thresholds {
                 phi_max_rad: p.safety.phi_max_rad,
                 spar_max_rad: p.safety.spar_max_rad,
@@ -105,8 +110,20 @@ impl Supervisor {
         }
     }
 
+    /// This supervisor, made for `vehicle`, with everything that another one has told: mode, latched faults, blockers,
+    /// refused requests and late ticks.
+    #[must_use]
+    pub fn with_record_of(self, other: &Self, vehicle: &Vehicle<f32>) -> Self {
+        Self {
+            arming: other.arming.with_stop_timeout(stop_timeout_ticks(vehicle)),
+            last_time_us: other.last_time_us,
+            late_ticks: other.late_ticks,
+            ..self
+        }
+    }
+
     /// One tick. `applied` is what the bridges did since the last tick.
-    pub fn step(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command, applied: Actuation) -> Verdict {
+    pub fn step(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command, applied: Actuation) -> Findings {
         let faults = self.faults(sensed, estimate, command, applied);
         let blockers = self.blockers(faults, estimate, command);
         let before = self.arming.mode();
@@ -116,7 +133,7 @@ impl Supervisor {
             request: command.request,
             stopped: estimate.stopped,
         });
-        Verdict {
+        Findings {
             mode,
             newly_armed: before == Mode::Disarmed && mode != Mode::Disarmed,
             faults,
@@ -192,7 +209,7 @@ impl Supervisor {
         faults.set(Fault::NotFinite, !estimate.is_finite());
         faults.set(
             Fault::CommandTimeout,
-            !command.is_finite() || command.age_us > limits.command_timeout_us,
+            !command.drive.is_finite() || command.age_us > limits.command_timeout_us,
         );
         faults
     }
@@ -257,7 +274,7 @@ impl Supervisor {
         let upright = estimate.phi_rad.abs() < 0.5 * self.thresholds.phi_max_rad;
         blockers.set(Blocker::ArmAngle, !upright);
         blockers.set(Blocker::NoCommand, any(&[Fault::CommandTimeout]));
-        blockers.set(Blocker::CommandNotNeutral, !command.is_neutral());
+        blockers.set(Blocker::CommandNotNeutral, !command.drive.is_neutral());
         blockers.set(Blocker::Parameters, command.parameters_pending);
         blockers.set(Blocker::CurrentSensor, self.current_offset);
         blockers

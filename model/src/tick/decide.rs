@@ -1,6 +1,6 @@
 //! Stage 3: the control laws under the supervisor's verdict.
 
-use crate::command::Command;
+use crate::command::{Command, DriveCommand};
 use crate::control::LawOutput;
 use crate::control::spar::{SparController, SparState, SparTerms};
 use crate::control::speed::SpeedInput;
@@ -14,7 +14,7 @@ use crate::sensed::Sensed;
 use crate::status::Terms;
 use crate::supervise::arming::Mode;
 use crate::supervise::codes::{BlockerSet, FaultSet, Limit, LimitSet};
-use crate::supervise::supervisor::Verdict;
+use crate::supervise::supervisor::Findings;
 use crate::vehicle::Vehicle;
 
 /// Share of the supply that steering may take from driving.
@@ -34,9 +34,9 @@ pub struct Decision {
     pub faults: FaultSet,
     /// What blocks arming.
     pub blockers: BlockerSet,
-    /// Ticks that came late since the core began.
+    /// Ticks that came late since boot.
     pub late_ticks: u32,
-    /// Requests to arm that were refused since the core began.
+    /// Requests to arm that were refused since boot.
     pub refused_arms: u32,
     /// What bounds the response so far: the supply and the governor.
     pub limits: LimitSet,
@@ -91,7 +91,7 @@ impl Laws {
     }
 
     /// One tick: what the laws ask for; nothing while disarmed.
-    pub(super) fn step(&mut self, verdict: Verdict, sensed: &Sensed, estimate: &Estimate, command: &Command) -> Wish {
+    pub(super) fn step(&mut self, verdict: Findings, sensed: &Sensed, estimate: &Estimate, command: &Command) -> Wish {
         if verdict.mode == Mode::Disarmed {
             self.target_m_s = 0.0;
             return Wish::default();
@@ -103,22 +103,22 @@ impl Laws {
         }
         self.spar_off |= !verdict.faults.intersection(FaultSet::SPAR).is_empty();
 
-        let (speed_m_s, yaw_rate_rad_s) = if verdict.mode == Mode::Armed {
-            (command.speed_m_s, command.yaw_rate_rad_s)
+        let wanted = if verdict.mode == Mode::Armed {
+            command.drive
         } else {
-            (0.0, 0.0)
+            DriveCommand::NEUTRAL
         };
-        self.target_m_s = speed_m_s;
+        self.target_m_s = wanted.speed_m_s;
         let supply_v = self.duty_max * sensed.battery_v;
         let turn = self.steering.step(&SteeringInput {
-            target_rad_s: yaw_rate_rad_s,
+            target_rad_s: wanted.yaw_rate_rad_s,
             yaw_rate_rad_s: estimate.yaw_rate_rad_s,
             heading_rad: estimate.heading_rad,
             voltage_max_v: STEERING_SHARE * supply_v,
         });
         let drive_max_v = supply_v - turn.voltage_v.abs();
         let drive = self.speed.step(&SpeedInput {
-            target_m_s: speed_m_s,
+            target_m_s: wanted.speed_m_s,
             phi_rad: estimate.phi_rad,
             theta_rate_rad_s: estimate.theta_rate_rad_s,
             phi_rate_rad_s: estimate.phi_rate_rad_s,
@@ -130,7 +130,7 @@ impl Laws {
         let probe_v = self.probe_v();
         let mut limits = LimitSet::EMPTY;
         limits.set(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);
-        let behind_m_s = (self.speed.reference_m_s() - speed_m_s).abs();
+        let behind_m_s = (self.speed.reference_m_s() - wanted.speed_m_s).abs();
         limits.set(Limit::SlopeLimit, self.speed.slope_limited());
         limits.set(Limit::Reference, behind_m_s > REFERENCE_REACHED_M_S);
         limits.set(Limit::Stall, estimate.stalled);

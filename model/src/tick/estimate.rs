@@ -56,7 +56,7 @@ struct Trail {
 
 /// What gyro and encoders show of one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Motion {
+struct MeasuredMotion {
     phi_rate_rad_s: f32,
     theta_rate_rad_s: f32,
     /// Speed and acceleration of the axle if the wheels roll.
@@ -136,6 +136,16 @@ impl Estimator {
         }
     }
 
+    /// This estimator with the heading and the pose of another one; everything else is estimated anew.
+    pub(super) fn with_pose_of(self, other: &Self) -> Self {
+        Self {
+            heading: self.heading.with_heading_of(&other.heading),
+            odometry: other.odometry,
+            last_heading_rad: other.last_heading_rad,
+            ..self
+        }
+    }
+
     /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang. `intent` is what the
     /// speed law was told in the last tick.
     pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool, intent: Intent) -> Estimate {
@@ -198,7 +208,7 @@ impl Estimator {
     }
 
     /// Heading and wheel rate: what the gyro and the encoders show at once.
-    fn turn(&mut self, sensed: &Sensed, at_rest: bool) -> Motion {
+    fn turn(&mut self, sensed: &Sensed, at_rest: bool) -> MeasuredMotion {
         let [left, right, _] = sensed.relative_rate_rad_s;
         let r = self.scales.length_m;
         // The plane's normal seen from the arm: turned by phi - beta from the arm's z axis.
@@ -226,7 +236,7 @@ impl Estimator {
         let sin_roll = self.roll.value();
         self.alignment
             .update(TICK_S, yaw_rate_rad_s, swing_rad_s, sin_roll, wheels_m_s);
-        Motion {
+        MeasuredMotion {
             phi_rate_rad_s,
             theta_rate_rad_s,
             wheels_m_s,
@@ -238,7 +248,7 @@ impl Estimator {
     }
 
     /// The angles of arm and spar, and whether the wheels roll.
-    fn tilt(&mut self, sensed: &Sensed, motion: &Motion, rest: bool) {
+    fn tilt(&mut self, sensed: &Sensed, motion: &MeasuredMotion, rest: bool) {
         self.slope.turn(motion.yaw_rate_rad_s * TICK_S, motion.sin_roll);
         let disturbance = Disturbance {
             axle_acceleration_m_s2: motion.wheels_m_s2,
@@ -274,7 +284,7 @@ impl Estimator {
     }
 
     /// The slope; whether something blocks the vehicle.
-    fn climb(&mut self, motion: &Motion, disarmed: bool, intent: Intent) -> bool {
+    fn climb(&mut self, motion: &MeasuredMotion, disarmed: bool, intent: Intent) -> bool {
         let stuck = self.progress(disarmed, intent, motion.wheels_m_s) == Progress::Stuck;
         if stuck && !self.stall.stalls() {
             self.slope.reset(self.free_sin_slope);
@@ -293,7 +303,7 @@ impl Estimator {
     }
 
     /// The mean advance of the wheels over the plane, or of the sliding vehicle, at the mean heading of the tick.
-    fn advance(&mut self, sensed: &Sensed, motion: &Motion) {
+    fn advance(&mut self, sensed: &Sensed, motion: &MeasuredMotion) {
         let advance_m = if self.traction.slides() {
             self.traction.speed_m_s() * TICK_S
         } else {

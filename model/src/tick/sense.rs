@@ -1,5 +1,6 @@
 //! Stage 1: raw counts to SI units.
 
+use crate::analog::{Analog, AnalogScale};
 use crate::board::BoardScales;
 use crate::estimate::rate_filter::{LowPass, RateFilter};
 use crate::estimate::tilt::TiltReading;
@@ -16,9 +17,7 @@ pub(super) struct Sensing {
     filters: [RateFilter; MOTORS],
     rad_per_count: [f32; MOTORS],
     imu: ImuUnits,
-    battery_v_per_count: f32,
-    current_a_per_count: f32,
-    current_zero_count: u16,
+    analog: Analog<AnalogScale>,
     battery: LowPass,
     last_counts: Option<[i64; MOTORS]>,
     ballast_start: i64,
@@ -42,9 +41,7 @@ impl Sensing {
                 rad_s_per_lsb: core::f32::consts::PI / 180.0 / scales.imu.gyro_lsb_per_deg_s,
                 m_s2_per_lsb: GRAVITY_M_S2 as f32 / scales.imu.accel_lsb_per_g,
             },
-            battery_v_per_count: scales.battery_v_per_count,
-            current_a_per_count: scales.current_a_per_count,
-            current_zero_count: scales.current_zero_count,
+            analog: scales.analog,
             battery: LowPass::new(TICK_S, BATTERY_TIME_CONSTANT_S),
             last_counts: None,
             ballast_start: 0,
@@ -52,16 +49,27 @@ impl Sensing {
         }
     }
 
+    /// This stage with the encoder counts of another one, from which the next tick's advance is taken, and with that
+    /// one's supply.
+    pub(super) fn with_counts_of(self, other: &Self) -> Self {
+        Self {
+            last_counts: other.last_counts,
+            ballast_start: other.ballast_start,
+            battery: other.battery,
+            ..self
+        }
+    }
+
     pub(super) fn step(&mut self, sample: &Sample) -> Sensed {
         let counts = sample.encoder_counts;
-        let battery_v = f32::from(sample.battery) * self.battery_v_per_count;
+        let analog = sample.analog.with(&self.analog, |raw, scale| scale.value(raw));
         let last = self.last_counts.unwrap_or_else(|| {
             self.ballast_start = counts[BALLAST];
-            self.battery.reset(battery_v);
+            self.battery.reset(analog.battery);
             counts
         });
         self.last_counts = Some(counts);
-        self.battery.update(battery_v);
+        self.battery.update(analog.battery);
         let mut relative_rate_rad_s = [0.0; MOTORS];
         let mut relative_advance_rad = [0.0; MOTORS];
         for (i, filter) in self.filters.iter_mut().enumerate().take(self.motors) {
@@ -70,10 +78,9 @@ impl Sensing {
             relative_advance_rad[i] = counts[i].wrapping_sub(last[i]) as f32 * self.rad_per_count[i];
         }
         let arm = &sample.arm_imu.raw;
-        let zero = i32::from(self.current_zero_count);
         let mut current_a = [0.0; MOTORS];
-        for (current, raw) in current_a.iter_mut().zip(sample.current).take(self.motors) {
-            *current = (i32::from(raw) - zero) as f32 * self.current_a_per_count;
+        for (current, measured) in current_a.iter_mut().zip(analog.currents()).take(self.motors) {
+            *current = measured;
         }
         Sensed {
             time_us: sample.time_us,
@@ -86,6 +93,7 @@ impl Sensing {
             spar: self.imu.tilt(&sample.spar_imu.raw),
             battery_v: self.battery.value(),
             current_a,
+            analog,
             encoder_counts: counts,
             encoder_age_us: sample.encoder_age_us,
             arm_imu: sample.arm_imu,

@@ -24,7 +24,7 @@ pub struct OutOfRange {
     /// The group (table of the vehicle file).
     pub group: &'static str,
     /// The field.
-    pub field: Field,
+    pub field: &'static Field,
     /// The value refused.
     pub value: f64,
 }
@@ -37,7 +37,7 @@ impl fmt::Display for OutOfRange {
             max,
             choices,
             ..
-        } = self.field;
+        } = *self.field;
         write!(f, "{}.{name} = {}: allowed is {min} to {max}", self.group, self.value)?;
         for (value, choice) in choices.iter().enumerate() {
             write!(f, "{} {value} ({choice})", if value == 0 { ":" } else { "," })?;

@@ -205,16 +205,12 @@ impl<T: Real> VehicleParameters<T> {
 }
 
 /// Checks a value against its field's range.
-fn check<T: Real>(group: &'static str, field: &Field, value: T) -> Result<(), OutOfRange> {
+fn check<T: Real>(group: &'static str, field: &'static Field, value: T) -> Result<(), OutOfRange> {
     let value = value.to_f64();
     if field.allows(value) {
         Ok(())
     } else {
-        Err(OutOfRange {
-            group,
-            field: *field,
-            value,
-        })
+        Err(OutOfRange { group, field, value })
     }
 }
 
@@ -253,7 +249,7 @@ mod tests {
                 assert_eq!(parameters.value(number), Some(field.max));
                 assert!(matches!(
                     parameters.set(number, 2.0 * field.max + 1.0),
-                    Err(NotSet::OutOfRange(out)) if out.field == *field && out.group == table
+                    Err(NotSet::OutOfRange(out)) if *out.field == *field && out.group == table
                 ));
                 for other in (0..parameters.count()).filter(|other| *other != number) {
                     assert_eq!(parameters.value(other), before.value(other));

@@ -10,6 +10,7 @@ pub mod fields;
 mod groups;
 mod models;
 mod parameters;
+mod renamed;
 mod scales;
 #[cfg(test)]
 pub(crate) mod test_vehicle;
@@ -20,6 +21,7 @@ pub use parameters::{
     BatteryParameters, BodyParameters, ControlParameters, EstimatorParameters, ImuParameters, MotorParameters,
     SafetyParameters, SparParameters,
 };
+pub use renamed::RENAMED;
 pub use scales::{Scales, SparScales};
 
 /// The speed laws that a vehicle file can name.
@@ -284,7 +286,7 @@ mod tests {
     #[test]
     fn a_limit_that_the_sensors_cannot_measure_is_refused_by_name() {
         type Change = fn(&mut VehicleParameters<f32>);
-        let ranges = BoardScales::TEST.sensor_ranges();
+        let ranges = BoardScales::EXAMPLE.sensor_ranges();
         let reference = test_vehicle::reference();
         assert_eq!(reference.check_on(&ranges), Ok(()));
         let refused: [(&str, Change); 6] = [

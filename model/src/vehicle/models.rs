@@ -58,8 +58,8 @@ impl<T: Real> Vehicle<T> {
             motor.torque_constant_n_m_per_a * motor.back_emf_constant_v_s_per_rad * motor.gear_ratio * motor.gear_ratio
                 / motor.resistance_ohm;
         Some(CameraParameters {
-            lm: spar.motor_arm_m / length,
-            lr: spar.ballast_arm_m / length,
+            lm: spar.motor_distance_m / length,
+            lr: spar.ballast_distance_m / length,
             mm: spar.motor_mass_kg / mass,
             mr: spar.ballast_mass_kg / mass,
             zeta: spar.spar_damping_n_m_s / damping,

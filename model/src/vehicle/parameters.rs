@@ -63,9 +63,9 @@ parameter_group! {
         /// Ballast mass m_r.
         ballast_mass_kg: 0.005 to 500.0,
         /// Distance l_m of the ballast motor below the axle.
-        motor_arm_m: 0.001 to 5.0,
+        motor_distance_m: 0.001 to 5.0,
         /// Distance l_r of the ballast from the ballast motor.
-        ballast_arm_m: 0.001 to 5.0,
+        ballast_distance_m: 0.001 to 5.0,
         /// Viscous damping c of the spar's bearing.
         spar_damping_n_m_s: 0.0 to 100.0,
         /// Gain g1 of Eq. 7.19 on the spar's angle, in the units of ch. 7 (`hil-sim lqr`); four zeros: no levelling.

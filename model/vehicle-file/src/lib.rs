@@ -9,18 +9,18 @@
 use std::path::Path;
 
 mod error;
-mod write;
 
 pub use error::VehicleFileError;
-pub use write::to_toml;
 
 use model::board::SensorRanges;
 use model::dynamics::planar::PlanarParameters;
-use model::vehicle::{Field, Vehicle, VehicleParameters};
+use model::vehicle::{Field, RENAMED, Vehicle, VehicleParameters};
 use toml::{Table, Value};
 
+mod sets;
 mod text;
 
+pub use sets::{Difference, diff, to_toml};
 pub use text::{TEXT_MAX_BYTES, read_text};
 
 /// What a vehicle file describes.
@@ -60,11 +60,25 @@ pub fn read_vehicle(path: &Path) -> Result<Vehicle<f64>, VehicleFileError> {
 /// The first thing wrong with the file.
 pub fn read_vehicle_for(path: &Path, ranges: &SensorRanges) -> Result<Vehicle<f64>, VehicleFileError> {
     let vehicle = read_vehicle(path)?;
-    vehicle.check_on(ranges).map_err(|error| VehicleFileError::Parameter {
-        file: path.display().to_string(),
-        error,
-    })?;
+    check_on(&path.display().to_string(), &vehicle, *ranges)?;
     Ok(vehicle)
+}
+
+/// As [`read_vehicle_for`], from a file's text; `file` is the name used in messages.
+///
+/// # Errors
+/// The first thing wrong with the text.
+pub fn parse_vehicle_for(file: &str, text: &str, ranges: &SensorRanges) -> Result<Vehicle<f64>, VehicleFileError> {
+    let vehicle = whole_vehicle(file, parse(file, text)?)?;
+    check_on(file, &vehicle, *ranges)?;
+    Ok(vehicle)
+}
+
+fn check_on(file: &str, vehicle: &Vehicle<f64>, ranges: SensorRanges) -> Result<(), VehicleFileError> {
+    vehicle.check_on(&ranges).map_err(|error| VehicleFileError::Parameter {
+        file: file.to_owned(),
+        error,
+    })
 }
 
 /// The text of the reference vehicle's file.
@@ -132,19 +146,11 @@ const PLANAR: &str = "planar";
 
 const TABLES: &[model::vehicle::Table] = VehicleParameters::<f64>::TABLES;
 
-/// Names of version 0.1 that have changed since, as `table` or `table.field`: the old name and the new. A file
-/// with an old name is read as if it had the new one, and a line on standard error asks for the change.
-const RENAMED: [(&str, &str); 4] = [
-    ("camera", "spar"),
-    ("camera_motor", "ballast_motor"),
-    ("imu.chassis_radius_m", "imu.arm_radius_m"),
-    ("control.camera_voltage_max_v", "control.ballast_voltage_max_v"),
-];
-
-/// Gives the names of [`RENAMED`] their new form, unless the file has both; the pairs that it met.
+/// Gives the names of [`RENAMED`] their new form, unless the file has both; the pairs that it met. A file with an old
+/// name is read as if it had the new one, and a line on standard error asks for the change.
 fn rename(root: &mut Table) -> Vec<(&'static str, &'static str)> {
     let mut met = Vec::new();
-    for (old, new) in RENAMED {
+    for (old, new) in RENAMED.iter().copied() {
         let (holder, from, to) = match (old.split_once('.'), new.split_once('.')) {
             (Some((table, from)), Some((_, to))) => (root.get_mut(table).and_then(Value::as_table_mut), from, to),
             _ => (Some(&mut *root), old, new),
@@ -274,7 +280,7 @@ impl Reader<'_> {
                 file: self.file.to_owned(),
                 error: model::vehicle::OutOfRange {
                     group: PLANAR,
-                    field: *field,
+                    field,
                     value,
                 }
                 .into(),

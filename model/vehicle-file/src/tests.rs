@@ -82,8 +82,8 @@ fn a_spar_of_any_proportions_is_scaled_by_the_vehicle() {
         ("camera_mass_kg = 0.51", "camera_mass_kg = 0.7"),
         ("motor_mass_kg = 1.53", "motor_mass_kg = 1.1"),
         ("ballast_mass_kg = 2.04", "ballast_mass_kg = 3.0"),
-        ("motor_arm_m = 0.0416667", "motor_arm_m = 0.09"),
-        ("ballast_arm_m = 0.0416667", "ballast_arm_m = 0.06"),
+        ("motor_distance_m = 0.0416667", "motor_distance_m = 0.09"),
+        ("ballast_distance_m = 0.0416667", "ballast_distance_m = 0.06"),
         ("half_track_m = 0.25", "half_track_m = 0.3"),
     ] {
         assert!(text.contains(from), "{from}");
@@ -237,7 +237,7 @@ fn the_generated_source_holds_every_value_to_the_bit() {
 #[test]
 fn names_of_version_0_1_are_still_read() {
     let mut text = REFERENCE.to_owned();
-    for (old, new) in super::RENAMED {
+    for (old, new) in super::RENAMED.iter().copied() {
         let last = |name: &'static str| name.split('.').next_back().expect("a name");
         let (table, field) = (format!("[{new}]"), format!("\n{} = ", last(new)));
         assert!(text.contains(&table) || text.contains(&field), "{new}");

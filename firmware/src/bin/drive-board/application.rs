@@ -6,17 +6,19 @@ use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_time::{Duration, Ticker};
 use firmware::drive::DriveHardware;
 use firmware::drive_board::SCALES;
-use firmware::imu::Place;
-use firmware::parameters::ParameterStore;
+use firmware::events::Event;
+use firmware::fault_history::FaultStore;
+use firmware::hardware::Place;
+use firmware::parameters::{Booted, ParameterStore};
 use firmware::protocol::message::About;
 use firmware::topics::{self, DisarmBy};
-use firmware::{analog, built_in, drive, imu, link, log_task, parameters, watchdog};
+use firmware::{analog, built_in, drive, fault_history, imu, link, log_task, parameters, watchdog};
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
 use crate::board::link::{LinkReceiver, LinkSender};
 use crate::board::{
-    self, AnalogSequence, Board, CoreCycles, FlightRecorder, Imu, Lamps, ParameterFlash, QuadratureCounters,
+    self, AnalogSequence, Board, CoreCycles, FlightRecorder, ImuDevice, Lamps, QuadratureCounters, Region,
     RunningWatchdog, StopContact, Tim1Bridges, UserButton,
 };
 
@@ -29,8 +31,9 @@ type BoardDrive = DriveHardware<QuadratureCounters, Tim1Bridges, StopContact, Co
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let board = Board::take();
-    log_task::boot(env!("CARGO_PKG_VERSION"), board.reset_cause);
+    log_task::boot(&TOPICS, env!("CARGO_PKG_VERSION"), board.reset_cause);
     if let Some(words) = &board.last_words {
+        TOPICS.log.push(Event::Crashed);
         defmt::error!("the last run ended: {=str}", words.as_str());
     }
     // The build script has checked the vehicle file by the same rules.
@@ -40,7 +43,7 @@ async fn main(spawner: Spawner) {
     let Ok(mut store) = ParameterStore::new(board.parameters) else {
         defmt::panic!("the parameter flash is too small");
     };
-    let vehicle = parameters::boot(&mut store, &built_in).await;
+    let booted = parameters::boot(&mut store, &built_in).await;
     let drive_hardware = DriveHardware {
         encoders: board.encoders,
         bridges: board.bridges,
@@ -53,14 +56,19 @@ async fn main(spawner: Spawner) {
     let control = board::start_control_executor();
     control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
     control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
-    control.spawn(started(drive_task(VehicleCore::new(&vehicle, &SCALES), drive_hardware)));
+    control.spawn(started(drive_task(
+        VehicleCore::new(&booted.vehicle, &SCALES),
+        drive_hardware,
+    )));
     control.spawn(started(watchdog_task(board.watchdog.start())));
 
     spawner.spawn(started(analog_task(board.analog)));
     let about = link::about(built_in.parameters(), board.boot_number);
     spawner.spawn(started(receive_task(board.link_receiver, about)));
     spawner.spawn(started(send_task(board.link_sender, about.boot)));
-    spawner.spawn(started(parameter_task(store, vehicle, built_in)));
+    spawner.spawn(started(parameter_task(store, booted, built_in)));
+    let history = FaultStore::new(board.fault_history).ok();
+    spawner.spawn(started(fault_task(history, about.boot)));
     spawner.spawn(started(log_task(board.lamps)));
     spawner.spawn(started(button_task(board.user_button)));
 }
@@ -76,7 +84,7 @@ fn started<S>(
 }
 
 #[embassy_executor::task(pool_size = 2)]
-async fn imu_task(place: Place, device: Imu) {
+async fn imu_task(place: Place, device: ImuDevice) {
     imu::run(&TOPICS, place, device).await;
 }
 
@@ -110,8 +118,13 @@ async fn send_task(uart: LinkSender, boot: u32) {
 // The arguments move once, at start-up, into the task's own storage.
 #[allow(clippy::large_types_passed_by_value)]
 #[embassy_executor::task]
-async fn parameter_task(store: ParameterStore<ParameterFlash>, vehicle: Vehicle<f32>, built_in: Vehicle<f32>) {
-    parameters::run(&TOPICS, store, vehicle, built_in).await;
+async fn parameter_task(store: ParameterStore<Region>, booted: Booted, built_in: Vehicle<f32>) {
+    parameters::run(&TOPICS, store, booted, built_in).await;
+}
+
+#[embassy_executor::task]
+async fn fault_task(history: Option<FaultStore<Region>>, boot: u32) {
+    fault_history::run(&TOPICS, history, boot).await;
 }
 
 #[embassy_executor::task]
@@ -126,7 +139,7 @@ async fn button_task(button: UserButton) {
     loop {
         ticker.next().await;
         if button.is_pressed() {
-            TOPICS.disarm.signal(DisarmBy::Button);
+            TOPICS.disarm.put(DisarmBy::Button);
         }
     }
 }

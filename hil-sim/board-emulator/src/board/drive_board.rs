@@ -2,6 +2,7 @@
 
 use std::num::{NonZeroU32, NonZeroU64};
 
+use model::analog::Analog;
 use rigless::device::Level;
 use rigless::machine::{Board, Crystal, Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
@@ -12,9 +13,9 @@ use rigless::soc::stm32h743::peripherals::tim::Channel;
 use rigless::soc::stm32h743::peripherals::{adc, gpio};
 use rigless::time::VirtualNanos;
 
-use super::imu::Imu;
-use super::pins::{BridgeState, MOTORS, Sensed};
-use super::wire::Wire;
+use super::imu::EmulatedImu;
+use super::pins::{BridgeOutput, MOTORS, SensedAtPins};
+use super::wire::LinkLine;
 use crate::part::Part;
 
 /// Instructions the emulated core retires per second of virtual time, unless a run sets another rate: the
@@ -39,8 +40,13 @@ mod at {
 
 /// Chip selects of the arm IMU and the spar IMU.
 const IMU_SELECTS: [(&str, u8); 2] = [("GPIOD", 14), ("GPIOE", 4)];
-/// Converter channels of the battery and of the motors' currents.
-const ANALOG_CHANNELS: [u8; 1 + MOTORS] = [15, 10, 5, 18];
+/// Converter channels of the analogue inputs.
+const ANALOG_CHANNELS: Analog<u8> = Analog {
+    battery: 15,
+    left_current: 10,
+    right_current: 5,
+    ballast_current: 18,
+};
 /// The emergency stop's first contact, PG2.
 const STOP_PIN: u8 = 2;
 /// Pins of the bridges on port E: forward, reverse.
@@ -103,9 +109,9 @@ impl DriveBoard {
                 pin: pin(number),
                 active: Level::Low,
             };
-            h7.spi[bus].attach_selected(Imu::new(), select);
+            h7.spi[bus].attach_selected(EmulatedImu::new(), select);
         }
-        h7.usart[at::LINK].attach(Wire::default());
+        h7.usart[at::LINK].attach(LinkLine::default());
         let mut board = Self {
             mcu,
             instructions_per_second,
@@ -119,7 +125,7 @@ impl DriveBoard {
     }
 
     /// State of each bridge.
-    pub fn bridges(&mut self, now: VirtualNanos) -> [BridgeState; MOTORS] {
+    pub fn bridges(&mut self, now: VirtualNanos) -> [BridgeOutput; MOTORS] {
         let break_level = self.break_level();
         self.mcu.with_bridge_timer(now, |timer, registers, context| {
             timer.drive_break(break_level, registers, context);
@@ -130,7 +136,7 @@ impl DriveBoard {
                     timer.pulse(channel, registers),
                     timer.complementary_pulse(channel, registers),
                 ) {
-                    (Some(forward), Some(reverse)) => BridgeState::Switching {
+                    (Some(forward), Some(reverse)) => BridgeOutput::Switching {
                         forward_ns: forward.width.0,
                         reverse_ns: reverse.width.0,
                         period_ns: forward.period.0,
@@ -139,12 +145,12 @@ impl DriveBoard {
                         let low = |level: Option<Level>| level != Some(Level::High);
                         let forward = timer.output(channel, registers);
                         if low(forward) && low(timer.complementary_output(channel, registers)) {
-                            BridgeState::Open
+                            BridgeOutput::Open
                         } else {
-                            BridgeState::Held
+                            BridgeOutput::Held
                         }
                     }
-                    _ => BridgeState::Held,
+                    _ => BridgeOutput::Held,
                 }
             })
         })
@@ -163,13 +169,13 @@ impl DriveBoard {
     /// What the drivers wrote to INTF_CONFIG1 of the IMUs: arm, spar.
     pub fn intf_config1(&mut self) -> [u8; 2] {
         at::IMU_BUSES.map(|bus| {
-            let imu = self.mcu.h7.spi[bus].chip_mut::<Imu>(0);
+            let imu = self.mcu.h7.spi[bus].chip_mut::<EmulatedImu>(0);
             imu.map_or(0, |imu| imu.intf_config1())
         })
     }
 
     /// Puts what the vehicle's sensors see on the board's pins.
-    pub fn sense(&mut self, now: VirtualNanos, sensed: &Sensed) {
+    pub fn sense(&mut self, now: VirtualNanos, sensed: &SensedAtPins) {
         for n in 0..MOTORS {
             self.turn_encoder(now, n, sensed.encoder_counts[n]);
         }
@@ -182,15 +188,14 @@ impl DriveBoard {
         }
         let h7 = &mut self.mcu.h7;
         for (bus, imu) in at::IMU_BUSES.into_iter().zip(&sensed.imus) {
-            if let Some(Imu { chip, .. }) = h7.spi[bus].chip_mut(0) {
+            if let Some(EmulatedImu { chip, .. }) = h7.spi[bus].chip_mut(0) {
                 let [x, y, z] = imu.rate_mdeg_s;
                 chip.set_rate(x, y, z);
                 let [x, y, z] = imu.specific_force_ug;
                 chip.set_acceleration(x, y, z);
             }
         }
-        let levels = std::iter::once(sensed.battery_mv).chain(sensed.current_mv);
-        for (channel, millivolts) in ANALOG_CHANNELS.into_iter().zip(levels) {
+        for (channel, millivolts) in ANALOG_CHANNELS.values().into_iter().zip(sensed.analog_mv.values()) {
             let channel = adc::Channel::new(channel).expect("a converter has twenty channels");
             h7.adc[at::CONVERTER].set_input(channel, millivolts);
         }
@@ -221,9 +226,9 @@ impl DriveBoard {
     }
 
     /// The host's end of the link.
-    pub fn wire(&mut self) -> &mut Wire {
+    pub fn wire(&mut self) -> &mut LinkLine {
         self.mcu.h7.usart[at::LINK]
-            .chip_mut::<Wire>()
+            .chip_mut::<LinkLine>()
             .expect("the wire was attached when the board was built")
     }
 

@@ -9,7 +9,7 @@ use rigless::time::EventId;
 /// The emulated ICM-42688-P. Its model transfers one byte at a time; this wrapper transfers frames of any whole
 /// number of bytes, which put the same bits on the wires.
 #[derive(Debug)]
-pub struct Imu {
+pub struct EmulatedImu {
     /// The part's model.
     pub chip: Icm42688p,
     /// Register that the next byte of the transfer is written to; `None` before the address, and while reading.
@@ -22,7 +22,7 @@ pub struct Imu {
     intf_config1: u8,
 }
 
-rigless::store!(Imu {
+rigless::store!(EmulatedImu {
     values: [writes, address_next, bank, intf_config1],
     parts: [chip],
     built: []
@@ -31,7 +31,7 @@ rigless::store!(Imu {
 /// Value of INTF_CONFIG1 after a reset.
 const INTF_CONFIG1_RESET: u8 = 0x91;
 
-impl Imu {
+impl EmulatedImu {
     /// The IMU at power-up.
     pub fn new() -> Self {
         Self {
@@ -69,7 +69,7 @@ impl Imu {
     }
 }
 
-impl Peer for Imu {
+impl Peer for EmulatedImu {
     fn transfer(&mut self, mosi: u32, bits: u8, context: &mut Timeline<'_, '_>) -> u32 {
         let bytes = usize::from(bits / 8);
         // The first bit of a frame is its highest.

@@ -7,5 +7,5 @@ mod pins;
 mod wire;
 
 pub use drive_board::{DriveBoard, INSTRUCTIONS_PER_SECOND};
-pub use pins::{BridgeState, ImuSensed, MOTORS, Sensed};
-pub use wire::Wire;
+pub use pins::{BridgeOutput, ImuSensed, MOTORS, SensedAtPins};
+pub use wire::LinkLine;

@@ -1,11 +1,12 @@
 //! What the board's pins tell the vehicle and what the vehicle's sensors put on them.
 
-/// Number of motors, in the order of the firmware's arrays: left, right, camera.
+use model::analog::Analog;
+/// Number of motors, in the order of the firmware's arrays: left, right, ballast.
 pub use model::sample::MOTORS;
 
 /// State of a motor's bridge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum BridgeState {
+pub enum BridgeOutput {
     /// No transistor conducts.
     Open,
     /// The two diagonals conduct in turn, with dead time between them.
@@ -21,7 +22,7 @@ pub enum BridgeState {
     Held,
 }
 
-impl BridgeState {
+impl BridgeOutput {
     /// Mean voltage as a fraction of the supply, -1 to 1, or `None` while the motor is disconnected.
     pub fn duty(self) -> Option<f64> {
         match self {
@@ -57,15 +58,13 @@ impl ImuSensed {
 
 /// What the vehicle puts on the board's sensor pins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Sensed {
+pub struct SensedAtPins {
     /// Encoder positions in counts.
     pub encoder_counts: [i64; MOTORS],
-    /// IMUs: chassis, spar.
+    /// IMUs: arm, spar.
     pub imus: [ImuSensed; 2],
-    /// Battery divider's output in mV.
-    pub battery_mv: u32,
-    /// Current amplifiers' outputs in mV.
-    pub current_mv: [u32; MOTORS],
+    /// Outputs of the battery's divider and of the other sensors before the converter, in mV.
+    pub analog_mv: Analog<u32>,
     /// The supply is too low for the board, which is held in reset.
     pub unpowered: bool,
 }

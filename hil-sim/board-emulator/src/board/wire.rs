@@ -8,14 +8,14 @@ use rigless::time::VirtualNanos;
 
 /// The debugger's virtual COM port: bytes that the host has sent, bytes that the board has sent.
 #[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
-pub struct Wire {
+pub struct LinkLine {
     to_board: VecDeque<u8>,
     from_board: Vec<u8>,
 }
 
-rigless::store!(Wire);
+rigless::store!(LinkLine);
 
-impl Wire {
+impl LinkLine {
     /// Queues bytes, which reach the board at the line's rate from the emulator's next stop on.
     pub fn send(&mut self, bytes: &[u8]) {
         self.to_board.extend(bytes);
@@ -32,7 +32,7 @@ impl Wire {
     }
 }
 
-impl Peer for Wire {
+impl Peer for LinkLine {
     fn receive(&mut self, word: u16, _: &mut Timeline<'_, '_>) {
         self.from_board.push(word as u8);
     }

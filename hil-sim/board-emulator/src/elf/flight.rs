@@ -3,7 +3,8 @@
 use std::mem::{offset_of, size_of};
 
 use firmware::flight_record::FlightRecord;
-use model::command::{Command, Request};
+use model::analog::Analog;
+use model::command::{Command, DriveCommand, Request};
 use model::sample::{Actuation, ImuRaw, ImuSample, Sample};
 
 use super::firmware::Firmware;
@@ -51,22 +52,22 @@ pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
             encoder_age_us: sample(offset_of!(Sample, encoder_age_us)).u32()?,
             arm_imu: sample(offset_of!(Sample, arm_imu)).imu()?,
             spar_imu: sample(offset_of!(Sample, spar_imu)).imu()?,
-            battery: sample(offset_of!(Sample, battery)).u16()?,
-            current: sample(offset_of!(Sample, current)).each(2, |field| field.u16())?,
+            // C's layout of the inputs is an array of them.
+            analog: Analog::from_values(sample(offset_of!(Sample, analog)).each(2, |field| field.u16())?),
             analog_age_us: sample(offset_of!(Sample, analog_age_us)).u32()?,
             emergency_stop: sample(offset_of!(Sample, emergency_stop)).flag()?,
             bridge_break: sample(offset_of!(Sample, bridge_break)).flag()?,
         },
         command: Command {
-            speed_m_s: f32::from_bits(command(offset_of!(Command, speed_m_s)).u32()?),
-            yaw_rate_rad_s: f32::from_bits(command(offset_of!(Command, yaw_rate_rad_s)).u32()?),
+            // C's layout of the quantities is an array of them.
+            drive: DriveCommand::from_values(
+                command(offset_of!(Command, drive)).each(4, |field| Ok(f32::from_bits(field.u32()?)))?,
+            ),
             age_us: command(offset_of!(Command, age_us)).u32()?,
-            request: match command(offset_of!(Command, request)).u8()? {
-                0 => Request::None,
-                1 => Request::Arm,
-                2 => Request::Disarm,
-                3 => Request::ClearFaults,
-                other => return Err(Error::Record(format!("no request has the number {other}"))),
+            request: {
+                let number = command(offset_of!(Command, request)).u8()?;
+                let unknown = || Error::Record(format!("no request has the number {number}"));
+                Request::from_number(number).ok_or_else(unknown)?
             },
             parameters_pending: command(offset_of!(Command, parameters_pending)).flag()?,
         },

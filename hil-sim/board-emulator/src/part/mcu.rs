@@ -13,7 +13,7 @@ use rigless::time::VirtualNanos;
 
 use super::multiplexer::RequestMultiplexer;
 use super::timer::{BridgeTimer, GeneralTimer};
-use super::watchdog::Watchdog;
+use super::watchdog::IndependentWatchdog;
 
 /// Instances left out: those that listen to request lines and that the firmware never accesses.
 const LEFT_OUT: [&str; 18] = [
@@ -64,7 +64,7 @@ pub struct Part {
     /// DMAMUX1.
     multiplexer: RequestMultiplexer,
     /// IWDG1.
-    watchdog: Watchdog,
+    watchdog: IndependentWatchdog,
     /// The model of each slot.
     models: Vec<Model>,
     bridge_timer_slot: usize,
@@ -105,7 +105,7 @@ impl Part {
             bridge_timer: BridgeTimer::bridges(),
             timers: std::array::from_fn(GeneralTimer::general),
             multiplexer: RequestMultiplexer::new()?,
-            watchdog: Watchdog::new(),
+            watchdog: IndependentWatchdog::new(),
             models,
             bridge_timer_slot,
             timer_slots,

@@ -15,7 +15,7 @@ const UNLOCK: u64 = 0x5555;
 /// effect at the next reload; on the part, within five cycles of the slow clock. A write to either register
 /// without the unlocking key changes nothing.
 #[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
-pub struct Watchdog {
+pub struct IndependentWatchdog {
     started: bool,
     unlocked: bool,
     prescaler: u64,
@@ -23,7 +23,7 @@ pub struct Watchdog {
     end: Option<EventId>,
 }
 
-impl Watchdog {
+impl IndependentWatchdog {
     /// The watchdog at power-up.
     pub fn new() -> Self {
         Self {
@@ -44,7 +44,7 @@ impl Watchdog {
     }
 }
 
-impl Device for Watchdog {
+impl Device for IndependentWatchdog {
     type Register = Register;
 
     fn write(&mut self, register: Register, value: u64, registers: &mut RegisterFile, context: &mut DeviceContext<'_>) {

@@ -6,7 +6,7 @@ use plant::Plant;
 use virtual_board::scenario::{Backend, Observation};
 
 use super::emulation::Emulation;
-use super::settings::Settings;
+use super::settings::EmulationSettings;
 use crate::elf::Firmware;
 use crate::error::Error;
 use crate::time::US;
@@ -28,7 +28,7 @@ impl<'a> EmulatedBackend<'a> {
     ///
     /// # Errors
     /// As [`Emulation::power_on`].
-    pub fn power_on(firmware: &'a Firmware, plant: Plant, settings: Settings) -> Result<Self, Error> {
+    pub fn power_on(firmware: &'a Firmware, plant: Plant, settings: EmulationSettings) -> Result<Self, Error> {
         Self::power_on_with(firmware, plant, settings, &[])
     }
 
@@ -39,7 +39,7 @@ impl<'a> EmulatedBackend<'a> {
     pub fn power_on_with(
         firmware: &'a Firmware,
         plant: Plant,
-        settings: Settings,
+        settings: EmulationSettings,
         contents: &[(u64, Vec<u8>)],
     ) -> Result<Self, Error> {
         let vehicle = VehicleAtPins::new(plant);

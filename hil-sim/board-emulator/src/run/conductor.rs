@@ -7,16 +7,16 @@ use rigless::emulator::{Driver, Host, Settled, Stop};
 use rigless::session::Session;
 use rigless::time::VirtualNanos;
 
-use super::orders::{Arrival, Order, Watch};
-use super::state::State;
+use super::orders::{Arrival, Errand, Watch};
+use super::state::EmulationState;
 use super::stopped::Stopped;
 use crate::board::DriveBoard;
 use crate::error::Error;
 
 /// The emulator's side of a run.
 pub(super) struct Conductor {
-    state: State,
-    orders: Receiver<Order>,
+    state: EmulationState,
+    orders: Receiver<Errand>,
     arrivals: Sender<Arrival>,
     /// Instants still to run through, in ns.
     instants: VecDeque<u64>,
@@ -26,7 +26,12 @@ pub(super) struct Conductor {
 }
 
 impl Conductor {
-    pub(super) fn new(state: State, orders: Receiver<Order>, arrivals: Sender<Arrival>, digest: [u8; 32]) -> Self {
+    pub(super) fn new(
+        state: EmulationState,
+        orders: Receiver<Errand>,
+        arrivals: Sender<Arrival>,
+        digest: [u8; 32],
+    ) -> Self {
         Self {
             state,
             orders,
@@ -46,21 +51,21 @@ impl Conductor {
     fn take_orders(&mut self, session: &mut Session<DriveBoard>, stop: Stop, host: &mut dyn Host) -> Option<()> {
         loop {
             // A caller that is gone can send no order to end the run.
-            match self.orders.recv().unwrap_or(Order::End) {
-                Order::Do(task) => task(&mut Stopped {
+            match self.orders.recv().unwrap_or(Errand::End) {
+                Errand::Do(task) => task(&mut Stopped {
                     session,
                     host,
                     state: &mut self.state,
                     stop,
                     digest: &self.digest,
                 }),
-                Order::Send(bytes) => session.board_mut().wire().send(&bytes),
-                Order::Run(instants, watch) => {
+                Errand::Send(bytes) => session.board_mut().wire().send(&bytes),
+                Errand::Run(instants, watch) => {
                     self.instants = instants;
                     self.watch = watch;
                     return Some(());
                 }
-                Order::End => return None,
+                Errand::End => return None,
             }
         }
     }

@@ -12,9 +12,9 @@ use rigless::snapshot::Snapshot;
 use rigless::time::VirtualNanos;
 
 use super::conductor::Conductor;
-use super::orders::{Arrival, Order, Task};
-use super::settings::Settings;
-use super::state::State;
+use super::orders::{Arrival, Errand, Task};
+use super::settings::EmulationSettings;
+use super::state::EmulationState;
 use super::stopped::{NoDriver, Stopped};
 use crate::board::DriveBoard;
 use crate::elf::Firmware;
@@ -23,7 +23,7 @@ use crate::vehicle::ClosedPlant;
 
 /// A firmware running on the board.
 pub struct Emulation {
-    orders: Sender<Order>,
+    orders: Sender<Errand>,
     arrivals: Receiver<Arrival>,
     thread: Option<JoinHandle<Result<(), Error>>>,
     arrived: Arrival,
@@ -32,7 +32,7 @@ pub struct Emulation {
 /// The state of a run, from which any number of runs can continue.
 pub struct Frozen {
     snapshot: Snapshot,
-    state: State,
+    state: EmulationState,
     /// Bytes that had come up the host link and had not been taken.
     received: Vec<u8>,
 }
@@ -42,7 +42,11 @@ impl Emulation {
     ///
     /// # Errors
     /// When the emulated part or core cannot be built, or the run ends at once.
-    pub fn power_on(firmware: &Firmware, plant: Box<dyn ClosedPlant>, settings: Settings) -> Result<Self, Error> {
+    pub fn power_on(
+        firmware: &Firmware,
+        plant: Box<dyn ClosedPlant>,
+        settings: EmulationSettings,
+    ) -> Result<Self, Error> {
         Self::power_on_with(firmware, plant, settings, &[])
     }
 
@@ -53,18 +57,18 @@ impl Emulation {
     pub fn power_on_with(
         firmware: &Firmware,
         plant: Box<dyn ClosedPlant>,
-        settings: Settings,
+        settings: EmulationSettings,
         contents: &[(u64, Vec<u8>)],
     ) -> Result<Self, Error> {
         let mut images = vec![firmware.image().clone()];
         for (address, bytes) in contents {
             images.push(image::Image::new(firmware.path(), bytes.clone(), Some(*address))?);
         }
-        let state = State::new(plant, settings, firmware.rtt_block());
+        let state = EmulationState::new(plant, settings, firmware.rtt_block());
         Self::start(images, state, None)
     }
 
-    fn start(images: Vec<image::Image>, state: State, from: Option<&Snapshot>) -> Result<Self, Error> {
+    fn start(images: Vec<image::Image>, state: EmulationState, from: Option<&Snapshot>) -> Result<Self, Error> {
         let digest = image::digest(&images, None);
         let board = Box::new(DriveBoard::new(state.settings().instructions_per_second)?);
         let first = VirtualNanos(state.settings().plant_interval);
@@ -126,7 +130,7 @@ impl Emulation {
         instants: impl IntoIterator<Item = u64>,
         watch: impl FnMut(&mut Stopped<'_>) + Send + 'static,
     ) -> Result<(), Error> {
-        let order = Order::Run(instants.into_iter().collect(), Box::new(watch));
+        let order = Errand::Run(instants.into_iter().collect(), Box::new(watch));
         if self.orders.send(order).is_err() {
             return Err(self.ended());
         }
@@ -146,7 +150,7 @@ impl Emulation {
             // The caller waits for the answer below.
             let _ = answer.send(task(stopped));
         });
-        if self.orders.send(Order::Do(task)).is_err() {
+        if self.orders.send(Errand::Do(task)).is_err() {
             return Err(self.ended());
         }
         answered.recv().map_err(|_| self.ended())
@@ -157,7 +161,7 @@ impl Emulation {
     /// # Errors
     /// When the run has ended.
     pub fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        let sent = self.orders.send(Order::Send(bytes.to_vec()));
+        let sent = self.orders.send(Errand::Send(bytes.to_vec()));
         sent.map_err(|_| self.ended())
     }
 
@@ -235,7 +239,7 @@ impl Frozen {
 impl Drop for Emulation {
     fn drop(&mut self) {
         // Nobody hears this if the run has already ended.
-        let _ = self.orders.send(Order::End);
+        let _ = self.orders.send(Errand::End);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }

@@ -14,5 +14,5 @@ mod stopped;
 
 pub use backend::EmulatedBackend;
 pub use emulation::{Emulation, Frozen};
-pub use settings::Settings;
+pub use settings::EmulationSettings;
 pub use stopped::{Stopped, Work};

@@ -11,7 +11,7 @@ pub(super) type Task = Box<dyn FnOnce(&mut Stopped<'_>) + Send>;
 pub(super) type Watch = Box<dyn FnMut(&mut Stopped<'_>) + Send>;
 
 /// What the caller can order while the run stands still.
-pub(super) enum Order {
+pub(super) enum Errand {
     /// Do this where the run stands.
     Do(Task),
     /// Send these bytes down the host link.

@@ -5,7 +5,7 @@ use crate::time::MS;
 
 /// Rates of a run.
 #[derive(Debug, Clone, Copy)]
-pub struct Settings {
+pub struct EmulationSettings {
     /// Virtual time between two steps of the plant in ns. A multiple or a fraction of the firmware's tick of
     /// 1 ms, because the steps are placed just before ticks.
     pub plant_interval: u64,
@@ -15,7 +15,7 @@ pub struct Settings {
     pub log_interval: u64,
 }
 
-impl Default for Settings {
+impl Default for EmulationSettings {
     fn default() -> Self {
         Self {
             plant_interval: MS,

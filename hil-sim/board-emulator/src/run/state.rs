@@ -6,7 +6,7 @@ use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 
 use super::clock;
-use super::settings::Settings;
+use super::settings::EmulationSettings;
 use crate::board::DriveBoard;
 use crate::elf::log;
 use crate::error::Error;
@@ -44,9 +44,9 @@ impl Probe {
 }
 
 /// What a run keeps beside the board.
-pub(super) struct State {
+pub(super) struct EmulationState {
     plant: Box<dyn ClosedPlant>,
-    settings: Settings,
+    settings: EmulationSettings,
     rtt_block: u64,
     stepped_at: u64,
     /// When the plant is stepped next. Steps are an interval apart from here on: an instruction that runs past a
@@ -69,9 +69,9 @@ pub(super) struct State {
     failure: Option<Error>,
 }
 
-impl State {
+impl EmulationState {
     /// At power-up; `rtt_block` is the address of the log's control block.
-    pub(super) fn new(plant: Box<dyn ClosedPlant>, settings: Settings, rtt_block: u64) -> Self {
+    pub(super) fn new(plant: Box<dyn ClosedPlant>, settings: EmulationSettings, rtt_block: u64) -> Self {
         Self {
             plant,
             settings,
@@ -90,7 +90,7 @@ impl State {
         }
     }
 
-    pub(super) fn settings(&self) -> &Settings {
+    pub(super) fn settings(&self) -> &EmulationSettings {
         &self.settings
     }
 
@@ -159,7 +159,7 @@ impl State {
         }
     }
 
-    /// Drains the log; [`State::log`] holds it.
+    /// Drains the log; [`EmulationState::log`] holds it.
     pub(super) fn drain_log(&mut self, host: &mut dyn Host) -> Result<(), Error> {
         Ok(log::drain(self.rtt_block, host, &mut self.log)?)
     }

@@ -6,9 +6,9 @@ use rigless::session::Session;
 use rigless::snapshot;
 use rigless::soc::Width;
 
-use super::state::{Probe, State};
+use super::state::{EmulationState, Probe};
 use crate::board::gaps::{self, Gap};
-use crate::board::{BridgeState, DriveBoard, MOTORS};
+use crate::board::{BridgeOutput, DriveBoard, MOTORS};
 use crate::error::Error;
 use crate::time::Instant;
 
@@ -27,7 +27,7 @@ pub struct Work {
 pub struct Stopped<'a> {
     pub(super) session: &'a mut Session<DriveBoard>,
     pub(super) host: &'a mut dyn Host,
-    pub(super) state: &'a mut State,
+    pub(super) state: &'a mut EmulationState,
     pub(super) stop: Stop,
     /// Digest of the images in the flash, which a snapshot carries.
     pub(super) digest: &'a [u8; 32],
@@ -75,7 +75,7 @@ impl Stopped<'_> {
     }
 
     /// Bridges at this instant.
-    pub fn bridges(&mut self) -> [BridgeState; MOTORS] {
+    pub fn bridges(&mut self) -> [BridgeOutput; MOTORS] {
         self.session.board_mut().bridges(self.stop.at)
     }
 
@@ -96,7 +96,7 @@ impl Stopped<'_> {
     }
 
     /// Takes a snapshot of the run.
-    pub(super) fn freeze(&mut self) -> Result<(snapshot::Taken, State), Error> {
+    pub(super) fn freeze(&mut self) -> Result<(snapshot::Taken, EmulationState), Error> {
         let taken = snapshot::take(self.session, self.host, self.stop, self.digest, &NoDriver {})?;
         Ok((taken, self.state.fork()))
     }

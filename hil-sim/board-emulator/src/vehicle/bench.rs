@@ -1,9 +1,10 @@
 //! A vehicle on a test bench, for tests that need no simulator.
 
 use firmware::drive_board::SCALES;
+use model::analog::Analog;
 
 use super::closed_plant::{ClosedPlant, millivolts};
-use crate::board::{BridgeState, MOTORS, Sensed};
+use crate::board::{BridgeOutput, MOTORS, SensedAtPins};
 
 /// A motor that moves its own and its wheel's inertia only, all referred to the motor's shaft.
 #[derive(Debug, Clone, Copy)]
@@ -40,13 +41,13 @@ impl FreeMotor {
 /// The reference vehicle on a bench with its wheels off the ground: upright and at rest, with noise on its
 /// sensors. For tests of the board that need no dynamics.
 #[derive(Debug, Clone)]
-pub struct Bench {
+pub struct BenchVehicle {
     motors: [FreeMotor; MOTORS],
     battery_v: f64,
     noise: u64,
 }
 
-impl Bench {
+impl BenchVehicle {
     /// The vehicle at rest, with a battery that never sags; `battery_v` is its voltage in V.
     pub fn new(battery_v: f64) -> Self {
         let motor = |constant_v_s, resistance_ohm, lag_s| FreeMotor {
@@ -74,35 +75,29 @@ impl Bench {
     }
 }
 
-impl ClosedPlant for Bench {
-    fn step(&mut self, seconds: f64, bridges: &[BridgeState; MOTORS]) -> Sensed {
-        let mut sensed = Sensed {
-            battery_mv: battery_mv(self.battery_v),
-            ..Sensed::default()
-        };
+impl ClosedPlant for BenchVehicle {
+    fn step(&mut self, seconds: f64, bridges: &[BridgeOutput; MOTORS]) -> SensedAtPins {
+        let mut sensed = SensedAtPins::default();
         for imu in &mut sensed.imus {
             imu.specific_force_ug = [self.noise(3_000), self.noise(3_000), 1_000_000 + self.noise(3_000)];
             imu.rate_mdeg_s = std::array::from_fn(|_| self.noise(150));
         }
+        let mut current_a = [0.0; MOTORS];
         for (n, (motor, bridge)) in self.motors.iter_mut().zip(bridges).enumerate() {
-            let current = motor.step(seconds, bridge.duty().map(|duty| duty * self.battery_v));
+            current_a[n] = motor.step(seconds, bridge.duty().map(|duty| duty * self.battery_v));
             sensed.encoder_counts[n] = (motor.angle_rad * FreeMotor::COUNTS_PER_RAD).floor() as i64;
-            sensed.current_mv[n] = current_mv(current);
         }
+        let [left, right, ballast] = current_a;
+        let mut values = Analog::all(0.0);
+        values.battery = self.battery_v;
+        values.left_current = left;
+        values.right_current = right;
+        values.ballast_current = ballast;
+        sensed.analog_mv = values.with(&SCALES.analog, |value, scale| millivolts(scale.counts(value)));
         sensed
     }
 
     fn fork(&self) -> Box<dyn ClosedPlant> {
         Box::new(self.clone())
     }
-}
-
-/// Output of a current amplifier in mV.
-fn current_mv(amperes: f64) -> u32 {
-    millivolts(f64::from(SCALES.current_zero_count) + amperes / f64::from(SCALES.current_a_per_count))
-}
-
-/// Output of the battery's divider in mV.
-fn battery_mv(volts: f64) -> u32 {
-    millivolts(volts / f64::from(SCALES.battery_v_per_count))
 }

@@ -1,12 +1,12 @@
 //! The seam between the emulated board and the vehicle around it.
 
-use crate::board::{BridgeState, MOTORS, Sensed};
+use crate::board::{BridgeOutput, MOTORS, SensedAtPins};
 
 /// A vehicle around the board.
 pub trait ClosedPlant: Send + Sync {
     /// Advances the vehicle by `seconds` with the bridges in the given states; returns what its sensors then
     /// show.
-    fn step(&mut self, seconds: f64, bridges: &[BridgeState; MOTORS]) -> Sensed;
+    fn step(&mut self, seconds: f64, bridges: &[BridgeOutput; MOTORS]) -> SensedAtPins;
 
     /// What the drivers wrote to INTF_CONFIG1 of the IMUs (arm, spar), for a vehicle whose IMUs heed it.
     fn configure_imus(&mut self, _intf_config1: [u8; 2]) {}

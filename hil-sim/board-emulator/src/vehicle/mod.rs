@@ -5,6 +5,6 @@ mod closed_plant;
 mod plant;
 pub mod stored;
 
-pub use bench::Bench;
+pub use bench::BenchVehicle;
 pub use closed_plant::ClosedPlant;
 pub use plant::VehicleAtPins;

@@ -4,11 +4,11 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use firmware::imu;
 use model::sample::Motor;
-use plant::icm42688p::{Icm42688p, registers as register};
+use plant::icm42688p::{Icm42688pModel, registers as register};
 use plant::{self, Plant};
 
 use super::closed_plant::{ClosedPlant, millivolts};
-use crate::board::{BridgeState, ImuSensed, MOTORS, Sensed};
+use crate::board::{BridgeOutput, ImuSensed, MOTORS, SensedAtPins};
 
 /// Register values that turn both sensors on, with the firmware's ranges, at 1 kHz.
 const SETTINGS: [(u8, u8); 3] = [
@@ -45,25 +45,24 @@ impl VehicleAtPins {
 }
 
 impl ClosedPlant for VehicleAtPins {
-    fn step(&mut self, seconds: f64, bridges: &[BridgeState; MOTORS]) -> Sensed {
+    fn step(&mut self, seconds: f64, bridges: &[BridgeOutput; MOTORS]) -> SensedAtPins {
         let mut plant = self.plant();
         let bridges = bridges.map(|bridge| match bridge {
             // A bridge that conducts without switching connects its motor to one of the supply's poles. The plant
             // cannot tell which; it takes the full duty.
-            BridgeState::Held => plant::BridgeState::Duty(1.0),
+            BridgeOutput::Held => plant::BridgeState::Duty(1.0),
             _ => bridge.duty().map_or(plant::BridgeState::Open, plant::BridgeState::Duty),
         });
         plant.advance(seconds, &bridges);
-        let (battery, current) = plant.analog();
+        let analog_mv = plant.analog().map(|count| millivolts(f64::from(count)));
         let counted = |motor| plant.encoder(motor).counted();
         let encoder_counts = [counted(Motor::Left), counted(Motor::Right), counted(Motor::Ballast)];
         let arm = sensed(plant.arm_imu());
         let spar = plant.spar_imu().map_or(ImuSensed::SILENT, |imu| sensed(imu));
-        Sensed {
+        SensedAtPins {
             encoder_counts,
             imus: [arm, spar],
-            battery_mv: millivolts(f64::from(battery)),
-            current_mv: current.map(|count| millivolts(f64::from(count))),
+            analog_mv,
             unpowered: !plant.powers_board(),
         }
     }
@@ -83,7 +82,7 @@ impl ClosedPlant for VehicleAtPins {
 }
 
 /// Reads out the plant's IMU, in the units that the emulator's IMU takes.
-fn sensed(imu: &Icm42688p) -> ImuSensed {
+fn sensed(imu: &Icm42688pModel) -> ImuSensed {
     let Some([_, accel @ .., gx, gy, gz]) = imu.data() else {
         return ImuSensed::SILENT;
     };

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use board_emulator::elf::flight;
-use board_emulator::run::{EmulatedBackend, Settings};
+use board_emulator::run::{EmulatedBackend, EmulationSettings};
 use firmware::built_in;
 use model::vehicle::Vehicle;
 use virtual_board::ages;
@@ -17,7 +17,8 @@ fn the_samples_of_every_tick_are_as_old_as_the_design_says() {
     let scenario = Scenario::read(&folder.join("zero-radius-turn.toml")).expect("the scenario is valid");
     let vehicle = Vehicle::new(built_in::PARAMETERS.cast::<f64>()).expect("the built-in vehicle");
     let plant = scenario.plant(&vehicle).expect("the terrain is drivable");
-    let mut backend = EmulatedBackend::power_on(firmware(), plant, Settings::default()).expect("the board powers up");
+    let mut backend =
+        EmulatedBackend::power_on(firmware(), plant, EmulationSettings::default()).expect("the board powers up");
     let address = flight::address(firmware()).expect("the record is the host's");
     backend
         .emulation()

@@ -1,6 +1,6 @@
 //! Power-up until the board is ready to arm.
 
-use board_emulator::board::{BridgeState, gaps};
+use board_emulator::board::{BridgeOutput, gaps};
 use board_emulator::time::MS;
 
 use crate::support::{Operator, READY, powered};
@@ -30,7 +30,7 @@ fn the_board_boots_says_so_and_keeps_its_bridges_open() {
                 )
             })
             .expect("it runs");
-        assert_eq!(bridges, [BridgeState::Open; 3], "at {now} ns");
+        assert_eq!(bridges, [BridgeOutput::Open; 3], "at {now} ns");
         if connected && connected_at.is_none() {
             connected_at = Some(now);
         }

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use board_emulator::board::gaps;
-use board_emulator::run::{EmulatedBackend, Settings};
+use board_emulator::run::{EmulatedBackend, EmulationSettings};
 use board_emulator::vehicle::stored;
 use firmware::built_in;
 use model::vehicle::{Vehicle, VehicleParameters};
 use plant::Plant;
-use virtual_board::scenario::trace::Row;
+use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
 
 use crate::support::firmware;
@@ -46,8 +46,8 @@ fn drive_stored(scenario: &Scenario, parameters: &VehicleParameters<f64>) -> Dri
     let vehicle = Vehicle::new(*parameters).expect("a consistent vehicle");
     let plant = scenario.plant(&vehicle).expect("the terrain is drivable");
     let contents = [stored::set(&vehicle).expect("consistent in single precision")];
-    let mut backend =
-        EmulatedBackend::power_on_with(firmware(), plant, Settings::default(), &contents).expect("the board powers up");
+    let mut backend = EmulatedBackend::power_on_with(firmware(), plant, EmulationSettings::default(), &contents)
+        .expect("the board powers up");
     scenario::run(scenario, &mut backend, |_| {}).expect("a valid plant")
 }
 
@@ -61,7 +61,8 @@ fn check(scenario: &Scenario, outcome: &DriveOutcome, board: &str) {
 fn the_slope_drive_is_the_virtual_boards() {
     let scenario = scenario("slope-drive");
     let (_, plant) = world(&scenario);
-    let mut backend = EmulatedBackend::power_on(firmware(), plant, Settings::default()).expect("the board powers up");
+    let mut backend =
+        EmulatedBackend::power_on(firmware(), plant, EmulationSettings::default()).expect("the board powers up");
     let emulated = scenario::run(&scenario, &mut backend, |_| {}).expect("a valid plant");
     let (found, resets) = backend
         .emulation()
@@ -74,7 +75,7 @@ fn the_slope_drive_is_the_virtual_boards() {
 
     check(&scenario, &emulated, "emulated");
     check(&scenario, &virtual_one, "virtual");
-    assert_eq!(emulated.bad_frames, 0);
+    assert_eq!(emulated.counts.host_unreadable_frames, 0);
     assert_eq!(emulated.unarmed_drive_ms, 0);
     let last = emulated.trace.rows.last().expect("a trace");
     assert_eq!(last.status.late_ticks, 0, "over {} s", scenario.duration_s);
@@ -92,7 +93,7 @@ fn the_slope_drive_is_the_virtual_boards() {
         else {
             continue;
         };
-        let difference = |value: fn(&Row) -> f64| value(row) - value(other);
+        let difference = |value: fn(&TraceRow) -> f64| value(row) - value(other);
         speed.push(difference(|row| row.truth.speed_m_s));
         phi.push(difference(|row| row.truth.phi_rad));
         position.push(difference(|row| row.truth.x_m).hypot(difference(|row| row.truth.y_m)));

@@ -1,8 +1,9 @@
 //! Noise and broken frames on the wire: nothing moves, the board keeps answering, every bad frame is counted.
 
-use board_emulator::board::BridgeState;
+use board_emulator::board::BridgeOutput;
 use firmware::protocol::frame::FRAME_MAX;
 use firmware::protocol::message::Order;
+use model::command::Request;
 use model::supervise::arming::Mode;
 
 use crate::support::{Operator, noise, ready};
@@ -13,7 +14,7 @@ fn assert_unharmed(board: &mut Operator) {
         .emulation
         .at(|stopped| (stopped.bridges(), stopped.resets()))
         .expect("it runs");
-    assert_eq!(bridges, [BridgeState::Open; 3]);
+    assert_eq!(bridges, [BridgeOutput::Open; 3]);
     assert_eq!(resets, []);
     assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
     assert_eq!(
@@ -21,7 +22,7 @@ fn assert_unharmed(board: &mut Operator) {
         0,
         "nothing was taken for a request"
     );
-    assert_eq!(board.client.bad_frames, 0, "what the board sends stays readable");
+    assert_eq!(board.client.unreadable_frames, 0, "what the board sends stays readable");
 }
 
 #[test]
@@ -49,7 +50,7 @@ fn a_hundred_thousand_bytes_of_noise_move_nothing() {
     assert!(counted * 10 >= zeros * 9, "{counted} of {zeros}");
 
     board.emulation.send(&[0]).expect("the wire stands");
-    let asked = board.order(Order::ClearFaults).expect("identified");
+    let asked = board.order(Order::Request(Request::ClearFaults)).expect("identified");
     board.run(50);
     assert!(board.client.answer_to(asked).is_some(), "it still listens");
 }
@@ -60,7 +61,10 @@ fn garbage_truncated_and_overlong_frames_are_counted() {
     board.run(20);
     let before = board.status().link.unreadable_frames();
     let now_us = board.emulation.now() / 1000;
-    let (_, arm) = board.client.order(now_us, Order::Arm).expect("identified");
+    let (_, arm) = board
+        .client
+        .order(now_us, Order::Request(Request::Arm))
+        .expect("identified");
 
     // Truncated: the byte before the delimiter is missing.
     let mut bytes = arm[..arm.len() - 2].to_vec();

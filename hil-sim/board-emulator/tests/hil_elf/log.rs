@@ -1,8 +1,8 @@
 //! The firmware's log when its reader is gone.
 
-use board_emulator::run::{Emulation, Settings};
+use board_emulator::run::{Emulation, EmulationSettings};
 use board_emulator::time::MS;
-use board_emulator::vehicle::Bench;
+use board_emulator::vehicle::BenchVehicle;
 use model::supervise::arming::Mode;
 
 use crate::support::{BATTERY_V, Operator, READY, firmware};
@@ -22,12 +22,12 @@ const DRIVEN_MS: u64 = 4000;
 /// vehicle drives on.
 #[test]
 fn a_full_log_in_blocking_mode_stops_nothing() {
-    let settings = Settings {
+    let settings = EmulationSettings {
         // Nobody reads.
         log_interval: 3_600_000 * MS,
-        ..Settings::default()
+        ..EmulationSettings::default()
     };
-    let emulation = Emulation::power_on(firmware(), Box::new(Bench::new(BATTERY_V)), settings);
+    let emulation = Emulation::power_on(firmware(), Box::new(BenchVehicle::new(BATTERY_V)), settings);
     let mut board = Operator::new(emulation.expect("the board powers up"));
     board.emulation.run_until(READY).expect("it runs");
 

@@ -1,6 +1,6 @@
 //! The emergency stop and the watchdog, with and without a working CPU.
 
-use board_emulator::board::BridgeState;
+use board_emulator::board::BridgeOutput;
 use board_emulator::run::Emulation;
 use board_emulator::time::{MS, US};
 use model::supervise::arming::Mode;
@@ -11,15 +11,15 @@ use crate::support::{Operator, firmware, ready};
 /// Thumb `b .`: an endless loop in one instruction.
 const ENDLESS_LOOP: [u8; 2] = [0xFE, 0xE7];
 
-fn open(bridges: [BridgeState; 3]) -> bool {
-    bridges == [BridgeState::Open; 3]
+fn open(bridges: [BridgeOutput; 3]) -> bool {
+    bridges == [BridgeOutput::Open; 3]
 }
 
-fn switching(bridges: [BridgeState; 3]) -> bool {
+fn switching(bridges: [BridgeOutput; 3]) -> bool {
     bridges.iter().all(|bridge| bridge.duty().is_some())
 }
 
-fn bridges(emulation: &mut Emulation) -> [BridgeState; 3] {
+fn bridges(emulation: &mut Emulation) -> [BridgeOutput; 3] {
     emulation.at(|stopped| stopped.bridges()).expect("it runs")
 }
 

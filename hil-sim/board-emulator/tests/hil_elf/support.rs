@@ -4,10 +4,11 @@ use std::io::Write as _;
 use std::sync::OnceLock;
 
 use board_emulator::elf::{Firmware, build};
-use board_emulator::run::{Emulation, Frozen, Settings};
+use board_emulator::run::{Emulation, EmulationSettings, Frozen};
 use board_emulator::time::MS;
-use board_emulator::vehicle::Bench;
+use board_emulator::vehicle::BenchVehicle;
 use firmware::protocol::message::{Answer, BoardStatus, Order, ParameterAnswer, ParameterRequest};
+use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 use virtual_board::link_client::LinkClient;
 
@@ -30,7 +31,12 @@ pub fn firmware() -> &'static Firmware {
 
 /// A board that was just powered up, with its vehicle on the bench.
 pub fn powered() -> Emulation {
-    Emulation::power_on(firmware(), Box::new(Bench::new(BATTERY_V)), Settings::default()).expect("the board powers up")
+    Emulation::power_on(
+        firmware(),
+        Box::new(BenchVehicle::new(BATTERY_V)),
+        EmulationSettings::default(),
+    )
+    .expect("the board powers up")
 }
 
 /// A board that is ready to arm. It boots once; every call continues from there.
@@ -97,10 +103,7 @@ impl Operator {
         while self.emulation.now() < end {
             self.identify();
             if let Some((speed_m_s, yaw_rate_rad_s)) = self.command {
-                self.order(Order::Drive {
-                    speed_m_s,
-                    yaw_rate_rad_s,
-                });
+                self.order(Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s)));
             }
             self.emulation
                 .run_until((self.emulation.now() + 50 * MS).min(end))
@@ -144,7 +147,7 @@ impl Operator {
     pub fn arm(&mut self) {
         self.command = Some((0.0, 0.0));
         self.run(100);
-        self.order(Order::Arm);
+        self.order(Order::Request(Request::Arm));
         self.run(50);
         let status = &self.status().vehicle;
         assert_eq!(status.mode, Mode::Armed, "{:?}, {:?}", status.blockers, status.faults);

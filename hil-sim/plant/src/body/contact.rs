@@ -13,7 +13,7 @@ pub const GEAR_BAND_RAD_S: f64 = 1e-6;
 
 /// The state of one contact within a step's iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Mode {
+pub enum ContactMode {
     /// Within the band.
     Stick,
     /// Slipping at `speed` along the unit vector (along, across).
@@ -34,7 +34,7 @@ pub struct Linear {
     pub stiffness: [f64; 3],
 }
 
-impl Mode {
+impl ContactMode {
     /// The mode of a slip velocity.
     #[inline]
     pub fn of(slip: [f64; 2], band: f64) -> Self {

@@ -86,12 +86,12 @@ impl Inertia {
             inertia.has_spar = true;
             inertia.spar_length = c.spar_length_m;
             inertia.total_mass += c.camera_mass_kg + below;
-            inertia.spar_first = below * c.motor_arm_m - c.camera_mass_kg * c.spar_length_m;
+            inertia.spar_first = below * c.motor_distance_m - c.camera_mass_kg * c.spar_length_m;
             inertia.spar_second =
-                below * c.motor_arm_m * c.motor_arm_m + c.camera_mass_kg * c.spar_length_m * c.spar_length_m;
-            inertia.ballast_first = c.ballast_mass_kg * c.ballast_arm_m;
-            inertia.ballast_second = inertia.ballast_first * c.ballast_arm_m;
-            inertia.cross = inertia.ballast_first * c.motor_arm_m;
+                below * c.motor_distance_m * c.motor_distance_m + c.camera_mass_kg * c.spar_length_m * c.spar_length_m;
+            inertia.ballast_first = c.ballast_mass_kg * c.ballast_distance_m;
+            inertia.ballast_second = inertia.ballast_first * c.ballast_distance_m;
+            inertia.cross = inertia.ballast_first * c.motor_distance_m;
             inertia.ballast_rotor = m.gear_ratio * m.gear_ratio * m.rotor_inertia_kg_m2;
             inertia.spar_damping = c.spar_damping_n_m_s;
         }

@@ -69,7 +69,7 @@ mod step;
 #[cfg(test)]
 mod tests;
 
-use contact::Mode;
+use contact::ContactMode;
 pub use inertia::Inertia;
 pub use joint::JointTorque;
 use ldl::{SPEEDS, Speeds, dot};
@@ -164,8 +164,8 @@ pub struct Body {
     gravity: Gravity,
     /// Right and left.
     wheels: [WheelContact; 2],
-    wheel_modes: [Mode; 2],
-    gear_modes: [Mode; MOTORS],
+    wheel_modes: [ContactMode; 2],
+    gear_modes: [ContactMode; MOTORS],
     /// Arm and spar in the middle of the last substep: angle, sine and cosine.
     middle: [(f64, (f64, f64)); 2],
     /// Of the motors' joints over the last substep.
@@ -186,8 +186,8 @@ impl Body {
             acceleration: [0.0; SPEEDS],
             gravity: Gravity::default(),
             wheels: [WheelContact::default(); 2],
-            wheel_modes: [Mode::Stick; 2],
-            gear_modes: [Mode::Stick; MOTORS],
+            wheel_modes: [ContactMode::Stick; 2],
+            gear_modes: [ContactMode::Stick; MOTORS],
             middle: [(0.0, (0.0, 1.0)); 2],
             mean_rates: [0.0; MOTORS],
             in_flight: false,
@@ -223,8 +223,8 @@ impl Body {
                 ..WheelContact::default()
             };
         }
-        self.wheel_modes = [Mode::Stick; 2];
-        self.gear_modes = [Mode::Stick; MOTORS];
+        self.wheel_modes = [ContactMode::Stick; 2];
+        self.gear_modes = [ContactMode::Stick; MOTORS];
         self.in_flight = false;
     }
 

@@ -6,7 +6,7 @@
 use model::real::Real;
 use model::sample::MOTORS;
 
-use super::contact::{GEAR_BAND_RAD_S, Linear, Mode, WHEEL_BAND_M_S};
+use super::contact::{ContactMode, GEAR_BAND_RAD_S, Linear, WHEEL_BAND_M_S};
 use super::joint::Branch;
 use super::ldl::{Factored, SPEEDS, Speeds, Symmetric, add_outer, add_scaled, dot};
 use super::motion::Configuration;
@@ -142,14 +142,14 @@ impl Body {
             let found = self.share_normal(h, &c, &contacts, push, forces, &change, &u);
             for i in 0..2 {
                 // A bound that was wrong matters to a wheel that slides, or had none.
-                let bound_matters = wheel_modes[i] != Mode::Stick || normals[i] <= 0.0;
+                let bound_matters = wheel_modes[i] != ContactMode::Stick || normals[i] <= 0.0;
                 again |= bound_matters && (found[i] - normals[i]).abs() > 1e-3 * found[i];
                 self.wheels[i] = WheelContact {
                     normal_n: found[i],
                     longitudinal_n: forces[i][0],
                     lateral_n: forces[i][1],
                     slip_m_s: slip[i][0],
-                    sliding: grounded && found[i] > 0.0 && wheel_modes[i] != Mode::Stick,
+                    sliding: grounded && found[i] > 0.0 && wheel_modes[i] != ContactMode::Stick,
                     lifted: found[i] <= 0.0,
                 };
             }
@@ -215,7 +215,7 @@ impl Body {
         joints: &[JointTorque; MOTORS],
         contacts: &Contacts,
         grounded: bool,
-        (wheel_modes, gear_modes): (&[Mode; 2], &[Mode; MOTORS]),
+        (wheel_modes, gear_modes): (&[ContactMode; 2], &[ContactMode; MOTORS]),
         normals: [f64; 2],
         secant: bool,
         a: &mut Symmetric,

@@ -166,8 +166,8 @@ fn with_the_spar_it_is_the_coupled_vehicle_pivoted_on_the_arm() {
     let reference = Coupled::new(CoupledParameters {
         planar: vehicle.planar(beta),
         lp: camera.spar_length_m / r,
-        lm: camera.motor_arm_m / r,
-        lr: camera.ballast_arm_m / r,
+        lm: camera.motor_distance_m / r,
+        lr: camera.ballast_distance_m / r,
         kc: camera.camera_mass_kg / mass,
         km: camera.motor_mass_kg / mass,
         kr: camera.ballast_mass_kg / mass,

@@ -7,7 +7,7 @@ mod settings;
 use model::vehicle::Vehicle;
 
 use crate::motor::BridgeState;
-use crate::settings::Settings;
+use crate::settings::PlantSettings;
 use crate::terrain::Terrain;
 use crate::tests::{SCALES, bare_vehicle, reference_vehicle};
 use crate::{MOTORS, Plant};
@@ -31,7 +31,7 @@ fn frictionless(vehicle: &Vehicle<f64>) -> Vehicle<f64> {
     Vehicle::new(parameters).expect("a vehicle")
 }
 
-fn plant(vehicle: &Vehicle<f64>, settings: &Settings) -> Plant {
+fn plant(vehicle: &Vehicle<f64>, settings: &PlantSettings) -> Plant {
     Plant::with_settings(vehicle, &SCALES, level(), 1, settings).expect("a plant")
 }
 

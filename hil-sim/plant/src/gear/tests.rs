@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use super::*;
 use crate::body::{LEFT, PHI, RIGHT};
 use crate::motor::BridgeState;
-use crate::settings::Settings;
+use crate::settings::PlantSettings;
 use crate::terrain::Terrain;
 use crate::tests::{SCALES, bare_vehicle};
-use crate::{MotorIndex, Plant, Truth};
+use crate::{Motor, Plant, Truth};
 
 const H: f64 = 5e-4;
 /// Rotor and load, in kg m^2.
@@ -150,8 +150,8 @@ fn a_limited_motor_turns_the_rotor_with_its_limit_and_no_more() {
     assert!((masses.gear.rate - 0.1).abs() < 1e-4, "{}", masses.gear.rate);
 }
 
-fn settings(backlash_deg: f64, stiffness: f64) -> Settings {
-    let mut settings = Settings::default();
+fn settings(backlash_deg: f64, stiffness: f64) -> PlantSettings {
+    let mut settings = PlantSettings::default();
     for side in [&mut settings.left, &mut settings.right] {
         side.backlash_deg = backlash_deg;
         side.gear_stiffness_n_m_per_rad = stiffness;
@@ -162,7 +162,7 @@ fn settings(backlash_deg: f64, stiffness: f64) -> Settings {
 
 #[test]
 fn stiff_teeth_without_play_are_the_rigid_gearbox() {
-    let run = |settings: &Settings| -> Vec<Truth> {
+    let run = |settings: &PlantSettings| -> Vec<Truth> {
         let terrain = Terrain::incline(0.03, 0.8).expect("a slope");
         let mut plant = Plant::with_settings(&bare_vehicle(), &SCALES, terrain, 1, settings).expect("a plant");
         (0..3000)
@@ -173,7 +173,7 @@ fn stiff_teeth_without_play_are_the_rigid_gearbox() {
             })
             .collect()
     };
-    let rigid = run(&Settings::default());
+    let rigid = run(&PlantSettings::default());
     let stiff = run(&settings(0.0, 100_000.0));
     let worst = |of: fn(&Truth) -> f64| {
         let pairs = rigid.iter().zip(&stiff);
@@ -201,7 +201,7 @@ fn the_encoder_shows_the_lost_motion_and_the_wheel_does_not_move() {
         let torque = plant.truth().torque_n_m[0];
         let joint = plant.body().joint_angle(0);
         assert!(joint.abs() < 1e-6, "the wheel is seized: {joint}");
-        (plant.encoder(MotorIndex::Left).counted() as f64, torque)
+        (plant.encoder(Motor::Left).counted() as f64, torque)
     };
     let (forward, pull) = settle(0.04);
     let (backward, push) = settle(-0.04);

@@ -10,36 +10,36 @@ const STILL: Motion = Motion {
 };
 const H: f64 = 5e-4;
 
-fn chip() -> Icm42688p {
-    Icm42688p::new(ImuErrors::NONE, Noise::new(1, 0))
+fn chip() -> Icm42688pModel {
+    Icm42688pModel::new(ImuErrors::NONE, Noise::new(1, 0))
 }
 
-fn read(chip: &mut Icm42688p, address: u8) -> u8 {
+fn read(chip: &mut Icm42688pModel, address: u8) -> u8 {
     let mut bytes = [address | reg::READ, 0x55];
     chip.transfer(&mut bytes);
     bytes[1]
 }
 
-fn write(chip: &mut Icm42688p, address: u8, value: u8) {
+fn write(chip: &mut Icm42688pModel, address: u8, value: u8) {
     chip.transfer(&mut [address, value]);
 }
 
 /// All data registers in one burst, as words.
-fn burst(chip: &mut Icm42688p) -> [i16; 7] {
+fn burst(chip: &mut Icm42688pModel) -> [i16; 7] {
     let mut bytes = [0; 15];
     bytes[0] = reg::TEMP_DATA1 | reg::READ;
     chip.transfer(&mut bytes);
     core::array::from_fn(|i| i16::from_be_bytes([bytes[1 + 2 * i], bytes[2 + 2 * i]]))
 }
 
-fn run(chip: &mut Icm42688p, seconds: f64, motion: &Motion) {
+fn run(chip: &mut Icm42688pModel, seconds: f64, motion: &Motion) {
     for _ in 0..(seconds / H).round() as usize {
         chip.advance(H, motion);
     }
 }
 
 /// Configured as the firmware does, run up.
-fn running() -> Icm42688p {
+fn running() -> Icm42688pModel {
     let mut c = chip();
     // +-1000 deg/s and +-8 g, both at 1 kHz; two registers in one burst.
     c.transfer(&mut [reg::GYRO_CONFIG0, 0x26, 0x26]);

@@ -12,7 +12,7 @@ const SLOW: u32 = 16;
 const GARBAGE: [f64; 2] = [16.0 * model::vehicle::GRAVITY_M_S2, 34.9];
 
 /// One sample: accelerometer x, y, z in m/s^2, gyro x, y, z in rad/s.
-pub type Sample = [f64; 6];
+pub type ImuChannels = [f64; 6];
 
 /// The faults of one IMU.
 #[derive(Debug, Clone)]
@@ -20,9 +20,9 @@ pub(super) struct Faults {
     fault: SensorFault,
     ticks: u32,
     /// What the sensor last gave.
-    last: Sample,
+    last: ImuChannels,
     /// The last samples of a delayed sensor, the oldest first.
-    history: [Sample; HISTORY],
+    history: [ImuChannels; HISTORY],
 }
 
 impl Faults {
@@ -52,7 +52,7 @@ impl Faults {
 
     /// What the sensor gives where it should give `measured`.
     #[inline]
-    pub(super) fn give(&mut self, measured: Sample, noise: &mut Noise) -> Sample {
+    pub(super) fn give(&mut self, measured: ImuChannels, noise: &mut Noise) -> ImuChannels {
         self.last = match self.fault {
             SensorFault::Stuck => self.last,
             SensorFault::Garbage => core::array::from_fn(|i| {

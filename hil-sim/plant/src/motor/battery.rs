@@ -1,6 +1,6 @@
 //! The battery that the motors share.
 
-use super::{BridgeState, Motor};
+use super::{BridgeState, DcMotor};
 
 /// A battery: a voltage behind a resistance.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +21,7 @@ impl Battery {
         &self,
         h: f64,
         last_v: f64,
-        motors: &mut [Motor; N],
+        motors: &mut [DcMotor; N],
         bridges: &[BridgeState; N],
         rates: &[f64; N],
     ) -> f64 {

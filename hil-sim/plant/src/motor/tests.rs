@@ -5,12 +5,12 @@ use crate::tests::reference_vehicle;
 
 const H: f64 = 5e-4;
 
-fn motor() -> Motor {
-    Motor::new(&reference_vehicle().parameters().drive_motor, 45.0)
+fn motor() -> DcMotor {
+    DcMotor::new(&reference_vehicle().parameters().drive_motor, 45.0)
 }
 
 /// One substep at a held rate: (mean current, torque at the output).
-fn substep(motor: &mut Motor, bridge: BridgeState, battery_v: f64, rate: f64) -> (f64, f64) {
+fn substep(motor: &mut DcMotor, bridge: BridgeState, battery_v: f64, rate: f64) -> (f64, f64) {
     let joint = motor.begin(H, bridge, battery_v, rate);
     motor.end(rate);
     let limit = joint.limit_n_m;
@@ -58,7 +58,7 @@ fn the_armature_follows_its_circuit() {
 fn without_inductance_it_is_ohms_law_at_once() {
     let mut p = reference_vehicle().parameters().drive_motor;
     p.inductance_h = 0.0;
-    let mut m = Motor::new(&p, 45.0);
+    let mut m = DcMotor::new(&p, 45.0);
     let (mean, _) = substep(&mut m, BridgeState::Duty(0.5), 24.0, 2.0);
     let expected = (12.0 - 0.030124 * 43.0 * 2.0) / 0.316;
     assert!((mean - expected).abs() < 1e-12 && (m.current_a() - expected).abs() < 1e-12);
@@ -196,7 +196,7 @@ fn the_battery_sags_under_load_and_rises_under_regeneration() {
     };
     let mut p = reference_vehicle().parameters().drive_motor;
     p.inductance_h = 0.0;
-    let mut motors = [Motor::new(&p, 45.0)];
+    let mut motors = [DcMotor::new(&p, 45.0)];
     let mut last = 25.2;
     for _ in 0..40 {
         last = weak.terminal_v(H, last, &mut motors, &[BridgeState::Duty(1.0)], &[0.0]);

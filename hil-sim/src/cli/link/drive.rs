@@ -3,6 +3,7 @@
 use std::io::Write;
 
 use firmware::protocol::message::{Answer, COMMAND_PERIOD_MS, Order, ParameterAnswer, ParameterRequest};
+use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 use report::error::CommandError;
 
@@ -28,7 +29,7 @@ const STOPPED_US: u64 = 500_000;
 
 /// What to drive, checked.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drive {
+pub struct DriveJob {
     speed_m_s: f32,
     yaw_rate_rad_s: f32,
     seconds: f64,
@@ -48,7 +49,7 @@ pub fn check_seconds(seconds: f64) -> Result<f64, CommandError> {
     }
 }
 
-impl Drive {
+impl DriveJob {
     /// Checks the numbers before anything else happens.
     ///
     /// # Errors
@@ -83,7 +84,7 @@ impl<W: Wire> Link<W> {
     /// # Errors
     /// A speed beyond the vehicle's largest; the board refuses to arm, falls silent, or leaves the armed state; the
     /// output is closed; the user asks to stop twice.
-    pub fn drive<O: Write>(&mut self, drive: &Drive, console: &mut Console<O>) -> Result<(), CommandError> {
+    pub fn drive<O: Write>(&mut self, drive: &DriveJob, console: &mut Console<O>) -> Result<(), CommandError> {
         let driven = self.armed_drive(drive);
         let disarmed = self.disarm();
         let status = driven?;
@@ -92,7 +93,7 @@ impl<W: Wire> Link<W> {
     }
 
     /// Everything but the Disarm; returns the last status before it.
-    fn armed_drive(&mut self, drive: &Drive) -> Result<firmware::protocol::message::BoardStatus, CommandError> {
+    fn armed_drive(&mut self, drive: &DriveJob) -> Result<firmware::protocol::message::BoardStatus, CommandError> {
         self.check_limits(drive)?;
         let mut sent_us = None;
         let neutral_from_us = self.wire.now_us();
@@ -100,7 +101,9 @@ impl<W: Wire> Link<W> {
             self.command(0.0, 0.0, &mut sent_us)?;
             self.listen()?;
         }
-        let answer = self.ask_while(Order::Arm, |link| link.command(0.0, 0.0, &mut sent_us))?;
+        let answer = self.ask_while(Order::Request(Request::Arm), |link| {
+            link.command(0.0, 0.0, &mut sent_us)
+        })?;
         if let Answer::Refused(refusal) = answer {
             return Err(refused(refusal));
         }
@@ -144,10 +147,7 @@ impl<W: Wire> Link<W> {
     fn command(&mut self, speed_m_s: f32, yaw_rate_rad_s: f32, sent_us: &mut Option<u64>) -> Result<(), CommandError> {
         let now_us = self.wire.now_us();
         if sent_us.is_none_or(|at| now_us - at >= COMMAND_PERIOD_MS * 1000) {
-            self.give(Order::Drive {
-                speed_m_s,
-                yaw_rate_rad_s,
-            })?;
+            self.give(Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s)))?;
             *sent_us = Some(now_us);
         }
         Ok(())
@@ -170,7 +170,7 @@ impl<W: Wire> Link<W> {
     }
 
     /// The vehicle's own limits must allow the drive.
-    fn check_limits(&mut self, drive: &Drive) -> Result<(), CommandError> {
+    fn check_limits(&mut self, drive: &DriveJob) -> Result<(), CommandError> {
         for (flag, name, value) in [
             ("--speed-m-s", "speed_max_m_s", drive.speed_m_s),
             ("--yaw-rate-rad-s", "yaw_rate_max_rad_s", drive.yaw_rate_rad_s),

@@ -2,8 +2,9 @@
 
 use firmware::parameters;
 use firmware::protocol::message::{ParameterAnswer, ParameterRequest};
-use model::vehicle::{Field, VehicleParameters};
+use model::vehicle::VehicleParameters;
 use report::error::CommandError;
+use vehicle_file::{Difference, diff};
 
 use super::session::{Link, not_changed};
 use super::wire::Wire;
@@ -43,7 +44,7 @@ impl<W: Wire> Link<W> {
             .ok_or_else(|| CommandError::Checks(format!("the board has no {table}.{name}")))
     }
 
-    /// One value.
+    /// One value of the set in force.
     fn read(&mut self, number: u16) -> Result<f32, CommandError> {
         match self.ask(ParameterRequest::Read { number })? {
             ParameterAnswer::Value {
@@ -53,7 +54,7 @@ impl<W: Wire> Link<W> {
         }
     }
 
-    /// Changes one value of the board's copy; the board must echo number and value.
+    /// Stages one change; the board must echo number and value.
     fn write(&mut self, number: u16, value: f32) -> Result<(), CommandError> {
         match self.ask(ParameterRequest::Write { number, value })? {
             ParameterAnswer::Value {
@@ -68,7 +69,7 @@ impl<W: Wire> Link<W> {
         }
     }
 
-    /// Every parameter of the board.
+    /// Every parameter of the board's set in force.
     ///
     /// # Errors
     /// No answer, or a firmware with other parameters.
@@ -109,27 +110,29 @@ impl<W: Wire> Link<W> {
         self.change(&changes)
     }
 
-    /// Changes every parameter that differs from `wanted`, and stores the set.
+    /// Changes every parameter that differs from `wanted`, and stores the set: also if none differs, because the board
+    /// may have lost its stored set. Returns what differed.
     ///
     /// # Errors
     /// The vehicle is of another kind, or the board refuses.
-    pub fn load(&mut self, wanted: &VehicleParameters<f32>) -> Result<usize, CommandError> {
-        let changes: Vec<(u16, f32)> = self
-            .differences(wanted)?
-            .into_iter()
-            .map(|difference| (difference.number, difference.wanted))
+    pub fn load(&mut self, wanted: &VehicleParameters<f32>) -> Result<Vec<Difference<f32>>, CommandError> {
+        let differences = self.differences(wanted)?;
+        let changes: Vec<(u16, f32)> = differences
+            .iter()
+            .filter_map(|difference| {
+                let number = wanted.number_of(difference.table, difference.name)?;
+                Some((number, difference.after?))
+            })
             .collect();
-        if !changes.is_empty() {
-            self.change(&changes)?;
-        }
-        Ok(changes.len())
+        self.change(&changes)?;
+        Ok(differences)
     }
 
-    /// Every parameter in which the board differs from `wanted`.
+    /// Every parameter in which the board's set in force differs from `wanted`.
     ///
     /// # Errors
     /// The vehicle is of another kind, or no answer.
-    pub fn differences(&mut self, wanted: &VehicleParameters<f32>) -> Result<Vec<Difference>, CommandError> {
+    pub fn differences(&mut self, wanted: &VehicleParameters<f32>) -> Result<Vec<Difference<f32>>, CommandError> {
         let kind = self.kind()?;
         if parameters::schema(&kind) != parameters::schema(wanted) {
             return Err(CommandError::Input(
@@ -138,10 +141,16 @@ impl<W: Wire> Link<W> {
                     .into(),
             ));
         }
-        Ok(differences(&self.parameters()?, wanted))
+        Ok(diff(&self.parameters()?, wanted))
     }
 
+    /// Stages these changes and no others, and stores the set.
     fn change(&mut self, changes: &[(u16, f32)]) -> Result<(), CommandError> {
+        // What a host before this one staged and left must not be stored with them.
+        match self.ask(ParameterRequest::Discard)? {
+            ParameterAnswer::Discarded => {}
+            other => return Err(not_changed(&other)),
+        }
         for (number, value) in changes {
             self.write(*number, *value)?;
         }
@@ -165,36 +174,4 @@ impl<W: Wire> Link<W> {
             other => Err(not_changed(&other)),
         }
     }
-}
-
-/// A parameter that differs between the board and a file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Difference {
-    /// Its number.
-    pub number: u16,
-    /// Its table.
-    pub table: &'static str,
-    /// Its field.
-    pub field: &'static Field,
-    /// The board's value.
-    pub board: f32,
-    /// The file's value.
-    pub wanted: f32,
-}
-
-/// Every parameter that differs, bit for bit.
-fn differences(board: &VehicleParameters<f32>, wanted: &VehicleParameters<f32>) -> Vec<Difference> {
-    (0..board.count())
-        .filter_map(|number| {
-            let (table, field) = board.field(number)?;
-            let (board, wanted) = (board.value(number)?, wanted.value(number)?);
-            (board.to_bits() != wanted.to_bits()).then_some(Difference {
-                number,
-                table,
-                field,
-                board,
-                wanted,
-            })
-        })
-        .collect()
 }

@@ -15,7 +15,7 @@ use super::wire::Wire;
 /// Time without a word from the board after which the board counts as silent, us.
 pub const SILENCE_US: u64 = 300_000;
 /// Time within which the board answers an order, us.
-const ANSWER_US: u64 = 300_000;
+pub(super) const ANSWER_US: u64 = 300_000;
 /// Time within which the board stores a set, us: the slowest store erases a sector of the flash and moves to it.
 const STORE_US: u64 = 30_000_000;
 /// How often a question that the board has not answered yet is asked again, us.
@@ -227,9 +227,8 @@ impl<W: Wire> Link<W> {
 /// An order as messages call it.
 fn name(order: &Order) -> &'static str {
     match order {
-        Order::Drive { .. } => "Drive",
-        Order::Arm => "Arm",
-        Order::ClearFaults => "ClearFaults",
+        Order::Drive(_) => "Drive",
+        Order::Request(request) => request.name(),
         Order::Parameters(_) => "a question about parameters",
         Order::StatusRate { .. } => "StatusRate",
         Order::Recording { .. } => "Recording",

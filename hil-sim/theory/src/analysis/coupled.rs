@@ -67,7 +67,7 @@ impl Ending {
 
 /// One vehicle with its spar controller and its input.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Drive {
+pub struct SteppedDrive {
     /// The vehicle.
     pub vehicle: CoupledParameters<f64>,
     /// The spar's gains in vehicle units; without gains the ballast motor stays at v = 0.
@@ -124,7 +124,7 @@ pub struct StepLimit {
     pub outcome: Ending,
 }
 
-impl Drive {
+impl SteppedDrive {
     /// A step from the static equilibrium; `None` if the slope has none.
     pub fn step(vehicle: CoupledParameters<f64>, gains: Option<[f64; 4]>) -> Option<Self> {
         let phi_0 = static_phi(&vehicle)?;

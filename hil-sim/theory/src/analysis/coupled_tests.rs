@@ -11,13 +11,13 @@ fn thesis_gains() -> [f64; 4] {
     regulator(&CameraParameters::thesis(), &Weights::THESIS).unwrap().gains
 }
 
-fn controlled(kr: f64) -> Drive {
+fn controlled(kr: f64) -> SteppedDrive {
     let v = vehicle(kr, Bearing::Inertial);
-    Drive::step(v, Some(v.gains_in_vehicle_units(thesis_gains()))).unwrap()
+    SteppedDrive::step(v, Some(v.gains_in_vehicle_units(thesis_gains()))).unwrap()
 }
 
-fn passive(kr: f64) -> Drive {
-    Drive::step(vehicle(kr, Bearing::Inertial), None).unwrap()
+fn passive(kr: f64) -> SteppedDrive {
+    SteppedDrive::step(vehicle(kr, Bearing::Inertial), None).unwrap()
 }
 
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
@@ -25,7 +25,7 @@ fn close(a: f64, b: f64, tolerance: f64) -> bool {
 }
 
 /// The drive fails just above `want` in the way `how`, and does not fail just below.
-fn assert_limit(drive: &Drive, want: f64, tolerance: f64, how: Ending) {
+fn assert_limit(drive: &SteppedDrive, want: f64, tolerance: f64, how: Ending) {
     assert_eq!(drive.ending(want - tolerance, CRITICAL_SPAN), Ending::Ok, "{want}");
     assert_eq!(drive.ending(want + tolerance, CRITICAL_SPAN), how, "{want}");
 }
@@ -58,7 +58,7 @@ fn an_unlimited_spar_controller_tumbles_its_ballast_first() {
     );
     assert_limit(&controlled(0.015), 1.239, 6e-4, Ending::Tumble);
     assert_limit(&controlled(0.4), 3.205, 6e-4, Ending::Whirl);
-    let psi = |drive: Drive, u: f64| drive.run(u, CRITICAL_SPAN, 1.0).psi_max_deg;
+    let psi = |drive: SteppedDrive, u: f64| drive.run(u, CRITICAL_SPAN, 1.0).psi_max_deg;
     let near = 0.999 * found.critical;
     for (got, want, tolerance) in [
         (psi(controlled(0.15), 1.0), 2.87, 5e-3),
@@ -141,8 +141,8 @@ fn the_same_weights_are_not_the_same_controller() {
 #[test]
 fn the_speed_loop_with_a_ramp_meets_the_claim() {
     let law = SpeedLaw::thesis(2.2, 0.72);
-    let psi = |drive: Drive| {
-        let drive = Drive {
+    let psi = |drive: SteppedDrive| {
+        let drive = SteppedDrive {
             law: Some(law),
             waveform: Waveform::Ramp,
             ramp_time: 5.0,
@@ -166,7 +166,7 @@ fn the_speed_loop_with_a_ramp_meets_the_claim() {
 fn a_spar_on_the_turning_axle_tips_and_one_on_the_arm_does_not() {
     let psi_deg = |bearing, gains: Option<[f64; 4]>, t_end: f64| {
         let v = vehicle(0.15, bearing);
-        let drive = Drive::step(v, gains.map(|g| v.gains_in_vehicle_units(g))).unwrap();
+        let drive = SteppedDrive::step(v, gains.map(|g| v.gains_in_vehicle_units(g))).unwrap();
         let run = drive.run(2.0, t_end, t_end);
         assert!(close(run.theta_rate[1], 0.857, 3e-3), "{:?}", run.theta_rate);
         run.psi[1].to_degrees()
@@ -198,7 +198,7 @@ fn the_drive_rate_in_the_camera_motor_leaves_no_equilibrium() {
 fn energy_balances_over_a_run_with_every_bearing() {
     for bearing in [Bearing::Inertial, Bearing::Arm, Bearing::Axle] {
         let p = vehicle(0.15, bearing);
-        let drive = Drive::step(p, Some(p.gains_in_vehicle_units(thesis_gains()))).unwrap();
+        let drive = SteppedDrive::step(p, Some(p.gains_in_vehicle_units(thesis_gains()))).unwrap();
         let model = Coupled::new(p);
         let rate = |_: f64, x: &[f64; 9]| {
             let state: CoupledState<f64> = std::array::from_fn(|i| x[i]);

@@ -11,7 +11,7 @@ use model::dynamics::planar::PlanarParameters;
 
 use super::equilibrium::poles;
 use super::input::Input;
-use super::response::{Fate, Judge, Response, State};
+use super::response::{Fate, Judge, PlanarPoint, Response};
 use super::roots::maximum_between;
 
 /// Which way the final value is searched.
@@ -84,7 +84,7 @@ const FARTHEST: f64 = 2000.0;
 pub fn critical(
     p: &PlanarParameters<f64>,
     input: &Input,
-    start: State,
+    start: PlanarPoint,
     direction: Direction,
 ) -> Result<Option<CriticalValue>, NoLimit> {
     let judge = Judge::new(p, input).ok_or(NoLimit::NoEquilibrium)?;
@@ -115,7 +115,7 @@ pub fn critical(
 struct Search {
     judge: Judge,
     input: Input,
-    start: State,
+    start: PlanarPoint,
     sign: f64,
     /// The change of the final value that changes the steady speed by one.
     unit: f64,

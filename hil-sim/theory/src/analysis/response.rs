@@ -16,7 +16,7 @@ use super::input::Input;
 use super::roots::root_between;
 
 /// State of the response: phi, theta', phi' (theta is cyclic).
-pub type State = [f64; 3];
+pub type PlanarPoint = [f64; 3];
 
 /// How a response ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -93,7 +93,7 @@ impl Judge {
     }
 
     /// Follows `input` from `start` with the integration `tolerance` until the verdict is certain.
-    pub fn judge(&self, input: &Input, start: State, tolerance: f64) -> Response {
+    pub fn judge(&self, input: &Input, start: PlanarPoint, tolerance: f64) -> Response {
         // After a visit to a saddle the response is usually far from every limit and needs less precision.
         self.follow(input, start, tolerance, tolerance.max(LOOSE))
             .or_else(|| self.follow(input, start, tolerance, tolerance))
@@ -107,8 +107,8 @@ impl Judge {
 
     /// Follows the response, with the tolerance `after_visit` once it has visited a saddle; `None` if a
     /// later visit came closer, so that the tolerance was loosened too early.
-    fn follow(&self, input: &Input, start: State, tolerance: f64, after_visit: f64) -> Option<Response> {
-        let rate = |t: f64, x: &State| {
+    fn follow(&self, input: &Input, start: PlanarPoint, tolerance: f64, after_visit: f64) -> Option<Response> {
+        let rate = |t: f64, x: &PlanarPoint| {
             let full = [0.0, x[0], x[1], x[2]];
             let [theta_acceleration, phi_acceleration] = self.planar.accelerations(&full, input.voltage(t, &full));
             [x[2], theta_acceleration, phi_acceleration]
@@ -118,7 +118,7 @@ impl Judge {
         start[0] -= TAU * self.well(start[0]) as f64;
         let arrival = input.arrival();
         let mut run = Dop853::new(rate, 0.0, start, tolerance);
-        let mut watch = Watch::new(self, start[0]);
+        let mut watch = StayWatch::new(self, start[0]);
         let (mut decided, mut turns_to_see, mut visited) = (None, 0, None);
         loop {
             let limit = if run.time() < arrival { arrival } else { f64::INFINITY };
@@ -182,7 +182,7 @@ impl Judge {
     }
 
     /// Whether the state can no longer leave the well it is in.
-    fn stays(&self, watch: &Watch<'_>, input: &Input, x: &State, rate: &State, well: i64) -> bool {
+    fn stays(&self, watch: &StayWatch<'_>, input: &Input, x: &PlanarPoint, rate: &PlanarPoint, well: i64) -> bool {
         if self.closed_loop {
             let deviation = x[0] - self.phi_0 - TAU * well as f64;
             let at_rest = deviation.abs() < SMALL && x[2].abs() < SMALL && rate[1].abs() < SMALL;
@@ -192,7 +192,7 @@ impl Judge {
     }
 
     /// W in the frame of the steady speed.
-    fn energy(&self, input: &Input, x: &State) -> f64 {
+    fn energy(&self, input: &Input, x: &PlanarPoint) -> f64 {
         let p = self.planar.parameters();
         let al = p.alpha * p.l;
         let relative = x[1] - (input.target - p.beta.sin()) / p.zeta;
@@ -215,7 +215,7 @@ impl Judge {
 }
 
 /// What the judge remembers of a response while following it.
-struct Watch<'a> {
+struct StayWatch<'a> {
     judge: &'a Judge,
     start: f64,
     highest: f64,
@@ -227,7 +227,7 @@ struct Watch<'a> {
     longest_stay: f64,
 }
 
-impl<'a> Watch<'a> {
+impl<'a> StayWatch<'a> {
     fn new(judge: &'a Judge, start: f64) -> Self {
         let mut watch = Self {
             judge,

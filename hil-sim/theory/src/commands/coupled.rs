@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use model::dynamics::coupled::{Bearing, CoupledParameters};
 
-use crate::analysis::coupled::{CoupledRun, Drive, Ending, static_limit};
+use crate::analysis::coupled::{CoupledRun, Ending, SteppedDrive, static_limit};
 use crate::analysis::critical::Direction;
 use crate::analysis::lqr::{Weights, regulator};
 use crate::analysis::series::degrees;
@@ -93,13 +93,13 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     } else {
         None
     };
-    let Some(at_rest) = Drive::step(vehicle, gains) else {
+    let Some(at_rest) = SteppedDrive::step(vehicle, gains) else {
         let limit = static_limit(&vehicle);
         let allowed = format!("within the loaded vehicle's static limit |beta| < {limit} rad");
         return require(&beta_name, planar.beta, false, &allowed).map(|_| ());
     };
     let (waveform, ramp_time) = arguments.waveform.resolve()?;
-    let drive = Drive {
+    let drive = SteppedDrive {
         waveform,
         ramp_time,
         ..at_rest

@@ -25,12 +25,12 @@ pub struct Arguments {
 #[derive(Debug, Serialize)]
 struct FiguresJson {
     page: PathBuf,
-    figures: Vec<Line>,
+    figures: Vec<FigureLine>,
 }
 
 /// One figure.
 #[derive(Debug, Serialize)]
-struct Line {
+struct FigureLine {
     id: &'static str,
     title: String,
     verdict: &'static str,
@@ -45,7 +45,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let bar = progress_bar(entries.len(), "figures");
     let figures = write_all(&entries, &arguments.out, || bar.inc(1))?;
     bar.finish_and_clear();
-    let line = |f: &Figure| Line {
+    let line = |f: &Figure| FigureLine {
         id: f.id,
         title: f.title.clone(),
         verdict: f.verdict.word(),

@@ -7,7 +7,7 @@ use model::dynamics::planar::PlanarParameters;
 use rayon::prelude::*;
 
 use super::figure::{Entry, Figure, FigureError, Verdict};
-use crate::analysis::coupled::{CRITICAL_SPAN, CoupledRun, Drive, StepLimit, with_thesis_spar};
+use crate::analysis::coupled::{CRITICAL_SPAN, CoupledRun, StepLimit, SteppedDrive, with_thesis_spar};
 use crate::analysis::critical::Direction;
 use crate::analysis::lqr::{Weights, regulator};
 use crate::analysis::series::{degrees, largest, last};
@@ -36,24 +36,24 @@ fn vehicle(kr: f64, bearing: Bearing) -> CoupledParameters<f64> {
     with_thesis_spar(PlanarParameters::thesis(), 1.0, kr, bearing)
 }
 
-fn drive(kr: f64, bearing: Bearing, controlled: bool) -> Result<Drive, FigureError> {
+fn drive(kr: f64, bearing: Bearing, controlled: bool) -> Result<SteppedDrive, FigureError> {
     let vehicle = vehicle(kr, bearing);
     let gains = regulator(&CameraParameters::thesis(), &Weights::THESIS)
         .map_err(FigureError::from_error)?
         .gains;
-    Drive::step(vehicle, controlled.then(|| vehicle.gains_in_vehicle_units(gains)))
+    SteppedDrive::step(vehicle, controlled.then(|| vehicle.gains_in_vehicle_units(gains)))
         .ok_or_else(|| FigureError("no static equilibrium".into()))
 }
 
-fn limit(drive: &Drive) -> Result<StepLimit, FigureError> {
+fn limit(drive: &SteppedDrive) -> Result<StepLimit, FigureError> {
     drive
         .critical(Direction::Forward)
         .ok_or_else(|| FigureError("no step limit found".into()))
 }
 
 /// The speed loop (3.25) with its reference ramped over 5.
-fn ramped(drive: Drive) -> Drive {
-    Drive {
+fn ramped(drive: SteppedDrive) -> SteppedDrive {
+    SteppedDrive {
         law: Some(SpeedLaw::thesis(2.2, 0.72)),
         waveform: Waveform::Ramp,
         ramp_time: 5.0,

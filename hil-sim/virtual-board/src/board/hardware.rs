@@ -9,13 +9,38 @@ use embedded_hal_async::spi::{ErrorType, Operation, SpiDevice};
 use firmware::drive_board::{DUTY_MAX_PERCENT, WATCHDOG_US};
 use firmware::flight_record::{FlightRecord, Recorder};
 use firmware::hardware::{
-    AnalogInputs, AnalogReading, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Watchdog,
+    AnalogInputs, Bridges, CycleCounter, EmergencyStop, EncoderCounters, Indicators, Place, Watchdog,
 };
-use firmware::imu::Place;
+use model::analog::Analog;
 use model::control::motor::DUTY_FULL_SCALE;
 use model::sample::{Actuation, MOTORS};
 
 use plant::{BridgeState, Plant};
+
+/// The records of the first ticks, up to a number that bounds their memory.
+#[derive(Debug, Clone, Default)]
+pub struct FirstRecords {
+    kept: Vec<FlightRecord>,
+    most: usize,
+}
+
+impl FirstRecords {
+    /// Keeps the records of the first `most` ticks.
+    pub fn first(most: usize) -> Self {
+        Self { kept: Vec::new(), most }
+    }
+
+    /// What was kept, in order.
+    pub fn into_kept(self) -> Vec<FlightRecord> {
+        self.kept
+    }
+
+    fn add(&mut self, record: &FlightRecord) {
+        if self.kept.len() < self.most {
+            self.kept.push(*record);
+        }
+    }
+}
 
 /// The plant and everything of the board that is not the firmware.
 #[derive(Debug)]
@@ -27,7 +52,7 @@ pub struct World {
     /// The lamps: armed, faulted.
     pub lamps: (bool, bool),
     /// The records of the ticks, if they are kept.
-    pub records: Option<Vec<FlightRecord>>,
+    pub records: Option<FirstRecords>,
     synced_us: u64,
     bridges: [BridgeState; MOTORS],
     break_tripped: bool,
@@ -125,9 +150,8 @@ impl EncoderCounters for Hardware {
 impl AnalogInputs for Hardware {
     type Error = Infallible;
 
-    async fn read(&mut self) -> Result<AnalogReading, Infallible> {
-        let (battery, current) = self.now(|world| world.plant.analog());
-        Ok(AnalogReading { battery, current })
+    async fn read(&mut self) -> Result<Analog<u16>, Infallible> {
+        Ok(self.now(|world| world.plant.analog()))
     }
 }
 
@@ -179,7 +203,7 @@ impl Recorder for Hardware {
     fn record(&mut self, record: &FlightRecord) {
         self.now(|world| {
             if let Some(records) = &mut world.records {
-                records.push(*record);
+                records.add(record);
             }
         });
     }

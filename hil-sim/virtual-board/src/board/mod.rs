@@ -11,11 +11,11 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use firmware::drive::DriveHardware;
 use firmware::drive_board::SCALES;
-use firmware::hardware::ResetCause;
-use firmware::imu::Place;
+use firmware::fault_history::FaultStore;
+use firmware::hardware::{Place, ResetCause};
 use firmware::parameters::{self, ParameterStore};
 use firmware::topics::{DisarmBy, Topics};
-use firmware::{analog, drive, imu, link, log_task, watchdog};
+use firmware::{analog, drive, fault_history, imu, link, log_task, watchdog};
 use futures_executor::LocalPool;
 use futures_util::task::LocalSpawnExt;
 use model::status::Status;
@@ -72,6 +72,7 @@ pub struct VirtualBoard {
     watchdog_bitten: bool,
     /// What a reset leaves: the parameter flash, and the vehicle the firmware was built for.
     flash: VirtualFlash,
+    history: VirtualFlash,
     built_in: Vehicle<f32>,
     /// When the board last booted, us since the start.
     booted_us: u64,
@@ -95,6 +96,19 @@ impl VirtualBoard {
     /// # Errors
     /// As [`VirtualBoard::boot`].
     pub fn boot_with(vehicle: &Vehicle<f64>, plant: Plant, flash: VirtualFlash) -> Result<Self, VirtualBoardError> {
+        Self::boot_with_history(vehicle, plant, flash, VirtualFlash::erased())
+    }
+
+    /// Boots a board whose flashes, of the parameters and of the fault history, hold what an earlier run left in them.
+    ///
+    /// # Errors
+    /// As [`VirtualBoard::boot`].
+    pub fn boot_with_history(
+        vehicle: &Vehicle<f64>,
+        plant: Plant,
+        flash: VirtualFlash,
+        history: VirtualFlash,
+    ) -> Result<Self, VirtualBoardError> {
         let time = VirtualTime::take()?;
         log::start();
         let built_in = Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(VirtualBoardError::Vehicle)?;
@@ -109,6 +123,7 @@ impl VirtualBoard {
             from_board: Pipe::default(),
             watchdog_bitten: false,
             flash,
+            history,
             built_in,
             booted_us: 0,
             time,
@@ -134,13 +149,13 @@ impl VirtualBoard {
                     .map_err(|_| VirtualBoardError::Executor)?;
             }};
         }
-        log_task::boot(env!("CARGO_PKG_VERSION"), cause);
+        log_task::boot(&topics, env!("CARGO_PKG_VERSION"), cause);
         // The virtual flash never waits, so this is over at once, as on the board before its tasks start.
         let mut store = ParameterStore::new(flash).map_err(|_| VirtualBoardError::Flash)?;
-        let vehicle = futures_executor::block_on(parameters::boot(&mut store, &built_in));
+        let booted = futures_executor::block_on(parameters::boot(&mut store, &built_in));
         spawn!(|topics, hardware| imu::run(&topics, Place::Arm, VirtualImu::new(hardware, Place::Arm)));
         spawn!(|topics, hardware| imu::run(&topics, Place::Spar, VirtualImu::new(hardware, Place::Spar)));
-        let core = VehicleCore::new(&vehicle, &SCALES);
+        let core = VehicleCore::new(&booted.vehicle, &SCALES);
         spawn!(|topics, hardware| drive::run(
             &topics,
             core,
@@ -158,7 +173,9 @@ impl VirtualBoard {
         let about = link::about(built_in.parameters(), boot_number());
         spawn!(|topics, _hardware| link::receive::run(&topics, rx, about));
         spawn!(|topics, _hardware| link::send::run(&topics, tx, about.boot));
-        spawn!(|topics, _hardware| parameters::run(&topics, store, vehicle, built_in));
+        spawn!(|topics, _hardware| parameters::run(&topics, store, booted, built_in));
+        let history = FaultStore::new(self.history.clone()).ok();
+        spawn!(|topics, _hardware| fault_history::run(&topics, history, about.boot));
         spawn!(|topics, hardware| log_task::run(&topics, hardware));
         Ok(())
     }
@@ -239,7 +256,7 @@ impl VirtualBoard {
 
     /// Presses the board's own button once: disarm.
     pub fn press_button(&mut self) {
-        self.topics.disarm.signal(DisarmBy::Button);
+        self.topics.disarm.put(DisarmBy::Button);
     }
 
     /// Sends bytes to the board's UART.

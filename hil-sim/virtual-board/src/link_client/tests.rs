@@ -1,5 +1,6 @@
 use super::*;
 use firmware::protocol::message::{About, ParameterRequest};
+use model::command::Request;
 
 const ABOUT: About = About {
     version: [0, 1, 0],
@@ -30,7 +31,7 @@ fn answer(session: u32, sequence: u32, answer: Answer) -> BoardMessage {
 
 /// The time that the next order would carry.
 fn given_at(client: &mut LinkClient, now_us: u64) -> u64 {
-    let (_, frame) = client.order(now_us, Order::Arm).expect("identified");
+    let (_, frame) = client.order(now_us, Order::Request(Request::Arm)).expect("identified");
     let mut decoder = Decoder::new();
     for byte in frame {
         if let Received::Message(HostMessage::Order { envelope, .. }) = decoder.push(byte) {
@@ -66,19 +67,23 @@ fn every_host_message_fits_a_frame() {
 #[test]
 fn nothing_is_ordered_before_the_board_has_said_who_it_is() {
     let mut client = LinkClient::new(5);
-    assert_eq!(client.order(0, Order::Arm), None);
+    assert_eq!(client.order(0, Order::Request(Request::Arm)), None);
     hear(&mut client, 10, &BoardMessage::Identity(identity(6, 1)));
-    assert_eq!(client.order(20, Order::Arm), None, "an answer to another host");
+    assert_eq!(
+        client.order(20, Order::Request(Request::Arm)),
+        None,
+        "an answer to another host"
+    );
     let mut old = identity(5, 1);
     old.protocol = PROTOCOL_VERSION + 1;
     hear(&mut client, 20, &BoardMessage::Identity(old));
-    assert_eq!(client.order(20, Order::Arm), None, "another protocol");
+    assert_eq!(client.order(20, Order::Request(Request::Arm)), None, "another protocol");
     assert_eq!(
         client.foreign().map(|identity| identity.protocol),
         Some(PROTOCOL_VERSION + 1)
     );
     hear(&mut client, 30, &BoardMessage::Identity(identity(5, 1)));
-    assert!(client.order(40, Order::Arm).is_some());
+    assert!(client.order(40, Order::Request(Request::Arm)).is_some());
 }
 
 #[test]

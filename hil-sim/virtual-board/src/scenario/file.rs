@@ -10,7 +10,7 @@ use super::metrics;
 use super::wire::LinkStep;
 use super::world::WorldStep;
 use plant::fault::SensorFault;
-use plant::settings::Settings;
+use plant::settings::PlantSettings;
 use plant::terrain::Terrain;
 
 /// One scenario.
@@ -34,7 +34,7 @@ pub struct Scenario {
     pub terrain: Terrain,
     /// How the simulated vehicle differs from the vehicle file.
     #[serde(default)]
-    pub plant: Settings,
+    pub plant: PlantSettings,
     /// What happens, in order of time.
     #[serde(default, rename = "step")]
     pub steps: Vec<Step>,

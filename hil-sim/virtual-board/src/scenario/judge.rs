@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::file::Scenario;
-use super::metrics::measure;
+use super::metrics::{MetricValue, measure};
 use super::outcome::DriveOutcome;
 
 /// A metric against its bounds.
@@ -23,7 +23,11 @@ pub struct Check {
 
 /// The scenario's bounds against the run. A metric that is not a number fails.
 pub fn evaluate(scenario: &Scenario, outcome: &DriveOutcome) -> Vec<Check> {
-    let values = measure(outcome);
+    judge(scenario, &measure(outcome))
+}
+
+/// The scenario's bounds against the values of a run's metrics. A metric that is not a number fails.
+pub fn judge(scenario: &Scenario, values: &[MetricValue]) -> Vec<Check> {
     scenario
         .metrics
         .iter()

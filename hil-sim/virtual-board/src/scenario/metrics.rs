@@ -1,10 +1,12 @@
 //! Metrics of a run.
 
+use std::collections::VecDeque;
+
 use model::supervise::arming::Mode;
 use serde::Serialize;
 
-use super::outcome::DriveOutcome;
-use super::trace::Row;
+use super::outcome::{Counts, DriveOutcome};
+use super::trace::TraceRow;
 
 /// One metric of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -15,82 +17,56 @@ pub struct MetricValue {
     pub value: f64,
 }
 
-type Measure = fn(&DriveOutcome) -> f64;
+type Measure = fn(&Metrics, &Counts) -> f64;
 
-/// Every metric: name and how it is measured.
+/// Every metric: name and how it is read from what was collected.
 const METRICS: &[(&str, Measure)] = &[
-    ("armed_s", |o| {
-        0.01 * o.trace.rows.iter().filter(|r| armed(r)).count() as f64
+    ("armed_s", |m, _| 0.01 * m.armed_rows as f64),
+    ("distance_m", |m, _| m.distance_m),
+    ("speed_peak_m_s", |m, _| m.speed.value()),
+    ("speed_error_rms_m_s", |m, _| m.speed_error.rms()),
+    ("speed_error_peak_m_s", |m, _| m.speed_error.peak.value()),
+    ("hold_drift_m", |m, _| m.hold_drift_m()),
+    ("phi_peak_deg", |m, _| m.phi_deg.value()),
+    ("spar_peak_deg", |m, _| m.spar_deg.value()),
+    ("current_peak_a", |m, _| m.current_a.value()),
+    ("phi_estimate_error_rms_deg", |m, _| m.phi_error_deg.rms()),
+    ("phi_estimate_error_peak_deg", |m, _| m.phi_error_deg.peak.value()),
+    ("slope_estimate_error_rms_deg", |m, _| m.slope_error_deg.rms()),
+    ("yaw_rate_peak_rad_s", |m, _| m.yaw_rate_rad_s.value()),
+    ("heading_change_deg", |m, _| {
+        m.last(|r| r.truth.heading_rad.to_degrees())
     }),
-    ("distance_m", |o| {
-        o.trace
-            .rows
-            .windows(2)
-            .map(|w| (w[1].truth.x_m - w[0].truth.x_m).hypot(w[1].truth.y_m - w[0].truth.y_m))
-            .sum()
-    }),
-    ("speed_peak_m_s", |o| peak(o, |r| r.truth.speed_m_s)),
-    ("speed_error_rms_m_s", |o| rms(driving(o, speed_error))),
-    ("speed_error_peak_m_s", |o| largest(driving(o, speed_error))),
-    ("hold_drift_m", hold_drift_m),
-    ("phi_peak_deg", |o| peak(o, |r| r.truth.phi_rad.to_degrees())),
-    ("spar_peak_deg", |o| {
-        largest(driving(o, |r| r.truth.spar_rad.to_degrees()))
-    }),
-    ("current_peak_a", |o| {
-        peak(o, |r| r.truth.current_a[0].abs().max(r.truth.current_a[1].abs()))
-    }),
-    ("phi_estimate_error_rms_deg", |o| rms(driving(o, phi_error_deg))),
-    ("phi_estimate_error_peak_deg", |o| largest(driving(o, phi_error_deg))),
-    ("slope_estimate_error_rms_deg", |o| {
-        rms(driving(o, |r| {
-            (f64::from(r.status.estimate.slope_rad) - r.truth.slope_rad).to_degrees()
-        }))
-    }),
-    ("yaw_rate_peak_rad_s", |o| peak(o, |r| r.truth.yaw_rate_rad_s)),
-    ("heading_change_deg", |o| last(o, |r| r.truth.heading_rad.to_degrees())),
-    ("heading_estimate_error_deg", |o| {
-        last(o, |r| {
+    ("heading_estimate_error_deg", |m, _| {
+        m.last(|r| {
             (f64::from(r.status.estimate.heading_rad) - r.truth.heading_rad)
                 .to_degrees()
                 .abs()
         })
     }),
-    ("dead_reckoning_drift_m", |o| {
-        last(o, |r| {
+    ("dead_reckoning_drift_m", |m, _| {
+        m.last(|r| {
             (f64::from(r.status.estimate.x_m) - r.truth.x_m).hypot(f64::from(r.status.estimate.y_m) - r.truth.y_m)
         })
     }),
-    ("sliding_share", |o| {
-        o.trace
-            .rows
-            .iter()
-            .filter(|r| r.truth.sliding[0] || r.truth.sliding[1])
-            .count() as f64
-            / o.trace.rows.len().max(1) as f64
+    ("sliding_share", |m, _| m.share(m.sliding_rows)),
+    ("lifted_share", |m, _| m.share(m.lifted_rows)),
+    ("lateral_peak_m", |m, _| m.lateral_m.value()),
+    ("final_x_m", |m, _| m.last(|r| r.truth.x_m)),
+    ("final_y_m", |m, _| m.last(|r| r.truth.y_m)),
+    ("final_mode", |m, _| m.last(|r| f64::from(r.status.mode as u8))),
+    ("faults", |m, _| m.last(|r| f64::from(r.status.faults.bits()))),
+    ("refused_arms", |m, _| m.last(|r| f64::from(r.status.refused_arms))),
+    ("late_ticks", |m, _| m.last(|r| f64::from(r.status.late_ticks))),
+    ("board_unreadable_frames", |m, _| {
+        m.last(|r| f64::from(r.link.unreadable_frames()))
     }),
-    ("lifted_share", |o| {
-        o.trace
-            .rows
-            .iter()
-            .filter(|r| r.truth.lifted[0] || r.truth.lifted[1])
-            .count() as f64
-            / o.trace.rows.len().max(1) as f64
+    ("host_unreadable_frames", |_, counts| {
+        counts.host_unreadable_frames as f64
     }),
-    ("lateral_peak_m", |o| peak(o, |r| r.truth.y_m)),
-    ("final_x_m", |o| last(o, |r| r.truth.x_m)),
-    ("final_y_m", |o| last(o, |r| r.truth.y_m)),
-    ("final_mode", |o| last(o, |r| f64::from(r.status.mode as u8))),
-    ("faults", |o| last(o, |r| f64::from(r.status.faults.bits()))),
-    ("refused_arms", |o| last(o, |r| f64::from(r.status.refused_arms))),
-    ("late_ticks", |o| last(o, |r| f64::from(r.status.late_ticks))),
-    ("board_bad_frames", |o| {
-        last(o, |r| f64::from(r.link.unreadable_frames()))
-    }),
-    ("host_bad_frames", |o| o.bad_frames as f64),
-    ("unarmed_drive_ms", |o| o.unarmed_drive_ms as f64),
-    ("emergency_stop_ms", |o| {
-        o.emergency_stop_ms.map_or(f64::NAN, |ms| ms as f64)
+    ("unarmed_drive_ms", |_, counts| counts.unarmed_drive_ms as f64),
+    ("emergency_stop_ms", |_, counts| {
+        counts.emergency_stop_ms.map_or(f64::NAN, |ms| ms as f64)
     }),
 ];
 
@@ -105,80 +81,174 @@ pub const NAMES: [&str; METRICS.len()] = {
     names
 };
 
-/// Every metric of a run.
-pub fn measure(outcome: &DriveOutcome) -> Vec<MetricValue> {
-    METRICS
-        .iter()
-        .map(|(name, measure)| MetricValue {
-            name,
-            value: measure(outcome),
-        })
-        .collect()
-}
-
-fn armed(row: &Row) -> bool {
-    row.status.mode != Mode::Disarmed
-}
-
 /// Settling time left out of errors after arming: the chocks are just gone, s.
 const SETTLING_S: f64 = 1.0;
+/// The end of a run in which a vehicle that holds must not move, s.
+const HOLD_S: f64 = 2.0;
 
-/// The values of a quantity while driving: armed for a while.
-fn driving(outcome: &DriveOutcome, value: fn(&Row) -> f64) -> impl Iterator<Item = f64> {
-    let mut armed_at = f64::INFINITY;
-    outcome.trace.rows.iter().filter_map(move |row| {
-        if !armed(row) {
-            armed_at = f64::INFINITY;
-        } else if armed_at.is_infinite() {
-            armed_at = row.time_s();
+/// Collects the metrics of a run row by row, in memory that does not grow with the run.
+#[derive(Debug, Clone)]
+pub struct Metrics {
+    rows: u64,
+    armed_rows: u64,
+    sliding_rows: u64,
+    lifted_rows: u64,
+    /// When the vehicle was armed, s; infinite while disarmed.
+    armed_at_s: f64,
+    distance_m: f64,
+    speed: Peak,
+    phi_deg: Peak,
+    current_a: Peak,
+    yaw_rate_rad_s: Peak,
+    lateral_m: Peak,
+    spar_deg: Peak,
+    speed_error: Errors,
+    phi_error_deg: Errors,
+    slope_error_deg: Errors,
+    last: Option<TraceRow>,
+    /// Time and place of the rows of the last [`HOLD_S`].
+    places: VecDeque<[f64; 3]>,
+}
+
+impl Default for Metrics {
+    fn default() -> Self {
+        Self {
+            rows: 0,
+            armed_rows: 0,
+            sliding_rows: 0,
+            lifted_rows: 0,
+            armed_at_s: f64::INFINITY,
+            distance_m: 0.0,
+            speed: Peak::default(),
+            phi_deg: Peak::default(),
+            current_a: Peak::default(),
+            yaw_rate_rad_s: Peak::default(),
+            lateral_m: Peak::default(),
+            spar_deg: Peak::default(),
+            speed_error: Errors::default(),
+            phi_error_deg: Errors::default(),
+            slope_error_deg: Errors::default(),
+            last: None,
+            places: VecDeque::new(),
         }
-        (row.time_s() - armed_at > SETTLING_S).then(|| value(row))
-    })
+    }
 }
 
-fn speed_error(row: &Row) -> f64 {
-    row.truth.speed_m_s - f64::from(row.status.speed_reference_m_s)
-}
-
-fn phi_error_deg(row: &Row) -> f64 {
-    (f64::from(row.status.estimate.phi_rad) - row.truth.phi_rad).to_degrees()
-}
-
-/// How far the vehicle moved in its last two seconds, if it was armed and told to stand.
-fn hold_drift_m(outcome: &DriveOutcome) -> f64 {
-    let rows = &outcome.trace.rows;
-    let Some(last) = rows.last() else { return f64::NAN };
-    let Some(before) = rows.iter().find(|r| r.time_s() > last.time_s() - 2.0) else {
-        return f64::NAN;
-    };
-    (last.truth.x_m - before.truth.x_m).hypot(last.truth.y_m - before.truth.y_m)
-}
-
-fn peak(outcome: &DriveOutcome, value: fn(&Row) -> f64) -> f64 {
-    largest(outcome.trace.rows.iter().map(value))
-}
-
-fn largest(values: impl Iterator<Item = f64>) -> f64 {
-    // `f64::max` passes over what is not a number; a run that has one must not look good.
-    values
-        .map(f64::abs)
-        .reduce(|largest, value| {
-            if largest.is_nan() || largest >= value {
-                largest
-            } else {
-                value
+impl Metrics {
+    /// Takes the next row of the run.
+    pub fn add(&mut self, row: &TraceRow) {
+        let (truth, status, time_s) = (&row.truth, &row.status, row.time_s());
+        if let Some(last) = &self.last {
+            self.distance_m += (truth.x_m - last.truth.x_m).hypot(truth.y_m - last.truth.y_m);
+        }
+        self.rows += 1;
+        self.sliding_rows += u64::from(truth.sliding[0] || truth.sliding[1]);
+        self.lifted_rows += u64::from(truth.lifted[0] || truth.lifted[1]);
+        self.speed.add(truth.speed_m_s);
+        self.phi_deg.add(truth.phi_rad.to_degrees());
+        self.current_a
+            .add(truth.current_a[0].abs().max(truth.current_a[1].abs()));
+        self.yaw_rate_rad_s.add(truth.yaw_rate_rad_s);
+        self.lateral_m.add(truth.y_m);
+        if status.mode == Mode::Disarmed {
+            self.armed_at_s = f64::INFINITY;
+        } else {
+            self.armed_rows += 1;
+            if self.armed_at_s.is_infinite() {
+                self.armed_at_s = time_s;
             }
-        })
-        .unwrap_or(f64::NAN)
+        }
+        if time_s - self.armed_at_s > SETTLING_S {
+            let error_deg = |estimated: f32, true_rad: f64| (f64::from(estimated) - true_rad).to_degrees();
+            self.spar_deg.add(truth.spar_rad.to_degrees());
+            self.speed_error
+                .add(truth.speed_m_s - f64::from(status.speed_reference_m_s));
+            self.phi_error_deg
+                .add(error_deg(status.estimate.phi_rad, truth.phi_rad));
+            self.slope_error_deg
+                .add(error_deg(status.estimate.slope_rad, truth.slope_rad));
+        }
+        self.places.push_back([time_s, truth.x_m, truth.y_m]);
+        while self.places.front().is_some_and(|[at_s, ..]| *at_s <= time_s - HOLD_S) {
+            self.places.pop_front();
+        }
+        self.last = Some(*row);
+    }
+
+    /// Every metric of the rows so far, and of what else the run counted.
+    pub fn values(&self, counts: &Counts) -> Vec<MetricValue> {
+        METRICS
+            .iter()
+            .map(|(name, measure)| MetricValue {
+                name,
+                value: measure(self, counts),
+            })
+            .collect()
+    }
+
+    fn last(&self, value: fn(&TraceRow) -> f64) -> f64 {
+        self.last.as_ref().map_or(f64::NAN, value)
+    }
+
+    fn share(&self, rows: u64) -> f64 {
+        rows as f64 / self.rows.max(1) as f64
+    }
+
+    /// How far the vehicle moved in its last two seconds, if it was armed and told to stand.
+    fn hold_drift_m(&self) -> f64 {
+        match (self.places.front(), self.places.back()) {
+            (Some([_, x0, y0]), Some([_, x1, y1])) => (x1 - x0).hypot(y1 - y0),
+            _ => f64::NAN,
+        }
+    }
 }
 
-fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0_u32), |(sum, count), value| (sum + value * value, count + 1));
-    (sum / f64::from(count)).sqrt()
+/// Every metric of a run.
+pub fn measure(outcome: &DriveOutcome) -> Vec<MetricValue> {
+    let mut metrics = Metrics::default();
+    for row in &outcome.trace.rows {
+        metrics.add(row);
+    }
+    metrics.values(&outcome.counts)
 }
 
-fn last(outcome: &DriveOutcome, value: fn(&Row) -> f64) -> f64 {
-    outcome.trace.rows.last().map_or(f64::NAN, value)
+/// The largest magnitude of a quantity; not a number before the first value, and after any value that is none.
+#[derive(Debug, Clone, Copy, Default)]
+struct Peak(Option<f64>);
+
+impl Peak {
+    fn add(&mut self, value: f64) {
+        let value = value.abs();
+        // `f64::max` passes over what is not a number; a run that has one must not look good.
+        self.0 = Some(match self.0 {
+            Some(largest) if largest.is_nan() || largest >= value => largest,
+            _ => value,
+        });
+    }
+
+    fn value(self) -> f64 {
+        self.0.unwrap_or(f64::NAN)
+    }
+}
+
+/// Mean square and peak of an error.
+#[derive(Debug, Clone, Copy, Default)]
+struct Errors {
+    squares: f64,
+    count: u64,
+    peak: Peak,
+}
+
+impl Errors {
+    fn add(&mut self, value: f64) {
+        self.squares += value * value;
+        self.count += 1;
+        self.peak.add(value);
+    }
+
+    fn rms(self) -> f64 {
+        (self.squares / self.count as f64).sqrt()
+    }
 }
 
 #[cfg(test)]
@@ -188,11 +258,18 @@ mod tests {
     #[test]
     fn the_largest_of_values_with_one_that_is_no_number_is_no_number() {
         let nan = f64::NAN;
-        assert_eq!(largest([1.0, -3.0, 2.0].into_iter()), 3.0);
+        let largest = |values: &[f64]| {
+            let mut peak = Peak::default();
+            for value in values {
+                peak.add(*value);
+            }
+            peak.value()
+        };
+        assert_eq!(largest(&[1.0, -3.0, 2.0]), 3.0);
         for values in [[nan, 1.0, 2.0], [1.0, nan, 2.0], [1.0, 2.0, nan]] {
-            assert!(largest(values.into_iter()).is_nan(), "{values:?}");
+            assert!(largest(&values).is_nan(), "{values:?}");
         }
-        assert!(largest(std::iter::empty()).is_nan());
-        assert_eq!(largest([0.0, f64::INFINITY].into_iter()), f64::INFINITY);
+        assert!(largest(&[]).is_nan());
+        assert_eq!(largest(&[0.0, f64::INFINITY]), f64::INFINITY);
     }
 }

@@ -2,6 +2,17 @@
 
 use super::trace::Trace;
 
+/// What a run counts beside its rows.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Status frames that the host could not read.
+    pub host_unreadable_frames: u64,
+    /// Milliseconds in which a bridge was on although the vehicle had not been armed.
+    pub unarmed_drive_ms: u64,
+    /// Milliseconds from an emergency stop to the bridges being off, if there was an emergency stop.
+    pub emergency_stop_ms: Option<u64>,
+}
+
 /// The result of a run.
 #[derive(Debug, Default)]
 pub struct DriveOutcome {
@@ -9,10 +20,15 @@ pub struct DriveOutcome {
     pub trace: Trace,
     /// The firmware's log.
     pub log: Vec<String>,
-    /// States that the link could not read.
-    pub bad_frames: u64,
-    /// Milliseconds in which a bridge was on although the vehicle had not been armed.
-    pub unarmed_drive_ms: u64,
-    /// Milliseconds from an emergency stop to the bridges being off, if there was one.
-    pub emergency_stop_ms: Option<u64>,
+    /// What the run counted beside its rows.
+    pub counts: Counts,
+}
+
+/// The result of a run whose rows went elsewhere.
+#[derive(Debug, Default)]
+pub struct RunEnd {
+    /// The firmware's log.
+    pub log: Vec<String>,
+    /// What the run counted beside its rows.
+    pub counts: Counts,
 }

@@ -1,14 +1,15 @@
 //! Runs a scenario on a back end.
 
 use firmware::protocol::message::{COMMAND_PERIOD_MS, Order};
+use model::command::{DriveCommand, Request};
 use model::sample::Motor;
 use model::supervise::arming::Mode;
 
 use super::backend::{Backend, Observation};
 use super::file::{Action, Scenario, Sensor, Step};
-use super::outcome::DriveOutcome;
-use super::trace::Row;
-use super::wire::{Direction, LinkStep, Wire, WireFault};
+use super::outcome::{Counts, DriveOutcome, RunEnd};
+use super::trace::{Trace, TraceRow};
+use super::wire::{FaultyWire, LinkStep, WireDirection, WireFault};
 use crate::link_client::LinkClient;
 use plant::fault::SensorFault;
 use plant::noise::Noise;
@@ -36,7 +37,7 @@ struct Script<'a> {
     command: Option<[f64; 2]>,
     noise: Noise,
     pressed_at_ms: Option<u64>,
-    to_board: Wire,
+    to_board: FaultyWire,
     /// What the way back does, once a step has said so.
     to_host: Option<WireFault>,
     /// The operator's program hangs: it repeats its last frame.
@@ -45,16 +46,32 @@ struct Script<'a> {
     last_drive: Vec<u8>,
 }
 
-/// Runs `scenario`; `progress` is called with the milliseconds done.
+/// Runs `scenario` and keeps its rows; `progress` is called with the milliseconds done.
 ///
 /// # Errors
 /// [`RunError`]: the run could not go on.
 pub fn run(
     scenario: &Scenario,
     backend: &mut dyn Backend,
-    mut progress: impl FnMut(u64),
+    progress: impl FnMut(u64),
 ) -> Result<DriveOutcome, RunError> {
-    let [to_board, to_host] = WIRE_STREAMS.map(|stream| Wire::new(Noise::new(scenario.seed, stream)));
+    let mut trace = Trace::default();
+    let RunEnd { log, counts } = run_into(scenario, backend, |row| trace.rows.push(*row), progress)?;
+    Ok(DriveOutcome { trace, log, counts })
+}
+
+/// Runs `scenario`; each row goes to `sink` as soon as it is known, so that memory does not grow with the run.
+/// `progress` is called with the milliseconds done.
+///
+/// # Errors
+/// [`RunError`]: the run could not go on.
+pub fn run_into(
+    scenario: &Scenario,
+    backend: &mut dyn Backend,
+    mut sink: impl FnMut(&TraceRow),
+    mut progress: impl FnMut(u64),
+) -> Result<RunEnd, RunError> {
+    let [to_board, to_host] = WIRE_STREAMS.map(|stream| FaultyWire::new(Noise::new(scenario.seed, stream)));
     let mut script = Script {
         scenario,
         next: 0,
@@ -97,7 +114,7 @@ pub fn run(
         };
         let instants: Vec<u64> = (ms + 1..=until_ms).map(|ms| start_us + ms * 1000).collect();
         backend.run_through(&instants, &mut |observation| {
-            observer.observe(ms, observation, &script);
+            observer.observe(ms, observation, &script, &mut sink);
             ms += 1;
             progress(ms);
         });
@@ -111,19 +128,23 @@ pub fn run(
             backend.plant(&mut |plant| plant.set_chocked(false));
         }
     }
-    let mut outcome = observer.outcome;
-    outcome.bad_frames = observer.client.bad_frames;
-    outcome.log = backend.log();
-    Ok(outcome)
+    let mut counts = observer.counts;
+    counts.host_unreadable_frames = observer.client.unreadable_frames;
+    Ok(RunEnd {
+        log: backend.log(),
+        counts,
+    })
 }
 
 /// The observer of the run.
 #[derive(Debug)]
 struct Observer {
     /// The way from the board.
-    wire: Wire,
-    outcome: DriveOutcome,
+    wire: FaultyWire,
+    counts: Counts,
     client: LinkClient,
+    /// The modes of the last three rows.
+    modes: [Mode; 3],
     /// The last command sent.
     commanded: [f64; 2],
     /// The truth of the last ticks, by time: a status reports a tick that is some milliseconds old.
@@ -134,11 +155,12 @@ struct Observer {
 }
 
 impl Observer {
-    fn new(client: LinkClient, wire: Wire) -> Self {
+    fn new(client: LinkClient, wire: FaultyWire) -> Self {
         Self {
             wire,
-            outcome: DriveOutcome::default(),
+            counts: Counts::default(),
             client,
+            modes: [Mode::Disarmed; 3],
             commanded: [0.0; 2],
             truths: Vec::new(),
             last_tick: None,
@@ -146,8 +168,8 @@ impl Observer {
         }
     }
 
-    /// Records the observation at the end of millisecond `ms`.
-    fn observe(&mut self, ms: u64, observation: Observation, script: &Script<'_>) {
+    /// Takes the observation at the end of millisecond `ms`; a row that it completes goes to `sink`.
+    fn observe(&mut self, ms: u64, observation: Observation, script: &Script<'_>, sink: &mut impl FnMut(&TraceRow)) {
         let Observation {
             now_us,
             booted_us,
@@ -160,9 +182,9 @@ impl Observer {
             self.truths.drain(..32);
         }
         self.client.receive(now_us, &self.wire.pass(ms, received));
-        let outcome = &mut self.outcome;
-        if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, outcome.emergency_stop_ms) {
-            outcome.emergency_stop_ms = Some(ms - pressed);
+        let counts = &mut self.counts;
+        if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, counts.emergency_stop_ms) {
+            counts.emergency_stop_ms = Some(ms - pressed);
         }
         if let Some(status) = self.client.status.take()
             && self.last_tick != Some(status.vehicle.tick)
@@ -178,7 +200,8 @@ impl Observer {
                 .iter()
                 .min_by_key(|(us, _)| us.abs_diff(status.time_us))
                 .map_or(truth, |(_, truth)| *truth);
-            outcome.trace.rows.push(Row {
+            self.modes = [self.modes[1], self.modes[2], status.mode];
+            sink(&TraceRow {
                 commanded: self.commanded,
                 status,
                 link,
@@ -186,15 +209,9 @@ impl Observer {
                 bridges_on,
             });
         }
-        let armed_since = outcome
-            .trace
-            .rows
-            .iter()
-            .rev()
-            .take(3)
-            .any(|row| row.status.mode != Mode::Disarmed);
+        let armed_since = self.modes.iter().any(|mode| *mode != Mode::Disarmed);
         if bridges_on && !armed_since && script.arm_requested() != Some(true) {
-            outcome.unarmed_drive_ms += 1;
+            counts.unarmed_drive_ms += 1;
         }
     }
 }
@@ -238,10 +255,7 @@ impl Script<'_> {
     /// Sends the drive command: a fresh order, or from a program that hangs the last frame once more.
     fn drive(&mut self, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
         let [speed_m_s, yaw_rate_rad_s] = self.command.unwrap_or_default().map(|value| value as f32);
-        let order = Order::Drive {
-            speed_m_s,
-            yaw_rate_rad_s,
-        };
+        let order = Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s));
         if !self.stuck
             && let Some((_, frame)) = client.order(backend.now_us(), order)
         {
@@ -261,9 +275,9 @@ impl Script<'_> {
 
     fn act(&mut self, action: &Action, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
         match *action {
-            Action::Arm => self.give(ms, client, Order::Arm, backend),
+            Action::Arm => self.give(ms, client, Order::Request(Request::Arm), backend),
             Action::Disarm => self.send(ms, client.disarm().1, backend),
-            Action::ClearFaults => self.give(ms, client, Order::ClearFaults, backend),
+            Action::ClearFaults => self.give(ms, client, Order::Request(Request::ClearFaults), backend),
             // A program that hangs hears nobody.
             Action::Drive { .. } | Action::Silence | Action::Speak if self.stuck => {}
             Action::Drive {
@@ -308,10 +322,10 @@ impl Script<'_> {
                     duplication,
                     reordering,
                 };
-                if direction != Direction::ToHost {
+                if direction != WireDirection::ToHost {
                     self.to_board.set_fault(fault);
                 }
-                if direction != Direction::ToBoard {
+                if direction != WireDirection::ToBoard {
                     self.to_host = Some(fault);
                 }
             }

@@ -14,7 +14,7 @@ use super::file::Scenario;
 pub enum SetupError {
     /// A setting of `[plant]` does not fit the vehicle.
     #[error(transparent)]
-    Settings(#[from] SettingsError),
+    PlantSettings(#[from] SettingsError),
     /// The vehicle's wheels cannot follow the terrain.
     #[error(transparent)]
     Terrain(#[from] TerrainError),

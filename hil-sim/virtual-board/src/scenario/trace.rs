@@ -7,7 +7,7 @@ use plant::Truth;
 
 /// One row.
 #[derive(Debug, Clone, Copy)]
-pub struct Row {
+pub struct TraceRow {
     /// What the operator commanded: speed (m/s) and yaw rate (rad/s).
     pub commanded: [f64; 2],
     /// What the vehicle reported.
@@ -20,7 +20,7 @@ pub struct Row {
     pub bridges_on: bool,
 }
 
-impl Row {
+impl TraceRow {
     /// Time of the row, s.
     pub fn time_s(&self) -> f64 {
         self.status.time_us as f64 * 1e-6
@@ -31,15 +31,15 @@ impl Row {
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
     /// In order of time.
-    pub rows: Vec<Row>,
+    pub rows: Vec<TraceRow>,
 }
 
 /// A quantity of a row.
-pub type Value = fn(&Row) -> f64;
+pub type Value = fn(&TraceRow) -> f64;
 
 /// The columns of the CSV file: name with its unit, and quantity.
 pub const COLUMNS: &[(&str, Value)] = &[
-    ("time_s", Row::time_s),
+    ("time_s", TraceRow::time_s),
     ("mode", |r| f64::from(r.status.mode as u8)),
     ("faults", |r| f64::from(r.status.faults.bits())),
     ("blockers", |r| f64::from(r.status.blockers.bits())),
@@ -129,7 +129,7 @@ pub const COLUMNS: &[(&str, Value)] = &[
 
 impl Trace {
     /// The values of one quantity.
-    pub fn values(&self, value: impl Fn(&Row) -> f64) -> Vec<f64> {
+    pub fn values(&self, value: impl Fn(&TraceRow) -> f64) -> Vec<f64> {
         self.rows.iter().map(value).collect()
     }
 
@@ -139,12 +139,15 @@ impl Trace {
             .rows
             .iter()
             .flat_map(|row| COLUMNS.iter().map(move |(_, value)| value(row)));
-        values
-            .flat_map(|value| value.to_bits().to_le_bytes())
-            .fold(FNV_OFFSET, |hash, byte| {
-                (hash ^ u64::from(byte)).wrapping_mul(FNV_PRIME)
-            })
+        fnv1a(values.flat_map(|value| value.to_bits().to_le_bytes()))
     }
+}
+
+/// The 64-bit FNV-1a hash of bytes.
+pub fn fnv1a(bytes: impl Iterator<Item = u8>) -> u64 {
+    bytes.fold(FNV_OFFSET, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(FNV_PRIME)
+    })
 }
 
 /// Constants of the 64-bit FNV-1a hash.

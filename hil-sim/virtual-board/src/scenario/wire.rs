@@ -17,7 +17,7 @@ const FRAME_MAX: usize = 512;
 /// Which way a fault acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Direction {
+pub enum WireDirection {
     /// Both.
     #[default]
     Both,
@@ -50,7 +50,7 @@ pub enum LinkStep {
     Link {
         /// Which way.
         #[serde(default)]
-        direction: Direction,
+        direction: WireDirection,
         /// Every frame is so late, ms.
         #[serde(default)]
         latency_ms: f64,
@@ -111,7 +111,7 @@ struct UnderWay {
 
 /// One way.
 #[derive(Debug)]
-pub struct Wire {
+pub struct FaultyWire {
     fault: WireFault,
     noise: Noise,
     /// A frame whose end has not come.
@@ -122,7 +122,7 @@ pub struct Wire {
     last_due_ms: u64,
 }
 
-impl Wire {
+impl FaultyWire {
     /// A clear way whose faults are drawn from `noise`.
     pub fn new(noise: Noise) -> Self {
         Self {
@@ -213,7 +213,7 @@ mod tests {
 
     /// Sends `frames` numbered frames, one each 10 ms; what arrived, as (ms, number).
     fn flight(fault: WireFault, frames: u8) -> Vec<(u64, u8)> {
-        let mut wire = Wire::new(Noise::new(3, 0));
+        let mut wire = FaultyWire::new(Noise::new(3, 0));
         wire.set_fault(fault);
         let mut arrived = Vec::new();
         for ms in 0..u64::from(frames) * 10 + 5000 {
@@ -231,7 +231,7 @@ mod tests {
 
     #[test]
     fn a_clear_way_changes_nothing_and_draws_nothing() {
-        let mut wire = Wire::new(Noise::new(1, 0));
+        let mut wire = FaultyWire::new(Noise::new(1, 0));
         for part in [vec![1, 2], vec![], vec![3, 0, 4]] {
             assert_eq!(wire.pass(0, part.clone()), part);
         }
@@ -288,7 +288,7 @@ mod tests {
 
     #[test]
     fn frames_in_parts_stay_whole() {
-        let mut wire = Wire::new(Noise::new(1, 0));
+        let mut wire = FaultyWire::new(Noise::new(1, 0));
         wire.set_fault(WireFault {
             latency_ms: 5.0,
             ..WireFault::default()

@@ -2,7 +2,7 @@
 //! alike.
 
 use plant::Plant;
-use plant::analog::{AnalogFault, BATTERY, Following};
+use plant::analog::{AnalogFault, Following};
 use plant::body::{Payload, Push, PushedBody};
 use plant::imu::imperfection::Vibration;
 use plant::wiring::{DeadHalf, Leads};
@@ -47,12 +47,13 @@ pub enum AnalogSensor {
 }
 
 impl AnalogSensor {
-    fn index(self) -> usize {
+    /// The name of its input in [`model::analog::Analog`].
+    fn input(self) -> &'static str {
         match self {
-            Self::LeftCurrent => 0,
-            Self::RightCurrent => 1,
-            Self::BallastCurrent => 2,
-            Self::BatteryVoltage => BATTERY,
+            Self::LeftCurrent => "left_current",
+            Self::RightCurrent => "right_current",
+            Self::BallastCurrent => "ballast_current",
+            Self::BatteryVoltage => "battery",
         }
     }
 }
@@ -279,7 +280,7 @@ impl WorldStep {
                 gain,
                 offset,
             } => plant.set_analog_fault(
-                sensor.index(),
+                sensor.input(),
                 AnalogFault {
                     following: reads,
                     gain,

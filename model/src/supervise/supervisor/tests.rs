@@ -18,7 +18,7 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         Self {
-            supervisor: Supervisor::new(&reference(), &BoardScales::TEST),
+            supervisor: Supervisor::new(&reference(), &BoardScales::EXAMPLE),
             sensed: Sensed {
                 time_us: 0,
                 relative_rate_rad_s: [0.0; MOTORS],
@@ -30,6 +30,7 @@ impl Bench {
                 spar: TiltReading::default(),
                 battery_v: 25.0,
                 current_a: [0.0; MOTORS],
+                analog: crate::analog::Analog::default(),
                 encoder_counts: [0; MOTORS],
                 encoder_age_us: 100,
                 arm_imu: ImuSample::default(),
@@ -54,7 +55,7 @@ impl Bench {
     }
 
     /// One tick, a millisecond after the last one; the faults and the mode.
-    fn tick(&mut self) -> Verdict {
+    fn tick(&mut self) -> Findings {
         self.sensed.time_us += 1000;
         let k = (self.sensed.time_us / 1000 % 5) as i16;
         let living = |sample: &mut ImuSample| {
@@ -185,8 +186,8 @@ fn what_is_no_fault_may_still_block_arming() {
         (Blocker::NotCalibrated, |b| b.estimate.calibrated = false),
         (Blocker::NotAtRest, |b| b.estimate.at_rest = false),
         (Blocker::ArmAngle, |b| b.estimate.phi_rad = 0.71),
-        (Blocker::CommandNotNeutral, |b| b.command.yaw_rate_rad_s = -0.01),
-        (Blocker::NoCommand, |b| b.command.speed_m_s = f32::NAN),
+        (Blocker::CommandNotNeutral, |b| b.command.drive.yaw_rate_rad_s = -0.01),
+        (Blocker::NoCommand, |b| b.command.drive.speed_m_s = f32::NAN),
         (Blocker::Parameters, |b| b.command.parameters_pending = true),
         (Blocker::CurrentSensor, |b| b.sensed.current_a[0] = 1.0),
     ];
@@ -222,7 +223,7 @@ fn a_vehicle_without_a_spar_has_no_spar_faults() {
     parameters.spar = None;
     let vehicle = Vehicle::new(parameters).expect("valid");
     let mut bench = Bench::new();
-    bench.supervisor = Supervisor::new(&vehicle, &BoardScales::TEST);
+    bench.supervisor = Supervisor::new(&vehicle, &BoardScales::EXAMPLE);
     bench.alive[1] = false;
     bench.estimate.spar_rad = 2.0;
     bench.sensed.encoder_counts[2] += 10_000;

@@ -1,4 +1,4 @@
-//! Analogue inputs on ADC1: battery and three motor currents, in one sequence of 16-bit conversions that
+//! Analogue inputs on ADC1, in one sequence of 16-bit conversions that
 //! the reader starts and the DMA moves.
 
 use embassy_stm32::Peri;
@@ -8,11 +8,8 @@ use embassy_stm32::interrupt::typelevel::Binding;
 use embassy_stm32::pac::adc::vals::{Adstp, Dmngt, Pcsel, Res, SampleTime};
 use embassy_stm32::pac::{self};
 use embassy_stm32::peripherals::ADC1;
-use firmware::hardware::{AnalogInputs, AnalogReading};
-use model::sample::MOTORS;
-
-/// Inputs in one sequence: the battery, then the motors' currents.
-const INPUTS: usize = 1 + MOTORS;
+use firmware::hardware::AnalogInputs;
+use model::analog::{ANALOG_INPUTS, Analog};
 
 /// The converter's registers.
 const REGISTERS: pac::adc::Adc = pac::ADC1;
@@ -26,17 +23,17 @@ pub struct AnalogSequence {
     _adc: Adc<'static, ADC1>,
     dma: Channel<'static>,
     request: dma::Request,
-    words: [u16; INPUTS],
+    words: [u16; ANALOG_INPUTS],
 }
 
 impl AnalogSequence {
-    /// Calibrates the converter and sets the sequence up. `channels` are the converter's inputs for the
-    /// battery and for the motors' currents, left, right, ballast. Their pins are analogue from reset on.
+    /// Calibrates the converter and sets the sequence up. `channels` are the converter's, in the order of
+    /// [`Analog`]. Their pins are analogue from reset on.
     pub fn new<D: RxDma<ADC1>>(
         adc: Peri<'static, ADC1>,
         dma: Peri<'static, D>,
         interrupts: impl Binding<D::Interrupt, dma::InterruptHandler<D>> + 'static,
-        channels: [u8; INPUTS],
+        channels: [u8; ANALOG_INPUTS],
     ) -> Self {
         let adc = Adc::new(adc);
         REGISTERS.pcsel().modify(|w| {
@@ -51,7 +48,7 @@ impl AnalogSequence {
                 .modify(|w| w.set_smp(channel % 10, SampleTime::CYCLES64_5));
         }
         REGISTERS.sqr1().write(|w| {
-            w.set_l(INPUTS as u8 - 1);
+            w.set_l(ANALOG_INPUTS as u8 - 1);
             for (n, channel) in channels.into_iter().enumerate() {
                 w.set_sq(n, channel);
             }
@@ -67,7 +64,7 @@ impl AnalogSequence {
             _adc: adc,
             dma: Channel::new(dma, interrupts),
             request,
-            words: [0; INPUTS],
+            words: [0; ANALOG_INPUTS],
         }
     }
 
@@ -91,7 +88,7 @@ impl AnalogSequence {
 impl AnalogInputs for AnalogSequence {
     type Error = Overrun;
 
-    async fn read(&mut self) -> Result<AnalogReading, Overrun> {
+    async fn read(&mut self) -> Result<Analog<u16>, Overrun> {
         Self::settle();
         let data = REGISTERS.dr().as_ptr().cast::<u16>();
         // SAFETY: the buffer lives in `self`, which this future borrows; dropping the transfer stops the
@@ -105,7 +102,6 @@ impl AnalogInputs for AnalogSequence {
         if REGISTERS.isr().read().ovr() {
             return Err(Overrun);
         }
-        let [battery, current @ ..] = self.words;
-        Ok(AnalogReading { battery, current })
+        Ok(Analog::from_values(self.words))
     }
 }

@@ -19,7 +19,7 @@ const MAGIC: u32 = 0x4C41_5354;
 
 /// What survives a reset.
 #[repr(C, align(8))]
-struct Record {
+struct CrashRecord {
     magic: u32,
     length: u32,
     checksum: u32,
@@ -30,7 +30,7 @@ struct Record {
 }
 
 #[unsafe(link_section = ".uninit.crash")]
-static mut RECORD: MaybeUninit<Record> = MaybeUninit::uninit();
+static mut RECORD: MaybeUninit<CrashRecord> = MaybeUninit::uninit();
 
 /// The message of the last run.
 pub struct LastWords {
@@ -54,7 +54,7 @@ pub fn take() -> Option<LastWords> {
     // SAFETY: start-up is single threaded, and only a dying program accesses the record otherwise. The record
     // consists of plain integers, for which any bits are a value; the volatile read keeps the compiler from
     // reasoning about memory that nothing initialised.
-    let record = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<Record>()) };
+    let record = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<CrashRecord>()) };
     // SAFETY: as above.
     unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<u32>(), 0) };
     let length = record.length as usize;
@@ -91,7 +91,7 @@ fn die(message: fmt::Arguments<'_>) -> ! {
     };
     // `Text` cuts a long message and never returns an error.
     let _ = text.write_fmt(message);
-    let record = Record {
+    let record = CrashRecord {
         magic: MAGIC,
         length: text.length as u32,
         checksum: CHECKSUM.checksum(text.bytes.get(..text.length).unwrap_or_default()),
@@ -99,7 +99,7 @@ fn die(message: fmt::Arguments<'_>) -> ! {
         flush: [0; 2],
     };
     // SAFETY: interrupts are off and the program ends here, so nothing else accesses the record.
-    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<Record>(), record) };
+    unsafe { core::ptr::write_volatile((&raw mut RECORD).cast::<CrashRecord>(), record) };
     cortex_m::asm::dsb();
     SCB::sys_reset();
 }

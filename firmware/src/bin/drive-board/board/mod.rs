@@ -16,6 +16,7 @@
 //! | Motor currents left, right, ballast | ADC1 channels 10, 5, 18 | PC0, PB1, PA4 | as above | as above |
 //! | Host link | USART3 | PD8 out, PD9 in | DMA1 stream 0 in, 1 out | USART3, DMA1_STREAM0, 1 |
 //! | Parameters | flash bank 2, last two sectors | | | FLASH |
+//! | Fault history | flash bank 2, the two sectors before | | | FLASH |
 //! | Watchdog | IWDG1 | | | |
 //! | Clock of the tasks, 1 MHz | TIM5 | | | TIM5 |
 //! | Executor of the control task | | | | UART5, as a software interrupt |
@@ -36,8 +37,8 @@ mod encoders;
 mod flight_record;
 mod lamps;
 pub mod link;
-mod parameter_flash;
 mod reset_cause;
+mod storage;
 mod switches;
 mod watchdog;
 
@@ -55,6 +56,7 @@ use embassy_stm32::usart::Uart;
 use embassy_stm32::{bind_interrupts, dma, flash, pac, peripherals, usart};
 use embassy_time::Delay;
 use embedded_hal_bus::spi::ExclusiveDevice;
+use firmware::drive_board::analog::INPUTS;
 use firmware::hardware::ResetCause;
 
 pub use analog::AnalogSequence;
@@ -63,7 +65,7 @@ pub use cycle_counter::CoreCycles;
 pub use encoders::QuadratureCounters;
 pub use flight_record::FlightRecorder;
 pub use lamps::Lamps;
-pub use parameter_flash::ParameterFlash;
+pub use storage::Region;
 pub use switches::{StopContact, UserButton};
 pub use watchdog::{RunningWatchdog, WatchdogAtRest};
 
@@ -80,7 +82,7 @@ bind_interrupts!(struct Interrupts {
 });
 
 /// An IMU on its own bus.
-pub type Imu = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, Delay>;
+pub type ImuDevice = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, Delay>;
 
 /// Everything the application runs on.
 pub struct Board {
@@ -95,9 +97,9 @@ pub struct Board {
     /// Motor encoders.
     pub encoders: QuadratureCounters,
     /// IMU on the arm.
-    pub arm_imu: Imu,
+    pub arm_imu: ImuDevice,
     /// IMU on the camera spar.
-    pub spar_imu: Imu,
+    pub spar_imu: ImuDevice,
     /// Battery and currents.
     pub analog: AnalogSequence,
     /// Emergency stop.
@@ -117,7 +119,9 @@ pub struct Board {
     /// Host link, in.
     pub link_receiver: link::LinkReceiver,
     /// Stored parameters.
-    pub parameters: ParameterFlash,
+    pub parameters: Region,
+    /// Fault history.
+    pub fault_history: Region,
 }
 
 impl Board {
@@ -178,7 +182,7 @@ impl Board {
             ),
             Output::new(p.PE4, Level::High, Speed::VeryHigh),
         );
-        let analog = AnalogSequence::new(p.ADC1, p.DMA2_CH4, Interrupts, [15, 10, 5, 18]);
+        let analog = AnalogSequence::new(p.ADC1, p.DMA2_CH4, Interrupts, INPUTS.channels());
         let uart = Uart::new(
             p.USART3,
             p.PD9,
@@ -190,6 +194,7 @@ impl Board {
         )
         .expect("the part supports the link's settings");
         let (link_sender, link_receiver) = link::split(uart);
+        let (parameters, fault_history) = storage::regions(Flash::new(p.FLASH, Interrupts));
 
         Self {
             reset_cause,
@@ -210,7 +215,8 @@ impl Board {
             user_button: UserButton::new(Input::new(p.PC13, Pull::None)),
             link_sender,
             link_receiver,
-            parameters: ParameterFlash::new(Flash::new(p.FLASH, Interrupts)),
+            parameters,
+            fault_history,
             watchdog: WatchdogAtRest::new(p.IWDG1),
         }
     }
@@ -236,7 +242,7 @@ fn imu_config() -> spi::Config {
 /// Bus clock of the IMUs, half of the largest that they allow: one tick's burst takes 10 us.
 const IMU_CLOCK: Hertz = Hertz(12_500_000);
 
-fn imu(bus: Spi<'static, Async, Master>, select: Output<'static>) -> Imu {
+fn imu(bus: Spi<'static, Async, Master>, select: Output<'static>) -> ImuDevice {
     match ExclusiveDevice::new(bus, select, Delay) {
         Ok(device) => device,
         Err(error) => match error {},

@@ -1,7 +1,7 @@
 //! Leads, bridges, analogue sensors, battery.
 
 use super::*;
-use crate::analog::{AnalogFault, BATTERY, Following};
+use crate::analog::{AnalogFault, Following};
 use crate::settings::BatterySettings;
 use crate::wiring::{DeadHalf, Leads};
 
@@ -9,7 +9,7 @@ use crate::wiring::{DeadHalf, Leads};
 fn leads_and_half_bridges_fail_one_motor_each() {
     let drive = [0.1, 0.1, 0.0].map(BridgeState::Duty);
     let jammed = || {
-        let mut plant = plant(&bare_vehicle(), &Settings::default());
+        let mut plant = plant(&bare_vehicle(), &PlantSettings::default());
         plant.set_jammed(0, true);
         plant.set_jammed(1, true);
         plant
@@ -44,38 +44,38 @@ fn leads_and_half_bridges_fail_one_motor_each() {
 
 #[test]
 fn analogue_sensors_fail_and_the_motors_do_not() {
-    let mut plant = plant(&bare_vehicle(), &Settings::default());
+    let mut plant = plant(&bare_vehicle(), &PlantSettings::default());
     plant.set_analog_fault(
-        0,
+        "left_current",
         AnalogFault {
             offset: 5.0,
             ..AnalogFault::default()
         },
     );
     plant.set_analog_fault(
-        BATTERY,
+        "battery",
         AnalogFault {
             following: Following::Dead,
             ..AnalogFault::default()
         },
     );
     run(&mut plant, 10, OPEN);
-    let (battery, current) = plant.analog();
+    let analog = plant.analog();
     let amperes = |count: u16| (f64::from(count) - 32768.0) * 120.0 / 65536.0;
-    assert!((amperes(current[0]) - 5.0).abs() < 0.03 && amperes(current[1]).abs() < 0.03);
-    assert!(battery < 20);
+    assert!((amperes(analog.left_current) - 5.0).abs() < 0.03 && amperes(analog.right_current).abs() < 0.03);
+    assert!(analog.battery < 20);
     assert_eq!(plant.truth().current_a, [0.0; MOTORS]);
 }
 
 #[test]
 fn the_battery_gives_what_flows_and_sags_with_its_charge() {
-    let settings = Settings {
+    let settings = PlantSettings {
         battery: Some(BatterySettings {
             capacity_ah: 0.01,
             charge: 0.9,
             open_circuit_v: vec![[0.0, 20.0], [1.0, 26.0]],
         }),
-        ..Settings::default()
+        ..PlantSettings::default()
     };
     let mut plant = plant(&bare_vehicle(), &settings);
     assert!(
@@ -109,7 +109,7 @@ fn the_battery_gives_what_flows_and_sags_with_its_charge() {
 
 #[test]
 fn without_its_battery_the_vehicle_coasts_and_the_board_is_dead() {
-    let mut plant = plant(&bare_vehicle(), &Settings::default());
+    let mut plant = plant(&bare_vehicle(), &PlantSettings::default());
     run(&mut plant, 300, [0.2, 0.2, 0.0].map(BridgeState::Duty));
     assert!(plant.powers_board());
     plant.set_battery_connected(false);

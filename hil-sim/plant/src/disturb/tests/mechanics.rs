@@ -10,12 +10,12 @@ use crate::settings::DriveSettings;
 #[test]
 fn wheels_of_unequal_radius_turn_by_their_difference() {
     for factor in [0.98, 0.995, 1.01, 1.02] {
-        let settings = Settings {
+        let settings = PlantSettings {
             left: DriveSettings {
                 wheel_radius_factor: factor,
                 ..DriveSettings::default()
             },
-            ..Settings::default()
+            ..PlantSettings::default()
         };
         let mut plant = plant(&frictionless(&bare_vehicle()), &settings);
         let rate = 4.0;
@@ -49,7 +49,7 @@ fn wheels_of_unequal_radius_turn_by_their_difference() {
 
 #[test]
 fn unequal_motors_stall_with_their_own_torques() {
-    let settings = Settings {
+    let settings = PlantSettings {
         left: DriveSettings {
             torque_constant_factor: 1.2,
             resistance_factor: 0.8,
@@ -60,7 +60,7 @@ fn unequal_motors_stall_with_their_own_torques() {
             friction_factor: 3.0,
             ..DriveSettings::default()
         },
-        ..Settings::default()
+        ..PlantSettings::default()
     };
     let mut plant = plant(&bare_vehicle(), &settings);
     plant.set_jammed(0, true);
@@ -95,7 +95,7 @@ fn unequal_motors_stall_with_their_own_torques() {
 
 #[test]
 fn on_the_stand_the_axle_stays_and_the_wheels_turn() {
-    let mut plant = plant(&reference_vehicle(), &Settings::default());
+    let mut plant = plant(&reference_vehicle(), &PlantSettings::default());
     plant.set_on_stand(true);
     run(&mut plant, 1000, [0.3, -0.2, 0.0].map(BridgeState::Duty));
     let truth = plant.truth();
@@ -115,7 +115,7 @@ fn on_the_stand_the_axle_stays_and_the_wheels_turn() {
 
 #[test]
 fn a_seized_wheel_turns_with_the_arm_and_the_other_one_drives_round_it() {
-    let mut plant = plant(&bare_vehicle(), &Settings::default());
+    let mut plant = plant(&bare_vehicle(), &PlantSettings::default());
     plant.set_jammed(0, true);
     run(&mut plant, 2000, [0.15, 0.15, 0.0].map(BridgeState::Duty));
     let left = plant.body().joint_angle(0);
@@ -134,7 +134,8 @@ fn a_push_gives_its_impulse_to_everything_that_moves() {
     let mass = 13.6 + 0.51 + 1.53 + 2.04;
     for on in [PushedBody::Axle, PushedBody::Arm, PushedBody::Spar] {
         let vehicle = frictionless(&reference_vehicle());
-        let mut plant = Plant::with_settings(&vehicle, &SCALES, ice.clone(), 1, &Settings::default()).expect("a plant");
+        let mut plant =
+            Plant::with_settings(&vehicle, &SCALES, ice.clone(), 1, &PlantSettings::default()).expect("a plant");
         let push = Push {
             on,
             forward_n: 20.0,
@@ -179,7 +180,7 @@ fn a_push_gives_its_impulse_to_everything_that_moves() {
 
 #[test]
 fn a_push_up_unloads_the_wheels_and_one_from_the_side_shifts_the_load() {
-    let mut plant = plant(&bare_vehicle(), &Settings::default());
+    let mut plant = plant(&bare_vehicle(), &PlantSettings::default());
     plant.set_chocked(true);
     let weight = 13.6 * GRAVITY_M_S2;
     let push = |on, left_n, up_n| Push {
@@ -231,7 +232,7 @@ fn a_payload_swings_as_the_two_masses_do() {
             ahead_m,
             below_m,
         } = payload;
-        let mut plant = plant(&vehicle, &Settings::default());
+        let mut plant = plant(&vehicle, &PlantSettings::default());
         plant.set_payload(payload);
         plant.set_on_stand(true);
         plant.set_chocked(true);
@@ -265,7 +266,7 @@ fn a_payload_swings_as_the_two_masses_do() {
 
 #[test]
 fn a_payload_that_is_taken_off_leaves_the_arm_as_it_was() {
-    let mut plant = plant(&bare_vehicle(), &Settings::default());
+    let mut plant = plant(&bare_vehicle(), &PlantSettings::default());
     let before = *plant.body().inertia();
     let load = |mass_kg, ahead_m, below_m| Payload {
         mass_kg,

@@ -5,7 +5,7 @@ use crate::settings::SettingsError;
 
 #[test]
 fn single_fields_of_the_vehicle_are_other_in_the_plant_only() {
-    let settings: Settings = toml::from_str(
+    let settings: PlantSettings = toml::from_str(
         "[vehicle]\nbody.total_mass_kg = 16.0\nbody.arm_length_m = 0.24\ndrive_motor.resistance_ohm = 0.4\n",
     )
     .expect("settings");
@@ -37,7 +37,7 @@ fn single_fields_of_the_vehicle_are_other_in_the_plant_only() {
             vec!["arm_mass_kg", "less than total_mass_kg"],
         ),
     ] {
-        let settings: Settings = toml::from_str(text).expect(text);
+        let settings: PlantSettings = toml::from_str(text).expect(text);
         let message = settings.vehicle_from(&vehicle).expect_err(text).to_string();
         for part in parts {
             assert!(message.contains(part), "{message}");
@@ -69,11 +69,11 @@ fn settings_out_of_range_are_refused_with_field_and_range() {
             "plant.board.brown_out_v = 100: allowed is 0 to 60",
         ),
     ] {
-        let settings: Settings = toml::from_str(text).expect(text);
+        let settings: PlantSettings = toml::from_str(text).expect(text);
         let error = settings.check().expect_err(text);
         assert!(matches!(error, SettingsError::OutOfRange { .. }));
         assert_eq!(error.to_string(), expected);
     }
-    assert!(toml::from_str::<Settings>("[left]\nwings = 1.0\n").is_err());
-    assert_eq!(Settings::default().check(), Ok(()));
+    assert!(toml::from_str::<PlantSettings>("[left]\nwings = 1.0\n").is_err());
+    assert_eq!(PlantSettings::default().check(), Ok(()));
 }

@@ -1,18 +1,18 @@
-//! The flash of the stored parameters: the last two sectors of bank 2. Erasing them does not stall the code,
-//! which runs from bank 1.
+//! The flash that the firmware writes: at the end of bank 2 the stored parameters, before them the fault history.
+//! Erasing them does not stall the code, which runs from bank 1.
 
 use embassy_futures::yield_now;
 use embassy_stm32::flash::{Async, Error as DriverError, Flash};
 use embassy_stm32::pac;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::mutex::Mutex;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
-use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, PARAMETER_SECTORS};
+use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, HISTORY_SECTORS, PARAMETER_SECTORS};
+use firmware::flash_region::FlashRegion;
+use static_cell::StaticCell;
 
 /// Sectors of the part's flash.
 const SECTORS: usize = 16;
-/// Offset of the region from the start of the flash: its end is the flash's.
-const REGION_OFFSET: u32 = ((SECTORS - PARAMETER_SECTORS) * FLASH_SECTOR_BYTES) as u32;
-/// The region.
-const REGION_BYTES: u32 = (PARAMETER_SECTORS * FLASH_SECTOR_BYTES) as u32;
 /// Where the flash appears to the core.
 const FLASH_BASE: usize = 0x0800_0000;
 
@@ -45,43 +45,47 @@ impl NorFlashError for StorageError {
 /// go: the pauses give the other tasks of its executor their turns.
 const WORDS_WITHOUT_PAUSE: u32 = 16;
 
-/// The region of the flash that holds the parameters.
-pub struct ParameterFlash {
+/// The part's flash.
+pub struct BoardFlash {
     flash: Flash<'static, Async>,
     words_since_pause: u32,
 }
 
-impl ParameterFlash {
-    /// Takes the flash driver.
-    pub fn new(flash: Flash<'static, Async>) -> Self {
-        Self {
-            flash,
-            words_since_pause: 0,
-        }
+/// A region of the part's flash.
+pub type Region = FlashRegion<'static, CriticalSectionRawMutex, BoardFlash>;
+
+/// Takes the flash driver, and returns the regions of the parameters and of the fault history. To be called once.
+pub fn regions(flash: Flash<'static, Async>) -> (Region, Region) {
+    static FLASH: StaticCell<Mutex<CriticalSectionRawMutex, BoardFlash>> = StaticCell::new();
+    let flash: &'static _ = FLASH.init(Mutex::new(BoardFlash {
+        flash,
+        words_since_pause: 0,
+    }));
+    let parameters = SECTORS - PARAMETER_SECTORS;
+    (
+        FlashRegion::new(flash, parameters, PARAMETER_SECTORS),
+        FlashRegion::new(flash, parameters - HISTORY_SECTORS, HISTORY_SECTORS),
+    )
+}
+
+/// Checks that an access stays in the flash.
+fn check(offset: u32, length: usize) -> Result<(), StorageError> {
+    match (offset as usize).checked_add(length) {
+        Some(end) if end <= SECTORS * FLASH_SECTOR_BYTES => Ok(()),
+        _ => Err(StorageError::Bounds),
     }
 }
 
-impl ErrorType for ParameterFlash {
+impl ErrorType for BoardFlash {
     type Error = StorageError;
 }
 
-/// Turns an offset into the region into one into the flash. Checks that the access stays in the region.
-fn flash_offset(offset: u32, length: usize) -> Result<u32, StorageError> {
-    let end = u32::try_from(length)
-        .ok()
-        .and_then(|length| offset.checked_add(length))
-        .ok_or(StorageError::Bounds)?;
-    if end > REGION_BYTES {
-        return Err(StorageError::Bounds);
-    }
-    Ok(REGION_OFFSET + offset)
-}
-
-impl ReadNorFlash for ParameterFlash {
+impl ReadNorFlash for BoardFlash {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), StorageError> {
-        let mut address = FLASH_BASE + flash_offset(offset, bytes.len())? as usize;
+        check(offset, bytes.len())?;
+        let mut address = FLASH_BASE + offset as usize;
         let mut rest = bytes;
         while !rest.is_empty() {
             // Interrupts are off for one word at most.
@@ -100,26 +104,22 @@ impl ReadNorFlash for ParameterFlash {
     }
 
     fn capacity(&self) -> usize {
-        REGION_BYTES as usize
+        SECTORS * FLASH_SECTOR_BYTES
     }
 }
 
-impl NorFlash for ParameterFlash {
+impl NorFlash for BoardFlash {
     const WRITE_SIZE: usize = FLASH_WORD_BYTES;
     const ERASE_SIZE: usize = FLASH_SECTOR_BYTES;
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), StorageError> {
-        let offset = flash_offset(offset, bytes.len())?;
+        check(offset, bytes.len())?;
         self.flash.write(offset, bytes).await.map_err(StorageError::Program)
     }
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), StorageError> {
-        let length = to.checked_sub(from).ok_or(StorageError::Bounds)?;
-        let from = flash_offset(from, length as usize)?;
-        self.flash
-            .erase(from, from + length)
-            .await
-            .map_err(StorageError::Program)
+        check(from, to.checked_sub(from).ok_or(StorageError::Bounds)? as usize)?;
+        self.flash.erase(from, to).await.map_err(StorageError::Program)
     }
 }
 

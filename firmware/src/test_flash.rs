@@ -1,0 +1,154 @@
+//! The flash of the stores' tests: it loses power, corrupts words, and refuses what a real NOR flash refuses.
+
+use std::vec;
+use std::vec::Vec;
+
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
+
+pub const WORD: usize = crate::drive_board::FLASH_WORD_BYTES;
+pub const PAGE: usize = 4096;
+pub const PAGES: usize = 2;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Trouble {
+    /// The power is gone.
+    Cut,
+    /// Error correction cannot restore the word.
+    Unreadable,
+}
+
+impl NorFlashError for Trouble {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+/// A NOR flash with 32-byte words, each programmed once between erasures, as the drive board's.
+#[derive(Debug, Clone)]
+pub struct TestFlash {
+    pub bytes: Vec<u8>,
+    /// Whether error correction can no longer restore each word.
+    pub damaged: Vec<bool>,
+    /// Words that read as erased and end damaged when they are programmed.
+    pub worn: Vec<usize>,
+    /// Number of words that may still be programmed, or pages erased, before the power goes. After that the
+    /// flash does nothing.
+    pub power: usize,
+    dead: bool,
+    /// Whether the word that a power cut hits ends damaged (as on the part) or half written.
+    pub damage_on_cut: bool,
+    /// Whether a word that is programmed twice ends damaged, as on the part, or fails the test.
+    pub damage_on_rewrite: bool,
+}
+
+impl TestFlash {
+    pub fn new() -> Self {
+        Self::with_pages(PAGES)
+    }
+
+    pub fn with_pages(pages: usize) -> Self {
+        Self {
+            bytes: vec![0xFF; PAGE * pages],
+            damaged: vec![false; PAGE * pages / WORD],
+            worn: Vec::new(),
+            power: usize::MAX,
+            dead: false,
+            damage_on_cut: true,
+            damage_on_rewrite: false,
+        }
+    }
+
+    /// Whether the next operation still has power; uses up its share.
+    fn powered(&mut self) -> bool {
+        let powered = self.power > 0;
+        self.power = self.power.saturating_sub(1);
+        powered
+    }
+
+    /// Brings the power back.
+    pub fn revive(&mut self) {
+        self.power = usize::MAX;
+        self.dead = false;
+    }
+}
+
+impl ErrorType for TestFlash {
+    type Error = Trouble;
+}
+
+impl ReadNorFlash for TestFlash {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Trouble> {
+        if self.dead {
+            return Err(Trouble::Cut);
+        }
+        let from = offset as usize;
+        let words = from / WORD..(from + bytes.len()).div_ceil(WORD);
+        if self.damaged[words].iter().any(|damaged| *damaged) {
+            return Err(Trouble::Unreadable);
+        }
+        bytes.copy_from_slice(&self.bytes[from..from + bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl NorFlash for TestFlash {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = PAGE;
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Trouble> {
+        assert!(
+            (offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD),
+            "aligned to words"
+        );
+        if self.dead {
+            return Err(Trouble::Cut);
+        }
+        for (i, word) in bytes.chunks(WORD).enumerate() {
+            let at = offset as usize + i * WORD;
+            let cut = !self.powered();
+            let fresh = self.bytes[at..at + WORD].iter().all(|b| *b == 0xFF);
+            let spoilt = self.worn.contains(&(at / WORD)) || (!fresh && self.damage_on_rewrite);
+            if !cut && spoilt {
+                self.damaged[at / WORD] = true;
+                continue;
+            }
+            assert!(
+                cut || fresh,
+                "a word is programmed once between erasures: {at:#x} holds {:02x?} and should get {word:02x?}",
+                &self.bytes[at..at + WORD]
+            );
+            if cut {
+                self.dead = true;
+                self.damaged[at / WORD] |= self.damage_on_cut;
+                self.bytes[at..at + WORD / 2].copy_from_slice(&word[..WORD / 2]);
+                return Err(Trouble::Cut);
+            }
+            self.bytes[at..at + WORD].copy_from_slice(word);
+        }
+        Ok(())
+    }
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Trouble> {
+        if self.dead {
+            return Err(Trouble::Cut);
+        }
+        for page in (from as usize / PAGE)..(to as usize / PAGE) {
+            let range = page * PAGE..(page + 1) * PAGE;
+            if !self.powered() {
+                self.dead = true;
+                // Half of the page is erased.
+                self.bytes[range.start..range.start + PAGE / 2].fill(0xFF);
+                return Err(Trouble::Cut);
+            }
+            self.bytes[range.clone()].fill(0xFF);
+            self.damaged[range.start / WORD..range.end / WORD].fill(false);
+        }
+        Ok(())
+    }
+}

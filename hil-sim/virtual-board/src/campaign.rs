@@ -1,0 +1,278 @@
+//! Campaigns: many runs of scenarios, each with its seed and its overrides, numbered in one order.
+//!
+//! A run depends on its number alone, so that any range of numbers can run on any machine, in any order, and the
+//! results, sorted by number, are the same.
+
+use std::ops::{Range, RangeInclusive};
+use std::path::{Path, PathBuf};
+
+use firmware::drive_board::SCALES;
+use model::vehicle::Vehicle;
+use serde::Serialize;
+use toml::Value;
+
+use crate::scenario::trace::fnv1a;
+use crate::scenario::{MetricValue, Metrics, RunError, Scenario, VirtualBackend, judge, run_into};
+
+mod error;
+mod overrides;
+
+pub use error::CampaignError;
+pub use overrides::Axis;
+use overrides::{OverrideSource, Target};
+
+/// Most runs of a campaign.
+pub const RUNS_MAX: u64 = 100_000_000;
+/// Most combinations of overrides of a campaign: each is checked before the first run.
+pub const COMBINATIONS_MAX: u64 = 100_000;
+
+/// Many runs, numbered: scenarios outermost, then the overrides in their order, seeds innermost.
+#[derive(Debug, Clone)]
+pub struct Campaign {
+    scenarios: Vec<OverrideSource>,
+    vehicle: Option<OverrideSource>,
+    plant_vehicle: Option<OverrideSource>,
+    axes: Vec<Axis>,
+    seeds: RangeInclusive<u64>,
+}
+
+/// What makes two campaigns the same.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, serde::Deserialize)]
+pub struct CampaignIdentity {
+    /// Version of the program.
+    pub version: String,
+    /// The scenarios' files.
+    pub scenarios: Vec<String>,
+    /// The overrides.
+    pub sets: Vec<String>,
+    /// First and last seed.
+    pub seeds: [u64; 2],
+    /// FNV-1a hash of the text of every file.
+    pub files: String,
+    /// Number of runs.
+    pub runs: u64,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RunVerdict {
+    /// Every metric lies within its bounds.
+    Passed,
+    /// A metric lies outside its bounds.
+    Failed,
+    /// The simulated vehicle left the range in which the plant's equations hold.
+    Stopped,
+    /// The scenario states no bounds.
+    NotJudged,
+}
+
+/// The result of one run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunResult {
+    /// Its number in the campaign.
+    pub run: u64,
+    /// Its scenario's file.
+    pub scenario: String,
+    /// Its seed.
+    pub seed: u64,
+    /// Its overrides.
+    pub set: Vec<(String, Value)>,
+    /// How it ended.
+    pub verdict: RunVerdict,
+    /// The metrics out of bounds, or why it stopped.
+    pub reasons: Vec<String>,
+    /// Simulated time, s.
+    pub simulated_s: f64,
+    /// Every metric; none of a run that stopped.
+    pub metrics: Vec<MetricValue>,
+}
+
+impl Campaign {
+    /// Reads the files of a campaign and checks every combination of overrides.
+    ///
+    /// # Errors
+    /// The first thing wrong with it.
+    pub fn new(
+        scenarios: &[PathBuf],
+        vehicle: Option<&Path>,
+        plant_vehicle: Option<&Path>,
+        axes: Vec<Axis>,
+        seeds: RangeInclusive<u64>,
+    ) -> Result<Self, CampaignError> {
+        let campaign = Self {
+            scenarios: scenarios
+                .iter()
+                .map(|path| OverrideSource::read(path))
+                .collect::<Result<_, _>>()?,
+            vehicle: vehicle.map(OverrideSource::read).transpose()?,
+            plant_vehicle: plant_vehicle.map(OverrideSource::read).transpose()?,
+            axes,
+            seeds,
+        };
+        let combinations = campaign
+            .axes
+            .iter()
+            .map(|axis| axis.values.len() as u64)
+            .try_fold(campaign.scenarios.len() as u64, u64::checked_mul)
+            .filter(|count| *count <= COMBINATIONS_MAX)
+            .ok_or(CampaignError::TooMany("combinations of overrides", COMBINATIONS_MAX))?;
+        combinations
+            .checked_mul(campaign.seed_count())
+            .filter(|count| *count <= RUNS_MAX)
+            .ok_or(CampaignError::TooMany("runs", RUNS_MAX))?;
+        for combination in 0..combinations {
+            campaign.prepare(combination * campaign.seed_count())?;
+        }
+        Ok(campaign)
+    }
+
+    /// Number of seeds.
+    pub fn seed_count(&self) -> u64 {
+        self.seeds.end().saturating_sub(*self.seeds.start()).saturating_add(1)
+    }
+
+    /// Number of runs.
+    pub fn runs(&self) -> u64 {
+        let combinations: u64 = self.axes.iter().map(|axis| axis.values.len() as u64).product();
+        self.scenarios.len() as u64 * combinations * self.seed_count()
+    }
+
+    /// The numbers of shard `index` of `count`, counted from 1: shards follow each other without gap and overlap.
+    pub fn shard(&self, index: u64, count: u64) -> Range<u64> {
+        let edge = |i: u64| (u128::from(self.runs()) * u128::from(i) / u128::from(count.max(1))) as u64;
+        edge(index.saturating_sub(1))..edge(index)
+    }
+
+    /// What makes this campaign the same as another.
+    pub fn identity(&self) -> CampaignIdentity {
+        let sources = self.scenarios.iter().chain(&self.vehicle).chain(&self.plant_vehicle);
+        let texts = sources.flat_map(|source| source.text.bytes().chain([0]));
+        let vehicles = self.scenarios.iter().flat_map(|source| {
+            let named = Scenario::parse(&source.name, &source.text)
+                .ok()
+                .and_then(|scenario| scenario.vehicle);
+            let text = named.and_then(|file| vehicle_file::read_text(&source.folder.join(file)).ok());
+            text.unwrap_or_default().into_bytes()
+        });
+        CampaignIdentity {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scenarios: self.scenarios.iter().map(|source| source.name.clone()).collect(),
+            sets: self
+                .axes
+                .iter()
+                .map(|axis| {
+                    let values: Vec<String> = axis.values.iter().map(Value::to_string).collect();
+                    format!("{}={}", axis.key, values.join(","))
+                })
+                .collect(),
+            seeds: [*self.seeds.start(), *self.seeds.end()],
+            files: format!("{:016x}", fnv1a(texts.chain(vehicles))),
+            runs: self.runs(),
+        }
+    }
+
+    /// The scenario's source, the overrides and the seed of run `run`.
+    fn parts(&self, run: u64) -> (&OverrideSource, Vec<(&Axis, &Value)>, u64) {
+        let seed = self.seeds.start() + run % self.seed_count();
+        let mut rest = run / self.seed_count();
+        let mut set: Vec<(&Axis, &Value)> = Vec::new();
+        for axis in self.axes.iter().rev() {
+            let count = axis.values.len() as u64;
+            set.push((axis, &axis.values[(rest % count) as usize]));
+            rest /= count;
+        }
+        set.reverse();
+        (&self.scenarios[rest as usize], set, seed)
+    }
+
+    /// The scenario, the vehicle that the firmware is told of, and the simulated one, of run `run`.
+    fn prepare(&self, run: u64) -> Result<(Scenario, Vehicle<f64>, Vehicle<f64>), CampaignError> {
+        let (source, set, seed) = self.parts(run);
+        let of = |target: Target| -> Vec<(&Axis, &Value)> {
+            set.iter().copied().filter(|(axis, _)| axis.target == target).collect()
+        };
+        let mut scenario = Scenario::parse(&source.name, &source.with(&of(Target::Scenario))?)?;
+        scenario.seed = seed;
+        let vehicle = match (&self.vehicle, &scenario.vehicle) {
+            (Some(vehicle), _) => vehicle.clone(),
+            (None, Some(file)) => OverrideSource::read(&source.folder.join(file))?,
+            (None, None) => OverrideSource {
+                name: vehicle_file::REFERENCE_NAME.to_owned(),
+                folder: PathBuf::new(),
+                text: vehicle_file::REFERENCE.to_owned(),
+            },
+        };
+        let told = OverrideSource {
+            text: vehicle.with(&of(Target::Vehicle))?,
+            ..vehicle
+        };
+        let simulated = self.plant_vehicle.as_ref().unwrap_or(&told);
+        let simulated = OverrideSource {
+            text: simulated.with(&of(Target::PlantVehicle))?,
+            ..simulated.clone()
+        };
+        let ranges = SCALES.sensor_ranges();
+        let read = |source: &OverrideSource| vehicle_file::parse_vehicle_for(&source.name, &source.text, &ranges);
+        let (told, simulated) = (read(&told)?, read(&simulated)?);
+        scenario
+            .plant(&simulated)
+            .map_err(|error| CampaignError::Setup(scenario.title.clone(), error))?;
+        Ok((scenario, told, simulated))
+    }
+
+    /// Runs run `run`.
+    ///
+    /// # Errors
+    /// [`CampaignError::Board`] if the board does not boot, as on a thread that runs another one.
+    pub fn run(&self, run: u64) -> Result<RunResult, CampaignError> {
+        let (scenario, told, simulated) = self.prepare(run)?;
+        let plant = scenario
+            .plant(&simulated)
+            .map_err(|error| CampaignError::Setup(scenario.title.clone(), error))?;
+        let mut backend = VirtualBackend::boot(&told, plant)?;
+        let mut metrics = Metrics::default();
+        let end = run_into(&scenario, &mut backend, |row| metrics.add(row), |_| {});
+        let simulated_s = backend.board.now_us() as f64 * 1e-6;
+        let (verdict, reasons, metrics) = match end {
+            Err(error @ RunError::Plant(_)) => (RunVerdict::Stopped, vec![error.to_string()], Vec::new()),
+            Ok(end) => {
+                let values = metrics.values(&end.counts);
+                let checks = judge(&scenario, &values);
+                let reasons: Vec<String> = checks
+                    .iter()
+                    .filter(|check| !check.ok)
+                    .map(|check| {
+                        format!(
+                            "{} = {} is not within {} to {}",
+                            check.name, check.value, check.least, check.most
+                        )
+                    })
+                    .collect();
+                let verdict = match (checks.is_empty(), reasons.is_empty()) {
+                    (true, _) => RunVerdict::NotJudged,
+                    (false, true) => RunVerdict::Passed,
+                    (false, false) => RunVerdict::Failed,
+                };
+                (verdict, reasons, values)
+            }
+        };
+        let (source, set, seed) = self.parts(run);
+        Ok(RunResult {
+            run,
+            scenario: source.name.clone(),
+            seed,
+            set: set
+                .into_iter()
+                .map(|(axis, value)| (axis.key.clone(), value.clone()))
+                .collect(),
+            verdict,
+            reasons,
+            simulated_s,
+            metrics,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,32 @@
+//! What is wrong with a campaign.
+
+use thiserror::Error;
+
+use crate::board::VirtualBoardError;
+use crate::scenario::{ScenarioError, SetupError};
+
+/// Why a campaign cannot run.
+#[derive(Debug, Error)]
+pub enum CampaignError {
+    /// A scenario is wrong, as it stands or with the overrides.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// A vehicle is wrong, as it stands or with the overrides.
+    #[error(transparent)]
+    Vehicle(#[from] vehicle_file::VehicleFileError),
+    /// The scenario does not fit the vehicle.
+    #[error("{0}: {1}")]
+    Setup(String, SetupError),
+    /// The board does not boot.
+    #[error(transparent)]
+    Board(#[from] VirtualBoardError),
+    /// A file cannot be read.
+    #[error("{0}: {1}")]
+    Unreadable(String, String),
+    /// An override makes no sense.
+    #[error("--set {0}: {1}")]
+    Override(String, String),
+    /// More runs or combinations than allowed.
+    #[error("{0}: allowed are at most {1}")]
+    TooMany(&'static str, u64),
+}

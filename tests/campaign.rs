@@ -1,0 +1,147 @@
+//! Campaigns from outside: shards, merging, exit codes, messages.
+
+use std::path::{Path, PathBuf};
+
+#[path = "support/tool.rs"]
+mod tool;
+use tool::{hil_sim, stderr};
+
+fn folder(name: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("campaign").join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+/// Six short runs: two scenarios' texts, one of them with three values, one seed more than one.
+fn scenario(folder: &Path, name: &str, bounds: &str) -> String {
+    let path = folder.join(name);
+    let text =
+        format!("title = \"{name}\"\nduration_s = 1.0\n[[step]]\nat_s = 0.7\naction = \"arm\"\n[metrics]\n{bounds}");
+    std::fs::write(&path, text).expect("written");
+    path.to_str().expect("utf-8").to_owned()
+}
+
+#[test]
+fn shards_merge_to_exactly_what_one_run_of_the_whole_writes() {
+    let folder = folder("shards");
+    let file = |name: &str| folder.join(name).to_str().expect("utf-8").to_owned();
+    let stands = scenario(&folder, "stands.toml", "faults = [0.0, 0.0]");
+    let flags = [
+        "--seeds",
+        "3:5",
+        "--set",
+        "vehicle.body.arm_mass_kg=11,12",
+        "--set",
+        "scenario.plant.arm_imu.misalignment_x_deg=0,1",
+    ];
+    let run = |more: &[&str]| {
+        let arguments: Vec<&str> = ["campaign", "run", &stands]
+            .into_iter()
+            .chain(flags)
+            .chain(more.iter().copied())
+            .collect();
+        hil_sim(&arguments)
+    };
+    let whole = run(&["--out", &file("whole.jsonl"), "--jobs", "1"]);
+    assert!(whole.status.success(), "{}", stderr(&whole));
+    for part in ["1", "2", "3", "4", "5"] {
+        let output = run(&[
+            "--out",
+            &file(&format!("part-{part}.jsonl")),
+            "--shard",
+            &format!("{part}/5"),
+        ]);
+        assert!(output.status.success(), "{}", stderr(&output));
+    }
+    let parts: Vec<String> = ["4", "1", "5", "3", "2"]
+        .map(|part| file(&format!("part-{part}.jsonl")))
+        .into();
+    let merge = |parts: &[String]| {
+        let mut arguments = vec!["campaign", "merge"];
+        arguments.extend(parts.iter().map(String::as_str));
+        let out = file("merged.jsonl");
+        arguments.extend(["--out", &out]);
+        hil_sim(&arguments)
+    };
+    let merged = merge(&parts);
+    assert!(merged.status.success(), "{}", stderr(&merged));
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).expect(name);
+    assert_eq!(read("merged.jsonl"), read("whole.jsonl"));
+    assert_eq!(read("whole.jsonl").lines().count(), 1 + 12);
+
+    // A shard that is missing, given twice, of another campaign, or cut off is told by name; nothing is written.
+    std::fs::remove_file(folder.join("merged.jsonl")).expect("there");
+    let mut twice = parts.clone();
+    twice.push(parts[0].clone());
+    let other = run(&[
+        "--out",
+        &file("other.jsonl"),
+        "--shard",
+        "1/5",
+        "--set",
+        "scenario.seed=1",
+    ]);
+    assert!(other.status.success(), "{}", stderr(&other));
+    let mut foreign = parts.clone();
+    foreign[1] = file("other.jsonl");
+    let text = read("part-3.jsonl");
+    let cut = text.trim_end().rsplit_once('\n').expect("lines").0;
+    std::fs::write(folder.join("cut.jsonl"), cut).expect("written");
+    let mut unfinished = parts.clone();
+    unfinished[3] = file("cut.jsonl");
+    for (wrong, words) in [
+        (&parts[1..], "missing"),
+        (&parts[..4], "missing"),
+        (&twice[..], "twice"),
+        (&foreign[..], "another campaign"),
+        (&unfinished[..], "did not end"),
+    ] {
+        let output = merge(wrong);
+        assert_eq!(output.status.code(), Some(2), "{wrong:?}");
+        assert!(stderr(&output).contains(words), "{words}: {}", stderr(&output));
+        assert!(!folder.join("merged.jsonl").exists());
+    }
+}
+
+#[test]
+fn a_run_out_of_bounds_ends_with_1_and_tells_seed_and_reason() {
+    let folder = folder("fails");
+    let drives = scenario(&folder, "drives.toml", "distance_m = [100.0, 200.0]");
+    let output = hil_sim(&["campaign", "run", &drives, "--seeds", "7:8", "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one object");
+    assert_eq!(summary["runs"], 2);
+    assert_eq!(summary["failed"], 2);
+    assert_eq!(summary["groups"][&drives]["first_failure"][0], 7);
+    let unjudged = scenario(&folder, "unjudged.toml", "");
+    let output = hil_sim(&["campaign", "run", &unjudged, "--seeds", "1:2", "--json"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one object");
+    assert_eq!((&summary["passed"], &summary["not_judged"]), (&0.into(), &2.into()));
+}
+
+#[test]
+fn what_cannot_run_is_refused_before_the_first_run() {
+    let kerb = "tests/scenarios/kerb.toml";
+    for flags in [
+        &["--seeds", "5:4"][..],
+        &["--seeds", "1:99999999999999999999"],
+        &["--seeds", "1:999999999999"],
+        &["--shard", "0/3"],
+        &["--shard", "4/3"],
+        &["--jobs", "0"],
+        &["--set", "vehicle.body.arm_mass_kg=1e9"],
+        &["--set", "speed=1"],
+        &["--vehicle", "missing.toml"],
+        &["--out", "missing/results.jsonl"],
+    ] {
+        let arguments: Vec<&str> = ["campaign", "run", kerb]
+            .into_iter()
+            .chain(flags.iter().copied())
+            .collect();
+        let output = hil_sim(&arguments);
+        assert_eq!(output.status.code(), Some(2), "{flags:?}: {}", stderr(&output));
+        assert!(output.stdout.is_empty() && !stderr(&output).is_empty());
+    }
+}
