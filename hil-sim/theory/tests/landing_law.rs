@@ -1,6 +1,6 @@
 //! The landing law on the sampled planar vehicle: the thesis's step, plants of +-20 %, random drives.
 
-use theory::analysis::sampled::{Factors, SampledDrive, SampledPlant, Sensing};
+use theory::analysis::sampled::{Factors, SampledDrive, SampledPlant, SampledSensing};
 
 #[path = "support/sampled.rs"]
 mod sampled;
@@ -15,7 +15,7 @@ fn the_step_of_the_thesis_lands() {
     let drive = SampledDrive {
         vehicle: &vehicle,
         plant,
-        sensing: Sensing {
+        sensing: SampledSensing {
             delay: 1,
             noise: [0.0; 3],
         },

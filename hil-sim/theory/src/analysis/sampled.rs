@@ -123,7 +123,7 @@ pub struct SampledRow {
 
 /// How the vehicle senses.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sensing {
+pub struct SampledSensing {
     /// Ticks until a command acts: 0 or more.
     pub delay: usize,
     /// Standard deviations of the noise on phi (rad), phi' and the joint rate (per time unit).
@@ -138,7 +138,7 @@ pub struct SampledDrive<'a> {
     /// The vehicle as it is.
     pub plant: SampledPlant,
     /// How it senses.
-    pub sensing: Sensing,
+    pub sensing: SampledSensing,
     /// Speeds asked for, in units of the speed unit, and from when on, in time units.
     pub targets: &'a [(f64, f64)],
     /// Length, in time units.

@@ -3,7 +3,7 @@
 
 use model::vehicle::{GRAVITY_M_S2, Vehicle, VehicleParameters};
 use plant::noise::Noise;
-use theory::analysis::sampled::{Factors, SampledDrive, SampledPlant, SampledRow, Sensing};
+use theory::analysis::sampled::{Factors, SampledDrive, SampledPlant, SampledRow, SampledSensing};
 
 /// The reference vehicle, changed.
 pub fn vehicle(change: impl FnOnce(&mut VehicleParameters<f64>)) -> Vehicle<f64> {
@@ -90,7 +90,7 @@ pub fn uniform(noise: &mut Noise, least: f64, most: f64) -> f64 {
 }
 
 /// The noise of the reference vehicle's sensors.
-pub const NOISY: Sensing = Sensing {
+pub const NOISY: SampledSensing = SampledSensing {
     delay: 1,
     noise: [2e-4, 5e-4, 2e-3],
 };
@@ -156,7 +156,7 @@ pub fn wild_drive(vehicle: &Vehicle<f64>, seed: u64) -> Wild {
     let drive = SampledDrive {
         vehicle,
         plant,
-        sensing: Sensing {
+        sensing: SampledSensing {
             delay: 1,
             noise: [0.0; 3],
         },

@@ -45,7 +45,7 @@ pub struct Balance<T> {
 
 /// Accelerations and contact forces at one state, as functions of the torque.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion<T> {
+pub struct MotionByTorque<T> {
     /// theta''.
     pub wheel: Affine<T>,
     /// phi''.
@@ -77,7 +77,7 @@ impl<T: Real> Balance<T> {
     /// assert!((motion.normal.at(torque) - forces.normal).abs() < 1e-12);
     /// ```
     #[inline]
-    pub fn motion(&self, arm: (T, T), phi_rate: T, slope: (T, T)) -> Motion<T> {
+    pub fn motion(&self, arm: (T, T), phi_rate: T, slope: (T, T)) -> MotionByTorque<T> {
         let ((sin_phi, cos_phi), (sin_beta, cos_beta)) = (arm, slope);
         // Of phi - beta, by the addition theorem.
         let sin = sin_phi * cos_beta - cos_phi * sin_beta;
@@ -97,7 +97,7 @@ impl<T: Real> Balance<T> {
             at_zero: -(m11 * weight + m12 * along) * inverse,
             per_torque: (m11 - m12) * inverse,
         };
-        Motion {
+        MotionByTorque {
             wheel,
             arm: swing,
             friction: Affine {
@@ -116,13 +116,13 @@ impl<T: Real> Balance<T> {
     /// The motion of a vehicle whose wheels are blocked: the arm is a pendulum on a fixed axle. The contact forces
     /// are not those of a free wheel and stand as 0.
     #[inline]
-    pub fn blocked_motion(&self, sin_phi: T) -> Motion<T> {
+    pub fn blocked_motion(&self, sin_phi: T) -> MotionByTorque<T> {
         let none = Affine {
             at_zero: T::ZERO,
             per_torque: T::ZERO,
         };
         let inverse = T::ONE / (self.alpha_l2 + self.nu);
-        Motion {
+        MotionByTorque {
             wheel: none,
             arm: Affine {
                 at_zero: -(self.alpha_l * sin_phi) * inverse,

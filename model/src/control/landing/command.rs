@@ -19,7 +19,7 @@ pub(super) struct Room {
 
 /// The commanded speed on its way to the law: ramped within what the ground allows, then smoothed.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Command {
+pub(super) struct CommandRamp {
     speed_max_m_s: f32,
     hold: Hold,
     gain: f32,
@@ -30,7 +30,7 @@ pub(super) struct Command {
     acceleration: f32,
 }
 
-impl Command {
+impl CommandRamp {
     pub(super) fn new(control: &ControlParameters<f32>, dt_s: f32, time_s: f32) -> Self {
         Self {
             speed_max_m_s: control.speed_max_m_s,

@@ -1,6 +1,6 @@
 //! What bounds the torque: the ground's grip, and the arm's barrier, which goes before grip.
 
-use super::balance::{Balance, Motion};
+use super::balance::{Balance, MotionByTorque};
 use crate::bounded::Bounded;
 
 /// An interval of torques.
@@ -45,7 +45,7 @@ const INDIFFERENT: f32 = 1e-6;
 /// assert!((torques.least + torques.most).abs() < 1e-6);
 /// assert!((motion.friction.at(torques.most) - 0.6 * motion.normal.at(torques.most)).abs() < 1e-6);
 /// ```
-pub fn grip(motion: &Motion<f32>, mu: f32) -> Interval {
+pub fn grip(motion: &MotionByTorque<f32>, mu: f32) -> Interval {
     let mut torques = Interval::ALL;
     for side in [-1.0, 1.0] {
         // side F <= mu N, or: slope * torque <= room.
@@ -92,7 +92,7 @@ impl Barrier {
     /// the barrier it is all that there is.
     pub fn guard(
         &self,
-        motion: &Motion<f32>,
+        motion: &MotionByTorque<f32>,
         (phi, phi_rate): (f32, f32),
         slope: (f32, f32),
         torque: f32,

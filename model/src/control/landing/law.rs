@@ -1,11 +1,11 @@
 //! The landing law: observers, landing speed, governor, arm servo.
 
 use super::balance::Balance;
-use super::command::{Command, Room};
+use super::command::{CommandRamp, Room};
 use super::design::Design;
 use super::governor::{Barrier, Interval, grip};
 use super::observer::{RateObserver, TorqueObserver};
-use super::obstacle::{Obstacle, Push, Told};
+use super::obstacle::{Obstacle, PushState, Told};
 use crate::bounded::Bounded;
 use crate::control::LawOutput;
 use crate::control::equilibrium::{ArmAngle, Equilibrium};
@@ -61,7 +61,7 @@ pub struct LandingLaw {
     limits: Limits,
     torque_observer: TorqueObserver,
     rate_observer: RateObserver,
-    command: Command,
+    command: CommandRamp,
     obstacle: Obstacle,
     /// Torque at the joint in the last tick, as the model has it.
     torque: f32,
@@ -122,7 +122,7 @@ impl LandingLaw {
             },
             torque_observer: TorqueObserver::new(&design, tick),
             rate_observer: RateObserver::new(&design, tick, 1.0 - libm::expf(-tick / lag)),
-            command: Command::new(&p.control, dt_s, scales.time_s),
+            command: CommandRamp::new(&p.control, dt_s, scales.time_s),
             obstacle: Obstacle::default(),
             torque: 0.0,
             started: false,
@@ -145,7 +145,7 @@ impl LandingLaw {
 
     /// The vehicle is told to drive and comes no further.
     pub fn is_stuck(&self) -> bool {
-        self.obstacle.push() == Push::Stuck
+        self.obstacle.push() == PushState::Stuck
     }
 
     /// The slope is beyond what the arm's weight can carry or the configured grip can hold.
@@ -168,7 +168,7 @@ impl LandingLaw {
         }
         self.age += self.tick;
         let push = self.obstacle.push();
-        let stuck = push == Push::Stuck;
+        let stuck = push == PushState::Stuck;
         let motion = if stuck {
             self.balance.blocked_motion(arm.0)
         } else {

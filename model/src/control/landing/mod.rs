@@ -14,7 +14,7 @@ mod law;
 mod observer;
 mod obstacle;
 
-pub use balance::{Affine, Balance, Motion};
+pub use balance::{Affine, Balance, MotionByTorque};
 pub use design::Design;
 pub use governor::{Barrier, Interval, grip};
 pub use law::LandingLaw;

@@ -1,9 +1,9 @@
 //! What the law knows beyond its sensors: a torque at the joint that the model does not have, the wheel's rate without
 //! the filter's lag, and the slope.
 
-use super::balance::Motion;
+use super::balance::MotionByTorque;
 use super::design::Design;
-use super::obstacle::Push;
+use super::obstacle::PushState;
 use crate::bounded::Bounded;
 
 /// Largest torque that the torque observer believes.
@@ -43,7 +43,7 @@ impl TorqueObserver {
     }
 
     /// Predicts with the torque `applied` in the last tick, corrects with the sensed phi'.
-    pub(super) fn update(&mut self, motion: &Motion<f32>, applied: f32, phi_rate: f32) {
+    pub(super) fn update(&mut self, motion: &MotionByTorque<f32>, applied: f32, phi_rate: f32) {
         self.phi_rate += self.tick * motion.arm.at(applied + self.torque);
         let error = self.tick * (phi_rate - self.phi_rate);
         self.phi_rate += 2.0 * self.pole * error;
@@ -102,11 +102,11 @@ impl RateObserver {
     /// learns nothing of its slope: it takes the one that it knew before it pushed.
     pub(super) fn update(
         &mut self,
-        motion: &Motion<f32>,
+        motion: &MotionByTorque<f32>,
         torque: f32,
         phi_rate: f32,
         sensed: f32,
-        push: Push,
+        push: PushState,
         haste: f32,
     ) {
         let pole = haste * self.pole;
@@ -119,7 +119,7 @@ impl RateObserver {
         let error = sensed - *second;
         self.wheel_rate = predicted + 2.0 * pole * self.tick * error;
         self.joint_rate = self.wheel_rate + phi_rate;
-        if push == Push::Stuck {
+        if push == PushState::Stuck {
             self.set_slope(self.calm_sin_slope);
             return;
         }
@@ -127,7 +127,7 @@ impl RateObserver {
         let learnt = error.bounded(-JOLT * haste, JOLT * haste);
         let change = pole * pole * self.tick / motion.wheel_per_sin_slope * learnt;
         self.set_slope(self.sin_slope + change);
-        if error.abs() < CALM && push == Push::None {
+        if error.abs() < CALM && push == PushState::None {
             self.calm_sin_slope += CALM_RATE * self.tick * (self.sin_slope - self.calm_sin_slope);
         }
     }

@@ -23,7 +23,7 @@ const PUSH_EXCESS: f32 = 0.25;
 
 /// Whether the vehicle pushes against something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Push {
+pub(super) enum PushState {
     /// It moves, or it does not push.
     None,
     /// It pushes and has not moved yet: perhaps it is about to.
@@ -62,7 +62,8 @@ impl Obstacle {
     /// One tick, for wheels of the radius `length_m`.
     pub(super) fn update(&mut self, told: &Told, tick: f32, length_m: f32) {
         // Told to back off, a stuck vehicle first lowers its arm, and as long it pushes on.
-        let direction = if self.push() == Push::Stuck && self.direction * (told.reference - told.wheels) > MISSING {
+        let direction = if self.push() == PushState::Stuck && self.direction * (told.reference - told.wheels) > MISSING
+        {
             self.direction
         } else if told.speed > TOLD {
             1.0
@@ -84,13 +85,13 @@ impl Obstacle {
         }
     }
 
-    pub(super) fn push(&self) -> Push {
+    pub(super) fn push(&self) -> PushState {
         if self.time > STUCK_TIME + self.start {
-            Push::Stuck
+            PushState::Stuck
         } else if self.direction != 0.0 {
-            Push::Perhaps
+            PushState::Perhaps
         } else {
-            Push::None
+            PushState::None
         }
     }
 
