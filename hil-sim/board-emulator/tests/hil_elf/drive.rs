@@ -76,7 +76,7 @@ fn the_slope_drive_is_the_virtual_boards() {
     check(&scenario, &emulated, "emulated");
     check(&scenario, &virtual_one, "virtual");
     assert_eq!(emulated.counts.host_unreadable_frames, 0);
-    assert_eq!(emulated.unarmed_drive_ms, 0);
+    assert_eq!(emulated.counts.unarmed_drive_ms, 0);
     let last = emulated.trace.rows.last().expect("a trace");
     assert_eq!(last.status.late_ticks, 0, "over {} s", scenario.duration_s);
 
