@@ -243,6 +243,33 @@ fn no_kerb_ends_the_drive_or_lets_the_vehicle_run_away() {
     }
 }
 
+/// On 31 deg, with grip of 0.9 known to the vehicle, it catches itself, holds and drives up. On 35 deg its arm's weight no
+/// longer carries it: it says so within a second, and slides down slowly with its arm under control.
+#[test]
+fn the_steepest_slopes_are_held_and_steeper_ones_are_told() {
+    let grippy = changed(|p| p.control.grip_mu = 0.9);
+    let ground = "terrain.friction = { left = 0.9, right = 0.9 }";
+    let steps = "{ at_s = 10.0, action = 'drive', speed_m_s = 0.5 }, { at_s = 16.0, action = 'drive' }";
+    let outcome = drive(&grippy, 20.0, 31.0, ground, steps);
+    let speed = |at_s: f64| from(&outcome, at_s)[0].truth.speed_m_s;
+    println!("31 deg: {:.3} m/s told 0.5, {:.3} m/s told 0", speed(15.0), speed(19.5));
+    assert!((speed(15.0) - 0.5).abs() < 0.02 && speed(19.5).abs() < 0.02);
+    assert_eq!(from(&outcome, 19.5)[0].status.faults, FaultSet::EMPTY);
+
+    let outcome = drive(&grippy, 6.0, 35.0, ground, "");
+    let told = |row: &TraceRow| row.status.limits.contains(Limit::SlopeLimit);
+    let told_s = outcome.trace.rows.iter().find(|row| told(row)).expect("told").time_s() - 2.0;
+    let rows = from(&outcome, 3.5);
+    let lost_m_s2 = (rows[0].truth.speed_m_s - rows[rows.len() - 1].truth.speed_m_s) / 2.5;
+    let arm_rad = most(&outcome.trace.rows, |row| row.truth.phi_rad.abs());
+    println!("35 deg: told after {told_s:.2} s, arm {arm_rad:.3} rad, {lost_m_s2:.2} m/s^2 downhill");
+    assert!(told_s < 1.0, "{told_s} s");
+    assert!(rows.iter().all(told), "it stays told");
+    assert!(arm_rad > 1.0 && arm_rad < 1.4, "{arm_rad} rad");
+    // By the balance of forces an arm at 1.28 rad leaves 0.68 m/s^2.
+    assert!(lost_m_s2 > 0.0 && lost_m_s2 < 0.75, "{lost_m_s2} m/s^2");
+}
+
 /// Beyond what the configured grip holds, the vehicle says so.
 #[test]
 fn a_slope_beyond_the_grip_is_told() {
