@@ -226,8 +226,8 @@ impl SteppedDrive {
     /// up to 1000 above the hold fails. [`Direction::Reverse`] searches below the hold instead.
     ///
     /// # Errors
-    /// [`TooLong`] when the responses are too stiff to be followed to their ends.
-    pub fn critical(&self, direction: Direction) -> Result<Option<StepLimit>, TooLong> {
+    /// [`TooStiff`] when the responses are too stiff to be followed to their ends.
+    pub fn critical(&self, direction: Direction) -> Result<Option<StepLimit>, TooStiff> {
         const BATCH: usize = 64;
         let hold = if self.law.is_some() {
             0.0
@@ -251,7 +251,7 @@ impl SteppedDrive {
                 .position(|(ending, _)| *ending != Ending::Ok)
                 .map(|k| (edges[k.saturating_sub(1)], edges[k], endings[k].0));
             let steps = endings.iter().map(|(_, steps)| steps).sum();
-            steps_left = steps_left.checked_sub(steps).ok_or(TooLong)?;
+            steps_left = steps_left.checked_sub(steps).ok_or(TooStiff)?;
         }
         let Some((mut good, mut bad, mut outcome)) = bracket else {
             return Ok(None);
@@ -270,7 +270,7 @@ impl SteppedDrive {
     }
 
     /// How the drive to the final `target` ends within [`CRITICAL_SPAN`], and the integration steps that it took.
-    fn counted_ending(&self, target: f64) -> Result<(Ending, u64), TooLong> {
+    fn counted_ending(&self, target: f64) -> Result<(Ending, u64), TooStiff> {
         let (mut ending, mut steps) = (Ending::Ok, 0);
         self.follow(target, CRITICAL_SPAN, |step| {
             ending = ending_of(step, self.phi_0);
@@ -278,7 +278,7 @@ impl SteppedDrive {
             ending != Ending::Ok || steps > RUN_STEPS_MAX
         });
         if ending == Ending::Ok && steps > RUN_STEPS_MAX {
-            return Err(TooLong);
+            return Err(TooStiff);
         }
         Ok((ending, steps))
     }
@@ -295,7 +295,7 @@ const SEARCH_STEPS_MAX: u64 = 5_000_000;
 #[error(
     "the search ended without a limit: a run of {CRITICAL_SPAN} time units needs more than {RUN_STEPS_MAX} integration steps, or all runs more than {SEARCH_STEPS_MAX}"
 )]
-pub struct TooLong;
+pub struct TooStiff;
 
 /// What has turned fully by the end of a step, if anything.
 fn ending_of(step: &Dense<8>, phi_0: f64) -> Ending {

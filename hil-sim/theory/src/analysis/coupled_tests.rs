@@ -248,5 +248,5 @@ fn f32_follows_f64() {
 fn a_search_among_stiff_responses_ends() {
     let mut drive = passive(0.15);
     drive.vehicle.planar.zeta = 1e6;
-    assert_eq!(drive.critical(Direction::Forward), Err(TooLong));
+    assert_eq!(drive.critical(Direction::Forward), Err(TooStiff));
 }
