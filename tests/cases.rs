@@ -168,3 +168,58 @@ fn files_that_never_end_are_refused() {
         }
     }
 }
+
+#[test]
+fn what_a_file_says_acts_on_no_terminal_and_on_no_page() {
+    let acts = |bytes: &[u8]| {
+        let text = String::from_utf8_lossy(bytes).into_owned();
+        text.chars()
+            .any(|c| (c.is_control() && c != '\n' && c != '\t') || ('\u{202a}'..='\u{202e}').contains(&c))
+    };
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("title-escape");
+    let shown = hil_sim(&["drive", "tests/cases/title-escape.toml", "--out", utf8(&folder)]);
+    let page = std::fs::read(folder.join("index.html")).expect("a page");
+    let json = hil_sim(&["drive", "tests/cases/title-escape.toml", "--json"]);
+    for (what, bytes) in [
+        ("table", &shown.stdout),
+        ("errors", &shown.stderr),
+        ("JSON", &json.stdout),
+        ("page", &page),
+    ] {
+        assert!(!bytes.is_empty() || what == "errors", "{what}");
+        assert!(!acts(bytes), "{what}: {}", String::from_utf8_lossy(bytes));
+    }
+    // The title's second line must not pass for a line of the tool.
+    assert!(
+        !String::from_utf8_lossy(&shown.stdout)
+            .lines()
+            .any(|line| line == "LINE2")
+    );
+    let value: serde_json::Value = serde_json::from_slice(&json.stdout).expect("one object");
+    assert!(value["scenario"].as_str().expect("a title").contains('\u{1b}'));
+
+    // Names and values that a file may hold, a path, and a file that is not TOML.
+    let texts = [
+        "title = \"x\"\nduration_s = 1.0\n\"\\u001b[2J\" = 1",
+        "title = \"x\"\nduration_s = 1.0\n[metrics]\n\"\\u001b[2J\" = [0.0, 1.0]",
+        "title = \"x\"\nduration_s = 1.0\n[[step]]\nat_s = 0.1\naction = \"\\u009b2J\"",
+        "title = \u{1b}[2J",
+    ];
+    for (index, text) in texts.iter().enumerate() {
+        let refused = hil_sim(&["drive", utf8(&own(&format!("escape-{index}.toml"), text))]);
+        assert_eq!(refused.status.code(), Some(2), "{text}");
+        assert!(!acts(&refused.stderr), "{}", stderr(&refused));
+    }
+    for arguments in [
+        ["drive", "no\u{1b}[2Jfile.toml"],
+        ["simulate", "--vehicle=no\u{1b}[2Jfile.toml"],
+    ] {
+        let refused = hil_sim(&arguments);
+        assert_eq!(refused.status.code(), Some(2), "{arguments:?}");
+        assert!(!acts(&refused.stderr), "{}", stderr(&refused));
+    }
+    let vehicle = "[body]\n\"arm\\u001b[2J\" = 1.0";
+    let refused = hil_sim(&["drive", "--vehicle", utf8(&own_vehicle("escape", vehicle))]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(!acts(&refused.stderr), "{}", stderr(&refused));
+}

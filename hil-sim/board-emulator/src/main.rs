@@ -13,6 +13,7 @@ use firmware::built_in;
 use firmware::flight_record::FlightRecord;
 use hil_sim::cli::drive::{self, Arguments};
 use report::error::CommandError;
+use report::output::tell;
 
 /// The command line of `hil-sim drive`.
 #[derive(Debug, Parser)]
@@ -26,7 +27,7 @@ fn main() -> ExitCode {
     match run(&CommandLine::parse().arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error}");
+            tell(&error);
             ExitCode::from(error.exit_code())
         }
     }

@@ -1,5 +1,7 @@
 //! Pages: one file each, no external resources, readable on a phone and on a desk.
 
+use crate::visible::visible;
+
 /// The page's style: one column on a phone, chart and text side by side where there is room.
 pub const STYLE: &str = "
 :root { color-scheme: light; }
@@ -42,9 +44,10 @@ pub fn document(title: &str, body: &str) -> String {
     )
 }
 
-/// `text` with the characters of markup escaped.
+/// `text` with the characters of markup escaped, and what would act on a reader's screen shown by its number.
 pub fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
+    visible(text)
+        .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
         .replace('"', "&quot;")

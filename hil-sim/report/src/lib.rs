@@ -6,3 +6,4 @@ pub mod files;
 pub mod html;
 pub mod output;
 pub mod plot;
+pub mod visible;

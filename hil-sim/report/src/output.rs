@@ -11,6 +11,7 @@ use serde::Serialize;
 use crate::error::CommandError;
 use crate::files::write_whole;
 use crate::plot::{Chart, Columns};
+use crate::visible::{visible, visible_json};
 
 /// Flags that say where the result goes.
 #[derive(Debug, Clone, Default, Args)]
@@ -93,38 +94,51 @@ impl OutputArguments {
                 files.push(write_file(directory, &format!("{}-{name}.svg", report.command), &svg)?);
             }
         }
-        let mut text = String::new();
         if self.json {
-            text = serde_json::to_string(report.result).map_err(|e| CommandError::Other(e.to_string()))?;
-            text.push('\n');
-        } else {
-            let width = report
-                .lines
-                .iter()
-                .map(|(label, _)| label.chars().count())
-                .max()
-                .unwrap_or(0);
-            for (label, value) in &report.lines {
-                _ = writeln!(text, "{label:width$}  {value}");
-            }
-            for file in files {
-                _ = writeln!(text, "wrote {}", file.display());
-            }
+            return print_json(report.result);
+        }
+        let mut text = String::new();
+        let labels = report.lines.iter().map(|(label, _)| label.chars().count());
+        let width = labels.max().unwrap_or(0);
+        for (label, value) in &report.lines {
+            _ = writeln!(text, "{label:width$}  {value}");
+        }
+        for file in files {
+            _ = writeln!(text, "wrote {}", file.display());
         }
         print(&text)
     }
 }
 
-/// Prints `text` on stdout.
+/// Prints `text` on stdout; what would act on the terminal is shown by its number.
 ///
 /// # Errors
 /// [`CommandError::Other`] when stdout cannot be written; a reader that closes the pipe (`| head`) is no
 /// failure.
 pub fn print(text: &str) -> Result<(), CommandError> {
+    write_out(&visible(text))
+}
+
+/// Prints `value` as one JSON object on one line of stdout.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_json(value: &impl Serialize) -> Result<(), CommandError> {
+    let text = serde_json::to_string(value).map_err(|error| CommandError::Other(error.to_string()))?;
+    write_out(&(visible_json(&text) + "\n"))
+}
+
+fn write_out(text: &str) -> Result<(), CommandError> {
     match std::io::stdout().lock().write_all(text.as_bytes()) {
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         written => Ok(written?),
     }
+}
+
+/// Tells a command's failure on standard error.
+pub fn tell(error: &CommandError) {
+    // Not `eprintln!`, which panics when nobody reads any more.
+    let _ = writeln!(std::io::stderr(), "error: {}", visible(&error.to_string()));
 }
 
 /// Creates `directory` and its parents.

@@ -10,7 +10,7 @@ use clap::{Args, Subcommand};
 use rayon::prelude::*;
 use report::error::CommandError;
 use report::files::NewFile;
-use report::output::{print, progress_bar};
+use report::output::{print, print_json, progress_bar};
 use serde::Serialize;
 use virtual_board::campaign::{Axis, Campaign, RunResult, RunVerdict};
 
@@ -205,12 +205,11 @@ fn run_campaign(arguments: &RunArguments) -> Result<(), CommandError> {
         simulated_s_per_wall_s: simulated_s / wall_s,
         groups,
     };
-    let text = if arguments.json {
-        serde_json::to_string(&summary).map_err(|error| CommandError::Other(error.to_string()))? + "\n"
+    if arguments.json {
+        print_json(&summary)?;
     } else {
-        table(&summary, out.as_deref())
-    };
-    print(&text)?;
+        print(&table(&summary, out.as_deref()))?;
+    }
     match summary.failed + summary.stopped {
         0 => Ok(()),
         bad => Err(CommandError::Checks(format!(

@@ -16,7 +16,8 @@ use crate::cli::{drive_page, emulated};
 use plant::Plant;
 use report::error::CommandError;
 use report::files::NewFile;
-use report::output::{create_directory, print, progress_bar, write_file};
+use report::output::{create_directory, print, print_json, progress_bar, write_file};
+use report::visible::visible_line;
 use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
 use virtual_board::scenario::trace::TraceRow;
@@ -167,19 +168,18 @@ pub fn run_on<B: Backend>(
         .map(|report| report.finish(&scenario, &values, &checks, &end.log))
         .transpose()?
         .unwrap_or_default();
-    let text = if arguments.json {
-        let json = Json {
+    if arguments.json {
+        print_json(&Json {
             scenario: &scenario.title,
             seed: scenario.seed,
             metrics: &values,
             checks: &checks,
             ok,
             simulated_s: scenario.duration_s,
-        };
-        serde_json::to_string(&json).map_err(|error| CommandError::Other(error.to_string()))? + "\n"
+        })?;
     } else {
         let tick_ns = replay_ns(&vehicle, &records)?;
-        format!(
+        print(&format!(
             "{}\ntick on this host      {tick_ns:.0} ns (replaying {} recorded ticks)\n\
              simulated              {} s in {wall_s:.2} s, {:.1} times real time\n\
              page, plots, trace, log {}\n",
@@ -188,9 +188,8 @@ pub fn run_on<B: Backend>(
             scenario.duration_s,
             scenario.duration_s / wall_s,
             out.display()
-        )
-    };
-    print(&text)?;
+        ))?;
+    }
     if ok {
         Ok(())
     } else {
@@ -304,7 +303,7 @@ const TABLE: &[(&str, &str)] = &[
 ];
 
 fn table(scenario: &Scenario, values: &[MetricValue], checks: &[Check]) -> String {
-    let mut text = format!("{} (seed {})\n\n", scenario.title, scenario.seed);
+    let mut text = format!("{} (seed {})\n\n", visible_line(&scenario.title), scenario.seed);
     let mut line = |label: &str, name: &str, value: f64| {
         let _ = writeln!(text, "{label:<30} {value:>10.4}{}", bounds(checks, name));
     };

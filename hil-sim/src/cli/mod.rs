@@ -1,9 +1,9 @@
 //! The command line: one module per subcommand.
 
-use std::io::Write as _;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use report::output::tell;
 use theory::commands::{camera, coupled, critical, envelope, equilibrium, figures, lqr, simulate, slip_limit, spatial};
 
 pub mod campaign;
@@ -73,8 +73,7 @@ pub fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            // Not `eprintln!`, which panics when nobody reads any more.
-            let _ = writeln!(std::io::stderr(), "error: {error}");
+            tell(&error);
             ExitCode::from(error.exit_code())
         }
     }

@@ -6,6 +6,7 @@
 //! `l, alpha, zeta, mu, nu, beta`.
 #![forbid(unsafe_code)]
 
+use std::io::Write as _;
 use std::path::Path;
 
 mod error;
@@ -116,7 +117,12 @@ pub fn parse(file: &str, text: &str) -> Result<VehicleFile, VehicleFileError> {
             reason: error.to_string().trim_end().replace('\n', "\n  "),
         })?;
     for (old, new) in rename(&mut root) {
-        eprintln!("{file}: `{old}` is called `{new}` now: please rename it");
+        // Not `eprintln!`, which panics when nobody reads any more; a path may hold what acts on a terminal.
+        let file = file.escape_debug();
+        let _ = writeln!(
+            std::io::stderr(),
+            "{file}: `{old}` is called `{new}` now: please rename it"
+        );
     }
     let reader = Reader { file, root: &root };
     if root.contains_key(PLANAR) {

@@ -3,18 +3,19 @@
 use std::io::Write;
 
 use report::error::CommandError;
+use report::visible::visible_line;
 
 /// A checked writer of lines.
 #[derive(Debug)]
 pub struct Console<O>(pub O);
 
 impl<O: Write> Console<O> {
-    /// Writes one line.
+    /// Writes one line; what a board or a file says acts on no terminal.
     ///
     /// # Errors
     /// The output is closed or full.
     pub fn line(&mut self, text: &str) -> Result<(), CommandError> {
-        writeln!(self.0, "{text}")
+        writeln!(self.0, "{}", visible_line(text))
             .and_then(|()| self.0.flush())
             .map_err(|error| CommandError::Other(format!("output: {error}")))
     }

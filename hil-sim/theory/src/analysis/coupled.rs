@@ -224,7 +224,10 @@ impl SteppedDrive {
     /// The smallest final voltage (or speed, with a speed loop) above the hold whose response whirls or
     /// tumbles within [`CRITICAL_SPAN`], to 1e-8: by a scan upwards, then bisection. `None` if no final value
     /// up to 1000 above the hold fails. [`Direction::Reverse`] searches below the hold instead.
-    pub fn critical(&self, direction: Direction) -> Option<StepLimit> {
+    ///
+    /// # Errors
+    /// [`TooStiff`] when the responses are too stiff to be followed to their ends.
+    pub fn critical(&self, direction: Direction) -> Result<Option<StepLimit>, TooStiff> {
         const BATCH: usize = 64;
         let hold = if self.law.is_some() {
             0.0
@@ -232,8 +235,9 @@ impl SteppedDrive {
             self.vehicle.hold_voltage()
         };
         let way = direction.sign();
-        let ending = |distance: f64| self.ending(hold + way * distance, CRITICAL_SPAN);
+        let ending = |distance: f64| self.counted_ending(hold + way * distance);
         let mut distance: f64 = 0.0;
+        let mut steps_left = SEARCH_STEPS_MAX;
         let mut bracket = None;
         while bracket.is_none() && distance < 1000.0 {
             let mut edges = vec![distance];
@@ -241,26 +245,57 @@ impl SteppedDrive {
                 distance += (0.004 * distance).max(0.01);
                 edges.push(distance);
             }
-            let endings: Vec<Ending> = edges.par_iter().map(|d| ending(*d)).collect();
+            let endings: Vec<(Ending, u64)> = edges.par_iter().map(|d| ending(*d)).collect::<Result<_, _>>()?;
             bracket = endings
                 .iter()
-                .position(|f| *f != Ending::Ok)
-                .map(|k| (edges[k.saturating_sub(1)], edges[k], endings[k]));
+                .position(|(ending, _)| *ending != Ending::Ok)
+                .map(|k| (edges[k.saturating_sub(1)], edges[k], endings[k].0));
+            let steps = endings.iter().map(|(_, steps)| steps).sum();
+            steps_left = steps_left.checked_sub(steps).ok_or(TooStiff)?;
         }
-        let (mut good, mut bad, mut outcome) = bracket?;
+        let Some((mut good, mut bad, mut outcome)) = bracket else {
+            return Ok(None);
+        };
         while bad - good > 2e-9 {
             let middle = 0.5 * (good + bad);
-            match ending(middle) {
+            match ending(middle)?.0 {
                 Ending::Ok => good = middle,
                 failed => (bad, outcome) = (middle, failed),
             }
         }
-        Some(StepLimit {
+        Ok(Some(StepLimit {
             critical: hold + way * bad,
             outcome,
-        })
+        }))
+    }
+
+    /// How the drive to the final `target` ends within [`CRITICAL_SPAN`], and the integration steps that it took.
+    fn counted_ending(&self, target: f64) -> Result<(Ending, u64), TooStiff> {
+        let (mut ending, mut steps) = (Ending::Ok, 0);
+        self.follow(target, CRITICAL_SPAN, |step| {
+            ending = ending_of(step, self.phi_0);
+            steps += 1;
+            ending != Ending::Ok || steps > RUN_STEPS_MAX
+        });
+        if ending == Ending::Ok && steps > RUN_STEPS_MAX {
+            return Err(TooStiff);
+        }
+        Ok((ending, steps))
     }
 }
+
+/// The most integration steps of one run of the search for the limit, twenty times the 2,407 that the thesis's vehicle
+/// needs at most.
+const RUN_STEPS_MAX: u64 = 50_000;
+/// The most of all of its runs while it scans; the thesis's vehicle needs 433,623 at most.
+const SEARCH_STEPS_MAX: u64 = 5_000_000;
+
+/// The responses are too stiff to be followed to their ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the search ended without a limit: a run of {CRITICAL_SPAN} time units needs more than {RUN_STEPS_MAX} integration steps, or all runs more than {SEARCH_STEPS_MAX}"
+)]
+pub struct TooStiff;
 
 /// What has turned fully by the end of a step, if anything.
 fn ending_of(step: &Dense<8>, phi_0: f64) -> Ending {

@@ -33,7 +33,7 @@ fn assert_limit(drive: &SteppedDrive, want: f64, tolerance: f64, how: Ending) {
 /// Erratum E37: a ballast of 15 % of the vehicle's mass costs 18.7 % of the step.
 #[test]
 fn a_passive_spar_lowers_the_step_limit() {
-    let found = passive(0.15).critical(Direction::Forward).unwrap();
+    let found = passive(0.15).critical(Direction::Forward).unwrap().unwrap();
     assert!(
         close(found.critical, 4.0847, 5e-5) && found.outcome == Ending::Whirl,
         "{found:?}"
@@ -51,7 +51,7 @@ fn a_passive_spar_lowers_the_step_limit() {
 /// Erratum E38: with the gains of ch. 7 the ballast tumbles before the vehicle whirls.
 #[test]
 fn an_unlimited_spar_controller_tumbles_its_ballast_first() {
-    let found = controlled(0.15).critical(Direction::Forward).unwrap();
+    let found = controlled(0.15).critical(Direction::Forward).unwrap().unwrap();
     assert!(
         close(found.critical, 2.838, 5e-4) && found.outcome == Ending::Tumble,
         "{found:?}"
@@ -242,4 +242,11 @@ fn f32_follows_f64() {
         assert!(close(*wide, f64::from(narrow), 2e-3), "{a:?} {b:?}");
     }
     assert!(a[THETA] > 3.0);
+}
+
+#[test]
+fn a_search_among_stiff_responses_ends() {
+    let mut drive = passive(0.15);
+    drive.vehicle.planar.zeta = 1e6;
+    assert_eq!(drive.critical(Direction::Forward), Err(TooStiff));
 }

@@ -7,11 +7,13 @@
 //! value may return again. Then the crossing is found from the time spent near the saddle, which grows like
 //! the logarithm of the distance from the manifold.
 
+use std::cell::Cell;
+
 use model::dynamics::planar::PlanarParameters;
 
 use super::equilibrium::poles;
 use super::input::Input;
-use super::response::{Fate, Judge, PlanarPoint, Response};
+use super::response::{Fate, Judge, OutOfSteps, PlanarPoint, Response, SEARCH_STEPS_MAX, StepBudget};
 use super::roots::maximum_between;
 
 /// Which way the final value is searched.
@@ -47,7 +49,7 @@ pub struct CriticalValue {
 }
 
 /// Why there is no limit to be found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoLimit {
     /// (3.16) is violated.
     #[error("the slope has no static equilibrium to start from")]
@@ -60,6 +62,14 @@ pub enum NoLimit {
     /// Without damping no final voltage has a steady speed.
     #[error("without damping there is no steady speed: zeta must be positive")]
     NoDamping,
+    /// The responses are too slow or too stiff to be followed to their ends.
+    #[error(
+        "no limit found in {SEARCH_STEPS_MAX} integration steps: responses up to {returns} return, beyond it they take too long to follow"
+    )]
+    TooLong {
+        /// The farthest final value whose response returns.
+        returns: f64,
+    },
 }
 
 /// Tolerance of the walk's integrations.
@@ -105,10 +115,11 @@ pub fn critical(
         start,
         sign: direction.sign(),
         unit: speed,
+        budget: StepBudget::default(),
+        returned: Cell::new(0.0),
     };
-    Ok(match search.first_return() {
-        Some(begin) => search.walk(begin).map(|bracket| search.refine(bracket, begin > 0.0)),
-        None => Some(search.found(&search.sharp(0.0, 1.0), 0.0, true)),
+    search.run().map_err(|OutOfSteps| NoLimit::TooLong {
+        returns: search.target(search.returned.get()),
     })
 }
 
@@ -119,6 +130,9 @@ struct Search {
     sign: f64,
     /// The change of the final value that changes the steady speed by one.
     unit: f64,
+    budget: StepBudget,
+    /// The farthest distance from the hold whose response is known to return.
+    returned: Cell<f64>,
 }
 
 /// A final value whose response returns and a failing value beyond it, as distances from the hold.
@@ -133,31 +147,50 @@ impl Search {
         self.input.hold + self.sign * distance
     }
 
-    fn response(&self, distance: f64, tolerance: f64) -> Response {
-        self.judge
-            .judge(&self.input.towards(self.target(distance)), self.start, tolerance)
+    fn response(&self, distance: f64, tolerance: f64) -> Result<Response, OutOfSteps> {
+        let input = self.input.towards(self.target(distance));
+        let response = self.judge.judge(&input, self.start, tolerance, &self.budget)?;
+        if response.fate == Fate::Returns {
+            self.returned.set(self.returned.get().max(distance));
+        }
+        Ok(response)
+    }
+
+    fn run(&self) -> Result<Option<CriticalValue>, OutOfSteps> {
+        let Some(begin) = self.first_return()? else {
+            return Ok(Some(self.found(&self.sharp(0.0, 1.0)?, 0.0, true)));
+        };
+        match self.walk(begin)? {
+            Some(bracket) => self.refine(bracket, begin > 0.0).map(Some),
+            None => Ok(None),
+        }
     }
 
     /// The nearest final value whose response returns: the hold, or a value whose steady speed is nearer to
     /// the speed of the start.
-    fn first_return(&self) -> Option<f64> {
-        let returns = |d: &f64| self.response(*d, WALK_TOLERANCE).fate == Fate::Returns;
+    fn first_return(&self) -> Result<Option<f64>, OutOfSteps> {
         let span = 10.0 + 2.0 * self.start[1].abs();
         let steps = (span / 0.1) as i32;
-        (0..steps).map(|k| 0.1 * f64::from(k) * self.unit).find(returns)
+        for k in 0..steps {
+            let distance = 0.1 * f64::from(k) * self.unit;
+            if self.response(distance, WALK_TOLERANCE)?.fate == Fate::Returns {
+                return Ok(Some(distance));
+            }
+        }
+        Ok(None)
     }
 
     /// Walks away from the hold, from `begin` on, until a response fails.
-    fn walk(&self, begin: f64) -> Option<Bracket> {
+    fn walk(&self, begin: f64) -> Result<Option<Bracket>, OutOfSteps> {
         let walk = |d: f64| self.response(d, WALK_TOLERANCE);
         let (smallest, farthest) = (0.02 * self.unit, FARTHEST * self.unit * (1.0 + self.input.arrival()));
         // The last two accepted points: distance and excursion.
-        let mut last = (begin, walk(begin).excursion);
+        let mut last = (begin, walk(begin)?.excursion);
         let mut before = last;
         let mut step = 0.2 * self.unit;
         while last.0 < farthest {
             let d = last.0 + step;
-            let next = walk(d);
+            let next = walk(d)?;
             let change = (next.excursion - last.1).abs();
             let fails = next.fate != Fate::Returns;
             let rough = if fails { last.1 < 0.75 } else { change > 0.12 };
@@ -166,15 +199,15 @@ impl Search {
                 continue;
             }
             if fails {
-                return Some(Bracket {
+                return Ok(Some(Bracket {
                     returns: last.0,
                     fails: d,
-                });
+                }));
             }
             if last.1 > before.1 && last.1 > next.excursion && last.1 > 0.5 {
                 // A swing that peaks between its neighbours may hide a narrow window of failures.
-                if let Some(bracket) = self.window(before.0, last.0, d) {
-                    return Some(bracket);
+                if let Some(bracket) = self.window(before.0, last.0, d)? {
+                    return Ok(Some(bracket));
                 }
             }
             (before, last) = (last, (d, next.excursion));
@@ -182,38 +215,42 @@ impl Search {
                 step = (1.6 * step).min((LONGEST_STEP * d).max(0.2 * self.unit));
             }
         }
-        None
+        Ok(None)
     }
 
     /// The first failing value around the peak of the swing between `a` and `c`, if there is one.
-    fn window(&self, a: f64, b: f64, c: f64) -> Option<Bracket> {
+    fn window(&self, a: f64, b: f64, c: f64) -> Result<Option<Bracket>, OutOfSteps> {
         let mut failing: Option<f64> = None;
-        let swing = |d: f64| {
-            let response = self.response(d, WALK_TOLERANCE);
-            if response.fate == Fate::Returns {
-                response.excursion
-            } else {
+        let mut spent = Ok(());
+        let swing = |d: f64| match self.response(d, WALK_TOLERANCE) {
+            Ok(response) if response.fate == Fate::Returns => response.excursion,
+            Ok(_) => {
                 failing = Some(failing.map_or(d, |f| f.min(d)));
                 f64::INFINITY
             }
+            Err(error) => {
+                spent = Err(error);
+                0.0
+            }
         };
         maximum_between(swing, a, c, 1e-6 * (1.0 + b));
-        failing.map(|fails| Bracket { returns: a, fails })
+        spent?;
+        Ok(failing.map(|fails| Bracket { returns: a, fails }))
     }
 
     /// The crossing within the bracket.
-    fn refine(&self, bracket: Bracket, hold_fails: bool) -> CriticalValue {
+    fn refine(&self, bracket: Bracket, hold_fails: bool) -> Result<CriticalValue, OutOfSteps> {
         let first = bracket.fails - bracket.returns;
-        let mut low = self.sharp(bracket.returns, first);
-        let mut high = self.sharp(bracket.fails, first);
+        let mut low = self.sharp(bracket.returns, first)?;
+        let mut high = self.sharp(bracket.fails, first)?;
         if low.fate != Fate::Returns {
             // The walk's verdict was within its tolerance of the limit.
-            return self.found(&low, low.distance, hold_fails);
+            return Ok(self.found(&low, low.distance, hold_fails));
         }
         while high.fate == Fate::Returns {
             // The failing end may be wrong in the same way: look just beyond.
             low = high;
-            high = self.sharp(low.distance + 1e-3 * self.unit, first);
+            high = self.sharp(low.distance + 1e-3 * self.unit, first)?;
         }
         let resolution = RESOLUTION * (1.0 + self.target(high.distance).abs());
         for k in 0..100 {
@@ -227,33 +264,33 @@ impl Search {
             let inside = secant > low.distance && secant < high.distance;
             let converged = low.offset.abs().max(high.offset.abs()) < LINEAR && width < 1e2 * resolution;
             if inside && converged {
-                return self.found(&high, secant, hold_fails);
+                return Ok(self.found(&high, secant, hold_fails));
             }
             let middle = low.distance + 0.5 * width;
-            let probe = self.sharp(if inside && k % 4 != 3 { secant } else { middle }, width);
+            let probe = self.sharp(if inside && k % 4 != 3 { secant } else { middle }, width)?;
             // A second probe, as far beyond the crossing, moves the other end as well.
             let step = probe.offset / slope;
             let beyond = probe.distance - step - step.signum() * step.abs().max(0.4 * resolution);
             Self::keep(probe, &mut low, &mut high);
             if inside && beyond > low.distance && beyond < high.distance {
-                Self::keep(self.sharp(beyond, width), &mut low, &mut high);
+                Self::keep(self.sharp(beyond, width)?, &mut low, &mut high);
             }
         }
-        self.found(&high, 0.5 * (low.distance + high.distance), hold_fails)
+        Ok(self.found(&high, 0.5 * (low.distance + high.distance), hold_fails))
     }
 
     /// Tries a final value within a bracket of `width`. A secant may land `width^2` from the crossing, and
     /// the tolerance keeps the verdict right even there.
-    fn sharp(&self, distance: f64, width: f64) -> Point {
+    fn sharp(&self, distance: f64, width: f64) -> Result<Point, OutOfSteps> {
         let tolerance = (1e-3 * (width / self.unit).powi(2)).clamp(FINAL_TOLERANCE, 1e-8);
-        let response = self.response(distance, tolerance);
+        let response = self.response(distance, tolerance)?;
         let size = response.manifold_distance.unwrap_or(f64::NAN);
         let offset = if response.fate == Fate::Returns { -size } else { size };
-        Point {
+        Ok(Point {
             distance,
             fate: response.fate,
             offset,
-        }
+        })
     }
 
     fn keep(point: Point, low: &mut Point, high: &mut Point) {
@@ -280,4 +317,24 @@ struct Point {
     distance: f64,
     fate: Fate,
     offset: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Parameters at which responses take for ever: nearly no damping, stiff damping, a stiff law, a tiny arm.
+    #[test]
+    fn a_search_that_would_not_end_ends_and_says_how_far_it_came() {
+        let thesis = PlanarParameters::thesis();
+        for p in [
+            PlanarParameters { zeta: 5e-324, ..thesis },
+            PlanarParameters { zeta: 1e-6, ..thesis },
+            PlanarParameters { zeta: 1e5, ..thesis },
+            PlanarParameters { mu: 1e6, ..thesis },
+        ] {
+            let found = critical(&p, &Input::voltage_step(&p, 0.0), [0.1, 0.0, 0.0], Direction::Forward);
+            assert!(matches!(found, Err(NoLimit::TooLong { .. })), "{p:?}: {found:?}");
+        }
+    }
 }

@@ -6,7 +6,7 @@ use model::dynamics::planar::{Planar, PlanarParameters};
 use super::dop853::integrate;
 use super::equilibrium::static_phi;
 use super::input::Input;
-use super::response::{Fate, Judge};
+use super::response::{Fate, Judge, StepBudget};
 
 /// The shares of the move that jump at the start and at the end; a ramp covers the rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,6 +24,7 @@ pub fn critical_voltage(p: &PlanarParameters<f64>, jumps: Jumps, ramp_time: f64,
     let hold = p.beta.sin();
     let planar = Planar::new(*p);
     let judge = Judge::new(p, &Input::voltage_step(p, hold))?;
+    let budget = StepBudget::default();
     let returns = |u: f64| {
         let voltage = |t: f64| {
             let share = jumps.first + (1.0 - jumps.first - jumps.last) * (t / ramp_time).min(1.0);
@@ -35,7 +36,10 @@ pub fn critical_voltage(p: &PlanarParameters<f64>, jumps: Jumps, ramp_time: f64,
         };
         // Within the well of the start or, on the way back, not yet beyond its far edge.
         let inside = x[1] < std::f64::consts::PI - phi && x[1] > -std::f64::consts::PI - phi;
-        inside && judge.judge(&Input::voltage_step(p, u), [x[1], x[2], x[3]], 1e-11).fate == Fate::Returns
+        inside
+            && judge
+                .judge(&Input::voltage_step(p, u), [x[1], x[2], x[3]], 1e-11, &budget)
+                .is_ok_and(|response| response.fate == Fate::Returns)
     };
     let step = 0.02;
     let count = ((highest - hold) / step) as i32;

@@ -6,6 +6,7 @@
 //! `W = T + V` obeys `W' = -zeta (theta' + phi')^2` (erratum E9): once W is below the lower edge of a well, the
 //! response stays in it for good. That makes the verdict exact and early.
 
+use std::cell::Cell;
 use std::f64::consts::{PI, TAU};
 
 use model::dynamics::planar::{Planar, PlanarParameters};
@@ -39,6 +40,32 @@ pub struct Response {
     pub manifold_distance: Option<f64>,
     /// When the verdict was certain.
     pub decided_at: f64,
+}
+
+/// The most integration steps of a search. The longest search of the thesis and its errata needs 531,542; with this
+/// bound every search ends after seconds, whatever the parameters.
+pub const SEARCH_STEPS_MAX: u64 = 3_000_000;
+
+/// What is left of the integration steps that a search may make.
+#[derive(Debug)]
+pub struct StepBudget(Cell<u64>);
+
+/// A search has made [`SEARCH_STEPS_MAX`] integration steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the search ended after {SEARCH_STEPS_MAX} integration steps")]
+pub struct OutOfSteps;
+
+impl Default for StepBudget {
+    fn default() -> Self {
+        Self(Cell::new(SEARCH_STEPS_MAX))
+    }
+}
+
+impl StepBudget {
+    fn take(&self) -> Result<(), OutOfSteps> {
+        self.0.set(self.0.get().checked_sub(1).ok_or(OutOfSteps)?);
+        Ok(())
+    }
 }
 
 /// Half width in phi of a saddle's neighbourhood. The length of a response's stay there is measured.
@@ -93,21 +120,40 @@ impl Judge {
     }
 
     /// Follows `input` from `start` with the integration `tolerance` until the verdict is certain.
-    pub fn judge(&self, input: &Input, start: PlanarPoint, tolerance: f64) -> Response {
+    ///
+    /// # Errors
+    /// [`OutOfSteps`] when `budget` is spent.
+    pub fn judge(
+        &self,
+        input: &Input,
+        start: PlanarPoint,
+        tolerance: f64,
+        budget: &StepBudget,
+    ) -> Result<Response, OutOfSteps> {
         // After a visit to a saddle the response is usually far from every limit and needs less precision.
-        self.follow(input, start, tolerance, tolerance.max(LOOSE))
-            .or_else(|| self.follow(input, start, tolerance, tolerance))
-            .unwrap_or(Response {
-                fate: Fate::Returns,
-                excursion: 0.0,
-                manifold_distance: None,
-                decided_at: 0.0,
-            })
+        let loose = self.follow(input, start, tolerance, tolerance.max(LOOSE), budget)?;
+        let found = match loose {
+            None => self.follow(input, start, tolerance, tolerance, budget)?,
+            found => found,
+        };
+        Ok(found.unwrap_or(Response {
+            fate: Fate::Returns,
+            excursion: 0.0,
+            manifold_distance: None,
+            decided_at: 0.0,
+        }))
     }
 
     /// Follows the response, with the tolerance `after_visit` once it has visited a saddle; `None` if a
     /// later visit came closer, so that the tolerance was loosened too early.
-    fn follow(&self, input: &Input, start: PlanarPoint, tolerance: f64, after_visit: f64) -> Option<Response> {
+    fn follow(
+        &self,
+        input: &Input,
+        start: PlanarPoint,
+        tolerance: f64,
+        after_visit: f64,
+        budget: &StepBudget,
+    ) -> Result<Option<Response>, OutOfSteps> {
         let rate = |t: f64, x: &PlanarPoint| {
             let full = [0.0, x[0], x[1], x[2]];
             let [theta_acceleration, phi_acceleration] = self.planar.accelerations(&full, input.voltage(t, &full));
@@ -121,11 +167,12 @@ impl Judge {
         let mut watch = StayWatch::new(self, start[0]);
         let (mut decided, mut turns_to_see, mut visited) = (None, 0, None);
         loop {
+            budget.take()?;
             let limit = if run.time() < arrival { arrival } else { f64::INFINITY };
             if run.advance(limit).is_err() {
                 // Only a runaway whose state overflows makes the integration fail.
                 let way = if run.state()[2] >= 0.0 { 1 } else { -1 };
-                return Some(watch.verdict(Fate::Leaves(way), run.time()));
+                return Ok(Some(watch.verdict(Fate::Leaves(way), run.time())));
             }
             let (before, now, t) = (*run.before(), *run.state(), run.time());
             let turns = before[2] * now[2] < 0.0;
@@ -141,7 +188,7 @@ impl Judge {
             }
             watch.swing(now[0]);
             if let Some(fate) = watch.full_turn() {
-                return Some(watch.verdict(fate, t));
+                return Ok(Some(watch.verdict(fate, t)));
             }
             if t < arrival {
                 watch.swings.clear();
@@ -163,14 +210,14 @@ impl Judge {
                 && watch.entered.is_none()
                 && (watch.swings.len() >= turns_to_see || now[2].abs() < SMALL * SMALL)
             {
-                return Some(watch.verdict(fate, t));
+                return Ok(Some(watch.verdict(fate, t)));
             }
             match visited {
                 None if watch.longest_stay > self.decisive_stay() => {
                     visited = Some(watch.longest_stay);
                     run.set_tolerance(after_visit);
                 }
-                Some(stay) if watch.longest_stay > stay && after_visit > tolerance => return None,
+                Some(stay) if watch.longest_stay > stay && after_visit > tolerance => return Ok(None),
                 _ => {}
             }
         }

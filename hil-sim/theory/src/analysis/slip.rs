@@ -6,7 +6,7 @@ use super::critical::{Direction, NoLimit, critical};
 use super::dop853::{StepTooSmall, integrate};
 use super::equilibrium::static_phi;
 use super::input::Input;
-use super::response::{Fate, Judge};
+use super::response::{Fate, Judge, OutOfSteps, StepBudget};
 use super::roots::{maximum_between, root_between};
 use super::simulate::simulate;
 
@@ -42,6 +42,9 @@ pub enum NoSlipLimit {
     /// The motion could not be followed.
     #[error(transparent)]
     Integration(#[from] StepTooSmall),
+    /// The responses are too slow or too stiff to be followed to their ends.
+    #[error(transparent)]
+    OutOfSteps(#[from] OutOfSteps),
 }
 
 /// The friction coefficient that the whole response to the voltage step `u` from the static equilibrium
@@ -108,12 +111,13 @@ pub fn longest_pulse(p: &PlanarParameters<f64>, amplitude: f64) -> Result<Option
     let hold = Input::voltage_step(p, p.beta.sin());
     let judge = Judge::new(p, &hold).ok_or(NoLimit::NoEquilibrium)?;
     let planar = Planar::new(*p);
+    let budget = StepBudget::default();
     let start = [0.0, phi, 0.0, 0.0];
     let saddle = std::f64::consts::PI - phi;
     let returns = |duration: f64| -> Result<bool, NoSlipLimit> {
         let x = integrate(|_, x| planar.rate(x, amplitude), 0.0, start, duration, 1e-12)?;
         let within = x[1].abs() < saddle + std::f64::consts::PI;
-        Ok(within && judge.judge(&hold, [x[1], x[2], x[3]], 1e-12).fate == Fate::Returns)
+        Ok(within && judge.judge(&hold, [x[1], x[2], x[3]], 1e-12, &budget)?.fate == Fate::Returns)
     };
     let step = 0.02;
     let mut last = 0.0;

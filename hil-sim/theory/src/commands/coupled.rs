@@ -105,7 +105,8 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         ..at_rest
     };
     if arguments.critical {
-        let Some(found) = drive.critical(arguments.direction) else {
+        let found = drive.critical(arguments.direction);
+        let Some(found) = found.map_err(|error| CommandError::Input(error.to_string()))? else {
             return Err(CommandError::Other(
                 "no final voltage within 1000 of the hold whirls or tumbles".into(),
             ));

@@ -48,6 +48,7 @@ fn drive(kr: f64, bearing: Bearing, controlled: bool) -> Result<SteppedDrive, Fi
 fn limit(drive: &SteppedDrive) -> Result<StepLimit, FigureError> {
     drive
         .critical(Direction::Forward)
+        .map_err(FigureError::from_error)?
         .ok_or_else(|| FigureError("no step limit found".into()))
 }
 

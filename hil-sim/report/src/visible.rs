@@ -1,0 +1,80 @@
+//! Text from files, paths and boards made safe to show: a character that would move a terminal's cursor, change its
+//! colours or title, or turn the direction of writing is shown by its number instead.
+
+use std::borrow::Cow;
+use std::fmt::Write as _;
+
+/// `text` with every control character but line feed and tab, and every character that changes the direction of writing,
+/// shown as `\u{1b}`.
+pub fn visible(text: &str) -> Cow<'_, str> {
+    shown(
+        text,
+        |character| matches!(character, '\n' | '\t'),
+        |code| format!("\\u{{{code:x}}}"),
+    )
+}
+
+/// As [`visible`], for what must stay one line: line feeds and tabs are shown by their numbers too.
+pub fn visible_line(text: &str) -> Cow<'_, str> {
+    shown(text, |_| false, |code| format!("\\u{{{code:x}}}"))
+}
+
+/// JSON in which those characters are escaped as JSON escapes: its meaning stays, and a terminal shows it as it is.
+pub fn visible_json(json: &str) -> Cow<'_, str> {
+    shown(
+        json,
+        |character| matches!(character, '\n' | '\t'),
+        |code| format!("\\u{code:04x}"),
+    )
+}
+
+fn shown(text: &str, passes: impl Fn(char) -> bool, by_number: impl Fn(u32) -> String) -> Cow<'_, str> {
+    let acts = |character: char| acts_on_a_terminal(character) && !passes(character);
+    if !text.contains(acts) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len() + 16);
+    for character in text.chars() {
+        if acts(character) {
+            _ = write!(shown, "{}", by_number(u32::from(character)));
+        } else {
+            shown.push(character);
+        }
+    }
+    Cow::Owned(shown)
+}
+
+/// Control characters (C0, DEL, C1) and the marks, embeddings, overrides and isolates of bidirectional text.
+fn acts_on_a_terminal(character: char) -> bool {
+    character.is_control()
+        || matches!(character, '\u{061C}' | '\u{200E}' | '\u{200F}' | '\u{2028}'..='\u{202E}' | '\u{2066}'..='\u{2069}')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_that_acts_on_a_terminal_passes() {
+        let hostile = "\u{1b}]0;title\u{7}\u{1b}[2J\u{9b}31m\u{0}\u{7f}\u{202e}\u{2066}\rx\u{8}";
+        for text in [visible(hostile), visible_line(hostile), visible_json(hostile)] {
+            assert!(!text.contains(acts_on_a_terminal), "{text:?}");
+        }
+        assert_eq!(visible("a\u{1b}[2J\tb\nc"), "a\\u{1b}[2J\tb\nc");
+        assert_eq!(visible_line("a\tb\nc"), "a\\u{9}b\\u{a}c");
+    }
+
+    #[test]
+    fn harmless_text_stays_as_it_is() {
+        for text in ["", "Fährt über Grün", "φ = 3°, 日本", "{\"a\": [1, 2]}"] {
+            assert!(matches!(visible_line(text), Cow::Borrowed(same) if same == text));
+        }
+    }
+
+    #[test]
+    fn json_keeps_its_meaning() {
+        let value = serde_json::json!({"title": "\u{1b}[2J\u{9b}\u{7f}\u{202e}"});
+        let shown = visible_json(&value.to_string()).into_owned();
+        assert_eq!(serde_json::from_str::<serde_json::Value>(&shown).expect("JSON"), value);
+    }
+}
