@@ -61,8 +61,9 @@ async fn main(spawner: Spawner) {
         drive_hardware,
     )));
     control.spawn(started(watchdog_task(board.watchdog.start())));
+    // Halfway between two ticks, whatever the thread's tasks are busy with: the age of its reading is a fact.
+    control.spawn(started(analog_task(board.analog)));
 
-    spawner.spawn(started(analog_task(board.analog)));
     let about = link::about(built_in.parameters(), board.boot_number);
     spawner.spawn(started(receive_task(board.link_receiver, about)));
     spawner.spawn(started(send_task(board.link_sender, about.boot)));

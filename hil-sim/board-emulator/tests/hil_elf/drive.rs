@@ -148,7 +148,7 @@ fn a_vehicle_of_another_kind_is_not_taken() {
         outcome
             .log
             .iter()
-            .any(|line| line.contains("belongs to another firmware, built-in set")),
+            .any(|line| line.contains("set of another firmware, read by name: 20 new ones as built in")),
         "{:#?}",
         outcome.log
     );
