@@ -82,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let input = step.shaped(waveform, ramp_time);
     let found = critical(&p, &input, [phi, arguments.start.theta_rate0, 0.0], arguments.direction).map_err(|e| {
         let (kp, kd) = (arguments.law.kp, arguments.law.kd);
-        CommandError::Input(format!("{e} (--zeta is {}, --kp is {kp}, --kd is {kd})", p.zeta))
+        CommandError::Input(format!("{e} (--zeta is {:?}, --kp is {kp}, --kd is {kd})", p.zeta))
     })?;
     let outcome = CriticalJson {
         critical: found.map(|c| c.value),

@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let slopes = slopes(first, last, count);
     let bar = progress_bar(waveforms.len() * slopes.len(), "envelope");
     let rows = envelope(&p, waveforms, ramp_time, &slopes, || bar.inc(1))
-        .map_err(|e| CommandError::Input(format!("{e} (--zeta is {})", p.zeta)))?;
+        .map_err(|e| CommandError::Input(format!("{e} (--zeta is {:?})", p.zeta)))?;
     bar.finish_and_clear();
     let outcome = EnvelopeJson { rows };
     arguments.output.emit(&report(&outcome, waveforms, &slopes))

@@ -42,7 +42,7 @@ struct SlipLimitJson {
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let p = arguments.vehicle.resolve()?.in_equilibrium()?;
     let mu_s = not_negative("--mu-s", arguments.mu_s)?;
-    let limit = slip_limit(&p, mu_s).map_err(|e| CommandError::Input(format!("{e} (--zeta is {})", p.zeta)))?;
+    let limit = slip_limit(&p, mu_s).map_err(|e| CommandError::Input(format!("{e} (--zeta is {:?})", p.zeta)))?;
     let outcome = SlipLimitJson {
         critical_voltage: limit.critical_voltage,
         whirl_voltage: limit.whirl_voltage,
