@@ -52,18 +52,9 @@ async fn main(spawner: Spawner) {
         recorder: board.flight_recorder,
     };
 
-    // In the order in which the tasks run within a tick.
-    let control = board::start_control_executor();
-    control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
-    control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
-    control.spawn(started(drive_task(
-        VehicleCore::new(&booted.vehicle, &SCALES),
-        drive_hardware,
-    )));
-    control.spawn(started(watchdog_task(board.watchdog.start())));
-    // Halfway between two ticks, whatever the thread's tasks are busy with: the age of its reading is a fact.
-    control.spawn(started(analog_task(board.analog)));
-
+    // The thread's tasks first: building them takes the most stack, and nothing interrupts it yet. They run when this
+    // task ends.
+    let core = VehicleCore::new(&booted.vehicle, &SCALES);
     let about = link::about(built_in.parameters(), board.boot_number);
     spawner.spawn(started(receive_task(board.link_receiver, about)));
     spawner.spawn(started(send_task(board.link_sender, about.boot)));
@@ -72,6 +63,15 @@ async fn main(spawner: Spawner) {
     spawner.spawn(started(fault_task(history, about.boot)));
     spawner.spawn(started(log_task(board.lamps)));
     spawner.spawn(started(button_task(board.user_button)));
+
+    // In the order in which the tasks run within a tick.
+    let control = board::start_control_executor();
+    control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
+    control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
+    control.spawn(started(drive_task(core, drive_hardware)));
+    control.spawn(started(watchdog_task(board.watchdog.start())));
+    // Halfway between two ticks, whatever the thread's tasks are busy with: the age of its reading is a fact.
+    control.spawn(started(analog_task(board.analog)));
 }
 
 /// The token of a task. Each task is spawned once, so its storage is free.

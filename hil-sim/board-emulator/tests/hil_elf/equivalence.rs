@@ -83,10 +83,10 @@ fn the_elf_and_the_host_step_alike() {
     assert!(enabled * 2 > records.len() && moving * 2 > records.len());
     assert_eq!(first_difference(&records, core(&built_in::PARAMETERS)), None);
 
-    // A gain that is wrong by a thousandth shows.
+    // A number that is wrong by a thousandth shows, as the law's gains follow from the vehicle.
     let mut mutant = built_in::PARAMETERS;
-    mutant.control.kp *= 1.001;
+    mutant.body.arm_mass_kg *= 1.001;
     let found = first_difference(&records, core(&mutant));
-    println!("with another gain the first difference is at tick {found:?}");
+    println!("with another mass the first difference is at tick {found:?}");
     assert!(found.is_some());
 }
