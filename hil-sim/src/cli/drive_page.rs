@@ -106,7 +106,7 @@ pub fn write_row(out: &mut impl io::Write, row: &TraceRow) -> io::Result<()> {
 /// Most rows that the charts are drawn from.
 const CHART_ROWS_MAX: usize = 16_384;
 
-/// The rows that the charts are drawn from: all of them up to [`CHART_ROWS_MAX`], which is 160 s; of a longer run every
+/// The rows that the charts are drawn from: all of them up to `CHART_ROWS_MAX`, which is 160 s; of a longer run every
 /// second, fourth, ... row, so that memory does not grow with the run.
 #[derive(Debug)]
 pub struct ChartRows {
