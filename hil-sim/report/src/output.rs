@@ -122,7 +122,7 @@ pub fn print(text: &str) -> Result<(), CommandError> {
 /// Prints `value` as one JSON object on one line of stdout.
 ///
 /// # Errors
-/// As [`print`].
+/// As [`print()`].
 pub fn print_json(value: &impl Serialize) -> Result<(), CommandError> {
     let text = serde_json::to_string(value).map_err(|error| CommandError::Other(error.to_string()))?;
     write_out(&(visible_json(&text) + "\n"))
