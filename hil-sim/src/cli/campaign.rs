@@ -182,7 +182,7 @@ fn run_campaign(arguments: &RunArguments) -> Result<(), CommandError> {
         });
         for result in results.map_err(|error| CommandError::Other(error.to_string()))? {
             if let Some(file) = &mut file {
-                write_line(file, &line(&result))?;
+                write_line(file, &result)?;
             }
             simulated_s += result.simulated_s;
             groups.entry(group_name(&result)).or_default().add(&result);
@@ -246,36 +246,6 @@ impl SummaryGroup {
 fn group_name(result: &RunResult) -> String {
     let set = result.set.iter().map(|(key, value)| format!(" {key}={value}"));
     result.scenario.clone() + &set.collect::<String>()
-}
-
-/// A run's line in the file.
-#[derive(Debug, Serialize)]
-struct SummaryLine<'a> {
-    run: u64,
-    scenario: &'a str,
-    seed: u64,
-    set: BTreeMap<&'a str, &'a toml::Value>,
-    verdict: RunVerdict,
-    reasons: &'a [String],
-    simulated_s: f64,
-    metrics: BTreeMap<&'a str, f64>,
-}
-
-fn line(result: &RunResult) -> SummaryLine<'_> {
-    SummaryLine {
-        run: result.run,
-        scenario: &result.scenario,
-        seed: result.seed,
-        set: result.set.iter().map(|(key, value)| (key.as_str(), value)).collect(),
-        verdict: result.verdict,
-        reasons: &result.reasons,
-        simulated_s: result.simulated_s,
-        metrics: result
-            .metrics
-            .iter()
-            .map(|metric| (metric.name, metric.value))
-            .collect(),
-    }
 }
 
 fn table(summary: &Summary, out: Option<&Path>) -> String {

@@ -193,21 +193,11 @@ pub fn run_on<B: Backend>(
     if ok {
         Ok(())
     } else {
-        let failed: Vec<String> = checks
-            .iter()
-            .filter(|check| !check.ok)
-            .map(|check| {
-                format!(
-                    "{} = {} is not within {} to {}",
-                    check.name, check.value, check.least, check.most
-                )
-            })
-            .collect();
         Err(CommandError::Checks(format!(
             "{} (seed {}): {}",
             file_name(arguments),
             scenario.seed,
-            failed.join("; ")
+            scenario::failures(&checks).join("; ")
         )))
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io;
 
 use report::html::{document, escaped};
-use report::plot::{Chart, Columns, Series};
+use report::plot::{Chart, Series};
 use virtual_board::scenario::trace::{COLUMNS, Trace, TraceRow, Value};
 use virtual_board::scenario::{Check, MetricValue, Scenario};
 
@@ -73,13 +73,6 @@ pub fn page(
     }
     body.push_str("</pre>\n</main>\n");
     document(&scenario.title, &body)
-}
-
-/// The whole trace as a table.
-pub fn columns(trace: &Trace) -> Columns {
-    COLUMNS.iter().fold(Columns::new(), |columns, (name, value)| {
-        columns.with(*name, trace.values(value))
-    })
 }
 
 /// Writes the first line of a trace as CSV: the columns' names.
@@ -258,6 +251,7 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
 
 #[cfg(test)]
 mod tests {
+    use report::plot::Columns;
     use virtual_board::scenario::{VirtualBackend, run};
 
     use super::*;
@@ -296,6 +290,9 @@ mod tests {
         for row in &trace.rows {
             write_row(&mut text, row).expect("memory");
         }
-        assert_eq!(String::from_utf8(text).expect("text"), columns(&trace).to_csv());
+        let whole = COLUMNS.iter().fold(Columns::new(), |columns, (name, value)| {
+            columns.with(*name, trace.values(value))
+        });
+        assert_eq!(String::from_utf8(text).expect("text"), whole.to_csv());
     }
 }

@@ -3,16 +3,18 @@
 //! A run depends on its number alone, so that any range of numbers can run on any machine, in any order, and the
 //! results, sorted by number, are the same.
 
+use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
 use std::path::{Path, PathBuf};
 
 use firmware::drive_board::SCALES;
 use model::vehicle::Vehicle;
-use serde::Serialize;
+use plant::Plant;
+use serde::{Serialize, Serializer};
 use toml::Value;
 
 use crate::scenario::trace::fnv1a;
-use crate::scenario::{MetricValue, Metrics, RunError, Scenario, VirtualBackend, judge, run_into};
+use crate::scenario::{MetricValue, Metrics, RunError, Scenario, VirtualBackend, failures, judge, run_into};
 
 mod error;
 mod overrides;
@@ -77,6 +79,7 @@ pub struct RunResult {
     /// Its seed.
     pub seed: u64,
     /// Its overrides.
+    #[serde(serialize_with = "overrides_by_key")]
     pub set: Vec<(String, Value)>,
     /// How it ended.
     pub verdict: RunVerdict,
@@ -85,7 +88,25 @@ pub struct RunResult {
     /// Simulated time, s.
     pub simulated_s: f64,
     /// Every metric; none of a run that stopped.
+    #[serde(serialize_with = "metrics_by_name")]
     pub metrics: Vec<MetricValue>,
+}
+
+fn overrides_by_key<S: Serializer>(set: &[(String, Value)], serializer: S) -> Result<S::Ok, S::Error> {
+    let by_key: BTreeMap<&str, &Value> = set.iter().map(|(key, value)| (key.as_str(), value)).collect();
+    by_key.serialize(serializer)
+}
+
+fn metrics_by_name<S: Serializer>(metrics: &[MetricValue], serializer: S) -> Result<S::Ok, S::Error> {
+    let by_name: BTreeMap<&str, f64> = metrics.iter().map(|metric| (metric.name, metric.value)).collect();
+    by_name.serialize(serializer)
+}
+
+/// The simulated vehicle at the start of a scenario.
+fn plant(scenario: &Scenario, simulated: &Vehicle<f64>) -> Result<Plant, CampaignError> {
+    scenario
+        .plant(simulated)
+        .map_err(|error| CampaignError::Setup(scenario.title.clone(), error))
 }
 
 impl Campaign {
@@ -122,7 +143,8 @@ impl Campaign {
             .filter(|count| *count <= RUNS_MAX)
             .ok_or(CampaignError::TooMany("runs", RUNS_MAX))?;
         for combination in 0..combinations {
-            campaign.prepare(combination * campaign.seed_count())?;
+            let (scenario, _, simulated) = campaign.prepare(combination * campaign.seed_count())?;
+            plant(&scenario, &simulated)?;
         }
         Ok(campaign)
     }
@@ -214,11 +236,7 @@ impl Campaign {
         };
         let ranges = SCALES.sensor_ranges();
         let read = |source: &OverrideSource| vehicle_file::parse_vehicle_for(&source.name, &source.text, &ranges);
-        let (told, simulated) = (read(&told)?, read(&simulated)?);
-        scenario
-            .plant(&simulated)
-            .map_err(|error| CampaignError::Setup(scenario.title.clone(), error))?;
-        Ok((scenario, told, simulated))
+        Ok((scenario, read(&told)?, read(&simulated)?))
     }
 
     /// Runs run `run`.
@@ -227,9 +245,7 @@ impl Campaign {
     /// [`CampaignError::Board`] if the board does not boot, as on a thread that runs another one.
     pub fn run(&self, run: u64) -> Result<RunResult, CampaignError> {
         let (scenario, told, simulated) = self.prepare(run)?;
-        let plant = scenario
-            .plant(&simulated)
-            .map_err(|error| CampaignError::Setup(scenario.title.clone(), error))?;
+        let plant = plant(&scenario, &simulated)?;
         let mut backend = VirtualBackend::boot(&told, plant)?;
         let mut metrics = Metrics::default();
         let end = run_into(&scenario, &mut backend, |row| metrics.add(row), |_| {});
@@ -239,16 +255,7 @@ impl Campaign {
             Ok(end) => {
                 let values = metrics.values(&end.counts);
                 let checks = judge(&scenario, &values);
-                let reasons: Vec<String> = checks
-                    .iter()
-                    .filter(|check| !check.ok)
-                    .map(|check| {
-                        format!(
-                            "{} = {} is not within {} to {}",
-                            check.name, check.value, check.least, check.most
-                        )
-                    })
-                    .collect();
+                let reasons = failures(&checks);
                 let verdict = match (checks.is_empty(), reasons.is_empty()) {
                     (true, _) => RunVerdict::NotJudged,
                     (false, true) => RunVerdict::Passed,

@@ -21,6 +21,25 @@ pub struct Check {
     pub ok: bool,
 }
 
+impl std::fmt::Display for Check {
+    /// What is wrong with a metric that does not hold.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self {
+            name,
+            value,
+            least,
+            most,
+            ..
+        } = self;
+        write!(f, "{name} = {value} is not within {least} to {most}")
+    }
+}
+
+/// What is wrong with each metric that does not hold.
+pub fn failures(checks: &[Check]) -> Vec<String> {
+    checks.iter().filter(|check| !check.ok).map(Check::to_string).collect()
+}
+
 /// The scenario's bounds against the run. A metric that is not a number fails.
 pub fn evaluate(scenario: &Scenario, outcome: &DriveOutcome) -> Vec<Check> {
     judge(scenario, &measure(outcome))

@@ -87,14 +87,14 @@ const SETTLING_S: f64 = 1.0;
 const HOLD_S: f64 = 2.0;
 
 /// Collects the metrics of a run row by row, in memory that does not grow with the run.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Metrics {
     rows: u64,
     armed_rows: u64,
     sliding_rows: u64,
     lifted_rows: u64,
-    /// When the vehicle was armed, s; infinite while disarmed.
-    armed_at_s: f64,
+    /// When the vehicle was armed, s; `None` while disarmed.
+    armed_at_s: Option<f64>,
     distance_m: f64,
     speed: Peak,
     phi_deg: Peak,
@@ -108,30 +108,6 @@ pub struct Metrics {
     last: Option<TraceRow>,
     /// Time and place of the rows of the last [`HOLD_S`].
     places: VecDeque<[f64; 3]>,
-}
-
-impl Default for Metrics {
-    fn default() -> Self {
-        Self {
-            rows: 0,
-            armed_rows: 0,
-            sliding_rows: 0,
-            lifted_rows: 0,
-            armed_at_s: f64::INFINITY,
-            distance_m: 0.0,
-            speed: Peak::default(),
-            phi_deg: Peak::default(),
-            current_a: Peak::default(),
-            yaw_rate_rad_s: Peak::default(),
-            lateral_m: Peak::default(),
-            spar_deg: Peak::default(),
-            speed_error: Errors::default(),
-            phi_error_deg: Errors::default(),
-            slope_error_deg: Errors::default(),
-            last: None,
-            places: VecDeque::new(),
-        }
-    }
 }
 
 impl Metrics {
@@ -151,14 +127,12 @@ impl Metrics {
         self.yaw_rate_rad_s.add(truth.yaw_rate_rad_s);
         self.lateral_m.add(truth.y_m);
         if status.mode == Mode::Disarmed {
-            self.armed_at_s = f64::INFINITY;
+            self.armed_at_s = None;
         } else {
             self.armed_rows += 1;
-            if self.armed_at_s.is_infinite() {
-                self.armed_at_s = time_s;
-            }
+            self.armed_at_s.get_or_insert(time_s);
         }
-        if time_s - self.armed_at_s > SETTLING_S {
+        if self.armed_at_s.is_some_and(|at_s| time_s - at_s > SETTLING_S) {
             let error_deg = |estimated: f32, true_rad: f64| (f64::from(estimated) - true_rad).to_degrees();
             self.spar_deg.add(truth.spar_rad.to_degrees());
             self.speed_error

@@ -20,7 +20,7 @@ pub mod world;
 pub use backend::{Backend, Observation, VirtualBackend};
 pub use error::ScenarioError;
 pub use file::{Action, Scenario, Step};
-pub use judge::{Check, evaluate, judge};
+pub use judge::{Check, evaluate, failures, judge};
 pub use metrics::{MetricValue, Metrics};
 pub use outcome::{Counts, DriveOutcome, RunEnd};
 pub use run::{RunError, run, run_into};
