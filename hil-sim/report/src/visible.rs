@@ -56,9 +56,17 @@ mod tests {
 
     #[test]
     fn nothing_that_acts_on_a_terminal_passes() {
-        let hostile = "\u{1b}]0;title\u{7}\u{1b}[2J\u{9b}31m\u{0}\u{7f}\u{202e}\u{2066}\rx\u{8}";
-        for text in [visible(hostile), visible_line(hostile), visible_json(hostile)] {
-            assert!(!text.contains(acts_on_a_terminal), "{text:?}");
+        // Every control character of ASCII and Latin-1, and Unicode's list of bidirectional controls and separators.
+        let controls = ('\0'..'\u{20}').chain('\u{7f}'..='\u{9f}');
+        let directions = "\u{61c}\u{200e}\u{200f}\u{2028}\u{2029}\u{202a}\u{202b}\u{202c}\u{202d}\u{202e}\u{2066}\u{2067}\u{2068}\u{2069}";
+        for hostile in controls.chain(directions.chars()) {
+            let text = format!("a{hostile}b");
+            let number = format!("a\\u{{{:x}}}b", u32::from(hostile));
+            assert_eq!(visible_line(&text), number);
+            if !matches!(hostile, '\n' | '\t') {
+                assert_eq!(visible(&text), number);
+                assert!(!visible_json(&text).contains(hostile), "{number}");
+            }
         }
         assert_eq!(visible("a\u{1b}[2J\tb\nc"), "a\\u{1b}[2J\tb\nc");
         assert_eq!(visible_line("a\tb\nc"), "a\\u{9}b\\u{a}c");
