@@ -346,6 +346,36 @@ mod tests {
     use super::*;
     use crate::vehicle::test_vehicle::reference;
 
+    /// From the barrier on, and that lies before `phi_max_rad`, a swing outward is stopped with all that the motors give,
+    /// also beyond grip; where there is room left, grip goes first.
+    #[test]
+    fn the_motors_stop_the_arm_before_its_largest_angle() {
+        let vehicle = reference();
+        let (p, scales) = (vehicle.parameters(), vehicle.scales());
+        let motor = &p.drive_motor;
+        let all_n_m = 2.0 * motor.current_limit_a * motor.torque_constant_n_m_per_a * motor.gear_ratio * CURRENT_SHARE;
+        let all_v = scales.voltage_to_si(all_n_m / scales.torque_n_m);
+        for way in [1.0, -1.0] {
+            let braking_v = |phi: f32| {
+                let input = SpeedInput {
+                    target_m_s: 0.0,
+                    phi_rad: way * phi,
+                    theta_rate_rad_s: 0.0,
+                    phi_rate_rad_s: way,
+                    sin_slope: 0.0,
+                    distance_m: 0.0,
+                    voltage_max_v: 1e6,
+                };
+                let output = LandingLaw::new(&vehicle, 0.001).step(&input);
+                -way * (output.voltage_v - output.terms.feed_forward_v - output.terms.friction_v)
+            };
+            let before = braking_v(p.safety.phi_max_rad - 0.04);
+            assert!((before / all_v - 1.0).abs() < 1e-4, "{before} V of {all_v} V");
+            let inside = braking_v(p.safety.phi_max_rad - 0.5);
+            assert!(inside < 0.9 * all_v, "{inside} V of {all_v} V");
+        }
+    }
+
     proptest! {
         /// The terms add up to the voltage before its limit, in the first tick and after the observers have moved.
         #[test]
