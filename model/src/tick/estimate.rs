@@ -230,7 +230,10 @@ impl Estimator {
         let phi_rate_rad_s = swing_rad_s - self.alignment.swing_rad_s(yaw_rate_rad_s);
         let theta_rate_rad_s = 0.5 * (left + right) - phi_rate_rad_s;
         let wheels_m_s = theta_rate_rad_s * r;
-        // Roll of the axle: gravity along it, once the acceleration of the turn is taken away.
+        // Roll of the axle: gravity along it, once the acceleration of the turn is taken away. On a plane a turn makes
+        // roll of slope, so that the filter does not lag in a turn on the spot.
+        let turned = yaw_rate_rad_s * TICK_S * self.slope.sin();
+        self.roll.reset(self.roll.value() - turned);
         let lateral_m_s2 = sensed.arm_force_y_m_s2 - wheels_m_s * yaw_rate_rad_s;
         self.roll.update((lateral_m_s2 / G).bounded(-1.0, 1.0));
         let sin_roll = self.roll.value();
