@@ -112,7 +112,9 @@ impl VehicleCore {
     /// Stage 3: supervision, then the control laws.
     pub fn decide(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command) -> Decision {
         let verdict = self.supervisor.step(sensed, estimate, command, self.applied);
-        let wish = self.laws.step(verdict, sensed, estimate, command);
+        let wish = self
+            .laws
+            .step(verdict, sensed, estimate, self.estimator.phi_sin_cos(), command);
         Decision {
             mode: verdict.mode,
             faults: self.supervisor.latched(),

@@ -1,5 +1,6 @@
 //! The control laws: pure functions of what the vehicle senses and what it is asked for.
 
+pub mod ballast_plan;
 pub mod equilibrium;
 pub mod hold;
 pub mod landing;

@@ -7,6 +7,8 @@ pub struct SpeedInput {
     pub target_m_s: f32,
     /// Arm angle from the vertical, rad.
     pub phi_rad: f32,
+    /// Its sine and cosine, which the estimator knows already.
+    pub phi_sin_cos: (f32, f32),
     /// Mean wheel rate theta', rad/s.
     pub theta_rate_rad_s: f32,
     /// Arm rate phi', rad/s.

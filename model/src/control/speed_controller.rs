@@ -1,6 +1,7 @@
 //! The speed loop under the law that the vehicle file chooses.
 
 use super::LawOutput;
+use super::ballast_plan::Pivot;
 use super::landing::LandingLaw;
 use super::speed::{SpeedInput, SpeedTerms};
 use super::swing_damped::SwingDampedLaw;
@@ -61,6 +62,15 @@ impl SpeedController {
         match self {
             Self::SwingDamped(_) => false,
             Self::Landing(law) => law.slope_limited(),
+        }
+    }
+
+    /// What the axle does in the tick decided last, for the spar on it, with the arm at the rate `arm_rate_rad_s`. Eq. 3.25
+    /// does not know: the spar then rests in itself.
+    pub fn pivot(&self, arm_rate_rad_s: f32) -> Pivot {
+        match self {
+            Self::SwingDamped(_) => Pivot::default(),
+            Self::Landing(law) => law.pivot(arm_rate_rad_s),
         }
     }
 }

@@ -182,7 +182,8 @@ mod tests {
         ) {
             let mut unlimited = SwingDampedLaw::new(&reference(), 0.001);
             let mut input = SpeedInput {
-                target_m_s, phi_rad, theta_rate_rad_s, phi_rate_rad_s, sin_slope, distance_m: 0.0, voltage_max_v: 1e6,
+                target_m_s, phi_rad, phi_sin_cos: libm::sincosf(phi_rad), theta_rate_rad_s, phi_rate_rad_s, sin_slope,
+                distance_m: 0.0, voltage_max_v: 1e6,
             };
             for _ in 1..ticks {
                 unlimited.step(&input);
@@ -204,6 +205,7 @@ mod tests {
         let still = SpeedInput {
             target_m_s: 0.0,
             phi_rad: 0.0,
+            phi_sin_cos: (0.0, 1.0),
             theta_rate_rad_s: 0.0,
             phi_rate_rad_s: 0.0,
             sin_slope: 0.0,

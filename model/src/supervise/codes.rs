@@ -236,7 +236,7 @@ faults! {
     ),
     /// The spar tilted beyond its largest angle: the ballast motor is off.
     SparAngle = 15 => Spar(
-        "estimated spar angle beyond `spar_max_rad` (1 rad)",
+        "estimated spar angle beyond `spar_max_rad` (1.3 rad)",
         "1 tick"
     ),
     /// The spar IMU gave no believable sample: the ballast motor is off.

@@ -82,7 +82,7 @@ impl Laws {
         Self {
             speed: SpeedController::new(vehicle, TICK_S),
             steering: SteeringController::new(vehicle, TICK_S),
-            spar: SparController::new(vehicle),
+            spar: SparController::new(vehicle, TICK_S),
             spar_off: false,
             target_m_s: 0.0,
             duty_max,
@@ -90,8 +90,15 @@ impl Laws {
         }
     }
 
-    /// One tick: what the laws ask for; nothing while disarmed.
-    pub(super) fn step(&mut self, verdict: Findings, sensed: &Sensed, estimate: &Estimate, command: &Command) -> Wish {
+    /// One tick: what the laws ask for; nothing while disarmed. `phi_sin_cos` are sine and cosine of the arm's angle.
+    pub(super) fn step(
+        &mut self,
+        verdict: Findings,
+        sensed: &Sensed,
+        estimate: &Estimate,
+        phi_sin_cos: (f32, f32),
+        command: &Command,
+    ) -> Wish {
         if verdict.mode == Mode::Disarmed {
             self.target_m_s = 0.0;
             return Wish::default();
@@ -100,6 +107,9 @@ impl Laws {
             self.speed.reset(estimate.speed_m_s);
             self.steering.reset();
             self.spar_off = false;
+            if let Some(spar) = &mut self.spar {
+                spar.reset(&spar_state(estimate));
+            }
         }
         self.spar_off |= !verdict.faults.intersection(FaultSet::SPAR).is_empty();
 
@@ -120,6 +130,7 @@ impl Laws {
         let drive = self.speed.step(&SpeedInput {
             target_m_s: wanted.speed_m_s,
             phi_rad: estimate.phi_rad,
+            phi_sin_cos,
             theta_rate_rad_s: estimate.theta_rate_rad_s,
             phi_rate_rad_s: estimate.phi_rate_rad_s,
             sin_slope: estimate.sin_slope,
@@ -158,17 +169,10 @@ impl Laws {
     }
 
     /// What the spar law asks for; nothing without a spar or after a spar fault.
-    fn level(&self, estimate: &Estimate, supply_v: f32) -> LawOutput<SparTerms> {
-        match &self.spar {
-            Some(spar) if !self.spar_off => spar.step(
-                &SparState {
-                    spar_rad: estimate.spar_rad,
-                    ballast_rad: estimate.ballast_rad,
-                    spar_rate_rad_s: estimate.spar_rate_rad_s,
-                    ballast_rate_rad_s: estimate.ballast_rate_rad_s,
-                },
-                supply_v,
-            ),
+    fn level(&mut self, estimate: &Estimate, supply_v: f32) -> LawOutput<SparTerms> {
+        let pivot = self.speed.pivot(estimate.phi_rate_rad_s);
+        match &mut self.spar {
+            Some(spar) if !self.spar_off => spar.step(&spar_state(estimate), &pivot, supply_v),
             _ => LawOutput::default(),
         }
     }
@@ -190,5 +194,15 @@ impl Laws {
     /// The governed yaw-rate reference, rad/s.
     pub(super) fn yaw_rate_reference_rad_s(&self) -> f32 {
         self.steering.reference_rad_s()
+    }
+}
+
+/// The state of the spar as it is estimated.
+fn spar_state(estimate: &Estimate) -> SparState {
+    SparState {
+        spar_rad: estimate.spar_rad,
+        ballast_rad: estimate.ballast_rad,
+        spar_rate_rad_s: estimate.spar_rate_rad_s,
+        ballast_rate_rad_s: estimate.ballast_rate_rad_s,
     }
 }

@@ -146,6 +146,11 @@ impl Estimator {
         }
     }
 
+    /// Sine and cosine of the arm's angle.
+    pub(super) fn phi_sin_cos(&self) -> (f32, f32) {
+        (self.arm.sin(), self.arm.cos())
+    }
+
     /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang. `intent` is what the
     /// speed law was told in the last tick.
     pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool, intent: Intent) -> Estimate {

@@ -183,9 +183,11 @@ impl SampledDrive<'_> {
             stages[1] += gain * (stages[0] - stages[1]);
             let [n0, n1, n2] = self.sensing.noise;
             let sensed_q = q + n1 * noise();
+            let sensed_phi = (phi + n0 * noise()) as f32;
             let output = law.step(&SpeedInput {
                 target_m_s: (target * scales.speed_m_s) as f32,
-                phi_rad: (phi + n0 * noise()) as f32,
+                phi_rad: sensed_phi,
+                phi_sin_cos: libm::sincosf(sensed_phi),
                 theta_rate_rad_s: ((stages[1] + n2 * noise() - sensed_q) / scales.time_s) as f32,
                 phi_rate_rad_s: (sensed_q / scales.time_s) as f32,
                 sin_slope,

@@ -125,6 +125,9 @@ pub const COLUMNS: &[(&str, Value)] = &[
     ("term_spar_ballast_rate_v", |r| {
         f64::from(r.status.terms.spar.ballast_rate_v)
     }),
+    ("term_spar_feed_forward_v", |r| {
+        f64::from(r.status.terms.spar.feed_forward_v)
+    }),
 ];
 
 impl Trace {

@@ -1,12 +1,25 @@
 //! The commanded speed on its way to the law: ramped within what the ground allows, then smoothed.
 
 use crate::bounded::Bounded;
+use crate::control::ballast_plan::Gentleness;
 use crate::control::hold::Hold;
 use crate::control::speed::SpeedInput;
-use crate::vehicle::ControlParameters;
+use crate::vehicle::{ControlParameters, GRAVITY_M_S2, Vehicle};
 
 /// Reference below which the place is captured, nondimensional.
 const HOLD_REFERENCE: f32 = 0.03;
+
+/// The acceleration, g, and the smoothing time, s, that a command of `vehicle` has: as its file wishes, within what keeps the
+/// ballast of a level spar from swinging over.
+pub(super) fn gentle(vehicle: &Vehicle<f32>) -> (f32, f32) {
+    let control = &vehicle.parameters().control;
+    let wished_g = control.acceleration_max_m_s2 / GRAVITY_M_S2 as f32;
+    Gentleness::new(vehicle).map_or((wished_g, control.comfort_s), |gentle| {
+        let acceleration_g = wished_g.bounded(0.0, gentle.acceleration_g);
+        let smoothing_s = gentle.smoothing_s * acceleration_g / gentle.acceleration_g;
+        (acceleration_g, control.comfort_s.bounded(smoothing_s, f32::MAX))
+    })
+}
 
 /// Bounds of the acceleration in one tick, g, both > 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,16 +44,17 @@ pub(super) struct CommandRamp {
 }
 
 impl CommandRamp {
-    pub(super) fn new(control: &ControlParameters<f32>, dt_s: f32, time_s: f32) -> Self {
+    /// The command's way for a tick of `dt_s`, smoothed over `comfort_s`; `time_s` is the time unit.
+    pub(super) fn new(control: &ControlParameters<f32>, comfort_s: f32, dt_s: f32, time_s: f32) -> Self {
         Self {
             speed_max_m_s: control.speed_max_m_s,
             hold: Hold::new(control.hold_kp_per_s),
-            gain: if control.comfort_s > 0.0 {
-                1.0 - libm::expf(-dt_s / control.comfort_s)
+            gain: if comfort_s > 0.0 {
+                1.0 - libm::expf(-dt_s / comfort_s)
             } else {
                 1.0
             },
-            lag: control.comfort_s / time_s,
+            lag: comfort_s / time_s,
             ramp: 0.0,
             reference: 0.0,
             acceleration: 0.0,

@@ -84,6 +84,11 @@ impl Barrier {
         }
     }
 
+    /// The motors' largest torque.
+    pub fn torque(&self) -> f32 {
+        self.torque
+    }
+
     /// `torque` within `torques`; or, if an arm that swings outwards is to be stopped now, the torque that does.
     ///
     /// An arm at the rate phi' that decelerates with D stops after phi'^2 / (2 D). While that which the motors can give

@@ -1,13 +1,15 @@
 //! The landing law: observers, landing speed, governor, arm servo.
 
-use super::balance::Balance;
-use super::command::{CommandRamp, Room};
+use super::balance::{Balance, MotionByTorque};
+use super::command::{CommandRamp, Room, gentle};
 use super::design::Design;
 use super::governor::{Barrier, Interval, grip};
 use super::observer::{RateObserver, TorqueObserver};
 use super::obstacle::{Obstacle, PushState, Told};
+use super::standing::Unrest;
 use crate::bounded::Bounded;
 use crate::control::LawOutput;
+use crate::control::ballast_plan::Pivot;
 use crate::control::equilibrium::{ArmAngle, Equilibrium};
 use crate::control::speed::{SpeedAim, SpeedInput, SpeedTerms};
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
@@ -44,6 +46,8 @@ const STANDING_MARGIN_RAD: f32 = 0.12;
 const STANDING_LEAN: f32 = 0.08;
 /// Speed below which the place is captured and held once no motion is asked for, m/s.
 const HOLD_BELOW_M_S: f32 = 0.05;
+/// Time after the start, in time units, in which a vehicle that is let go on a slope has begun to roll.
+const LET_GO_TIME: f32 = 3.0;
 /// Time after the start, in time units, in which the slope is learnt with a pole that is faster by the factor HASTE:
 /// a vehicle that is let go with its arm hanging does not know its slope.
 const ACQUISITION_TIME: f32 = 6.0;
@@ -63,8 +67,12 @@ pub struct LandingLaw {
     rate_observer: RateObserver,
     command: CommandRamp,
     obstacle: Obstacle,
+    /// Share of the design's poles in this tick.
+    pace: f32,
     /// Torque at the joint in the last tick, as the model has it.
     torque: f32,
+    /// Acceleration of the axle in the last tick, g.
+    acceleration: f32,
     started: bool,
     /// Time since the law started, in time units.
     age: f32,
@@ -102,6 +110,7 @@ impl LandingLaw {
             nu: planar.nu,
         };
         let torque = torque_limit_n_m / scales.torque_n_m;
+        let (acceleration, comfort_s) = gentle(vehicle);
         Self {
             scales,
             balance,
@@ -114,7 +123,7 @@ impl LandingLaw {
             tick,
             design,
             limits: Limits {
-                acceleration: p.control.acceleration_max_m_s2 / GRAVITY_M_S2 as f32,
+                acceleration,
                 grip_mu: p.control.grip_mu,
                 working_sin_phi: sine(WORKING_SHARE * phi_max),
                 standing_sin_phi: sine(phi_max - STANDING_MARGIN_RAD),
@@ -122,9 +131,11 @@ impl LandingLaw {
             },
             torque_observer: TorqueObserver::new(&design, tick),
             rate_observer: RateObserver::new(&design, tick, 1.0 - libm::expf(-tick / lag)),
-            command: CommandRamp::new(&p.control, dt_s, scales.time_s),
+            command: CommandRamp::new(&p.control, comfort_s, dt_s, scales.time_s),
             obstacle: Obstacle::default(),
+            pace: 1.0,
             torque: 0.0,
+            acceleration: 0.0,
             started: false,
             age: 0.0,
             slope_limited: false,
@@ -135,6 +146,8 @@ impl LandingLaw {
     pub fn reset(&mut self, speed_m_s: f32) {
         self.command.reset(speed_m_s / self.scales.speed_m_s);
         self.obstacle = Obstacle::default();
+        self.pace = 1.0;
+        self.acceleration = 0.0;
         self.started = false;
     }
 
@@ -153,12 +166,38 @@ impl LandingLaw {
         self.slope_limited
     }
 
+    /// The vehicle's inertias as the law has them.
+    pub fn balance(&self) -> &Balance<f32> {
+        &self.balance
+    }
+
+    /// The arm's barrier.
+    pub fn barrier(&self) -> &Barrier {
+        &self.limits.barrier
+    }
+
+    /// Friction coefficient that the law plans with.
+    pub fn planned_mu(&self) -> f32 {
+        GRIP_SHARE * self.limits.grip_mu
+    }
+
+    /// What the axle does in the tick decided last, with the arm at the rate `arm_rate_rad_s`.
+    pub fn pivot(&self, arm_rate_rad_s: f32) -> Pivot {
+        let (sin_slope, cos_slope) = self.rate_observer.slope();
+        Pivot {
+            acceleration_g: self.acceleration,
+            sin_slope,
+            cos_slope,
+            arm_rate_rad_s,
+        }
+    }
+
     /// One tick: the voltage for each of the two motors within `voltage_max_v`, and its terms.
     pub fn step(&mut self, input: &SpeedInput) -> LawOutput<SpeedTerms> {
         let phi = input.phi_rad;
         let phi_rate = self.scales.rate_from_si(input.phi_rate_rad_s);
         let sensed_wheel_rate = self.scales.rate_from_si(input.theta_rate_rad_s);
-        let arm = libm::sincosf(phi);
+        let arm = input.phi_sin_cos;
         if !self.started {
             self.started = true;
             self.torque = 0.0;
@@ -169,22 +208,7 @@ impl LandingLaw {
         self.age += self.tick;
         let push = self.obstacle.push();
         let stuck = push == PushState::Stuck;
-        let motion = if stuck {
-            self.balance.blocked_motion(arm.0)
-        } else {
-            self.balance.motion(arm, phi_rate, self.rate_observer.slope())
-        };
-        self.torque_observer.update(&motion, self.torque, phi_rate);
-        let whole_torque = self.torque + self.torque_observer.torque();
-        let haste = if self.age < ACQUISITION_TIME { HASTE } else { 1.0 };
-        self.rate_observer.update(
-            &motion,
-            whole_torque,
-            phi_rate,
-            sensed_wheel_rate + phi_rate,
-            push,
-            haste,
-        );
+        let motion = self.observe(arm, phi_rate, sensed_wheel_rate + phi_rate, push);
         let wheel_rate = self.rate_observer.wheel_rate();
         let slope = self.rate_observer.slope();
 
@@ -204,10 +228,9 @@ impl LandingLaw {
             || slope.0.abs() > self.limits.grip_mu * slope.1;
         let voltage_max = self.scales.voltage_from_si(input.voltage_max_v);
         let target = self.target(input, slope.0, voltage_max, wheel_rate);
-        let feed_forward = self
-            .command
-            .advance(target, landing, self.tick, &room, self.design.speed);
-        let acceleration = (feed_forward + self.design.speed * (self.command.reference() + excess - landing))
+        let speed_pole = self.pace * self.design.speed;
+        let feed_forward = self.command.advance(target, landing, self.tick, &room, speed_pole);
+        let acceleration = (feed_forward + speed_pole * (self.command.reference() + excess - landing))
             .bounded(-room.backward, room.forward);
         let told = Told {
             speed: if input.target_m_s == 0.0 { 0.0 } else { target },
@@ -221,7 +244,7 @@ impl LandingLaw {
 
         // The arm's angle for it, and the servo's torque.
         let commanded_phi = self.arm_command(acceleration, &home, slope);
-        let servo = self.design.servo;
+        let servo = self.pace * self.design.servo;
         let per_torque = 1.0 / motion.arm.per_torque;
         let weight = -motion.arm.at_zero * per_torque;
         let swing_damping = -servo * servo * (phi - commanded_phi) * per_torque;
@@ -237,7 +260,24 @@ impl LandingLaw {
         let disturbance = self.torque_observer.torque();
         let damping = self.zeta * (wheel_rate + phi_rate);
         let voltage = (torque - disturbance + damping).bounded(-voltage_max, voltage_max);
+        let unrest = Unrest {
+            told: input.target_m_s == 0.0 && !stuck,
+            starting: self.age < LET_GO_TIME,
+            reference: self.command.reference(),
+            landing,
+            phi_rate,
+            sin_phi_off: arm.0 - home.sin,
+            torque: self.balance.mass * slope.0,
+        };
+        self.pace = unrest.pace();
         self.torque = voltage - damping;
+        // What the model has, without what the encoders add: that would feed the ballast's push on the axle back to the
+        // ballast. Standing accelerates nothing.
+        self.acceleration = if self.pace < 1.0 {
+            0.0
+        } else {
+            motion.wheel.at(self.torque + disturbance)
+        };
         let volts = |u: f32| self.scales.voltage_to_si(u);
         LawOutput {
             voltage_v: volts(voltage),
@@ -259,6 +299,21 @@ impl LandingLaw {
         }
     }
 
+    /// What the observers make of the last tick, from the sensed rates: the motion by torque.
+    fn observe(&mut self, arm: (f32, f32), phi_rate: f32, joint_rate: f32, push: PushState) -> MotionByTorque<f32> {
+        let motion = if push == PushState::Stuck {
+            self.balance.blocked_motion(arm.0)
+        } else {
+            self.balance.motion(arm, phi_rate, self.rate_observer.slope())
+        };
+        self.torque_observer.update(&motion, self.torque, phi_rate, self.pace);
+        let torque = self.torque + self.torque_observer.torque();
+        let haste = self.pace * if self.age < ACQUISITION_TIME { HASTE } else { 1.0 };
+        self.rate_observer
+            .update(&motion, torque, phi_rate, joint_rate, push, haste);
+        motion
+    }
+
     /// The landing speed: what theta' becomes once the servo has brought the arm home and stopped it there.
     fn landing_speed(
         &self,
@@ -268,7 +323,7 @@ impl LandingLaw {
         home: &ArmAngle<f32>,
         slope: (f32, f32),
     ) -> f32 {
-        let (balance, servo) = (&self.balance, self.design.servo);
+        let (balance, servo) = (&self.balance, self.pace * self.design.servo);
         let along = balance.alpha_l * (slope.1 * home.cos + slope.0 * home.sin);
         let inverse = 1.0 / (balance.mass + balance.mu - along);
         let swing = 2.0 * (sin_phi - home.sin) / servo + home.cos * phi_rate / (servo * servo);

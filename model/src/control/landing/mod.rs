@@ -13,6 +13,7 @@ mod governor;
 mod law;
 mod observer;
 mod obstacle;
+mod standing;
 
 pub use balance::{Affine, Balance, MotionByTorque};
 pub use design::Design;

@@ -42,12 +42,14 @@ impl TorqueObserver {
         self.torque = 0.0;
     }
 
-    /// Predicts with the torque `applied` in the last tick, corrects with the sensed phi'.
-    pub(super) fn update(&mut self, motion: &MotionByTorque<f32>, applied: f32, phi_rate: f32) {
+    /// Predicts with the torque `applied` in the last tick, corrects with the sensed phi'; with the share `pace` of its
+    /// poles.
+    pub(super) fn update(&mut self, motion: &MotionByTorque<f32>, applied: f32, phi_rate: f32, pace: f32) {
+        let pole = pace * self.pole;
         self.phi_rate += self.tick * motion.arm.at(applied + self.torque);
         let error = self.tick * (phi_rate - self.phi_rate);
-        self.phi_rate += 2.0 * self.pole * error;
-        self.torque += self.pole * self.pole / motion.arm.per_torque * error;
+        self.phi_rate += 2.0 * pole * error;
+        self.torque += pole * pole / motion.arm.per_torque * error;
         self.torque = self.torque.bounded(-TORQUE_MAX, TORQUE_MAX);
     }
 

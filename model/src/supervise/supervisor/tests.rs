@@ -111,7 +111,7 @@ fn each_cause_shows_its_fault_in_time_and_not_before() {
         (Fault::ImuImplausible, 20, |b| b.alive[0] = false),
         (Fault::ImuImplausible, 1, |b| b.estimate.contradicted = true),
         (Fault::SparImu, 20, |b| b.alive[1] = false),
-        (Fault::SparAngle, 1, |b| b.estimate.spar_rad = -1.1),
+        (Fault::SparAngle, 1, |b| b.estimate.spar_rad = -1.4),
         (Fault::EncoderStale, 1, |b| b.sensed.encoder_age_us = 5001),
         (Fault::EncoderImplausible, 1, |b| b.sensed.encoder_counts[1] += 10_000),
         (Fault::BallastEncoder, 1, |b| b.sensed.encoder_counts[2] += 10_000),

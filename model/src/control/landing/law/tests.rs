@@ -19,6 +19,7 @@ fn the_motors_stop_the_arm_before_its_largest_angle() {
             let input = SpeedInput {
                 target_m_s: 0.0,
                 phi_rad: way * phi,
+                phi_sin_cos: libm::sincosf(way * phi),
                 theta_rate_rad_s: 0.0,
                 phi_rate_rad_s: way,
                 sin_slope: 0.0,
@@ -44,7 +45,8 @@ proptest! {
     ) {
         let mut law = LandingLaw::new(&reference(), 0.001);
         let mut input = SpeedInput {
-            target_m_s, phi_rad, theta_rate_rad_s, phi_rate_rad_s, sin_slope, distance_m: 0.0, voltage_max_v: 1e6,
+            target_m_s, phi_rad, phi_sin_cos: libm::sincosf(phi_rad), theta_rate_rad_s, phi_rate_rad_s, sin_slope,
+            distance_m: 0.0, voltage_max_v: 1e6,
         };
         for _ in 1..ticks {
             law.step(&input);
@@ -63,6 +65,7 @@ fn at_rest(sin_slope: f32, target_m_s: f32) -> SpeedInput {
     SpeedInput {
         target_m_s,
         phi_rad: 0.0,
+        phi_sin_cos: (0.0, 1.0),
         theta_rate_rad_s: 0.0,
         phi_rate_rad_s: 0.0,
         sin_slope,

@@ -1,0 +1,51 @@
+//! Standing: where little torque is needed, the law is slower.
+//!
+//! The gears have play. About zero torque the rotors turn freely within it, and their encoders show a motion of the wheels
+//! that is none. A fast law drives the rotors from flank to flank: with 1 deg of play, until the vehicle creeps away. With
+//! two thirds of its poles the loop through the play has less gain than keeps it going.
+
+/// Share of the poles while the vehicle stands. Simulated with play of 0.3 to 1.5 deg, 0.6 to 0.7 come to rest; with 0.5
+/// and with 0.9 the arm swings on.
+const STANDING_PACE: f32 = 0.65;
+/// Largest torque, nondimensional, of a stand in which the gears' flanks may part: 4 deg of slope. Beyond, the weight holds
+/// them together.
+const TORQUE_MAX: f32 = 0.1;
+/// Landing speed and reference, phi', and distance of the sine of the arm's angle from its equilibrium, within which the
+/// vehicle stands.
+const SPEED_MAX: f32 = 0.15;
+const RATE_MAX: f32 = 0.3;
+const SIN_MAX: f32 = 0.12;
+
+/// Share of these bounds just after the start: a vehicle that is let go on a slope stands only for a moment.
+const STARTING_SHARE: f32 = 0.15;
+
+/// How far from standing the vehicle is, nondimensional.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Unrest {
+    /// The vehicle is told to stand, and nothing is in its way.
+    pub(super) told: bool,
+    /// The law has just started.
+    pub(super) starting: bool,
+    /// The reference, which brings the vehicle back to its place, and the landing speed.
+    pub(super) reference: f32,
+    pub(super) landing: f32,
+    /// phi', and the sine of the arm's angle less that of its equilibrium.
+    pub(super) phi_rate: f32,
+    pub(super) sin_phi_off: f32,
+    /// The torque that the stand takes.
+    pub(super) torque: f32,
+}
+
+impl Unrest {
+    /// The share of its poles that the law takes.
+    pub(super) fn pace(&self) -> f32 {
+        let share = if self.starting { STARTING_SHARE } else { 1.0 };
+        let stands = self.told
+            && self.torque.abs() < TORQUE_MAX
+            && self.reference.abs() < share * SPEED_MAX
+            && self.landing.abs() < share * SPEED_MAX
+            && self.phi_rate.abs() < share * RATE_MAX
+            && self.sin_phi_off.abs() < share * SIN_MAX;
+        if stands { STANDING_PACE } else { 1.0 }
+    }
+}

@@ -1,0 +1,40 @@
+//! Drives of any vehicle on a plane of any slope.
+
+use firmware::drive_board::SCALES;
+use model::vehicle::{Vehicle, VehicleParameters};
+use plant::Plant;
+use virtual_board::scenario::trace::TraceRow;
+use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
+
+use super::reference;
+
+/// Drives on a plane of `slope_deg`, chocked until armed at 2 s; `steps` are inline tables, `more` further tables.
+pub fn drive(vehicle: &Vehicle<f64>, seconds: f64, slope_deg: f64, more: &str, steps: &str) -> DriveOutcome {
+    let text = format!(
+        "title = 't'\nduration_s = {seconds:?}\nchocked_until_armed = true\n{more}\nterrain.plane.slope_x_rad = {:?}\n\
+         step = [{{ at_s = 2.0, action = 'arm' }}, {steps}]",
+        slope_deg.to_radians()
+    );
+    let scenario = Scenario::parse("a scenario of this test", &text).unwrap_or_else(|error| panic!("{error}\n{text}"));
+    let plant = Plant::new(vehicle, &SCALES, scenario.terrain.clone(), scenario.seed).expect("drivable");
+    let mut backend = VirtualBackend::boot(vehicle, plant).expect("boots");
+    scenario::run(&scenario, &mut backend, |_| {}).expect("the plant stays valid")
+}
+
+/// The reference vehicle, changed.
+pub fn changed(change: impl FnOnce(&mut VehicleParameters<f64>)) -> Vehicle<f64> {
+    let mut parameters = *reference().parameters();
+    change(&mut parameters);
+    Vehicle::new(parameters).expect("a vehicle")
+}
+
+/// The largest value.
+pub fn most(rows: &[TraceRow], value: impl Fn(&TraceRow) -> f64) -> f64 {
+    rows.iter().map(value).fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// The rows from `from_s` on.
+pub fn from(outcome: &DriveOutcome, from_s: f64) -> &[TraceRow] {
+    let rows = &outcome.trace.rows;
+    &rows[rows.partition_point(|row| row.time_s() < from_s)..]
+}
