@@ -4,7 +4,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use report::output::tell;
-use theory::commands::{camera, coupled, critical, envelope, equilibrium, figures, lqr, simulate, slip_limit, spatial};
+use theory::commands::{
+    camera, coupled, critical, envelope, equilibrium, figures, kernel, lqr, simulate, slip_limit, spatial,
+};
 
 pub mod campaign;
 pub mod drive;
@@ -37,6 +39,8 @@ enum HostCommand {
     Envelope(envelope::Arguments),
     /// The equilibrium on a slope, and its poles
     Equilibrium(equilibrium::Arguments),
+    /// The arm's viability kernel, and the share of it that the flown barrier keeps
+    Kernel(kernel::Arguments),
     /// Talks to a drive board over its serial port: state, driving, parameters
     Link(link::Arguments),
     /// The optimal regulator of the camera spar (ch. 7)
@@ -63,6 +67,7 @@ pub fn main() -> ExitCode {
         Some(HostCommand::Equilibrium(a)) => equilibrium::run(&a),
         Some(HostCommand::Drive(a)) => drive::run(&a),
         None => drive::run(&drive::Arguments::default()),
+        Some(HostCommand::Kernel(a)) => kernel::run(&a),
         Some(HostCommand::Link(a)) => link::run(&a),
         Some(HostCommand::Lqr(a)) => lqr::run(&a),
         Some(HostCommand::Figures(a)) => figures::run(&a),

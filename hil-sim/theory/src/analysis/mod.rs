@@ -9,6 +9,7 @@ pub mod envelope;
 pub mod equilibrium;
 pub mod input;
 pub mod jumps;
+pub mod kernel;
 pub mod lqr;
 pub mod poles;
 pub mod response;

@@ -8,6 +8,7 @@ pub mod critical;
 pub mod envelope;
 pub mod equilibrium;
 pub mod figures;
+pub mod kernel;
 pub mod lqr;
 pub mod planar_arguments;
 pub mod simulate;
