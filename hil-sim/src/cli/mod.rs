@@ -8,6 +8,7 @@ use theory::commands::{camera, coupled, critical, envelope, equilibrium, figures
 
 pub mod bounds;
 pub mod campaign;
+pub mod check;
 pub mod drive;
 pub mod emulated;
 pub mod link;
@@ -33,6 +34,8 @@ enum HostCommand {
     Camera(camera::Arguments),
     /// The vehicle that carries a camera spar, and its step limits (ch. 8)
     Coupled(coupled::Arguments),
+    /// What a vehicle file means in SI, and whether such a vehicle can be built and driven
+    Check(check::Arguments),
     /// The smallest final voltage or reference speed that turns the arm over
     Critical(critical::Arguments),
     /// Critical voltages over the slope, for several waveforms
@@ -61,6 +64,7 @@ pub fn main() -> ExitCode {
         Some(HostCommand::Campaign(a)) => campaign::run(&a),
         Some(HostCommand::Camera(a)) => camera::run(&a),
         Some(HostCommand::Coupled(a)) => coupled::run(&a),
+        Some(HostCommand::Check(a)) => check::run(&a),
         Some(HostCommand::Critical(a)) => critical::run(&a),
         Some(HostCommand::Envelope(a)) => envelope::run(&a),
         Some(HostCommand::Equilibrium(a)) => equilibrium::run(&a),
