@@ -6,9 +6,9 @@ use clap::{Parser, Subcommand};
 use report::output::tell;
 use theory::commands::{camera, coupled, critical, envelope, equilibrium, figures, lqr, simulate, slip_limit, spatial};
 
+pub mod bounds;
 pub mod campaign;
 pub mod drive;
-pub mod drive_page;
 pub mod emulated;
 pub mod link;
 
@@ -25,6 +25,8 @@ struct Arguments {
 enum HostCommand {
     /// The vehicle, simulated, driven by the firmware's own tasks
     Drive(drive::Arguments),
+    /// What the metrics of a scenario come to over many seeds, beside its bounds
+    Bounds(bounds::Arguments),
     /// Many runs at once: scenarios, overrides and seeds, on all cores and in shards
     Campaign(campaign::Arguments),
     /// The camera spar alone: tilted, shaken, with a limited motor (ch. 7)
@@ -55,6 +57,7 @@ enum HostCommand {
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
+        Some(HostCommand::Bounds(a)) => bounds::run(&a),
         Some(HostCommand::Campaign(a)) => campaign::run(&a),
         Some(HostCommand::Camera(a)) => camera::run(&a),
         Some(HostCommand::Coupled(a)) => coupled::run(&a),
