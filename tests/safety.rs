@@ -169,7 +169,7 @@ fn a_welded_second_contact_is_found_at_the_first_press() {
     });
     let opened = bridges_off_within(&mut bench, 2);
     assert!(opened <= 2, "{opened}");
-    bench.run(98);
+    bench.run(90);
     bench.board.world(|world| world.emergency_stop = false);
     assert!(!blockers(&bench).contains(Blocker::StopContacts));
     bench.board.world(|world| world.emergency_stop = true);
