@@ -39,7 +39,7 @@ impl Modulation {
         let (size, sign) = (duty.abs(), duty.signum());
         match self {
             Self::LockedAntiPhase => [
-                ((1.0 + duty) / 2.0, 1.0),
+                (0.5 * (1.0 + duty), 1.0),
                 ((1.0 - duty) / 2.0, -1.0),
                 (0.0, 0.0),
                 (0.0, 0.0),

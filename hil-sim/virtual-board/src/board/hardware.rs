@@ -44,6 +44,7 @@ impl FirstRecords {
 
 /// The plant and everything of the board that is not the firmware.
 #[derive(Debug)]
+#[allow(clippy::struct_excessive_bools)] // Independent wires and findings, not the states of one thing.
 pub struct World {
     /// The physical vehicle.
     pub plant: Plant,
