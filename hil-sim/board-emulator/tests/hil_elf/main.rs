@@ -9,5 +9,7 @@ mod equivalence;
 mod link;
 mod log;
 mod parameters;
+mod part;
 mod safety;
+mod start_up;
 mod support;
