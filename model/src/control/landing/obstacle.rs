@@ -16,7 +16,7 @@ const PUSH_TIME: f32 = 14.0;
 /// Acceleration, g, whose arm angle a stuck vehicle takes: pushing hard, and after it has given up. The latter keeps the
 /// motors cool.
 const PUSH_HARD_G: f32 = 0.9;
-const PUSH_ON_G: f32 = 0.3;
+const PUSH_ON_G: f32 = 0.25;
 
 /// Speed by which a vehicle that pushes hard may come off its obstacle faster than commanded, nondimensional.
 const PUSH_EXCESS: f32 = 0.25;
