@@ -20,7 +20,7 @@ mod hub;
 mod ports;
 
 use hub::{ClientId, Hub};
-use ports::{Output, PortEvent, listen_tcp, open_pty};
+use ports::{ClientOutput, PortEvent, listen_tcp, open_pty};
 
 /// Flags of `serve`.
 #[derive(Debug, Args)]
@@ -136,7 +136,7 @@ struct Server {
     scenario: Scenario,
     next_step: usize,
     hub: Hub,
-    outputs: BTreeMap<ClientId, (String, Output)>,
+    outputs: BTreeMap<ClientId, (String, ClientOutput)>,
 }
 
 impl Server {

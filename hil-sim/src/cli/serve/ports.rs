@@ -22,7 +22,7 @@ const WAITING_MAX: usize = 256;
 /// What happens at a port.
 pub enum PortEvent {
     /// A client came; its name, and where its bytes go.
-    Came(ClientId, String, Output),
+    Came(ClientId, String, ClientOutput),
     /// A client sent something.
     Said(ClientId, Vec<u8>),
     /// A client is gone.
@@ -31,9 +31,9 @@ pub enum PortEvent {
 
 /// The way to one client.
 #[derive(Debug, Clone)]
-pub struct Output(SyncSender<Vec<u8>>);
+pub struct ClientOutput(SyncSender<Vec<u8>>);
 
-impl Output {
+impl ClientOutput {
     /// Sends bytes; a client that does not read loses them. Whether the client is still there.
     pub fn send(&self, bytes: &[u8]) -> bool {
         !matches!(self.0.try_send(bytes.to_vec()), Err(TrySendError::Disconnected(_)))
@@ -100,7 +100,7 @@ fn serve_tcp(stream: TcpStream, events: &Sender<PortEvent>) -> std::io::Result<(
     let name = format!("tcp {}", stream.peer_addr()?);
     let (writer, client) = (stream.try_clone()?, next_client());
     let (output, waiting) = sync_channel(WAITING_MAX);
-    if events.send(PortEvent::Came(client, name, Output(output))).is_ok() {
+    if events.send(PortEvent::Came(client, name, ClientOutput(output))).is_ok() {
         let events = events.clone();
         thread::spawn(move || write_all(&waiting, writer));
         thread::spawn(move || read_all(client, stream, &events));
@@ -160,7 +160,7 @@ fn serve_pty(mut board: serialport::TTYPort, name: &str, events: &Sender<PortEve
             let still = open.clone();
             thread::spawn(move || write_pty(&waiting, writer, &still));
             if events
-                .send(PortEvent::Came(id, name.to_owned(), Output(output)))
+                .send(PortEvent::Came(id, name.to_owned(), ClientOutput(output)))
                 .is_err()
             {
                 return;
