@@ -99,7 +99,8 @@ fn at_rest_the_gyros_are_calibrated_to_their_noise_and_the_heading_stays() {
         };
         let (calibrated, drift_deg_s) = (at(0.55), at(1.9) - at(0.9));
         println!("seed {seed}: {calibrated:.4} deg, then {drift_deg_s:.4} deg/s");
-        assert_eq!(calibrated, 0.0, "seed {seed}");
+        // Half a second of such a bias would turn it by 0.15 deg.
+        assert!(calibrated.abs() < 0.01, "seed {seed}: {calibrated} deg");
         assert!(drift_deg_s.abs() < 4.0 * 0.0028, "seed {seed}: {drift_deg_s} deg/s");
     }
 }
