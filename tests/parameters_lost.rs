@@ -93,7 +93,7 @@ fn two_sets() -> (VirtualFlash, Vec<usize>) {
     let Ok(mut store) = ParameterStore::new(flash.clone()) else {
         panic!("two sectors are enough");
     };
-    futures_executor::block_on(store.store(&set(0.2))).expect("stored");
+    embassy_futures::block_on(store.store(&set(0.2))).expect("stored");
     let after = flash.contents();
     let changed = (0..before.len()).filter(|at| before[*at] != after[*at]).collect();
     (flash, changed)

@@ -21,8 +21,8 @@ pub struct Terms {
 }
 
 /// The status of the vehicle after one tick. What is estimated stands in [`Status::estimate`]; everything else
-/// is counted, commanded or measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// is counted, commanded or measured. The default is that before the first tick: disarmed, nothing measured.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status {
     /// Ticks since boot.

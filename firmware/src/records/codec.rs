@@ -92,13 +92,22 @@ impl Default for BlockEncoder {
 
 /// Writes `next` as it differs from `last`.
 fn write(bytes: &mut RecordBytes, last: &Row, next: &Row) {
-    let difference = |(last, (next, expected)): (&i64, (&i64, &i64))| next.wrapping_sub(*last).wrapping_sub(*expected);
-    let differences = || last.iter().zip(next.iter().zip(&EXPECTED)).map(difference);
-    let mask = (0..).zip(differences()).fold(0_u64, |mask, (place, difference)| {
-        mask | u64::from(difference != 0) << place
-    });
+    // Only what differs is kept, one after the other.
+    let mut differing = [0_i64; CHANNELS];
+    let mut slots = differing.iter_mut();
+    let (mut mask, mut bit) = (0_u64, 1_u64);
+    for (last, (next, expected)) in last.iter().zip(next.iter().zip(&EXPECTED)) {
+        let difference = next.wrapping_sub(*last).wrapping_sub(*expected);
+        if difference != 0
+            && let Some(slot) = slots.next()
+        {
+            *slot = difference;
+            mask |= bit;
+        }
+        bit <<= 1;
+    }
     write_varint(bytes, mask);
-    for difference in differences().filter(|difference| *difference != 0) {
+    for difference in differing.iter().take(mask.count_ones() as usize) {
         write_varint(bytes, (difference << 1 ^ difference >> 63).cast_unsigned());
     }
 }

@@ -24,6 +24,8 @@ pub struct Encoder {
     /// Edges seen of which only every other is counted ([`SensorFault::Slow`]).
     half_edges: i64,
     history: [i64; HISTORY],
+    /// Where the oldest of the history stands; the others follow it, round the end.
+    oldest: usize,
     history_ms: u64,
     noise: Noise,
 }
@@ -48,6 +50,7 @@ impl Encoder {
             law: CountLaw::Fault(SensorFault::None),
             half_edges: 0,
             history: [0; HISTORY],
+            oldest: 0,
             history_ms: 0,
             noise,
         }
@@ -112,10 +115,9 @@ impl Encoder {
         }
         if time_ms > self.history_ms {
             self.history_ms = time_ms;
-            self.history.rotate_left(1);
-            if let Some(last) = self.history.last_mut() {
-                *last = self.counted;
-            }
+            self.oldest = (self.oldest + 1) % HISTORY;
+            // The newest takes the place of the oldest.
+            self.history[(self.oldest + HISTORY - 1) % HISTORY] = self.counted;
         }
     }
 
@@ -136,7 +138,7 @@ impl Encoder {
     /// What the counter has counted, faults included, before it wraps.
     pub fn counted(&self) -> i64 {
         match self.fault {
-            SensorFault::Delayed => self.history[0],
+            SensorFault::Delayed => self.history[self.oldest],
             _ => self.counted,
         }
     }

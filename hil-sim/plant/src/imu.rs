@@ -297,15 +297,18 @@ impl ImuSensor {
         let root_bandwidth = (1.11 * self.filter.corner_hz()).sqrt();
         let accel = self.errors.accel_noise * root_bandwidth;
         let gyro = self.errors.gyro_noise * root_bandwidth;
-        core::array::from_fn(|i| {
-            let deviation = if i < 3 { accel } else { gyro };
-            let noise = if deviation > 0.0 {
-                deviation * self.noise.normal()
-            } else {
-                0.0
-            };
-            seen[i] + self.bias[i] + noise
-        })
+        let mut measured = seen;
+        for (kind, deviation) in measured.chunks_exact_mut(3).zip([accel, gyro]) {
+            if deviation > 0.0 {
+                for value in kind {
+                    *value += deviation * self.noise.normal();
+                }
+            }
+        }
+        for (value, bias) in measured.iter_mut().zip(self.bias) {
+            *value += bias;
+        }
+        measured
     }
 
     /// Random bits of this sensor's stream.

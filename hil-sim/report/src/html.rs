@@ -29,6 +29,9 @@ table { width: 100%; border-collapse: collapse; font-size: .92rem; margin: 10px 
 th { text-align: left; font-weight: 600; color: #566173; white-space: nowrap; }
 th, td { padding: 4px 8px 4px 0; border-bottom: 1px solid #e4e8ee; vertical-align: top; overflow-wrap: anywhere; }
 td:first-child { width: 45%; }
+.events td { white-space: nowrap; }
+.events td:first-child { width: auto; }
+.events td:last-child { width: 100%; white-space: normal; }
 td + td, th + th { font-variant-numeric: tabular-nums; }
 pre { overflow-x: auto; background: #fff; border-radius: 10px; padding: 16px; font-size: .8rem; }
 .files a { color: #14508c; margin-right: 12px; }

@@ -12,7 +12,8 @@ use report::error::CommandError;
 use report::files::NewFile;
 use report::output::{print, print_json, progress_bar};
 use serde::Serialize;
-use virtual_board::campaign::{Axis, Campaign, RunResult, RunVerdict};
+use virtual_board::campaign::{Axis, Campaign, RunResult};
+use virtual_board::scenario::RunVerdict;
 
 mod results;
 
@@ -80,7 +81,11 @@ struct Shard {
     count: u64,
 }
 
-fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
+/// First and last seed of `FIRST:LAST`, or of a single one.
+///
+/// # Errors
+/// What is allowed.
+pub fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
     let wrong = || "must be FIRST:LAST, two whole numbers, the first not above the last".to_owned();
     let (first, last) = text.split_once(':').unwrap_or((text, text));
     let (first, last) = (first.parse().map_err(|_| wrong())?, last.parse().map_err(|_| wrong())?);

@@ -1,6 +1,6 @@
 //! `hil-sim drive`: the vehicle, simulated, driven by the firmware's own tasks.
 
-use std::fmt::Write as _;
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -11,22 +11,28 @@ use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use serde::Serialize;
 
-use crate::cli::drive_page::ChartRows;
-use crate::cli::{drive_page, emulated};
+use crate::cli::emulated;
 use plant::Plant;
 use report::error::CommandError;
-use report::files::NewFile;
-use report::output::{create_directory, print, print_json, progress_bar, write_file};
-use report::visible::visible_line;
+use report::output::{print, print_json, progress_bar};
 use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
-use virtual_board::scenario::trace::TraceRow;
-use virtual_board::scenario::{self, Backend, Check, MetricValue, Metrics, Scenario, VirtualBackend};
+use virtual_board::scenario::{
+    self, Backend, Check, MetricValue, Metrics, RunVerdict, Scenario, Story, StoryEvent, VirtualBackend, shipped,
+};
+
+mod files;
+pub mod page;
+pub mod seeds;
+mod table;
+
+use files::RunReport;
+use page::RunSummary;
 
 /// Flags of `drive`.
 #[derive(Debug, Args, Default)]
 pub struct Arguments {
-    /// Scenario file; the slope drive if left out
+    /// Scenario file, or the name of a shipped scenario; the slope drive if left out
     pub scenario: Option<PathBuf>,
     /// Vehicle file; the scenario's, or the reference vehicle, if left out
     #[arg(long, value_name = "FILE")]
@@ -40,6 +46,12 @@ pub struct Arguments {
     /// Seed of the sensors' noise, instead of the scenario's
     #[arg(long)]
     pub seed: Option<u64>,
+    /// First and last seed: one run for each, on all cores, and a table of what they spread over
+    #[arg(long, value_parser = crate::cli::campaign::seeds, value_name = "FIRST:LAST", conflicts_with_all = ["seed", "out"])]
+    pub seeds: Option<RangeInclusive<u64>>,
+    /// Leave the scenario's bounds aside: the run is told, not judged
+    #[arg(long)]
+    pub no_bounds: bool,
     /// Print exactly one JSON object on stdout: the metrics and their bounds
     #[arg(long)]
     pub json: bool,
@@ -74,7 +86,11 @@ struct Json<'a> {
     seed: u64,
     metrics: &'a [MetricValue],
     checks: &'a [Check],
-    ok: bool,
+    /// Whether every bound holds; nothing if the scenario states none.
+    ok: Option<bool>,
+    verdict: RunVerdict,
+    events: &'a [StoryEvent],
+    events_dropped: u64,
     simulated_s: f64,
 }
 
@@ -84,7 +100,13 @@ struct Json<'a> {
 /// [`CommandError::Input`] on a bad scenario or vehicle file, [`CommandError::Checks`] when a metric
 /// leaves its bounds.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    if let (Some(seeds), BoardKind::Virtual) = (&arguments.seeds, arguments.board) {
+        return seeds::run(arguments, seeds.clone());
+    }
     match (arguments.board, &arguments.firmware) {
+        (BoardKind::Emulated, _) if arguments.seeds.is_some() => Err(CommandError::Input(
+            "--seeds: many runs at once need --board virtual".into(),
+        )),
         (BoardKind::Emulated, firmware) => emulated::run(firmware.as_deref()),
         (BoardKind::Virtual, Some(_)) => Err(CommandError::Input(
             "--firmware: the virtual board runs the tasks it was built with; an ELF runs with --board emulated".into(),
@@ -139,12 +161,14 @@ pub fn run_on<B: Backend>(
     let bar = progress_bar((scenario.duration_s * 1000.0) as usize, "driving");
     let started = Instant::now();
     let mut measured = Metrics::default();
+    let mut story = Story::default();
     let mut written = Ok(());
     let end = scenario::run_into(
         &scenario,
         &mut backend,
         |row| {
             measured.add(row);
+            story.add(row);
             if let (Some(report), Ok(())) = (&mut report, &written) {
                 written = report.add(row);
             }
@@ -163,9 +187,17 @@ pub fn run_on<B: Backend>(
     let records = records(&mut backend)?;
     let values = measured.values(&end.counts);
     let checks = scenario::judge(&scenario, &values);
-    let ok = checks.iter().all(|check| check.ok);
+    let verdict = RunVerdict::of(&checks);
+    let told = story.told();
+    let summary = RunSummary {
+        scenario: &scenario,
+        values: &values,
+        checks: &checks,
+        told: &told,
+        log: &end.log,
+    };
     let out = report
-        .map(|report| report.finish(&scenario, &values, &checks, &end.log))
+        .map(|report| report.finish(&summary))
         .transpose()?
         .unwrap_or_default();
     if arguments.json {
@@ -174,7 +206,10 @@ pub fn run_on<B: Backend>(
             seed: scenario.seed,
             metrics: &values,
             checks: &checks,
-            ok,
+            ok: (verdict != RunVerdict::NotJudged).then_some(verdict == RunVerdict::Passed),
+            verdict,
+            events: &told.events,
+            events_dropped: told.dropped,
             simulated_s: scenario.duration_s,
         })?;
     } else {
@@ -183,23 +218,22 @@ pub fn run_on<B: Backend>(
             "{}\ntick on this host      {tick_ns:.0} ns (replaying {} recorded ticks)\n\
              simulated              {} s in {wall_s:.2} s, {:.1} times real time\n\
              page, plots, trace, log {}\n",
-            table(&scenario, &values, &checks),
+            table::table(&summary),
             records.len(),
             scenario.duration_s,
             scenario.duration_s / wall_s,
             out.display()
         ))?;
     }
-    if ok {
-        Ok(())
-    } else {
-        Err(CommandError::Checks(format!(
+    if verdict == RunVerdict::Failed {
+        return Err(CommandError::Checks(format!(
             "{} (seed {}): {}",
             file_name(arguments),
             scenario.seed,
             scenario::failures(&checks).join("; ")
-        )))
+        )));
     }
+    Ok(())
 }
 
 /// The scenario's file in messages.
@@ -211,13 +245,20 @@ fn file_name(arguments: &Arguments) -> std::path::Display<'_> {
         .display()
 }
 
-fn load_scenario(arguments: &Arguments) -> Result<Scenario, CommandError> {
+/// The scenario that the flags name, with what else they say of it.
+///
+/// # Errors
+/// [`CommandError::Input`] on a bad file.
+pub(super) fn load_scenario(arguments: &Arguments) -> Result<Scenario, CommandError> {
     let scenario = match &arguments.scenario {
-        Some(path) => Scenario::read(path),
+        Some(path) => shipped::find(path),
         None => Scenario::parse(DEFAULT_NAME, DEFAULT),
     };
     let mut scenario = scenario.map_err(|error| CommandError::Input(error.to_string()))?;
     scenario.seed = arguments.seed.unwrap_or(scenario.seed);
+    if arguments.no_bounds {
+        scenario.metrics.clear();
+    }
     Ok(scenario)
 }
 
@@ -231,93 +272,6 @@ pub fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
         None => vehicle_file::reference(),
     };
     vehicle.map_err(|error| CommandError::Input(error.to_string()))
-}
-
-/// The files of a run, of which the trace is written while the run goes on.
-struct RunReport {
-    directory: PathBuf,
-    trace: NewFile,
-    charts: ChartRows,
-}
-
-impl RunReport {
-    fn create(directory: PathBuf) -> Result<Self, CommandError> {
-        create_directory(&directory)?;
-        let mut trace = NewFile::create(&directory.join("trace.csv"))?;
-        drive_page::write_header(&mut trace)?;
-        Ok(Self {
-            directory,
-            trace,
-            charts: ChartRows::default(),
-        })
-    }
-
-    fn add(&mut self, row: &TraceRow) -> Result<(), CommandError> {
-        self.charts.add(row);
-        Ok(drive_page::write_row(&mut self.trace, row)?)
-    }
-
-    /// Completes the files; the directory they lie in.
-    fn finish(
-        self,
-        scenario: &Scenario,
-        values: &[MetricValue],
-        checks: &[Check],
-        log: &[String],
-    ) -> Result<PathBuf, CommandError> {
-        let out = self.directory;
-        self.trace.finish()?;
-        let mut charts = Vec::new();
-        for (name, chart) in drive_page::charts(&self.charts.trace) {
-            let svg = chart.to_svg().map_err(CommandError::Other)?;
-            write_file(&out, &format!("{name}.svg"), &svg)?;
-            charts.push(svg);
-        }
-        write_file(&out, "firmware.log", &(log.join("\n") + "\n"))?;
-        let page = drive_page::page(scenario, values, checks, &charts, self.charts.stride, log);
-        write_file(&out, "index.html", &page)?;
-        Ok(out)
-    }
-}
-
-/// Quantities of the short table: label and metric.
-const TABLE: &[(&str, &str)] = &[
-    ("speed error, rms        m/s", "speed_error_rms_m_s"),
-    ("phi, peak               deg", "phi_peak_deg"),
-    ("phi estimate error, rms deg", "phi_estimate_error_rms_deg"),
-    ("camera spar, peak       deg", "spar_peak_deg"),
-    ("motor current, peak     A", "current_peak_a"),
-    ("hold drift in 2 s       m", "hold_drift_m"),
-    ("distance                m", "distance_m"),
-    ("dead-reckoning drift    m", "dead_reckoning_drift_m"),
-];
-
-fn table(scenario: &Scenario, values: &[MetricValue], checks: &[Check]) -> String {
-    let mut text = format!("{} (seed {})\n\n", visible_line(&scenario.title), scenario.seed);
-    let mut line = |label: &str, name: &str, value: f64| {
-        let _ = writeln!(text, "{label:<30} {value:>10.4}{}", bounds(checks, name));
-    };
-    for (label, name) in TABLE {
-        let value = values.iter().find(|m| m.name == *name).map_or(f64::NAN, |m| m.value);
-        line(label, name, value);
-    }
-    for check in checks
-        .iter()
-        .filter(|check| TABLE.iter().all(|(_, name)| *name != check.name))
-    {
-        line(&check.name, &check.name, check.value);
-    }
-    text
-}
-
-fn bounds(checks: &[Check], name: &str) -> String {
-    checks
-        .iter()
-        .find(|check| check.name == name)
-        .map_or_else(String::new, |check| {
-            let verdict = if check.ok { "ok" } else { "FAILED" };
-            format!("   {verdict}, bounds {} to {}", check.least, check.most)
-        })
 }
 
 /// Replays the recorded ticks through the pure step: its mean cost on this host, ns, and the proof that

@@ -6,9 +6,10 @@ use clap::{Parser, Subcommand};
 use report::output::tell;
 use theory::commands::{camera, coupled, critical, envelope, equilibrium, figures, lqr, simulate, slip_limit, spatial};
 
+pub mod bounds;
 pub mod campaign;
+pub mod check;
 pub mod drive;
-pub mod drive_page;
 pub mod emulated;
 pub mod link;
 
@@ -25,12 +26,16 @@ struct Arguments {
 enum HostCommand {
     /// The vehicle, simulated, driven by the firmware's own tasks
     Drive(drive::Arguments),
+    /// What the metrics of a scenario come to over many seeds, beside its bounds
+    Bounds(bounds::Arguments),
     /// Many runs at once: scenarios, overrides and seeds, on all cores and in shards
     Campaign(campaign::Arguments),
     /// The camera spar alone: tilted, shaken, with a limited motor (ch. 7)
     Camera(camera::Arguments),
     /// The vehicle that carries a camera spar, and its step limits (ch. 8)
     Coupled(coupled::Arguments),
+    /// What a vehicle file means in SI, and whether such a vehicle can be built and driven
+    Check(check::Arguments),
     /// The smallest final voltage or reference speed that turns the arm over
     Critical(critical::Arguments),
     /// Critical voltages over the slope, for several waveforms
@@ -55,9 +60,11 @@ enum HostCommand {
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
+        Some(HostCommand::Bounds(a)) => bounds::run(&a),
         Some(HostCommand::Campaign(a)) => campaign::run(&a),
         Some(HostCommand::Camera(a)) => camera::run(&a),
         Some(HostCommand::Coupled(a)) => coupled::run(&a),
+        Some(HostCommand::Check(a)) => check::run(&a),
         Some(HostCommand::Critical(a)) => critical::run(&a),
         Some(HostCommand::Envelope(a)) => envelope::run(&a),
         Some(HostCommand::Equilibrium(a)) => equilibrium::run(&a),

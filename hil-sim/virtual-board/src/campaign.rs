@@ -14,7 +14,9 @@ use serde::{Serialize, Serializer};
 use toml::Value;
 
 use crate::scenario::trace::fnv1a;
-use crate::scenario::{MetricValue, Metrics, RunError, Scenario, VirtualBackend, failures, judge, run_into};
+use crate::scenario::{
+    MetricValue, Metrics, RunError, RunVerdict, Scenario, VirtualBackend, failures, judge, run_into,
+};
 
 mod error;
 mod overrides;
@@ -53,20 +55,6 @@ pub struct CampaignIdentity {
     pub files: String,
     /// Number of runs.
     pub runs: u64,
-}
-
-/// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum RunVerdict {
-    /// Every metric lies within its bounds.
-    Passed,
-    /// A metric lies outside its bounds.
-    Failed,
-    /// The simulated vehicle left the range in which the plant's equations hold.
-    Stopped,
-    /// The scenario states no bounds.
-    NotJudged,
 }
 
 /// The result of one run.
@@ -256,12 +244,7 @@ impl Campaign {
                 let values = metrics.values(&end.counts);
                 let checks = judge(&scenario, &values);
                 let reasons = failures(&checks);
-                let verdict = match (checks.is_empty(), reasons.is_empty()) {
-                    (true, _) => RunVerdict::NotJudged,
-                    (false, true) => RunVerdict::Passed,
-                    (false, false) => RunVerdict::Failed,
-                };
-                (verdict, reasons, values)
+                (RunVerdict::of(&checks), reasons, values)
             }
         };
         let (source, set, seed) = self.parts(run);

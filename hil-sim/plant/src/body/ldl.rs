@@ -3,6 +3,9 @@
 //! The speeds are ordered so that those with few couplings are eliminated first. The zeros that stay zero
 //! are known, which saves nearly half of the dense work.
 
+// The rows are constants: inlined, every index and every loop is known, and nothing is checked or counted.
+#![allow(clippy::inline_always)]
+
 use super::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 
 /// Number of generalised speeds of the vehicle.
@@ -26,33 +29,33 @@ const BELOW_LIFT: [usize; 2] = [YAW, PHI];
 const BELOW_YAW: [usize; 1] = [PHI];
 
 /// A factored symmetric positive definite matrix with the vehicle's pattern of zeros.
-#[derive(Debug, Clone)]
-pub struct Factored {
+#[derive(Debug)]
+pub struct Factored<'a> {
     /// Unit lower triangle below the diagonal, reciprocal of D on it.
-    lower: Symmetric,
+    lower: &'a Symmetric,
 }
 
-impl Factored {
-    /// Factors `a` (its lower triangle, with the pattern above) without pivoting: `a` is positive
+impl<'a> Factored<'a> {
+    /// Factors `a` (its lower triangle, with the pattern above) in its place, without pivoting: `a` is positive
     /// definite, and L D L^T does not depend on the scale of the unknowns.
     #[inline]
-    pub fn new(mut a: Symmetric) -> Self {
-        eliminate(&mut a, RIGHT, WHEEL);
-        eliminate(&mut a, LEFT, WHEEL);
-        eliminate(&mut a, BALLAST, BELOW_BALLAST);
-        eliminate(&mut a, SPAR, BELOW_SPAR);
-        eliminate(&mut a, SIDE, BELOW_SIDE);
-        eliminate(&mut a, FORWARD, BELOW_FORWARD);
-        eliminate(&mut a, LIFT, BELOW_LIFT);
-        eliminate(&mut a, YAW, BELOW_YAW);
-        eliminate(&mut a, PHI, []);
+    pub fn new(a: &'a mut Symmetric) -> Self {
+        eliminate(a, RIGHT, WHEEL);
+        eliminate(a, LEFT, WHEEL);
+        eliminate(a, BALLAST, BELOW_BALLAST);
+        eliminate(a, SPAR, BELOW_SPAR);
+        eliminate(a, SIDE, BELOW_SIDE);
+        eliminate(a, FORWARD, BELOW_FORWARD);
+        eliminate(a, LIFT, BELOW_LIFT);
+        eliminate(a, YAW, BELOW_YAW);
+        eliminate(a, PHI, []);
         Self { lower: a }
     }
 
     /// The solution x of `a x = b`.
     #[inline]
     pub fn solve(&self, mut b: Speeds) -> Speeds {
-        let l = &self.lower;
+        let l = self.lower;
         forward(l, &mut b, RIGHT, WHEEL);
         forward(l, &mut b, LEFT, WHEEL);
         forward(l, &mut b, BALLAST, BELOW_BALLAST);
@@ -75,11 +78,14 @@ impl Factored {
 }
 
 /// Eliminates column `j`, whose rows below are `rows` (rising).
-#[inline]
+#[inline(always)]
 fn eliminate<const N: usize>(a: &mut Symmetric, j: usize, rows: [usize; N]) {
     let inverse = 1.0 / a[j][j];
     a[j][j] = inverse;
-    let column = rows.map(|i| a[i][j]);
+    let mut column = [0.0; N];
+    for (value, i) in column.iter_mut().zip(rows) {
+        *value = a[i][j];
+    }
     for p in 0..N {
         let l = column[p] * inverse;
         for q in 0..=p {
@@ -90,7 +96,7 @@ fn eliminate<const N: usize>(a: &mut Symmetric, j: usize, rows: [usize; N]) {
 }
 
 /// Column `j` of the solution with L.
-#[inline]
+#[inline(always)]
 fn forward<const N: usize>(l: &Symmetric, b: &mut Speeds, j: usize, rows: [usize; N]) {
     for i in rows {
         b[i] -= l[i][j] * b[j];
@@ -98,7 +104,7 @@ fn forward<const N: usize>(l: &Symmetric, b: &mut Speeds, j: usize, rows: [usize
 }
 
 /// Row `j` of the solution with D L^T.
-#[inline]
+#[inline(always)]
 fn backward<const N: usize>(l: &Symmetric, b: &mut Speeds, j: usize, rows: [usize; N]) {
     let mut value = b[j] * l[j][j];
     for i in rows {
@@ -108,7 +114,7 @@ fn backward<const N: usize>(l: &Symmetric, b: &mut Speeds, j: usize, rows: [usiz
 }
 
 /// Adds `weight * row row^T` for a sparse `row` of (index, value).
-#[inline]
+#[inline(always)]
 pub fn add_outer<const N: usize>(a: &mut Symmetric, row: &[(usize, f64); N], weight: f64) {
     for &(i, vi) in row {
         let scaled = weight * vi;
@@ -121,7 +127,7 @@ pub fn add_outer<const N: usize>(a: &mut Symmetric, row: &[(usize, f64); N], wei
 }
 
 /// `row . v` for a sparse `row`.
-#[inline]
+#[inline(always)]
 pub fn dot<const N: usize>(row: &[(usize, f64); N], v: &Speeds) -> f64 {
     let mut sum = 0.0;
     for &(i, value) in row {
@@ -131,7 +137,7 @@ pub fn dot<const N: usize>(row: &[(usize, f64); N], v: &Speeds) -> f64 {
 }
 
 /// Adds `weight * row` to `v`.
-#[inline]
+#[inline(always)]
 pub fn add_scaled<const N: usize>(v: &mut Speeds, row: &[(usize, f64); N], weight: f64) {
     for &(i, value) in row {
         v[i] += weight * value;
@@ -165,7 +171,8 @@ mod tests {
         let row = [(FORWARD, 1.0), (YAW, 0.25), (RIGHT, -0.25)];
         add_outer(&mut a, &row, 1e6);
         let b: Speeds = core::array::from_fn(|i| (i as f64 * 1.7).sin());
-        let x = Factored::new(a).solve(b);
+        let mut factored = a;
+        let x = Factored::new(&mut factored).solve(b);
         for i in 0..SPEEDS {
             let product: f64 = (0..SPEEDS).map(|j| if j <= i { a[i][j] } else { a[j][i] } * x[j]).sum();
             assert!((product - b[i]).abs() < 1e-9, "row {i}: {product} against {}", b[i]);

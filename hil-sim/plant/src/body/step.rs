@@ -67,11 +67,6 @@ impl Body {
         let contacts = self.contacts(h, ground, heading);
 
         let mut branches: [Branch; MOTORS] = core::array::from_fn(|i| joints[i].branch(dot(&JOINTS[i], &u)));
-        let (mut base, mut load) = self.smooth_terms(h, &c, joints, branches, weights);
-        if self.outside.acts {
-            self.act(h, &c, &mut base, &mut load);
-        }
-
         let predicted = self.position[LIFT] + h * u[LIFT];
         let mut grounded = !self.in_flight || predicted <= contacts.height;
         let mut wheel_modes = self.wheel_modes;
@@ -79,8 +74,12 @@ impl Body {
         let mut normals = [self.wheels[0].normal_n, self.wheels[1].normal_n];
         let mut change = [0.0; SPEEDS];
         for iteration in 0..ITERATIONS_MAX {
-            let mut a = base;
-            let mut b = load;
+            let mut a = c.mass(&self.inertia);
+            let mut b = [0.0; SPEEDS];
+            self.smooth_terms(h, joints, branches, weights, (&mut a, &mut b));
+            if self.outside.acts {
+                self.act(h, &c, &mut a, &mut b);
+            }
             let secant = iteration >= NEWTON_MAX;
             let laws = self.dry_terms(
                 h,
@@ -93,7 +92,7 @@ impl Body {
                 &mut a,
                 &mut b,
             );
-            let factored = Factored::new(a);
+            let factored = Factored::new(&mut a);
             // Predictor with the forces at the old speeds, corrector with those at the middle ones.
             for _ in 0..if iteration == 0 { 2 } else { 1 } {
                 let mean: Speeds = core::array::from_fn(|i| u[i] + 0.5 * change[i]);
@@ -120,7 +119,6 @@ impl Body {
                 again |= changed && grounded;
                 wheel_modes[i] = mode;
             }
-            let mut switched = false;
             for i in 0..MOTORS {
                 let (start, rate) = (dot(&JOINTS[i], &u), dot(&JOINTS[i], &end));
                 let (mode, changed) = gear_modes[i].next([rate, 0.0], GEAR_BAND_RAD_S);
@@ -128,15 +126,8 @@ impl Body {
                 gear_modes[i] = mode;
                 self.mean_rates[i] = start + weights[i] * (rate - start);
                 let branch = joints[i].next_branch(branches[i], self.mean_rates[i]);
-                switched |= branch != branches[i];
+                again |= branch != branches[i];
                 branches[i] = branch;
-            }
-            if switched {
-                (base, load) = self.smooth_terms(h, &c, joints, branches, weights);
-                if self.outside.acts {
-                    self.act(h, &c, &mut base, &mut load);
-                }
-                again = true;
             }
             let forces: [[f64; 2]; 2] = core::array::from_fn(|i| laws[i].force(slip[i]));
             let found = self.share_normal(h, &c, &contacts, push, forces, &change, &u);
@@ -177,38 +168,37 @@ impl Body {
         core::array::from_fn(|i| end_weight(h * (joints[i].damping_n_m_s + viscous[i]), inertias[i]))
     }
 
-    /// The mass matrix, the motors' torques and the viscous dampers.
+    /// Adds the motors' torques and the viscous dampers.
+    #[inline]
     fn smooth_terms(
         &self,
         h: f64,
-        c: &Configuration,
         joints: &[JointTorque; MOTORS],
         branches: [Branch; MOTORS],
         weights: [f64; MOTORS],
-    ) -> (Symmetric, Speeds) {
-        let mut a = c.mass(&self.inertia);
-        let mut b = [0.0; SPEEDS];
+        (a, b): (&mut Symmetric, &mut Speeds),
+    ) {
         let viscous = self.viscous();
         let count = if self.inertia.has_spar { MOTORS } else { MOTORS - 1 };
         for i in 0..count {
             let (constant, damping) = joints[i].on(branches[i]);
             let damping = damping + viscous[i];
-            add_outer(&mut a, &JOINTS[i], weights[i] * h * damping);
+            add_outer(a, &JOINTS[i], weights[i] * h * damping);
             let torque = constant - damping * dot(&JOINTS[i], &self.speed);
-            add_scaled(&mut b, &JOINTS[i], h * torque);
+            add_scaled(b, &JOINTS[i], h * torque);
         }
         if self.inertia.has_spar {
             let damping = self.inertia.spar_damping;
             let weight = end_weight(h * damping, self.inertia.spar_second);
-            add_outer(&mut a, &SPAR_BEARING, weight * h * damping);
-            add_scaled(&mut b, &SPAR_BEARING, -h * damping * dot(&SPAR_BEARING, &self.speed));
+            add_outer(a, &SPAR_BEARING, weight * h * damping);
+            add_scaled(b, &SPAR_BEARING, -h * damping * dot(&SPAR_BEARING, &self.speed));
         }
-        (a, b)
     }
 
     /// Adds the dry frictions and the normal constraint, linearised about the modes; returns the
     /// wheels' laws.
     #[allow(clippy::too_many_arguments)] // One matrix is assembled from all of these.
+    #[inline]
     fn dry_terms(
         &self,
         h: f64,

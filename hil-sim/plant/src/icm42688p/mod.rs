@@ -122,7 +122,8 @@ impl Icm42688pModel {
     }
 
     fn dead(&self) -> bool {
-        self.sensor.fault().is_dead_at((self.time_s * 1e3) as u64)
+        let fault = self.sensor.fault();
+        fault != SensorFault::None && fault.is_dead_at((self.time_s * 1e3) as u64)
     }
 
     /// Every register to its reset value, both sensors off.

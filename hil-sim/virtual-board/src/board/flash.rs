@@ -37,7 +37,7 @@ impl VirtualFlash {
         let flash = Self::erased();
         let mut store = ParameterStore::new(flash.clone()).ok()?;
         // The virtual flash never waits.
-        futures_executor::block_on(store.store(vehicle)).ok()?;
+        embassy_futures::block_on(store.store(vehicle)).ok()?;
         Some(flash)
     }
 

@@ -8,6 +8,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
+use embassy_futures::block_on;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use firmware::drive::DriveHardware;
 use firmware::drive_board::SCALES;
@@ -16,8 +17,6 @@ use firmware::hardware::{Place, ResetCause};
 use firmware::parameters::{self, ParameterStore};
 use firmware::topics::{DisarmBy, Topics};
 use firmware::{analog, drive, fault_history, imu, link, log_task, watchdog};
-use futures_executor::LocalPool;
-use futures_util::task::LocalSpawnExt;
 use model::status::Status;
 use model::tick::VehicleCore;
 use model::vehicle::{ParameterError, Vehicle};
@@ -25,12 +24,14 @@ use thiserror::Error;
 
 use plant::Plant;
 
+mod executor;
 pub mod flash;
 pub mod hardware;
 pub mod log;
 pub mod pipe;
 pub mod time;
 
+use executor::Executor;
 use flash::VirtualFlash;
 use hardware::{Hardware, NoCycles, VirtualImu, World};
 use pipe::Pipe;
@@ -64,7 +65,7 @@ fn boot_number() -> u32 {
 /// A drive board in virtual time.
 pub struct VirtualBoard {
     // Before `time`: the tasks must be gone when the clock is given back.
-    pool: LocalPool,
+    executor: Executor,
     topics: Rc<Topics<NoopRawMutex>>,
     hardware: Hardware,
     to_board: Pipe,
@@ -116,7 +117,7 @@ impl VirtualBoard {
             .check_on(&SCALES.sensor_ranges())
             .map_err(VirtualBoardError::Vehicle)?;
         let mut board = Self {
-            pool: LocalPool::new(),
+            executor: Executor::default(),
             topics: Rc::new(Topics::new()),
             hardware: Hardware(Rc::new(RefCell::new(World::new(plant)))),
             to_board: Pipe::default(),
@@ -137,13 +138,12 @@ impl VirtualBoard {
         let (topics, hardware) = (self.topics.clone(), self.hardware.clone());
         let (to_board, from_board) = (self.to_board.clone(), self.from_board.clone());
         let (flash, built_in) = (self.flash.clone(), self.built_in);
-        let spawner = self.pool.spawner();
         // One macro instead of a generic function: each task has its own type.
         macro_rules! spawn {
             (|$topics:ident, $hardware:ident| $task:expr) => {{
                 let ($topics, $hardware) = (topics.clone(), hardware.clone());
-                spawner
-                    .spawn_local(async move {
+                self.executor
+                    .spawn(async move {
                         $task.await;
                     })
                     .map_err(|_| VirtualBoardError::Executor)?;
@@ -152,7 +152,7 @@ impl VirtualBoard {
         log_task::boot(&topics, env!("CARGO_PKG_VERSION"), cause);
         // The virtual flash never waits, so this is over at once, as on the board before its tasks start.
         let mut store = ParameterStore::new(flash).map_err(|_| VirtualBoardError::Flash)?;
-        let booted = futures_executor::block_on(parameters::boot(&mut store, &built_in));
+        let booted = block_on(parameters::boot(&mut store, &built_in));
         spawn!(|topics, hardware| imu::run(&topics, Place::Arm, VirtualImu::new(hardware, Place::Arm)));
         spawn!(|topics, hardware| imu::run(&topics, Place::Spar, VirtualImu::new(hardware, Place::Spar)));
         let core = VehicleCore::new(&booted.vehicle, &SCALES);
@@ -184,7 +184,7 @@ impl VirtualBoard {
     /// whether it runs.
     fn wait_for_supply(&mut self, until_us: u64) -> bool {
         // The tasks stop where they are; the clock and the world go on.
-        self.pool = LocalPool::new();
+        self.executor = Executor::default();
         self.topics = Rc::new(Topics::new());
         loop {
             // What was sent meanwhile is lost.
@@ -222,7 +222,7 @@ impl VirtualBoard {
             }
             let until_us = until_us - self.booted_us;
             let next_us = self.time.next_alarm_us();
-            self.pool.run_until_stalled();
+            self.executor.run_until_stalled();
             // Polling may have set an earlier alarm.
             let next_us = next_us.min(self.time.next_alarm_us());
             let now_us = self.time.now_us();

@@ -32,7 +32,7 @@ impl Pipe {
 
     /// Takes everything off the line.
     pub fn take_all(&self) -> Vec<u8> {
-        self.0.borrow_mut().queue.drain(..).collect()
+        std::mem::take(&mut self.0.borrow_mut().queue).into()
     }
 }
 

@@ -19,11 +19,20 @@ struct Clock {
     now_us: Cell<u64>,
     taken: Cell<bool>,
     queue: RefCell<Queue>,
+    /// When the first alarm of the queue is due: nearly always known without a look through the queue.
+    next_us: Cell<u64>,
 }
 
 thread_local! {
     static CLOCK: Clock =
-        const { Clock { now_us: Cell::new(0), taken: Cell::new(false), queue: RefCell::new(Queue::new()) } };
+        const {
+            Clock {
+                now_us: Cell::new(0),
+                taken: Cell::new(false),
+                queue: RefCell::new(Queue::new()),
+                next_us: Cell::new(u64::MAX),
+            }
+        };
 }
 
 struct ThreadClock;
@@ -36,6 +45,7 @@ impl Driver for ThreadClock {
     fn schedule_wake(&self, at: u64, waker: &Waker) {
         CLOCK.with(|clock| {
             clock.queue.borrow_mut().schedule_wake(at, waker);
+            clock.next_us.set(clock.next_us.get().min(at));
         });
     }
 }
@@ -79,13 +89,20 @@ impl VirtualTime {
 
     /// Wakes what is due and returns when the next alarm is due (`u64::MAX` if none is set).
     pub fn next_alarm_us(&self) -> u64 {
-        CLOCK.with(|clock| clock.queue.borrow_mut().next_expiration(clock.now_us.get()))
+        CLOCK.with(|clock| {
+            if clock.next_us.get() <= clock.now_us.get() {
+                let next_us = clock.queue.borrow_mut().next_expiration(clock.now_us.get());
+                clock.next_us.set(next_us);
+            }
+            clock.next_us.get()
+        })
     }
 
     /// Sets the clock to 0 and forgets every alarm, as a reset does: whoever set one is gone.
     pub fn restart(&self) {
         CLOCK.with(|clock| {
             clock.now_us.set(0);
+            clock.next_us.set(u64::MAX);
             *clock.queue.borrow_mut() = Queue::new();
         });
     }
@@ -105,32 +122,31 @@ impl Drop for VirtualTime {
 #[cfg(test)]
 mod tests {
     use embassy_time::{Duration, Instant, Timer};
-    use futures_executor::LocalPool;
-    use futures_util::task::LocalSpawnExt;
 
     use super::*;
+    use crate::board::executor::Executor;
 
     #[test]
     fn a_timer_fires_exactly_when_the_clock_gets_there() {
         let time = VirtualTime::take().expect("free");
-        let mut pool = LocalPool::new();
+        let mut executor = Executor::default();
         let fired = std::rc::Rc::new(Cell::new(None));
         let seen = fired.clone();
-        pool.spawner()
-            .spawn_local(async move {
+        executor
+            .spawn(async move {
                 Timer::after(Duration::from_micros(1500)).await;
                 seen.set(Some(Instant::now().as_micros()));
             })
             .expect("spawns");
-        pool.run_until_stalled();
+        executor.run_until_stalled();
         assert_eq!(time.next_alarm_us(), 1500);
         time.advance_to(1499);
         assert_eq!(time.next_alarm_us(), 1500);
-        pool.run_until_stalled();
+        executor.run_until_stalled();
         assert_eq!(fired.get(), None);
         time.advance_to(1500);
         assert_eq!(time.next_alarm_us(), u64::MAX);
-        pool.run_until_stalled();
+        executor.run_until_stalled();
         assert_eq!(fired.get(), Some(1500));
     }
 

@@ -35,6 +35,43 @@ impl std::fmt::Display for Check {
     }
 }
 
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RunVerdict {
+    /// Every metric lies within its bounds.
+    Passed,
+    /// A metric lies outside its bounds.
+    Failed,
+    /// The simulated vehicle left the range in which the plant's equations hold.
+    Stopped,
+    /// The scenario states no bounds.
+    NotJudged,
+}
+
+impl RunVerdict {
+    /// The verdict on a run that went to its end.
+    pub fn of(checks: &[Check]) -> Self {
+        if checks.is_empty() {
+            Self::NotJudged
+        } else if checks.iter().all(|check| check.ok) {
+            Self::Passed
+        } else {
+            Self::Failed
+        }
+    }
+
+    /// The verdict in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Failed => "failed",
+            Self::Stopped => "stopped",
+            Self::NotJudged => "not judged",
+        }
+    }
+}
+
 /// What is wrong with each metric that does not hold.
 pub fn failures(checks: &[Check]) -> Vec<String> {
     checks.iter().filter(|check| !check.ok).map(Check::to_string).collect()

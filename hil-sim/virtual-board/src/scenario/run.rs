@@ -17,9 +17,9 @@ use plant::{Invalid, Plant, Truth};
 use thiserror::Error;
 
 /// Stream of the scenario's seed for noise on the link.
-const LINK_NOISE_STREAM: u64 = 100;
+const LINK_NOISE_STREAM: u64 = 6;
 /// Streams for the faults of the way to the board and of the way back.
-const WIRE_STREAMS: [u64; 2] = [101, 102];
+const WIRE_STREAMS: [u64; 2] = [7, 8];
 
 /// Why a run could not go on.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]

@@ -6,23 +6,39 @@ use std::io;
 use report::html::{document, escaped};
 use report::plot::{Chart, Series};
 use virtual_board::scenario::trace::{COLUMNS, Trace, TraceRow, Value};
-use virtual_board::scenario::{Check, MetricValue, Scenario};
+use virtual_board::scenario::{Check, MetricValue, RunStory, RunVerdict, Scenario};
 
-/// The page. `charts` are SVG documents; `log` is the firmware's.
-pub fn page(
-    scenario: &Scenario,
-    values: &[MetricValue],
-    checks: &[Check],
-    charts: &[String],
-    chart_stride: usize,
-    log: &[String],
-) -> String {
-    let ok = checks.iter().all(|check| check.ok);
-    let (class, word) = if ok {
-        ("confirmed", "passed")
-    } else {
-        ("refuted", "failed")
+/// What a run came to.
+#[derive(Debug, Clone, Copy)]
+pub struct RunSummary<'a> {
+    /// What ran.
+    pub scenario: &'a Scenario,
+    /// Every metric.
+    pub values: &'a [MetricValue],
+    /// The metrics that have bounds.
+    pub checks: &'a [Check],
+    /// What happened.
+    pub told: &'a RunStory,
+    /// The firmware's log.
+    pub log: &'a [String],
+}
+
+/// The page. `charts` are SVG documents of every `chart_stride`th row.
+pub fn page(summary: &RunSummary<'_>, charts: &[String], chart_stride: usize) -> String {
+    let RunSummary {
+        scenario,
+        values,
+        checks,
+        told,
+        log,
+    } = *summary;
+    let verdict = RunVerdict::of(checks);
+    let class = match verdict {
+        RunVerdict::Passed => "confirmed",
+        RunVerdict::NotJudged => "added",
+        RunVerdict::Failed | RunVerdict::Stopped => "refuted",
     };
+    let word = verdict.name();
     let mut body = format!(
         "<header>\n<h1>{}</h1>\n<p><span class=\"verdict {class}\">{word}</span> seed {}, {} s simulated</p>\n</header>\n<main>\n",
         escaped(&scenario.title),
@@ -35,6 +51,8 @@ pub fn page(
             "<p>A long run: the charts show every {chart_stride}th row, trace.csv holds all.</p>"
         );
     }
+    body.push_str("<h2>What happened</h2>\n");
+    body.push_str(&events(told));
     for pair in charts.chunks(2) {
         body.push_str("<article>\n");
         for chart in pair {
@@ -73,6 +91,30 @@ pub fn page(
     }
     body.push_str("</pre>\n</main>\n");
     document(&scenario.title, &body)
+}
+
+/// The table of what happened.
+fn events(told: &RunStory) -> String {
+    if told.events.is_empty() {
+        return "<p>Nothing.</p>\n".to_owned();
+    }
+    let mut text =
+        "<article><table class=\"events\"><tr><th>at, s</th><th>for, s</th><th>what</th><th></th></tr>\n".to_owned();
+    for event in &told.events {
+        let length = event.for_s.map_or_else(String::new, |for_s| format!("{for_s:.2}"));
+        _ = writeln!(
+            text,
+            "<tr><td>{:.2}</td><td>{length}</td><td>{}</td><td>{}</td></tr>",
+            event.at_s,
+            event.kind.name(),
+            escaped(&event.text)
+        );
+    }
+    text.push_str("</table></article>\n");
+    if told.dropped > 0 {
+        _ = writeln!(text, "<p>And {} more.</p>", told.dropped);
+    }
+    text
 }
 
 /// Writes the first line of a trace as CSV: the columns' names.

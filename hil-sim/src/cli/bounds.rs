@@ -1,0 +1,116 @@
+//! `hil-sim bounds`: a scenario's bounds beside what its metrics come to over many seeds.
+
+use std::fmt::Write as _;
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+
+use clap::Args;
+use report::error::CommandError;
+use report::output::{print, print_json};
+
+use super::drive::seeds::{Spread, Spreads, spreads, table};
+use super::{campaign, drive};
+
+/// Flags of `bounds`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Scenario file, or the name of a shipped scenario
+    scenario: PathBuf,
+    /// First and last seed
+    #[arg(long, default_value = "1:24", value_parser = campaign::seeds, value_name = "FIRST:LAST")]
+    seeds: RangeInclusive<u64>,
+    /// Vehicle file; the scenario's, or the reference vehicle, if left out
+    #[arg(long, value_name = "FILE")]
+    vehicle: Option<PathBuf>,
+    /// Print a `[metrics]` table to start from: what was seen, rounded outward. A bound is what a user would
+    /// accept, so each line wants a reason of its own
+    #[arg(long)]
+    suggest: bool,
+    /// Print exactly one JSON object on stdout: the spreads
+    #[arg(long, conflicts_with = "suggest")]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim bounds kerb
+  hil-sim bounds my-scenario.toml --seeds 1:50 --suggest";
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CommandError::Input`] on a bad file or flag, [`CommandError::Checks`] when a run cannot go on to its end.
+pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let drive = drive::Arguments {
+        scenario: Some(arguments.scenario.clone()),
+        vehicle: arguments.vehicle.clone(),
+        ..drive::Arguments::default()
+    };
+    let spreads = spreads(&drive, arguments.seeds.clone())?;
+    if arguments.json {
+        print_json(&spreads)?;
+    } else if arguments.suggest {
+        print(&suggestion(&spreads))?;
+    } else {
+        print(&table(&spreads))?;
+    }
+    if spreads.stopped == 0 {
+        Ok(())
+    } else {
+        Err(CommandError::Checks(format!(
+            "{} of {} runs could not be simulated to their end",
+            spreads.stopped, spreads.runs
+        )))
+    }
+}
+
+/// A `[metrics]` table of what was seen.
+fn suggestion(spreads: &Spreads) -> String {
+    let mut text = format!(
+        "# Seen over seeds {} to {}, rounded outward to two digits. A bound is what a user would accept:\n\
+         # replace each by what the vehicle is asked for, and say why.\n[metrics]\n",
+        spreads.seeds[0], spreads.seeds[1]
+    );
+    for Spread { name, least, most, .. } in &spreads.metrics {
+        _ = writeln!(
+            text,
+            "{name} = [{:?}, {:?}]",
+            outward(*least, false),
+            outward(*most, true)
+        );
+    }
+    text
+}
+
+/// `value` to two digits, rounded up or down.
+fn outward(value: f64, up: bool) -> f64 {
+    if value == 0.0 {
+        return 0.0;
+    }
+    let digits = 1 - value.abs().log10().floor() as i32;
+    // Powers of ten above 1 are exact; a factor below 1 would not be.
+    let (scale, shrink) = (10_f64.powi(digits.max(0)), 10_f64.powi((-digits).max(0)));
+    let scaled = value * scale / shrink;
+    let rounded = if up { scaled.ceil() } else { scaled.floor() };
+    rounded * shrink / scale
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn suggestions_round_outward() {
+        for (value, down, up) in [
+            (0.123, 0.12, 0.13),
+            (-0.123, -0.13, -0.12),
+            (98_765.0, 98_000.0, 99_000.0),
+            (4.0, 4.0, 4.0),
+            (0.0, 0.0, 0.0),
+            (0.000_999, 0.000_99, 0.001),
+        ] {
+            assert_eq!((outward(value, false), outward(value, true)), (down, up), "{value}");
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! The files of a run.
+
+use std::path::PathBuf;
+
+use report::error::CommandError;
+use report::files::NewFile;
+use report::output::{create_directory, write_file};
+use virtual_board::scenario::trace::TraceRow;
+
+use super::page::{self, ChartRows, RunSummary};
+
+/// The files of a run, of which the trace is written while the run goes on.
+pub struct RunReport {
+    directory: PathBuf,
+    trace: NewFile,
+    charts: ChartRows,
+}
+
+impl RunReport {
+    /// Begins the files in `directory`, which is made if there is none.
+    ///
+    /// # Errors
+    /// [`CommandError::Input`] naming what cannot be written.
+    pub fn create(directory: PathBuf) -> Result<Self, CommandError> {
+        create_directory(&directory)?;
+        let mut trace = NewFile::create(&directory.join("trace.csv"))?;
+        page::write_header(&mut trace)?;
+        Ok(Self {
+            directory,
+            trace,
+            charts: ChartRows::default(),
+        })
+    }
+
+    /// Takes the next row of the run.
+    ///
+    /// # Errors
+    /// What the disk says.
+    pub fn add(&mut self, row: &TraceRow) -> Result<(), CommandError> {
+        self.charts.add(row);
+        Ok(page::write_row(&mut self.trace, row)?)
+    }
+
+    /// Completes the files; the directory they lie in.
+    ///
+    /// # Errors
+    /// [`CommandError`]: what cannot be written or drawn.
+    pub fn finish(self, summary: &RunSummary<'_>) -> Result<PathBuf, CommandError> {
+        let out = self.directory;
+        self.trace.finish()?;
+        let mut charts = Vec::new();
+        for (name, chart) in page::charts(&self.charts.trace) {
+            let svg = chart.to_svg().map_err(CommandError::Other)?;
+            write_file(&out, &format!("{name}.svg"), &svg)?;
+            charts.push(svg);
+        }
+        write_file(&out, "firmware.log", &(summary.log.join("\n") + "\n"))?;
+        let page = page::page(summary, &charts, self.charts.stride);
+        write_file(&out, "index.html", &page)?;
+        Ok(out)
+    }
+}

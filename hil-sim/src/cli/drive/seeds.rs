@@ -1,0 +1,236 @@
+//! One scenario with many seeds: what its metrics spread over.
+
+use std::fmt::Write as _;
+use std::ops::RangeInclusive;
+
+use rayon::prelude::*;
+use report::error::CommandError;
+use report::output::{print, print_json, progress_bar};
+use report::visible::visible_line;
+use serde::Serialize;
+use virtual_board::scenario::{self, MetricValue, Metrics, RunVerdict, VirtualBackend};
+
+use super::{Arguments, file_name, load_scenario, load_vehicle};
+
+/// Most seeds of one call; more are a campaign.
+const SEEDS_MAX: u64 = 10_000;
+
+/// The run with one seed.
+struct SeedRun {
+    seed: u64,
+    verdict: RunVerdict,
+    reasons: Vec<String>,
+    values: Vec<MetricValue>,
+}
+
+/// What a metric came to over all seeds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Spread {
+    /// The metric.
+    pub name: &'static str,
+    /// Its least value.
+    pub least: f64,
+    /// The value in the middle.
+    pub median: f64,
+    /// Its largest value.
+    pub most: f64,
+    /// The scenario's bounds, if it has any for this metric.
+    pub bounds: Option<[f64; 2]>,
+    /// Number of runs beyond the bounds.
+    pub out_of_bounds: u64,
+}
+
+/// What all runs came to.
+#[derive(Debug, Serialize)]
+pub struct Spreads {
+    /// The scenario's title.
+    pub scenario: String,
+    /// First and last seed.
+    pub seeds: [u64; 2],
+    /// Number of runs.
+    pub runs: u64,
+    /// Of these, how many passed.
+    pub passed: u64,
+    /// How many left their bounds.
+    pub failed: u64,
+    /// How many the plant could not simulate to their end.
+    pub stopped: u64,
+    /// Seed and reasons of each run that failed or stopped.
+    pub failures: Vec<(u64, Vec<String>)>,
+    /// The metrics that are a number in any run.
+    pub metrics: Vec<Spread>,
+}
+
+/// Runs `drive --seeds`.
+///
+/// # Errors
+/// [`CommandError::Input`] on a bad scenario or vehicle file, [`CommandError::Checks`] when a run leaves its bounds or
+/// cannot go on.
+pub fn run(arguments: &Arguments, seeds: RangeInclusive<u64>) -> Result<(), CommandError> {
+    let spreads = spreads(arguments, seeds)?;
+    if arguments.json {
+        print_json(&spreads)?;
+    } else {
+        print(&table(&spreads))?;
+    }
+    match spreads.failures.first() {
+        None => Ok(()),
+        Some((seed, reasons)) => Err(CommandError::Checks(format!(
+            "{}: {} of {} runs failed or stopped, the first with seed {seed}: {}",
+            file_name(arguments),
+            spreads.failed + spreads.stopped,
+            spreads.runs,
+            reasons.join("; ")
+        ))),
+    }
+}
+
+/// Runs the scenario once with each seed, on all cores.
+///
+/// # Errors
+/// [`CommandError::Input`] on a bad scenario or vehicle file.
+pub fn spreads(arguments: &Arguments, seeds: RangeInclusive<u64>) -> Result<Spreads, CommandError> {
+    let scenario = load_scenario(arguments)?;
+    let vehicle = load_vehicle(arguments.vehicle.as_deref().or(scenario.vehicle.as_deref()))?;
+    let simulated = match &arguments.plant_vehicle {
+        Some(path) => load_vehicle(Some(path))?,
+        None => vehicle,
+    };
+    let (first, last) = (*seeds.start(), *seeds.end());
+    if last - first >= SEEDS_MAX {
+        return Err(CommandError::Input(format!(
+            "--seeds {first}:{last}: at most {SEEDS_MAX} seeds; `hil-sim campaign run` takes more"
+        )));
+    }
+    let bar = progress_bar((last - first + 1) as usize, "runs");
+    let runs: Result<Vec<SeedRun>, CommandError> = (first..=last)
+        .into_par_iter()
+        .map(|seed| {
+            let mut scenario = scenario.clone();
+            scenario.seed = seed;
+            let plant = scenario
+                .plant(&simulated)
+                .map_err(|error| CommandError::Input(error.to_string()))?;
+            let mut backend =
+                VirtualBackend::boot(&vehicle, plant).map_err(|error| CommandError::Input(error.to_string()))?;
+            let mut metrics = Metrics::default();
+            let end = scenario::run_into(&scenario, &mut backend, |row| metrics.add(row), |_| {});
+            bar.inc(1);
+            Ok(match end {
+                Ok(end) => {
+                    let values = metrics.values(&end.counts);
+                    let checks = scenario::judge(&scenario, &values);
+                    SeedRun {
+                        seed,
+                        verdict: RunVerdict::of(&checks),
+                        reasons: scenario::failures(&checks),
+                        values,
+                    }
+                }
+                Err(error) => SeedRun {
+                    seed,
+                    verdict: RunVerdict::Stopped,
+                    reasons: vec![error.to_string()],
+                    values: Vec::new(),
+                },
+            })
+        })
+        .collect();
+    bar.finish_and_clear();
+    let runs = runs?;
+    let count = |verdict| runs.iter().filter(|run| run.verdict == verdict).count() as u64;
+    Ok(Spreads {
+        scenario: visible_line(&scenario.title).into_owned(),
+        seeds: [first, last],
+        runs: runs.len() as u64,
+        passed: count(RunVerdict::Passed),
+        failed: count(RunVerdict::Failed),
+        stopped: count(RunVerdict::Stopped),
+        failures: runs
+            .iter()
+            .filter(|run| !run.reasons.is_empty())
+            .map(|run| (run.seed, run.reasons.clone()))
+            .collect(),
+        metrics: scenario::metrics::NAMES
+            .iter()
+            .filter_map(|name| {
+                let values = runs.iter().flat_map(|run| &run.values);
+                let values = values.filter(|metric| metric.name == *name).map(|metric| metric.value);
+                spread(name, values.collect(), scenario.metrics.get(*name).copied())
+            })
+            .collect(),
+    })
+}
+
+/// What the `values` of a metric spread over; `None` if none is a number.
+fn spread(name: &'static str, mut values: Vec<f64>, bounds: Option<[f64; 2]>) -> Option<Spread> {
+    let within = |value: f64, [least, most]: [f64; 2]| least <= value && value <= most;
+    let out_of_bounds = bounds.map_or(0, |bounds| {
+        values.iter().filter(|value| !within(**value, bounds)).count() as u64
+    });
+    values.retain(|value| value.is_finite());
+    values.sort_by(f64::total_cmp);
+    let (least, most) = (*values.first()?, *values.last()?);
+    let middle = values.len() / 2;
+    let median = if values.len().is_multiple_of(2) {
+        0.5 * (values[middle - 1] + values[middle])
+    } else {
+        values[middle]
+    };
+    Some(Spread {
+        name,
+        least,
+        median,
+        most,
+        bounds,
+        out_of_bounds,
+    })
+}
+
+/// The table of spreads in the terminal.
+pub fn table(spreads: &Spreads) -> String {
+    let mut text = format!(
+        "{} (seeds {} to {})\n\n{:<30} {:>11} {:>11} {:>11}   bounds\n",
+        spreads.scenario, spreads.seeds[0], spreads.seeds[1], "metric", "least", "median", "most"
+    );
+    for Spread {
+        name,
+        least,
+        median,
+        most,
+        bounds,
+        out_of_bounds,
+    } in &spreads.metrics
+    {
+        _ = write!(text, "{name:<30} {least:>11.4} {median:>11.4} {most:>11.4}");
+        if let Some([from, to]) = bounds {
+            _ = write!(text, "   {from} to {to}");
+        }
+        if *out_of_bounds > 0 {
+            _ = write!(text, "   FAILED in {out_of_bounds} of {}", spreads.runs);
+        }
+        text.push('\n');
+    }
+    let not_judged = spreads.runs - spreads.passed - spreads.failed - spreads.stopped;
+    _ = writeln!(
+        text,
+        "\n{} runs: {} passed, {} failed, {} stopped, {not_judged} not judged",
+        spreads.runs, spreads.passed, spreads.failed, spreads.stopped
+    );
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spread_has_the_middle_and_counts_what_is_out_of_bounds() {
+        let values = vec![3.0, f64::NAN, 1.0, 2.0, 10.0];
+        let spread = spread("armed_s", values, Some([1.5, 5.0])).expect("numbers");
+        assert_eq!((spread.least, spread.median, spread.most), (1.0, 2.5, 10.0));
+        // 1 and 10, and what is no number.
+        assert_eq!(spread.out_of_bounds, 3);
+        assert_eq!(super::spread("armed_s", vec![f64::NAN], None), None);
+    }
+}

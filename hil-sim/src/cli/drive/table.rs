@@ -1,0 +1,77 @@
+//! What a run came to, in the terminal.
+
+use std::fmt::Write as _;
+
+use report::visible::visible_line;
+use virtual_board::scenario::{Check, RunVerdict};
+
+use super::page::RunSummary;
+
+/// Most lines of what happened; the page has them all.
+const EVENTS_SHOWN: usize = 24;
+
+/// Quantities of the short table: label and metric.
+const TABLE: &[(&str, &str)] = &[
+    ("speed error, rms        m/s", "speed_error_rms_m_s"),
+    ("phi, peak               deg", "phi_peak_deg"),
+    ("phi estimate error, rms deg", "phi_estimate_error_rms_deg"),
+    ("camera spar, peak       deg", "spar_peak_deg"),
+    ("motor current, peak     A", "current_peak_a"),
+    ("hold drift in 2 s       m", "hold_drift_m"),
+    ("distance                m", "distance_m"),
+    ("dead-reckoning drift    m", "dead_reckoning_drift_m"),
+];
+
+/// The table of a run: its metrics with their bounds, the verdict, and what happened.
+pub fn table(summary: &RunSummary<'_>) -> String {
+    let RunSummary {
+        scenario,
+        values,
+        checks,
+        told,
+        ..
+    } = *summary;
+    let mut text = format!("{} (seed {})\n\n", visible_line(&scenario.title), scenario.seed);
+    let mut line = |label: &str, name: &str, value: f64| {
+        let _ = writeln!(text, "{label:<30} {value:>10.4}{}", bounds(checks, name));
+    };
+    for (label, name) in TABLE {
+        let value = values.iter().find(|m| m.name == *name).map_or(f64::NAN, |m| m.value);
+        line(label, name, value);
+    }
+    for check in checks
+        .iter()
+        .filter(|check| TABLE.iter().all(|(_, name)| *name != check.name))
+    {
+        line(&check.name, &check.name, check.value);
+    }
+    let verdict = RunVerdict::of(checks);
+    let why = match verdict {
+        RunVerdict::NotJudged => ": the scenario states no bounds",
+        _ => "",
+    };
+    _ = writeln!(text, "\n{}{why}", verdict.name());
+    if told.events.is_empty() {
+        return text;
+    }
+    text.push_str("\nwhat happened\n");
+    let most = told.events.len().min(EVENTS_SHOWN);
+    for event in &told.events[..most] {
+        _ = writeln!(text, "{event}");
+    }
+    let more = (told.events.len() - most) as u64 + told.dropped;
+    if more > 0 {
+        _ = writeln!(text, "{more:>9} more on the page");
+    }
+    text
+}
+
+fn bounds(checks: &[Check], name: &str) -> String {
+    checks
+        .iter()
+        .find(|check| check.name == name)
+        .map_or_else(String::new, |check| {
+            let verdict = if check.ok { "ok" } else { "FAILED" };
+            format!("   {verdict}, bounds {} to {}", check.least, check.most)
+        })
+}

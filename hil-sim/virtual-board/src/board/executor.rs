@@ -1,0 +1,158 @@
+//! Runs the firmware's tasks on one thread until all of them wait.
+//!
+//! A part of its own because every millisecond of virtual time polls some ten futures, which never end and are never
+//! added to: one word tells which are ready. In a round the tasks run in the order in which they were started, so
+//! a run does not depend on who woke whom first.
+
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::task::{Context, Wake, Waker};
+
+/// Most tasks: the bits of the word.
+const TASKS_MAX: usize = u64::BITS as usize;
+
+/// A set of tasks.
+#[derive(Default)]
+pub struct Executor {
+    tasks: Vec<BoardTask>,
+    /// A bit for each task that is to be polled.
+    ready: Arc<AtomicU64>,
+}
+
+struct BoardTask {
+    future: Pin<Box<dyn Future<Output = ()>>>,
+    waker: Waker,
+    ended: bool,
+}
+
+/// Makes one task ready.
+struct Bell {
+    ready: Arc<AtomicU64>,
+    bit: u64,
+}
+
+impl Wake for Bell {
+    fn wake(self: Arc<Self>) {
+        self.wake_by_ref();
+    }
+
+    fn wake_by_ref(self: &Arc<Self>) {
+        self.ready.fetch_or(self.bit, Ordering::Relaxed);
+    }
+}
+
+/// The executor has all the tasks it can have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TooManyTasks;
+
+impl Executor {
+    /// Adds a task, which is ready.
+    ///
+    /// # Errors
+    /// [`TooManyTasks`]: beyond 64.
+    pub fn spawn(&mut self, future: impl Future<Output = ()> + 'static) -> Result<(), TooManyTasks> {
+        let place = self.tasks.len();
+        if place == TASKS_MAX {
+            return Err(TooManyTasks);
+        }
+        let bell = Arc::new(Bell {
+            ready: self.ready.clone(),
+            bit: 1 << place,
+        });
+        bell.wake_by_ref();
+        self.tasks.push(BoardTask {
+            future: Box::pin(future),
+            waker: bell.into(),
+            ended: false,
+        });
+        Ok(())
+    }
+
+    /// Polls what is ready, in rounds, until no task is.
+    pub fn run_until_stalled(&mut self) {
+        loop {
+            let mut round = self.ready.swap(0, Ordering::Relaxed);
+            if round == 0 {
+                return;
+            }
+            while round != 0 {
+                let place = round.trailing_zeros() as usize;
+                round &= round - 1;
+                if let Some(task) = self.tasks.get_mut(place).filter(|task| !task.ended) {
+                    let polled = task.future.as_mut().poll(&mut Context::from_waker(&task.waker));
+                    task.ended = polled.is_ready();
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::RefCell;
+    use std::future::poll_fn;
+    use std::rc::Rc;
+    use std::task::Poll;
+
+    use super::*;
+
+    /// A task that notes its name at each poll and ends after `polls`, ringing its own bell in between.
+    fn noting(notes: &Rc<RefCell<String>>, name: char, polls: usize) -> impl Future<Output = ()> + 'static {
+        let notes = notes.clone();
+        let mut left = polls;
+        poll_fn(move |context| {
+            notes.borrow_mut().push(name);
+            left -= 1;
+            if left == 0 {
+                return Poll::Ready(());
+            }
+            context.waker().wake_by_ref();
+            Poll::Pending
+        })
+    }
+
+    #[test]
+    fn tasks_run_in_rounds_in_the_order_of_their_start_and_end_once() {
+        let notes = Rc::default();
+        let mut executor = Executor::default();
+        for (name, polls) in [('a', 3), ('b', 1), ('c', 2)] {
+            executor.spawn(noting(&notes, name, polls)).expect("room");
+        }
+        executor.run_until_stalled();
+        assert_eq!(*notes.borrow(), "abcaca");
+        executor.run_until_stalled();
+        assert_eq!(*notes.borrow(), "abcaca");
+    }
+
+    #[test]
+    fn a_task_that_waits_is_polled_again_only_when_woken() {
+        let (polls, kept) = (Rc::new(RefCell::new(0)), Rc::new(RefCell::new(None::<Waker>)));
+        let mut executor = Executor::default();
+        let (counted, keeper) = (polls.clone(), kept.clone());
+        executor
+            .spawn(poll_fn(move |context| {
+                *counted.borrow_mut() += 1;
+                *keeper.borrow_mut() = Some(context.waker().clone());
+                Poll::Pending
+            }))
+            .expect("room");
+        executor.run_until_stalled();
+        executor.run_until_stalled();
+        assert_eq!(*polls.borrow(), 1);
+        kept.borrow_mut().take().expect("polled").wake();
+        executor.run_until_stalled();
+        assert_eq!(*polls.borrow(), 2);
+    }
+
+    #[test]
+    fn there_is_room_for_sixty_four_tasks() {
+        let mut executor = Executor::default();
+        for _ in 0..TASKS_MAX {
+            assert_eq!(executor.spawn(async {}), Ok(()));
+        }
+        assert_eq!(executor.spawn(async {}), Err(TooManyTasks));
+        executor.run_until_stalled();
+    }
+}

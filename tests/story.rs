@@ -1,0 +1,210 @@
+//! A run tells its story: what happened with time and reason, a verdict only where there are bounds, scenarios by name.
+
+use std::path::{Path, PathBuf};
+
+#[path = "support/tool.rs"]
+mod tool;
+use tool::{hil_sim, stderr};
+
+fn file(name: &str, text: &str) -> PathBuf {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, text).expect("writes");
+    path
+}
+
+/// What `drive --json` with these arguments prints.
+fn json(arguments: &[&str]) -> serde_json::Value {
+    let output = hil_sim(&[&["drive", "--json"], arguments].concat());
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", stderr(&output)))
+}
+
+/// The events of one kind: time, duration, text.
+fn events<'a>(run: &'a serde_json::Value, kind: &str) -> Vec<(f64, Option<f64>, &'a str)> {
+    run["events"]
+        .as_array()
+        .expect("events")
+        .iter()
+        .filter(|event| event["kind"] == kind)
+        .map(|event| {
+            let number = |name: &str| event[name].as_f64();
+            (
+                number("at_s").expect("a time"),
+                number("for_s"),
+                event["text"].as_str().expect("text"),
+            )
+        })
+        .collect()
+}
+
+#[test]
+fn a_vehicle_that_dies_without_bounds_has_not_passed() {
+    let path = file(
+        "dies.toml",
+        "title = \"dies\"\nduration_s = 6.0\n\
+         [[step]]\nat_s = 2.0\naction = \"arm\"\n\
+         [[step]]\nat_s = 3.0\naction = \"drive\"\nspeed_m_s = 0.5\n\
+         [[step]]\nat_s = 4.0\naction = \"sensor-fault\"\nsensor = \"arm-imu\"\nfault = \"off\"\n",
+    );
+    let path = path.to_str().expect("utf-8");
+    let run = json(&[path]);
+    assert_eq!(
+        (&run["verdict"], &run["ok"]),
+        (&"not-judged".into(), &serde_json::Value::Null)
+    );
+    let faults = events(&run, "fault");
+    let [(at_s, None, text)] = faults[..] else {
+        panic!("{faults:?}")
+    };
+    // Within 15 ms of its cause, and the row after it.
+    assert!(
+        (4.0..4.03).contains(&at_s) && text.starts_with("ImuStale: "),
+        "{at_s} {text}"
+    );
+    let output = hil_sim(&["drive", path, "--out", env!("CARGO_TARGET_TMPDIR")]);
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    let table = String::from_utf8_lossy(&output.stdout).into_owned();
+    let page = std::fs::read_to_string(Path::new(env!("CARGO_TARGET_TMPDIR")).join("index.html")).expect("the page");
+    for (place, text) in [("table", &table), ("page", &page)] {
+        assert!(
+            text.contains("not judged") && !text.contains("passed"),
+            "{place}: {text}"
+        );
+        assert!(
+            text.contains("ImuStale: The arm IMU gave no sample in time."),
+            "{place}"
+        );
+        assert!(text.contains("disarmed, the bridges are open"), "{place}");
+    }
+}
+
+#[test]
+fn a_refusal_says_what_blocks_and_a_stop_that_it_begins() {
+    let run = json(&["emergency-stop"]);
+    assert_eq!(run["verdict"], "passed");
+    let refusals = events(&run, "refusal");
+    assert!(
+        refusals.iter().any(|(_, _, text)| text.contains("FaultLatched")),
+        "{refusals:?}"
+    );
+    let run = json(&["dead-man"]);
+    let modes: Vec<_> = events(&run, "mode").into_iter().map(|(_, _, text)| text).collect();
+    assert_eq!(
+        modes,
+        ["armed", "a controlled stop begins", "disarmed, the bridges are open"]
+    );
+}
+
+#[test]
+fn slides_stalls_and_whirls_are_told_with_their_time() {
+    let wall = "title = \"wall\"\nduration_s = 12.0\n\
+         [[terrain.profile]]\nkind = \"step\"\nat_m = 1.0\nheight_m = 0.075\n\
+         [[step]]\nat_s = 2.0\naction = \"arm\"\n\
+         [[step]]\nat_s = 3.0\naction = \"drive\"\nspeed_m_s = 0.4\n";
+    let run = json(&[file("wall.toml", wall).to_str().expect("utf-8")]);
+    let stalls = events(&run, "stall");
+    assert!(!stalls.is_empty(), "{run}");
+    // It takes 2 s and more to get there; nothing is blocked before.
+    assert!(
+        stalls.iter().all(|(at_s, for_s, _)| *at_s > 4.0 && for_s.is_some()),
+        "{stalls:?}"
+    );
+
+    let ice = "title = \"ice\"\nduration_s = 8.0\n\
+         [terrain.plane]\nslope_x_rad = 0.0873\n\
+         [[terrain.patch]]\nfrom_m = -100.0\nto_m = 100.0\nleft = 0.05\nright = 0.05\n\
+         [[step]]\nat_s = 2.0\naction = \"arm\"\n";
+    let run = json(&[file("ice.toml", ice).to_str().expect("utf-8")]);
+    let slides = events(&run, "slide");
+    let longest = slides.iter().filter_map(|(_, for_s, _)| *for_s).fold(0.0, f64::max);
+    assert!(longest > 1.0, "{slides:?}");
+
+    // A push that no law holds against.
+    let push = "title = \"push\"\nduration_s = 6.0\n\
+         [[step]]\nat_s = 2.0\naction = \"push\"\non = \"arm\"\nforward_n = 600.0\nfor_s = 0.5\n";
+    let run = json(&[file("push.toml", push).to_str().expect("utf-8")]);
+    let whirls = events(&run, "whirl");
+    assert!(
+        !whirls.is_empty() && whirls.iter().all(|(at_s, ..)| (2.0..4.0).contains(at_s)),
+        "{whirls:?}"
+    );
+}
+
+#[test]
+fn a_shipped_scenario_is_found_by_its_name_and_a_wrong_name_lists_them() {
+    assert_eq!(
+        json(&["kerb"])["metrics"],
+        json(&["tests/scenarios/kerb.toml"])["metrics"]
+    );
+    let output = hil_sim(&["drive", "curb"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("kerb, rail-inspection"), "{}", stderr(&output));
+}
+
+#[test]
+fn bounds_left_aside_judge_nothing() {
+    let path = file(
+        "strict.toml",
+        "title = \"t\"\nduration_s = 1.0\n[metrics]\narmed_s = [5.0, 6.0]\n",
+    );
+    let path = path.to_str().expect("utf-8");
+    assert_eq!(hil_sim(&["drive", path, "--json"]).status.code(), Some(1));
+    let output = hil_sim(&["drive", path, "--json", "--no-bounds"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("\"verdict\":\"not-judged\""));
+}
+
+#[test]
+fn many_seeds_give_spreads_that_hold_each_run() {
+    let path = file(
+        "spread.toml",
+        "title = \"t\"\nduration_s = 3.0\n[[step]]\nat_s = 2.0\naction = \"arm\"\n[metrics]\narmed_s = [0.9, 1.1]\n",
+    );
+    let path = path.to_str().expect("utf-8");
+    let spreads = json(&[path, "--seeds", "1:5"]);
+    assert_eq!((&spreads["runs"], &spreads["passed"]), (&5.into(), &5.into()));
+    let phi = |metrics: &serde_json::Value| {
+        let metrics = metrics.as_array().expect("metrics");
+        let metric = metrics.iter().find(|metric| metric["name"] == "phi_peak_deg");
+        metric.expect("there").clone()
+    };
+    let spread = phi(&spreads["metrics"]);
+    let mut singles: Vec<f64> = (1..=5)
+        .map(|seed| {
+            phi(&json(&[path, "--seed", &seed.to_string()])["metrics"])["value"]
+                .as_f64()
+                .expect("number")
+        })
+        .collect();
+    singles.sort_by(f64::total_cmp);
+    assert_eq!(
+        [&spread["least"], &spread["median"], &spread["most"]].map(|n| n.as_f64().expect("number")),
+        [singles[0], singles[2], singles[4]]
+    );
+    assert!(singles[0] < singles[4]);
+
+    let strict = file(
+        "spread-strict.toml",
+        "title = \"t\"\nduration_s = 1.0\n[metrics]\narmed_s = [0.9, 1.1]\n",
+    );
+    let output = hil_sim(&["drive", strict.to_str().expect("utf-8"), "--seeds", "3:4"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("2 of 2 runs failed or stopped, the first with seed 3"));
+    for wrong in ["5:1", "x", "0:20000"] {
+        let output = hil_sim(&["drive", path, "--seeds", wrong]);
+        assert_eq!(output.status.code(), Some(2), "{wrong}");
+    }
+}
+
+#[test]
+fn suggested_bounds_hold_what_was_seen_and_parse() {
+    let output = hil_sim(&["bounds", "kerb", "--seeds", "1:3", "--suggest"]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let text = String::from_utf8_lossy(&output.stdout);
+    let kerb = std::fs::read_to_string(format!("{}/tests/scenarios/kerb.toml", tool::WORKSPACE)).expect("reads");
+    let without = kerb.split("[metrics]").next().expect("the rest");
+    let path = file("suggested.toml", &format!("{without}\n{text}"));
+    for seed in ["1", "2", "3"] {
+        let run = json(&[path.to_str().expect("utf-8"), "--seed", seed]);
+        assert_eq!(run["verdict"], "passed", "seed {seed}: {run}");
+    }
+}
