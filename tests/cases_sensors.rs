@@ -234,6 +234,8 @@ fn a_vehicle_without_a_spar_takes_no_fault_from_its_inputs() {
             "{failure}"
         );
         assert_eq!(status.current_a[2], 0.0, "{failure}");
+        let about_spar = outcome.log.iter().find(|line| line.contains("spar IMU"));
+        assert_eq!(about_spar, None, "nobody looks for its IMU");
     }
 }
 

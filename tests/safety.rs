@@ -158,6 +158,30 @@ fn the_emergency_stop_opens_the_bridges_at_once_and_holds_until_cleared() {
     assert_eq!(bench.mode(), Mode::Armed);
 }
 
+/// A second contact that is welded shut: the first one opens the bridges, and the disagreement is told until it is
+/// cleared.
+#[test]
+fn a_welded_second_contact_is_found_at_the_first_press() {
+    let mut bench = Bench::driving(6, 1.0);
+    bench.board.world(|world| {
+        world.second_contact_welded = true;
+        world.emergency_stop = true;
+    });
+    let opened = bridges_off_within(&mut bench, 2);
+    assert!(opened <= 2, "{opened}");
+    bench.run(90);
+    bench.board.world(|world| world.emergency_stop = false);
+    assert!(!blockers(&bench).contains(Blocker::StopContacts));
+    bench.board.world(|world| world.emergency_stop = true);
+    bench.run(105);
+    bench.board.world(|world| world.emergency_stop = false);
+    bench.run(500);
+    assert!(blockers(&bench).contains(Blocker::StopContacts));
+    bench.request(Request::ClearFaults);
+    bench.run(20);
+    assert!(!blockers(&bench).contains(Blocker::StopContacts));
+}
+
 #[test]
 fn a_break_in_the_tick_of_a_clear_request_is_not_cleared_unseen() {
     let mut bench = Bench::driving(6, 1.0);

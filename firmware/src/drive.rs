@@ -10,8 +10,9 @@ use embassy_time::{Duration, Instant, with_timeout};
 use model::command::{Command, Request};
 use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
 use model::supervise::arming::Mode;
-use model::supervise::codes::FaultSet;
+use model::supervise::codes::{BlockerSet, FaultSet};
 use model::tick::VehicleCore;
+use model::vehicle::Vehicle;
 
 use crate::checkins::Critical;
 use crate::encoders::Encoders;
@@ -40,10 +41,17 @@ pub struct DriveHardware<N, B, E, C, R> {
     pub cycles: C,
     /// The recorder of ticks.
     pub recorder: R,
+    /// What the board's self-test found at boot.
+    pub blockers: BlockerSet,
 }
 
-/// Runs the vehicle, tick after tick: `core` decides, `hardware` acts.
-pub async fn run<M, N, B, E, C, R>(topics: &Topics<M>, core: VehicleCore, hardware: DriveHardware<N, B, E, C, R>) -> !
+/// Runs the vehicle, tick after tick: `core` decides, `hardware` acts. The core stays where the caller keeps it: moved
+/// from future to future it would take kilobytes of stack.
+pub async fn run<M, N, B, E, C, R>(
+    topics: &Topics<M>,
+    core: &mut VehicleCore,
+    hardware: DriveHardware<N, B, E, C, R>,
+) -> !
 where
     M: RawMutex,
     N: EncoderCounters,
@@ -52,13 +60,13 @@ where
     C: CycleCounter,
     R: Recorder,
 {
-    let mut core = core;
     let DriveHardware {
         encoders,
         mut bridges,
         mut emergency_stop,
         cycles: counter,
         mut recorder,
+        blockers,
     } = hardware;
     bridges.apply(&Actuation::SAFE);
     let mut encoders = Encoders::new(encoders);
@@ -86,15 +94,19 @@ where
             topics,
             now,
             encoders.counts(),
-            emergency_stop.is_pressed(),
-            bridges.break_tripped(),
+            Switched {
+                emergency_stop: emergency_stop.is_pressed(),
+                break_input: bridges.break_input_active(),
+                bridge_break: bridges.break_tripped(),
+                board_blockers: blockers.bits(),
+            },
         );
         let command = command(topics, now, request);
 
         if core.mode() == Mode::Disarmed
             && let Some(vehicle) = topics.new_vehicle.take()
         {
-            core = core.with_vehicle(&vehicle);
+            change_vehicle(core, &vehicle);
         }
         let sensed = core.sense(&sample);
         let after_sense = counter.cycles();
@@ -152,14 +164,30 @@ async fn imu_samples<M: RawMutex>(topics: &Topics<M>, begin: Instant) {
     }
 }
 
-/// The sample of this tick: the encoders' counts as they are now, and the latest of every other reading.
-fn gather<M: RawMutex>(
-    topics: &Topics<M>,
-    now: Instant,
-    encoder_counts: [i64; MOTORS],
+/// Makes `core` one for another vehicle. Not part of the tick's own frame: the new core takes kilobytes of stack.
+#[cold]
+#[inline(never)]
+fn change_vehicle(core: &mut VehicleCore, vehicle: &Vehicle<f32>) {
+    *core = core.with_vehicle(vehicle);
+}
+
+/// What of a sample is on or off.
+#[derive(Clone, Copy)]
+struct Switched {
     emergency_stop: bool,
+    break_input: bool,
     bridge_break: bool,
-) -> Sample {
+    board_blockers: u32,
+}
+
+/// The sample of this tick: the encoders' counts as they are now, and the latest of every other reading.
+fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, encoder_counts: [i64; MOTORS], switched: Switched) -> Sample {
+    let Switched {
+        emergency_stop,
+        break_input,
+        bridge_break,
+        board_blockers,
+    } = switched;
     let imu = |(raw, age_us): (Option<ImuRaw>, u32)| ImuSample {
         raw: raw.unwrap_or_default(),
         age_us,
@@ -174,7 +202,9 @@ fn gather<M: RawMutex>(
         analog: analog.unwrap_or_default(),
         analog_age_us,
         emergency_stop,
+        break_input,
         bridge_break,
+        board_blockers,
     }
 }
 

@@ -6,6 +6,7 @@ use model::board::BoardScales;
 use crate::imu::driver;
 
 pub mod analog;
+pub mod encoders;
 
 /// Shortest pulse of either side of a bridge, in percent of the PWM period: both diagonals always switch, and the
 /// drivers' bootstrap capacitors stay charged.
@@ -31,6 +32,8 @@ pub const LINK_BAUD: u32 = 921_600;
 
 /// One sector of the parameters' flash, bytes: what an erase clears.
 pub const FLASH_SECTOR_BYTES: usize = 128 * 1024;
+/// Sectors of each of the flash's two banks.
+pub const SECTORS_PER_BANK: usize = 8;
 /// One word of the parameters' flash, bytes: what is programmed, and what errors are corrected over.
 pub const FLASH_WORD_BYTES: usize = 32;
 /// Sectors of the parameters' flash: the store needs one to move to while it keeps the other.

@@ -45,6 +45,8 @@ pub enum Event {
     },
     /// The stored set cannot be believed: the built-in set is in force, and arming is blocked until a set is stored.
     SetLost,
+    /// The external clock is missing: the board runs from its own oscillator.
+    InternalClock,
 }
 
 /// One line of the log.

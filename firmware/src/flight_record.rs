@@ -31,7 +31,9 @@ impl FlightRecord {
             analog: Analog::all(0),
             analog_age_us: 0,
             emergency_stop: false,
+            break_input: false,
             bridge_break: false,
+            board_blockers: 0,
         },
         command: Command {
             age_us: 0,

@@ -17,8 +17,12 @@ pub trait EncoderCounters {
 pub trait Bridges {
     /// Applies one tick's actuation: sets the duties, or opens every bridge unless the actuation is enabled.
     fn apply(&mut self, actuation: &Actuation);
-    /// Whether the hardware break has tripped since the break was last cleared.
+    /// Whether the hardware break has tripped, or the bridges have opened in any other way without being told to, since
+    /// the break was last cleared.
     fn break_tripped(&mut self) -> bool;
+    /// Whether the break input's wire asks for a break now: the emergency stop's second contact is open, or a bridge
+    /// driver reports a fault.
+    fn break_input_active(&mut self) -> bool;
     /// Clears a tripped break, so that the bridges can be enabled again. Has no effect as long as the cause
     /// of the break lasts.
     fn clear_break(&mut self);
@@ -103,6 +107,27 @@ impl ResetCause {
             Self::Software => "software",
             Self::Watchdog => "watchdog",
             Self::Other => "unknown",
+        }
+    }
+}
+
+/// What a board's clocks run from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum ClockSource {
+    /// The external clock, within some parts per million.
+    External,
+    /// The part's own oscillator, within 1 % at room temperature, because the external clock is missing: every time
+    /// and rate of the board is wrong by as much.
+    Internal,
+}
+
+impl ClockSource {
+    /// The source in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::External => "the external clock",
+            Self::Internal => "its own oscillator",
         }
     }
 }

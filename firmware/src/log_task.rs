@@ -7,8 +7,9 @@ use embassy_time::{Duration, Ticker};
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, Fault, FaultSet};
 
+use crate::built_in::BUILD_HASH;
 use crate::events::Event;
-use crate::hardware::{Indicators, ResetCause};
+use crate::hardware::{ClockSource, Indicators, ResetCause};
 use crate::topics::Topics;
 
 /// How often the task looks at the vehicle's state.
@@ -16,10 +17,19 @@ const PERIOD: Duration = Duration::from_millis(50);
 /// Rounds per summary: one summary per second.
 const SUMMARY_EVERY: u32 = 20;
 
-/// Logs the firmware's version and why the part started.
-pub fn boot<M: RawMutex>(topics: &Topics<M>, version: &str, cause: ResetCause) {
-    info!("biplanar drive board {}, reset by {}", version, cause.name());
+/// Logs which firmware this is, why the part started, and what its clocks run from.
+pub fn boot<M: RawMutex>(topics: &Topics<M>, version: &str, cause: ResetCause, clock: ClockSource) {
+    info!(
+        "biplanar drive board {}, build {:08x}, reset by {}",
+        version,
+        BUILD_HASH,
+        cause.name()
+    );
     topics.log.push(Event::Booted(cause));
+    if clock == ClockSource::Internal {
+        warning!("no external clock: the board runs from its own oscillator");
+        topics.log.push(Event::InternalClock);
+    }
 }
 
 /// Logs the vehicle's state and shows it on the lamps, for ever.

@@ -67,8 +67,14 @@ pub struct Sample {
     pub analog_age_us: u32,
     /// The emergency stop is pressed (level of its pin).
     pub emergency_stop: bool,
+    /// The break input's wire asks for a break (level of its pin): the emergency stop's second contact is open, or a
+    /// bridge driver reports a fault.
+    pub break_input: bool,
     /// The bridges' hardware break has tripped.
     pub bridge_break: bool,
+    /// What the board's self-test found at boot, as bits: bit n is the blocker of number n. It keeps the vehicle from
+    /// arming until the next boot.
+    pub board_blockers: u32,
 }
 
 /// What the bridges do in one tick.

@@ -43,6 +43,10 @@ pub struct Sensed {
     pub analog_age_us: u32,
     /// The emergency stop is pressed.
     pub emergency_stop: bool,
+    /// The break input's wire asks for a break: the stop's second contact is open, or a bridge driver reports a fault.
+    pub break_input: bool,
     /// The bridges' hardware break has tripped.
     pub bridge_break: bool,
+    /// What the board's self-test found at boot, as bits.
+    pub board_blockers: u32,
 }

@@ -7,6 +7,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
 
+use firmware::hardware::ClockSource;
 use firmware::protocol::frame::{Decoder, Received, encode};
 use firmware::protocol::message::{
     About, BoardMessage, BoardStatus, HostMessage, Identity, LinkCounters, Order, OrderId, PROTOCOL_VERSION, TickCycles,
@@ -146,6 +147,7 @@ impl<S: FnMut(OrderId, Order) -> Vec<(u64, BoardMessage)>> Scripted<S> {
             vehicle,
             link: LinkCounters::default(),
             cycles: TickCycles::default(),
+            clock: ClockSource::External,
         })
     }
 }

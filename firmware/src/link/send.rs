@@ -7,6 +7,7 @@ use embedded_io_async::Write;
 
 use crate::checkins::Critical;
 use crate::drive_board::LINK_BAUD;
+use crate::hardware::ClockSource;
 use crate::protocol::frame::encode;
 use crate::protocol::message::{BoardMessage, BoardStatus, Read, Reading, STATUS_RATE_HZ};
 use crate::topics::{Answered, Topics, Wanted};
@@ -27,8 +28,9 @@ pub const fn status_rate_max_hz() -> u16 {
 /// The task's period while the host wants no status: the task still tells the watchdog that it is alive.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
-/// Sends the status and the answers for ever; `boot` is the number of this boot.
-pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write, boot: u32) -> ! {
+/// Sends the status and the answers for ever; `boot` is the number of this boot, `clock` what the board's clocks run
+/// from.
+pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write, boot: u32, clock: ClockSource) -> ! {
     let mut rate_hz = STATUS_RATE_HZ;
     let mut ticker = Ticker::every(period(rate_hz));
     let mut sequence = 0_u32;
@@ -63,6 +65,7 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write, boot: u3
                         vehicle: vehicle.value,
                         link: topics.link.latest().map(|l| l.value).unwrap_or_default(),
                         cycles: topics.cycles.latest().map(|c| c.value).unwrap_or_default(),
+                        clock,
                     };
                     send(&mut uart, &BoardMessage::Status(status)).await;
                 }
@@ -193,6 +196,7 @@ mod tests {
             vehicle,
             link,
             cycles,
+            clock: ClockSource::Internal,
         }))
         .expect("fits");
         assert!(

@@ -3,6 +3,8 @@
 use model::status::Status;
 use serde::{Deserialize, Serialize};
 
+use crate::hardware::ClockSource;
+
 /// The status of vehicle and board as it is sent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BoardStatus {
@@ -16,6 +18,8 @@ pub struct BoardStatus {
     pub link: LinkCounters,
     /// Cost of the ticks.
     pub cycles: TickCycles,
+    /// What the board's clocks run from.
+    pub clock: ClockSource,
 }
 
 /// Counters of the link's input, since boot.

@@ -17,8 +17,11 @@ const EMERGENCY_STOP: i64 = 1;
 const BRIDGE_BREAK: i64 = 2;
 const PARAMETERS_PENDING: i64 = 4;
 const ENABLE: i64 = 8;
-/// The request stands above the flags.
-const REQUEST_SHIFT: u32 = 4;
+const BREAK_INPUT: i64 = 16;
+/// The request's number stands above the flags.
+const REQUEST_SHIFT: u32 = 5;
+/// The board's blockers stand above the request.
+const BLOCKERS_SHIFT: u32 = REQUEST_SHIFT + u8::BITS;
 
 /// The numbers of a record.
 pub type Row = [i64; CHANNELS];
@@ -34,9 +37,11 @@ pub fn row(record: &FlightRecord) -> Row {
     let flag = |set: bool, bit: i64| if set { bit } else { 0 };
     let flags = flag(sample.emergency_stop, EMERGENCY_STOP)
         | flag(sample.bridge_break, BRIDGE_BREAK)
+        | flag(sample.break_input, BREAK_INPUT)
         | flag(command.parameters_pending, PARAMETERS_PENDING)
         | flag(actuation.enable, ENABLE)
-        | i64::from(command.request as u8) << REQUEST_SHIFT;
+        | i64::from(command.request as u8) << REQUEST_SHIFT
+        | i64::from(sample.board_blockers) << BLOCKERS_SHIFT;
     let mut row = [0; CHANNELS];
     let mut slots = row.iter_mut();
     let mut put = |numbers: &[i64]| {
@@ -88,7 +93,7 @@ pub fn record(row: &Row) -> Option<FlightRecord> {
     let quantities = take::<{ DriveCommand::QUANTITIES }>(rest)?;
     let [flags] = take(rest)?;
     let duties = take::<MOTORS>(rest)?;
-    let request = Request::from_number(u8::try_from(flags >> REQUEST_SHIFT).ok()?)?;
+    let request = Request::from_number((flags >> REQUEST_SHIFT) as u8)?;
     let mut drive = [0.0; DriveCommand::QUANTITIES];
     for (slot, bits) in drive.iter_mut().zip(quantities) {
         *slot = f32::from_bits(u32::try_from(bits).ok()?);
@@ -112,7 +117,9 @@ pub fn record(row: &Row) -> Option<FlightRecord> {
             analog: Analog::from_values(analog),
             analog_age_us: u32::try_from(analog_age_us).ok()?,
             emergency_stop: flags & EMERGENCY_STOP != 0,
+            break_input: flags & BREAK_INPUT != 0,
             bridge_break: flags & BRIDGE_BREAK != 0,
+            board_blockers: u32::try_from(flags >> BLOCKERS_SHIFT).ok()?,
         },
         command: Command {
             drive: DriveCommand::from_values(drive),

@@ -57,3 +57,23 @@ pub fn without_package_variables(command: &mut Command) -> &mut Command {
     }
     command
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Cargo's runner for the board, on a machine without probe-rs.
+    #[cfg(unix)]
+    #[test]
+    fn flashing_without_probe_rs_ends_with_the_remedy() {
+        let output = Command::new(root().join(".ci/flash-board"))
+            .arg("drive-board")
+            .env("PATH", "/nowhere")
+            .output()
+            .expect("it starts");
+        let told = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success());
+        assert_eq!(told.lines().count(), 1, "{told}");
+        assert!(told.contains("cargo install probe-rs-tools"), "{told}");
+    }
+}

@@ -27,6 +27,7 @@ pub mod noise;
 mod ranges;
 pub mod settings;
 mod supply;
+pub mod switching;
 pub mod terrain;
 #[cfg(test)]
 mod tests;

@@ -9,6 +9,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::{Args, Subcommand};
+use firmware::hardware::ClockSource;
 use firmware::protocol::message::{BoardStatus, Identity, Order};
 use model::command::Request;
 use report::error::CommandError;
@@ -325,10 +326,12 @@ fn who(identity: &Identity) -> String {
 
 /// One line of status.
 fn line(status: &BoardStatus) -> String {
-    let BoardStatus { vehicle, link, .. } = status;
+    let BoardStatus {
+        vehicle, link, clock, ..
+    } = status;
     format!(
         "{}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V; faults {}; blockers {}; link: {} frames, \
-         {} unreadable, {} UART errors, {} repeated, {} foreign, {} late, {} requests and {} answers dropped",
+         {} unreadable, {} UART errors, {} repeated, {} foreign, {} late, {} requests and {} answers dropped{}",
         vehicle.mode.name(),
         vehicle.estimate.speed_m_s,
         vehicle.estimate.phi_rad.to_degrees(),
@@ -344,5 +347,9 @@ fn line(status: &BoardStatus) -> String {
         link.late_orders,
         link.dropped_requests,
         link.dropped_answers,
+        match clock {
+            ClockSource::External => "",
+            ClockSource::Internal => "; no external clock",
+        },
     )
 }

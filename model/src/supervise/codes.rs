@@ -279,6 +279,11 @@ faults! {
         "changes of the measured current follow less than a quarter of those that the voltage makes (`DEAD_SHARE`) for 150 ticks (`DEAD_TICKS`)",
         "the stop begins within 1 s from a stand to 2 m/s (630 ms found); not found while the voltage rests at a limit"
     ),
+    /// The emergency stop's two contacts disagree.
+    StopContacts = 24 => Opens(
+        "first contact and break input differ for 100 ticks (`CONTACTS_TICKS`)",
+        "100 ms; the contact that did open has opened the bridges before"
+    ),
 }
 
 codes! {
@@ -314,6 +319,16 @@ codes! {
     Parameters = 12,
     /// A drive motor's current sensor shows a current though every bridge is open.
     CurrentSensor = 13,
+    /// The emergency stop's two contacts have disagreed since faults were last cleared.
+    StopContacts = 14,
+    /// The break that the self-test asked for did not switch the bridges off.
+    BreakPath = 15,
+    /// The part's option bytes are not those that the board needs.
+    BoardOptions = 16,
+    /// The part's silicon is of a revision that the board is not made for.
+    PartRevision = 17,
+    /// A word of the firmware in the flash cannot be read.
+    Image = 18,
 }
 
 codes! {

@@ -5,7 +5,7 @@ use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use super::motor_watch::{MotorHealth, MotorReading, MotorWatch};
 use super::plausibility::{ImuHealth, ImuWatch, Persistence};
 use crate::board::BoardScales;
-use crate::command::Command;
+use crate::command::{Command, Request};
 use crate::control::motor::voltage;
 use crate::estimate::Estimate;
 use crate::sample::TICK_S;
@@ -19,6 +19,9 @@ const LATE_US: u64 = 1500;
 const MISSED_US: u64 = 5000;
 const OVERCURRENT_TICKS: u16 = 3;
 const BATTERY_TICKS: u16 = 50;
+/// Ticks in a row in which the emergency stop's contacts must differ to disagree: longer than the contacts of one button
+/// take to follow each other, and than a pulse on the break's wire lasts.
+const CONTACTS_TICKS: u16 = 100;
 
 /// What supervision finds in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,6 +60,9 @@ pub struct Supervisor {
     current_offset: bool,
     battery_low: Persistence,
     battery_high: Persistence,
+    contacts_differ: Persistence,
+    /// The emergency stop's contacts have disagreed since faults were last cleared.
+    contacts_disagreed: bool,
     last_time_us: Option<u64>,
     late_ticks: u32,
 }
@@ -105,17 +111,21 @@ impl Supervisor {
             current_offset: false,
             battery_low: Persistence::new(BATTERY_TICKS),
             battery_high: Persistence::new(BATTERY_TICKS),
+            contacts_differ: Persistence::new(CONTACTS_TICKS),
+            contacts_disagreed: false,
             last_time_us: None,
             late_ticks: 0,
         }
     }
 
     /// This supervisor, made for `vehicle`, with everything that another one has told: mode, latched faults, blockers,
-    /// refused requests and late ticks.
+    /// refused requests, late ticks and the emergency stop's contacts.
     #[must_use]
     pub fn with_record_of(self, other: &Self, vehicle: &Vehicle<f32>) -> Self {
         Self {
             arming: other.arming.with_stop_timeout(stop_timeout_ticks(vehicle)),
+            contacts_differ: other.contacts_differ,
+            contacts_disagreed: other.contacts_disagreed,
             last_time_us: other.last_time_us,
             late_ticks: other.late_ticks,
             ..self
@@ -124,8 +134,13 @@ impl Supervisor {
 
     /// One tick. `applied` is what the bridges did since the last tick.
     pub fn step(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command, applied: Actuation) -> Findings {
+        if command.request == Request::ClearFaults && self.mode() == Mode::Disarmed {
+            self.contacts_disagreed = false;
+        }
         let faults = self.faults(sensed, estimate, command, applied);
-        let blockers = self.blockers(faults, estimate, command);
+        let blockers = self
+            .blockers(faults, estimate, command)
+            .union(BlockerSet::from_bits(sensed.board_blockers));
         let before = self.arming.mode();
         let mode = self.arming.step(&Conditions {
             faults,
@@ -184,6 +199,9 @@ impl Supervisor {
 
         faults.set(Fault::EmergencyStop, sensed.emergency_stop);
         faults.set(Fault::BridgeBreak, sensed.bridge_break);
+        // Kept, because a contact that does not open shows only while somebody presses the stop.
+        self.contacts_disagreed |= self.contacts_differ.update(sensed.emergency_stop != sensed.break_input);
+        faults.set(Fault::StopContacts, self.contacts_disagreed);
 
         let arm = self.arm_watch.update(&sensed.arm_imu);
         faults.set(Fault::ImuStale, arm == ImuHealth::Stale);
@@ -277,6 +295,7 @@ impl Supervisor {
         blockers.set(Blocker::CommandNotNeutral, !command.drive.is_neutral());
         blockers.set(Blocker::Parameters, command.parameters_pending);
         blockers.set(Blocker::CurrentSensor, self.current_offset);
+        blockers.set(Blocker::StopContacts, any(&[Fault::StopContacts]));
         blockers
     }
 }

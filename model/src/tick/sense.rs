@@ -100,7 +100,9 @@ impl Sensing {
             spar_imu: sample.spar_imu,
             analog_age_us: sample.analog_age_us,
             emergency_stop: sample.emergency_stop,
+            break_input: sample.break_input,
             bridge_break: sample.bridge_break,
+            board_blockers: sample.board_blockers,
         }
     }
 }

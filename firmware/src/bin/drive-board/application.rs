@@ -8,13 +8,14 @@ use firmware::drive::DriveHardware;
 use firmware::drive_board::SCALES;
 use firmware::events::Event;
 use firmware::fault_history::FaultStore;
-use firmware::hardware::Place;
+use firmware::hardware::{ClockSource, Place};
 use firmware::parameters::{Booted, ParameterStore};
 use firmware::protocol::message::About;
 use firmware::topics::{self, DisarmBy};
 use firmware::{analog, built_in, drive, fault_history, imu, link, log_task, parameters, watchdog};
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
+use static_cell::StaticCell;
 
 use crate::board::link::{LinkReceiver, LinkSender};
 use crate::board::{
@@ -31,7 +32,7 @@ type BoardDrive = DriveHardware<QuadratureCounters, Tim1Bridges, StopContact, Co
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let board = Board::take();
-    log_task::boot(&TOPICS, env!("CARGO_PKG_VERSION"), board.reset_cause);
+    log_task::boot(&TOPICS, env!("CARGO_PKG_VERSION"), board.reset_cause, board.clock);
     if let Some(words) = &board.last_words {
         TOPICS.log.push(Event::Crashed);
         defmt::error!("the last run ended: {=str}", words.as_str());
@@ -50,24 +51,30 @@ async fn main(spawner: Spawner) {
         emergency_stop: board.emergency_stop,
         cycles: board.cycles,
         recorder: board.flight_recorder,
+        blockers: board.blockers,
     };
 
     // The thread's tasks first: building them takes the most stack, and nothing interrupts it yet. They run when this
     // task ends.
-    let core = VehicleCore::new(&booted.vehicle, &SCALES);
+    static CORE: StaticCell<VehicleCore> = StaticCell::new();
+    let core = CORE.init_with(|| VehicleCore::new(&booted.vehicle, &SCALES));
     let about = link::about(built_in.parameters(), board.boot_number);
     spawner.spawn(started(receive_task(board.link_receiver, about)));
-    spawner.spawn(started(send_task(board.link_sender, about.boot)));
+    spawner.spawn(started(send_task(board.link_sender, about.boot, board.clock)));
     spawner.spawn(started(parameter_task(store, booted, built_in)));
     let history = FaultStore::new(board.fault_history).ok();
     spawner.spawn(started(fault_task(history, about.boot)));
     spawner.spawn(started(log_task(board.lamps)));
     spawner.spawn(started(button_task(board.user_button)));
 
+    // A vehicle without a spar has no IMU there, and nobody looks for one.
+    let with_spar = built_in::PARAMETERS.spar.is_some();
     // In the order in which the tasks run within a tick.
     let control = board::start_control_executor();
     control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
-    control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
+    if with_spar {
+        control.spawn(started(imu_task(Place::Spar, board.spar_imu)));
+    }
     control.spawn(started(drive_task(core, drive_hardware)));
     control.spawn(started(watchdog_task(board.watchdog.start())));
     // Halfway between two ticks, whatever the thread's tasks are busy with: the age of its reading is a fact.
@@ -89,10 +96,8 @@ async fn imu_task(place: Place, device: ImuDevice) {
     imu::run(&TOPICS, place, device).await;
 }
 
-// The arguments move once, at start-up, into the task's own storage.
-#[allow(clippy::large_types_passed_by_value)]
 #[embassy_executor::task]
-async fn drive_task(core: VehicleCore, hardware: BoardDrive) {
+async fn drive_task(core: &'static mut VehicleCore, hardware: BoardDrive) {
     drive::run(&TOPICS, core, hardware).await;
 }
 
@@ -112,8 +117,8 @@ async fn receive_task(uart: LinkReceiver, about: About) {
 }
 
 #[embassy_executor::task]
-async fn send_task(uart: LinkSender, boot: u32) {
-    link::send::run(&TOPICS, uart, boot).await;
+async fn send_task(uart: LinkSender, boot: u32, clock: ClockSource) {
+    link::send::run(&TOPICS, uart, boot, clock).await;
 }
 
 // The arguments move once, at start-up, into the task's own storage.

@@ -7,6 +7,7 @@ use rigless::device::Level;
 use rigless::machine::{Board, Crystal, Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Error;
+use rigless::soc::stm32h743::generated::pwr;
 use rigless::soc::stm32h743::peripherals::gpio::Pin;
 use rigless::soc::stm32h743::peripherals::spi::Select;
 use rigless::soc::stm32h743::peripherals::tim::Channel;
@@ -16,7 +17,7 @@ use rigless::time::VirtualNanos;
 use super::imu::EmulatedImu;
 use super::pins::{BridgeOutput, MOTORS, SensedAtPins};
 use super::wire::LinkLine;
-use crate::part::Part;
+use crate::part::{Part, PartSetup};
 
 /// Instructions the emulated core retires per second of virtual time, unless a run sets another rate: the
 /// 400 MHz core at one instruction in four cycles, a cautious figure for code in flash with the cache on.
@@ -34,6 +35,8 @@ mod at {
     pub const LINK: usize = 2;
     /// ADC1.
     pub const CONVERTER: usize = 0;
+    /// GPIOE.
+    pub const PORT_E: usize = 4;
     /// GPIOG.
     pub const PORT_G: usize = 6;
 }
@@ -47,6 +50,8 @@ const ANALOG_CHANNELS: Analog<u8> = Analog {
     right_current: 5,
     ballast_current: 18,
 };
+/// The break input, PE15.
+const BREAK_PIN: u8 = 15;
 /// The emergency stop's first contact, PG2.
 const STOP_PIN: u8 = 2;
 /// Pins of the bridges on port E: forward, reverse.
@@ -73,6 +78,8 @@ pub struct DriveBoard {
     silent_imus: [bool; 2],
     /// Both contacts of the emergency stop open.
     stop_pressed: bool,
+    /// The stop's second contact is welded shut.
+    second_contact_welded: bool,
     /// A bridge driver reports a fault.
     driver_fault: bool,
 }
@@ -83,6 +90,7 @@ rigless::store!(DriveBoard {
         fed_counts,
         silent_imus,
         stop_pressed,
+        second_contact_welded,
         driver_fault
     ],
     parts: [mcu],
@@ -94,10 +102,15 @@ impl DriveBoard {
     ///
     /// # Errors
     /// When the emulated part lacks a peripheral of the wiring table.
-    pub fn new(instructions_per_second: u64) -> Result<Self, Error> {
-        let mut mcu = Part::new()?;
+    pub fn new(instructions_per_second: u64, part: PartSetup) -> Result<Self, Error> {
+        let mut mcu = Part::new(part)?;
         let h7 = &mut mcu.h7;
-        h7.rcc.attach_crystals(CRYSTAL_HZ, Crystal::NONE.0);
+        let external_hz = if part.external_clock {
+            CRYSTAL_HZ
+        } else {
+            Crystal::NONE.0
+        };
+        h7.rcc.attach_crystals(external_hz, Crystal::NONE.0);
         h7.set_supply(SUPPLY_MV);
         h7.set_analog_supply(SUPPLY_MV);
         for converter in &mut h7.adc {
@@ -118,6 +131,7 @@ impl DriveBoard {
             fed_counts: [0; MOTORS],
             silent_imus: [false; 2],
             stop_pressed: false,
+            second_contact_welded: false,
             driver_fault: false,
         };
         board.set_stop(VirtualNanos(0), false);
@@ -126,7 +140,7 @@ impl DriveBoard {
 
     /// State of each bridge.
     pub fn bridges(&mut self, now: VirtualNanos) -> [BridgeOutput; MOTORS] {
-        let break_level = self.break_level();
+        let break_level = self.timer_break_level();
         self.mcu.with_bridge_timer(now, |timer, registers, context| {
             timer.drive_break(break_level, registers, context);
             let timer = &timer.model;
@@ -218,6 +232,32 @@ impl DriveBoard {
         });
     }
 
+    /// Welds the stop's second contact shut: it no longer opens when the stop is pressed.
+    pub fn weld_second_contact(&mut self) {
+        self.second_contact_welded = true;
+    }
+
+    /// Stops the external clock.
+    pub fn fail_external_clock(&mut self, now: VirtualNanos) {
+        self.mcu.fail_external_clock(now);
+    }
+
+    /// Sets the part's own supply, in mV.
+    pub fn set_supply(&mut self, now: VirtualNanos, millivolts: u32) {
+        self.mcu.h7.set_supply(millivolts);
+        let power = self.mcu.h7.bus().slot("PWR").expect("the part has a power controller");
+        let registers = self.mcu.h7.bus_mut().slot_mut(power).registers_mut();
+        if pwr::csr1::PVDO.is_set(registers.get(pwr::Register::Csr1)) {
+            self.mcu
+                .with_bridge_timer(now, |timer, registers, context| timer.supply_fell(registers, context));
+        }
+    }
+
+    /// The part.
+    pub fn part(&mut self) -> &mut Part {
+        &mut self.mcu
+    }
+
     /// Raises or clears the fault output of the bridges' drivers, which shares the break input's wire.
     pub fn set_driver_fault(&mut self, now: VirtualNanos, fault: bool) {
         let before = self.break_level();
@@ -254,9 +294,25 @@ impl DriveBoard {
         });
     }
 
+    /// Whether the break's pin is connected to the timer, which sees a low level until then.
+    fn break_pin_connected(&mut self) -> bool {
+        let port = self.mcu.h7.bus().slot("GPIOE").expect("the part has port E");
+        let registers = self.mcu.h7.bus_mut().slot_mut(port).registers_mut();
+        gpio::Gpio::function(pin(BREAK_PIN), registers) == Some(BRIDGE_FUNCTION)
+    }
+
+    /// Level that the timer sees on its break input.
+    fn timer_break_level(&mut self) -> Level {
+        if self.break_pin_connected() {
+            self.break_level()
+        } else {
+            Level::Low
+        }
+    }
+
     /// Level of the break input's wire: high while the stop's second contact is open or a driver reports a fault.
     fn break_level(&self) -> Level {
-        if self.stop_pressed || self.driver_fault {
+        if (self.stop_pressed && !self.second_contact_welded) || self.driver_fault {
             Level::High
         } else {
             Level::Low
@@ -266,11 +322,15 @@ impl DriveBoard {
     /// Puts the wire's level, which was `before`, on the break input.
     fn drive_break(&mut self, now: VirtualNanos, before: Level) {
         let level = self.break_level();
+        self.mcu.h7.drive_port(now, at::PORT_E, |port, registers, context| {
+            port.drive(pin(BREAK_PIN), Some(level), registers, context);
+        });
+        let at_timer = self.timer_break_level();
         self.mcu.with_bridge_timer(now, |timer, registers, context| {
             if level != before {
                 timer.time_break_filter(now);
             }
-            timer.drive_break(level, registers, context);
+            timer.drive_break(at_timer, registers, context);
         });
     }
 }

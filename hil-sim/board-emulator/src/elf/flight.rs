@@ -56,7 +56,9 @@ pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
             analog: Analog::from_values(sample(offset_of!(Sample, analog)).each(2, |field| field.u16())?),
             analog_age_us: sample(offset_of!(Sample, analog_age_us)).u32()?,
             emergency_stop: sample(offset_of!(Sample, emergency_stop)).flag()?,
+            break_input: sample(offset_of!(Sample, break_input)).flag()?,
             bridge_break: sample(offset_of!(Sample, bridge_break)).flag()?,
+            board_blockers: sample(offset_of!(Sample, board_blockers)).u32()?,
         },
         command: Command {
             // C's layout of the quantities is an array of them.

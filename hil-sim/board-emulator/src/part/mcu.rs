@@ -12,6 +12,7 @@ use rigless::soc::{Bus, Error};
 use rigless::time::VirtualNanos;
 
 use super::multiplexer::RequestMultiplexer;
+use super::setup::{PartSetup, UNCORRECTABLE, status};
 use super::timer::{BridgeTimer, GeneralTimer};
 use super::watchdog::IndependentWatchdog;
 
@@ -70,12 +71,16 @@ pub struct Part {
     bridge_timer_slot: usize,
     timer_slots: [usize; TIMERS.len()],
     link_slot: usize,
+    clocks_slot: usize,
+    setup: PartSetup,
+    /// Guarded reads of each bank of the flash since the part started.
+    flash_reads: [u64; 2],
 }
 
 rigless::store!(Part {
-    values: [watchdog],
+    values: [watchdog, flash_reads],
     parts: [h7, bridge_timer, timers, multiplexer],
-    built: [models, bridge_timer_slot, timer_slots, link_slot]
+    built: [models, bridge_timer_slot, timer_slots, link_slot, clocks_slot, setup]
 });
 
 impl Part {
@@ -83,8 +88,12 @@ impl Part {
     ///
     /// # Errors
     /// When the emulated part's own description is inconsistent.
-    pub fn new() -> Result<Self, Error> {
-        let h7 = Stm32h743::new()?;
+    pub fn new(setup: PartSetup) -> Result<Self, Error> {
+        let mut h7 = Stm32h743::new()?;
+        let (flash, registers) = h7.program();
+        setup.program(flash, registers);
+        let identity_slot = h7.bus().slot("DBGMCU")?;
+        setup.mark(h7.bus_mut().slot_mut(identity_slot).registers_mut());
         let bus = h7.bus();
         let mut models = vec![Model::Own; bus.slots().len()];
         for instance in LEFT_OUT {
@@ -100,6 +109,7 @@ impl Part {
         models[bus.slot("DMAMUX1")?] = Model::Multiplexer;
         models[bus.slot("IWDG")?] = Model::Watchdog;
         let link_slot = bus.slot("USART3")?;
+        let clocks_slot = bus.slot("RCC")?;
         Ok(Self {
             h7,
             bridge_timer: BridgeTimer::bridges(),
@@ -110,7 +120,42 @@ impl Part {
             bridge_timer_slot,
             timer_slots,
             link_slot,
+            clocks_slot,
+            setup,
+            flash_reads: [0; 2],
         })
+    }
+
+    /// The external clock stops.
+    pub fn fail_external_clock(&mut self, at: VirtualNanos) {
+        let slot = self.clocks_slot;
+        // The model cannot be borrowed from the part together with the bus that it drives.
+        let mut clocks = std::mem::take(&mut self.h7.rcc);
+        let (registers, mut context) = self.h7.bus_mut().drive(at, slot);
+        clocks.fail_hse(registers, &mut context);
+        self.h7.rcc = clocks;
+    }
+
+    /// Raises flags in the status register of a bank of the flash.
+    pub fn raise_flash_flags(&mut self, bank: usize, flags: u32) {
+        let (_, registers) = self.h7.program();
+        let register = status(bank);
+        registers.set(register, registers.get(register) | u64::from(flags));
+    }
+
+    /// The firmware is about to read a word of a bank of the flash, or has read one: it cleared the bank's error flag.
+    pub fn flash_flag_cleared(&mut self, bank: usize) {
+        self.flash_reads[bank] += 1;
+        // The flag is cleared before each read and after it.
+        let nth = self.flash_reads[bank] / 2;
+        let before = self.flash_reads[bank] % 2 == 1;
+        let damaged = self
+            .setup
+            .flash_damage
+            .is_some_and(|damage| damage.bank == bank && (damage.after..damage.after + damage.reads).contains(&nth));
+        if before && damaged {
+            self.raise_flash_flags(bank, UNCORRECTABLE);
+        }
     }
 
     /// Acts on TIM1 from outside the part, at an instant.
@@ -121,6 +166,12 @@ impl Part {
     ) -> T {
         let (registers, mut context) = self.h7.bus_mut().drive(at, self.bridge_timer_slot);
         action(&mut self.bridge_timer, registers, &mut context)
+    }
+
+    /// Filters of the inputs of an encoder's timer, TIM2 for 0, as the firmware set them: bits 4 to 7 of channel 1, 12 to
+    /// 15 of channel 2.
+    pub fn encoder_filters(&self, nth: usize) -> u64 {
+        self.timers[nth].filters
     }
 
     /// Acts on a general-purpose timer from outside the part, at an instant: TIM2 for 0, to TIM5 for 3.
@@ -152,6 +203,7 @@ impl Mcu for Part {
         }
         ErasedDevice::reset(&mut self.multiplexer);
         self.h7.reset(at, cause);
+        self.flash_reads = [0; 2];
     }
 
     /// Polls the link's model, the only one that something outside the part feeds. The part's own `poll` asks

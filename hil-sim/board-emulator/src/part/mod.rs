@@ -2,7 +2,9 @@
 
 mod mcu;
 mod multiplexer;
+mod setup;
 mod timer;
 mod watchdog;
 
 pub use mcu::Part;
+pub use setup::{FlashDamage, PartSetup};

@@ -1,6 +1,8 @@
 //! TIM1 to TIM5, without the calls that nothing on this board needs.
 //!
-//! None of these timers moves data by DMA or follows another timer, so none of them hears a request line.
+//! None of these timers moves data by DMA or follows another timer, so none of them hears a request line but those
+//! that trip TIM1's break: the clock security system's, and the supply's detector, for which the part has no line
+//! ([`BridgeTimer::supply_fell`]).
 //!
 //! The part's model of a timer with outputs asks for control at every edge of every channel: 80,000 times per
 //! second for the three channels of the bridges' timer (TIM1) at 20 kHz, most of what a run costs. Nothing on
@@ -8,7 +10,13 @@
 //! therefore dropped, except around a change of the break input, because they time the break's filter; whoever
 //! reads TIM1's outputs drives its break input first, which makes the model catch up.
 
+//!
+//! The emulated encoders move all the edges of a step at one instant, which a filter would take for noise: the inputs of
+//! the general timers are not filtered, and what the firmware sets is kept beside the model.
+
 use rigless::device::{Device, DeviceContext, Level, RegisterFile, RequestChange};
+use rigless::soc::Layout;
+use rigless::soc::stm32h743::peripherals::rcc::CLOCK_FAILURE;
 use rigless::soc::stm32h743::peripherals::tim::{
     ADVANCED_TIMERS, Advanced, BreakInput, BreakSource, Family, General, TIMERS, Tim,
 };
@@ -17,6 +25,15 @@ use rigless::time::{EventId, VirtualNanos};
 /// How long after a change of the break input TIM1's events are let through, in ns: longer than any setting of
 /// the break's filter at this board's clock (15 samples of 32 periods of 5 ns: 2.4 us).
 const BREAK_FILTER_NS: u64 = 5_000;
+
+/// Instance whose request line trips TIM1's break when the external clock fails.
+const CLOCKS: &str = "RCC";
+/// The line that stands for the supply's detector: the power controller has fewer.
+const SUPPLY: (&str, usize) = ("PWR", usize::MAX);
+
+/// Offset of the register that configures channels 1 and 2, and its bits of the inputs' filters.
+const CHANNELS_1_AND_2: u32 = 0x18;
+const FILTERS: u64 = 0xF0F0;
 
 /// Clock until the clock tree sets the timer's own, before the firmware starts the timer.
 const UNSET_CLOCK_HZ: u64 = 1;
@@ -28,6 +45,10 @@ pub struct Timer<F: Family> {
     pub model: Tim<F>,
     /// The last instant, in ns, at which an event reaches the model.
     events_until: u64,
+    /// The inputs' filters are off, whatever the firmware sets.
+    unfiltered: bool,
+    /// The inputs' filters as the firmware set them last.
+    pub filters: u64,
 }
 
 /// TIM1, which switches the bridges.
@@ -36,12 +57,12 @@ pub type BridgeTimer = Timer<Advanced>;
 pub type GeneralTimer = Timer<General>;
 
 rigless::store!(BridgeTimer {
-    values: [model, events_until],
+    values: [model, events_until, unfiltered, filters],
     parts: [],
     built: []
 });
 rigless::store!(GeneralTimer {
-    values: [model, events_until],
+    values: [model, events_until, unfiltered, filters],
     parts: [],
     built: []
 });
@@ -52,6 +73,8 @@ impl GeneralTimer {
         Self {
             model: Tim::with_clock(UNSET_CLOCK_HZ, TIMERS[nth]),
             events_until: u64::MAX,
+            unfiltered: true,
+            filters: 0,
         }
     }
 }
@@ -60,14 +83,29 @@ impl BridgeTimer {
     /// TIM1, out of reset.
     pub fn bridges() -> Self {
         Self {
-            model: Tim::with_clock(UNSET_CLOCK_HZ, ADVANCED_TIMERS[0]),
+            model: Tim::with_clock(UNSET_CLOCK_HZ, ADVANCED_TIMERS[0])
+                .breaks_on(CLOCKS, CLOCK_FAILURE)
+                .breaks_on(SUPPLY.0, SUPPLY.1),
             events_until: 0,
+            unfiltered: false,
+            filters: 0,
         }
     }
 
     /// Lets the model's events through for as long as the break's filter can take.
     pub fn time_break_filter(&mut self, now: VirtualNanos) {
         self.events_until = now.0 + BREAK_FILTER_NS;
+    }
+
+    /// The supply fell below the detector's level, which the firmware has connected to the break.
+    pub fn supply_fell(&mut self, registers: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        let (instance, request) = SUPPLY;
+        let change = RequestChange {
+            instance,
+            request,
+            level: Level::High,
+        };
+        self.model.on_request(change, registers, context);
     }
 
     /// Puts a level on the break pin, which makes the model catch up.
@@ -90,6 +128,10 @@ impl<F: Family> Device for Timer<F> {
 
     fn write(&mut self, register: F::Register, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         self.model.write(register, value, file, context);
+        if self.unfiltered && register.spec().offset == CHANNELS_1_AND_2 {
+            self.filters = value & FILTERS;
+            self.model.write(register, value & !FILTERS, file, context);
+        }
     }
 
     fn on_event(&mut self, event: EventId, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
@@ -98,8 +140,12 @@ impl<F: Family> Device for Timer<F> {
         }
     }
 
-    /// Ignored: no request or acknowledge is wired to these timers.
-    fn on_request(&mut self, _: RequestChange, _: &mut RegisterFile, _: &mut DeviceContext<'_>) {}
+    /// The clocks' lines alone: no other request or acknowledge is wired to these timers.
+    fn on_request(&mut self, change: RequestChange, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+        if change.instance == CLOCKS {
+            self.model.on_request(change, file, context);
+        }
+    }
 
     fn on_clock_input(&mut self, input: usize, hz: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         self.model.on_clock_input(input, hz, file, context);

@@ -1,4 +1,4 @@
-//! TIM5, the clock of the firmware's tasks: where its ticks lie, and a correction of its model.
+//! The clocks: where the ticks of the firmware's tasks lie (TIM5), and corrections of the models.
 
 use rigless::emulator::{Access, AccessKind};
 use rigless::mcu::Operate;
@@ -16,6 +16,10 @@ const STATUS: u64 = 0x4000_0C10;
 const EVENTS: u64 = 0x4000_0C14;
 /// Counter, in us.
 const COUNT: u64 = 0x4000_0C24;
+
+/// Control register of the part's clocks, and its bit that switches the external clock on.
+const CLOCK_CONTROL: u64 = 0x5802_4400;
+const EXTERNAL_ON: u64 = 1 << 16;
 
 /// The four compare flags of the status register.
 const COMPARE_FLAGS: u64 = 0x1E;
@@ -47,6 +51,20 @@ fn just_before_tick(now: u64, count_us: u64, started: u64) -> u64 {
     let first_tick = started + lag_us * US;
     let before = first_tick + MS - STEP_BEFORE_TICK;
     before + now.saturating_sub(before).div_ceil(MS) * MS
+}
+
+/// Keeps an external clock that is not there from becoming ready after `access`.
+///
+/// The model of the clocks makes an oscillator with nothing on its pins ready, at no frequency; the part's never is.
+pub(super) fn withhold_external(session: &mut Session<DriveBoard>, access: &Access) -> Result<(), Error> {
+    if access.address != CLOCK_CONTROL || access.kind != AccessKind::Write || access.value & EXTERNAL_ON == 0 {
+        return Ok(());
+    }
+    let withheld = access.value & !EXTERNAL_ON;
+    let written = session
+        .mcu()
+        .write(access.virtual_time, CLOCK_CONTROL, Width::W32, withheld);
+    written.map_err(|fault| Error::access(&fault))
 }
 
 /// Clears the compare flags that the clock's model sets wrongly after `access`.

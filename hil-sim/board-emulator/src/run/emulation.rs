@@ -70,7 +70,10 @@ impl Emulation {
 
     fn start(images: Vec<image::Image>, state: EmulationState, from: Option<&Snapshot>) -> Result<Self, Error> {
         let digest = image::digest(&images, None);
-        let board = Box::new(DriveBoard::new(state.settings().instructions_per_second)?);
+        let board = Box::new(DriveBoard::new(
+            state.settings().instructions_per_second,
+            state.settings().part,
+        )?);
         let first = VirtualNanos(state.settings().plant_interval);
         let mut session = Session::new(board, 0, first).map_err(|error| Error::Core(error.to_string()))?;
         let resume = match from {

@@ -1,6 +1,6 @@
 //! Rates of a run.
 
-use crate::board::INSTRUCTIONS_PER_SECOND;
+use crate::board::{INSTRUCTIONS_PER_SECOND, PartSetup};
 use crate::time::MS;
 
 /// Rates of a run.
@@ -13,6 +13,8 @@ pub struct EmulationSettings {
     pub instructions_per_second: u64,
     /// Virtual time between two drains of the log in ns.
     pub log_interval: u64,
+    /// What the part is like before the firmware starts.
+    pub part: PartSetup,
 }
 
 impl Default for EmulationSettings {
@@ -21,6 +23,7 @@ impl Default for EmulationSettings {
             plant_interval: MS,
             instructions_per_second: INSTRUCTIONS_PER_SECOND,
             log_interval: 5 * MS,
+            part: PartSetup::default(),
         }
     }
 }

@@ -15,6 +15,10 @@ use crate::vehicle::ClosedPlant;
 /// The core's cycle counter, which the firmware reads between the stages of a tick.
 const CYCLE_COUNTER: u64 = 0xE000_1004;
 
+/// The registers that clear the flags of the flash's banks, and their bit for an uncorrectable error.
+const FLASH_CLEAR: [u64; 2] = [0x5200_2014, 0x5200_2114];
+const CLEAR_UNCORRECTABLE: u64 = 1 << 26;
+
 /// Memory that is read at every step of the plant.
 #[derive(Debug)]
 pub(super) struct Probe {
@@ -138,8 +142,19 @@ impl EmulationState {
         {
             reads.push(access.instruction_count);
         }
+        // The driver clears other flags together with this one; a guarded read clears it alone.
+        if access.kind == AccessKind::Write
+            && access.value == CLEAR_UNCORRECTABLE
+            && let Some(bank) = FLASH_CLEAR.into_iter().position(|register| register == access.address)
+        {
+            session.board_mut().part().flash_flag_cleared(bank);
+        }
         let corrected = clock::correct_flags(session, access);
         self.note(corrected);
+        if !self.settings.part.external_clock {
+            let withheld = clock::withhold_external(session, access);
+            self.note(withheld);
+        }
     }
 
     /// Steps the plant and drains the log where they are due.

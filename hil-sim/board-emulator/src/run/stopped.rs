@@ -149,6 +149,16 @@ impl Stopped<'_> {
         Ok(())
     }
 
+    /// Writes a register of a peripheral as the core would.
+    ///
+    /// # Errors
+    /// Where the bus takes no write.
+    pub fn write_register(&mut self, address: u64, value: u32) -> Result<(), Error> {
+        let at = self.stop.at;
+        let written = self.session.mcu().write(at, address, Width::W32, u64::from(value));
+        written.map_err(|fault| Error::access(&fault))
+    }
+
     /// Reads a register of a peripheral as the core would.
     ///
     /// # Errors

@@ -53,7 +53,10 @@ fn each_stage_is_counted() {
         .emulation
         .at(|stopped| stopped.take_cycle_reads())
         .expect("it runs");
-    let ticks: Vec<&[u64]> = reads.chunks_exact(STAGES.len() + 1).collect();
+    // The recording may begin within a tick: the first whole one follows the first long gap.
+    let gap = reads.windows(2).position(|pair| pair[1] - pair[0] >= WITHIN_A_TICK);
+    let whole = &reads[gap.expect("ticks lie apart") + 1..];
+    let ticks: Vec<&[u64]> = whole.chunks_exact(STAGES.len() + 1).collect();
     assert!(ticks.len() > 1_900, "{}", ticks.len());
     for tick in &ticks {
         assert!(
@@ -62,16 +65,18 @@ fn each_stage_is_counted() {
         );
     }
     println!("stage      mean  worst  (instructions)");
-    let mut total = 0;
+    let mut stages_worst = [0; STAGES.len()];
     for (n, stage) in STAGES.iter().enumerate() {
         let costs: Vec<u64> = ticks.iter().map(|tick| tick[n + 1] - tick[n]).collect();
         let mean = costs.iter().sum::<u64>() / costs.len() as u64;
         let worst = costs.iter().max().copied().unwrap_or_default();
         println!("{stage:<9} {mean:>5}  {worst:>5}");
         assert!(mean > 20, "{stage} does something");
-        assert!(*stage != "decide" || worst <= DECIDE_INSTRUCTIONS_MAX, "{worst}");
-        total += worst;
+        stages_worst[n] = worst;
     }
+    let [_, _, decide, _] = stages_worst;
+    assert!(decide <= DECIDE_INSTRUCTIONS_MAX, "{decide}");
+    let total: u64 = stages_worst.iter().sum();
     assert!(total <= u64::from(TICK_INSTRUCTIONS_MAX), "{total}");
 }
 

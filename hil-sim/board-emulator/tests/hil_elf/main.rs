@@ -10,5 +10,7 @@ mod equivalence;
 mod link;
 mod log;
 mod parameters;
+mod part;
 mod safety;
+mod start_up;
 mod support;

@@ -68,7 +68,6 @@ fn the_stop_opens_the_bridges_in_10_us_with_the_cpu_in_an_endless_loop() {
     let opened = first_open(&mut board, pressed_at, 20 * US, US / 10);
     println!("bridges open {} ns after the press", opened - pressed_at);
     assert!(opened - pressed_at <= 10 * US, "{} ns", opened - pressed_at);
-    assert!(opened > pressed_at, "the break's filter takes its samples");
 }
 
 #[test]

@@ -3,9 +3,10 @@
 use std::io::Write as _;
 use std::sync::OnceLock;
 
+use board_emulator::board::{DriveBoard, PartSetup};
 use board_emulator::elf::{Firmware, build};
 use board_emulator::run::{Emulation, EmulationSettings, Frozen};
-use board_emulator::time::MS;
+use board_emulator::time::{Instant, MS};
 use board_emulator::vehicle::BenchVehicle;
 use firmware::protocol::message::{Answer, BoardStatus, Order, ParameterAnswer, ParameterRequest};
 use model::command::{DriveCommand, Request};
@@ -37,6 +38,17 @@ pub fn powered() -> Emulation {
         EmulationSettings::default(),
     )
     .expect("the board powers up")
+}
+
+/// A board with a part of its own and further contents of its memory, that was just powered up.
+pub fn powered_part(part: PartSetup, contents: &[(u64, Vec<u8>)]) -> Operator {
+    let settings = EmulationSettings {
+        part,
+        ..EmulationSettings::default()
+    };
+    let bench = Box::new(BenchVehicle::new(BATTERY_V));
+    let emulation = Emulation::power_on_with(firmware(), bench, settings, contents);
+    Operator::new(emulation.expect("the board powers up"))
 }
 
 /// A board that is ready to arm. It boots once; every call continues from there.
@@ -151,6 +163,21 @@ impl Operator {
         self.run(50);
         let status = &self.status().vehicle;
         assert_eq!(status.mode, Mode::Armed, "{:?}, {:?}", status.blockers, status.faults);
+    }
+
+    /// Gives a request, and lets the board act on it.
+    pub fn request(&mut self, request: Request) {
+        self.order(Order::Request(request));
+        self.run(50);
+    }
+
+    /// Acts on the board where the run stands.
+    pub fn act(&mut self, act: impl FnOnce(&mut DriveBoard, Instant) + Send + 'static) {
+        let acted = self.emulation.at(move |stopped| {
+            let (board, now) = stopped.board_now();
+            act(board, now);
+        });
+        acted.expect("it runs");
     }
 
     /// The firmware's log so far.

@@ -219,6 +219,7 @@ fn strange() -> CommandError {
 fn text(line: &Line) -> String {
     let what = match line.event {
         Event::Booted(cause) => format!("booted, reset by {}", cause.name()),
+        Event::InternalClock => "no external clock: the board runs from its own oscillator".into(),
         Event::Crashed => "the last run ended in a panic or a hardware fault".into(),
         Event::Calibrated => "gyros calibrated".into(),
         Event::Mode(mode) => mode.name().into(),

@@ -44,11 +44,14 @@ impl FirstRecords {
 
 /// The plant and everything of the board that is not the firmware.
 #[derive(Debug)]
+#[allow(clippy::struct_excessive_bools)] // Independent wires and findings, not the states of one thing.
 pub struct World {
     /// The physical vehicle.
     pub plant: Plant,
     /// The emergency stop is pressed: as on the board, it also trips the bridges' break.
     pub emergency_stop: bool,
+    /// The emergency stop's second contact is welded shut: it neither opens with the first one nor trips the break.
+    pub second_contact_welded: bool,
     /// The lamps: armed, faulted.
     pub lamps: (bool, bool),
     /// The records of the ticks, if they are kept.
@@ -66,6 +69,7 @@ impl World {
         Self {
             plant,
             emergency_stop: false,
+            second_contact_welded: false,
             lamps: (false, false),
             records: None,
             synced_us: 0,
@@ -78,7 +82,7 @@ impl World {
 
     /// Lets the plant catch up with the clock, the bridges held as they are.
     pub fn sync(&mut self, now_us: u64) {
-        if self.emergency_stop {
+        if self.break_input() {
             self.trip();
         }
         if now_us > self.synced_us {
@@ -115,6 +119,11 @@ impl World {
     pub fn trip(&mut self) {
         self.break_tripped = true;
         self.bridges = [BridgeState::Open; MOTORS];
+    }
+
+    /// Whether the stop's second contact is open.
+    fn break_input(&self) -> bool {
+        self.emergency_stop && !self.second_contact_welded
     }
 
     /// Whether any bridge is on.
@@ -182,8 +191,12 @@ impl Bridges for Hardware {
         self.now(|world| world.break_tripped)
     }
 
+    fn break_input_active(&mut self) -> bool {
+        self.now(|world| world.break_input())
+    }
+
     fn clear_break(&mut self) {
-        self.now(|world| world.break_tripped = world.emergency_stop);
+        self.now(|world| world.break_tripped = world.break_input());
     }
 }
 

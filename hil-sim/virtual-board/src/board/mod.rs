@@ -13,11 +13,12 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use firmware::drive::DriveHardware;
 use firmware::drive_board::SCALES;
 use firmware::fault_history::FaultStore;
-use firmware::hardware::{Place, ResetCause};
+use firmware::hardware::{ClockSource, Place, ResetCause};
 use firmware::parameters::{self, ParameterStore};
 use firmware::topics::{DisarmBy, Topics};
 use firmware::{analog, drive, fault_history, imu, link, log_task, watchdog};
 use model::status::Status;
+use model::supervise::codes::BlockerSet;
 use model::tick::VehicleCore;
 use model::vehicle::{ParameterError, Vehicle};
 use thiserror::Error;
@@ -149,22 +150,26 @@ impl VirtualBoard {
                     .map_err(|_| VirtualBoardError::Executor)?;
             }};
         }
-        log_task::boot(&topics, env!("CARGO_PKG_VERSION"), cause);
+        log_task::boot(&topics, env!("CARGO_PKG_VERSION"), cause, ClockSource::External);
         // The virtual flash never waits, so this is over at once, as on the board before its tasks start.
         let mut store = ParameterStore::new(flash).map_err(|_| VirtualBoardError::Flash)?;
         let booted = block_on(parameters::boot(&mut store, &built_in));
         spawn!(|topics, hardware| imu::run(&topics, Place::Arm, VirtualImu::new(hardware, Place::Arm)));
-        spawn!(|topics, hardware| imu::run(&topics, Place::Spar, VirtualImu::new(hardware, Place::Spar)));
-        let core = VehicleCore::new(&booted.vehicle, &SCALES);
+        if built_in.parameters().spar.is_some() {
+            spawn!(|topics, hardware| imu::run(&topics, Place::Spar, VirtualImu::new(hardware, Place::Spar)));
+        }
+        let mut core = VehicleCore::new(&booted.vehicle, &SCALES);
         spawn!(|topics, hardware| drive::run(
             &topics,
-            core,
+            &mut core,
             DriveHardware {
                 encoders: hardware.clone(),
                 bridges: hardware.clone(),
                 emergency_stop: hardware.clone(),
                 cycles: NoCycles,
                 recorder: hardware,
+                // The virtual part is as the board needs it.
+                blockers: BlockerSet::EMPTY,
             },
         ));
         spawn!(|topics, hardware| watchdog::run(&topics, hardware));
@@ -172,7 +177,7 @@ impl VirtualBoard {
         let (rx, tx) = (to_board.clone(), from_board.clone());
         let about = link::about(built_in.parameters(), boot_number());
         spawn!(|topics, _hardware| link::receive::run(&topics, rx, about));
-        spawn!(|topics, _hardware| link::send::run(&topics, tx, about.boot));
+        spawn!(|topics, _hardware| link::send::run(&topics, tx, about.boot, ClockSource::External));
         spawn!(|topics, _hardware| parameters::run(&topics, store, booted, built_in));
         let history = FaultStore::new(self.history.clone()).ok();
         spawn!(|topics, _hardware| fault_history::run(&topics, history, about.boot));

@@ -37,7 +37,9 @@ impl Bench {
                 spar_imu: ImuSample::default(),
                 analog_age_us: 100,
                 emergency_stop: false,
+                break_input: false,
                 bridge_break: false,
+                board_blockers: 0,
             },
             estimate: Estimate {
                 calibrated: true,
@@ -104,9 +106,11 @@ fn a_healthy_vehicle_has_no_faults_and_no_blockers() {
 #[test]
 fn each_cause_shows_its_fault_in_time_and_not_before() {
     type Cause = fn(&mut Bench);
-    let causes: [(Fault, u32, Cause); 18] = [
+    let causes: [(Fault, u32, Cause); 20] = [
         (Fault::EmergencyStop, 1, |b| b.sensed.emergency_stop = true),
         (Fault::BridgeBreak, 1, |b| b.sensed.bridge_break = true),
+        (Fault::StopContacts, 100, |b| b.sensed.emergency_stop = true),
+        (Fault::StopContacts, 100, |b| b.sensed.break_input = true),
         (Fault::ImuStale, 1, |b| b.sensed.arm_imu.age_us = 5001),
         (Fault::ImuImplausible, 20, |b| b.alive[0] = false),
         (Fault::ImuImplausible, 1, |b| b.estimate.contradicted = true),
@@ -247,6 +251,49 @@ fn what_is_no_fault_may_still_block_arming() {
         assert_eq!(bench.tick().mode, Mode::Disarmed);
         assert!(bench.supervisor.blocking().contains(blocker), "{}", blocker.name());
         assert_eq!(bench.supervisor.refused_arms(), 1);
+    }
+}
+
+#[test]
+fn what_the_boards_self_test_found_blocks_arming() {
+    for blocker in [
+        Blocker::BreakPath,
+        Blocker::BoardOptions,
+        Blocker::PartRevision,
+        Blocker::Image,
+    ] {
+        let mut bench = Bench::new();
+        let mut found = BlockerSet::EMPTY;
+        found.insert(blocker);
+        bench.sensed.board_blockers = found.bits();
+        bench.command.request = Request::Arm;
+        assert_eq!(bench.tick().mode, Mode::Disarmed);
+        // Clearing faults mends no board.
+        bench.command.request = Request::ClearFaults;
+        bench.tick();
+        assert_eq!(bench.supervisor.blocking(), found);
+    }
+}
+
+#[test]
+fn contacts_that_disagreed_are_told_until_faults_are_cleared() {
+    let mut bench = Bench::new();
+    bench.sensed.emergency_stop = true;
+    assert_eq!(bench.ticks_until(Fault::StopContacts, 200), Some(100));
+    bench.sensed.emergency_stop = false;
+    assert!(bench.tick().faults.contains(Fault::StopContacts));
+    assert!(bench.supervisor.blocking().contains(Blocker::StopContacts));
+    bench.command.request = Request::ClearFaults;
+    assert_eq!(bench.tick().faults, FaultSet::EMPTY);
+    bench.command.request = Request::None;
+    bench.arm();
+    // A contact that follows the other one within 99 ms agrees with it, at the press and at the release.
+    bench.command.request = Request::Disarm;
+    for pressed in [true, false] {
+        bench.sensed.emergency_stop = pressed;
+        assert_eq!(bench.ticks_until(Fault::StopContacts, 99), None);
+        bench.sensed.break_input = pressed;
+        assert_eq!(bench.ticks_until(Fault::StopContacts, 200), None);
     }
 }
 

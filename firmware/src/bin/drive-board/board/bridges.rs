@@ -76,13 +76,18 @@ pub struct Tim1Bridges {
         ComplementaryPwmPin<'static, peripherals::TIM1, Ch2>,
         ComplementaryPwmPin<'static, peripherals::TIM1, Ch3>,
     ),
-    _break_input: Flex<'static>,
+    break_input: Flex<'static>,
+    /// The last tick enabled the outputs.
+    enabled: bool,
+    /// The outputs went off by themselves since the break was last cleared.
+    lost: bool,
 }
 
 impl Tim1Bridges {
     /// Configures the timer with its outputs off, locks dead time, polarities and the break against
-    /// any later write until reset, and only then connects the pins to the timer.
-    pub fn new(timer: Peri<'static, peripherals::TIM1>, pins: BridgePins) -> Self {
+    /// any later write until reset, tries the break, and only then connects the pins to the timer. Returns the bridges
+    /// and whether the break, asked for by software, switched the outputs off.
+    pub fn new(timer: Peri<'static, peripherals::TIM1>, pins: BridgePins) -> (Self, bool) {
         critical_section::with(|_| {
             pac::RCC.apb2enr().modify(|w| w.set_tim1en(true));
             pac::RCC.apb2rstr().modify(|w| w.set_tim1rst(true));
@@ -111,8 +116,9 @@ impl Tim1Bridges {
             // A closed contact pulls the input down, a resistor pulls it up: an open wire is a break.
             w.set_bkp(0, Bkp::ACTIVE_HIGH);
             w.set_bke(0, true);
-            // 8 samples at 200 MHz: shorter pulses are motor noise on the wire.
-            w.set_bkf(0, FilterValue::FCK_INT_N8);
+            // No filter, which would need the timer's clock: the break acts with every clock stopped. Against the
+            // motors' noise the wire has a filter of its own (docs/power-stage.md).
+            w.set_bkf(0, FilterValue::NO_FILTER);
             w.set_aoe(false);
             w.set_moe(false);
             w.set_lock(Lock::LEVEL2);
@@ -120,11 +126,12 @@ impl Tim1Bridges {
         TIM1.cr1().modify(|w| w.set_arpe(true));
         // The update event loads the preloaded period and duties.
         TIM1.egr().write(|w| w.set_ug(true));
-        clear_break_flag();
         TIM1.cr1().modify(|w| w.set_cen(true));
+        let break_works = try_break();
+        clear_break_flags();
         let mut break_input = Flex::new(pins.break_input);
         break_input.set_as_af_unchecked(BREAK_FUNCTION, AfType::input(Pull::Up));
-        Self {
+        let bridges = Self {
             _timer: timer,
             _forward: (
                 PwmPin::new(pins.left, OutputType::PushPull),
@@ -136,8 +143,17 @@ impl Tim1Bridges {
                 ComplementaryPwmPin::new(pins.right_n, OutputType::PushPull),
                 ComplementaryPwmPin::new(pins.ballast_n, OutputType::PushPull),
             ),
-            _break_input: break_input,
-        }
+            break_input,
+            enabled: false,
+            lost: false,
+        };
+        (bridges, break_works)
+    }
+
+    /// Whether the timer holds its outputs off, though the last tick enabled them.
+    fn lost(&mut self) -> bool {
+        self.lost |= self.enabled && !TIM1.bdtr().read().moe();
+        self.lost
     }
 
     fn set_counts(duty: [i16; MOTORS]) {
@@ -155,30 +171,53 @@ impl Bridges for Tim1Bridges {
             open_all();
             // The next enable starts at zero volts, not at the last duty driven.
             Self::set_counts([0; MOTORS]);
+            self.enabled = false;
             return;
         }
         Self::set_counts(actuation.duty);
-        // Written only if it is off: this never overwrites a break that trips while the outputs are on.
-        if !TIM1.bdtr().read().moe() {
+        // Written once: what switches the outputs off later is a break, which no write may undo.
+        if !self.enabled {
             TIM1.bdtr().modify(|w| w.set_moe(true));
+            self.enabled = true;
         }
     }
 
     fn break_tripped(&mut self) -> bool {
-        TIM1.sr().read().bif(0)
+        let flags = TIM1.sr().read();
+        // The pin's break, the second break, the system's: clock, memory, supply, core.
+        flags.bif(0) || flags.bif(1) || flags.sbif() || self.lost()
+    }
+
+    fn break_input_active(&mut self) -> bool {
+        self.break_input.is_high()
     }
 
     fn clear_break(&mut self) {
-        clear_break_flag();
+        clear_break_flags();
+        self.lost = false;
     }
 }
 
-/// Clears the break flag alone: writing a zero clears a flag, writing a one leaves it.
-fn clear_break_flag() {
+/// Clears the flags of every break and no others: writing a zero clears a flag, writing a one leaves it.
+fn clear_break_flags() {
     TIM1.sr().write(|w| {
         w.0 = !0;
         w.set_bif(0, false);
+        w.set_bif(1, false);
+        w.set_sbif(false);
     });
+}
+
+/// Asks for a break by software and returns whether the outputs, which were on, went off and the flag rose. To be called
+/// before the pins are connected to the timer.
+fn try_break() -> bool {
+    TIM1.bdtr().modify(|w| w.set_moe(true));
+    let on = TIM1.bdtr().read().moe();
+    TIM1.egr().write(|w| w.set_bg(0, true));
+    let flagged = TIM1.sr().read().bif(0);
+    let off = !TIM1.bdtr().read().moe();
+    open_all();
+    on && off && flagged
 }
 
 /// Opens every bridge at once. A fault handler may call this: it writes one register and needs no state.

@@ -1,26 +1,55 @@
-//! Clock tree: 400 MHz core, 200 MHz buses and timers, from the debugger's 8 MHz clock.
+//! Clock tree: 400 MHz core, 200 MHz buses and timers, from the debugger's 8 MHz clock, or from the part's own
+//! oscillator if that clock is missing.
 
 use embassy_stm32::Config;
+use embassy_stm32::pac;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, LsConfig, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk,
     VoltageScale, mux,
 };
 use embassy_stm32::time::Hertz;
+use firmware::hardware::ClockSource;
 
 /// Kernel clock of TIM1 to TIM8: twice the APB clock.
 pub const TIMER_HZ: u32 = 200_000_000;
 
-/// The clocks, and the interrupt priorities of the drivers.
-pub fn config() -> Config {
-    let mut config = Config::default();
+/// Most reads of the external clock's ready flag before the internal oscillator takes its place. At the 64 MHz after a
+/// reset they take between 10 and 50 ms; a clock that is there is ready within 2 ms.
+const READY_READS: u32 = 100_000;
+
+/// Whether the debugger gives its clock: switches the clock's input on, and off again if no clock comes.
+fn external_clock_comes() -> bool {
     // The board has no crystal: the debugger drives OSC_IN.
-    config.rcc.hse = Some(Hse {
-        freq: Hertz(8_000_000),
-        mode: HseMode::Bypass,
-    });
+    pac::RCC.cr().modify(|w| w.set_hsebyp(true));
+    pac::RCC.cr().modify(|w| w.set_hseon(true));
+    let comes = (0..READY_READS).any(|_| pac::RCC.cr().read().hserdy());
+    if !comes {
+        pac::RCC.cr().modify(|w| w.set_hseon(false));
+        pac::RCC.cr().modify(|w| w.set_hsebyp(false));
+    }
+    comes
+}
+
+/// Looks for the external clock and returns the configuration of the clocks and of the drivers' interrupt priorities
+/// for the clock that is there. Every frequency is the same from either.
+///
+/// The HAL waits for the external clock without limit. A clock that came here is there for the HAL too.
+pub fn config() -> (Config, ClockSource) {
+    let mut config = Config::default();
+    let (clock, source, prediv) = if external_clock_comes() {
+        config.rcc.hse = Some(Hse {
+            freq: Hertz(8_000_000),
+            mode: HseMode::Bypass,
+        });
+        (ClockSource::External, PllSource::HSE, PllPreDiv::DIV2)
+    } else {
+        // 64 MHz, within 1 % at room temperature.
+        (ClockSource::Internal, PllSource::HSI, PllPreDiv::DIV16)
+    };
+    // 4 MHz in, 800 MHz inside, 400 MHz out.
     config.rcc.pll1 = Some(Pll {
-        source: PllSource::HSE,
-        prediv: PllPreDiv::DIV2,
+        source,
+        prediv,
         mul: PllMul::MUL200,
         fracn: None,
         divp: Some(PllDiv::DIV2),
@@ -38,5 +67,20 @@ pub fn config() -> Config {
     config.rcc.ls = LsConfig::off();
     // 64 MHz, which the converter's own prescaler halves into its range.
     config.rcc.mux.adcsel = mux::Adcsel::PER;
-    config
+    (config, clock)
+}
+
+/// Switches the clock security system on, for good: when the external clock stops, the part goes on with its own
+/// oscillator, trips the bridges' break and calls the non-maskable interrupt ([`super::crash`]).
+pub fn watch_external_clock() {
+    pac::RCC.cr().modify(|w| w.set_hsecsson(true));
+}
+
+/// Whether the external clock stopped. Clears the flag, which would otherwise call the non-maskable interrupt again.
+pub fn external_clock_stopped() -> bool {
+    let stopped = pac::RCC.cifr().read().hsecssf();
+    if stopped {
+        pac::RCC.cicr().write(|w| w.set_hsecssc(true));
+    }
+    stopped
 }

@@ -7,14 +7,15 @@ use core::panic::PanicInfo;
 use cortex_m::peripheral::SCB;
 use cortex_m_rt::{ExceptionFrame, exception};
 use crc::{CRC_32_ISCSI, Crc, NoTable};
+use firmware::hardware::ResetCause;
 
-use super::bridges;
+use super::{bridges, clocks};
 
 /// Bytes of the longest message that is kept.
 const TEXT_BYTES: usize = 240;
 /// Checksum of the record's text, without a table in flash: the text is short, and nobody waits for it.
 const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
-/// Marks a record as written: after power-up the RAM holds anything.
+/// Marks a record as written: after power-up the record is all zeros ([`super::ram`]).
 const MAGIC: u32 = 0x4C41_5354;
 
 /// What survives a reset.
@@ -49,8 +50,12 @@ impl LastWords {
     }
 }
 
-/// Takes the message that the last run left, if it left one. To be called before the tasks start.
-pub fn take() -> Option<LastWords> {
+/// Takes the message that the last run left, if it left one; after a start of the supply, which keeps no RAM, there is
+/// none. To be called before the tasks start.
+pub fn take(cause: ResetCause) -> Option<LastWords> {
+    if matches!(cause, ResetCause::PowerOn | ResetCause::BrownOut) {
+        return None;
+    }
     // SAFETY: start-up is single threaded, and only a dying program accesses the record otherwise. The record
     // consists of plain integers, for which any bits are a value; the volatile read keeps the compiler from
     // reasoning about memory that nothing initialised.
@@ -118,6 +123,17 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
         frame.pc(),
         frame.lr()
     ))
+}
+
+/// The clock security system calls this when the external clock stops. The part then runs at 64 MHz, every time is
+/// wrong, and the next start takes the internal oscillator.
+#[exception]
+unsafe fn NonMaskableInt() -> ! {
+    bridges::open_all();
+    if clocks::external_clock_stopped() {
+        die(format_args!("the external clock stopped"))
+    }
+    die(format_args!("non-maskable interrupt"))
 }
 
 #[exception]

@@ -1,5 +1,8 @@
 //! Quadrature counters of the three motors on TIM2, TIM3 and TIM4.
 
+use embassy_stm32::pac;
+use embassy_stm32::pac::timer::regs::CcmrInput2ch;
+use embassy_stm32::pac::timer::vals::FilterValue;
 use embassy_stm32::peripherals::{TIM2, TIM3, TIM4};
 use embassy_stm32::timer::qei::Qei;
 use firmware::hardware::EncoderCounters;
@@ -8,11 +11,29 @@ use model::sample::MOTORS;
 /// The hardware counters, in the order of the motors.
 pub struct QuadratureCounters {
     /// Left wheel.
-    pub left: Qei<'static, TIM2>,
+    left: Qei<'static, TIM2>,
     /// Right wheel.
-    pub right: Qei<'static, TIM3>,
+    right: Qei<'static, TIM3>,
     /// Ballast of the camera spar.
-    pub ballast: Qei<'static, TIM4>,
+    ballast: Qei<'static, TIM4>,
+}
+
+impl QuadratureCounters {
+    /// The counters, with the filter of [`firmware::drive_board::encoders`] at every input.
+    pub fn new(left: Qei<'static, TIM2>, right: Qei<'static, TIM3>, ballast: Qei<'static, TIM4>) -> Self {
+        filter(pac::TIM2.ccmr_input(0));
+        filter(pac::TIM3.ccmr_input(0));
+        filter(pac::TIM4.ccmr_input(0));
+        Self { left, right, ballast }
+    }
+}
+
+/// Sets the filter of both channels: eight samples, 32 clock periods apart.
+fn filter(inputs: pac::common::Reg<CcmrInput2ch, pac::common::RW>) {
+    inputs.modify(|w| {
+        w.set_icf(0, FilterValue::FDTS_DIV32_N8);
+        w.set_icf(1, FilterValue::FDTS_DIV32_N8);
+    });
 }
 
 impl EncoderCounters for QuadratureCounters {

@@ -1,5 +1,6 @@
 //! The host link: USART3 through the debugger's virtual COM port; the DMA receives into a ring buffer.
 
+use embassy_stm32::gpio::Pull;
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{Config, RingBufferedUartRx, Uart, UartTx};
 use firmware::drive_board::LINK_BAUD;
@@ -16,6 +17,8 @@ pub type LinkSender = UartTx<'static, Async>;
 pub fn config() -> Config {
     let mut config = Config::default();
     config.baudrate = LINK_BAUD;
+    // The line idles high, also when nothing is plugged in.
+    config.rx_pull = Pull::Up;
     config
 }
 

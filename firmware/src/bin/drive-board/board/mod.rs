@@ -37,7 +37,9 @@ mod encoders;
 mod flight_record;
 mod lamps;
 pub mod link;
+mod ram;
 mod reset_cause;
+mod self_test;
 mod storage;
 mod switches;
 mod watchdog;
@@ -57,7 +59,8 @@ use embassy_stm32::{bind_interrupts, dma, flash, pac, peripherals, usart};
 use embassy_time::Delay;
 use embedded_hal_bus::spi::ExclusiveDevice;
 use firmware::drive_board::analog::INPUTS;
-use firmware::hardware::ResetCause;
+use firmware::hardware::{ClockSource, ResetCause};
+use model::supervise::codes::BlockerSet;
 
 pub use analog::AnalogSequence;
 pub use bridges::{BridgePins, Tim1Bridges};
@@ -88,6 +91,8 @@ pub type ImuDevice = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static
 pub struct Board {
     /// Why the part started.
     pub reset_cause: ResetCause,
+    /// What the part's clocks run from.
+    pub clock: ClockSource,
     /// A number that differs from boot to boot.
     pub boot_number: u32,
     /// The message of the last run, if a panic or a fault ended it.
@@ -122,6 +127,8 @@ pub struct Board {
     pub parameters: Region,
     /// Fault history.
     pub fault_history: Region,
+    /// What the self-test found.
+    pub blockers: BlockerSet,
 }
 
 impl Board {
@@ -130,12 +137,17 @@ impl Board {
     /// # Panics
     /// When called twice.
     pub fn take() -> Self {
-        let p = embassy_stm32::init(clocks::config());
+        let reset_cause = reset_cause::take();
+        let (config, clock) = clocks::config();
+        let p = embassy_stm32::init(config);
+        if clock == ClockSource::External {
+            clocks::watch_external_clock();
+        }
         let mut core = cortex_m::Peripherals::take().expect("the board is taken once");
         core.SCB.enable_icache();
         guard_outputs();
 
-        let bridges = Tim1Bridges::new(
+        let (bridges, break_works) = Tim1Bridges::new(
             p.TIM1,
             BridgePins {
                 left: p.PE9,
@@ -147,15 +159,15 @@ impl Board {
                 break_input: p.PE15,
             },
         );
-        let reset_cause = reset_cause::take();
-        let last_words = crash::take();
+        let blockers = self_test::run(break_works);
+        let last_words = crash::take(reset_cause);
         let boot_number = boot_number::take();
 
-        let encoders = QuadratureCounters {
-            left: Qei::new(p.TIM2, p.PA15, p.PB3, encoder_config()),
-            right: Qei::new(p.TIM3, p.PC6, p.PC7, encoder_config()),
-            ballast: Qei::new(p.TIM4, p.PD12, p.PD13, encoder_config()),
-        };
+        let encoders = QuadratureCounters::new(
+            Qei::new(p.TIM2, p.PA15, p.PB3, encoder_config()),
+            Qei::new(p.TIM3, p.PC6, p.PC7, encoder_config()),
+            Qei::new(p.TIM4, p.PD12, p.PD13, encoder_config()),
+        );
         let arm_imu = imu(
             Spi::new(
                 p.SPI1,
@@ -198,6 +210,7 @@ impl Board {
 
         Self {
             reset_cause,
+            clock,
             boot_number,
             last_words,
             bridges,
@@ -217,6 +230,7 @@ impl Board {
             link_receiver,
             parameters,
             fault_history,
+            blockers,
             watchdog: WatchdogAtRest::new(p.IWDG1),
         }
     }
@@ -231,16 +245,18 @@ fn encoder_config() -> qei::Config {
     }
 }
 
-/// The clock idles high, and the IMU samples on its second edge.
+/// The clock idles high, and the IMU samples on its second edge. A pull-up keeps the input of an unplugged IMU still.
 fn imu_config() -> spi::Config {
     let mut config = spi::Config::default();
     config.mode = spi::MODE_3;
     config.frequency = IMU_CLOCK;
+    config.miso_pull = Pull::Up;
     config
 }
 
-/// Bus clock of the IMUs, half of the largest that they allow: one tick's burst takes 10 us.
-const IMU_CLOCK: Hertz = Hertz(12_500_000);
+/// Bus clock of the IMUs, a quarter of the largest that they allow, for a cable of some decimetres: the answer has half a
+/// period, 80 ns, for the way there and back and for the IMU's own delay. One tick's burst takes 20 us.
+const IMU_CLOCK: Hertz = Hertz(6_250_000);
 
 fn imu(bus: Spi<'static, Async, Master>, select: Output<'static>) -> ImuDevice {
     match ExclusiveDevice::new(bus, select, Delay) {
@@ -249,8 +265,8 @@ fn imu(bus: Spi<'static, Async, Master>, select: Output<'static>) -> ImuDevice {
     }
 }
 
-/// Makes a locked-up core and uncorrectable errors of the memory trip the hardware break: they would leave
-/// the bridges driven with nothing in control. A debugger that halts the core stops TIM1, which switches its
+/// Makes a locked-up core, uncorrectable errors of the memory and a supply below 2.85 V trip the hardware break: they
+/// would leave the bridges driven with nothing in control. The clock security system needs no switch. A debugger that halts the core stops TIM1, which switches its
 /// outputs off, and the watchdog.
 fn guard_outputs() {
     /// SYSCFG's configuration register, which the HAL's register description leaves out, and its lock bits.
@@ -258,9 +274,11 @@ fn guard_outputs() {
     const AXI_SRAM_LOCK: u32 = 1 << 15;
     const DTCM_LOCK: u32 = 1 << 13;
     const CORE_LOCKUP_LOCK: u32 = 1 << 6;
+    const SUPPLY_LOCK: u32 = 1 << 2;
+    storage::watch_supply();
     pac::RCC.apb4enr().modify(|w| w.set_syscfgen(true));
     // SAFETY: this is a register of this part; start-up writes it once, and its bits can only be set.
-    unsafe { SYSCFG_CFGR.write_volatile(CORE_LOCKUP_LOCK | DTCM_LOCK | AXI_SRAM_LOCK) };
+    unsafe { SYSCFG_CFGR.write_volatile(CORE_LOCKUP_LOCK | DTCM_LOCK | AXI_SRAM_LOCK | SUPPLY_LOCK) };
     pac::DBGMCU.apb2fzr1().modify(|w| w.set_tim1(true));
     pac::DBGMCU.apb4fzr1().modify(|w| w.set_iwdg1(true));
 }

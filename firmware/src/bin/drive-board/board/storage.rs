@@ -6,13 +6,16 @@ use embassy_stm32::flash::{Async, Error as DriverError, Flash};
 use embassy_stm32::pac;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::mutex::Mutex;
+use embassy_time::{Duration, TimeoutError, with_timeout};
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
-use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, HISTORY_SECTORS, PARAMETER_SECTORS};
+use firmware::drive_board::{
+    FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, HISTORY_SECTORS, PARAMETER_SECTORS, SECTORS_PER_BANK,
+};
 use firmware::flash_region::FlashRegion;
 use static_cell::StaticCell;
 
 /// Sectors of the part's flash.
-const SECTORS: usize = 16;
+const SECTORS: usize = 2 * SECTORS_PER_BANK;
 /// Where the flash appears to the core.
 const FLASH_BASE: usize = 0x0800_0000;
 
@@ -30,13 +33,17 @@ pub enum StorageError {
     Unreadable,
     /// The flash failed to program or to erase.
     Program(DriverError),
+    /// The flash did not finish in time.
+    TimedOut,
+    /// The part's supply is too low to write.
+    LowSupply,
 }
 
 impl NorFlashError for StorageError {
     fn kind(&self) -> NorFlashErrorKind {
         match self {
             Self::Bounds => NorFlashErrorKind::OutOfBounds,
-            Self::Unreadable | Self::Program(_) => NorFlashErrorKind::Other,
+            Self::Unreadable | Self::Program(_) | Self::TimedOut | Self::LowSupply => NorFlashErrorKind::Other,
         }
     }
 }
@@ -114,19 +121,124 @@ impl NorFlash for BoardFlash {
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), StorageError> {
         check(offset, bytes.len())?;
-        self.flash.write(offset, bytes).await.map_err(StorageError::Program)
+        supply_allows()?;
+        for (word, at) in bytes.chunks(FLASH_WORD_BYTES).zip((offset..).step_by(FLASH_WORD_BYTES)) {
+            clean_up();
+            let written = with_timeout(WRITE_TIME, self.flash.write(at, word)).await;
+            finish(written)?;
+        }
+        Ok(())
     }
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), StorageError> {
         check(from, to.checked_sub(from).ok_or(StorageError::Bounds)? as usize)?;
-        self.flash.erase(from, to).await.map_err(StorageError::Program)
+        for sector in (from..to).step_by(FLASH_SECTOR_BYTES) {
+            supply_allows()?;
+            clean_up();
+            let end = sector + FLASH_SECTOR_BYTES as u32;
+            let erased = with_timeout(ERASE_TIME, self.flash.erase(sector, end)).await;
+            finish(erased)?;
+        }
+        Ok(())
     }
+}
+
+/// Longest time of the write of one word; the data sheet gives 600 us at most.
+const WRITE_TIME: Duration = Duration::from_millis(20);
+/// Longest time of the erasure of one sector; the data sheet gives 4 s at most.
+const ERASE_TIME: Duration = Duration::from_secs(8);
+
+/// The result of a write or an erasure. A failed one leaves neither flags nor a word half written to the flash's buffer.
+fn finish(result: Result<Result<(), DriverError>, TimeoutError>) -> Result<(), StorageError> {
+    let result = result.map_err(|_| StorageError::TimedOut)?;
+    if result.is_err() {
+        clean_up();
+    }
+    result.map_err(StorageError::Program)
+}
+
+/// Clears the error flags of both banks and empties their write buffers.
+///
+/// The part clears these flags through its clear registers alone. The HAL writes the status registers, which changes
+/// nothing: without this function the first error of a bank, a corrected single error of a read among them, fails every
+/// write after it. A write that was given up leaves the bank in its programming mode, with what it had written in the
+/// buffer; leaving that mode drops it.
+fn clean_up() {
+    for bank in [0, 1].map(|n| pac::FLASH.bank(n)) {
+        // The end of an operation is no error: the driver waits for it.
+        bank.ccr().write(|w| {
+            w.set_clr_wrperr(true);
+            w.set_clr_pgserr(true);
+            w.set_clr_strberr(true);
+            w.set_clr_incerr(true);
+            w.set_clr_operr(true);
+            w.set_clr_rdperr(true);
+            w.set_clr_rdserr(true);
+            w.set_clr_sneccerr(true);
+            w.set_clr_dbeccerr(true);
+        });
+        if bank.cr().read().pg() {
+            if bank.cr().read().lock() {
+                bank.keyr().write_value(UNLOCK_KEYS[0]);
+                bank.keyr().write_value(UNLOCK_KEYS[1]);
+            }
+            bank.cr().modify(|w| w.set_pg(false));
+            bank.cr().modify(|w| w.set_lock(true));
+        }
+    }
+}
+
+/// What unlocks the control register of a bank, in this order.
+const UNLOCK_KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+
+/// Level 6 of the supply's detector: 2.85 V at the falling edge.
+const SUPPLY_LEVEL: u8 = 6;
+
+/// Switches the detector of the part's supply on.
+pub fn watch_supply() {
+    pac::PWR.cr1().modify(|w| {
+        w.set_pls(SUPPLY_LEVEL);
+        w.set_pvde(true);
+    });
+}
+
+/// Refuses a write while the supply is below the detector's level: it is about to fail, and the write with it.
+fn supply_allows() -> Result<(), StorageError> {
+    if pac::PWR.csr1().read().pvdo() {
+        return Err(StorageError::LowSupply);
+    }
+    Ok(())
+}
+
+/// The bank of the flash that holds an address.
+fn bank_of(address: usize) -> pac::flash::Bank {
+    pac::FLASH.bank(usize::from(
+        address >= FLASH_BASE + SECTORS_PER_BANK * FLASH_SECTOR_BYTES,
+    ))
+}
+
+/// Whether every word of the firmware in the flash can be read, constants and the initial values of variables included:
+/// a word that no longer can would fault when the firmware comes to it, perhaps while driving.
+pub fn image_is_readable() -> bool {
+    unsafe extern "C" {
+        static __sidata: u8;
+        static __sdata: u8;
+        static __edata: u8;
+    }
+    // The initial values of the variables lie behind everything else.
+    let variables = (&raw const __edata as usize) - (&raw const __sdata as usize);
+    let end = (&raw const __sidata as usize) + variables;
+    // The error correction covers a word as a whole: one byte tells.
+    let mut byte = [0];
+    (FLASH_BASE..end)
+        .step_by(FLASH_WORD_BYTES)
+        .all(|address| read_guarded(address, &mut byte).is_ok())
 }
 
 /// Copies bytes out of one flash word. Reading a word with an uncorrectable error raises a bus fault, which
 /// would end every boot anew; this function masks the bus fault and returns an error.
 fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), StorageError> {
-    let bank = pac::FLASH.bank(1);
+    let bank = bank_of(address);
     bank.ccr().write(|w| w.set_clr_dbeccerr(true));
     // SAFETY: the system control block is a device of the core, and nothing else in this program writes
     // CCR after start-up nor reads CFSR outside a fault handler, which cannot run while FAULTMASK is set.

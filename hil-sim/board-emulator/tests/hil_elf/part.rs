@@ -1,0 +1,92 @@
+//! The part's flash when it fails: flags that stay, sectors that are protected, words that cannot be read.
+
+use board_emulator::board::{FlashDamage, PartSetup};
+use board_emulator::vehicle::stored;
+use firmware::built_in;
+use firmware::protocol::message::{Answer, Order, ParameterAnswer, ParameterRequest};
+use model::supervise::codes::Blocker;
+use model::vehicle::Vehicle;
+
+use crate::support::{Operator, powered_part, ready};
+
+/// Flags of a bank's status register: write protection, sequence, strobe, inconsistency, corrected single error.
+const ERRORS: [u32; 5] = [1 << 17, 1 << 18, 1 << 19, 1 << 21, 1 << 25];
+/// The parameter that the tests change, and its value.
+const CHANGE: ParameterRequest = ParameterRequest::Write { number: 0, value: 0.27 };
+
+/// An error of before, in either bank, fails no later write.
+#[test]
+fn flags_of_an_earlier_error_fail_no_store() {
+    for bank in [0, 1] {
+        let mut board = ready();
+        board.act(move |board, _| board.part().raise_flash_flags(bank, ERRORS.iter().sum()));
+        board.ask(CHANGE);
+        assert_eq!(
+            board.ask(ParameterRequest::Store),
+            ParameterAnswer::Stored,
+            "bank {bank}"
+        );
+    }
+}
+
+/// No store begins while the part's supply is about to fail.
+#[test]
+fn a_low_supply_refuses_to_store() {
+    let mut board = ready();
+    board.ask(CHANGE);
+    board.act(|board, now| board.set_supply(now, 2_700));
+    let answer = board.ask(ParameterRequest::Store);
+    assert_ne!(answer, ParameterAnswer::Stored);
+    board.act(|board, now| board.set_supply(now, 3_300));
+    board.ask(CHANGE);
+    assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Stored);
+}
+
+/// The flash refuses to write a protected sector and ends nothing: the board answers all the same.
+#[test]
+fn a_protected_sector_ends_in_an_answer() {
+    let mut board = powered_part(
+        PartSetup {
+            writable_sectors: 0x0F,
+            ..PartSetup::default()
+        },
+        &[],
+    );
+    board.run(800);
+    board.ask(CHANGE);
+    let store = board
+        .order(Order::Parameters(ParameterRequest::Store))
+        .expect("identified");
+    let answer = (0..60).find_map(|_| {
+        board.run(200);
+        board.client.answer_to(store)
+    });
+    let answer = answer.expect("an answer within 12 s");
+    assert_ne!(answer, Answer::Parameters(ParameterAnswer::Stored));
+}
+
+/// Words of the store that cannot be read: the board starts, without a reset, with the built-in set, and does not arm.
+#[test]
+fn a_store_that_cannot_be_read_blocks_arming() {
+    let vehicle = Vehicle::new(built_in::PARAMETERS.cast::<f64>()).expect("valid");
+    let contents = [stored::set(&vehicle).expect("it fits")];
+    let boot = |flash_damage| {
+        let part = PartSetup {
+            flash_damage,
+            ..PartSetup::default()
+        };
+        let mut board = powered_part(part, &contents);
+        board.run(800);
+        let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
+        assert_eq!(resets, []);
+        board
+    };
+    let blocked = |board: &Operator| board.status().vehicle.blockers.contains(Blocker::Parameters);
+    assert!(!blocked(&boot(None)));
+    let damage = FlashDamage {
+        bank: 1,
+        after: 0,
+        reads: u64::MAX,
+    };
+    assert!(blocked(&boot(Some(damage))));
+}

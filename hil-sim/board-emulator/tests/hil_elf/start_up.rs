@@ -1,0 +1,297 @@
+//! Start-up: what power-up leaves in the RAM, the clock that is missing or stops, the self-test.
+
+use board_emulator::board::{BridgeOutput, FlashDamage, PartSetup};
+use board_emulator::time::{MS, US};
+use firmware::drive_board::encoders::FILTER_NS;
+use firmware::hardware::ClockSource;
+use model::command::Request;
+use model::supervise::arming::Mode;
+use model::supervise::codes::{Blocker, Fault};
+
+use crate::support::{Operator, firmware, powered_part, ready};
+
+/// The RAM as the part has it: AXI SRAM and DTCM.
+const RAM: [(u64, usize); 2] = [(0x2400_0000, 512 * 1024), (0x2000_0000, 128 * 1024)];
+/// What the number of a boot would be if the random number generator had given nothing.
+const BOOT_WITHOUT_RANDOM: u32 = 0x9E37_79B9;
+
+fn log_has(board: &mut Operator, text: &str) -> bool {
+    board.log().iter().any(|line| line.contains(text))
+}
+
+fn open(board: &mut Operator) -> bool {
+    let bridges = board.emulation.at(|stopped| stopped.bridges()).expect("it runs");
+    bridges == [BridgeOutput::Open; 3]
+}
+
+/// Power-up leaves anything in the RAM: the firmware writes every word before it reads one.
+#[test]
+fn every_word_of_the_ram_is_written_after_power_up() {
+    let garbage: Vec<_> = RAM.iter().map(|(at, bytes)| (*at, vec![0xA5; *bytes])).collect();
+    let mut board = powered_part(PartSetup::default(), &garbage);
+    board.run(200);
+    assert!(!log_has(&mut board, "the last run ended"));
+    for (at, bytes) in RAM {
+        let words = board.emulation.at(move |stopped| stopped.read_block(at, bytes));
+        let words = words.expect("it runs").expect("it is memory");
+        let left = words.chunks_exact(8).position(|word| word == [0xA5; 8]);
+        assert_eq!(left, None, "the word at {at:#010x} + 8 x");
+    }
+    let boot = board.client.identity().expect("identified").about.boot;
+    assert_ne!(boot, BOOT_WITHOUT_RANDOM, "zeroed RAM gives no number of a boot");
+}
+
+/// Without the external clock the board runs from its own oscillator, at the same rates, says so, and drives.
+#[test]
+fn without_the_external_clock_the_board_runs_from_its_own() {
+    let mut board = powered_part(
+        PartSetup {
+            external_clock: false,
+            ..PartSetup::default()
+        },
+        &[],
+    );
+    board.run(800);
+    assert!(log_has(
+        &mut board,
+        "no external clock: the board runs from its own oscillator"
+    ));
+    assert_eq!(board.status().clock, ClockSource::Internal);
+    let before = board.status().vehicle.tick;
+    board.run(1000);
+    let ticks = board.status().vehicle.tick - before;
+    assert!((940..=1060).contains(&ticks), "{ticks} ticks in a second");
+    board.arm();
+}
+
+#[test]
+fn with_the_external_clock_the_status_says_so() {
+    let mut board = ready();
+    board.run(100);
+    assert_eq!(board.status().clock, ClockSource::External);
+}
+
+/// The address of the interrupt handler of the tasks' clock, which runs within a tick.
+fn handler() -> u64 {
+    firmware().symbol("TIM5").expect("the firmware has it").0 & !1
+}
+
+/// Thumb: `movw r0, #0xED04; movt r0, #0xE000; mov r1, #0x80000000; str r1, [r0]; b .`: pends the non-maskable interrupt,
+/// which the emulated part's clocks do not.
+const PEND_NMI: [u8; 16] = [
+    0x4E, 0xF6, 0x04, 0x50, 0xCE, 0xF2, 0x00, 0x00, 0x4F, 0xF0, 0x00, 0x41, 0x01, 0x60, 0xFE, 0xE7,
+];
+
+/// The external clock stops while the vehicle is armed: the bridges are open before any instruction runs, and the
+/// non-maskable interrupt ends the run with a message.
+#[test]
+fn a_clock_that_stops_opens_the_bridges() {
+    let mut board = ready();
+    board.arm();
+    let before = board
+        .emulation
+        .at(|stopped| {
+            let before = stopped.read(handler(), PEND_NMI.len())?;
+            stopped.write(handler(), &PEND_NMI)?;
+            Ok::<_, board_emulator::Error>(before)
+        })
+        .expect("it runs")
+        .expect("flash can be patched");
+    board.act(|board, now| board.fail_external_clock(now));
+    board.emulation.run_for(10 * US).expect("it runs");
+    assert!(open(&mut board));
+    for _ in 0..50 {
+        board.emulation.run_for(MS / 2).expect("it runs");
+        assert!(open(&mut board));
+    }
+    let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
+    assert!(!resets.is_empty(), "the interrupt ends the run");
+    board
+        .emulation
+        .at(move |stopped| stopped.write(handler(), &before))
+        .expect("it runs")
+        .expect("flash can be patched");
+    board.emulation.run_for(1000 * MS).expect("it runs");
+    assert!(log_has(&mut board, "the last run ended: the external clock stopped"));
+}
+
+/// A break that only the system's flag shows is a break like any other.
+#[test]
+fn a_supply_that_falls_is_a_break_until_it_is_cleared() {
+    let mut board = ready();
+    board.arm();
+    board.act(|board, now| board.set_supply(now, 2_700));
+    board.emulation.run_for(10 * US).expect("it runs");
+    assert!(open(&mut board));
+    board.run(50);
+    assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
+    assert!(board.status().vehicle.faults.contains(Fault::BridgeBreak));
+    board.act(|board, now| board.set_supply(now, 3_300));
+    board.run(50);
+    assert!(board.status().vehicle.blockers.contains(Blocker::BridgeBreak));
+    board.request(Request::ClearFaults);
+    // The wheels on the bench coast.
+    board.run(3000);
+    board.arm();
+    assert!(!open(&mut board));
+}
+
+/// Every encoder's input has the filter whose time the firmware's library states, and the inputs that an unplugged cable
+/// leaves open have their pull-ups: encoders, the IMUs' answers, the link.
+#[test]
+fn the_inputs_are_filtered_and_pulled() {
+    const EIGHT_SAMPLES_OF_32_PERIODS: u64 = 0xF0F0;
+    /// Ports with the pins that are pulled up.
+    const PULLED_UP: [(u64, &[u32]); 6] = [
+        (0x5802_0000, &[15, 6]),
+        (0x5802_0400, &[3]),
+        (0x5802_0800, &[6, 7]),
+        (0x5802_0C00, &[12, 13, 9]),
+        (0x5802_1000, &[5, 15]),
+        (0x5802_1800, &[2]),
+    ];
+    const PULLS: u64 = 0x0C;
+    assert_eq!(FILTER_NS, 8 * 32 * 5);
+    let mut board = ready();
+    let filters = board
+        .emulation
+        .at(|stopped| [0, 1, 2].map(|nth| stopped.board().part().encoder_filters(nth)));
+    assert_eq!(filters.expect("it runs"), [EIGHT_SAMPLES_OF_32_PERIODS; 3]);
+    for (port, pins) in PULLED_UP {
+        let pulls = board.emulation.at(move |stopped| stopped.register(port + PULLS));
+        let pulls = pulls.expect("it runs").expect("the register answers");
+        for pin in pins {
+            assert_eq!(pulls >> (2 * pin) & 3, 1, "port {port:#x}, pin {pin}");
+        }
+    }
+}
+
+/// Break and dead-time register of TIM1, and its main output enable.
+const BDTR: u64 = 0x4001_0044;
+const MAIN_OUTPUT_ENABLE: u32 = 1 << 15;
+
+/// The outputs go off, and no flag tells why: the vehicle does not stay armed with dead bridges.
+#[test]
+fn outputs_that_are_off_disarm_within_a_tick() {
+    let mut board = ready();
+    board.arm();
+    board
+        .emulation
+        .at(|stopped| {
+            let value = stopped.register(BDTR)?;
+            stopped.write_register(BDTR, value & !MAIN_OUTPUT_ENABLE)
+        })
+        .expect("it runs")
+        .expect("the register answers");
+    for _ in 0..100 {
+        board.emulation.run_for(100 * US).expect("it runs");
+        assert!(open(&mut board), "nothing switches the outputs on again");
+    }
+    board.run(50);
+    assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
+    assert!(board.status().vehicle.faults.contains(Fault::BridgeBreak));
+}
+
+/// A second contact that is welded shut shows at the first press, and stays told until faults are cleared.
+#[test]
+fn contacts_that_disagree_are_told_until_faults_are_cleared() {
+    let mut board = ready();
+    board.act(|board, now| {
+        board.weld_second_contact();
+        board.set_stop(now, true);
+    });
+    board.run(50);
+    assert!(
+        !board.status().vehicle.blockers.contains(Blocker::StopContacts),
+        "50 ms are no disagreement"
+    );
+    board.run(150);
+    assert!(board.status().vehicle.blockers.contains(Blocker::StopContacts));
+    board.act(|board, now| board.set_stop(now, false));
+    board.run(300);
+    assert!(
+        board.status().vehicle.blockers.contains(Blocker::StopContacts),
+        "a contact does not mend itself"
+    );
+    board.request(Request::ClearFaults);
+    assert!(!board.status().vehicle.blockers.contains(Blocker::StopContacts));
+}
+
+/// The stop may be pressed while the board boots: its self-test needs no contact.
+#[test]
+fn each_item_of_the_self_test_is_logged() {
+    let mut board = powered_part(PartSetup::default(), &[]);
+    board.act(|board, now| board.set_stop(now, true));
+    board.run(300);
+    for item in ["BreakPath", "BoardOptions", "PartRevision", "Image"] {
+        assert!(
+            log_has(&mut board, &format!("self-test: {item} passed")),
+            "{item}: {:#?}",
+            board.log()
+        );
+    }
+    assert!(log_has(&mut board, "self-test: silicon revision 0x2003"));
+}
+
+/// Each item that fails is told and blocks arming, alone.
+#[test]
+fn each_item_of_the_self_test_blocks_arming() {
+    let good = PartSetup::default();
+    let damage = |bank| {
+        Some(FlashDamage {
+            bank,
+            after: 3_000,
+            reads: 1,
+        })
+    };
+    for (part, blocker) in [
+        (
+            PartSetup {
+                brown_out_level: 0,
+                ..good
+            },
+            Blocker::BoardOptions,
+        ),
+        (
+            PartSetup {
+                brown_out_level: 2,
+                ..good
+            },
+            Blocker::BoardOptions,
+        ),
+        (
+            PartSetup {
+                writable_sectors: 0x7F,
+                ..good
+            },
+            Blocker::BoardOptions,
+        ),
+        (
+            PartSetup {
+                revision: 0x1003,
+                ..good
+            },
+            Blocker::PartRevision,
+        ),
+        (
+            PartSetup {
+                flash_damage: damage(0),
+                ..good
+            },
+            Blocker::Image,
+        ),
+    ] {
+        let mut board = powered_part(part, &[]);
+        board.command = Some((0.0, 0.0));
+        board.run(800);
+        assert!(
+            log_has(&mut board, &format!("self-test: {}: ", blocker.name())),
+            "{part:?}"
+        );
+        board.request(Request::Arm);
+        let status = &board.status().vehicle;
+        assert_eq!(status.mode, Mode::Disarmed, "{part:?}");
+        assert_eq!(status.blockers.iter().collect::<Vec<_>>(), [blocker], "{part:?}");
+        assert_eq!(status.refused_arms, 1);
+    }
+}
