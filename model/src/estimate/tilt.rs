@@ -46,6 +46,14 @@ pub struct TiltReading {
     pub force_z_m_s2: f32,
 }
 
+impl TiltReading {
+    /// The square of the specific force in the plane, g^2.
+    pub fn force_squared_g2(&self) -> f32 {
+        let (x, z) = (self.force_x_m_s2, self.force_z_m_s2);
+        (x * x + z * z) / (G * G)
+    }
+}
+
 /// How far the accelerometer shows where down is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trust {

@@ -395,11 +395,5 @@ impl Estimator {
 
 /// Whether the accelerometer feels about the weight of a vehicle that stands on its wheels.
 fn weighs(reading: &TiltReading) -> bool {
-    let TiltReading {
-        force_x_m_s2: x,
-        force_z_m_s2: z,
-        ..
-    } = *reading;
-    let squared_g2 = (x * x + z * z) / (G * G);
-    (WEIGHT_MIN_G * WEIGHT_MIN_G..WEIGHT_MAX_G * WEIGHT_MAX_G).contains(&squared_g2)
+    (WEIGHT_MIN_G * WEIGHT_MIN_G..WEIGHT_MAX_G * WEIGHT_MAX_G).contains(&reading.force_squared_g2())
 }
