@@ -107,7 +107,8 @@ fn a_fault_is_told_within_300_ms_and_named() {
 /// Whatever ends the armed state but the tool: a fault of its own, a stop, or somebody at the board's button.
 #[test]
 fn a_drive_that_something_else_ends_is_told_within_300_ms() {
-    let ends: [(&str, fn(&mut Bench)); 3] = [
+    type End = (&'static str, fn(&mut Bench));
+    let ends: [End; 3] = [
         ("disarmed by itself: none", |bench| bench.board.press_button()),
         ("by itself: BatteryHigh", |bench| {
             bench
