@@ -107,8 +107,8 @@ fn a_fault_is_told_within_300_ms_and_named() {
 /// Whatever ends the armed state but the tool: a fault of its own, a stop, or somebody at the board's button.
 #[test]
 fn a_drive_that_something_else_ends_is_told_within_300_ms() {
-    type End = (&'static str, fn(&mut Bench));
-    let ends: [End; 3] = [
+    type End = fn(&mut Bench);
+    let ends: [(&str, End); 3] = [
         ("disarmed by itself: none", |bench| bench.board.press_button()),
         ("by itself: BatteryHigh", |bench| {
             bench
