@@ -1,4 +1,4 @@
-//! `hil-sim link`: talks to a drive board over its serial port.
+//! `hil-sim link`: talks to a drive board over its serial port, or to a served one.
 #![deny(clippy::print_stdout)] // A closed output is an error, not a panic: everything goes through the console.
 
 use std::fs::File;
@@ -29,7 +29,7 @@ use wire::{Port, Wire};
 /// Flags of `link`.
 #[derive(Debug, Args)]
 pub struct Arguments {
-    /// Serial port of the board: /dev/ttyACM0, COM3, ...
+    /// Serial port of the board: /dev/ttyACM0, COM3, ...; or tcp:ADDRESS of a served one
     #[arg(long)]
     port: String,
     #[command(subcommand)]

@@ -8,9 +8,11 @@ use theory::commands::{camera, coupled, critical, envelope, equilibrium, figures
 
 pub mod bounds;
 pub mod campaign;
+pub mod check;
 pub mod drive;
 pub mod emulated;
 pub mod link;
+pub mod serve;
 
 /// The biplanar bicycle, simulated and analysed.
 #[derive(Debug, Parser)]
@@ -33,6 +35,8 @@ enum HostCommand {
     Camera(camera::Arguments),
     /// The vehicle that carries a camera spar, and its step limits (ch. 8)
     Coupled(coupled::Arguments),
+    /// What a vehicle file means in SI, and whether such a vehicle can be built and driven
+    Check(check::Arguments),
     /// The smallest final voltage or reference speed that turns the arm over
     Critical(critical::Arguments),
     /// Critical voltages over the slope, for several waveforms
@@ -41,6 +45,8 @@ enum HostCommand {
     Equilibrium(equilibrium::Arguments),
     /// Talks to a drive board over its serial port: state, driving, parameters
     Link(link::Arguments),
+    /// A simulated board on a port, in real time: everything that talks to a real one talks to it
+    Serve(serve::Arguments),
     /// The optimal regulator of the camera spar (ch. 7)
     Lqr(lqr::Arguments),
     /// Every figure of the thesis and one page that shows them
@@ -61,12 +67,14 @@ pub fn main() -> ExitCode {
         Some(HostCommand::Campaign(a)) => campaign::run(&a),
         Some(HostCommand::Camera(a)) => camera::run(&a),
         Some(HostCommand::Coupled(a)) => coupled::run(&a),
+        Some(HostCommand::Check(a)) => check::run(&a),
         Some(HostCommand::Critical(a)) => critical::run(&a),
         Some(HostCommand::Envelope(a)) => envelope::run(&a),
         Some(HostCommand::Equilibrium(a)) => equilibrium::run(&a),
         Some(HostCommand::Drive(a)) => drive::run(&a),
         None => drive::run(&drive::Arguments::default()),
         Some(HostCommand::Link(a)) => link::run(&a),
+        Some(HostCommand::Serve(a)) => serve::run(&a),
         Some(HostCommand::Lqr(a)) => lqr::run(&a),
         Some(HostCommand::Figures(a)) => figures::run(&a),
         Some(HostCommand::Simulate(a)) => simulate::run(&a),

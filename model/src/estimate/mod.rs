@@ -11,6 +11,7 @@ pub mod rate_filter;
 mod result;
 pub mod slope;
 pub mod stall;
+pub mod stillness;
 pub mod tilt;
 pub mod traction;
 

@@ -8,6 +8,7 @@ use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
 use crate::estimate::slope::SlopeEstimator;
 use crate::estimate::stall::{Intent, Progress, Stall};
+use crate::estimate::stillness::Stillness;
 use crate::estimate::tilt::{Disturbance, TiltEstimator, TiltReading, Trust};
 use crate::estimate::traction::{Evidence, Traction};
 use crate::sample::{Motor, TICK_S};
@@ -39,6 +40,7 @@ pub(super) struct Estimator {
     theta_acceleration: LowPass,
     roll: LowPass,
     weighs: Persistence,
+    wheels: Stillness,
     rest: Persistence,
     contradicted: Persistence,
     calibration: Calibration<3>,
@@ -73,8 +75,7 @@ const G: f32 = GRAVITY_M_S2 as f32;
 /// Speed and arm rate below which the vehicle is stopped.
 const STOPPED_M_S: f32 = 0.05;
 const STOPPED_ARM_RAD_S: f32 = 0.2;
-/// Wheel and arm rates below which the vehicle stands still.
-const REST_WHEEL_RAD_S: f32 = 0.03;
+/// Arm rate below which the vehicle stands still.
 const REST_ARM_RAD_S: f32 = 0.05;
 /// Distance after which the slope is noted again, m.
 const TRAIL_M: f32 = 0.05;
@@ -127,6 +128,7 @@ impl Estimator {
             weighs: Persistence::new(WEIGHT_TICKS),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
             roll: LowPass::new(TICK_S, ROLL_TIME_CONSTANT_S),
+            wheels: Stillness::default(),
             rest: Persistence::new(STILL_TICKS),
             contradicted: Persistence::new(CONTRADICTION_TICKS),
             calibration: Calibration::default(),
@@ -150,8 +152,8 @@ impl Estimator {
     /// speed law was told in the last tick.
     pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool, intent: Intent) -> Estimate {
         let [left, right, ballast_rate_rad_s] = sensed.relative_rate_rad_s;
-        let still = left.abs() < REST_WHEEL_RAD_S
-            && right.abs() < REST_WHEEL_RAD_S
+        let [left_count, right_count, _] = sensed.encoder_counts;
+        let still = self.wheels.stand([left_count, right_count], [left, right])
             && (sensed.arm.rate_rad_s - self.arm.bias_rad_s()).abs() < REST_ARM_RAD_S.max(self.calibration.tolerance());
         let at_rest = self.rest.update(still);
         self.calibrate(sensed, still && disarmed);

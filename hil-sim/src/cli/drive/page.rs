@@ -6,7 +6,7 @@ use std::io;
 use report::html::{document, escaped};
 use report::plot::{Chart, Series};
 use virtual_board::scenario::trace::{COLUMNS, Trace, TraceRow, Value};
-use virtual_board::scenario::{Check, MetricValue, RunVerdict, Scenario, Told};
+use virtual_board::scenario::{Check, MetricValue, RunStory, RunVerdict, Scenario};
 
 /// What a run came to.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +18,7 @@ pub struct RunSummary<'a> {
     /// The metrics that have bounds.
     pub checks: &'a [Check],
     /// What happened.
-    pub told: &'a Told,
+    pub told: &'a RunStory,
     /// The firmware's log.
     pub log: &'a [String],
 }
@@ -94,7 +94,7 @@ pub fn page(summary: &RunSummary<'_>, charts: &[String], chart_stride: usize) ->
 }
 
 /// The table of what happened.
-fn events(told: &Told) -> String {
+fn events(told: &RunStory) -> String {
     if told.events.is_empty() {
         return "<p>Nothing.</p>\n".to_owned();
     }

@@ -1,11 +1,12 @@
 //! What the link tool runs on: a wire with the board at its end, and a clock.
 
 use std::io::{self, ErrorKind, Read, Write};
+use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
 use firmware::drive_board::LINK_BAUD;
 use report::error::CommandError;
-use serialport::SerialPort;
+use serialport::ClearBuffer;
 
 /// A wire with the board at its end, and the host's clock.
 pub trait Wire {
@@ -26,22 +27,43 @@ pub trait Wire {
 /// How long a read waits for bytes, and a write for room.
 const PATIENCE: Duration = Duration::from_millis(5);
 
-/// A serial port, and the host's monotonic clock.
+/// Bytes both ways.
+trait Stream: Read + Write {}
+impl<T: Read + Write> Stream for T {}
+
+/// How the port of a served board begins: `tcp:127.0.0.1:5760`.
+const TCP: &str = "tcp:";
+
+/// A serial port or a TCP connection, and the host's monotonic clock.
 pub struct Port {
-    port: Box<dyn SerialPort>,
+    port: Box<dyn Stream>,
     opened: Instant,
 }
 
 impl Port {
-    /// Opens a port by its name.
+    /// Opens a port by its name, or connects to the board that `hil-sim serve` serves at `tcp:ADDRESS`.
     ///
     /// # Errors
     /// [`CommandError::Input`]: there is no such port, or it is taken.
     pub fn open(name: &str) -> Result<Self, CommandError> {
-        let port = serialport::new(name, LINK_BAUD)
-            .timeout(PATIENCE)
-            .open()
-            .map_err(|error| CommandError::Input(format!("--port {name}: {error}")))?;
+        let wrong = |error: &dyn std::fmt::Display| CommandError::Input(format!("--port {name}: {error}"));
+        let port: Box<dyn Stream> = if let Some(address) = name.strip_prefix(TCP) {
+            let stream = TcpStream::connect(address).map_err(|error| wrong(&error))?;
+            stream
+                .set_nodelay(true)
+                .and_then(|()| stream.set_read_timeout(Some(PATIENCE)))
+                .and_then(|()| stream.set_write_timeout(Some(PATIENCE)))
+                .map_err(|error| wrong(&error))?;
+            Box::new(stream)
+        } else {
+            let port = serialport::new(name, LINK_BAUD)
+                .timeout(PATIENCE)
+                .open()
+                .map_err(|error| wrong(&error))?;
+            // What came before the tool did is old.
+            port.clear(ClearBuffer::Input).map_err(|error| wrong(&error))?;
+            Box::new(port)
+        };
         Ok(Self {
             port,
             opened: Instant::now(),
@@ -69,6 +91,8 @@ impl Wire for Port {
     fn receive(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         match self.port.read(bytes) {
             Err(error) if is_passing(&error) => Ok(0),
+            // A port that is read without waiting has nothing; a connection that has nothing to give is closed.
+            Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
             result => result,
         }
     }

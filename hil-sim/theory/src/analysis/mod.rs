@@ -3,6 +3,10 @@
 pub mod camera;
 pub mod coupled;
 pub mod critical;
+pub mod design_check;
+#[cfg(test)]
+mod design_check_tests;
+pub mod design_numbers;
 pub mod dop853;
 mod dop853_coefficients;
 pub mod envelope;

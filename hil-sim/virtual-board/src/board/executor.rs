@@ -16,12 +16,12 @@ const TASKS_MAX: usize = u64::BITS as usize;
 /// A set of tasks.
 #[derive(Default)]
 pub struct Executor {
-    tasks: Vec<Task>,
+    tasks: Vec<BoardTask>,
     /// A bit for each task that is to be polled.
     ready: Arc<AtomicU64>,
 }
 
-struct Task {
+struct BoardTask {
     future: Pin<Box<dyn Future<Output = ()>>>,
     waker: Waker,
     ended: bool,
@@ -62,7 +62,7 @@ impl Executor {
             bit: 1 << place,
         });
         bell.wake_by_ref();
-        self.tasks.push(Task {
+        self.tasks.push(BoardTask {
             future: Box::pin(future),
             waker: bell.into(),
             ended: false,

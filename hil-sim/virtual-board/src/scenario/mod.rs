@@ -27,4 +27,4 @@ pub use metrics::{MetricValue, Metrics};
 pub use outcome::{Counts, DriveOutcome, RunEnd};
 pub use run::{RunError, run, run_into};
 pub use setup::SetupError;
-pub use story::{EventKind, Story, StoryEvent, Told};
+pub use story::{EventKind, RunStory, Story, StoryEvent};

@@ -287,23 +287,18 @@ impl Script<'_> {
             Action::Silence => self.command = None,
             Action::Speak => self.command = Some([0.0, 0.0]),
             Action::EmergencyStop { pressed } => {
-                backend.set_emergency_stop(pressed);
                 if pressed {
                     self.pressed_at_ms = Some(ms);
                 }
+                happen(action, backend);
             }
-            Action::SensorFault { sensor, fault } => {
-                backend.plant(&mut |plant| set_fault(plant, sensor, fault.0));
-            }
-            Action::Battery { open_circuit_v } => {
-                backend.plant(&mut |plant| plant.set_open_circuit_v(open_circuit_v));
+            Action::SensorFault { .. } | Action::Battery { .. } | Action::Chocks { .. } | Action::World(_) => {
+                happen(action, backend);
             }
             Action::LinkNoise { bytes } => {
                 let noise: Vec<u8> = (0..bytes).map(|_| self.noise.bits() as u8).collect();
                 self.send(ms, noise, backend);
             }
-            Action::Chocks { chocked } => backend.plant(&mut |plant| plant.set_chocked(chocked)),
-            Action::World(world) => backend.plant(&mut |plant| world.act(plant)),
             Action::Link(LinkStep::StuckOperator { stuck }) => {
                 self.stuck = stuck;
             }
@@ -330,6 +325,30 @@ impl Script<'_> {
                 }
             }
         }
+    }
+}
+
+/// Lets what a step does to the vehicle and its surroundings happen. What the operator or the link does is not its
+/// business.
+pub fn happen(action: &Action, backend: &mut dyn Backend) {
+    match *action {
+        Action::EmergencyStop { pressed } => backend.set_emergency_stop(pressed),
+        Action::SensorFault { sensor, fault } => {
+            backend.plant(&mut |plant| set_fault(plant, sensor, fault.0));
+        }
+        Action::Battery { open_circuit_v } => {
+            backend.plant(&mut |plant| plant.set_open_circuit_v(open_circuit_v));
+        }
+        Action::Chocks { chocked } => backend.plant(&mut |plant| plant.set_chocked(chocked)),
+        Action::World(world) => backend.plant(&mut |plant| world.act(plant)),
+        Action::Arm
+        | Action::Disarm
+        | Action::ClearFaults
+        | Action::Drive { .. }
+        | Action::Silence
+        | Action::Speak
+        | Action::LinkNoise { .. }
+        | Action::Link(_) => {}
     }
 }
 

@@ -133,7 +133,7 @@ pub struct Story {
 
 /// What happened in a run.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Told {
+pub struct RunStory {
     /// In order of the time at which it began.
     pub events: Vec<StoryEvent>,
     /// How much more there was.
@@ -184,7 +184,7 @@ impl Story {
     }
 
     /// What happened, with what is still under way.
-    pub fn told(mut self) -> Told {
+    pub fn told(mut self) -> RunStory {
         for (spell, spans) in SPELLS.iter().zip(self.spells) {
             if let Some((begin_s, last_s)) = spans {
                 self.keep(spell_event(spell, begin_s, last_s));
@@ -192,7 +192,7 @@ impl Story {
         }
         // A spell is told when it ends, but stands where it began.
         self.events.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
-        Told {
+        RunStory {
             events: self.events,
             dropped: self.dropped,
         }
@@ -266,7 +266,7 @@ mod tests {
         row
     }
 
-    fn told(rows: impl IntoIterator<Item = TraceRow>) -> Told {
+    fn told(rows: impl IntoIterator<Item = TraceRow>) -> RunStory {
         let mut story = Story::default();
         for row in rows {
             story.add(&row);

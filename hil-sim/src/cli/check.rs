@@ -1,0 +1,108 @@
+//! `hil-sim check`: what a vehicle file means, and whether such a vehicle can be built and driven.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+use clap::Args;
+use report::error::CommandError;
+use report::output::{print, print_json};
+use serde::Serialize;
+use theory::analysis::design_check::{DesignCheck, DesignFinding, Severity, check};
+
+use super::drive::load_vehicle;
+
+/// Flags of `check`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// Vehicle file; the reference vehicle if left out
+    vehicle: Option<PathBuf>,
+    /// Print exactly one JSON object on stdout
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim check vehicles/reference.toml
+  hil-sim check my-vehicle.toml --json";
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct CheckJson<'a> {
+    #[serde(flatten)]
+    check: &'a DesignCheck,
+    ok: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CommandError::Input`] on a bad file, [`CommandError::Checks`] for a design that cannot be built or driven.
+pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let vehicle = load_vehicle(arguments.vehicle.as_deref())?;
+    let checked = check(&vehicle);
+    let errors: Vec<&str> = of(&checked, Severity::Error).map(|finding| finding.field).collect();
+    if arguments.json {
+        print_json(&CheckJson {
+            check: &checked,
+            ok: errors.is_empty(),
+        })?;
+    } else {
+        print(&table(&checked))?;
+    }
+    if errors.is_empty() {
+        Ok(())
+    } else {
+        Err(CommandError::Checks(format!(
+            "such a vehicle cannot be built or driven: {}",
+            errors.join(", ")
+        )))
+    }
+}
+
+/// The findings of one severity.
+fn of(checked: &DesignCheck, severity: Severity) -> impl Iterator<Item = &DesignFinding> {
+    checked
+        .findings
+        .iter()
+        .filter(move |finding| finding.severity == severity)
+}
+
+fn table(checked: &DesignCheck) -> String {
+    let mut text = String::new();
+    for number in &checked.numbers {
+        let value = if number.value.is_finite() {
+            format!("{:.4}", number.value)
+        } else {
+            "none".to_owned()
+        };
+        _ = writeln!(text, "{:<32} {value:>12}   {}", number.name, number.meaning);
+    }
+    let poles: Vec<String> = checked
+        .poles_eq_3_25_per_s
+        .iter()
+        .map(|[re, im]| {
+            if *im == 0.0 {
+                format!("{re:.3}")
+            } else {
+                format!("{re:.3}{im:+.3}i")
+            }
+        })
+        .collect();
+    _ = writeln!(
+        text,
+        "\npoles of Eq. 3.25 with the file's kp and kd, on the level: {} 1/s",
+        poles.join(", ")
+    );
+    let both = [(Severity::Error, "error"), (Severity::Warning, "warning")];
+    for (severity, name) in both {
+        for finding in of(checked, severity) {
+            _ = writeln!(text, "\n{name}: {}: {}", finding.field, finding.text);
+        }
+    }
+    if checked.findings.is_empty() {
+        text.push_str("\nnothing wrong found\n");
+    }
+    text
+}

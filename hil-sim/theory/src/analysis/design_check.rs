@@ -1,0 +1,327 @@
+//! A vehicle's design in SI, and whether it can be built and driven.
+//!
+//! The vehicle file's ranges refuse what no vehicle has. Here stand the relations between values: what a set of values
+//! means for the vehicle, and what makes a set of them impossible (an error) or doubtful (a warning).
+
+use core::f64::consts::PI;
+
+use model::control::landing::Design;
+use model::control::speed_law::SpeedLaw;
+use model::vehicle::{SpeedLawChoice, Vehicle};
+use serde::Serialize;
+
+use super::design_numbers::{DesignNumber, SUPPLY_SHARE, design_numbers};
+use super::equilibrium::poles;
+
+/// How bad a finding is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// Doubtful: look again.
+    Warning,
+    /// Such a vehicle cannot be built, or cannot be driven.
+    Error,
+}
+
+/// Something wrong with a design.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DesignFinding {
+    /// How bad it is.
+    pub severity: Severity,
+    /// The field to look at first.
+    pub field: &'static str,
+    /// What is wrong, with the numbers, and what would be right.
+    pub text: String,
+}
+
+/// What a vehicle's file means.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DesignCheck {
+    /// Numbers in SI, and the nondimensional ones of the theory.
+    pub numbers: Vec<DesignNumber>,
+    /// Poles of Eq. 3.25 with the file's own gains, on the level, in 1/s: real and imaginary part.
+    pub poles_eq_3_25_per_s: Vec<[f64; 2]>,
+    /// What is wrong.
+    pub findings: Vec<DesignFinding>,
+}
+
+impl DesignCheck {
+    /// The number of this name.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        self.numbers.iter().find(|n| n.name == name).map(|n| n.value)
+    }
+
+    /// Whether any finding is an error.
+    pub fn has_errors(&self) -> bool {
+        self.findings.iter().any(|finding| finding.severity == Severity::Error)
+    }
+}
+
+/// Torque and back-EMF constants that differ by more than this share are not of one motor: they are the same constant
+/// in SI, and data sheets give each within some per cent.
+const CONSTANTS_SHARE: f64 = 0.1;
+/// Mass of a wheel that is all in its rim gives `m r^2`; no wheel has more.
+const RIM: f64 = 1.0;
+/// A spoked wheel with its tyre has about 0.7 `m r^2`, a disc 0.5; below this the wheels are heavier or the inertia larger.
+const DISC: f64 = 0.3;
+/// The slope that any floor has somewhere: a ramp of 1 in 12.
+const RAMP_DEG: f64 = 4.8;
+/// Ticks in the time unit that the law needs at least: below, its servo becomes slower than the arm swings.
+const SLOWEST_SERVO: f64 = 1.0;
+
+/// What the vehicle's file means, and what is wrong with it.
+pub fn check(vehicle: &Vehicle<f64>) -> DesignCheck {
+    let numbers = design_numbers(vehicle);
+    let law = own_law(vehicle);
+    let level = vehicle.planar(0.0);
+    let per_s = 1.0 / vehicle.scales().time_s;
+    let poles_eq_3_25_per_s: Vec<[f64; 2]> = poles(&level, 0.0, Some(&law))
+        .iter()
+        .map(|pole| pole.map(|part| part * per_s))
+        .collect();
+    let mut checked = DesignCheck {
+        numbers,
+        poles_eq_3_25_per_s,
+        findings: Vec::new(),
+    };
+    let mut inspector = Inspector {
+        vehicle,
+        checked: &checked,
+        found: Vec::new(),
+    };
+    inspector.bodies();
+    inspector.motors();
+    inspector.drive();
+    inspector.laws();
+    checked.findings = inspector.found;
+    checked
+}
+
+/// Eq. 3.25 with the file's own gains.
+fn own_law(vehicle: &Vehicle<f64>) -> SpeedLaw<f64> {
+    let (level, control) = (vehicle.planar(0.0), &vehicle.parameters().control);
+    SpeedLaw {
+        feed_forward_zeta: level.zeta,
+        alpha_l: level.alpha * level.l,
+        kp: control.kp,
+        kd: control.kd,
+    }
+}
+
+/// Looks through a vehicle and keeps what it finds.
+struct Inspector<'a> {
+    vehicle: &'a Vehicle<f64>,
+    checked: &'a DesignCheck,
+    found: Vec<DesignFinding>,
+}
+
+impl Inspector<'_> {
+    fn number(&self, name: &str) -> f64 {
+        self.checked.number(name).unwrap_or(f64::NAN)
+    }
+
+    fn tell(&mut self, wrong: bool, severity: Severity, field: &'static str, text: String) {
+        if wrong {
+            self.found.push(DesignFinding { severity, field, text });
+        }
+    }
+
+    /// Lengths, masses and inertias.
+    fn bodies(&mut self) {
+        let p = self.vehicle.parameters();
+        let body = &p.body;
+        let (arm, radius) = (body.arm_length_m, body.wheel_radius_m);
+        self.tell(
+            arm >= radius,
+            Severity::Error,
+            "body.arm_length_m",
+            format!(
+                "the arm's centre of mass hangs {arm} m below the axle, in the ground: the wheel's radius is {radius} m"
+            ),
+        );
+        self.tell(
+            arm < radius && arm > 0.9 * radius,
+            Severity::Warning,
+            "body.arm_length_m",
+            format!(
+                "only {:.0} mm of ground clearance remain below the arm's centre of mass, and the arm has a size",
+                1e3 * (radius - arm)
+            ),
+        );
+        let wheels = body.total_mass_kg - body.arm_mass_kg;
+        let rim = wheels * radius * radius;
+        self.tell(
+        body.wheels_inertia_kg_m2 > RIM * rim,
+        Severity::Error,
+        "body.wheels_inertia_kg_m2",
+        format!(
+            "{} kg m^2 is more than wheels of {wheels:.3} kg and this radius can have, all of it in the rim: {rim:.4}",
+            body.wheels_inertia_kg_m2
+        ),
+    );
+        self.tell(
+            body.wheels_inertia_kg_m2 < DISC * rim,
+            Severity::Warning,
+            "body.wheels_inertia_kg_m2",
+            format!(
+                "{} kg m^2 is little for wheels of {wheels:.3} kg: a disc has {:.4}",
+                body.wheels_inertia_kg_m2,
+                0.5 * rim
+            ),
+        );
+        let wheels_yaw = wheels * body.half_track_m * body.half_track_m;
+        self.tell(
+            body.yaw_inertia_kg_m2 < wheels_yaw,
+            Severity::Warning,
+            "body.yaw_inertia_kg_m2",
+            format!(
+                "{} kg m^2 is less than the wheels alone have at this track: {wheels_yaw:.4}",
+                body.yaw_inertia_kg_m2
+            ),
+        );
+        if let Some((spar, _)) = &p.spar {
+            let below = spar.motor_distance_m + spar.ballast_distance_m;
+            self.tell(
+                below >= radius,
+                Severity::Error,
+                "spar.ballast_distance_m",
+                format!("the ballast hangs {below} m below the axle, in the ground: the wheel's radius is {radius} m"),
+            );
+        }
+    }
+
+    /// The constants of the motors.
+    fn motors(&mut self) {
+        let p = self.vehicle.parameters();
+        let motors = [
+            ("drive_motor.torque_constant_n_m_per_a", Some(&p.drive_motor)),
+            (
+                "ballast_motor.torque_constant_n_m_per_a",
+                p.spar.as_ref().map(|(_, motor)| motor),
+            ),
+        ];
+        for (field, motor) in motors {
+            let Some(motor) = motor else { continue };
+            let (torque, emf) = (motor.torque_constant_n_m_per_a, motor.back_emf_constant_v_s_per_rad);
+            let ratio = torque / emf;
+            self.tell(
+            ratio > 1.0 + CONSTANTS_SHARE,
+            Severity::Error,
+            field,
+            format!(
+                "{torque} N m/A with a back-EMF of {emf} V s/rad gives {ratio:.2} times the power that it takes; the two \
+                 are one constant in SI (a Kv of X rpm/V is 9.549/X)"
+            ),
+        );
+            self.tell(
+            ratio < 1.0 - CONSTANTS_SHARE,
+            Severity::Warning,
+            field,
+            format!(
+                "{torque} N m/A is {ratio:.2} of the back-EMF constant {emf} V s/rad; the two are one constant in SI"
+            ),
+        );
+        }
+    }
+
+    /// What the vehicle can do on slopes and at speed.
+    fn drive(&mut self) {
+        let p = self.vehicle.parameters();
+        let (battery, control) = (&p.battery, &p.control);
+        let limit = self.number("static_limit_within_phi_max_deg");
+        self.tell(
+        limit < RAMP_DEG,
+        Severity::Error,
+        "body.arm_mass_kg",
+        format!(
+            "the arm is too light or too short to drive: it carries a slope of {limit:.1} deg, a ramp of 1 in 12 has {RAMP_DEG}"
+        ),
+    );
+        let volts = self.number("speed_max_voltage_v");
+        self.tell(
+            volts > SUPPLY_SHARE * battery.nominal_v,
+            Severity::Error,
+            "control.speed_max_m_s",
+            format!(
+                "{} m/s takes {volts:.1} V on the level, more than 97 % of nominal_v {} V: {:.2} m/s is the most",
+                control.speed_max_m_s,
+                battery.nominal_v,
+                SUPPLY_SHARE * battery.nominal_v * control.speed_max_m_s / volts
+            ),
+        );
+        self.tell(
+            volts > SUPPLY_SHARE * battery.minimum_v && volts <= SUPPLY_SHARE * battery.nominal_v,
+            Severity::Warning,
+            "control.speed_max_m_s",
+            format!(
+                "{} m/s takes {volts:.1} V on the level; an empty battery of {} V keeps {:.2} m/s",
+                control.speed_max_m_s,
+                battery.minimum_v,
+                self.number("speed_at_minimum_v_m_s")
+            ),
+        );
+        let hold_a = self.number("hold_current_10_deg_a");
+        self.tell(
+            hold_a > p.drive_motor.current_limit_a,
+            Severity::Error,
+            "drive_motor.current_limit_a",
+            format!(
+                "holding on 10 deg takes {hold_a:.1} A of each motor, the limit is {} A",
+                p.drive_motor.current_limit_a
+            ),
+        );
+        self.tell(
+            control.grip_mu > 1.0,
+            Severity::Warning,
+            "control.grip_mu",
+            format!(
+                "rubber on clean concrete has about 1, and the law plans with {}",
+                control.grip_mu
+            ),
+        );
+    }
+
+    /// Limits and laws.
+    fn laws(&mut self) {
+        let p = self.vehicle.parameters();
+        let control = &p.control;
+        self.tell(
+            p.safety.phi_max_rad > PI / 2.0,
+            Severity::Warning,
+            "safety.phi_max_rad",
+            "beyond level the arm carries less the further it swings: the fault comes after the whirl has begun"
+                .to_owned(),
+        );
+        let servo = f64::from(
+            Design::by_rule(
+                self.number("tick_time_units") as f32,
+                (p.estimator.wheel_rate_time_constant_s / self.number("time_unit_s")) as f32,
+            )
+            .servo,
+        );
+        self.tell(
+        servo < SLOWEST_SERVO,
+        Severity::Error,
+        "estimator.wheel_rate_time_constant_s",
+        format!(
+            "the arm servo comes to {servo:.2} per time unit of {:.1} ms, slower than the arm swings: the tick is 1 ms, \
+             the filter {} s",
+            1e3 * self.number("time_unit_s"),
+            p.estimator.wheel_rate_time_constant_s
+        ),
+    );
+        let unstable = self.checked.poles_eq_3_25_per_s.iter().any(|[re, _]| *re >= 0.0);
+        let flown = self.vehicle.speed_law() == SpeedLawChoice::SwingDamped;
+        self.tell(
+            unstable,
+            if flown { Severity::Error } else { Severity::Warning },
+            "control.kp",
+            format!(
+                "Eq. 3.25 with kp {} and kd {} is unstable on this vehicle{}",
+                control.kp,
+                control.kd,
+                if flown { "" } else { " (the landing law flies)" }
+            ),
+        );
+    }
+}

@@ -1,0 +1,126 @@
+use core::f64::consts::TAU;
+
+use model::vehicle::{Vehicle, VehicleParameters};
+
+use super::design_check::*;
+
+fn reference() -> Vehicle<f64> {
+    vehicle_file::reference().expect("the reference vehicle")
+}
+
+fn changed(change: impl FnOnce(&mut VehicleParameters<f64>)) -> Vehicle<f64> {
+    let mut parameters = *reference().parameters();
+    change(&mut parameters);
+    Vehicle::new(parameters).expect("within every range")
+}
+
+#[test]
+fn the_reference_vehicle_is_sound_and_its_numbers_are_those_of_the_data_sheets() {
+    let checked = check(&reference());
+    assert_eq!(checked.findings, []);
+    // By hand: 13.6 kg and 4.08 kg of spar; 13.6 g r / (2 n Kt / R); (M + m + spar) g r sin(10 deg) / (2 n Kt).
+    for (name, expected, share) in [
+        ("mass_kg", 17.68, 1e-12),
+        (
+            "voltage_unit_v",
+            13.6 * 9.81 * 0.25 / (2.0 * 43.0 * 0.0302 / 0.316),
+            1e-12,
+        ),
+        (
+            "hold_current_10_deg_a",
+            17.68 * 9.81 * 0.25 * 0.173_648 / (2.0 * 43.0 * 0.0302),
+            1e-5,
+        ),
+        // 317 rpm/V over 43, at the rim.
+        ("no_load_speed_m_s", 25.2 * 317.0 / 43.0 / 60.0 * TAU * 0.25, 1e-3),
+        // sin(33.6 deg) = 0.72 / 1.3.
+        ("static_limit_deg", 33.63, 1e-3),
+        ("traction_limit_deg", 30.96, 1e-3),
+        ("encoder_count_mm", TAU * 250.0 / (1024.0 * 43.0), 1e-12),
+        // Critical voltage of the thesis's vehicle on the level.
+        ("zeta", 2.2, 1e-3),
+    ] {
+        let found = checked.number(name).expect(name);
+        assert!((found / expected - 1.0).abs() < share, "{name}: {found} for {expected}");
+    }
+    assert!(checked.number("whirl_step_v") > checked.number("slip_step_v"));
+    assert!(
+        checked.numbers.iter().all(|number| number.value.is_finite()),
+        "{checked:?}"
+    );
+}
+
+#[test]
+fn each_thing_that_is_wrong_is_told_at_its_field() {
+    type Change = fn(&mut VehicleParameters<f64>);
+    let wrong: [(&str, Severity, Change); 15] = [
+        ("body.arm_length_m", Severity::Error, |p| p.body.arm_length_m = 0.25),
+        ("body.arm_length_m", Severity::Warning, |p| p.body.arm_length_m = 0.24),
+        ("body.wheels_inertia_kg_m2", Severity::Error, |p| {
+            p.body.wheels_inertia_kg_m2 = 0.09;
+        }),
+        ("body.wheels_inertia_kg_m2", Severity::Warning, |p| {
+            p.body.wheels_inertia_kg_m2 = 0.02;
+        }),
+        ("body.yaw_inertia_kg_m2", Severity::Warning, |p| {
+            p.body.yaw_inertia_kg_m2 = 0.05;
+        }),
+        ("drive_motor.torque_constant_n_m_per_a", Severity::Error, |p| {
+            p.drive_motor.torque_constant_n_m_per_a = 0.06;
+        }),
+        ("drive_motor.torque_constant_n_m_per_a", Severity::Warning, |p| {
+            p.drive_motor.torque_constant_n_m_per_a = 0.025;
+        }),
+        ("ballast_motor.torque_constant_n_m_per_a", Severity::Error, |p| {
+            if let Some((_, motor)) = &mut p.spar {
+                motor.torque_constant_n_m_per_a = 0.0656;
+            }
+        }),
+        ("body.arm_mass_kg", Severity::Error, |p| p.body.arm_mass_kg = 1.5),
+        ("control.speed_max_m_s", Severity::Error, |p| {
+            p.control.speed_max_m_s = 6.0;
+        }),
+        ("control.speed_max_m_s", Severity::Warning, |p| {
+            p.battery.minimum_v = 12.0;
+            p.control.speed_max_m_s = 3.0;
+        }),
+        ("drive_motor.current_limit_a", Severity::Error, |p| {
+            p.drive_motor.current_limit_a = 2.0;
+        }),
+        ("control.grip_mu", Severity::Warning, |p| p.control.grip_mu = 1.2),
+        ("estimator.wheel_rate_time_constant_s", Severity::Error, |p| {
+            p.estimator.wheel_rate_time_constant_s = 0.01;
+            p.body.wheel_radius_m = 0.02;
+            p.body.arm_length_m = 0.015;
+        }),
+        ("spar.ballast_distance_m", Severity::Error, |p| {
+            if let Some((spar, _)) = &mut p.spar {
+                spar.motor_distance_m = 0.15;
+                spar.ballast_distance_m = 0.12;
+                [
+                    spar.spar_gain,
+                    spar.ballast_gain,
+                    spar.spar_rate_gain,
+                    spar.ballast_rate_gain,
+                ] = [0.0; 4];
+            }
+        }),
+    ];
+    for (field, severity, change) in wrong {
+        let checked = check(&changed(change));
+        assert!(
+            checked
+                .findings
+                .iter()
+                .any(|f| f.field == field && f.severity == severity),
+            "{field}: {:?}",
+            checked.findings
+        );
+        assert_eq!(
+            checked.has_errors(),
+            severity == Severity::Error,
+            "{field}: {:?}",
+            checked.findings
+        );
+    }
+}

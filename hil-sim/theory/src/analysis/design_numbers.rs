@@ -1,0 +1,162 @@
+//! What a vehicle's file means in SI, and in the numbers of the theory.
+
+use core::f64::consts::{PI, TAU};
+
+use model::control::landing::Design;
+use model::sample::TICK_US;
+use model::vehicle::{GRAVITY_M_S2, MotorParameters, Vehicle};
+use serde::Serialize;
+
+use super::critical::{Direction, critical};
+use super::input::Input;
+use super::slip::slip_limit;
+
+/// Share of the supply that the governor leaves to the speed (`SUPPLY_SHARE` of the law).
+pub const SUPPLY_SHARE: f64 = 0.97;
+/// Slope at which the hold is told.
+const HOLD_DEG: f64 = 10.0;
+
+/// A number that follows from the file's.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct DesignNumber {
+    /// Its name, unit included.
+    pub name: &'static str,
+    /// Its value; not a number where there is none.
+    pub value: f64,
+    /// What it is.
+    pub meaning: &'static str,
+}
+
+/// Torque constant at the gearbox's output, N m/A.
+fn output_constant(motor: &MotorParameters<f64>) -> f64 {
+    motor.torque_constant_n_m_per_a * motor.gear_ratio
+}
+
+/// Every number.
+#[allow(clippy::too_many_lines)] // A table: a row for each number.
+pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
+    let p = vehicle.parameters();
+    let (body, motor, battery, control) = (&p.body, &p.drive_motor, &p.battery, &p.control);
+    let (level, scales) = (vehicle.planar(0.0), vehicle.scales());
+    let mass = 1.0 + vehicle.spar_mass_ratio();
+    let al = level.alpha * level.l;
+    let static_limit = |sin_phi: f64| (al * sin_phi / mass).min(1.0).asin().to_degrees();
+    let within_phi_max = p.safety.phi_max_rad.min(PI / 2.0);
+    let traction = control.grip_mu.atan().to_degrees();
+    let hold_torque = mass * scales.torque_n_m * HOLD_DEG.to_radians().sin();
+    let constant = output_constant(motor);
+    let hold_a = hold_torque / (2.0 * constant);
+    let no_load = battery.nominal_v / (motor.back_emf_constant_v_s_per_rad * motor.gear_ratio) * body.wheel_radius_m;
+    // Steadily on the level the joint turns as the wheel does, and U = zeta theta'.
+    let speed_volts = |speed_m_s: f64| level.zeta * speed_m_s / scales.speed_m_s * scales.voltage_v;
+    let whole_inertia = mass + level.mu;
+    let (sin_max, cos_max) = (within_phi_max.sin(), within_phi_max.cos());
+    let by_arm = al * sin_max / (whole_inertia - al * cos_max) * GRAVITY_M_S2;
+    let torque_limit = 2.0 * motor.current_limit_a * constant;
+    let by_current = torque_limit / (whole_inertia * body.total_mass_kg * body.wheel_radius_m);
+    let start = [0.0; 3];
+    let whirl = critical(&level, &Input::voltage_step(&level, 0.0), start, Direction::Forward);
+    let whirl_v = whirl.ok().flatten().map_or(f64::NAN, |c| c.value * scales.voltage_v);
+    let slip_v = slip_limit(&level, control.grip_mu)
+        .ok()
+        .and_then(|s| s.critical_voltage);
+    let slip_v = slip_v.map_or(f64::NAN, |u| u * scales.voltage_v);
+    let swing_hz = (al / (al * level.l + level.nu)).sqrt() / (TAU * scales.time_s);
+    let tick = f64::from(TICK_US) * 1e-6 / scales.time_s;
+    let lag = p.estimator.wheel_rate_time_constant_s / scales.time_s;
+    let servo = f64::from(Design::by_rule(tick as f32, lag as f32).servo);
+    let counts_per_m = motor.encoder_counts_per_rev * motor.gear_ratio / (TAU * body.wheel_radius_m);
+    let number = |name, value, meaning| DesignNumber { name, value, meaning };
+    vec![
+        number("mass_kg", mass * body.total_mass_kg, "whole mass, spar included"),
+        number("alpha", level.alpha, "arm's share of the mass without the spar"),
+        number("l", level.l, "arm's length over the wheel's radius"),
+        number("mu", level.mu, "inertia of the wheels"),
+        number("nu", level.nu, "inertia of the rotors"),
+        number("zeta", level.zeta, "damping, back-EMF included"),
+        number("time_unit_s", scales.time_s, "time unit of the theory"),
+        number("speed_unit_m_s", scales.speed_m_s, "speed unit"),
+        number("voltage_unit_v", scales.voltage_v, "voltage unit: U = 1"),
+        number("torque_unit_n_m", scales.torque_n_m, "torque unit"),
+        number(
+            "static_limit_deg",
+            static_limit(1.0),
+            "slope that the level arm carries",
+        ),
+        number(
+            "static_limit_within_phi_max_deg",
+            static_limit(sin_max),
+            "slope that the arm carries within phi_max_rad",
+        ),
+        number("traction_limit_deg", traction, "slope that grip_mu holds"),
+        number(
+            "hold_current_10_deg_a",
+            hold_a,
+            "current of each motor to hold on 10 deg",
+        ),
+        number(
+            "hold_voltage_10_deg_v",
+            hold_a * motor.resistance_ohm,
+            "voltage of each motor to hold on 10 deg",
+        ),
+        number("no_load_speed_m_s", no_load, "speed at nominal_v without any load"),
+        number(
+            "speed_max_voltage_v",
+            speed_volts(control.speed_max_m_s),
+            "voltage to keep speed_max_m_s on the level",
+        ),
+        number(
+            "speed_at_minimum_v_m_s",
+            SUPPLY_SHARE * battery.minimum_v / speed_volts(1.0),
+            "speed on the level that 97 % of minimum_v keeps",
+        ),
+        number(
+            "torque_limit_n_m",
+            torque_limit,
+            "torque of both motors at current_limit_a",
+        ),
+        number(
+            "stall_current_a",
+            battery.nominal_v / motor.resistance_ohm,
+            "current of a motor that stands, at nominal_v",
+        ),
+        number(
+            "acceleration_by_arm_m_s2",
+            by_arm,
+            "largest steady acceleration within phi_max_rad",
+        ),
+        number(
+            "acceleration_by_grip_m_s2",
+            control.grip_mu * GRAVITY_M_S2,
+            "largest acceleration that grip_mu allows",
+        ),
+        number(
+            "acceleration_by_current_m_s2",
+            by_current,
+            "largest acceleration at current_limit_a",
+        ),
+        number(
+            "whirl_step_v",
+            whirl_v,
+            "smallest voltage step from rest that turns the arm over, on the level",
+        ),
+        number(
+            "slip_step_v",
+            slip_v,
+            "largest voltage step from rest that grip_mu holds, on the level",
+        ),
+        number("arm_swing_hz", swing_hz, "frequency of the arm's free swing"),
+        number("tick_time_units", tick, "the tick in time units"),
+        number(
+            "servo_hz",
+            servo / (TAU * scales.time_s),
+            "double pole of the landing law's arm servo",
+        ),
+        number("encoder_count_mm", 1e3 / counts_per_m, "way of a count at the rim"),
+        number(
+            "encoder_rate_hz",
+            counts_per_m * control.speed_max_m_s,
+            "counts per second at speed_max_m_s",
+        ),
+    ]
+}

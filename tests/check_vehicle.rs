@@ -1,0 +1,137 @@
+//! `hil-sim check` from outside, and a small vehicle from its file to driving.
+
+use std::path::{Path, PathBuf};
+
+#[path = "support/tool.rs"]
+mod tool;
+use tool::{WORKSPACE, hil_sim, stderr};
+
+/// The small vehicle with `from` replaced by `to`.
+fn changed(name: &str, from: &str, to: &str) -> PathBuf {
+    let small = std::fs::read_to_string(Path::new(WORKSPACE).join("vehicles/small.toml")).expect("reads");
+    assert!(small.contains(from), "{from}");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    std::fs::write(&path, small.replace(from, to)).expect("writes");
+    path
+}
+
+#[test]
+fn every_vehicle_that_is_shipped_is_sound() {
+    let mut vehicles = 0;
+    for entry in std::fs::read_dir(Path::new(WORKSPACE).join("vehicles")).expect("the folder") {
+        let path = entry.expect("readable").path();
+        let output = hil_sim(&["check", path.to_str().expect("utf-8"), "--json"]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one object");
+        assert_eq!((&json["ok"], &json["findings"]), (&true.into(), &serde_json::json!([])));
+        vehicles += 1;
+    }
+    assert!(vehicles >= 2);
+}
+
+#[test]
+fn a_design_that_cannot_work_ends_with_1_and_a_bad_file_with_2() {
+    let buried = changed("buried.toml", "arm_length_m = 0.06", "arm_length_m = 0.11");
+    let output = hil_sim(&["check", buried.to_str().expect("utf-8")]);
+    assert_eq!(output.status.code(), Some(1));
+    let table = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        table.contains("error: body.arm_length_m: the arm's centre of mass hangs 0.11 m below"),
+        "{table}"
+    );
+    assert!(stderr(&output).contains("body.arm_length_m"), "{}", stderr(&output));
+
+    let doubtful = changed(
+        "doubtful.toml",
+        "yaw_inertia_kg_m2 = 0.015",
+        "yaw_inertia_kg_m2 = 0.001",
+    );
+    let output = hil_sim(&["check", doubtful.to_str().expect("utf-8")]);
+    assert_eq!(output.status.code(), Some(0), "a warning is no error");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("warning: body.yaw_inertia_kg_m2"));
+
+    let unknown = changed("unknown.toml", "arm_length_m", "arm_lenght_m");
+    let output = hil_sim(&["check", unknown.to_str().expect("utf-8")]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+/// The voltage to hold on a slope that `check` tells is the one that the simulated vehicle holds with.
+#[test]
+fn the_hold_that_check_tells_is_the_one_that_the_vehicle_needs() {
+    let smooth = changed(
+        "smooth.toml",
+        "coulomb_friction_n_m = 0.02",
+        "coulomb_friction_n_m = 0.0",
+    );
+    let vehicle = smooth.to_str().expect("utf-8");
+    let output = hil_sim(&["check", vehicle, "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one object");
+    let numbers = json["numbers"].as_array().expect("numbers");
+    let number = |name: &str| {
+        let number = numbers.iter().find(|number| number["name"] == name).expect(name);
+        number["value"].as_f64().expect("a number")
+    };
+    let hold_a = number("hold_current_10_deg_a");
+
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hold");
+    std::fs::create_dir_all(&folder).expect("a folder");
+    let scenario = folder.join("hold.toml");
+    let text = "title = \"hold\"\nduration_s = 20.0\nchocked_until_armed = true\n\
+         [terrain.plane]\nslope_x_rad = 0.174533\n[[step]]\nat_s = 2.0\naction = \"arm\"\n";
+    std::fs::write(&scenario, text).expect("writes");
+    let output = hil_sim(&[
+        "drive",
+        scenario.to_str().expect("utf-8"),
+        "--vehicle",
+        vehicle,
+        "--out",
+        folder.to_str().expect("utf-8"),
+    ]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let trace = std::fs::read_to_string(folder.join("trace.csv")).expect("the trace");
+    let mut lines = trace.lines();
+    let columns: Vec<&str> = lines.next().expect("names").split(',').collect();
+    let column = columns
+        .iter()
+        .position(|name| *name == "true_left_current_a")
+        .expect("the current");
+    let last: Vec<f64> = lines
+        .rev()
+        .take(200)
+        .map(|line| line.split(',').nth(column).expect("a value").parse().expect("a number"))
+        .collect();
+    let mean_a = last.iter().sum::<f64>() / last.len() as f64;
+    assert!((mean_a / hold_a - 1.0).abs() < 0.03, "{mean_a} A for {hold_a} A");
+}
+
+#[test]
+fn the_small_vehicle_drives_the_slope_and_the_eight() {
+    for scenario in ["slope-drive", "figure-of-eight"] {
+        let arguments = [
+            "drive",
+            scenario,
+            "--no-bounds",
+            "--vehicle",
+            "vehicles/small.toml",
+            "--json",
+        ];
+        let output = hil_sim(&arguments);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one object");
+        let metrics = json["metrics"].as_array().expect("metrics");
+        let value = |name: &str| {
+            let metric = metrics.iter().find(|metric| metric["name"] == name).expect(name);
+            metric["value"].as_f64().expect("a number")
+        };
+        assert_eq!(
+            (value("faults"), value("final_mode"), value("late_ticks")),
+            (0.0, 1.0, 0.0)
+        );
+        // As asked of the reference vehicle: it follows its reference, leans less than half way, and stands.
+        assert!(value("speed_error_rms_m_s") < 0.08, "{scenario}: {json}");
+        assert!(
+            value("phi_peak_deg") < 45.0 && value("hold_drift_m") < 0.05,
+            "{scenario}: {json}"
+        );
+    }
+}

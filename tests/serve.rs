@@ -1,0 +1,204 @@
+//! `hil-sim serve` from outside: every command of the link tool against a served board, on a TCP port and on a
+//! pseudo-terminal.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+#[path = "support/tool.rs"]
+mod tool;
+use tool::{WORKSPACE, hil_sim, stderr};
+
+/// After this time a test gives up instead of hanging; nothing is measured by it.
+const GIVE_UP: Duration = Duration::from_mins(2);
+
+/// A server, which ends with the test.
+struct Served {
+    server: Child,
+    lines: Receiver<String>,
+    port: String,
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+impl Served {
+    fn new(arguments: &[&str]) -> Self {
+        let mut server = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+            .arg("serve")
+            .args(arguments)
+            .current_dir(WORKSPACE)
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the server starts");
+        let (line, lines) = channel();
+        let out = BufReader::new(server.stdout.take().expect("piped"));
+        std::thread::spawn(move || {
+            for text in out.lines().map_while(Result::ok) {
+                if line.send(text).is_err() {
+                    return;
+                }
+            }
+        });
+        let mut served = Self {
+            server,
+            lines,
+            port: String::new(),
+        };
+        served.port = served.wait_for("board at ").replace("board at ", "");
+        served
+    }
+
+    /// The next line that contains `part`.
+    fn wait_for(&self, part: &str) -> String {
+        loop {
+            let line = self
+                .lines
+                .recv_timeout(GIVE_UP)
+                .unwrap_or_else(|_| panic!("no line with `{part}`"));
+            if line.contains(part) {
+                return line;
+            }
+        }
+    }
+
+    /// Runs the link tool with these arguments: its exit code, output and errors.
+    fn link(&self, arguments: &[&str]) -> (Option<i32>, String, String) {
+        let output = hil_sim(&[&["link", "--port", &self.port], arguments].concat());
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        (output.status.code(), text, stderr(&output))
+    }
+}
+
+const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
+
+fn new_file(name: &str) -> String {
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_file(&path);
+    path.to_str().expect("utf-8").to_owned()
+}
+
+/// Every command of the link tool.
+fn every_command(served: &Served, name: &str) {
+    let ok = |arguments: &[&str]| {
+        let (code, text, error) = served.link(arguments);
+        assert_eq!(code, Some(0), "{arguments:?}: {text} {error}");
+        text
+    };
+    assert!(ok(&["status", "--seconds", "1"]).contains("disarmed: "));
+    // The gyros are calibrated in the first seconds.
+    served.wait_for("calibrated");
+    let drive = ["drive", "--speed-m-s", "0.3", "--seconds", "1"];
+    let text = ok(&drive);
+    assert!(text.starts_with("armed: "), "{text}");
+    served.wait_for("drives");
+    ok(&["disarm"]);
+    ok(&["clear-faults"]);
+    assert!(ok(&["log"]).contains("armed"));
+    ok(&["faults"]);
+    let (records, set) = (new_file(&format!("{name}.rec")), new_file(&format!("{name}.toml")));
+    ok(&["record", "--out", &records, "--seconds", "0.5"]);
+    assert!(std::fs::metadata(&records).expect("records").len() > 100);
+    ok(&["parameters", "list"]);
+    ok(&["parameters", "dump", &set]);
+    ok(&["parameters", "diff", &set]);
+    ok(&["parameters", "load", &set]);
+}
+
+#[test]
+fn every_link_command_works_over_tcp() {
+    let served = Served::new(&TCP);
+    assert!(served.port.starts_with("tcp:127.0.0.1:"), "{}", served.port);
+    every_command(&served, "tcp");
+}
+
+#[cfg(unix)]
+#[test]
+fn every_link_command_works_on_a_pseudo_terminal() {
+    let served = Served::new(&["--pty"]);
+    assert!(served.port.starts_with("/dev/"), "{}", served.port);
+    every_command(&served, "pty");
+}
+
+/// A second client hears the board and may stop it, but its orders are refused while the first one drives.
+#[test]
+fn a_second_client_watches_and_disarms_but_does_not_drive() {
+    let served = Served::new(&TCP);
+    served.wait_for("calibrated");
+    let port = served.port.clone();
+    let first = std::thread::spawn(move || {
+        hil_sim(&[
+            "link",
+            "--port",
+            &port,
+            "drive",
+            "--speed-m-s",
+            "0.2",
+            "--seconds",
+            "20",
+        ])
+    });
+    served.wait_for("drives");
+    let (code, text, error) = served.link(&["status", "--seconds", "1"]);
+    assert_eq!(code, Some(0), "{text} {error}");
+    let (code, _, error) = served.link(&["drive", "--speed-m-s", "0.5", "--seconds", "1"]);
+    assert_eq!(code, Some(1));
+    assert!(error.contains("another host"), "{error}");
+    // The vehicle of the first one was not disturbed by what the second one asked, until it disarms.
+    let (code, _, error) = served.link(&["disarm"]);
+    assert_eq!(code, Some(0), "{error}");
+    let output = first.join().expect("ended");
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+}
+
+/// A client that vanishes is an operator who fell silent: the vehicle stops by itself, and the next client drives.
+#[test]
+fn a_client_that_vanishes_leaves_a_vehicle_that_stops() {
+    let served = Served::new(&TCP);
+    served.wait_for("calibrated");
+    let mut first = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+        .args([
+            "link",
+            "--port",
+            &served.port,
+            "drive",
+            "--speed-m-s",
+            "0.5",
+            "--seconds",
+            "60",
+        ])
+        .stdout(Stdio::null())
+        .spawn()
+        .expect("starts");
+    served.wait_for("armed");
+    // Not a signal that the tool can answer with a Disarm.
+    first.kill().expect("killed");
+    first.wait().expect("ended");
+    served.wait_for("left, and has driven");
+    served.wait_for("CommandTimeout");
+    let (code, text, error) = served.link(&["status", "--seconds", "0.5"]);
+    assert_eq!(code, Some(0), "{error}");
+    assert!(text.contains("CommandTimeout"), "{text}");
+    assert_eq!(served.link(&["clear-faults"]).0, Some(0));
+}
+
+#[test]
+fn what_cannot_be_served_is_told_before_anything_runs() {
+    for (arguments, part) in [
+        (&["serve", "--tcp", "0.0.0.0:0"][..], "--any-machine"),
+        (&["serve", "--tcp", "nowhere"], "invalid"),
+        (&["serve", "--scenario", "curb"], "kerb"),
+        (&["serve", "--rate", "0"], "0.01 to 100"),
+        (&["link", "--port", "tcp:127.0.0.1:1", "status"], "tcp:127.0.0.1:1"),
+    ] {
+        let output = hil_sim(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}");
+        assert!(stderr(&output).contains(part), "{arguments:?}: {}", stderr(&output));
+    }
+}
