@@ -53,6 +53,40 @@ fn every_case_file_has_its_line() {
     assert_eq!(named, files);
 }
 
+/// Where a test of the table of kinds may stand.
+const PLACES: [&str; 3] = ["tests", "hil-sim/virtual-board/tests", "hil-sim/board-emulator/tests"];
+
+#[test]
+fn every_kind_of_fault_has_its_tests() {
+    let readme = case("README.md");
+    let (_, kinds) = readme.split_once("## Kinds").expect("the table");
+    let rows: Vec<Vec<&str>> = kinds
+        .lines()
+        .filter(|line| line.starts_with("| ") && !line.starts_with("| No."))
+        .map(|line| line.split(" | ").collect())
+        .collect();
+    let numbers: Vec<String> = rows.iter().map(|row| row[0].replace("| ", "")).collect();
+    let expected: Vec<String> = (1..=19).map(|number: u32| number.to_string()).collect();
+    assert_eq!(numbers, expected);
+    let mut open = Vec::new();
+    for (number, row) in numbers.iter().zip(&rows) {
+        let tests: Vec<&str> = row[2].split('`').skip(1).step_by(2).collect();
+        if tests.is_empty() {
+            open.push(number.as_str());
+        }
+        for test in tests {
+            let (file, name) = test.split_once("::").expect("file::test");
+            let test = format!("fn {name}()");
+            let found = PLACES.iter().any(|place| {
+                let path = Path::new(WORKSPACE).join(place).join(format!("{file}.rs"));
+                std::fs::read_to_string(path).is_ok_and(|text| text.contains(&test))
+            });
+            assert!(found, "kind {number}: {file}.rs has no test {name}");
+        }
+    }
+    assert_eq!(open, ["16"], "the kinds without a test");
+}
+
 #[test]
 fn noise_without_end_is_refused_with_its_range() {
     let output = hil_sim_refuses(&["drive", "tests/cases/link-noise-4g.toml", "--json"]);

@@ -182,16 +182,21 @@ fn repeated_and_overtaken_frames_are_dropped_and_counted() {
 #[test]
 fn a_command_is_as_old_as_when_it_was_given() {
     for latency_ms in [300, 1000, 3000] {
-        let mut bench = Bench::driving(30, 1.0);
-        bench.latency_ms[0] = latency_ms;
-        let seen = modes(&mut bench, 9000);
-        let [(0, Mode::Armed), (stopping, Mode::Stopping), (_, Mode::Disarmed)] = seen[..] else {
-            panic!("{seen:?}")
-        };
-        assert!((225..=252).contains(&stopping), "{latency_ms} ms: {seen:?}");
-        bench.run(4000);
-        assert_eq!(bench.mode(), Mode::Disarmed, "old commands arm nothing");
-        assert!(bench.status().link.late_orders > 50, "{:?}", bench.status().link);
+        for (speed_m_s, seed) in [(1.0, 30), (-0.4, 130)] {
+            let mut bench = Bench::driving(seed, speed_m_s);
+            bench.latency_ms[0] = latency_ms;
+            let seen = modes(&mut bench, 9000);
+            let [(0, Mode::Armed), (stopping, Mode::Stopping), (_, Mode::Disarmed)] = seen[..] else {
+                panic!("{latency_ms} ms, seed {seed}: {seen:?}")
+            };
+            assert!(
+                (225..=252).contains(&stopping),
+                "{latency_ms} ms, seed {seed}: {seen:?}"
+            );
+            bench.run(4000);
+            assert_eq!(bench.mode(), Mode::Disarmed, "old commands arm nothing");
+            assert!(bench.status().link.late_orders > 50, "{:?}", bench.status().link);
+        }
     }
 }
 

@@ -1,5 +1,4 @@
-//! The link tool's core over wires in memory: to the virtual board, and to scripted boards that fall silent, answer
-//! late, answer another question, or flood the wire. Time is virtual.
+//! The link tool's core over a wire in memory to the virtual board, which may fall silent. Time is virtual.
 
 use std::cell::RefCell;
 use std::io::{self, Write};
@@ -7,9 +6,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use firmware::protocol::message::{
-    Answer, BoardMessage, HostMessage, Order, OrderId, ParameterAnswer, ParameterRequest,
-};
+use firmware::protocol::message::{Answer, HostMessage, Order, ParameterRequest};
 use hil_sim::cli::link::console::Console;
 use hil_sim::cli::link::drive::{DriveJob, check_seconds};
 use hil_sim::cli::link::session::{Link, SILENCE_US};
@@ -21,7 +18,7 @@ mod support;
 #[path = "support/wires.rs"]
 mod wires;
 use support::Bench;
-use wires::{BoardWire, Flood, READ_US, Scripted, link, messages, ready};
+use wires::{BoardWire, READ_US, link, messages, ready};
 
 /// Identifies, drives, and tells what came of it.
 fn drive<W: Wire>(link: &mut Link<W>, seconds: f64) -> Result<String, CommandError> {
@@ -104,6 +101,51 @@ fn a_fault_is_told_within_300_ms_and_named() {
         assert!(told.contains("EmergencyStop"), "{told}");
         assert!(*ended_us.borrow() - at_us < 300_000, "{}", *ended_us.borrow() - at_us);
         last_is_disarm(&sent);
+    }
+}
+
+/// Whatever ends the armed state but the tool: a fault of its own, a stop, or somebody at the board's button.
+#[test]
+fn a_drive_that_something_else_ends_is_told_within_300_ms() {
+    type End = fn(&mut Bench);
+    let ends: [(&str, End); 3] = [
+        ("disarmed by itself: none", |bench| bench.board.press_button()),
+        ("by itself: BatteryHigh", |bench| {
+            bench
+                .board
+                .world(|world| world.plant.battery_mut().open_circuit_v = 33.0);
+        }),
+        ("stopping by itself: BatteryLow", |bench| {
+            bench
+                .board
+                .world(|world| world.plant.battery_mut().open_circuit_v = 18.0);
+        }),
+    ];
+    for (seed, at_us) in [(14, 1_500_000), (24, 2_700_000)] {
+        for (expected, end) in ends {
+            let ended_us = Rc::new(RefCell::new(0));
+            let seen = ended_us.clone();
+            let mut wire = BoardWire::new(ready(seed));
+            let mut done = false;
+            wire.world = Box::new(move |bench, us| {
+                *seen.borrow_mut() = us;
+                if us >= at_us && !done {
+                    done = true;
+                    end(bench);
+                }
+            });
+            let sent = wire.sent.clone();
+            let (mut link, _) = link(wire);
+            let told = drive(&mut link, 4.0).expect_err("ended").to_string();
+            assert!(told.contains(expected), "{told}");
+            // The supply takes 50 ms and its filter to be believed.
+            assert!(
+                *ended_us.borrow() - at_us < 300_000,
+                "{expected}: {} us",
+                *ended_us.borrow() - at_us
+            );
+            last_is_disarm(&sent);
+        }
     }
 }
 
@@ -261,77 +303,4 @@ fn a_set_is_written_as_a_file_loaded_and_compared() {
     assert_eq!(link.load(&wanted).expect("stored again"), []);
     link.defaults().expect("stored");
     assert_eq!(link.parameters().expect("answers"), board);
-}
-
-fn value(number: u16, value: f32) -> Answer {
-    Answer::Parameters(ParameterAnswer::Value {
-        number,
-        count: 9,
-        value,
-        schema: 0,
-    })
-}
-
-#[test]
-fn a_late_answer_is_not_taken_for_the_next_questions() {
-    // The first answer comes after 0.4 s, every other one at once.
-    let mut asked = 0;
-    let (mut link, _) = link(Scripted::new(move |id, order| {
-        let Order::Parameters(ParameterRequest::Read { number }) = order else {
-            return vec![];
-        };
-        asked += 1;
-        let answer = value(number, f32::from(number));
-        let after_us = if asked == 1 { 400_000 } else { 150_000 };
-        vec![(after_us, BoardMessage::Answer { id, answer })]
-    }));
-    link.identify().expect("answers");
-    let late = link.ask(ParameterRequest::Read { number: 1 }).expect_err("late");
-    assert!(late.to_string().contains("did not answer"), "{late}");
-    for number in 2..5 {
-        let answer = link.ask(ParameterRequest::Read { number }).expect("in time");
-        assert!(
-            matches!(answer, ParameterAnswer::Value { number: n, value, .. } if n == number && value == f32::from(number)),
-            "{answer:?}"
-        );
-    }
-}
-
-#[test]
-fn an_answer_of_another_number_is_no_answer() {
-    let (mut link, _) = link(Scripted::new(|id, _| {
-        let answer = Answer::Done;
-        vec![(
-            0,
-            BoardMessage::Answer {
-                id: OrderId {
-                    sequence: id.sequence + 1,
-                    ..id
-                },
-                answer,
-            },
-        )]
-    }));
-    link.identify().expect("answers");
-    let told = link.order(Order::Request(Request::ClearFaults)).expect_err("no answer");
-    assert!(told.to_string().contains("did not answer ClearFaults"), "{told}");
-}
-
-#[test]
-fn the_slowest_store_is_waited_for() {
-    let (mut link, _) = link(Scripted::new(|id, _| {
-        let answer = Answer::Parameters(ParameterAnswer::Stored);
-        vec![(20_000_000, BoardMessage::Answer { id, answer })]
-    }));
-    link.identify().expect("answers");
-    let answer = link.ask(ParameterRequest::Store).expect("in time");
-    assert_eq!(answer, ParameterAnswer::Stored);
-}
-
-#[test]
-fn a_flood_of_nonsense_is_silence() {
-    let (mut link, _) = link(Flood { now_us: 0, byte: 1 });
-    let told = link.identify().expect_err("nothing readable").to_string();
-    assert!(told.contains("no identity"), "{told}");
-    assert!(link.disarm().is_err());
 }

@@ -107,6 +107,7 @@ pub struct Scripted<S> {
     /// What to send for an order: with each, after how long, us.
     script: S,
     later: Vec<(u64, BoardMessage)>,
+    about: About,
 }
 
 pub const ABOUT: About = About {
@@ -118,7 +119,13 @@ pub const ABOUT: About = About {
 
 impl<S: FnMut(OrderId, Order) -> Vec<(u64, BoardMessage)>> Scripted<S> {
     pub fn new(script: S) -> Self {
+        Self::of(ABOUT.schema, script)
+    }
+
+    /// A board whose parameters are of this schema.
+    pub fn of(schema: u32, script: S) -> Self {
         Self {
+            about: About { schema, ..ABOUT },
             now_us: HOST_START_US,
             decoder: Decoder::new(),
             waiting: Vec::new(),
@@ -156,7 +163,7 @@ impl<S: FnMut(OrderId, Order) -> Vec<(u64, BoardMessage)>> Wire for Scripted<S> 
                         session: 1,
                         sequence: 0,
                         time_us: self.now_us,
-                        about: ABOUT,
+                        about: self.about,
                     };
                     self.later.push((self.now_us, BoardMessage::Identity(identity)));
                 }

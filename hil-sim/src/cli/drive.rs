@@ -1,5 +1,6 @@
 //! `hil-sim drive`: the vehicle, simulated, driven by the firmware's own tasks.
 
+use std::io::Write as _;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -12,8 +13,10 @@ use model::vehicle::Vehicle;
 use serde::Serialize;
 
 use crate::cli::emulated;
+use crate::cli::record_file::record_bytes;
 use plant::Plant;
 use report::error::CommandError;
+use report::files::NewFile;
 use report::output::{print, print_json, progress_bar};
 use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
@@ -43,6 +46,9 @@ pub struct Arguments {
     /// Directory for the trace (CSV), the plots (SVG) and the firmware's log
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// File for the record of every tick, which `replay` reads
+    #[arg(long, value_name = "FILE", conflicts_with = "seeds")]
+    pub record: Option<PathBuf>,
     /// Seed of the sensors' noise, instead of the scenario's
     #[arg(long)]
     pub seed: Option<u64>,
@@ -78,6 +84,8 @@ const DEFAULT_OUT: &str = "out/drive";
 
 /// Most ticks that are replayed after the run, from its start on: 100 s.
 const REPLAY_TICKS_MAX: usize = 100_000;
+/// Most ticks that are recorded: 600 s, which is 120 MB until they are written.
+const RECORD_TICKS_MAX: usize = 600_000;
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
@@ -116,11 +124,14 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             |vehicle, plant| {
                 let backend = VirtualBackend::boot(vehicle, plant);
                 let mut backend = backend.map_err(|error| CommandError::Input(error.to_string()))?;
-                if !arguments.json {
-                    backend
-                        .board
-                        .world(|world| world.records = Some(FirstRecords::first(REPLAY_TICKS_MAX)));
-                }
+                let most = match (&arguments.record, arguments.json) {
+                    (Some(_), _) => RECORD_TICKS_MAX,
+                    (None, false) => REPLAY_TICKS_MAX,
+                    (None, true) => 0,
+                };
+                backend
+                    .board
+                    .world(|world| world.records = (most > 0).then(|| FirstRecords::first(most)));
                 Ok(backend)
             },
             |backend| {
@@ -146,6 +157,7 @@ pub fn run_on<B: Backend>(
         Some(path) => load_vehicle(Some(path))?,
         None => vehicle,
     };
+    let record = begin_record(arguments, &scenario)?;
     let plant = scenario
         .plant(&simulated)
         .map_err(|error| CommandError::Input(error.to_string()))?;
@@ -185,6 +197,10 @@ pub fn run_on<B: Backend>(
     written?;
 
     let records = records(&mut backend)?;
+    if let Some(mut file) = record {
+        file.write_all(&record_bytes(&vehicle_f32(&vehicle)?, &records)?)?;
+        file.finish()?;
+    }
     let values = measured.values(&end.counts);
     let checks = scenario::judge(&scenario, &values);
     let verdict = RunVerdict::of(&checks);
@@ -274,11 +290,30 @@ pub fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
     vehicle.map_err(|error| CommandError::Input(error.to_string()))
 }
 
+/// The vehicle as the board computes with it.
+fn vehicle_f32(vehicle: &Vehicle<f64>) -> Result<Vehicle<f32>, CommandError> {
+    Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(|error| CommandError::Other(error.to_string()))
+}
+
+/// Begins the file of `--record`, before the run: one that cannot be written is told at once.
+fn begin_record(arguments: &Arguments, scenario: &Scenario) -> Result<Option<NewFile>, CommandError> {
+    let Some(path) = &arguments.record else {
+        return Ok(None);
+    };
+    if scenario.duration_s * 1000.0 > RECORD_TICKS_MAX as f64 {
+        return Err(CommandError::Input(format!(
+            "--record: the scenario lasts {} s, at most {} s are recorded",
+            scenario.duration_s,
+            RECORD_TICKS_MAX / 1000
+        )));
+    }
+    NewFile::create(path).map(Some)
+}
+
 /// Replays the recorded ticks through the pure step: its mean cost on this host, ns, and the proof that
 /// it repeats every actuation bit for bit.
 fn replay_ns(vehicle: &Vehicle<f64>, records: &[FlightRecord]) -> Result<f64, CommandError> {
-    let vehicle =
-        Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(|error| CommandError::Other(error.to_string()))?;
+    let vehicle = vehicle_f32(vehicle)?;
     let mut core = VehicleCore::new(&vehicle, &SCALES);
     let started = Instant::now();
     let wrong = records

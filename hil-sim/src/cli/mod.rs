@@ -12,6 +12,8 @@ pub mod check;
 pub mod drive;
 pub mod emulated;
 pub mod link;
+pub mod record_file;
+pub mod replay;
 pub mod serve;
 
 /// The biplanar bicycle, simulated and analysed.
@@ -45,6 +47,8 @@ enum HostCommand {
     Equilibrium(equilibrium::Arguments),
     /// Talks to a drive board over its serial port: state, driving, parameters
     Link(link::Arguments),
+    /// The records of a drive through the same step, bit for bit
+    Replay(replay::Arguments),
     /// A simulated board on a port, in real time: everything that talks to a real one talks to it
     Serve(serve::Arguments),
     /// The optimal regulator of the camera spar (ch. 7)
@@ -74,6 +78,7 @@ pub fn main() -> ExitCode {
         Some(HostCommand::Drive(a)) => drive::run(&a),
         None => drive::run(&drive::Arguments::default()),
         Some(HostCommand::Link(a)) => link::run(&a),
+        Some(HostCommand::Replay(a)) => replay::run(&a),
         Some(HostCommand::Serve(a)) => serve::run(&a),
         Some(HostCommand::Lqr(a)) => lqr::run(&a),
         Some(HostCommand::Figures(a)) => figures::run(&a),

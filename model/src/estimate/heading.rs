@@ -16,6 +16,17 @@ pub struct HeadingEstimator {
     heading_rad: f32,
     /// What the last additions to the heading lost to rounding (Kahan).
     carry_rad: f32,
+    lesson: Lesson,
+}
+
+/// What a rest teaches of the biases, until it is certain that it was one: the wheels' rates are known later than the
+/// gyro's, so the last ticks before the vehicle is seen to turn would be learnt as a bias.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Lesson {
+    ticks: u8,
+    /// Corrections of the x and z axes in this block of ticks, and in the block before.
+    new_rad_s: [f32; 2],
+    ripe_rad_s: [f32; 2],
 }
 
 /// The gyro's axes across the wheels' axle, and where the plane's normal lies between them.
@@ -33,6 +44,8 @@ pub struct YawReading {
 pub const AGREEMENT_RAD_S: f32 = 0.06;
 /// Bias learning speed-up at rest.
 const STANDSTILL_FACTOR: f32 = 20.0;
+/// Ticks of a block of what a rest teaches: longer than the filters of wheels and gyro take to agree.
+const LESSON_TICKS: u8 = 50;
 /// Yaw rate from which the length of the gyro's vector counts instead of its projection.
 const FAST_RAD_S: f32 = 0.2;
 
@@ -46,6 +59,7 @@ impl HeadingEstimator {
             yaw_rate_rad_s: 0.0,
             heading_rad: 0.0,
             carry_rad: 0.0,
+            lesson: Lesson::default(),
         }
     }
 
@@ -76,16 +90,46 @@ impl HeadingEstimator {
             along
         };
         if at_rest {
-            let (error_x, error_z) = (x - reading.wheels_rad_s * sin, z - reading.wheels_rad_s * cos);
-            if error_x.abs() < AGREEMENT_RAD_S && error_z.abs() < AGREEMENT_RAD_S {
-                self.bias_rad_s = [bias_x + self.bias_gain * error_x, bias_z + self.bias_gain * error_z];
+            let error = [x - reading.wheels_rad_s * sin, z - reading.wheels_rad_s * cos];
+            if error.iter().all(|error| error.abs() < AGREEMENT_RAD_S) {
+                self.learn(error);
             }
+        } else {
+            self.lesson = Lesson::default();
         }
         self.yaw_rate_rad_s = rate;
         let step = rate * self.dt_s - self.carry_rad;
         let sum = self.heading_rad + step;
         self.carry_rad = (sum - self.heading_rad) - step;
         self.heading_rad = sum;
+    }
+
+    /// One tick in which the vehicle is known to stand still, whatever a gyro of unknown bias shows.
+    pub fn stand(&mut self) {
+        self.yaw_rate_rad_s = 0.0;
+    }
+
+    /// Learns from one tick at rest; the bias changes by what the block before the last whole one showed.
+    fn learn(&mut self, error_rad_s: [f32; 2]) {
+        let Lesson {
+            ticks,
+            new_rad_s: new,
+            ripe_rad_s: ripe,
+        } = &mut self.lesson;
+        for (new, error) in new.iter_mut().zip(error_rad_s) {
+            *new += self.bias_gain * error;
+        }
+        *ticks += 1;
+        if *ticks == LESSON_TICKS {
+            for (bias, ripe) in self.bias_rad_s.iter_mut().zip(*ripe) {
+                *bias += ripe;
+            }
+            self.lesson = Lesson {
+                ticks: 0,
+                new_rad_s: [0.0; 2],
+                ripe_rad_s: *new,
+            };
+        }
     }
 
     /// Sets the biases of the gyro's x and z axes, rad/s.
@@ -167,6 +211,32 @@ mod tests {
             }
             assert_eq!(estimator.heading_rad(), 0.0);
         }
+    }
+
+    #[test]
+    fn the_first_ticks_of_a_turn_are_no_bias() {
+        for rest_ticks in [5000, 5020, 5049] {
+            let mut estimator = HeadingEstimator::new(0.001, 60.0);
+            for _ in 0..rest_ticks {
+                estimator.update(&reading(0.0, 0.0, 0.0, 0.0), true);
+            }
+            // The wheels are known 8 ms later than the gyro; until they turn, the vehicle counts as resting.
+            for tick in 0..8 {
+                estimator.update(&reading(0.0, 0.004 * tick as f32, 0.0, 0.0), true);
+            }
+            estimator.update(&reading(0.0, 0.0, 0.0, 0.0), false);
+            assert_eq!(estimator.yaw_rate_rad_s(), 0.0, "{rest_ticks}");
+        }
+    }
+
+    #[test]
+    fn a_vehicle_known_to_stand_keeps_its_heading() {
+        let mut estimator = HeadingEstimator::new(0.001, 60.0);
+        estimator.update(&reading(0.0, 0.5, 0.0, 0.5), false);
+        let before = estimator.heading_rad();
+        estimator.stand();
+        assert_eq!(estimator.heading_rad(), before);
+        assert_eq!(estimator.yaw_rate_rad_s(), 0.0);
     }
 
     #[test]

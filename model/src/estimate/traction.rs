@@ -123,6 +123,11 @@ impl Traction {
         }
     }
 
+    /// Ends a slide, if there was one: the vehicle stands.
+    pub fn stand(&mut self) {
+        *self = Self::new(self.dt_s, self.half_track_m);
+    }
+
     /// The wheels slide.
     pub fn slides(&self) -> bool {
         self.sliding
@@ -230,6 +235,21 @@ mod tests {
             assert!(!traction.slides());
             assert_eq!(traction.speed_m_s(), caught.wheels_m_s);
         }
+    }
+
+    #[test]
+    fn a_slide_ends_where_the_vehicle_stands() {
+        let mut traction = after(
+            &Evidence {
+                tilt_error: 0.1,
+                ..ROLLING
+            },
+            2000,
+        );
+        assert!(traction.slides() && traction.speed_m_s() > 2.0);
+        traction.stand();
+        assert!(!traction.slides());
+        assert_eq!(traction.speed_m_s(), 0.0);
     }
 
     #[test]

@@ -223,4 +223,41 @@ mod tests {
             assert_eq!(watch.update(&make(ticks.cast_signed())), ImuHealth::Implausible);
         }
     }
+
+    #[test]
+    fn a_force_or_a_jump_that_no_body_makes_is_implausible_once_it_lasts() {
+        let scales = BoardScales::EXAMPLE.imu;
+        let accel = |g: f32| (g * scales.accel_lsb_per_g) as i16;
+        let gyro = |deg_s: f32| (deg_s * scales.gyro_lsb_per_deg_s) as i16;
+        // Along each axis: what is believed, and what is not.
+        for axis in 0..3 {
+            for (force_g, to_and_fro_deg_s, believed) in [
+                (5.5, 0.0, true),
+                (-6.5, 0.0, false),
+                (1.0, 95.0, true),
+                (1.0, 105.0, false),
+            ] {
+                let mut watch = ImuWatch::new(5000, &scales);
+                let mut sample = noisy(0);
+                let mut found = None;
+                for k in 0..80_i16 {
+                    sample.raw.accel = [k % 3, 0, 0];
+                    sample.raw.accel[axis] = accel(force_g) + k % 2;
+                    sample.raw.gyro = [k % 3, 0, 1];
+                    sample.raw.gyro[axis] = gyro(if k % 2 == 0 {
+                        to_and_fro_deg_s
+                    } else {
+                        -to_and_fro_deg_s
+                    });
+                    if watch.update(&sample) != ImuHealth::Good {
+                        found = found.or(Some(k));
+                    }
+                }
+                assert!(
+                    found.map_or(believed, |k| !believed && (10..=41).contains(&k)),
+                    "axis {axis}, {force_g} g, {to_and_fro_deg_s} deg/s: {found:?}"
+                );
+            }
+        }
+    }
 }

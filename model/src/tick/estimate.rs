@@ -18,7 +18,7 @@ use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
 mod calibration;
 
-use calibration::Calibration;
+use calibration::{Calibration, is_new};
 
 /// Stage 2's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -156,11 +156,15 @@ impl Estimator {
         let still = self.wheels.stand([left_count, right_count], [left, right])
             && (sensed.arm.rate_rad_s - self.arm.bias_rad_s()).abs() < REST_ARM_RAD_S.max(self.calibration.tolerance());
         let at_rest = self.rest.update(still);
-        self.calibrate(sensed, still && disarmed);
         let rest = at_rest && disarmed;
+        let calibrating = still && disarmed && !self.calibration.is_done();
+        self.calibrate(sensed, still && disarmed);
 
-        let motion = self.turn(sensed, at_rest);
+        let motion = self.turn(sensed, at_rest, calibrating);
         self.tilt(sensed, &motion, rest);
+        if rest {
+            self.traction.stand();
+        }
         let contradicted = self.contradicted.update(self.arm.error().abs() > CONTRADICTION);
         let stuck = self.climb(&motion, disarmed, intent);
         self.advance(sensed, &motion);
@@ -210,7 +214,7 @@ impl Estimator {
     }
 
     /// Heading and wheel rate: what the gyro and the encoders show at once.
-    fn turn(&mut self, sensed: &Sensed, at_rest: bool) -> MeasuredMotion {
+    fn turn(&mut self, sensed: &Sensed, at_rest: bool, calibrating: bool) -> MeasuredMotion {
         let [left, right, _] = sensed.relative_rate_rad_s;
         let r = self.scales.length_m;
         // The plane's normal seen from the arm: turned by phi - beta from the arm's z axis.
@@ -218,14 +222,16 @@ impl Estimator {
         let sin_normal = sin * self.slope.cos() - cos * self.slope.sin();
         let cos_normal = cos * self.slope.cos() + sin * self.slope.sin();
         let wheels_yaw_rad_s = 0.5 * (right - left) * r / self.half_track_m;
-        self.heading.update(
-            &YawReading {
+        if calibrating {
+            self.heading.stand();
+        } else {
+            let reading = YawReading {
                 gyro_xz_rad_s: sensed.arm_gyro_xz_rad_s,
                 normal_sin_cos: [sin_normal, cos_normal],
                 wheels_rad_s: wheels_yaw_rad_s,
-            },
-            at_rest,
-        );
+            };
+            self.heading.update(&reading, at_rest);
+        }
         let yaw_rate_rad_s = self.heading.yaw_rate_rad_s();
         // Wheel rate: the relative rate less the arm's.
         let swing_rad_s = sensed.arm.rate_rad_s - self.arm.bias_rad_s();
@@ -361,14 +367,17 @@ impl Estimator {
     /// Averages the gyros once, while the vehicle stands still: the spar's by itself, as the vehicle drives without.
     fn calibrate(&mut self, sensed: &Sensed, still: bool) {
         let [gyro_x, gyro_z] = sensed.arm_gyro_xz_rad_s;
-        if let Some([arm, x, z]) = self.calibration.update([sensed.arm.rate_rad_s, gyro_x, gyro_z], still) {
+        let rates = [sensed.arm.rate_rad_s, gyro_x, gyro_z];
+        if let Some([arm, x, z]) = self.calibration.update(rates, still && is_new(&sensed.arm_imu)) {
             self.arm.set_bias(arm);
             self.arm.align(&sensed.arm);
             self.heading.set_bias([x, z]);
             self.slope.align(self.arm.sin());
         }
         if let Some(estimator) = &mut self.spar
-            && let Some([spar]) = self.spar_calibration.update([sensed.spar.rate_rad_s], still)
+            && let Some([spar]) = self
+                .spar_calibration
+                .update([sensed.spar.rate_rad_s], still && is_new(&sensed.spar_imu))
         {
             estimator.set_bias(spar);
             estimator.align(&sensed.spar);

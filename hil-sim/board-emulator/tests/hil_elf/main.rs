@@ -3,6 +3,7 @@
 mod ages;
 mod boot;
 mod budget;
+mod cases;
 mod determinism;
 mod drive;
 mod equivalence;

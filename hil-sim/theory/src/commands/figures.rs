@@ -1,6 +1,6 @@
 //! `hil-sim figures`: every figure of the thesis as SVG and CSV, and one page.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Serialize;
@@ -24,7 +24,8 @@ pub struct Arguments {
 /// What the command prints with `--json`.
 #[derive(Debug, Serialize)]
 struct FiguresJson {
-    page: PathBuf,
+    /// As it can be shown: a path need not be text.
+    page: String,
     figures: Vec<FigureLine>,
 }
 
@@ -45,23 +46,41 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let bar = progress_bar(entries.len(), "figures");
     let figures = write_all(&entries, &arguments.out, || bar.inc(1))?;
     bar.finish_and_clear();
-    let line = |f: &Figure| FigureLine {
-        id: f.id,
-        title: f.title.clone(),
-        verdict: f.verdict.word(),
-    };
-    let outcome = FiguresJson {
-        page: arguments.out.join("index.html"),
-        figures: figures.iter().map(line).collect(),
-    };
+    let outcome = outcome(&arguments.out, &figures);
     let mut report = Report::new("figures", &outcome);
     for line in &outcome.figures {
         report = report.line(line.id, format!("{:9}  {}", line.verdict, line.title));
     }
-    report = report.line("page", outcome.page.display());
+    report = report.line("page", &outcome.page);
     OutputArguments {
         json: arguments.json,
         out: None,
     }
     .emit(&report)
+}
+
+fn outcome(out: &Path, figures: &[Figure]) -> FiguresJson {
+    let line = |f: &Figure| FigureLine {
+        id: f.id,
+        title: f.title.clone(),
+        verdict: f.verdict.word(),
+    };
+    FiguresJson {
+        page: out.join("index.html").display().to_string(),
+        figures: figures.iter().map(line).collect(),
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::os::unix::ffi::OsStrExt;
+
+    use super::*;
+
+    #[test]
+    fn a_folder_whose_name_is_no_text_is_told_in_json() {
+        let folder = Path::new(std::ffi::OsStr::from_bytes(b"figures\xff"));
+        let page = outcome(folder, &[]).page;
+        assert_eq!(page, "figures\u{fffd}/index.html");
+    }
 }

@@ -188,3 +188,47 @@ fn a_current_at_an_open_bridge_is_an_offset_beyond_half_an_ampere() {
         assert_eq!(bench.tick(Wrong::Nothing, 0.0, 0.0, 0.0).current_offset, expected);
     }
 }
+
+/// A current that answers as the armature does makes the sums of what was modelled and of what was measured alike.
+#[test]
+fn the_measured_changes_are_those_that_the_voltage_makes() {
+    let mut bench = Bench::new(1.0, 1.0);
+    for _ in 0..600 {
+        bench.tick(Wrong::Nothing, 2.0, 1.0, 0.05);
+    }
+    let Follower {
+        power,
+        common,
+        measured_power,
+        ..
+    } = bench.watch.follower;
+    assert!(power > 10.0 * POWER_MIN_A2, "{power} A^2");
+    assert!((common / power - 1.0).abs() < 0.1, "{common} of {power} A^2");
+    // Measured in its middle, a tick's current changes more than its mean does.
+    assert!(measured_power > power, "{measured_power} of {power} A^2");
+}
+
+/// A thousand edges are missing once the motor has surely turned by 0.1 rad, in 250 ticks at least.
+#[test]
+fn an_encoder_is_silent_once_the_motor_has_surely_turned() {
+    for (turned_rad, answer, after_ticks) in [
+        (0.001, CurrentResponse::Follows, Some(250)),
+        (0.0002, CurrentResponse::Follows, Some(501)),
+        (0.0, CurrentResponse::Follows, None),
+        (-0.001, CurrentResponse::Follows, None),
+        (0.001, CurrentResponse::Unknown, None),
+        (0.001, CurrentResponse::Dead, None),
+    ] {
+        let mut silence = Silence::default();
+        // One of the two lines is dead: the count goes to and fro.
+        let found = (1..=1000).find(|tick| silence.update(tick % 2, turned_rad, answer));
+        let near = |ticks: i64| found.is_some_and(|found| (found - ticks).abs() <= 2);
+        assert!(
+            after_ticks.map_or(found.is_none(), near),
+            "{turned_rad} {answer:?}: {found:?}"
+        );
+    }
+    // An encoder that moves on is not silent.
+    let mut silence = Silence::default();
+    assert!(!(1..=1000).any(|tick| silence.update(tick, 0.001, CurrentResponse::Follows)));
+}

@@ -106,7 +106,7 @@ fn a_healthy_vehicle_has_no_faults_and_no_blockers() {
 #[test]
 fn each_cause_shows_its_fault_in_time_and_not_before() {
     type Cause = fn(&mut Bench);
-    let causes: [(Fault, u32, Cause); 19] = [
+    let causes: [(Fault, u32, Cause); 20] = [
         (Fault::EmergencyStop, 1, |b| b.sensed.emergency_stop = true),
         (Fault::BridgeBreak, 1, |b| b.sensed.bridge_break = true),
         (Fault::StopContacts, 100, |b| b.sensed.emergency_stop = true),
@@ -117,6 +117,7 @@ fn each_cause_shows_its_fault_in_time_and_not_before() {
         (Fault::SparImu, 20, |b| b.alive[1] = false),
         (Fault::SparAngle, 1, |b| b.estimate.spar_rad = -1.1),
         (Fault::EncoderStale, 1, |b| b.sensed.encoder_age_us = 5001),
+        (Fault::AnalogStale, 1, |b| b.sensed.analog_age_us = 5001),
         (Fault::EncoderImplausible, 1, |b| b.sensed.encoder_counts[1] += 10_000),
         (Fault::BallastEncoder, 1, |b| b.sensed.encoder_counts[2] += 10_000),
         (Fault::Overcurrent, 3, |b| b.sensed.current_a[1] = -31.0),
@@ -133,6 +134,51 @@ fn each_cause_shows_its_fault_in_time_and_not_before() {
         cause(&mut bench);
         assert_eq!(bench.ticks_until(fault, 200), Some(ticks), "{}", fault.name());
     }
+}
+
+/// Exactly at its limit nothing is a fault: the limits of the vehicle file, and the largest advance of an encoder in a
+/// tick, twice that of the no-load speed at the highest supply: 324 counts of the reference vehicle.
+#[test]
+fn what_a_limit_just_allows_is_no_fault() {
+    let causes: [fn(&mut Bench); 11] = [
+        |b| b.sensed.arm_imu.age_us = 5000,
+        |b| b.sensed.spar_imu.age_us = 5000,
+        |b| b.sensed.encoder_age_us = 5000,
+        |b| b.sensed.analog_age_us = 5000,
+        |b| b.sensed.battery_v = 19.0,
+        |b| b.sensed.battery_v = 30.0,
+        |b| b.sensed.current_a[1] = -30.0,
+        |b| b.estimate.phi_rad = -1.4,
+        |b| b.estimate.spar_rad = 1.0,
+        |b| b.command.age_us = 250_000,
+        |b| b.sensed.encoder_counts[0] -= 324,
+    ];
+    for (n, cause) in causes.iter().enumerate() {
+        let mut bench = Bench::new();
+        bench.tick();
+        cause(&mut bench);
+        for _ in 0..100 {
+            assert_eq!(bench.tick().faults, FaultSet::EMPTY, "cause {n}");
+        }
+    }
+    let mut bench = Bench::new();
+    bench.tick();
+    bench.sensed.encoder_counts[0] -= 350;
+    assert!(bench.tick().faults.contains(Fault::EncoderImplausible));
+}
+
+/// `stop_timeout_s` is 4 s.
+#[test]
+fn a_controlled_stop_has_its_time_and_no_more() {
+    let mut bench = Bench::new();
+    bench.tick();
+    bench.arm();
+    bench.estimate.stopped = false;
+    bench.command.age_us = 250_001;
+    assert_eq!(bench.tick().mode, Mode::Stopping);
+    let ticks = (1..=5000).find(|_| bench.tick().mode == Mode::Disarmed);
+    assert!(ticks.is_some_and(|ticks| (3999..=4001).contains(&ticks)), "{ticks:?}");
+    assert!(bench.supervisor.latched().contains(Fault::StopTimeout));
 }
 
 #[test]

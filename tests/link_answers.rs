@@ -1,0 +1,112 @@
+//! What the link tool takes for the answer to its question: over wires in memory, from scripted boards that answer late,
+//! answer another question, echo another value, or flood the wire. Time is virtual.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use firmware::protocol::message::{Answer, BoardMessage, Order, OrderId, ParameterAnswer, ParameterRequest};
+use model::command::Request;
+
+mod support;
+#[path = "support/wires.rs"]
+mod wires;
+use wires::{Flood, Scripted, link};
+
+fn value(number: u16, value: f32) -> Answer {
+    Answer::Parameters(ParameterAnswer::Value {
+        number,
+        count: 9,
+        value,
+        schema: 0,
+    })
+}
+
+#[test]
+fn a_late_answer_is_not_taken_for_the_next_questions() {
+    // The first answer comes after 0.4 s, every other one at once.
+    let mut asked = 0;
+    let (mut link, _) = link(Scripted::new(move |id, order| {
+        let Order::Parameters(ParameterRequest::Read { number }) = order else {
+            return vec![];
+        };
+        asked += 1;
+        let answer = value(number, f32::from(number));
+        let after_us = if asked == 1 { 400_000 } else { 150_000 };
+        vec![(after_us, BoardMessage::Answer { id, answer })]
+    }));
+    link.identify().expect("answers");
+    let late = link.ask(ParameterRequest::Read { number: 1 }).expect_err("late");
+    assert!(late.to_string().contains("did not answer"), "{late}");
+    for number in 2..5 {
+        let answer = link.ask(ParameterRequest::Read { number }).expect("in time");
+        assert!(
+            matches!(answer, ParameterAnswer::Value { number: n, value, .. } if n == number && value == f32::from(number)),
+            "{answer:?}"
+        );
+    }
+}
+
+#[test]
+fn a_write_that_echoes_something_else_stores_nothing() {
+    // The board answers the write with another number, another value, a number that is none.
+    for (other, echoed) in [(1, 0.05), (0, 0.06), (0, f32::NAN)] {
+        let stores = Rc::new(RefCell::new(0));
+        let counted = stores.clone();
+        let schema = firmware::parameters::schema(&support::reference().parameters().cast());
+        let (mut link, _) = link(Scripted::of(schema, move |id, order| {
+            let answer = match order {
+                Order::Parameters(ParameterRequest::Discard) => Answer::Parameters(ParameterAnswer::Discarded),
+                Order::Parameters(ParameterRequest::Write { number, .. }) => value(number + other, echoed),
+                Order::Parameters(ParameterRequest::Store) => {
+                    *counted.borrow_mut() += 1;
+                    Answer::Parameters(ParameterAnswer::Stored)
+                }
+                _ => return vec![],
+            };
+            vec![(0, BoardMessage::Answer { id, answer })]
+        }));
+        link.identify().expect("answers");
+        let told = link.set(&["control.ki=0.05".to_owned()]).expect_err("not echoed");
+        assert!(told.to_string().contains("echoed another number or value"), "{told}");
+        assert_eq!(*stores.borrow(), 0, "{other} {echoed}");
+    }
+}
+
+#[test]
+fn an_answer_of_another_number_is_no_answer() {
+    let (mut link, _) = link(Scripted::new(|id, _| {
+        let answer = Answer::Done;
+        vec![(
+            0,
+            BoardMessage::Answer {
+                id: OrderId {
+                    sequence: id.sequence + 1,
+                    ..id
+                },
+                answer,
+            },
+        )]
+    }));
+    link.identify().expect("answers");
+    let told = link.order(Order::Request(Request::ClearFaults)).expect_err("no answer");
+    assert!(told.to_string().contains("did not answer ClearFaults"), "{told}");
+}
+
+#[test]
+fn the_slowest_store_is_waited_for() {
+    let (mut link, _) = link(Scripted::new(|id, _| {
+        let answer = Answer::Parameters(ParameterAnswer::Stored);
+        vec![(20_000_000, BoardMessage::Answer { id, answer })]
+    }));
+    link.identify().expect("answers");
+    let answer = link.ask(ParameterRequest::Store).expect("in time");
+    assert_eq!(answer, ParameterAnswer::Stored);
+}
+
+#[test]
+fn a_flood_of_nonsense_is_silence() {
+    let (mut link, _) = link(Flood { now_us: 0, byte: 1 });
+    let told = link.identify().expect_err("nothing readable").to_string();
+    assert!(told.contains("no identity"), "{told}");
+    assert!(link.disarm().is_err());
+}
