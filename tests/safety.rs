@@ -10,7 +10,7 @@ use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use plant::Plant;
 use plant::fault::SensorFault;
 use plant::noise::Noise;
-use virtual_board::board::hardware::World;
+use virtual_board::board::hardware::{SecondContact, World};
 
 mod support;
 use support::Bench;
@@ -164,7 +164,7 @@ fn the_emergency_stop_opens_the_bridges_at_once_and_holds_until_cleared() {
 fn a_welded_second_contact_is_found_at_the_first_press() {
     let mut bench = Bench::driving(6, 1.0);
     bench.board.world(|world| {
-        world.second_contact_welded = true;
+        world.second_contact = SecondContact::Welded;
         world.emergency_stop = true;
     });
     let opened = bridges_off_within(&mut bench, 2);

@@ -39,8 +39,8 @@ impl Modulation {
         let (size, sign) = (duty.abs(), duty.signum());
         match self {
             Self::LockedAntiPhase => [
-                (0.5 * (1.0 + duty), 1.0),
-                ((1.0 - duty) / 2.0, -1.0),
+                (f64::midpoint(1.0, duty), 1.0),
+                (f64::midpoint(1.0, -duty), -1.0),
                 (0.0, 0.0),
                 (0.0, 0.0),
             ],

@@ -127,11 +127,14 @@ impl<F: Family> Device for Timer<F> {
     }
 
     fn write(&mut self, register: F::Register, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        self.model.write(register, value, file, context);
+        let mut value = value;
         if self.unfiltered && register.spec().offset == CHANNELS_1_AND_2 {
             self.filters = value & FILTERS;
-            self.model.write(register, value & !FILTERS, file, context);
+            value &= !FILTERS;
+            // The model reads the filters from the file, where the bus has put what the firmware wrote.
+            file.set(register, value);
         }
+        self.model.write(register, value, file, context);
     }
 
     fn on_event(&mut self, event: EventId, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {

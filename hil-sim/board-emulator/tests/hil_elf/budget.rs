@@ -2,6 +2,7 @@
 
 use board_emulator::time::MS;
 use firmware::protocol::frame::FRAME_MAX;
+use model::supervise::arming::Mode;
 
 use crate::support::{firmware, ready};
 
@@ -49,6 +50,7 @@ fn each_stage_is_counted() {
         .at(|stopped| stopped.keep_cycle_reads())
         .expect("it runs");
     board.run(2_000);
+    assert_eq!(board.status().vehicle.mode, Mode::Armed, "it drove all the time");
     let reads = board
         .emulation
         .at(|stopped| stopped.take_cycle_reads())

@@ -42,16 +42,24 @@ impl FirstRecords {
     }
 }
 
+/// What the emergency stop's second contact does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SecondContact {
+    /// It opens with the first one, and trips the bridges' break.
+    Follows,
+    /// It is welded shut: it never opens.
+    Welded,
+}
+
 /// The plant and everything of the board that is not the firmware.
 #[derive(Debug)]
-#[allow(clippy::struct_excessive_bools)] // Independent wires and findings, not the states of one thing.
 pub struct World {
     /// The physical vehicle.
     pub plant: Plant,
     /// The emergency stop is pressed: as on the board, it also trips the bridges' break.
     pub emergency_stop: bool,
-    /// The emergency stop's second contact is welded shut: it neither opens with the first one nor trips the break.
-    pub second_contact_welded: bool,
+    /// The emergency stop's second contact.
+    pub second_contact: SecondContact,
     /// The lamps: armed, faulted.
     pub lamps: (bool, bool),
     /// The records of the ticks, if they are kept.
@@ -69,7 +77,7 @@ impl World {
         Self {
             plant,
             emergency_stop: false,
-            second_contact_welded: false,
+            second_contact: SecondContact::Follows,
             lamps: (false, false),
             records: None,
             synced_us: 0,
@@ -123,7 +131,7 @@ impl World {
 
     /// Whether the stop's second contact is open.
     fn break_input(&self) -> bool {
-        self.emergency_stop && !self.second_contact_welded
+        self.emergency_stop && self.second_contact == SecondContact::Follows
     }
 
     /// Whether any bridge is on.
