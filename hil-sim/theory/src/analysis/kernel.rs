@@ -211,6 +211,10 @@ pub struct Comparison {
     pub barrier_rate: Vec<f64>,
 }
 
+/// Whether a state, its angle and rate and how far the arm goes with and without a limit of grip, and how far it goes
+/// under the barrier, is counted.
+type Holds<'a> = &'a dyn Fn(&(f64, f64, f64, f64), f64) -> bool;
+
 /// Compares on a grid of `count` by `count` points: the kernel within `phi_max` where the wheels grip with `limits`' friction,
 /// and the whirls that current and voltage can avoid.
 pub fn compare(limits: &TorqueLimits, barrier: &Barrier, planned_mu: f32, phi_max: f64, count: usize) -> Comparison {
@@ -232,16 +236,14 @@ pub fn compare(limits: &TorqueLimits, barrier: &Barrier, planned_mu: f32, phi_ma
         .map(|(phi, rate, ..)| under_barrier(limits, barrier, planned_mu, (*phi, *rate)))
         .collect();
     let share = |part: usize, whole: usize| part as f64 / whole.max(1) as f64;
-    let number = |holds: &dyn Fn(&(f64, f64, f64, f64), f64) -> bool| {
-        states.iter().zip(&flown).filter(|(x, reach)| holds(x, **reach)).count()
-    };
+    let number = |holds: Holds<'_>| states.iter().zip(&flown).filter(|(x, reach)| holds(x, **reach)).count();
     let viable = number(&|x, _| x.2 <= phi_max);
     let kept = number(&|x, reach| x.2 <= phi_max && reach <= phi_max);
     let avoidable = number(&|x, _| x.3 < TURNED_OVER);
     let avoided = number(&|x, reach| x.3 < TURNED_OVER && reach < TURNED_OVER);
     let mut phi: Vec<f64> = states.iter().map(|x| x.0).collect();
     phi.dedup();
-    let largest = |holds: &dyn Fn(&(f64, f64, f64, f64), f64) -> bool| -> Vec<f64> {
+    let largest = |holds: Holds<'_>| -> Vec<f64> {
         phi.iter()
             .map(|at| {
                 let here = states
