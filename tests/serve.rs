@@ -182,6 +182,8 @@ fn a_client_that_vanishes_leaves_a_vehicle_that_stops() {
     first.wait().expect("ended");
     served.wait_for("left, and has driven");
     served.wait_for("CommandTimeout");
+    // The controlled stop takes its time.
+    served.wait_for("disarmed");
     let (code, text, error) = served.link(&["status", "--seconds", "0.5"]);
     assert_eq!(code, Some(0), "{error}");
     assert!(text.contains("CommandTimeout"), "{text}");

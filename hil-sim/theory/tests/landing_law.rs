@@ -53,7 +53,7 @@ fn vehicles_that_differ_from_their_file_settle() {
 fn random_drives_do_not_whirl() {
     let vehicle = vehicle(|p| p.control.speed_max_m_s = 20.0);
     let (mut worst, mut slipping) = ((0, 0.0_f64), 0.0);
-    let drives = 150;
+    let drives = 2000;
     for seed in 0..drives {
         let found = wild_drive(&vehicle, seed);
         if found.phi_max > worst.1 {
