@@ -82,7 +82,7 @@ impl BoardScales {
         },
         duty_max: 0.94,
         imu: ImuScales {
-            gyro_lsb_per_deg_s: 32.8,
+            gyro_lsb_per_deg_s: 32.768,
             accel_lsb_per_g: 4096.0,
         },
     };

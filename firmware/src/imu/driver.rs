@@ -96,7 +96,8 @@ const SENSORS: [RegisterSetting; 3] = [
 ];
 /// What the words stand for at these ranges: 16 bits over +-1000 deg/s and over +-8 g.
 pub const SCALES: ImuScales = ImuScales {
-    gyro_lsb_per_deg_s: 32.8,
+    // 32768 counts over 1000 deg/s. The data sheet's table rounds this to 32.8, which would turn a heading by 1 in 1000.
+    gyro_lsb_per_deg_s: 32.768,
     accel_lsb_per_g: 4096.0,
 };
 /// What a data register holds before there is data.

@@ -87,9 +87,10 @@ pub fn data_rate_hz(config: u8) -> Option<f64> {
     })
 }
 
-/// Gyro sensitivity of GYRO_CONFIG0: +-2000 deg/s, halved by each code.
+/// Gyro sensitivity of GYRO_CONFIG0: +-2000 deg/s, halved by each code; 2^15 counts over the full scale, which the data
+/// sheet rounds to 16.4, 32.8, 65.5, ...
 pub fn gyro_lsb_per_deg_s(config: u8) -> f64 {
-    [16.4, 32.8, 65.5, 131.0, 262.0, 524.3, 1048.6, 2097.2][usize::from(config >> 5)]
+    16.384 * f64::from(1_u32 << (config >> 5))
 }
 
 /// Accelerometer sensitivity of ACCEL_CONFIG0: +-16 g, halved by each code (four are used).

@@ -103,7 +103,7 @@ fn full_scale_is_honoured_and_saturates() {
     run(&mut c, 0.01, &STILL);
     let words = burst(&mut c);
     assert_eq!(words[3], 16384);
-    assert_eq!(words[5], (-1.0_f64.to_degrees() * 262.0).round() as i16);
+    assert_eq!(words[5], (-1.0_f64.to_degrees() * 32768.0 / 125.0).round() as i16);
     let hard = Motion {
         specific_force: [-50.0, 0.0, 50.0],
         rate: [10.0, -10.0, 0.0],
