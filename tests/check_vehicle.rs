@@ -50,7 +50,7 @@ fn a_design_that_cannot_work_ends_with_1_and_a_bad_file_with_2() {
     assert_eq!(output.status.code(), Some(0), "a warning is no error");
     assert!(String::from_utf8_lossy(&output.stdout).contains("warning: body.yaw_inertia_kg_m2"));
 
-    let unknown = changed("unknown.toml", "arm_length_m", "arm_lenght_m");
+    let unknown = changed("unknown.toml", "arm_length_m", "arm_span_m");
     let output = hil_sim(&["check", unknown.to_str().expect("utf-8")]);
     assert_eq!(output.status.code(), Some(2));
 }
