@@ -26,7 +26,7 @@ pub struct TorqueLimits {
     pub wheel_rate: f32,
     /// Slope, rad.
     pub beta: f32,
-    /// Friction coefficient within which the wheels must grip, with a normal force above [`NORMAL_MIN`]; `None` if they
+    /// Friction coefficient within which the wheels must grip, with a normal force above `NORMAL_MIN`; `None` if they
     /// may slide.
     pub grip_mu: Option<f32>,
 }
