@@ -4,13 +4,11 @@
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Fault, FaultSet, Limit};
 use virtual_board::ages;
-use virtual_board::board::hardware::FirstRecords;
+use virtual_board::scenario::Scenario;
 use virtual_board::scenario::trace::TraceRow;
-use virtual_board::scenario::{self, Scenario, VirtualBackend};
 
 mod support;
-use support::flights::{at_speed, drive, fly, last};
-use support::reference;
+use support::flights::{at_speed, drive, fly, last, recorded};
 
 fn heading_error_deg(row: &TraceRow) -> f64 {
     (f64::from(row.status.estimate.heading_rad) - row.truth.heading_rad).to_degrees()
@@ -24,18 +22,7 @@ fn the_samples_of_every_tick_are_as_old_as_the_design_says() {
         let path = std::path::Path::new(folder).join(format!("{name}.toml"));
         let mut scenario = Scenario::read(&path).expect("a good file");
         scenario.seed = seed;
-        let vehicle = reference();
-        let plant = scenario.plant(&vehicle).expect("a plant");
-        let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
-        backend
-            .board
-            .world(|world| world.records = Some(FirstRecords::first(usize::MAX)));
-        scenario::run(&scenario, &mut backend, |_| {}).expect("valid");
-        let records = backend
-            .board
-            .world(|world| world.records.take())
-            .expect("kept")
-            .into_kept();
+        let records = recorded(&scenario);
         assert!(records.len() > 20_000);
         // The IMUs take 60 ms to start.
         for record in records.iter().filter(|record| record.sample.time_us > 100_000) {

@@ -4,11 +4,10 @@
 use firmware::drive_board::SCALES;
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, Fault, FaultSet};
-use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::{self, Scenario, VirtualBackend};
 
 mod support;
-use support::flights::{at_speed, drive, first, fly, last, only, scenario};
+use support::flights::{at_speed, drive, first, fly, last, only, recorded, scenario};
 use support::reference;
 
 #[test]
@@ -173,16 +172,8 @@ fn a_gyro_that_crosses_100_degrees_per_second_goes_on_measuring() {
         for seed in [1, 11] {
             let spin = format!("{{ at_s = 4.0, action = \"drive\", yaw_rate_rad_s = {yaw_rate:?} }}");
             let scenario = scenario(8.0, seed, "", &format!("{spin}, {{ at_s = 6.0, action = \"drive\" }}"));
-            let vehicle = reference();
-            let plant = scenario.plant(&vehicle).expect("a plant");
-            let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
-            backend
-                .board
-                .world(|world| world.records = Some(FirstRecords::first(usize::MAX)));
-            scenario::run(&scenario, &mut backend, |_| {}).expect("valid");
-            let records = backend.board.world(|world| world.records.take()).expect("kept");
             // While the rate about one axis changes by 0.2 deg/s in a tick, three words with noise do not repeat together.
-            let words: Vec<[i16; 3]> = records.into_kept().iter().map(|r| r.sample.arm_imu.raw.gyro).collect();
+            let words: Vec<[i16; 3]> = recorded(&scenario).iter().map(|r| r.sample.arm_imu.raw.gyro).collect();
             let lsb_per_deg_s = SCALES.imu.gyro_lsb_per_deg_s;
             let crosses = |pair: &&[[i16; 3]]| {
                 let [before, after] =

@@ -1,6 +1,8 @@
 //! Scenarios flown for what the vehicle reports.
 
+use firmware::flight_record::FlightRecord;
 use model::supervise::codes::{Fault, FaultSet};
+use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
 
@@ -23,6 +25,18 @@ pub fn drive(scenario: &Scenario) -> DriveOutcome {
     let outcome = scenario::run(scenario, &mut backend, |_| {}).expect("valid");
     assert!(!backend.board.watchdog_bitten(), "the watchdog must be fed");
     outcome
+}
+
+/// Every tick of a scenario with the reference vehicle on the virtual board.
+pub fn recorded(scenario: &Scenario) -> Vec<FlightRecord> {
+    let vehicle = reference();
+    let plant = scenario.plant(&vehicle).expect("a plant");
+    let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
+    let records = FirstRecords::first(usize::MAX);
+    backend.board.world(|world| world.records = Some(records));
+    scenario::run(scenario, &mut backend, |_| {}).expect("valid");
+    let records = backend.board.world(|world| world.records.take());
+    records.expect("kept").into_kept()
 }
 
 /// [`drive`] of a [`scenario`].

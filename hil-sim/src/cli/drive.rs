@@ -152,11 +152,11 @@ pub fn run_on<B: Backend>(
     records: impl FnOnce(&mut B) -> Result<Vec<FlightRecord>, CommandError>,
 ) -> Result<(), CommandError> {
     let scenario = load_scenario(arguments)?;
-    let vehicle = load_vehicle(arguments.vehicle.as_deref().or(scenario.vehicle.as_deref()))?;
-    let simulated = match &arguments.plant_vehicle {
-        Some(path) => load_vehicle(Some(path))?,
-        None => vehicle,
-    };
+    let (vehicle, simulated) = load_vehicles(
+        arguments.vehicle.as_deref(),
+        arguments.plant_vehicle.as_deref(),
+        &scenario,
+    )?;
     let record = begin_record(arguments, &scenario)?;
     let plant = scenario
         .plant(&simulated)
@@ -290,8 +290,29 @@ pub fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
     vehicle.map_err(|error| CommandError::Input(error.to_string()))
 }
 
+/// The vehicle that the firmware is told of, by `vehicle`, else by the scenario, and the simulated one: the same, unless
+/// `plant_vehicle` names another.
+///
+/// # Errors
+/// [`CommandError::Input`] on a bad file.
+pub(super) fn load_vehicles(
+    vehicle: Option<&Path>,
+    plant_vehicle: Option<&Path>,
+    scenario: &Scenario,
+) -> Result<(Vehicle<f64>, Vehicle<f64>), CommandError> {
+    let told = load_vehicle(vehicle.or(scenario.vehicle.as_deref()))?;
+    let simulated = match plant_vehicle {
+        Some(path) => load_vehicle(Some(path))?,
+        None => told,
+    };
+    Ok((told, simulated))
+}
+
 /// The vehicle as the board computes with it.
-fn vehicle_f32(vehicle: &Vehicle<f64>) -> Result<Vehicle<f32>, CommandError> {
+///
+/// # Errors
+/// [`CommandError::Other`]: it is none in single precision.
+pub(super) fn vehicle_f32(vehicle: &Vehicle<f64>) -> Result<Vehicle<f32>, CommandError> {
     Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(|error| CommandError::Other(error.to_string()))
 }
 

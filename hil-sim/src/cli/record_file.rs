@@ -3,11 +3,13 @@
 use std::path::Path;
 
 use firmware::flight_record::FlightRecord;
-use firmware::protocol::frame::{Decoder, Received, encode};
+use firmware::protocol::frame::{Decoder, Received};
 use firmware::protocol::message::{BoardMessage, Identity, PROTOCOL_VERSION};
 use firmware::records::codec::{BlockEncoder, RecordBlock, Records};
 use model::vehicle::Vehicle;
 use report::error::CommandError;
+
+use super::link::memory::write_frame;
 
 /// Largest file that is read: an hour's drive has about 100 MB.
 const FILE_MAX_BYTES: u64 = 1 << 30;
@@ -105,8 +107,7 @@ pub fn record_bytes(vehicle: &Vehicle<f32>, records: &[FlightRecord]) -> Result<
     encoder.flush(&mut take);
     let mut bytes = Vec::new();
     for message in &messages {
-        let frame = encode(message).map_err(|_| CommandError::Other("a block of records fits no frame".into()))?;
-        bytes.extend_from_slice(&frame);
+        write_frame(message, &mut bytes)?;
     }
     Ok(bytes)
 }

@@ -12,7 +12,7 @@ use report::error::CommandError;
 use report::output::{print, print_json};
 use serde::Serialize;
 
-use super::drive::load_vehicle;
+use super::drive::{load_vehicle, vehicle_f32};
 use super::record_file::RecordFile;
 
 /// Flags of `replay`.
@@ -67,9 +67,7 @@ struct ReplayJson {
 /// [`CommandError::Checks`] if the replay drives otherwise, or ticks are missing.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let file = RecordFile::read(&arguments.file)?;
-    let vehicle = load_vehicle(arguments.vehicle.as_deref())?;
-    let vehicle =
-        Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(|error| CommandError::Input(error.to_string()))?;
+    let vehicle = vehicle_f32(&load_vehicle(arguments.vehicle.as_deref())?)?;
     let (Some(first), Some(last)) = (file.records.first(), file.records.last()) else {
         return Err(CommandError::Input("no records".into()));
     };

@@ -14,7 +14,7 @@ use report::output::print;
 use virtual_board::scenario::run::happen;
 use virtual_board::scenario::{Backend, Scenario, VirtualBackend};
 
-use super::drive::{self, load_scenario, load_vehicle};
+use super::drive::{self, load_scenario, load_vehicles};
 
 mod hub;
 mod ports;
@@ -87,11 +87,11 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         Some(_) => load_scenario(&drive)?,
         None => level(arguments.seed)?,
     };
-    let vehicle = load_vehicle(arguments.vehicle.as_deref().or(scenario.vehicle.as_deref()))?;
-    let simulated = match &arguments.plant_vehicle {
-        Some(path) => load_vehicle(Some(path))?,
-        None => vehicle,
-    };
+    let (vehicle, simulated) = load_vehicles(
+        arguments.vehicle.as_deref(),
+        arguments.plant_vehicle.as_deref(),
+        &scenario,
+    )?;
     let input = |error: String| CommandError::Input(error);
     let plant = scenario.plant(&simulated).map_err(|error| input(error.to_string()))?;
     let backend = VirtualBackend::boot(&vehicle, plant).map_err(|error| input(error.to_string()))?;

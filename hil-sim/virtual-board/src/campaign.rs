@@ -14,9 +14,7 @@ use serde::{Serialize, Serializer};
 use toml::Value;
 
 use crate::scenario::trace::fnv1a;
-use crate::scenario::{
-    MetricValue, Metrics, RunError, RunVerdict, Scenario, VirtualBackend, failures, judge, run_into,
-};
+use crate::scenario::{JudgedRun, MetricValue, RunVerdict, Scenario, VirtualBackend, run_judged};
 
 mod error;
 mod overrides;
@@ -235,18 +233,12 @@ impl Campaign {
         let (scenario, told, simulated) = self.prepare(run)?;
         let plant = plant(&scenario, &simulated)?;
         let mut backend = VirtualBackend::boot(&told, plant)?;
-        let mut metrics = Metrics::default();
-        let end = run_into(&scenario, &mut backend, |row| metrics.add(row), |_| {});
+        let JudgedRun {
+            verdict,
+            reasons,
+            metrics,
+        } = run_judged(&scenario, &mut backend);
         let simulated_s = backend.board.now_us() as f64 * 1e-6;
-        let (verdict, reasons, metrics) = match end {
-            Err(error @ RunError::Plant(_)) => (RunVerdict::Stopped, vec![error.to_string()], Vec::new()),
-            Ok(end) => {
-                let values = metrics.values(&end.counts);
-                let checks = judge(&scenario, &values);
-                let reasons = failures(&checks);
-                (RunVerdict::of(&checks), reasons, values)
-            }
-        };
         let (source, set, seed) = self.parts(run);
         Ok(RunResult {
             run,

@@ -8,20 +8,12 @@ use report::error::CommandError;
 use report::output::{print, print_json, progress_bar};
 use report::visible::visible_line;
 use serde::Serialize;
-use virtual_board::scenario::{self, MetricValue, Metrics, RunVerdict, VirtualBackend};
+use virtual_board::scenario::{self, JudgedRun, RunVerdict, VirtualBackend, run_judged};
 
-use super::{Arguments, file_name, load_scenario, load_vehicle};
+use super::{Arguments, file_name, load_scenario, load_vehicles};
 
 /// Most seeds of one call; more are a campaign.
 const SEEDS_MAX: u64 = 10_000;
-
-/// The run with one seed.
-struct SeedRun {
-    seed: u64,
-    verdict: RunVerdict,
-    reasons: Vec<String>,
-    values: Vec<MetricValue>,
-}
 
 /// What a metric came to over all seeds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -91,11 +83,11 @@ pub fn run(arguments: &Arguments, seeds: RangeInclusive<u64>) -> Result<(), Comm
 /// [`CommandError::Input`] on a bad scenario or vehicle file.
 pub fn spreads(arguments: &Arguments, seeds: RangeInclusive<u64>) -> Result<Spreads, CommandError> {
     let scenario = load_scenario(arguments)?;
-    let vehicle = load_vehicle(arguments.vehicle.as_deref().or(scenario.vehicle.as_deref()))?;
-    let simulated = match &arguments.plant_vehicle {
-        Some(path) => load_vehicle(Some(path))?,
-        None => vehicle,
-    };
+    let (vehicle, simulated) = load_vehicles(
+        arguments.vehicle.as_deref(),
+        arguments.plant_vehicle.as_deref(),
+        &scenario,
+    )?;
     let (first, last) = (*seeds.start(), *seeds.end());
     if last - first >= SEEDS_MAX {
         return Err(CommandError::Input(format!(
@@ -103,7 +95,7 @@ pub fn spreads(arguments: &Arguments, seeds: RangeInclusive<u64>) -> Result<Spre
         )));
     }
     let bar = progress_bar((last - first + 1) as usize, "runs");
-    let runs: Result<Vec<SeedRun>, CommandError> = (first..=last)
+    let runs: Result<Vec<(u64, JudgedRun)>, CommandError> = (first..=last)
         .into_par_iter()
         .map(|seed| {
             let mut scenario = scenario.clone();
@@ -113,32 +105,14 @@ pub fn spreads(arguments: &Arguments, seeds: RangeInclusive<u64>) -> Result<Spre
                 .map_err(|error| CommandError::Input(error.to_string()))?;
             let mut backend =
                 VirtualBackend::boot(&vehicle, plant).map_err(|error| CommandError::Input(error.to_string()))?;
-            let mut metrics = Metrics::default();
-            let end = scenario::run_into(&scenario, &mut backend, |row| metrics.add(row), |_| {});
+            let run = run_judged(&scenario, &mut backend);
             bar.inc(1);
-            Ok(match end {
-                Ok(end) => {
-                    let values = metrics.values(&end.counts);
-                    let checks = scenario::judge(&scenario, &values);
-                    SeedRun {
-                        seed,
-                        verdict: RunVerdict::of(&checks),
-                        reasons: scenario::failures(&checks),
-                        values,
-                    }
-                }
-                Err(error) => SeedRun {
-                    seed,
-                    verdict: RunVerdict::Stopped,
-                    reasons: vec![error.to_string()],
-                    values: Vec::new(),
-                },
-            })
+            Ok((seed, run))
         })
         .collect();
     bar.finish_and_clear();
     let runs = runs?;
-    let count = |verdict| runs.iter().filter(|run| run.verdict == verdict).count() as u64;
+    let count = |verdict| runs.iter().filter(|(_, run)| run.verdict == verdict).count() as u64;
     Ok(Spreads {
         scenario: visible_line(&scenario.title).into_owned(),
         seeds: [first, last],
@@ -148,13 +122,13 @@ pub fn spreads(arguments: &Arguments, seeds: RangeInclusive<u64>) -> Result<Spre
         stopped: count(RunVerdict::Stopped),
         failures: runs
             .iter()
-            .filter(|run| !run.reasons.is_empty())
-            .map(|run| (run.seed, run.reasons.clone()))
+            .filter(|(_, run)| !run.reasons.is_empty())
+            .map(|(seed, run)| (*seed, run.reasons.clone()))
             .collect(),
         metrics: scenario::metrics::NAMES
             .iter()
             .filter_map(|name| {
-                let values = runs.iter().flat_map(|run| &run.values);
+                let values = runs.iter().flat_map(|(_, run)| &run.metrics);
                 let values = values.filter(|metric| metric.name == *name).map(|metric| metric.value);
                 spread(name, values.collect(), scenario.metrics.get(*name).copied())
             })

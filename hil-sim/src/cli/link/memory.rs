@@ -35,12 +35,15 @@ impl Recorded {
     fn write(&mut self, block: RecordBlock, out: &mut impl Write) -> Result<(), CommandError> {
         self.blocks += 1;
         self.ticks += Records::new(&block.bytes).flatten().count() as u64;
-        write(&BoardMessage::Records(block), out)
+        write_frame(&BoardMessage::Records(block), out)
     }
 }
 
 /// Writes a message as a frame.
-fn write(message: &BoardMessage, out: &mut impl Write) -> Result<(), CommandError> {
+///
+/// # Errors
+/// [`CommandError::Other`]: the message fits no frame, or `out` takes no more.
+pub fn write_frame(message: &BoardMessage, out: &mut impl Write) -> Result<(), CommandError> {
     let frame = encode(message).map_err(|_| CommandError::Other("a message of the board fits no frame".into()))?;
     out.write_all(&frame)
         .map_err(|error| CommandError::Other(format!("output: {error}")))
@@ -66,7 +69,7 @@ impl<W: Wire> Link<W> {
                 continue;
             };
             if !started {
-                write(&BoardMessage::Identity(identity), out)?;
+                write_frame(&BoardMessage::Identity(identity), out)?;
                 self.client.records.clear();
                 self.order(Order::Recording { from: Some(0) })?;
                 (started, next) = (true, None);
@@ -103,7 +106,7 @@ impl<W: Wire> Link<W> {
     /// There is none: no fault has occurred since the vehicle was last armed. Silence, or `out` takes no more.
     pub fn look_back(&mut self, out: &mut impl Write) -> Result<Recorded, CommandError> {
         if let Some(identity) = self.client.identity() {
-            write(&BoardMessage::Identity(*identity), out)?;
+            write_frame(&BoardMessage::Identity(*identity), out)?;
         }
         let mut recorded = Recorded::default();
         let mut from = 0;

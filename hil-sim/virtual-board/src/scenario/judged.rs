@@ -1,0 +1,39 @@
+//! A run with its verdict, for whoever makes many of them.
+
+use super::backend::Backend;
+use super::file::Scenario;
+use super::judge::{RunVerdict, failures, judge};
+use super::metrics::{MetricValue, Metrics};
+use super::run::run_into;
+
+/// How a run ended, and what it came to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JudgedRun {
+    /// How it ended.
+    pub verdict: RunVerdict,
+    /// The metrics out of bounds, or why it stopped.
+    pub reasons: Vec<String>,
+    /// Every metric; none of a run that stopped.
+    pub metrics: Vec<MetricValue>,
+}
+
+/// Runs `scenario` and judges it, in memory that does not grow with the run.
+pub fn run_judged(scenario: &Scenario, backend: &mut dyn Backend) -> JudgedRun {
+    let mut metrics = Metrics::default();
+    match run_into(scenario, backend, |row| metrics.add(row), |_| {}) {
+        Err(error) => JudgedRun {
+            verdict: RunVerdict::Stopped,
+            reasons: vec![error.to_string()],
+            metrics: Vec::new(),
+        },
+        Ok(end) => {
+            let metrics = metrics.values(&end.counts);
+            let checks = judge(scenario, &metrics);
+            JudgedRun {
+                verdict: RunVerdict::of(&checks),
+                reasons: failures(&checks),
+                metrics,
+            }
+        }
+    }
+}
