@@ -101,3 +101,40 @@ impl CommandRamp {
         self.acceleration
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::vehicle::test_vehicle;
+
+    /// What `gentle` gives for an acceleration wished and a comfort, with the spar levelled or left alone.
+    fn asked(acceleration_m_s2: f32, comfort_s: f32, levelled: bool) -> (f32, f32) {
+        let mut parameters = *test_vehicle::reference().parameters();
+        parameters.control.acceleration_max_m_s2 = acceleration_m_s2;
+        parameters.control.comfort_s = comfort_s;
+        if let (Some((spar, _)), false) = (&mut parameters.spar, levelled) {
+            [
+                spar.spar_gain,
+                spar.ballast_gain,
+                spar.spar_rate_gain,
+                spar.ballast_rate_gain,
+            ] = [0.0; 4];
+        }
+        gentle(&Vehicle::new(parameters).expect("valid"))
+    }
+
+    #[test]
+    fn a_level_spar_bounds_the_command_and_a_spar_left_alone_does_not() {
+        let bound = Gentleness::new(&test_vehicle::reference()).expect("a levelled spar");
+        let (acceleration_g, smoothing_s) = asked(6.0, 0.0, true);
+        assert_eq!(acceleration_g, bound.acceleration_g);
+        // To the rounding of the share.
+        assert!((smoothing_s / bound.smoothing_s - 1.0).abs() < 1e-6);
+        let (acceleration_g, smoothing_s) = asked(6.0, 0.0, false);
+        assert!((acceleration_g * GRAVITY_M_S2 as f32 - 6.0).abs() < 1e-5 && smoothing_s == 0.0);
+        // Half the bound takes half the smoothing, and a longer comfort stays.
+        let half_m_s2 = 0.5 * bound.acceleration_g * GRAVITY_M_S2 as f32;
+        assert!((asked(half_m_s2, 0.0, true).1 / bound.smoothing_s - 0.5).abs() < 1e-5);
+        assert_eq!(asked(half_m_s2, 1.0, true).1, 1.0);
+    }
+}
