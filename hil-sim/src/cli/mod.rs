@@ -11,6 +11,7 @@ use theory::commands::{
 pub mod bounds;
 pub mod campaign;
 pub mod check;
+pub mod compare;
 pub mod drive;
 pub mod emulated;
 pub mod link;
@@ -39,6 +40,8 @@ enum HostCommand {
     Camera(camera::Arguments),
     /// The vehicle that carries a camera spar, and its step limits (ch. 8)
     Coupled(coupled::Arguments),
+    /// The laws side by side: steps, slopes, kerbs, ice, pushes, vehicles 20 % off, and the best step found
+    Compare(compare::Arguments),
     /// What a vehicle file means in SI, and whether such a vehicle can be built and driven
     Check(check::Arguments),
     /// The smallest final voltage or reference speed that turns the arm over
@@ -76,6 +79,7 @@ pub fn main() -> ExitCode {
         Some(HostCommand::Camera(a)) => camera::run(&a),
         Some(HostCommand::Coupled(a)) => coupled::run(&a),
         Some(HostCommand::Check(a)) => check::run(&a),
+        Some(HostCommand::Compare(a)) => compare::run(&a),
         Some(HostCommand::Critical(a)) => critical::run(&a),
         Some(HostCommand::Envelope(a)) => envelope::run(&a),
         Some(HostCommand::Equilibrium(a)) => equilibrium::run(&a),
