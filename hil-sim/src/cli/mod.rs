@@ -9,6 +9,7 @@ use theory::commands::{
 };
 
 pub mod bounds;
+pub mod bring_up;
 pub mod campaign;
 pub mod check;
 pub mod compare;
@@ -34,6 +35,8 @@ enum HostCommand {
     Drive(drive::Arguments),
     /// What the metrics of a scenario come to over many seeds, beside its bounds
     Bounds(bounds::Arguments),
+    /// The first power-up of a board, step by step: asks, measures over the link, and tells what passed
+    BringUp(bring_up::Arguments),
     /// Many runs at once: scenarios, overrides and seeds, on all cores and in shards
     Campaign(campaign::Arguments),
     /// The camera spar alone: tilted, shaken, with a limited motor (ch. 7)
@@ -75,6 +78,7 @@ pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
         Some(HostCommand::Bounds(a)) => bounds::run(&a),
+        Some(HostCommand::BringUp(a)) => bring_up::run(&a),
         Some(HostCommand::Campaign(a)) => campaign::run(&a),
         Some(HostCommand::Camera(a)) => camera::run(&a),
         Some(HostCommand::Coupled(a)) => coupled::run(&a),
