@@ -166,7 +166,7 @@ impl SampledDrive<'_> {
         let mut next = 0;
         // The slope as an estimator at rest knows it, from the file's weights.
         let file = self.vehicle.planar(0.0);
-        let sin_slope = (file.alpha * file.l * libm::sin(phi) / (1.0 + self.vehicle.spar_mass_ratio())) as f32;
+        let mut sin_slope = (file.alpha * file.l * libm::sin(phi) / (1.0 + self.vehicle.spar_mass_ratio())) as f32;
         let ticks = (self.duration / tick) as u32;
         law.reset(0.0);
         for k in 0..ticks {
@@ -190,10 +190,13 @@ impl SampledDrive<'_> {
                 phi_sin_cos: libm::sincosf(sensed_phi),
                 theta_rate_rad_s: ((stages[1] + n2 * noise() - sensed_q) / scales.time_s) as f32,
                 phi_rate_rad_s: (sensed_q / scales.time_s) as f32,
-                sin_slope,
+                slope_sin_cos: (sin_slope, libm::sqrtf(1.0 - sin_slope * sin_slope)),
+                slope_turn_per_s: 0.0,
+                turns: false,
                 distance_m: (theta * scales.length_m) as f32,
                 voltage_max_v: scales.voltage_to_si(plant.voltage_max) as f32,
             });
+            sin_slope += law.slope_lesson().unwrap_or_default();
             let commanded = scales.voltage_from_si(f64::from(output.voltage_v));
             line.push(commanded);
             let voltage = line.remove(0);
