@@ -90,7 +90,7 @@ pub fn steps(vehicle: &Vehicle<f64>, laws: &[Contender]) -> PlanarSteps {
     let holding = (plant.zeta * target + plant.balance.mass * libm::sin(slope_rad)) / plant.torque_per_voltage;
     let open_v = scales.voltage_to_si(holding.min(plant.voltage_max)) as f32;
     steps.push(measure("open loop", target, |see| {
-        drive(vehicle).run_under(|_| open_v, || 0.0, see);
+        drive(vehicle).run_under(|_| (open_v, 0.0), || 0.0, see);
     }));
     let mut noise = Noise::new(1, 0);
     if let Some(best) = task.best(|| noise.normal()) {

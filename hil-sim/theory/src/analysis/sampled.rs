@@ -151,13 +151,18 @@ impl SampledDrive<'_> {
     pub fn run(&self, noise: impl FnMut() -> f64, see: impl FnMut(&SampledRow) -> bool) {
         let mut law = SpeedController::new(&cast(self.vehicle), TICK_S);
         law.reset(0.0);
-        self.run_under(|input| law.step(input).voltage_v, noise, see);
+        let step = |input: &SpeedInput| {
+            let voltage_v = law.step(input).voltage_v;
+            (voltage_v, law.slope_lesson().unwrap_or_default())
+        };
+        self.run_under(step, noise, see);
     }
 
-    /// The same under any `law`, which gives the voltage of each motor in V.
+    /// The same under any `law`, which gives the voltage of each motor in V, and by how much the estimator's sine of the
+    /// slope is to change.
     pub fn run_under(
         &self,
-        mut law: impl FnMut(&SpeedInput) -> f32,
+        mut law: impl FnMut(&SpeedInput) -> (f32, f32),
         mut noise: impl FnMut() -> f64,
         mut see: impl FnMut(&SampledRow) -> bool,
     ) {
@@ -177,7 +182,7 @@ impl SampledDrive<'_> {
         let mut next = 0;
         // The slope as an estimator at rest knows it, from the file's weights.
         let file = self.vehicle.planar(0.0);
-        let sin_slope = (file.alpha * file.l * libm::sin(phi) / (1.0 + self.vehicle.spar_mass_ratio())) as f32;
+        let mut sin_slope = (file.alpha * file.l * libm::sin(phi) / (1.0 + self.vehicle.spar_mass_ratio())) as f32;
         let ticks = (self.duration / tick) as u32;
         for k in 0..ticks {
             let time = f64::from(k) * tick;
@@ -193,16 +198,19 @@ impl SampledDrive<'_> {
             let [n0, n1, n2] = self.sensing.noise;
             let sensed_q = q + n1 * noise();
             let sensed_phi = (phi + n0 * noise()) as f32;
-            let voltage_v = law(&SpeedInput {
+            let (voltage_v, lesson) = law(&SpeedInput {
                 target_m_s: (target * scales.speed_m_s) as f32,
                 phi_rad: sensed_phi,
                 phi_sin_cos: libm::sincosf(sensed_phi),
                 theta_rate_rad_s: ((stages[1] + n2 * noise() - sensed_q) / scales.time_s) as f32,
                 phi_rate_rad_s: (sensed_q / scales.time_s) as f32,
-                sin_slope,
+                slope_sin_cos: (sin_slope, libm::sqrtf(1.0 - sin_slope * sin_slope)),
+                slope_turn_per_s: 0.0,
+                turns: false,
                 distance_m: (theta * scales.length_m) as f32,
                 voltage_max_v: scales.voltage_to_si(plant.voltage_max) as f32,
             });
+            sin_slope += lesson;
             let commanded = scales.voltage_from_si(f64::from(voltage_v));
             line.push(commanded);
             let voltage = line.remove(0);
