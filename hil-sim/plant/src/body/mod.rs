@@ -62,7 +62,6 @@
 //! vehicle on any ground, [`rolling`] with the zeros of a vehicle that rolls on a plane.
 
 mod contact;
-mod direction;
 mod inertia;
 mod joint;
 mod ldl;
@@ -74,9 +73,9 @@ mod rolling;
 mod step;
 #[cfg(test)]
 mod tests;
+mod tracked_angle;
 
 use contact::{ContactMode, GearMode};
-use direction::Direction;
 pub use inertia::Inertia;
 pub use joint::JointTorque;
 use ldl::{SPEEDS, Speeds, dot};
@@ -88,6 +87,7 @@ pub use motion::Gravity;
 use outside::Outside;
 pub use outside::{Push, PushedBody};
 pub use payload::Payload;
+use tracked_angle::TrackedAngle;
 
 use super::terrain::Ground;
 
@@ -161,7 +161,7 @@ pub struct Body {
     wheel_modes: [ContactMode; 2],
     gear_modes: [GearMode; MOTORS],
     /// The arm's centre of mass, spar, ballast and heading in the middle of the last substep.
-    middle: [Direction; 4],
+    middle: [TrackedAngle; 4],
     /// Of the motors' joints over the last substep.
     mean_rates: [f64; MOTORS],
     in_flight: bool,
@@ -182,7 +182,7 @@ impl Body {
             wheels: [WheelContact::default(); 2],
             wheel_modes: [ContactMode::Stick; 2],
             gear_modes: [GearMode::Stick; MOTORS],
-            middle: [Direction::new(0.0); 4],
+            middle: [TrackedAngle::new(0.0); 4],
             mean_rates: [0.0; MOTORS],
             in_flight: false,
             outside: Outside::default(),
@@ -259,7 +259,7 @@ impl Body {
             return self.swing(PHI, middle);
         }
         // The middle is that of the centre of mass; the arm's own axis is beside it.
-        self.swing(PHI, Direction::new(self.position[PHI]))
+        self.swing(PHI, TrackedAngle::new(self.position[PHI]))
     }
 
     /// How the spar swings.
@@ -268,7 +268,7 @@ impl Body {
     }
 
     #[inline]
-    fn swing(&self, index: usize, near: Direction) -> Swing {
+    fn swing(&self, index: usize, near: TrackedAngle) -> Swing {
         Swing {
             sin_cos: near.to(self.position[index]).sin_cos,
             rate: self.speed[index],

@@ -7,9 +7,9 @@
 //! yaw rate and arm together.
 
 use super::inertia::Inertia;
+use super::joint::JointTerm;
 use super::ldl::{SPEEDS, Speeds};
 use super::motion::Configuration;
-use super::step::JointTerm;
 use super::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 
 /// A wheel that is eliminated from forward speed, yaw rate and arm.

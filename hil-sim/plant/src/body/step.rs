@@ -6,7 +6,7 @@
 use model::sample::MOTORS;
 
 use super::contact::{ContactMode, GEAR_BAND_RAD_S, GearMode, Linear, WHEEL_BAND_M_S};
-use super::joint::Branch;
+use super::joint::{Branch, JointTerm};
 use super::ldl::{Factored, SPEEDS, Speeds, Symmetric, add_outer, add_scaled, dot};
 use super::motion::Configuration;
 use super::paths::Contacts;
@@ -34,15 +34,6 @@ fn joint_rates(u: &Speeds) -> [f64; MOTORS] {
 /// cannot stop its `inertia` within the step; beyond that the trapezoidal rule would ring, so the end.
 fn end_weight(impulse_per_rate: f64, inertia: f64) -> f64 {
     if impulse_per_rate < inertia { 0.5 } else { 1.0 }
-}
-
-/// What a motor's joint does within a substep: its law with viscous and dry friction.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct JointTerm {
-    /// Impulse at the rate at the start.
-    pub(super) impulse: f64,
-    /// How much less impulse for each rad/s that the rate gains within the substep.
-    pub(super) damping: f64,
 }
 
 /// What of a substep is assumed, and changes until the solution agrees.

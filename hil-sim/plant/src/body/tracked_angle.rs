@@ -8,15 +8,15 @@ const SERIES_MAX_RAD: f64 = 0.002;
 
 /// An angle with its sine and cosine.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Direction {
+pub(super) struct TrackedAngle {
     /// The angle, in rad.
     pub(super) angle: f64,
     /// Its sine and cosine.
     pub(super) sin_cos: (f64, f64),
 }
 
-impl Direction {
-    /// The direction of an angle.
+impl TrackedAngle {
+    /// An angle, its sine and cosine computed afresh.
     pub(super) fn new(angle: f64) -> Self {
         Self {
             angle,
@@ -24,7 +24,7 @@ impl Direction {
         }
     }
 
-    /// The direction of another angle: by the series of a small turn, as bodies take from substep to substep, which
+    /// Another angle: by the series of a small turn, as bodies take from substep to substep, which
     /// spares most of the cost of a sine and a cosine, else afresh. The length of (sine, cosine) is brought back to 1
     /// each time: neither what the series leave out of the length nor the roundings of many turns add up in it.
     #[inline]
@@ -56,16 +56,16 @@ mod tests {
     fn a_million_turns_by_series_end_where_they_should() {
         // An arm that swings, a heading that goes round and round in turns of up to the series' largest.
         for (swing, turn) in [(0.6, 0.0), (0.0, 0.00199), (3.0, -0.001)] {
-            let mut direction = Direction::new(0.3);
+            let mut tracked = TrackedAngle::new(0.3);
             for step in 0..1_000_000_u32 {
                 let time = f64::from(step);
-                direction = direction.to(0.3 + swing * libm::sin(1e-3 * time) + turn * time);
+                tracked = tracked.to(0.3 + swing * libm::sin(1e-3 * time) + turn * time);
             }
-            let exact = Direction::new(direction.angle);
-            let error = (direction.sin_cos.0 - exact.sin_cos.0).hypot(direction.sin_cos.1 - exact.sin_cos.1);
+            let exact = TrackedAngle::new(tracked.angle);
+            let error = (tracked.sin_cos.0 - exact.sin_cos.0).hypot(tracked.sin_cos.1 - exact.sin_cos.1);
             // A rounding, and what the series leave out, each 1e-15 at most and all of one sign: 2e-9.
             assert!(error < 2e-9, "{swing} {turn}: {error}");
-            let length = direction.sin_cos.0.hypot(direction.sin_cos.1);
+            let length = tracked.sin_cos.0.hypot(tracked.sin_cos.1);
             assert!((length - 1.0).abs() < 1e-15, "{length}");
         }
     }
@@ -73,8 +73,8 @@ mod tests {
     #[test]
     fn a_large_turn_is_computed_afresh() {
         for angle in [0.31, -2.0, 1e6, f64::NAN] {
-            let (sin, cos) = Direction::new(0.3).to(angle).sin_cos;
-            let exact = Direction::new(angle).sin_cos;
+            let (sin, cos) = TrackedAngle::new(0.3).to(angle).sin_cos;
+            let exact = TrackedAngle::new(angle).sin_cos;
             assert_eq!((sin.to_bits(), cos.to_bits()), (exact.0.to_bits(), exact.1.to_bits()));
         }
     }
