@@ -20,6 +20,7 @@ pub mod response;
 pub mod roots;
 pub mod sampled;
 pub mod series;
+pub mod simplex;
 pub mod simulate;
 pub mod slip;
 pub mod spatial;
