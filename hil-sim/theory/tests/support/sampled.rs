@@ -190,7 +190,13 @@ pub fn worst_commands(vehicle: &Vehicle<f64>, seed: u64, generations: usize) -> 
     };
     let commands: Vec<f64> = targets.iter().flat_map(|(time, speed)| [*time, *speed]).collect();
     let mut noise = Noise::new(seed, 3);
-    let found = minimise(&commands, 2.0, generations, || noise.normal(), |commands| -with(commands).phi_max);
+    let found = minimise(
+        &commands,
+        2.0,
+        generations,
+        || noise.normal(),
+        |commands| -with(commands).phi_max,
+    );
     with(&found.at)
 }
 
