@@ -11,6 +11,7 @@ use theory::commands::{
 pub mod bounds;
 pub mod campaign;
 pub mod check;
+pub mod console;
 pub mod drive;
 pub mod emulated;
 pub mod link;
@@ -41,6 +42,8 @@ enum HostCommand {
     Coupled(coupled::Arguments),
     /// What a vehicle file means in SI, and whether such a vehicle can be built and driven
     Check(check::Arguments),
+    /// The vehicle in a browser: drives, shows and records a simulated, a served or the real one
+    Console(console::Arguments),
     /// The smallest final voltage or reference speed that turns the arm over
     Critical(critical::Arguments),
     /// Critical voltages over the slope, for several waveforms
@@ -76,6 +79,7 @@ pub fn main() -> ExitCode {
         Some(HostCommand::Camera(a)) => camera::run(&a),
         Some(HostCommand::Coupled(a)) => coupled::run(&a),
         Some(HostCommand::Check(a)) => check::run(&a),
+        Some(HostCommand::Console(a)) => console::run(&a),
         Some(HostCommand::Critical(a)) => critical::run(&a),
         Some(HostCommand::Envelope(a)) => envelope::run(&a),
         Some(HostCommand::Equilibrium(a)) => equilibrium::run(&a),
