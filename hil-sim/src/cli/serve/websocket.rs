@@ -326,7 +326,7 @@ mod tests {
             masked(0xC0 | BINARY, b"a reserved bit"),
             masked(PING, b"a ping in parts"),
             masked(0x80 | PING, &[0; 126]),
-            masked(0x80 | BINARY, &[0; FRAME_MAX as usize + 1]),
+            masked(0x80 | BINARY, &vec![0; FRAME_MAX as usize + 1]),
         ];
         for wire in &wrong {
             let mut reader = FrameReader { from: &wire[..] };
