@@ -2,10 +2,7 @@
 
 use std::io::Write;
 
-<<<<<<< HEAD
-=======
-use firmware::events::{Event, Line, LogBlock};
->>>>>>> main
+use firmware::events::LogBlock;
 use firmware::protocol::frame::encode;
 use firmware::protocol::message::{Answer, BoardMessage, Order, Read, Reading};
 use firmware::records::codec::{RecordBlock, Records};
@@ -146,7 +143,7 @@ impl<W: Wire> Link<W> {
             if lost > 0 {
                 console.line(&format!("({lost} older lines are gone)"))?;
             }
-            block.lines.iter().try_for_each(|line| console.line(&text(line)))
+            block.lines.iter().try_for_each(|line| console.line(&log_line(line)))
         })
     }
 
@@ -170,13 +167,7 @@ impl<W: Wire> Link<W> {
             let Some(after) = beyond(last, from) else {
                 return Err(strange());
             };
-<<<<<<< HEAD
-            for line in &block.lines {
-                console.line(&log_line(line))?;
-            }
-=======
             each(&block, block.first.saturating_sub(from))?;
->>>>>>> main
             from = after;
         }
     }
