@@ -1,6 +1,7 @@
 //! Stage 3: what the laws are asked for under each verdict, and each limit's flag, set and clear.
 
 use super::super::decide::{Laws, Wish};
+use super::super::estimate::Sines;
 use super::{BoardScales, reference, sensed_at_rest, without_spar};
 use crate::command::{Command, DriveCommand};
 use crate::estimate::Estimate;
@@ -40,14 +41,14 @@ impl Bench {
     }
 
     fn tick(&mut self, verdict: Findings) -> Wish {
-        let phi = self.estimate.phi_rad;
-        self.laws.step(
-            verdict,
-            &self.sensed,
-            &self.estimate,
-            (phi.sin(), phi.cos()),
-            &self.command,
-        )
+        let (phi, sin_slope) = (self.estimate.phi_rad, self.estimate.sin_slope);
+        let sines = Sines {
+            phi: (phi.sin(), phi.cos()),
+            slope: (sin_slope, (1.0 - sin_slope * sin_slope).sqrt()),
+            slope_turn_per_s: 0.0,
+        };
+        self.laws
+            .step(verdict, &self.sensed, &self.estimate, sines, &self.command)
     }
 }
 

@@ -127,7 +127,7 @@ impl Ride {
         let intent = Intent {
             target_m_s: speed_m_s,
             reference_m_s: speed_m_s,
-            stuck: false,
+            ..Intent::default()
         };
         self.estimator.step(&self.sensed, disarmed, intent)
     }
@@ -192,7 +192,7 @@ fn arm_slope_speed_and_way_are_followed_along_the_equations_of_motion() {
             assert!(found.is_finite());
         }
         assert!(fastest > 0.4, "{fastest} m/s");
-        let (sin, cos) = ride.estimator.phi_sin_cos();
+        let (sin, cos) = ride.estimator.sines().phi;
         let phi_rad = f64::from(libm::atan2f(sin, cos));
         assert!((phi_rad - x[PHI]).abs() < 0.012, "{phi_rad}");
         assert!((sin * sin + cos * cos - 1.0).abs() < 1e-5);
