@@ -13,6 +13,7 @@ pub mod bring_up;
 pub mod campaign;
 pub mod check;
 pub mod compare;
+pub mod console;
 pub mod drive;
 pub mod emulated;
 pub mod link;
@@ -47,6 +48,8 @@ enum HostCommand {
     Compare(compare::Arguments),
     /// What a vehicle file means in SI, and whether such a vehicle can be built and driven
     Check(check::Arguments),
+    /// The vehicle in a browser: drives, shows and records a simulated, a served or the real one
+    Console(console::Arguments),
     /// The smallest final voltage or reference speed that turns the arm over
     Critical(critical::Arguments),
     /// Critical voltages over the slope, for several waveforms
@@ -83,6 +86,7 @@ pub fn main() -> ExitCode {
         Some(HostCommand::Camera(a)) => camera::run(&a),
         Some(HostCommand::Coupled(a)) => coupled::run(&a),
         Some(HostCommand::Check(a)) => check::run(&a),
+        Some(HostCommand::Console(a)) => console::run(&a),
         Some(HostCommand::Compare(a)) => compare::run(&a),
         Some(HostCommand::Critical(a)) => critical::run(&a),
         Some(HostCommand::Envelope(a)) => envelope::run(&a),

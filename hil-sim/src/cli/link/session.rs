@@ -9,6 +9,7 @@ use firmware::protocol::message::{
 use model::supervise::arming::Mode;
 use report::error::CommandError;
 use virtual_board::link_client::LinkClient;
+use virtual_board::words::{not_changed_words, refusal_words};
 
 use super::wire::Wire;
 
@@ -262,27 +263,10 @@ fn name(order: &Order) -> &'static str {
 
 /// What a refusal means to the user.
 pub(super) fn refused(refusal: Refusal) -> CommandError {
-    CommandError::Checks(match refusal {
-        Refusal::UnknownSession => "refused: the board has booted since, or another host has taken over".into(),
-        Refusal::Late => "refused: the order reached the board too late; the link is slow".into(),
-        Refusal::Busy => "refused: the board is busy with earlier orders".into(),
-        Refusal::Blocked(blockers) => format!("not armed: blocked by {blockers}"),
-        Refusal::Stopping => "not armed: the vehicle is making a controlled stop".into(),
-        Refusal::Disarmed => "not armed: a Disarm came at the same time".into(),
-        Refusal::NotDisarmed => "refused: the vehicle is not disarmed".into(),
-        Refusal::StatusRate { max_hz } => format!("refused: the line carries {max_hz} statuses per second at most"),
-    })
+    CommandError::Checks(refusal_words(refusal))
 }
 
 /// What the board says to a change of parameters that it does not make.
 pub(super) fn not_changed(answer: &ParameterAnswer) -> CommandError {
-    CommandError::Checks(match answer {
-        ParameterAnswer::Armed => "refused: the vehicle is armed".into(),
-        ParameterAnswer::FlashFailed => "the board's flash failed; the set in force stays".into(),
-        ParameterAnswer::OutOfRange { min, max } => format!("refused: allowed is {min} to {max}"),
-        ParameterAnswer::Inconsistent { number } => {
-            format!("refused: the set contradicts itself at parameter {number} of `parameters list`, counted from 0")
-        }
-        other => format!("refused: {other:?}"),
-    })
+    CommandError::Checks(not_changed_words(answer))
 }
