@@ -234,7 +234,7 @@ fn a_request_that_is_late_is_refused_and_one_that_waits_is_replaced() {
 
 /// 200 Hz are what the line carries.
 #[test]
-fn the_host_chooses_the_statuss_rate_within_what_the_line_carries() {
+fn the_host_chooses_the_rate_of_the_status_within_what_the_line_carries() {
     let topics = topics();
     let mut bench = Bench::new(&topics);
     topics.status_rate.take();
