@@ -38,7 +38,7 @@ fn page(name: &str) -> Page {
 
 #[test]
 fn the_safety_page_names_every_code() {
-    let mut faults = String::from("| No. | Fault | Class | Meaning |\n|---|---|---|---|\n");
+    let mut faults = String::from("| No. | Fault | Class | Meaning | Remedy |\n|---|---|---|---|---|\n");
     for fault in Fault::ALL.iter().copied() {
         let classes = [
             (FaultSet::OPENING, "opens"),
@@ -54,14 +54,16 @@ fn the_safety_page_names_every_code() {
             panic!("{} is in {class:?}", fault.name())
         };
         let (name, meaning) = (fault.name(), fault.meaning().trim());
-        let _ = writeln!(faults, "| {} | {name} | {class} | {meaning} |", fault as u8);
+        let remedy = fault.remedy();
+        let _ = writeln!(faults, "| {} | {name} | {class} | {meaning} | {remedy} |", fault as u8);
     }
     generated::check("safety.md", "faults", &faults);
 
-    let mut blockers = String::from("| No. | Blocker | Meaning |\n|---|---|---|\n");
+    let mut blockers = String::from("| No. | Blocker | Meaning | Remedy |\n|---|---|---|---|\n");
     for blocker in Blocker::ALL.iter().copied() {
         let (name, meaning) = (blocker.name(), blocker.meaning().trim());
-        let _ = writeln!(blockers, "| {} | {name} | {meaning} |", blocker as u8);
+        let remedy = blocker.remedy();
+        let _ = writeln!(blockers, "| {} | {name} | {meaning} | {remedy} |", blocker as u8);
     }
     generated::check("safety.md", "blockers", &blockers);
 

@@ -194,6 +194,7 @@ fn a_client_that_vanishes_leaves_a_vehicle_that_stops() {
 fn what_cannot_be_served_is_told_before_anything_runs() {
     for (arguments, part) in [
         (&["serve", "--tcp", "0.0.0.0:0"][..], "--any-machine"),
+        (&["serve", "--websocket", "0.0.0.0:0"], "--any-machine"),
         (&["serve", "--tcp", "nowhere"], "invalid"),
         (&["serve", "--scenario", "curb"], "kerb"),
         (&["serve", "--rate", "0"], "0.01 to 100"),

@@ -192,3 +192,6 @@ impl VehicleCore {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

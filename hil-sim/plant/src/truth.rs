@@ -1,7 +1,7 @@
 //! The true state of the simulated world, for logs and metrics. The vehicle never sees it.
 
 /// The state of the simulated world at one instant, SI.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Truth {
     /// Time since the start.
     pub time_s: f64,

@@ -143,13 +143,13 @@ pub fn run_on<W: Wire, O: Write>(
 }
 
 /// A number that no tool has used before on this board: of the time and the process.
-fn nonce() -> u32 {
+pub(in crate::cli) fn nonce() -> u32 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     (since.as_micros() as u32) ^ std::process::id().rotate_left(16)
 }
 
 /// Counts how often the user asks to stop, instead of ending the program before its Disarm.
-fn interrupts() -> Result<Arc<AtomicU32>, CommandError> {
+pub(in crate::cli) fn interrupts() -> Result<Arc<AtomicU32>, CommandError> {
     let count = Arc::new(AtomicU32::new(0));
     let counter = count.clone();
     ctrlc::set_handler(move || {
@@ -315,7 +315,7 @@ impl<W: Wire> Link<W> {
 const SHOW_US: u64 = 500_000;
 
 /// One line that says who the board is.
-fn who(identity: &Identity) -> String {
+pub(in crate::cli) fn who(identity: &Identity) -> String {
     let about = identity.about;
     let [major, minor, patch] = about.version;
     format!(

@@ -3,86 +3,44 @@
 use std::path::Path;
 
 use firmware::flight_record::FlightRecord;
-use firmware::protocol::frame::{Decoder, Received};
 use firmware::protocol::message::{BoardMessage, Identity, PROTOCOL_VERSION};
-use firmware::records::codec::{BlockEncoder, RecordBlock, Records};
+use firmware::records::codec::{BlockEncoder, RecordBlock};
 use model::vehicle::Vehicle;
 use report::error::CommandError;
+use virtual_board::records::RecordFile;
 
 use super::link::memory::write_frame;
 
 /// Largest file that is read: an hour's drive has about 100 MB.
 const FILE_MAX_BYTES: u64 = 1 << 30;
 
-/// What a file of records holds.
-#[derive(Debug, Default)]
-pub struct RecordFile {
-    /// The board that made the records, if the file says so.
-    pub identity: Option<Identity>,
-    /// The records in order.
-    pub records: Vec<FlightRecord>,
-    /// Blocks of which the numbers tell that they are missing.
-    pub lost_blocks: u32,
-    /// Frames and blocks that could not be read.
-    pub unreadable: u32,
-}
-
-impl RecordFile {
-    /// Reads a file, also one that breaks off.
-    ///
-    /// # Errors
-    /// [`CommandError::Input`]: the file cannot be read, is too large, has nothing readable in it, or is of another
-    /// protocol.
-    pub fn read(path: &Path) -> Result<Self, CommandError> {
-        let wrong = |why: &dyn std::fmt::Display| CommandError::Input(format!("{}: {why}", path.display()));
-        let length = std::fs::metadata(path).map_err(|error| wrong(&error))?.len();
-        if length > FILE_MAX_BYTES {
-            return Err(wrong(&format!(
-                "{length} bytes, more than the {FILE_MAX_BYTES} of any drive"
-            )));
-        }
-        let bytes = std::fs::read(path).map_err(|error| wrong(&error))?;
-        let file = Self::parse(&bytes);
-        if let Some(identity) = file.identity.filter(|identity| identity.protocol != PROTOCOL_VERSION) {
-            return Err(wrong(&format!(
-                "records of protocol {}, this tool reads {PROTOCOL_VERSION}",
-                identity.protocol
-            )));
-        }
-        if file.records.is_empty() {
-            return Err(wrong(
-                &"no records in it; `hil-sim drive --record` and `hil-sim link record` write such files",
-            ));
-        }
-        Ok(file)
+/// Reads a file, also one that breaks off.
+///
+/// # Errors
+/// [`CommandError::Input`]: the file cannot be read, is too large, has nothing readable in it, or is of another
+/// protocol.
+pub fn read(path: &Path) -> Result<RecordFile, CommandError> {
+    let wrong = |why: &dyn std::fmt::Display| CommandError::Input(format!("{}: {why}", path.display()));
+    let length = std::fs::metadata(path).map_err(|error| wrong(&error))?.len();
+    if length > FILE_MAX_BYTES {
+        return Err(wrong(&format!(
+            "{length} bytes, more than the {FILE_MAX_BYTES} of any drive"
+        )));
     }
-
-    fn parse(bytes: &[u8]) -> Self {
-        let mut file = Self::default();
-        let mut decoder = Decoder::new();
-        let mut next: Option<u32> = None;
-        for byte in bytes {
-            match decoder.push::<BoardMessage>(*byte) {
-                Received::Bad | Received::Overlong => file.unreadable += 1,
-                Received::Message(BoardMessage::Identity(identity)) => {
-                    file.identity.get_or_insert(identity);
-                    next = None;
-                }
-                Received::Message(BoardMessage::Records(block)) => {
-                    file.lost_blocks += next.map_or(0, |next| block.number.wrapping_sub(next));
-                    next = Some(block.number.wrapping_add(1));
-                    for record in Records::new(&block.bytes) {
-                        match record {
-                            Ok(record) => file.records.push(record),
-                            Err(_) => file.unreadable += 1,
-                        }
-                    }
-                }
-                Received::Nothing | Received::Message(_) => {}
-            }
-        }
-        file
+    let bytes = std::fs::read(path).map_err(|error| wrong(&error))?;
+    let file = RecordFile::parse(&bytes);
+    if let Some(identity) = file.identity.filter(|identity| identity.protocol != PROTOCOL_VERSION) {
+        return Err(wrong(&format!(
+            "records of protocol {}, this tool reads {PROTOCOL_VERSION}",
+            identity.protocol
+        )));
     }
+    if file.records.is_empty() {
+        return Err(wrong(
+            &"no records in it; `hil-sim drive --record` and `hil-sim link record` write such files",
+        ));
+    }
+    Ok(file)
 }
 
 /// The bytes of a file with the `records` of a board that was built for `vehicle`.

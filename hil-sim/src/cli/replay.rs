@@ -5,15 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
-use model::sample::Actuation;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use report::error::CommandError;
 use report::output::{print, print_json};
 use serde::Serialize;
+use virtual_board::records::first_field;
 
 use super::drive::{load_vehicle, vehicle_f32};
-use super::record_file::RecordFile;
+use super::record_file;
 
 /// Flags of `replay`.
 #[derive(Debug, Args)]
@@ -66,7 +66,7 @@ struct ReplayJson {
 /// [`CommandError::Input`] for a file that is none, or whose records do not begin with the board's boot;
 /// [`CommandError::Checks`] if the replay drives otherwise, or ticks are missing.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let file = RecordFile::read(&arguments.file)?;
+    let file = record_file::read(&arguments.file)?;
     let vehicle = vehicle_f32(&load_vehicle(arguments.vehicle.as_deref())?)?;
     let (Some(first), Some(last)) = (file.records.first(), file.records.last()) else {
         return Err(CommandError::Input("no records".into()));
@@ -130,18 +130,6 @@ fn difference(vehicle: &Vehicle<f32>, records: &[FlightRecord]) -> Option<Replay
     })
 }
 
-/// The first field in which two actuations differ, and its values.
-fn first_field(recorded: Actuation, replayed: Actuation) -> Option<(&'static str, i32, i32)> {
-    let fields = |actuation: Actuation| {
-        let [left, right, ballast] = actuation.duty.map(i32::from);
-        [i32::from(actuation.enable), left, right, ballast]
-    };
-    let names = ["enable", "left duty", "right duty", "ballast duty"];
-    let values = fields(recorded).into_iter().zip(fields(replayed));
-    let (name, (recorded, replayed)) = names.into_iter().zip(values).find(|(_, (a, b))| a != b)?;
-    Some((name, recorded, replayed))
-}
-
 fn table(result: &ReplayJson) -> String {
     let ReplayJson {
         ticks,
@@ -162,25 +150,4 @@ fn table(result: &ReplayJson) -> String {
     format!(
         "{ticks} ticks from {from_s:.3} to {to_s:.3} s, {lost_blocks} blocks lost, {unreadable} frames unreadable\n{what}\n"
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_first_field_that_differs_is_named() {
-        let a = Actuation {
-            enable: true,
-            duty: [1, -2, 3],
-        };
-        assert_eq!(first_field(a, a), None);
-        let mut b = a;
-        b.duty[2] = 4;
-        assert_eq!(first_field(a, b), Some(("ballast duty", 3, 4)));
-        b.duty[1] = 5;
-        assert_eq!(first_field(a, b), Some(("right duty", -2, 5)));
-        b.enable = false;
-        assert_eq!(first_field(a, b), Some(("enable", 1, 0)));
-    }
 }

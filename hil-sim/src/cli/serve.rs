@@ -18,9 +18,12 @@ use super::drive::{self, load_scenario, load_vehicles};
 
 mod hub;
 mod ports;
+mod sha1;
+pub(super) mod websocket;
 
 use hub::{ClientId, Hub};
-use ports::{ClientOutput, PortEvent, listen_tcp, open_pty};
+use ports::{ClientOutput, PortEvent, listen, open_pty, serve_tcp};
+use websocket::serve_websocket;
 
 /// Flags of `serve`.
 #[derive(Debug, Args)]
@@ -29,10 +32,13 @@ pub struct Arguments {
     /// A pseudo-terminal, which clients open like a serial port
     #[arg(long)]
     pty: bool,
-    /// A TCP address; 127.0.0.1:5760 if neither this nor --pty is given
+    /// A TCP address; 127.0.0.1:5760 if no port is given
     #[arg(long, value_name = "ADDRESS")]
     tcp: Option<SocketAddr>,
-    /// Let other machines than this one reach the TCP address
+    /// An address for WebSockets, such as 127.0.0.1:5761: for `hil-sim console`, and for no page from another machine
+    #[arg(long, value_name = "ADDRESS")]
+    websocket: Option<SocketAddr>,
+    /// Let other machines than this one reach the addresses
     #[arg(long)]
     any_machine: bool,
     /// Scenario whose ground and events the vehicle meets, file or name; its operator's steps are the client's business
@@ -56,6 +62,7 @@ const EXAMPLES: &str = "\
 Examples:
   hil-sim serve --pty
   hil-sim serve --tcp 127.0.0.1:5760 --scenario kerb
+  hil-sim serve --websocket 127.0.0.1:5761
   hil-sim link --port tcp:127.0.0.1:5760 status";
 
 /// Where the board listens if nothing else is said.
@@ -97,15 +104,22 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let backend = VirtualBackend::boot(&vehicle, plant).map_err(|error| input(error.to_string()))?;
 
     let (events, happened) = channel();
-    let tcp = arguments.tcp.or((!arguments.pty).then_some(DEFAULT_TCP));
-    if let Some(address) = tcp {
-        if !address.ip().is_loopback() && !arguments.any_machine {
+    let other = arguments.pty || arguments.websocket.is_some();
+    let tcp = arguments.tcp.or((!other).then_some(DEFAULT_TCP));
+    for (flag, address) in [("--tcp", tcp), ("--websocket", arguments.websocket)] {
+        if let Some(address) = address.filter(|address| !address.ip().is_loopback() && !arguments.any_machine) {
             return Err(input(format!(
-                "--tcp {address}: other machines could drive; --any-machine lets them"
+                "{flag} {address}: other machines could drive; --any-machine lets them"
             )));
         }
-        let bound = listen_tcp(address, events.clone())?;
+    }
+    if let Some(address) = tcp {
+        let bound = listen("--tcp", address, events.clone(), serve_tcp)?;
         print(&format!("board at tcp:{bound}\n"))?;
+    }
+    if let Some(address) = arguments.websocket {
+        let bound = listen("--websocket", address, events.clone(), serve_websocket)?;
+        print(&format!("board at ws://{bound}\n"))?;
     }
     if arguments.pty {
         print(&format!("board at {}\n", open_pty(events.clone())?))?;

@@ -6,8 +6,8 @@
 //!
 //! PLANTS vehicles (1000 if left out) whose nine parameters are off by up to 20 % step from 0 to 1; DRIVES (100000) drives of
 //! random steps on random slopes with random plants and supplies; from the CLIMBS (100) worst of these in which the arm swings
-//! beyond where it stands, an optimiser moves
-//! times and speeds of the commands to where the arm swings furthest, 200 drives each. Prints the seed of the worst.
+//! beyond where it stands, an
+//! optimiser (CMA-ES) moves times and speeds of the commands to where the arm swings furthest, some 200 drives each. Prints the seed of the worst.
 
 use std::error::Error;
 
@@ -17,8 +17,8 @@ use rayon::prelude::*;
 mod sampled;
 use sampled::{eq_3_25_vehicle, perturbed_step, vehicle, wild_drive, worst_commands};
 
-/// Drives of one climb.
-const EVALUATIONS: usize = 200;
+/// Generations of one climb.
+const GENERATIONS: usize = 20;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -84,7 +84,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     seeds.truncate(climbs as usize);
     let climbed: Vec<_> = seeds
         .into_par_iter()
-        .map(|seed| (seed, worst_commands(&vehicle, seed as u64, EVALUATIONS)))
+        .map(|seed| (seed, worst_commands(&vehicle, seed as u64, GENERATIONS)))
         .collect();
     if let Some((seed, worst)) = climbed.iter().max_by(|a, b| a.1.phi_max.total_cmp(&b.1.phi_max)) {
         println!(

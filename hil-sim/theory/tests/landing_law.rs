@@ -83,7 +83,7 @@ fn the_worst_commands_do_not_whirl() {
         .collect();
     random.sort_by(|a, b| b.1.total_cmp(&a.1));
     for (seed, phi_max) in random.into_iter().take(4) {
-        let found = worst_commands(&landing, seed, 100);
+        let found = worst_commands(&landing, seed, 10);
         println!("seed {seed}: {phi_max:.3} rad, optimised {:.3} rad", found.phi_max);
         assert!(
             found.phi_max >= phi_max && found.phi_max < 1.4,
@@ -97,7 +97,7 @@ fn the_worst_commands_do_not_whirl() {
         .collect();
     let whirls = spared
         .iter()
-        .filter(|seed| worst_commands(&unprotected, **seed, 100).phi_max > 3.1)
+        .filter(|seed| worst_commands(&unprotected, **seed, 10).phi_max > 3.1)
         .count();
     println!("Eq. 3.25: {whirls} of {} that chance spared", spared.len());
     assert!(

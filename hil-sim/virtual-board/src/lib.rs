@@ -10,4 +10,6 @@ pub mod ages;
 pub mod board;
 pub mod campaign;
 pub mod link_client;
+pub mod records;
 pub mod scenario;
+pub mod words;

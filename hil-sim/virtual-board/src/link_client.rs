@@ -3,12 +3,14 @@
 
 use std::collections::VecDeque;
 
+use firmware::parameters;
 use firmware::protocol::frame::{Decoder, Received, encode};
 use firmware::protocol::message::{
     Answer, BoardMessage, BoardStatus, Envelope, HostMessage, Identity, Order, OrderId, PROTOCOL_VERSION, Reading,
     Refusal,
 };
 use firmware::records::codec::RecordBlock;
+use model::vehicle::VehicleParameters;
 
 /// Answers that are kept for whoever asks for them; older ones go first.
 const ANSWERS_MAX: usize = 32;
@@ -155,8 +157,9 @@ impl LinkClient {
     /// Takes bytes from the board, which arrived at `now_us`.
     pub fn receive(&mut self, now_us: u64, bytes: &[u8]) {
         self.bytes += bytes.len() as u64;
-        for byte in bytes {
-            match self.decoder.push(*byte) {
+        let mut rest = bytes;
+        while let Some(received) = self.decoder.next_of(&mut rest) {
+            match received {
                 Received::Nothing => {}
                 Received::Bad | Received::Overlong => self.unreadable_frames += 1,
                 Received::Message(message) => {
@@ -241,6 +244,19 @@ impl LinkClient {
         self.clock = Some(BoardClock::observe(self.clock, now_us, status.vehicle.time_us));
         self.status = Some(*status);
     }
+}
+
+/// The kind of vehicle that a board's parameters are of, from the schema in the board's identity: with a spar, or
+/// without. The values are the reference vehicle's. `None` if these are other parameters than this host knows.
+pub fn board_kind(schema: u32) -> Option<VehicleParameters<f32>> {
+    let with_spar = vehicle_file::reference().ok()?.parameters().cast::<f32>();
+    let without = VehicleParameters {
+        spar: None,
+        ..with_spar
+    };
+    [with_spar, without]
+        .into_iter()
+        .find(|kind| parameters::schema(kind) == schema)
 }
 
 /// One message as a frame.

@@ -47,12 +47,18 @@ pub struct TiltReading {
 }
 
 impl TiltReading {
-    /// The square of the specific force in the plane, g^2.
-    pub fn force_squared_g2(&self) -> f32 {
+    /// Whether the accelerometer feels about the weight of a vehicle that stands on its wheels.
+    pub fn weighs(&self) -> bool {
         let (x, z) = (self.force_x_m_s2, self.force_z_m_s2);
-        (x * x + z * z) / (G * G)
+        let squared_g2 = (x * x + z * z) / (G * G);
+        (WEIGHT_MIN_G * WEIGHT_MIN_G..WEIGHT_MAX_G * WEIGHT_MAX_G).contains(&squared_g2)
     }
 }
+
+/// Range of the specific force, in g, in which the accelerometer shows where down is: below, the vehicle falls; above,
+/// it lands.
+const WEIGHT_MIN_G: f32 = 0.5;
+const WEIGHT_MAX_G: f32 = 2.0;
 
 /// How far the accelerometer shows where down is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,6 +101,7 @@ pub struct TiltEstimator {
     horizontal: LowPass,
     acceleration_rad_s2: f32,
     error: f32,
+    unfiltered_error: f32,
 }
 
 /// Slow-down of the angle's correction while the wheels slide: not 0, so that a slide that is none cannot keep a wrong
@@ -136,6 +143,7 @@ impl TiltEstimator {
             horizontal: LowPass::new(dt_s, axle_lag_s),
             acceleration_rad_s2: 0.0,
             error: 0.0,
+            unfiltered_error: 0.0,
         }
     }
 
@@ -171,6 +179,7 @@ impl TiltEstimator {
             self.horizontal.update(horizontal);
         }
         // g sin(phi_measured - phi): no inverse function, and bounded for any reading.
+        self.unfiltered_error = ((horizontal - a * cos_slope) / G).bounded(-1.0, 1.0);
         let error = (self.horizontal.value() - a * cos_slope) / G;
         let error = error.bounded(-1.0, 1.0);
         self.error = error;
@@ -229,6 +238,11 @@ impl TiltEstimator {
     /// Sine of the angle between accelerometer and estimate in the last update, bounded to +-1.
     pub fn error(&self) -> f32 {
         self.error
+    }
+
+    /// The same without the filter that makes the accelerometer as late as the axle's acceleration.
+    pub fn unfiltered_error(&self) -> f32 {
+        self.unfiltered_error
     }
 
     /// The learnt gyro bias, rad/s.

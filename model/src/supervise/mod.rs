@@ -8,4 +8,5 @@ pub mod arming;
 pub mod codes;
 pub mod motor_watch;
 pub mod plausibility;
+pub mod remedies;
 pub mod supervisor;

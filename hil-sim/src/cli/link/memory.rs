@@ -2,12 +2,12 @@
 
 use std::io::Write;
 
-use firmware::events::{Event, Line};
+use firmware::events::LogBlock;
 use firmware::protocol::frame::encode;
 use firmware::protocol::message::{Answer, BoardMessage, Order, Read, Reading};
 use firmware::records::codec::{RecordBlock, Records};
-use model::supervise::codes::Fault;
 use report::error::CommandError;
+use virtual_board::words::{fault_name, log_line};
 
 use super::console::Console;
 use super::session::{Link, refused};
@@ -139,14 +139,27 @@ impl<W: Wire> Link<W> {
     /// # Errors
     /// Silence, or the output is closed.
     pub fn show_log<O: Write>(&mut self, console: &mut Console<O>) -> Result<(), CommandError> {
+        self.log(|block, lost| {
+            if lost > 0 {
+                console.line(&format!("({lost} older lines are gone)"))?;
+            }
+            block.lines.iter().try_for_each(|line| console.line(&log_line(line)))
+        })
+    }
+
+    /// Reads the board's log: `each` gets every block of lines, and how many lines before it are gone.
+    ///
+    /// # Errors
+    /// Silence, or what `each` finds.
+    pub(in crate::cli) fn log(
+        &mut self,
+        mut each: impl FnMut(&LogBlock, u32) -> Result<(), CommandError>,
+    ) -> Result<(), CommandError> {
         let mut from = 0;
         loop {
             let Reading::Log(block) = self.read_memory(Read::Log { from })? else {
                 return Err(strange());
             };
-            if block.first > from {
-                console.line(&format!("({} older lines are gone)", block.first - from))?;
-            }
             if block.lines.is_empty() {
                 return Ok(());
             }
@@ -154,9 +167,7 @@ impl<W: Wire> Link<W> {
             let Some(after) = beyond(last, from) else {
                 return Err(strange());
             };
-            for line in &block.lines {
-                console.line(&text(line))?;
-            }
+            each(&block, block.first.saturating_sub(from))?;
             from = after;
         }
     }
@@ -201,14 +212,6 @@ impl<W: Wire> Link<W> {
     }
 }
 
-/// A fault's number and name.
-fn fault_name(number: u8) -> String {
-    match Fault::ALL.iter().find(|fault| **fault as u8 == number) {
-        Some(fault) => format!("fault {number}: {}", fault.name()),
-        None => format!("fault {number}"),
-    }
-}
-
 /// The number behind `number`, if that is at least `from`: whatever a board answers, reading its memory ends.
 fn beyond(number: u32, from: u32) -> Option<u32> {
     if number < from { None } else { number.checked_add(1) }
@@ -216,28 +219,4 @@ fn beyond(number: u32, from: u32) -> Option<u32> {
 
 fn strange() -> CommandError {
     CommandError::Checks("a strange answer about the board's memory".into())
-}
-
-/// One line of the log in words.
-fn text(line: &Line) -> String {
-    let what = match line.event {
-        Event::Booted(cause) => format!("booted, reset by {}", cause.name()),
-        Event::InternalClock => "no external clock: the board runs from its own oscillator".into(),
-        Event::Crashed => "the last run ended in a panic or a hardware fault".into(),
-        Event::Calibrated => "gyros calibrated".into(),
-        Event::Mode(mode) => mode.name().into(),
-        Event::Fault(number) => fault_name(number),
-        Event::NotArmed(blockers) => format!("not armed: blocked by {blockers}"),
-        Event::SetStored => "parameters: new set stored and in force".into(),
-        Event::FlashFailed => "parameters: not stored, the flash failed".into(),
-        Event::ImuStarted(place) => format!("{} IMU: started", place.name()),
-        Event::ImuLost(place) => format!("{} IMU: no samples, restarting", place.name()),
-        Event::ImuNotStarted(place) => format!("{} IMU: does not start", place.name()),
-        Event::SetMigrated { defaults, dropped } => format!(
-            "parameters: set of another firmware, read by name: {defaults} new ones as built in, {dropped} unknown ones \
-             dropped"
-        ),
-        Event::SetLost => "parameters: the stored set cannot be believed, built-in set, arming is blocked".into(),
-    };
-    format!("{:>4}.{:06} {what}", line.time_us / 1_000_000, line.time_us % 1_000_000)
 }

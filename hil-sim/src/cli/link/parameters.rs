@@ -5,6 +5,7 @@ use firmware::protocol::message::{ParameterAnswer, ParameterRequest};
 use model::vehicle::VehicleParameters;
 use report::error::CommandError;
 use vehicle_file::{Difference, diff};
+use virtual_board::link_client::board_kind;
 
 use super::session::{Link, not_changed};
 use super::wire::Wire;
@@ -21,31 +22,27 @@ impl<W: Wire> Link<W> {
             .ok_or_else(|| CommandError::Checks("the board has not said who it is".into()))?
             .about
             .schema;
-        let reference = vehicle_file::reference().map_err(|error| CommandError::Other(error.to_string()))?;
-        let with_spar = reference.parameters().cast::<f32>();
-        let without = VehicleParameters {
-            spar: None,
-            ..with_spar
-        };
-        let kind = [with_spar, without]
-            .into_iter()
-            .find(|kind| parameters::schema(kind) == schema);
-        kind.ok_or_else(|| {
+        board_kind(schema).ok_or_else(|| {
             CommandError::Checks(
                 "the board's firmware has other parameters than this tool: build both from one tree".into(),
             )
         })
     }
 
+    /// Whether the board's vehicle has a spar.
+    pub(in crate::cli) fn has_spar(&self) -> Result<bool, CommandError> {
+        Ok(self.kind()?.spar.is_some())
+    }
+
     /// The number of a parameter.
-    pub(super) fn number_of(&self, table: &str, name: &str) -> Result<u16, CommandError> {
+    pub(in crate::cli) fn number_of(&self, table: &str, name: &str) -> Result<u16, CommandError> {
         self.kind()?
             .number_of(table, name)
             .ok_or_else(|| CommandError::Checks(format!("the board has no {table}.{name}")))
     }
 
     /// One value of the set in force.
-    fn read(&mut self, number: u16) -> Result<f32, CommandError> {
+    pub(in crate::cli) fn read(&mut self, number: u16) -> Result<f32, CommandError> {
         match self.ask(ParameterRequest::Read { number })? {
             ParameterAnswer::Value {
                 number: echoed, value, ..

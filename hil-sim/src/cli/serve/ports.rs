@@ -17,7 +17,7 @@ use report::error::CommandError;
 use super::hub::ClientId;
 
 /// Pieces of output that wait for a client that does not read; further ones are lost to it.
-const WAITING_MAX: usize = 256;
+pub(super) const WAITING_MAX: usize = 256;
 
 /// What happens at a port.
 pub enum PortEvent {
@@ -34,6 +34,11 @@ pub enum PortEvent {
 pub struct ClientOutput(SyncSender<Vec<u8>>);
 
 impl ClientOutput {
+    /// What is sent waits in `output` for the thread that writes it.
+    pub(super) fn new(output: SyncSender<Vec<u8>>) -> Self {
+        Self(output)
+    }
+
     /// Sends bytes; a client that does not read loses them. Whether the client is still there.
     pub fn send(&self, bytes: &[u8]) -> bool {
         !matches!(self.0.try_send(bytes.to_vec()), Err(TrySendError::Disconnected(_)))
@@ -43,7 +48,8 @@ impl ClientOutput {
 /// Numbers clients in the order of coming.
 static CLIENTS: AtomicU64 = AtomicU64::new(1);
 
-fn next_client() -> ClientId {
+/// The number of the next client.
+pub(super) fn next_client() -> ClientId {
     CLIENTS.fetch_add(1, Ordering::Relaxed)
 }
 
@@ -74,18 +80,24 @@ fn read_all(client: ClientId, mut from: impl Read, events: &Sender<PortEvent>) {
     let _ = events.send(PortEvent::Left(client));
 }
 
-/// Listens at a TCP address and returns the address, with the port that the system chose for port 0.
+/// Listens at the address that `flag` names, lets `serve` begin with each client, and returns the address, with the port
+/// that the system chose for port 0.
 ///
 /// # Errors
 /// [`CommandError::Input`]: the address is taken, or not of this machine.
-pub fn listen_tcp(address: SocketAddr, events: Sender<PortEvent>) -> Result<SocketAddr, CommandError> {
-    let wrong = |error: std::io::Error| CommandError::Input(format!("--tcp {address}: {error}"));
+pub fn listen(
+    flag: &str,
+    address: SocketAddr,
+    events: Sender<PortEvent>,
+    serve: fn(TcpStream, Sender<PortEvent>) -> std::io::Result<()>,
+) -> Result<SocketAddr, CommandError> {
+    let wrong = |error: std::io::Error| CommandError::Input(format!("{flag} {address}: {error}"));
     let listener = TcpListener::bind(address).map_err(wrong)?;
     let bound = listener.local_addr().map_err(wrong)?;
     thread::spawn(move || {
         for stream in listener.incoming() {
             let Ok(stream) = stream else { continue };
-            let came = serve_tcp(stream, &events);
+            let came = serve(stream, events.clone());
             if came.is_err() && events.send(PortEvent::Left(0)).is_err() {
                 return;
             }
@@ -95,13 +107,15 @@ pub fn listen_tcp(address: SocketAddr, events: Sender<PortEvent>) -> Result<Sock
 }
 
 /// Starts the two threads of a TCP client.
-fn serve_tcp(stream: TcpStream, events: &Sender<PortEvent>) -> std::io::Result<()> {
+///
+/// # Errors
+/// Those of the socket.
+pub fn serve_tcp(stream: TcpStream, events: Sender<PortEvent>) -> std::io::Result<()> {
     stream.set_nodelay(true)?;
     let name = format!("tcp {}", stream.peer_addr()?);
     let (writer, client) = (stream.try_clone()?, next_client());
     let (output, waiting) = sync_channel(WAITING_MAX);
     if events.send(PortEvent::Came(client, name, ClientOutput(output))).is_ok() {
-        let events = events.clone();
         thread::spawn(move || write_all(&waiting, writer));
         thread::spawn(move || read_all(client, stream, &events));
     }

@@ -3,8 +3,8 @@
 
 use model::vehicle::{GRAVITY_M_S2, Vehicle, VehicleParameters};
 use plant::noise::Noise;
+use theory::analysis::cma_es::minimise;
 use theory::analysis::sampled::{Factors, SampledDrive, SampledPlant, SampledRow, SampledSensing};
-use theory::analysis::simplex::maximise;
 
 /// The reference vehicle, changed.
 pub fn vehicle(change: impl FnOnce(&mut VehicleParameters<f64>)) -> Vehicle<f64> {
@@ -179,9 +179,8 @@ fn wild_start(vehicle: &Vehicle<f64>, seed: u64) -> (SampledPlant, Vec<(f64, f64
     (plant, targets)
 }
 
-/// The random drive of `seed`, whose commands a simplex search moves, times and speeds, to where the arm swings furthest,
-/// in about `evaluations` drives.
-pub fn worst_commands(vehicle: &Vehicle<f64>, seed: u64, evaluations: usize) -> Wild {
+/// The random drive of `seed`, whose commands a search moves, times and speeds, to where the arm swings furthest.
+pub fn worst_commands(vehicle: &Vehicle<f64>, seed: u64, generations: usize) -> Wild {
     let (plant, targets) = wild_start(vehicle, seed);
     let with = |commands: &[f64]| {
         let clamp = |pair: &[f64]| (pair[0].clamp(0.0, WILD_DURATION), pair[1].clamp(-6.0, 6.0));
@@ -190,8 +189,15 @@ pub fn worst_commands(vehicle: &Vehicle<f64>, seed: u64, evaluations: usize) -> 
         wild(vehicle, plant, &moved)
     };
     let commands: Vec<f64> = targets.iter().flat_map(|(time, speed)| [*time, *speed]).collect();
-    let found = maximise(|commands| with(commands).phi_max, &commands, 2.0, evaluations);
-    with(&found.point)
+    let mut noise = Noise::new(seed, 3);
+    let found = minimise(
+        &commands,
+        2.0,
+        generations,
+        || noise.normal(),
+        |commands| -with(commands).phi_max,
+    );
+    with(&found.at)
 }
 
 /// A drive through `targets`.

@@ -147,9 +147,28 @@ impl Trace {
 
 /// The 64-bit FNV-1a hash of bytes.
 pub fn fnv1a(bytes: impl Iterator<Item = u8>) -> u64 {
-    bytes.fold(FNV_OFFSET, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(FNV_PRIME)
-    })
+    bytes.fold(FNV_OFFSET, next_hash)
+}
+
+/// The 64-bit FNV-1a hash of bytes that come one after the other.
+#[derive(Debug, Clone, Copy)]
+pub struct Fnv1a(pub u64);
+
+impl Default for Fnv1a {
+    fn default() -> Self {
+        Self(FNV_OFFSET)
+    }
+}
+
+impl Fnv1a {
+    /// Takes the next bytes.
+    pub fn take(&mut self, bytes: &[u8]) {
+        self.0 = bytes.iter().copied().fold(self.0, next_hash);
+    }
+}
+
+fn next_hash(hash: u64, byte: u8) -> u64 {
+    (hash ^ u64::from(byte)).wrapping_mul(FNV_PRIME)
 }
 
 /// Constants of the 64-bit FNV-1a hash.

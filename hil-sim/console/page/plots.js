@@ -1,0 +1,134 @@
+// Live plots with one cursor.
+
+// Of each plot: its name, unit, and lines: name, place in the history, colour, dash.
+const SOLID = [];
+const DASHED = [8, 5];
+const DOTTED = [2, 4];
+const PLOTS = [
+  ["Speed", "m/s", [["commanded", "commanded_speed", "--c2", DASHED], ["reference", "reference_speed", "--c3", DOTTED], ["estimated", "speed", "--c1", SOLID], ["true", "true_speed", "--c4", DASHED]]],
+  ["Angles", "°", [["arm", "phi", "--c1", SOLID], ["arm, true", "true_phi", "--c4", DASHED], ["spar", "spar", "--c3", SOLID], ["slope", "slope", "--c2", DOTTED]]],
+  ["Yaw rate", "rad/s", [["commanded", "commanded_yaw", "--c2", DASHED], ["reference", "reference_yaw", "--c3", DOTTED], ["estimated", "yaw", "--c1", SOLID], ["true", "true_yaw", "--c4", DASHED]]],
+  ["Voltages", "V", [["left", "voltage_left", "--c1", SOLID], ["right", "voltage_right", "--c2", DASHED], ["ballast", "voltage_ballast", "--c3", DOTTED], ["supply", "battery", "--c6", SOLID]]],
+  ["Currents", "A", [["left", "current_left", "--c1", SOLID], ["right", "current_right", "--c2", DASHED], ["ballast", "current_ballast", "--c3", DOTTED]]],
+  ["Slip", "m/s", [["left, true", "slip_left", "--c1", SOLID], ["right, true", "slip_right", "--c2", DASHED]]],
+];
+const NAMES = [...new Set(PLOTS.flatMap(([, , lines]) => lines.map(([, column]) => column)))];
+// Rows that a live history keeps: two minutes.
+const ROWS_MAX = 12_000;
+
+/** What was, column by column. */
+export class History {
+  constructor(rowsMax = ROWS_MAX) {
+    this.rowsMax = rowsMax;
+    this.times = [];
+    this.columns = Object.fromEntries(NAMES.map((name) => [name, []]));
+  }
+
+  push(time, row) {
+    // The board has booted: its clock begins again.
+    if (this.times.length && time < this.times.at(-1)) this.clear();
+    this.times.push(time);
+    for (const name of NAMES) this.columns[name].push(row[name] ?? null);
+    if (this.times.length > this.rowsMax * 1.2) {
+      const surplus = this.times.length - this.rowsMax;
+      for (const column of [this.times, ...Object.values(this.columns)]) column.splice(0, surplus);
+    }
+  }
+
+  clear() {
+    this.times.length = 0;
+    for (const column of Object.values(this.columns)) column.length = 0;
+  }
+
+  /** Place of the first time that is at least `time`. */
+  place(time) {
+    let [low, high] = [0, this.times.length];
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] < time) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+}
+
+export class Plots {
+  constructor(parent) {
+    this.parent = parent;
+    this.plots = [];
+    this.visible = new Set();
+    this.watcher = new IntersectionObserver((entries) => {
+      for (const { target, isIntersecting } of entries) {
+        if (isIntersecting) this.visible.add(target);
+        else this.visible.delete(target);
+      }
+    }, { rootMargin: "100px" });
+    new ResizeObserver(() => this.resize()).observe(parent);
+    this.build();
+  }
+
+  /** Builds the plots, in the colours of the present theme. */
+  build() {
+    for (const { plot, box } of this.plots) {
+      this.watcher.unobserve(box);
+      plot.destroy();
+    }
+    this.parent.replaceChildren();
+    this.visible.clear();
+    const style = getComputedStyle(document.documentElement);
+    const colour = (name) => style.getPropertyValue(name).trim();
+    const axis = { stroke: colour("--quiet"), grid: { stroke: colour("--line"), width: 1 }, ticks: { stroke: colour("--line") } };
+    this.plots = PLOTS.map(([title, unit, lines]) => {
+      const box = document.createElement("div");
+      box.className = "plot";
+      const head = document.createElement("h3");
+      head.textContent = `${title}, ${unit}`;
+      box.append(head);
+      this.parent.append(box);
+      const options = {
+        width: this.width(),
+        height: 190,
+        cursor: { sync: { key: "console" }, drag: { x: true, y: false } },
+        legend: {
+          markers: {
+            width: 3,
+            stroke: (_, n) => (n ? colour(lines[n - 1][2]) : "transparent"),
+            fill: () => "transparent",
+            dash: (_, n) => ({ [SOLID]: "solid", [DASHED]: "dashed", [DOTTED]: "dotted" })[lines[n - 1]?.[3]] ?? "solid",
+          },
+        },
+        scales: { x: { time: false } },
+        axes: [{ ...axis, values: (_, ticks) => ticks.map((tick) => `${tick} s`) }, { ...axis, size: 52 }],
+        series: [
+          { label: "t", value: (_, value) => (value == null ? "–" : `${value.toFixed(2)} s`) },
+          ...lines.map(([label, , name, dash]) => ({
+            label, stroke: colour(name), dash, width: 1.8, spanGaps: false, points: { show: false },
+            value: (_, value) => (value == null ? "–" : value.toFixed(2)),
+          })),
+        ],
+      };
+      const plot = new uPlot(options, [[], ...lines.map(() => [])], box);
+      this.watcher.observe(box);
+      return { plot, box, lines };
+    });
+  }
+
+  width() {
+    const columns = Math.max(1, Math.floor((this.parent.clientWidth + 14) / 444));
+    return Math.max(240, Math.floor((this.parent.clientWidth - 14 * (columns - 1)) / columns));
+  }
+
+  resize() {
+    const width = this.width();
+    for (const { plot } of this.plots) if (plot.width !== width) plot.setSize({ width, height: 190 });
+  }
+
+  /** Draws a history from place `from` on. */
+  draw(history, from) {
+    const times = history.times.slice(from);
+    for (const { plot, box, lines } of this.plots) {
+      if (!this.visible.has(box)) continue;
+      plot.setData([times, ...lines.map(([, column]) => history.columns[column].slice(from))]);
+    }
+  }
+}

@@ -1,0 +1,139 @@
+// Recording into a file, and replaying one through the same step.
+import { tell } from "./panels.js";
+import { download } from "./parameters.js";
+import { History } from "./plots.js";
+
+const element = (id) => document.getElementById(id);
+// Ticks of one go of a replay.
+const GO_TICKS = 5000;
+// Statuses per second of a replay: every tenth tick.
+const STATUS_S = 0.01;
+
+export class Records {
+  /** `host`: link(), vehicleFile(), show(status), row(status). */
+  constructor(host) {
+    this.host = host;
+    this.module = null;
+    this.replaying = false;
+    this.dirty = false;
+    this.statuses = [];
+    this.history = new History(Infinity);
+    this.on = false;
+    element("record").addEventListener("click", () => this.toggle());
+    element("replay").addEventListener("change", ({ target }) => this.open(target));
+    element("scrub").addEventListener("input", () => this.show());
+    element("play").addEventListener("click", () => this.play(!this.playing));
+    element("end-replay").addEventListener("click", () => this.end());
+  }
+
+  get mode() {
+    return this.statuses[element("scrub").value]?.mode ?? "none";
+  }
+
+  toggle() {
+    const link = this.host.link();
+    if (!link) {
+      tell("recording: no board is connected");
+      return;
+    }
+    this.on = !this.on;
+    element("record").setAttribute("aria-pressed", this.on);
+    element("record").textContent = this.on ? "Stop and save" : "Record";
+    link.record(this.on);
+    if (!this.on) this.save(link);
+  }
+
+  save(link) {
+    const bytes = link.takeRecording();
+    if (bytes.length === 0) tell("recording: nothing came");
+    else download(bytes, "console.records", "application/octet-stream");
+  }
+
+  /** The board is gone: what was recorded until then is saved. */
+  stopped() {
+    this.on = false;
+    element("record").setAttribute("aria-pressed", "false");
+    element("record").textContent = "Record";
+    element("recording").textContent = "";
+  }
+
+  counted(counts) {
+    if (!counts) return;
+    const seconds = (counts.ticks / 1000).toFixed(1);
+    element("recording").textContent =
+      `${seconds} s, ${(counts.bytes / 1000).toFixed(0)} kB, ${counts.lost_blocks} blocks lost${counts.full ? "; full: save it" : ""}`;
+  }
+
+  async open(input) {
+    const file = input.files[0];
+    input.value = "";
+    if (!file) return;
+    const vehicle = new TextEncoder().encode(this.host.vehicleFile());
+    const record = new Uint8Array(await file.arrayBuffer());
+    const both = new Uint8Array(vehicle.length + record.length);
+    both.set(vehicle);
+    both.set(record, vehicle.length);
+    this.module.give(both);
+    const error = this.module.text("replay_open", vehicle.length);
+    if (error) {
+      tell(`${file.name}: ${error}`);
+      return;
+    }
+    this.statuses = [];
+    this.history.clear();
+    let last;
+    do {
+      last = this.module.json("replay_step", GO_TICKS);
+      for (const status of last.statuses) {
+        this.statuses.push(status);
+        this.history.push(status.time_us * 1e-6, this.host.row(status));
+      }
+      element("recording").textContent = `${file.name}: ${last.ticks[0]} of ${last.ticks[1]} ticks`;
+      await new Promise((resolve) => setTimeout(resolve));
+    } while (last.ticks[0] < last.ticks[1]);
+    element("recording").textContent = "";
+    const lost = last.lost_blocks + last.unreadable ? `; ${last.lost_blocks} blocks lost, ${last.unreadable} frames unreadable` : "";
+    element("replay-note").textContent =
+      `${file.name}: ${last.ticks[0]} ticks; ${last.differs ?? "every actuation is the recorded one, bit for bit"}${lost}`;
+    element("scrub").max = this.statuses.length - 1;
+    element("scrub").value = 0;
+    element("replay-bar").hidden = false;
+    this.replaying = this.dirty = true;
+    this.show();
+  }
+
+  show() {
+    const status = this.statuses[element("scrub").value];
+    if (!status) return;
+    element("replay-at").textContent = `${(status.time_us * 1e-6).toFixed(2)} s`;
+    this.host.show(status);
+  }
+
+  play(on) {
+    clearInterval(this.playing);
+    this.playing = on ? setInterval(() => this.advance(), 50) : null;
+    this.last = performance.now();
+    element("play").setAttribute("aria-pressed", on);
+    element("play").textContent = on ? "Pause" : "Play";
+  }
+
+  advance() {
+    const now = performance.now();
+    const scrub = element("scrub");
+    const steps = Math.round((now - this.last) / 1000 / STATUS_S);
+    this.last = now;
+    if (Number(scrub.value) >= Number(scrub.max)) {
+      this.play(false);
+      return;
+    }
+    scrub.value = Number(scrub.value) + steps;
+    this.show();
+  }
+
+  end() {
+    this.play(false);
+    this.replaying = false;
+    this.statuses = [];
+    element("replay-bar").hidden = true;
+  }
+}

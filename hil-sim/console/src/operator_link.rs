@@ -1,0 +1,359 @@
+//! The operator's end of the link for the page: bytes in and out, whatever board they come from.
+
+use firmware::protocol::message::{Answer, BoardStatus, Order, ParameterAnswer, Read, Reading, Refusal};
+use model::command::{DriveCommand, Request};
+use model::vehicle::VehicleParameters;
+use serde::Serialize;
+use virtual_board::link_client::{LinkClient, board_kind};
+use virtual_board::words::{log_line, refusal_words};
+
+use crate::parameter_work::{ParameterWork, Progress};
+use crate::record_work::{Recording, RecordingCounts};
+
+/// How often a question that the board has not answered yet is asked again, us.
+const AGAIN_US: u64 = 50_000;
+/// Time within which the board answers an order, us.
+const ANSWER_US: u64 = 300_000;
+/// How often the log is read, us.
+const LOG_US: u64 = 400_000;
+
+/// An order that waits for its answer.
+#[derive(Debug, Clone, Copy)]
+struct Given {
+    sequence: u32,
+    what: &'static str,
+    at_us: u64,
+}
+
+/// The operator's end of the link. Times are the host's, in us from any fixed start.
+#[derive(Debug)]
+pub struct OperatorLink {
+    client: LinkClient,
+    outbox: Vec<u8>,
+    identify_us: Option<u64>,
+    boot: Option<u32>,
+    /// The boot whose board refused this host's session.
+    refused_boot: Option<u32>,
+    /// This host gives orders; otherwise it only listens, and may disarm.
+    operates: bool,
+    given: Vec<Given>,
+    log_next: u32,
+    log_asked: Option<Given>,
+    work: Option<ParameterWork>,
+    parameters: Option<VehicleParameters<f32>>,
+    /// How often the set was read whole.
+    parameters_read: u32,
+    recording: Option<Recording>,
+    told: Vec<String>,
+    log: Vec<String>,
+}
+
+/// What the page learns from some bytes of the board.
+#[derive(Debug, Serialize)]
+pub struct Heard {
+    /// Firmware, build and parameters of the board; none before it has said who it is.
+    board: Option<String>,
+    /// The protocol of a board of another version.
+    foreign: Option<u16>,
+    /// The statuses, in order.
+    statuses: Vec<BoardStatus>,
+    /// What a person should read.
+    told: Vec<String>,
+    /// New lines of the board's log.
+    log: Vec<String>,
+    operates: bool,
+    /// Share of the work on the parameters that is done; none if there is none.
+    parameter_work: Option<f64>,
+    parameters_read: u32,
+    recording: Option<RecordingCounts>,
+    quality: HostCounters,
+}
+
+/// Counters of the host's end of the link.
+#[derive(Debug, Serialize)]
+pub struct HostCounters {
+    bytes: u64,
+    messages: u64,
+    unreadable_frames: u64,
+    repeated_statuses: u64,
+    unidentified: u64,
+}
+
+impl OperatorLink {
+    /// An operator who has not spoken yet. `nonce` is a number that no host has used before on this board.
+    pub fn new(nonce: u32) -> Self {
+        Self {
+            client: LinkClient::new(nonce),
+            // A zero ends whatever stands half sent on the wire.
+            outbox: vec![0],
+            identify_us: None,
+            boot: None,
+            refused_boot: None,
+            operates: false,
+            given: Vec::new(),
+            log_next: 0,
+            log_asked: None,
+            work: None,
+            parameters: None,
+            parameters_read: 0,
+            recording: None,
+            told: Vec::new(),
+            log: Vec::new(),
+        }
+    }
+
+    /// Gives orders from now on, or only listens.
+    pub fn operate(&mut self, operates: bool) {
+        self.operates = operates;
+        self.refused_boot = None;
+    }
+
+    /// Takes bytes from the board, which arrived at `now_us`.
+    pub fn receive(&mut self, now_us: u64, bytes: &[u8]) -> Heard {
+        let mut statuses = Vec::new();
+        // Frame by frame: the client keeps only the newest status.
+        for frame in bytes.split_inclusive(|byte| *byte == 0) {
+            let known = self.client.identity().map(|identity| identity.about.boot);
+            self.client.receive(now_us, frame);
+            statuses.extend(self.client.status.take());
+            match self.client.identity().map(|identity| identity.about.boot) {
+                None if known.is_some() => self.refused_boot = known,
+                Some(boot) if known.is_none() => self.meet(boot),
+                _ => {}
+            }
+        }
+        self.take_answers(now_us);
+        if let Some(recording) = &mut self.recording {
+            recording.take(&mut self.client.records);
+        }
+        self.heard(statuses)
+    }
+
+    fn meet(&mut self, boot: u32) {
+        if self.boot != Some(boot) {
+            if self.boot.is_some() {
+                self.told.push("the board has booted".to_owned());
+            }
+            self.boot = Some(boot);
+            self.log_next = 0;
+            self.work = None;
+            self.parameters = None;
+        } else if self.refused_boot == Some(boot) && self.operates {
+            self.operates = false;
+            self.told
+                .push("another operator drives this board: this page watches, and can only disarm".to_owned());
+        }
+        self.refused_boot = None;
+        self.given.clear();
+        self.log_asked = None;
+    }
+
+    fn take_answers(&mut self, now_us: u64) {
+        let Self { client, told, .. } = self;
+        self.given.retain(|given| match client.answer_to(given.sequence) {
+            Some(Answer::Refused(Refusal::UnknownSession)) => false,
+            Some(Answer::Refused(refusal)) => {
+                told.push(refusal_words(refusal));
+                false
+            }
+            Some(_) => false,
+            None if now_us.saturating_sub(given.at_us) > ANSWER_US => {
+                told.push(format!("the board did not answer {}", given.what));
+                false
+            }
+            None => true,
+        });
+        if let Some(asked) = self.log_asked
+            && let Some(Reading::Log(block)) = self.client.reading_of(asked.sequence)
+        {
+            self.log_asked = None;
+            if block.first > self.log_next {
+                let gone = block.first - self.log_next;
+                self.log.push(format!("({gone} older lines are gone)"));
+            }
+            self.log.extend(block.lines.iter().map(log_line));
+            self.log_next = block.first.saturating_add(block.lines.len() as u32);
+        }
+        let Some(work) = &mut self.work else { return };
+        let answer = work.awaited().and_then(|sequence| self.client.answer_to(sequence));
+        let progress = match answer {
+            Some(Answer::Parameters(ParameterAnswer::Value { schema, .. }))
+                if Some(schema) != self.client.identity().map(|identity| identity.about.schema) =>
+            {
+                Progress::Failed("the board answered of other parameters than it has".to_owned())
+            }
+            Some(Answer::Parameters(answer)) => work.answered(&answer),
+            Some(Answer::Refused(refusal)) => Progress::Failed(refusal_words(refusal)),
+            Some(Answer::Done) => Progress::Failed("a strange answer about parameters".to_owned()),
+            None => work.late(now_us),
+        };
+        match progress {
+            Progress::GoesOn => {}
+            Progress::Failed(why) => {
+                self.told.push(format!("parameters: {why}"));
+                // What is in force is not known any more, but for the set as it was.
+                self.parameters.get_or_insert(work.set());
+                self.work = None;
+            }
+            Progress::Done(stored) => {
+                self.parameters = Some(work.set());
+                self.parameters_read += 1;
+                if stored {
+                    self.told.push("parameters: the set is stored and in force".to_owned());
+                }
+                self.work = None;
+            }
+        }
+    }
+
+    fn heard(&mut self, statuses: Vec<BoardStatus>) -> Heard {
+        let client = &self.client;
+        let board = client.identity().map(|identity| {
+            let about = identity.about;
+            let [major, minor, patch] = about.version;
+            format!(
+                "firmware {major}.{minor}.{patch}, build {:08x}, protocol {}",
+                about.build, identity.protocol
+            )
+        });
+        Heard {
+            board,
+            foreign: client.foreign().map(|identity| identity.protocol),
+            statuses,
+            told: std::mem::take(&mut self.told),
+            log: std::mem::take(&mut self.log),
+            operates: self.operates,
+            parameter_work: self.work.as_ref().map(ParameterWork::share),
+            parameters_read: self.parameters_read,
+            recording: self.recording.as_ref().map(|recording| recording.counts),
+            quality: HostCounters {
+                bytes: client.bytes,
+                messages: client.messages,
+                unreadable_frames: client.unreadable_frames,
+                repeated_statuses: client.repeated_statuses,
+                unidentified: client.unidentified,
+            },
+        }
+    }
+
+    /// Asks what is to be asked at `now_us`, and takes the bytes for the board.
+    pub fn poll(&mut self, now_us: u64) -> Vec<u8> {
+        if self.client.identity().is_none() {
+            if self.identify_us.is_none_or(|at| now_us.saturating_sub(at) >= AGAIN_US) {
+                self.outbox.extend(self.client.identify());
+                self.identify_us = Some(now_us);
+            }
+        } else if self.operates {
+            self.read_on(now_us);
+        }
+        std::mem::take(&mut self.outbox)
+    }
+
+    /// Reads the log and works on the parameters.
+    fn read_on(&mut self, now_us: u64) {
+        if self
+            .log_asked
+            .is_none_or(|asked| now_us.saturating_sub(asked.at_us) >= LOG_US)
+            && let Some(sequence) = self.order(now_us, Order::Read(Read::Log { from: self.log_next }))
+        {
+            self.log_asked = Some(Given {
+                sequence,
+                what: "Log",
+                at_us: now_us,
+            });
+        }
+        if self.work.is_none() && self.parameters.is_none() {
+            self.work = self.kind().as_ref().map(ParameterWork::reading);
+        }
+        let question = self.work.as_mut().and_then(|work| work.question(now_us));
+        if let Some(question) = question
+            && let Some(sequence) = self.order(now_us, Order::Parameters(question))
+            && let Some(work) = &mut self.work
+        {
+            work.was_asked(sequence, now_us);
+        }
+    }
+
+    fn kind(&self) -> Option<VehicleParameters<f32>> {
+        board_kind(self.client.identity()?.about.schema)
+    }
+
+    fn order(&mut self, now_us: u64, order: Order) -> Option<u32> {
+        let (sequence, frame) = self.client.order(now_us, order)?;
+        self.outbox.extend(frame);
+        Some(sequence)
+    }
+
+    /// Commands speed, m/s, and yaw rate, rad/s; nothing while this host only listens.
+    pub fn drive(&mut self, now_us: u64, speed_m_s: f32, yaw_rate_rad_s: f32) {
+        if self.operates {
+            self.order(now_us, Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s)));
+        }
+    }
+
+    /// Opens the bridges: whoever drives, and whatever the board has said.
+    pub fn disarm(&mut self, now_us: u64) {
+        let (sequence, frame) = self.client.disarm();
+        // A zero ends whatever stands half sent on the wire.
+        self.outbox.push(0);
+        self.outbox.extend(frame);
+        self.give(Some(sequence), "Disarm", now_us);
+    }
+
+    /// Asks this of the arming state machine.
+    pub fn request(&mut self, now_us: u64, request: Request) {
+        let sequence = self.order(now_us, Order::Request(request));
+        self.give(sequence, request.name(), now_us);
+    }
+
+    fn give(&mut self, sequence: Option<u32>, what: &'static str, at_us: u64) {
+        match sequence {
+            Some(sequence) => self.given.push(Given { sequence, what, at_us }),
+            None => self.told.push(format!("{what}: the board has not said who it is")),
+        }
+    }
+
+    /// The set in force, as it was last read.
+    pub fn parameters(&self) -> Option<&VehicleParameters<f32>> {
+        self.parameters.as_ref()
+    }
+
+    /// Changes these parameters in the board and stores the set; without any, reads the set again.
+    pub fn change(&mut self, changes: &[(u16, f32)]) {
+        self.begin_work(|set| {
+            if changes.is_empty() {
+                ParameterWork::reading(set)
+            } else {
+                ParameterWork::changing(set, changes)
+            }
+        });
+    }
+
+    /// Goes back to the set that the firmware was built with.
+    pub fn defaults(&mut self) {
+        self.begin_work(ParameterWork::defaults);
+    }
+
+    fn begin_work(&mut self, begin: impl FnOnce(&VehicleParameters<f32>) -> ParameterWork) {
+        match (self.parameters.or_else(|| self.kind()), &self.work) {
+            (Some(set), None) => self.work = Some(begin(&set)),
+            _ => self.told.push("parameters: the board is not ready for them".to_owned()),
+        }
+    }
+
+    /// Begins a recording, from the oldest block that the board still has, or ends the stream.
+    pub fn record(&mut self, now_us: u64, on: bool) {
+        let from = on.then_some(0);
+        if on {
+            self.client.records.clear();
+            self.recording = self.client.identity().map(Recording::begin);
+        }
+        let sequence = self.order(now_us, Order::Recording { from });
+        self.give(sequence, "Recording", now_us);
+    }
+
+    /// Takes the recording: the bytes of its file.
+    pub fn take_recording(&mut self) -> Vec<u8> {
+        self.recording.take().map(Recording::into_file).unwrap_or_default()
+    }
+}

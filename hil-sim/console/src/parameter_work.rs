@@ -1,0 +1,250 @@
+//! What the page does to the board's parameters: one question after the other, each answered before the next.
+
+use std::collections::VecDeque;
+
+use firmware::drive_board::SCALES;
+use firmware::protocol::message::{ParameterAnswer, ParameterRequest};
+use model::vehicle::VehicleParameters;
+use serde::Serialize;
+use vehicle_file::diff;
+use virtual_board::words::not_changed_words;
+
+/// How often a question that only reads is asked again when its answer does not come.
+const AGAIN_MAX: u32 = 5;
+/// Time within which the board answers, us.
+const ANSWER_US: u64 = 300_000;
+/// Time within which the board stores a set, us.
+const STORE_US: u64 = 30_000_000;
+
+/// A question that waits for its answer.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    sequence: u32,
+    request: ParameterRequest,
+    at_us: u64,
+    times: u32,
+}
+
+/// Questions to come, the one that waits, and the set as far as it is known.
+#[derive(Debug)]
+pub struct ParameterWork {
+    set: VehicleParameters<f32>,
+    questions: VecDeque<ParameterRequest>,
+    asked: Option<Asked>,
+    questions_at_first: usize,
+    /// A store was asked for, so the set in force has changed since it was last read.
+    stores: bool,
+}
+
+/// How the work goes on.
+#[derive(Debug, PartialEq)]
+pub enum Progress {
+    /// There is more to do.
+    GoesOn,
+    /// Everything was done; whether a set was stored.
+    Done(bool),
+    /// The board refused or did not answer; why.
+    Failed(String),
+}
+
+impl ParameterWork {
+    /// Reads every parameter of a set of this kind.
+    pub fn reading(kind: &VehicleParameters<f32>) -> Self {
+        let questions: VecDeque<_> = (0..kind.count())
+            .map(|number| ParameterRequest::Read { number })
+            .collect();
+        Self::of(kind, questions)
+    }
+
+    /// Changes these parameters, stores the set and reads it back.
+    pub fn changing(kind: &VehicleParameters<f32>, changes: &[(u16, f32)]) -> Self {
+        let mut work = Self::reading(kind);
+        work.questions.push_front(ParameterRequest::Store);
+        for &(number, value) in changes.iter().rev() {
+            work.questions.push_front(ParameterRequest::Write { number, value });
+        }
+        // What a host before this one staged and left must not be stored with them.
+        work.questions.push_front(ParameterRequest::Discard);
+        Self::of(kind, work.questions)
+    }
+
+    /// Goes back to the built-in set and reads it.
+    pub fn defaults(kind: &VehicleParameters<f32>) -> Self {
+        let mut work = Self::reading(kind);
+        work.questions.push_front(ParameterRequest::Store);
+        work.questions.push_front(ParameterRequest::Defaults);
+        Self::of(kind, work.questions)
+    }
+
+    fn of(set: &VehicleParameters<f32>, questions: VecDeque<ParameterRequest>) -> Self {
+        Self {
+            set: *set,
+            questions_at_first: questions.len(),
+            stores: questions.contains(&ParameterRequest::Store),
+            questions,
+            asked: None,
+        }
+    }
+
+    /// The set as it was read.
+    pub fn set(&self) -> VehicleParameters<f32> {
+        self.set
+    }
+
+    /// The share of the questions that are answered, 0 to 1.
+    pub fn share(&self) -> f64 {
+        let left = self.questions.len() + usize::from(self.asked.is_some());
+        1.0 - left as f64 / self.questions_at_first.max(1) as f64
+    }
+
+    /// The question to ask at `now_us`, if any; [`Self::was_asked`] says that it was.
+    pub fn question(&mut self, now_us: u64) -> Option<ParameterRequest> {
+        match self.asked {
+            None => self.questions.front().copied(),
+            Some(asked) if asked.overdue(now_us) && asked.can_be_repeated() => Some(asked.request),
+            Some(_) => None,
+        }
+    }
+
+    /// The question was asked as order `sequence`.
+    pub fn was_asked(&mut self, sequence: u32, now_us: u64) {
+        let (request, times) = match self.asked {
+            Some(asked) => (Some(asked.request), asked.times + 1),
+            None => (self.questions.pop_front(), 1),
+        };
+        self.asked = request.map(|request| Asked {
+            sequence,
+            request,
+            at_us: now_us,
+            times,
+        });
+    }
+
+    /// The order whose answer is awaited.
+    pub fn awaited(&self) -> Option<u32> {
+        self.asked.map(|asked| asked.sequence)
+    }
+
+    /// Takes the answer to the question.
+    pub fn answered(&mut self, answer: &ParameterAnswer) -> Progress {
+        let Some(asked) = self.asked.take() else {
+            return Progress::GoesOn;
+        };
+        match (asked.request, answer) {
+            (
+                ParameterRequest::Read { number },
+                ParameterAnswer::Value {
+                    number: echoed, value, ..
+                },
+            ) if number == *echoed => {
+                if self.set.set(number, *value).is_err() {
+                    return Progress::Failed(format!("the board's parameter {number} is {value}, out of range"));
+                }
+            }
+            (
+                ParameterRequest::Write { number, value },
+                ParameterAnswer::Value {
+                    number: echoed,
+                    value: changed,
+                    ..
+                },
+            ) if number == *echoed && value.to_bits() == changed.to_bits() => {}
+            (ParameterRequest::Store, ParameterAnswer::Stored)
+            | (ParameterRequest::Discard, ParameterAnswer::Discarded)
+            | (ParameterRequest::Defaults, ParameterAnswer::DefaultsReady) => {}
+            (_, ParameterAnswer::Inconsistent { number }) => return Progress::Failed(self.contradiction(*number)),
+            _ => return Progress::Failed(not_changed_words(answer)),
+        }
+        if self.questions.is_empty() {
+            Progress::Done(self.stores)
+        } else {
+            Progress::GoesOn
+        }
+    }
+
+    /// Whether the board has not answered in time.
+    pub fn late(&self, now_us: u64) -> Progress {
+        match self.asked {
+            Some(asked) if asked.overdue(now_us) && !asked.can_be_repeated() => {
+                Progress::Failed("the board did not answer a question about parameters".to_owned())
+            }
+            _ => Progress::GoesOn,
+        }
+    }
+
+    fn contradiction(&self, number: u16) -> String {
+        match self.set.field(number) {
+            Some((table, field)) => format!("refused: the set contradicts itself at {table}.{}", field.name),
+            None => not_changed_words(&ParameterAnswer::Inconsistent { number }),
+        }
+    }
+}
+
+impl Asked {
+    fn overdue(&self, now_us: u64) -> bool {
+        let within_us = if self.request == ParameterRequest::Store {
+            STORE_US
+        } else {
+            ANSWER_US
+        };
+        now_us.saturating_sub(self.at_us) > within_us
+    }
+
+    /// A question that only reads may be asked twice.
+    fn can_be_repeated(&self) -> bool {
+        matches!(self.request, ParameterRequest::Read { .. }) && self.times < AGAIN_MAX
+    }
+}
+
+/// One parameter for the page.
+#[derive(Debug, Serialize)]
+pub struct ParameterRow {
+    number: u16,
+    table: &'static str,
+    name: &'static str,
+    meaning: &'static str,
+    value: f32,
+    /// The value as the vehicle file writes it.
+    text: String,
+    min: f64,
+    max: f64,
+    choices: &'static [&'static str],
+}
+
+/// Every parameter of a set, in order.
+pub fn rows(set: &VehicleParameters<f32>) -> Vec<ParameterRow> {
+    let row = |number| {
+        let (table, field) = set.field(number)?;
+        let value = set.value(number)?;
+        Some(ParameterRow {
+            number,
+            table,
+            name: field.name,
+            meaning: field.meaning.trim(),
+            value,
+            text: field
+                .choice(f64::from(value))
+                .map_or_else(|| format!("{value}"), str::to_owned),
+            min: field.min,
+            max: field.max,
+            choices: field.choices,
+        })
+    };
+    (0..set.count()).filter_map(row).collect()
+}
+
+/// The parameters in which a vehicle file differs from `set`: number and the file's value.
+///
+/// # Errors
+/// What is wrong with the file, or that its vehicle is of another kind.
+pub fn differences(set: &VehicleParameters<f32>, file: &str) -> Result<Vec<(u16, f32)>, String> {
+    let vehicle = vehicle_file::parse_vehicle_for("vehicle file", file, &SCALES.sensor_ranges());
+    let wanted = vehicle.map_err(|error| error.to_string())?.parameters().cast::<f32>();
+    if wanted.spar.is_some() != set.spar.is_some() {
+        return Err("the file's vehicle is of another kind: one of the two has a spar, the other has none".to_owned());
+    }
+    let numbered = diff(set, &wanted)
+        .into_iter()
+        .filter_map(|difference| Some((set.number_of(difference.table, difference.name)?, difference.after?)));
+    Ok(numbered.collect())
+}

@@ -1,0 +1,152 @@
+// A headless Chromium over its debugging pipe: opens pages, sends real key events, takes pictures. No package is needed.
+import { spawn } from "node:child_process";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+
+const BROWSERS = ["chromium", "chromium-browser", "google-chrome"];
+
+export class Browser {
+  static async start() {
+    for (const name of BROWSERS) {
+      const browser = new Browser();
+      if (await browser.open(name)) return browser;
+    }
+    throw new Error("no browser");
+  }
+
+  async open(name) {
+    this.profile = mkdtempSync(join(tmpdir(), "console-"));
+    this.next = 1;
+    this.waiting = new Map();
+    this.listeners = [];
+    const flags = ["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--mute-audio",
+      "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-background-timer-throttling",
+      "--disable-renderer-backgrounding", "--remote-debugging-pipe", `--user-data-dir=${this.profile}`, "about:blank"];
+    this.process = spawn(name, flags, { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
+    const started = await new Promise((resolve) => {
+      this.process.once("error", () => resolve(false));
+      this.process.once("spawn", () => resolve(true));
+    });
+    if (!started) return false;
+    let rest = "";
+    this.process.stdio[3].on("error", () => {});
+    this.process.stdio[4].on("data", (bytes) => {
+      const messages = (rest + bytes).split("\0");
+      rest = messages.pop();
+      for (const message of messages) this.take(JSON.parse(message));
+    });
+    return true;
+  }
+
+  take(message) {
+    const waiting = this.waiting.get(message.id);
+    if (waiting) {
+      this.waiting.delete(message.id);
+      if (message.error) waiting.reject(new Error(message.error.message));
+      else waiting.resolve(message.result);
+    } else {
+      for (const listener of this.listeners) listener(message);
+    }
+  }
+
+  send(method, params = {}, sessionId = undefined) {
+    const id = this.next++;
+    this.process.stdio[3].write(`${JSON.stringify({ id, method, params, sessionId })}\0`);
+    return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));
+  }
+
+  /** Opens a page of this size; `before` is a script that runs before the page's own. */
+  async page(url, { width, height, dark = false, before = "" }) {
+    const { targetId } = await this.send("Target.createTarget", { url: "about:blank" });
+    const { sessionId } = await this.send("Target.attachToTarget", { targetId, flatten: true });
+    const page = new Page(this, sessionId, targetId);
+    await page.send("Page.enable");
+    await page.send("Runtime.enable");
+    await page.send("Log.enable");
+    await page.send("Emulation.setFocusEmulationEnabled", { enabled: true });
+    await page.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile: width < 600 });
+    await page.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }] });
+    if (before) await page.send("Page.addScriptToEvaluateOnNewDocument", { source: before });
+    const loaded = new Promise((resolve) => this.listeners.push(({ sessionId: of, method }) => {
+      if (of === sessionId && method === "Page.loadEventFired") resolve();
+    }));
+    await page.send("Page.navigate", { url });
+    await loaded;
+    return page;
+  }
+
+  async close() {
+    await this.send("Browser.close").catch(() => {});
+    await new Promise((resolve) => (this.process.exitCode === null ? this.process.once("exit", resolve) : resolve()));
+    rmSync(this.profile, { recursive: true, force: true, maxRetries: 5, retryDelay: 200 });
+  }
+}
+
+const CODES = { Space: [32, " "], ArrowUp: [38, "ArrowUp"], ArrowDown: [40, "ArrowDown"], ArrowLeft: [37, "ArrowLeft"], ArrowRight: [39, "ArrowRight"], Tab: [9, "Tab"], Enter: [13, "Enter"] };
+
+class Page {
+  constructor(browser, sessionId, targetId) {
+    this.browser = browser;
+    this.sessionId = sessionId;
+    this.targetId = targetId;
+    /** What the page's console shows as errors. */
+    this.errors = [];
+    browser.listeners.push((message) => {
+      if (message.sessionId !== sessionId) return;
+      const { method, params } = message;
+      if (method === "Runtime.exceptionThrown") this.errors.push(params.exceptionDetails.exception?.description ?? params.exceptionDetails.text);
+      if (method === "Runtime.consoleAPICalled" && params.type === "error") this.errors.push(params.args.map((each) => each.value ?? each.description).join(" "));
+      if (method === "Log.entryAdded" && params.entry.level === "error") this.errors.push(`${params.entry.text} ${params.entry.url ?? ""}`);
+    });
+  }
+
+  send(method, params) {
+    return this.browser.send(method, params, this.sessionId);
+  }
+
+  /** The value of an expression; a promise's when it is one. */
+  async value(expression) {
+    const { result, exceptionDetails } = await this.send("Runtime.evaluate", { expression, awaitPromise: true, returnByValue: true });
+    if (exceptionDetails) throw new Error(`${expression}: ${exceptionDetails.exception?.description ?? exceptionDetails.text}`);
+    return result.value;
+  }
+
+  /** Waits until an expression is true. */
+  async until(expression, seconds = 60) {
+    const end = Date.now() + seconds * 1000;
+    while (Date.now() < end) {
+      if (await this.value(expression)) return;
+      await new Promise((resolve) => setTimeout(resolve, 50));
+    }
+    const state = await this.value("[document.getElementById('mode').textContent, document.getElementById('bar-note').textContent, document.getElementById('connection-error').textContent, document.getElementById('log').textContent].join('\\n')");
+    throw new Error(`not within ${seconds} s: ${expression}\n${state}`);
+  }
+
+  key(type, code) {
+    const [windowsVirtualKeyCode, key] = CODES[code];
+    return this.send("Input.dispatchKeyEvent", { type, code, key, windowsVirtualKeyCode, text: type === "keyDown" && code === "Enter" ? "\r" : undefined });
+  }
+
+  async press(code) {
+    await this.key("keyDown", code);
+    await this.key("keyUp", code);
+  }
+
+  /** Clicks in the middle of an element, with the mouse, once it is enabled. */
+  async click(id) {
+    await this.until(`!document.getElementById("${id}").disabled`);
+    const [x, y] = await this.value(`(() => { const e = document.getElementById("${id}"); e.scrollIntoView({ block: "center" }); const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()`);
+    for (const type of ["mousePressed", "mouseReleased"]) await this.send("Input.dispatchMouseEvent", { type, x, y, button: "left", clickCount: 1 });
+  }
+
+  /** Writes a picture of the window, or of the whole page. */
+  async picture(file, whole = false) {
+    const { data } = await this.send("Page.captureScreenshot", { format: "png", captureBeyondViewport: whole });
+    writeFileSync(file, Buffer.from(data, "base64"));
+  }
+
+  async close() {
+    await this.browser.send("Target.closeTarget", { targetId: this.targetId });
+  }
+}

@@ -1,0 +1,328 @@
+// The console in a headless browser, in each of its three ways. `.ci/check-console` builds what it needs and runs it:
+//
+// node hil-sim/console/test/console.mjs HIL-SIM MODULE.wasm HASH PICTURES
+import assert from "node:assert/strict";
+import { execFileSync, spawn } from "node:child_process";
+import { mkdirSync, readdirSync, rmSync } from "node:fs";
+import { join, resolve } from "node:path";
+import { Browser } from "./browser.mjs";
+
+const [tool, module, hash, pictures] = process.argv.slice(2);
+const DESKTOP = { width: 1400, height: 900 };
+const PHONE = { width: 390, height: 844 };
+const text = (id) => `document.getElementById("${id}").textContent`;
+const MODE = text("mode-word");
+const NOTE = text("bar-note");
+const READY = `${NOTE} === "ready to be armed"`;
+const SPEED = "console_.app.status.vehicle.estimate.speed_m_s";
+const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+/** A server of the tool: its address, and what it prints. */
+class Server {
+  constructor(...args) {
+    this.printed = "";
+    this.process = spawn(tool, args, { stdio: ["ignore", "pipe", "inherit"] });
+    this.process.stdout.on("data", (bytes) => (this.printed += bytes));
+  }
+
+  async until(pattern) {
+    for (let n = 0; n < 600; n += 1) {
+      const found = this.printed.match(pattern);
+      if (found) return found;
+      await pause(50);
+    }
+    throw new Error(`the server does not say ${pattern}:\n${this.printed}`);
+  }
+
+  end() {
+    this.process.kill("SIGTERM");
+  }
+}
+
+const browser = await Browser.start();
+const pages = [];
+const consoleServer = new Server("console", "--port", "0", "--module", module);
+const [, home] = await consoleServer.until(/console at (\S+)/);
+
+async function open(size = DESKTOP) {
+  const page = await browser.page(home, size);
+  pages.push(page);
+  return page;
+}
+
+/** Moves the focus by the Tab key until an element has it. */
+async function tabTo(page, id) {
+  for (let n = 0; n < 200; n += 1) {
+    if (await page.value(`document.activeElement.id === "${id}"`)) return;
+    await page.press("Tab");
+  }
+  throw new Error(`the Tab key does not reach ${id}`);
+}
+
+async function arm(page) {
+  await page.until(READY, 90);
+  await tabTo(page, "arm");
+  assert.ok(await page.value("document.activeElement.matches(':focus-visible')"), "the focus is visible");
+  await page.press("Enter");
+  await page.until(`${MODE} === "armed"`, 15);
+}
+
+/** Whether the vehicle fell out of the operator's hands: a machine too busy for the dead-man time of a board in real time. */
+const silenced = (page) => page.value(`${text("faults")}.includes("CommandTimeout")`);
+
+/** Does something with a board in real time; again, with faults cleared, if the machine was too busy meanwhile. */
+async function inTime(page, act) {
+  for (let n = 0; ; n += 1) {
+    try {
+      return await act();
+    } catch (error) {
+      if (n === 4 || !(await silenced(page))) throw error;
+      await page.key("keyUp", "ArrowUp");
+      await page.until(`${MODE} === "disarmed"`);
+      await page.click("clear");
+    }
+  }
+}
+
+/** Drives by a held key, and lets go. */
+async function drive(page) {
+  await page.key("keyDown", "ArrowUp");
+  await page.until(`${SPEED} > 0.4`, 15);
+  await page.key("keyUp", "ArrowUp");
+  await page.until(`Math.abs(${SPEED}) < 0.05`, 15);
+}
+
+async function simulated() {
+  const page = await open();
+  await arm(page);
+  await drive(page);
+  assert.ok(await page.value("console_.app.seen.truth.x_m > 0.2"), "the vehicle has driven");
+
+  // The space bar stops, and the vehicle stays armed; keys that are still held do not drive on.
+  await page.key("keyDown", "ArrowUp");
+  await page.until(`${SPEED} > 0.4`);
+  await page.press("Space");
+  await page.until(`Math.abs(${SPEED}) < 0.05`);
+  assert.equal(await page.value(MODE), "armed");
+  // Pressed again: the bridges open.
+  await page.press("Space");
+  await page.until(`${MODE} === "disarmed"`);
+  await page.key("keyUp", "ArrowUp");
+
+  // A page that loses the focus is an operator who fell silent.
+  await arm(page);
+  await page.key("keyDown", "ArrowUp");
+  await page.until(`${SPEED} > 0.4`);
+  await page.value("dispatchEvent(new Event('blur')); document.hasFocus = () => false; 0");
+  await page.until(`${MODE} === "disarmed"`);
+  assert.ok(Math.abs(await page.value(SPEED)) < 0.1, "no moving vehicle");
+  await page.value("delete document.hasFocus; 0");
+  await page.key("keyUp", "ArrowUp");
+  assert.match(await page.value(text("faults")), /CommandTimeout.*keep the page in front/);
+  await page.click("clear");
+
+  // Pushed, the armed vehicle moves and holds its place; a dead sensor is a fault with a remedy.
+  await arm(page);
+  await page.click("push-forward");
+  await page.until("console_.app.seen.truth.speed_m_s > 0.05");
+  await page.until("Math.abs(console_.app.seen.truth.speed_m_s) < 0.02");
+  await page.click("break-sensor");
+  await page.until(`${MODE} === "disarmed"`);
+  assert.match(await page.value(text("faults")), /ImuStale.*Check the arm IMU/);
+  await page.click("mend-sensor");
+  await page.until(`!${text("blockers")}.includes("Imu:")`);
+  await page.click("clear");
+  await page.until(READY);
+
+  assert.equal(await page.value('import("/module.js").then(({ load }) => load("/console.wasm")).then((m) => m.hash("trace_hash"))'), hash,
+    "the page's run has the native hash");
+}
+
+async function parameters() {
+  const page = await open();
+  await page.until(`${text("parameter-state")}.includes("as in force")`);
+  const edit = (name, value) => page.value(`(() => {
+    const input = document.querySelector('[aria-label="${name}"]');
+    input.value = "${value}";
+    input.dispatchEvent(new Event("change"));
+  })()`);
+  await edit("control.comfort_s", "77");
+  assert.match(await page.value(text("log")), /control.comfort_s = 77: allowed is/);
+  await edit("control.comfort_s", "0.3");
+  assert.match(await page.value(text("parameter-state")), /1 changed/);
+  await page.click("store");
+  await page.until(`${text("log")}.includes("the set is stored and in force")`);
+  const file = await page.value("console_.app.link.vehicleFile()");
+  assert.match(file, /comfort_s = 0\.3\n/);
+  // A file is compared with the set in force before anything is stored.
+  await page.value(`(() => {
+    const files = new DataTransfer();
+    files.items.add(new File([${JSON.stringify(file.replace("comfort_s = 0.3", "comfort_s = 0.25"))}], "mine.toml"));
+    const input = document.getElementById("load");
+    input.files = files.files;
+    input.dispatchEvent(new Event("change"));
+  })()`);
+  await page.until(`${text("log")}.includes("mine.toml: 1 parameters differ")`);
+  await page.click("defaults");
+  await page.until("/comfort_s = 0\\.2\\n/.test(console_.app.link.vehicleFile())");
+}
+
+async function records() {
+  const folder = resolve(pictures, "records");
+  rmSync(folder, { recursive: true, force: true });
+  await browser.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: folder });
+  const page = await open();
+  await page.until("console_.app.status !== null");
+  await page.click("record");
+  await arm(page);
+  await drive(page);
+  await page.click("record");
+  for (let n = 0; n < 100 && !find(folder); n += 1) await pause(50);
+  const file = join(folder, find(folder));
+  // The host's tool drives the page's records again, bit for bit.
+  assert.match(execFileSync(tool, ["replay", file], { encoding: "utf8" }), /every actuation is the recorded one/);
+  const { root } = await page.send("DOM.getDocument");
+  const { nodeId } = await page.send("DOM.querySelector", { nodeId: root.nodeId, selector: "#replay" });
+  await page.send("DOM.setFileInputFiles", { nodeId, files: [file] });
+  await page.until(`${text("replay-note")}.includes("every actuation is the recorded one, bit for bit")`);
+  await page.value('(() => { const s = document.getElementById("scrub"); s.value = s.max; s.dispatchEvent(new Event("input")); })()');
+  await page.until(`${MODE} === "armed"`);
+  await page.click("end-replay");
+}
+
+function find(folder) {
+  try {
+    return readdirSync(folder).find((name) => name.endsWith(".records"));
+  } catch {
+    return undefined;
+  }
+}
+
+async function connectTo(page, address) {
+  // The page's own simulation is there first.
+  await page.until("console_.app.status !== null");
+  await page.value('document.getElementById("connection").open = true');
+  await page.value(`document.getElementById("address").value = "${address}"`);
+  await page.click("socket-connect");
+  await page.until(`${text("way")} === "served: connected" && console_.app.status !== null`);
+}
+
+async function served() {
+  const server = new Server("serve", "--websocket", "127.0.0.1:0");
+  try {
+    const [, address] = await server.until(/board at (ws:\S+)/);
+    const first = await open();
+    await connectTo(first, address);
+    await inTime(first, () => arm(first));
+    await server.until(/drives/);
+    // A second page watches: it sees the vehicle drive, cannot drive it, and can stop it.
+    const second = await open();
+    await connectTo(second, address);
+    await second.until("console_.app.operates === false");
+    await inTime(first, async () => {
+      if ((await first.value(MODE)) !== "armed") await arm(first);
+      await drive(first);
+    });
+    assert.match(await second.value(text("operator")), /watches/);
+    assert.equal(await second.value("document.getElementById('arm').getAttribute('aria-disabled')"), "true");
+    await second.press("Space");
+    await first.until(`${MODE} === "disarmed"`);
+    // A page that is closed is an operator who fell silent; the one who watches then takes the wheel.
+    await inTime(first, () => arm(first));
+    await first.close();
+    await server.until(/left, and has driven/);
+    await server.until(/CommandTimeout/);
+    await second.until(`${MODE} === "disarmed" && ${text("log")}.length > 0`);
+    await second.click("wheel");
+    await second.until("console_.app.operates === true");
+    await second.click("clear");
+    await second.until(READY);
+    return address;
+  } finally {
+    server.end();
+  }
+}
+
+/** The page's WebSerial with a port that leads to a served board: everything but the browser's own driver. */
+async function serial() {
+  const server = new Server("serve", "--websocket", "127.0.0.1:0");
+  try {
+    const [, address] = await server.until(/board at (ws:\S+)/);
+    const page = await open();
+    await page.value(`(async () => {
+      const socket = new WebSocket("${address}");
+      socket.binaryType = "arraybuffer";
+      await new Promise((resolve) => (socket.onopen = resolve));
+      const port = {
+        open: async ({ baudRate }) => { port.baudRate = baudRate; },
+        close: async () => socket.close(),
+        readable: new ReadableStream({ start: (out) => {
+          port.pull = () => { port.readable = null; out.error(new Error("the device has been lost")); };
+          socket.onmessage = ({ data }) => out.enqueue(new Uint8Array(data));
+        } }),
+        writable: new WritableStream({ write: (bytes) => socket.send(bytes) }),
+      };
+      globalThis.port = port;
+      await console_.connect("drive board", new console_.SerialTransport({ requestPort: async () => port }, console_.BAUD));
+    })()`);
+    assert.equal(await page.value("port.baudRate"), 921600);
+    await inTime(page, async () => {
+      await arm(page);
+      await drive(page);
+    });
+    await page.value("port.pull()");
+    await page.until(`${text("connection-error")}.includes("the device has been lost")`);
+    await page.until(`${MODE} === "no board"`);
+    await server.until(/CommandTimeout/);
+  } finally {
+    server.end();
+  }
+}
+
+async function views() {
+  for (const [name, size] of [["desktop", DESKTOP], ["phone", PHONE]]) {
+    for (const dark of [false, true]) {
+      const page = await browser.page(home, { ...size, dark });
+      pages.push(page);
+      await arm(page);
+      await page.key("keyDown", "ArrowUp");
+      await page.key("keyDown", "ArrowLeft");
+      await pause(3000);
+      const [wide, room] = await page.value("[document.documentElement.scrollWidth, document.documentElement.clientWidth]");
+      assert.ok(wide <= room, `${name}: ${wide} px in ${room} px`);
+      // Whatever is scrolled to, the button to stop is there.
+      for (const [part, where] of [["top", "0"], ["plots", 'document.getElementById("plots").offsetTop - 60'], ["end", "document.body.scrollHeight"]]) {
+        await page.value(`scrollTo(0, ${where})`);
+        await pause(500);
+        const seen = await page.value(`(() => { const b = document.getElementById("stop").getBoundingClientRect();
+          return document.elementFromPoint(b.left + b.width / 2, b.top + b.height / 2).closest("#stop") !== null; })()`);
+        assert.ok(seen, `${name}: the button to stop is in sight`);
+        await page.picture(join(pictures, `${name}-${dark ? "dark" : "light"}-${part}.png`));
+      }
+      await page.close();
+    }
+  }
+}
+
+mkdirSync(pictures, { recursive: true });
+let failure;
+try {
+  const parts = [simulated, parameters, records, served, serial, views];
+  for (const part of parts.filter(({ name }) => !process.env.ONLY || process.env.ONLY.includes(name))) {
+    const begin = Date.now();
+    await part();
+    console.log(`check-console: ${part.name} (${((Date.now() - begin) / 1000).toFixed(1)} s)`);
+    for (const page of pages) assert.deepEqual(page.errors, [], "no errors in the page's console");
+    pages.length = 0;
+  }
+} catch (error) {
+  failure = error;
+  for (const [n, page] of pages.entries()) {
+    console.error(page.errors.join("\n"));
+    await page.picture(join(pictures, `failed-${n}.png`)).catch(() => {});
+  }
+} finally {
+  consoleServer.end();
+  await browser.close();
+}
+if (failure) throw failure;

@@ -1,0 +1,64 @@
+//! What the board says to an operator, in words: refusals and lines of the log.
+
+use firmware::events::{Event, Line};
+use firmware::protocol::message::{ParameterAnswer, Refusal};
+use model::supervise::codes::Fault;
+
+/// What a refusal means to the user.
+pub fn refusal_words(refusal: Refusal) -> String {
+    match refusal {
+        Refusal::UnknownSession => "refused: the board has booted since, or another host has taken over".into(),
+        Refusal::Late => "refused: the order reached the board too late; the link is slow".into(),
+        Refusal::Busy => "refused: the board is busy with earlier orders".into(),
+        Refusal::Blocked(blockers) => format!("not armed: blocked by {blockers}"),
+        Refusal::Stopping => "not armed: the vehicle is making a controlled stop".into(),
+        Refusal::Disarmed => "not armed: a Disarm came at the same time".into(),
+        Refusal::NotDisarmed => "refused: the vehicle is not disarmed".into(),
+        Refusal::StatusRate { max_hz } => format!("refused: the line carries {max_hz} statuses per second at most"),
+    }
+}
+
+/// What the board says to a change of parameters that it does not make.
+pub fn not_changed_words(answer: &ParameterAnswer) -> String {
+    match answer {
+        ParameterAnswer::Armed => "refused: the vehicle is armed".into(),
+        ParameterAnswer::FlashFailed => "the board's flash failed; the set in force stays".into(),
+        ParameterAnswer::OutOfRange { min, max } => format!("refused: allowed is {min} to {max}"),
+        ParameterAnswer::Inconsistent { number } => {
+            format!("refused: the set contradicts itself at parameter {number} of `parameters list`, counted from 0")
+        }
+        other => format!("refused: {other:?}"),
+    }
+}
+
+/// A fault's number and name.
+pub fn fault_name(number: u8) -> String {
+    match Fault::ALL.iter().find(|fault| **fault as u8 == number) {
+        Some(fault) => format!("fault {number}: {}", fault.name()),
+        None => format!("fault {number}"),
+    }
+}
+
+/// One line of the log in words.
+pub fn log_line(line: &Line) -> String {
+    let what = match line.event {
+        Event::Booted(cause) => format!("booted, reset by {}", cause.name()),
+        Event::InternalClock => "no external clock: the board runs from its own oscillator".into(),
+        Event::Crashed => "the last run ended in a panic or a hardware fault".into(),
+        Event::Calibrated => "gyros calibrated".into(),
+        Event::Mode(mode) => mode.name().into(),
+        Event::Fault(number) => fault_name(number),
+        Event::NotArmed(blockers) => format!("not armed: blocked by {blockers}"),
+        Event::SetStored => "parameters: new set stored and in force".into(),
+        Event::FlashFailed => "parameters: not stored, the flash failed".into(),
+        Event::ImuStarted(place) => format!("{} IMU: started", place.name()),
+        Event::ImuLost(place) => format!("{} IMU: no samples, restarting", place.name()),
+        Event::ImuNotStarted(place) => format!("{} IMU: does not start", place.name()),
+        Event::SetMigrated { defaults, dropped } => format!(
+            "parameters: set of another firmware, read by name: {defaults} new ones as built in, {dropped} unknown ones \
+             dropped"
+        ),
+        Event::SetLost => "parameters: the stored set cannot be believed, built-in set, arming is blocked".into(),
+    };
+    format!("{:>4}.{:06} {what}", line.time_us / 1_000_000, line.time_us % 1_000_000)
+}
