@@ -192,7 +192,7 @@ fn no_kerb_ends_the_drive_or_lets_the_vehicle_run_away() {
     assert!(found.is_empty(), "{found:#?}");
 }
 
-/// The whole grid of 400 drives: `cargo test --release -p hil-sim --test control the_whole_grid -- --ignored`.
+/// The whole grid of 400 drives: `cargo test -p hil-sim --test control the_whole_grid -- --ignored`.
 #[test]
 #[ignore = "takes minutes; its short form runs with the others"]
 fn the_whole_grid_of_kerbs() {
@@ -253,5 +253,28 @@ fn a_slope_beyond_the_grip_is_told() {
         let rows = from(&outcome, 4.0);
         let said = rows.iter().any(|row| row.status.limits.contains(Limit::SlopeLimit));
         assert_eq!(said, told, "{slope_deg} deg");
+    }
+}
+
+/// One wheel on ice and one on rubber, level and on 5 deg: the vehicle keeps its heading to 5 deg while it speeds up and
+/// stops, which over its own length is less than a tenth of its track, and comes back to 0.5 deg.
+#[test]
+fn split_friction_keeps_the_heading() {
+    for (left, right, slope_deg) in [(0.1, 0.9, 0.0), (0.9, 0.1, 0.0), (0.2, 0.8, 5.0), (0.8, 0.2, -5.0)] {
+        let ground = format!("terrain.friction = {{ left = {left:?}, right = {right:?} }}");
+        let steps = "{ at_s = 6.0, action = 'drive', speed_m_s = 1.5 }, { at_s = 11.0, action = 'drive' }";
+        let outcome = drive(&reference(), 16.0, slope_deg, &ground, steps);
+        let off_deg = |row: &TraceRow| row.truth.heading_rad.to_degrees().abs();
+        let (worst_deg, end_deg) = (most(from(&outcome, 6.0), off_deg), most(from(&outcome, 15.0), off_deg));
+        let fastest_m_s = most(&outcome.trace.rows, |row| row.truth.speed_m_s);
+        let story = format!("friction {left} and {right} on {slope_deg} deg");
+        println!("{story}: {worst_deg:.2} deg, at the end {end_deg:.2} deg");
+        assert!(fastest_m_s > 1.4, "{story}: it drives: {fastest_m_s} m/s");
+        assert!(
+            worst_deg <= 5.0 && end_deg <= 0.5,
+            "{story}: {worst_deg} deg, {end_deg} deg"
+        );
+        let last = from(&outcome, 15.9)[0].status;
+        assert_eq!((last.mode, last.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
     }
 }

@@ -142,14 +142,18 @@ impl VehicleCore {
         let battery_v = sensed.battery_v;
         let mut actuation = Actuation::SAFE;
         if mode != Mode::Disarmed {
-            for motor in [Motor::Left, Motor::Right, Motor::Ballast] {
+            let [left_v, right_v, ballast_v] = voltage_v;
+            let [left_rad_s, right_rad_s, ballast_rad_s] = sensed.relative_rate_rad_s;
+            let [drive_limits, _, ballast_limits] = self.motor_limits;
+            let [left, right] = drive_limits.limit_pair([left_v, right_v], [left_rad_s, right_rad_s]);
+            let ballast = ballast_limits.limit(ballast_v, ballast_rad_s);
+            for (motor, limited) in [(Motor::Left, left), (Motor::Right, right), (Motor::Ballast, ballast)] {
                 let i = motor as usize;
                 if motor == Motor::Ballast && decision.ballast_off {
                     // A current limit around the back-EMF of an encoder that is wrong would drive the motor.
                     voltage_v[i] = 0.0;
                     continue;
                 }
-                let limited = self.motor_limits[i].limit(voltage_v[i], sensed.relative_rate_rad_s[i]);
                 let limit = [Limit::LeftCurrent, Limit::RightCurrent, Limit::BallastCurrent][i];
                 limits.set(limit, limited.by_current);
                 voltage_v[i] = limited.voltage_v;

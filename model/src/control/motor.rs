@@ -46,6 +46,27 @@ impl MotorLimits {
         }
     }
 
+    /// Bounds the voltages of two drive motors, left and right, at their output rates. What a limit takes from one motor
+    /// the other gives, as far as its own limit allows: their sum, which holds the arm and the speed, goes before their
+    /// difference, which steers.
+    pub fn limit_pair(&self, wanted_v: [f32; 2], rate_rad_s: [f32; 2]) -> [LimitedVoltage; 2] {
+        let [left, right] = [0, 1].map(|side: usize| self.limit(wanted_v[side], rate_rad_s[side]));
+        if !left.by_current && !right.by_current {
+            return [left, right];
+        }
+        let lost_v = [wanted_v[0] - left.voltage_v, wanted_v[1] - right.voltage_v];
+        [
+            LimitedVoltage {
+                voltage_v: self.limit(left.voltage_v + lost_v[1], rate_rad_s[0]).voltage_v,
+                ..left
+            },
+            LimitedVoltage {
+                voltage_v: self.limit(right.voltage_v + lost_v[0], rate_rad_s[1]).voltage_v,
+                ..right
+            },
+        ]
+    }
+
     /// Residual of the armature equation: applied voltage less resistance drop and back-EMF, V. Near 0 while
     /// encoder and current sensor are right.
     pub fn residual_v(&self, voltage_v: f32, current_a: f32, rate_rad_s: f32) -> f32 {
@@ -119,6 +140,32 @@ mod tests {
                 }
             );
         }
+    }
+
+    #[test]
+    fn at_the_current_limit_the_drive_motors_keep_their_sum_before_their_difference() {
+        let limits = MotorLimits {
+            back_emf_v_s_per_rad: 1.0,
+            current_v: 5.0,
+            resistance_ohm: 0.3,
+        };
+        for (wanted_v, rate_rad_s, found_v) in [
+            // Nothing is limited.
+            ([1.0, 4.0], [0.0, 0.0], [1.0, 4.0]),
+            // Steering beyond the right motor's limit: the left one gives it, and the difference shrinks.
+            ([2.0, 6.0], [0.0, 0.0], [3.0, 5.0]),
+            ([-6.5, -2.0], [0.0, 0.0], [-5.0, -3.5]),
+            // About the back-EMF of a turn.
+            ([-1.0, 9.0], [-2.0, 2.0], [1.0, 7.0]),
+            // The sum itself is too much.
+            ([4.0, 9.0], [0.0, 0.0], [5.0, 5.0]),
+            ([8.0, 9.0], [0.0, 0.0], [5.0, 5.0]),
+        ] {
+            let found = limits.limit_pair(wanted_v, rate_rad_s);
+            assert_eq!(found.map(|limited| limited.voltage_v), found_v, "{wanted_v:?}");
+        }
+        let [left, right] = limits.limit_pair([2.0, 6.0], [0.0, 0.0]);
+        assert!(!left.by_current && right.by_current);
     }
 
     #[test]

@@ -59,6 +59,9 @@ const HOLD_BELOW_RAD_S: f32 = 0.05;
 /// Largest yaw rate that the heading hold asks for, as a share of the largest yaw rate.
 const HOLD_SHARE: f32 = 0.5;
 
+/// Share of the yaw rate at which spinning becomes unstable (erratum E26) that the vehicle turns with at most.
+const SPIN_SHARE: f32 = 0.8;
+
 impl SteeringController {
     /// The loop for `vehicle`, called every `dt_s` seconds.
     pub fn new(vehicle: &Vehicle<f32>, dt_s: f32) -> Self {
@@ -68,12 +71,17 @@ impl SteeringController {
         let torque_per_volt = motor.torque_constant_n_m_per_a * motor.gear_ratio / motor.resistance_ohm;
         let volt_per_rate =
             motor.back_emf_constant_v_s_per_rad * motor.gear_ratio + 0.5 * body.bearing_damping_n_m_s / torque_per_volt;
+        // Spinning faster, the hanging arm swings in and out ever wider.
+        let stable_rad_s = vehicle
+            .spatial(0.0, 0.0)
+            .spin_stability_limit()
+            .map_or(f32::MAX, |limit| SPIN_SHARE * limit / vehicle.scales().time_s);
         Self {
             kp_v_s_per_rad: control.yaw_kp_v_s_per_rad,
             ki_tick_v_per_rad_s: control.yaw_ki_v_per_rad * dt_s,
             heading_kp_per_s: control.heading_kp_per_s,
             feed_forward_v_s_per_rad: volt_per_rate * body.half_track_m / body.wheel_radius_m,
-            rate_max_rad_s: control.yaw_rate_max_rad_s,
+            rate_max_rad_s: control.yaw_rate_max_rad_s.bounded(0.0, stable_rad_s),
             rate_step_rad_s: control.yaw_acceleration_max_rad_s2 * dt_s,
             reference_rad_s: 0.0,
             integral_v: 0.0,
@@ -136,6 +144,33 @@ mod tests {
 
     use super::*;
     use crate::vehicle::test_vehicle::reference;
+
+    #[test]
+    fn the_yaw_rate_stays_below_the_one_at_which_spinning_becomes_unstable() {
+        let mut parameters = *reference().parameters();
+        parameters.control.yaw_rate_max_rad_s = 20.0;
+        let vehicle = Vehicle::new(parameters).expect("valid");
+        let limit = vehicle.spatial(0.0, 0.0).spin_stability_limit().expect("a limit");
+        let limit_rad_s = limit / vehicle.scales().time_s;
+        assert!(limit_rad_s < 20.0, "{limit_rad_s}");
+        for way in [1.0, -1.0] {
+            let mut steering = SteeringController::new(&vehicle, 0.001);
+            let input = SteeringInput {
+                target_rad_s: 20.0 * way,
+                yaw_rate_rad_s: 0.0,
+                heading_rad: 0.0,
+                voltage_max_v: 12.0,
+            };
+            for _ in 0..10_000 {
+                steering.step(&input);
+            }
+            let found = way * steering.reference_rad_s();
+            assert!(
+                found > 0.5 * limit_rad_s && found < 0.9 * limit_rad_s,
+                "{found} of {limit_rad_s}"
+            );
+        }
+    }
 
     proptest! {
         /// The terms add up to the voltage before its limit, turning and holding the heading.

@@ -101,6 +101,7 @@ pub struct TiltEstimator {
     horizontal: LowPass,
     acceleration_rad_s2: f32,
     error: f32,
+    unfiltered_error: f32,
 }
 
 /// Slow-down of the angle's correction while the wheels slide: not 0, so that a slide that is none cannot keep a wrong
@@ -142,6 +143,7 @@ impl TiltEstimator {
             horizontal: LowPass::new(dt_s, axle_lag_s),
             acceleration_rad_s2: 0.0,
             error: 0.0,
+            unfiltered_error: 0.0,
         }
     }
 
@@ -177,6 +179,7 @@ impl TiltEstimator {
             self.horizontal.update(horizontal);
         }
         // g sin(phi_measured - phi): no inverse function, and bounded for any reading.
+        self.unfiltered_error = ((horizontal - a * cos_slope) / G).bounded(-1.0, 1.0);
         let error = (self.horizontal.value() - a * cos_slope) / G;
         let error = error.bounded(-1.0, 1.0);
         self.error = error;
@@ -235,6 +238,11 @@ impl TiltEstimator {
     /// Sine of the angle between accelerometer and estimate in the last update, bounded to +-1.
     pub fn error(&self) -> f32 {
         self.error
+    }
+
+    /// The same without the filter that makes the accelerometer as late as the axle's acceleration.
+    pub fn unfiltered_error(&self) -> f32 {
+        self.unfiltered_error
     }
 
     /// The learnt gyro bias, rad/s.

@@ -184,7 +184,9 @@ impl Estimator {
         if rest {
             self.traction.stand();
         }
-        let contradicted = self.contradicted.update(self.arm.error().abs() > CONTRADICTION);
+        let contradicted = self
+            .contradicted
+            .update(self.arm.unfiltered_error().abs() > CONTRADICTION);
         let stuck = self.climb(&motion, disarmed, intent);
         self.advance(sensed, &motion);
 
