@@ -84,7 +84,7 @@ fn every_kind_of_fault_has_its_tests() {
             assert!(found, "kind {number}: {file}.rs has no test {name}");
         }
     }
-    assert_eq!(open, ["16"], "the kinds without a test");
+    assert!(open.is_empty(), "kinds without a test: {open:?}");
 }
 
 #[test]

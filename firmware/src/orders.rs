@@ -75,3 +75,6 @@ impl Orders {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

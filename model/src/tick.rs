@@ -188,3 +188,6 @@ impl VehicleCore {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -43,4 +43,27 @@ mod tests {
         let [major, minor, patch] = VERSION;
         assert_eq!(std::format!("{major}.{minor}.{patch}"), env!("CARGO_PKG_VERSION"));
     }
+
+    #[test]
+    fn digits_are_numbers_of_ten() {
+        assert_eq!(
+            ["", "0", "7", "10", "123", "65535"].map(number),
+            [0, 0, 7, 10, 123, 65535]
+        );
+    }
+
+    #[test]
+    fn the_board_tells_its_schema_and_its_boot() {
+        let parameters = crate::built_in::PARAMETERS;
+        let told = about(&parameters, 7);
+        assert_eq!(
+            (told.version, told.build, told.schema, told.boot),
+            (VERSION, BUILD_HASH, schema(&parameters), 7)
+        );
+        let without = VehicleParameters {
+            spar: None,
+            ..parameters
+        };
+        assert_ne!(about(&without, 7).schema, told.schema, "another vehicle, other numbers");
+    }
 }

@@ -164,3 +164,6 @@ impl<M: RawMutex> Receiver<'_, M> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

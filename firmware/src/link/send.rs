@@ -146,6 +146,42 @@ mod tests {
         assert_eq!(per_status, [None, Some(10), Some(4), Some(1), Some(1), Some(1)]);
     }
 
+    /// While no status is wanted, and between rare ones, the task wakes every 100 ms to tell the watchdog.
+    #[test]
+    fn the_task_wakes_with_each_status_and_at_least_every_100_ms() {
+        let periods_us = [0, 1, 10, 20, 100, 200].map(|hz| period(hz).as_micros());
+        assert_eq!(periods_us, [100_000, 100_000, 100_000, 50_000, 10_000, 5_000]);
+    }
+
+    #[test]
+    fn each_part_of_the_memory_is_read_for_itself() {
+        use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+        let topics = std::boxed::Box::new(Topics::<NoopRawMutex>::new());
+        let entry = crate::fault_list::FaultEntry {
+            number: 4,
+            boot: 1,
+            time_us: 2,
+            mode: Mode::Armed,
+            fault: 3,
+        };
+        topics.faults.push(entry);
+        let read = |read| read_memory(&topics, read);
+        let Reading::Faults(faults) = read(Read::Faults { from: 4 }) else {
+            panic!("faults were asked for");
+        };
+        assert_eq!(faults.as_slice(), [entry]);
+        assert_eq!(read(Read::Faults { from: 5 }), Reading::Faults(heapless::Vec::new()));
+        assert!(matches!(read(Read::Log { from: 0 }), Reading::Log(_)));
+        topics.records.freeze();
+        assert_eq!(
+            read(Read::LookBack { from: 0 }),
+            Reading::LookBack {
+                frozen: true,
+                block: None
+            }
+        );
+    }
+
     #[test]
     fn the_line_carries_the_largest_rate() {
         assert_eq!(status_rate_max_hz(), 200);

@@ -166,6 +166,26 @@ mod tests {
         assert_eq!(sessions.admit(order(id, 9)), Admission::Repeated);
     }
 
+    /// A Disarm of one host outdates nothing of another one's, and counts for a session that is still on offer.
+    #[test]
+    fn a_disarm_is_noted_in_its_own_session() {
+        let mut sessions = Sessions::new(1);
+        let (first, _) = sessions.offer(11, 1000);
+        sessions.admit(order(first, 1));
+        let (second, _) = sessions.offer(12, 2000);
+        sessions.note(order(second, 5));
+        assert_eq!(sessions.admit(order(first, 2)), Taken, "the other host's number");
+        assert_eq!(sessions.offer(12, 3000), (second, 5), "still on offer");
+        assert_eq!(sessions.admit(order(second, 5)), Repeated);
+        assert_eq!(sessions.admit(order(second, 6)), Taken);
+        sessions.note(order(second, 2));
+        assert_eq!(
+            sessions.admit(order(second, 6)),
+            Repeated,
+            "an older number outdates nothing"
+        );
+    }
+
     #[test]
     fn a_replayed_question_gets_another_session() {
         let (recorded, _) = Sessions::new(1).offer(11, 1000);

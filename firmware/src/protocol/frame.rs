@@ -1,6 +1,6 @@
 //! Frames: `COBS(postcard(message) ++ CRC-16) ++ 0`.
 
-use crc::{CRC_16_IBM_3740, Crc};
+use crc::{CRC_16_IBM_3740, Crc, Table};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -9,7 +9,9 @@ pub const FRAME_MAX: usize = 512;
 /// Longest encoded message with its checksum: a frame less its zero and the bytes that COBS adds, one for every 254
 /// begun.
 const PAYLOAD_MAX: usize = FRAME_MAX - 1 - FRAME_MAX.div_ceil(255);
-const CHECKSUM: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
+/// Bytes that the checksum takes at once. On the board one, as each takes 512 bytes of flash.
+const CHECKSUM_BYTES: usize = if cfg!(target_os = "none") { 1 } else { 16 };
+static CHECKSUM: Crc<u16, Table<CHECKSUM_BYTES>> = Crc::<u16, Table<CHECKSUM_BYTES>>::new(&CRC_16_IBM_3740);
 const CHECKSUM_LEN: usize = 2;
 
 /// A frame ready for the wire.
@@ -91,20 +93,60 @@ impl Decoder {
     /// assert_eq!(received, Received::Message(sent));
     /// ```
     pub fn push<T: DeserializeOwned>(&mut self, byte: u8) -> Received<T> {
-        if byte != 0 {
-            if !self.skipping && self.buffer.push(byte).is_err() {
-                self.buffer.clear();
-                self.skipping = true;
-                return Received::Overlong;
+        if byte == 0 { self.finish() } else { self.begin(&[byte]) }
+    }
+
+    /// Takes bytes up to the first that completes something, and tells what; the rest stays in `bytes`. `None` once
+    /// every byte is taken.
+    ///
+    /// ```
+    /// use firmware::protocol::frame::{Decoder, Received, encode};
+    /// use firmware::protocol::message::HostMessage;
+    /// let sent = HostMessage::Identify { nonce: 7 };
+    /// let frame = encode(&sent).unwrap();
+    /// let bytes = [&frame[..], &frame[..], &[1, 2, 0]].concat();
+    /// let (mut decoder, rest) = (Decoder::new(), &mut &bytes[..]);
+    /// assert_eq!(decoder.next_of(rest), Some(Received::Message(sent)));
+    /// assert_eq!(decoder.next_of(rest), Some(Received::Message(sent)));
+    /// assert_eq!(decoder.next_of::<HostMessage>(rest), Some(Received::Bad));
+    /// assert_eq!(decoder.next_of::<HostMessage>(rest), None);
+    /// ```
+    pub fn next_of<T: DeserializeOwned>(&mut self, bytes: &mut &[u8]) -> Option<Received<T>> {
+        loop {
+            let part = bytes.split_inclusive(|byte| *byte == 0).next()?;
+            *bytes = bytes.get(part.len()..).unwrap_or_default();
+            let (begun, finished) = match part {
+                [begun @ .., 0] => (begun, true),
+                begun => (begun, false),
+            };
+            let begun = self.begin(begun);
+            let completed = if finished { self.finish() } else { Received::Nothing };
+            match (begun, completed) {
+                (Received::Nothing, Received::Nothing) => {}
+                // Of a frame that is too long nothing else is told.
+                (Received::Nothing, received) | (received, _) => return Some(received),
             }
-            return Received::Nothing;
         }
-        let skipped = core::mem::take(&mut self.skipping);
-        if skipped || self.buffer.is_empty() {
+    }
+
+    /// Takes bytes within a frame.
+    fn begin<T>(&mut self, bytes: &[u8]) -> Received<T> {
+        if !self.skipping && self.buffer.extend_from_slice(bytes).is_err() {
             self.buffer.clear();
-            return Received::Nothing;
+            self.skipping = true;
+            return Received::Overlong;
         }
-        let received = decode(&mut self.buffer).map_or(Received::Bad, Received::Message);
+        Received::Nothing
+    }
+
+    /// Ends the frame.
+    fn finish<T: DeserializeOwned>(&mut self) -> Received<T> {
+        let skipped = core::mem::take(&mut self.skipping);
+        let received = if skipped || self.buffer.is_empty() {
+            Received::Nothing
+        } else {
+            decode(&mut self.buffer).map_or(Received::Bad, Received::Message)
+        };
         self.buffer.clear();
         received
     }

@@ -92,26 +92,24 @@ impl Default for BlockEncoder {
 
 /// Writes `next` as it differs from `last`.
 fn write(bytes: &mut RecordBytes, last: &Row, next: &Row) {
-    // Only what differs is kept, one after the other.
-    let mut differing = [0_i64; CHANNELS];
-    let mut slots = differing.iter_mut();
-    let (mut mask, mut bit) = (0_u64, 1_u64);
-    for (last, (next, expected)) in last.iter().zip(next.iter().zip(&EXPECTED)) {
-        let difference = next.wrapping_sub(*last).wrapping_sub(*expected);
-        if difference != 0
-            && let Some(slot) = slots.next()
-        {
-            *slot = difference;
-            mask |= bit;
+    let mut differences = [0_i64; CHANNELS];
+    let mut mask = 0_u64;
+    for (place, slot) in differences.iter_mut().enumerate() {
+        if let (Some(last), Some(next), Some(expected)) = (last.get(place), next.get(place), EXPECTED.get(place)) {
+            *slot = next.wrapping_sub(*last).wrapping_sub(*expected);
+            mask |= u64::from(*slot != 0) << place;
         }
-        bit <<= 1;
     }
     write_varint(bytes, mask);
-    for difference in differing.iter().take(mask.count_ones() as usize) {
+    // Only what differs is written: the places of the bits that are set.
+    let mut rest = mask;
+    while let Some(difference) = differences.get(rest.trailing_zeros() as usize) {
         write_varint(bytes, (difference << 1 ^ difference >> 63).cast_unsigned());
+        rest &= rest.wrapping_sub(1);
     }
 }
 
+#[inline]
 fn write_varint(bytes: &mut RecordBytes, mut value: u64) {
     while value >= 0x80 {
         // There is room for the longest record.

@@ -98,7 +98,8 @@ impl AnalogConverter {
             }
         }
         values.with(&self.scales, |value, scale| {
-            (scale.counts(value) + NOISE_COUNTS * self.noise.normal()).round() as u16
+            // Rounded to the nearest: cut after half a count, which a negative number saturates to 0.
+            (scale.counts(value) + NOISE_COUNTS * self.noise.normal() + 0.5) as u16
         })
     }
 }

@@ -84,6 +84,7 @@ impl Encoder {
     }
 
     /// Follows the joint to `angle_rad` at `time_ms` (called at least once a millisecond).
+    #[inline]
     pub fn advance(&mut self, angle_rad: f64, time_ms: u64) {
         let counts = angle_rad * self.counts_per_rad;
         // Towards minus infinity, without a call.
@@ -115,9 +116,12 @@ impl Encoder {
         }
         if time_ms > self.history_ms {
             self.history_ms = time_ms;
-            self.oldest = (self.oldest + 1) % HISTORY;
-            // The newest takes the place of the oldest.
-            self.history[(self.oldest + HISTORY - 1) % HISTORY] = self.counted;
+            // A fault begins with a history of its own, so nobody else needs one.
+            if self.fault == SensorFault::Delayed {
+                self.oldest = (self.oldest + 1) % HISTORY;
+                // The newest takes the place of the oldest.
+                self.history[(self.oldest + HISTORY - 1) % HISTORY] = self.counted;
+            }
         }
     }
 

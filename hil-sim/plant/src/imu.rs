@@ -108,7 +108,9 @@ pub struct Butterworth {
     a1: f64,
     a2: f64,
     a3: f64,
-    states: [[f64; 2]; 6],
+    /// The two states of each channel.
+    first: [f64; 6],
+    second: [f64; 6],
 }
 
 impl Butterworth {
@@ -121,7 +123,8 @@ impl Butterworth {
             a1: 0.0,
             a2: 0.0,
             a3: 0.0,
-            states: [[0.0; 2]; 6],
+            first: [0.0; 6],
+            second: [0.0; 6],
         }
     }
 
@@ -152,23 +155,24 @@ impl Butterworth {
             self.a2 = self.g * self.a1;
             self.a3 = self.g * self.a2;
         }
+        // Arrays of one kind each: two channels go through one instruction.
+        let (s1, s2) = (self.first, self.second);
         let mut output = [0.0; 6];
-        for ((out, state), x) in output.iter_mut().zip(&mut self.states).zip(input) {
-            let v3 = x - state[1];
-            let v1 = self.a1 * state[0] + self.a2 * v3;
-            let v2 = state[1] + self.a2 * state[0] + self.a3 * v3;
-            state[0] = 2.0 * v1 - state[0];
-            state[1] = 2.0 * v2 - state[1];
-            *out = v2;
+        for i in 0..6 {
+            let v3 = input[i] - s2[i];
+            let v1 = self.a1 * s1[i] + self.a2 * v3;
+            let v2 = s2[i] + self.a2 * s1[i] + self.a3 * v3;
+            self.first[i] = 2.0 * v1 - s1[i];
+            self.second[i] = 2.0 * v2 - s2[i];
+            output[i] = v2;
         }
         output
     }
 
     /// Starts with the output settled at `input`.
     pub fn settle(&mut self, input: &[f64; 6]) {
-        for (state, x) in self.states.iter_mut().zip(input) {
-            *state = [0.0, *x];
-        }
+        self.first = [0.0; 6];
+        self.second = *input;
     }
 }
 

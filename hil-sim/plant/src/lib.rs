@@ -118,9 +118,10 @@ impl Plant {
         if dt_s <= 0.0 || self.invalid.is_some() {
             return;
         }
-        // Rounding must not add a substep.
-        let count = (dt_s / self.substep_s - 1e-6).ceil().max(1.0);
-        let h = dt_s / count;
+        // Rounding must not add a substep. Rounded up without a call.
+        let substeps = dt_s / self.substep_s - 1e-6;
+        let count = (substeps as u64 + u64::from(substeps > (substeps as u64) as f64)).max(1);
+        let h = dt_s / count as f64;
         if self.time_s >= self.push_until_s {
             self.end_push();
         }
@@ -131,7 +132,7 @@ impl Plant {
         if self.wiring.faulty() {
             bridges = self.wiring.through(&bridges);
         }
-        for _ in 0..count as u64 {
+        for _ in 0..count {
             self.substep(h, &bridges);
         }
         self.supply.follow(dt_s, self.battery_a, &mut self.battery);

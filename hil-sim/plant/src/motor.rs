@@ -57,6 +57,9 @@ pub struct DcMotor {
     /// E and P of the substep `step`.
     decay: f64,
     share: f64,
+    /// (1 - E) / R and (1 - P) / R.
+    end_conductance: f64,
+    mean_conductance: f64,
     current: f64,
     mean_current: f64,
     law: CurrentLaw,
@@ -95,6 +98,8 @@ impl DcMotor {
             step: 0.0,
             decay: 0.0,
             share: 0.0,
+            end_conductance: 0.0,
+            mean_conductance: 0.0,
             current: 0.0,
             mean_current: 0.0,
             law: CurrentLaw::Current { mean: 0.0, end: 0.0 },
@@ -133,6 +138,7 @@ impl DcMotor {
     }
 
     /// Works out E and P of a substep of `h` seconds.
+    #[inline]
     fn prepare(&mut self, h: f64) {
         if self.step == h {
             return;
@@ -146,10 +152,13 @@ impl DcMotor {
             self.decay = 0.0;
             self.share = 0.0;
         }
+        self.end_conductance = (1.0 - self.decay) / self.resistance;
+        self.mean_conductance = (1.0 - self.share) / self.resistance;
     }
 
     /// What this motor will take from the battery over a substep as `a + b V` of the battery's voltage, at
     /// the joint's rate `rate`; `last_v` tells whether the bridge will chop.
+    #[inline]
     fn battery_load(&mut self, h: f64, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
         self.prepare(h);
         let duty = match bridge {
@@ -159,7 +168,7 @@ impl DcMotor {
             }
             _ => return (0.0, 0.0),
         };
-        let conductance = (1.0 - self.share) / self.resistance;
+        let conductance = self.mean_conductance;
         let emf = self.back_emf * rate;
         let rest = self.current * self.share - emf * conductance;
         let mean = rest + duty * last_v * conductance;
@@ -173,6 +182,7 @@ impl DcMotor {
 
     /// Begins a substep of `h` seconds: the torque law of the joint under `bridge` at the battery's
     /// voltage, as far as the joint's present `rate` tells which branch applies.
+    #[inline]
     pub fn begin(&mut self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> JointTorque {
         self.prepare(h);
         self.battery_v = battery_v;
@@ -199,7 +209,7 @@ impl DcMotor {
         let (constant, damping) = match self.law {
             CurrentLaw::Current { mean, .. } => (self.torque_constant * mean, 0.0),
             CurrentLaw::Voltage { volts, .. } => {
-                let conductance = (1.0 - self.share) / self.resistance;
+                let conductance = self.mean_conductance;
                 let mean = self.current * self.share + volts * conductance;
                 (
                     self.torque_constant * mean,
@@ -252,6 +262,7 @@ impl DcMotor {
     }
 
     /// Ends the substep with the joint's mean rate over it.
+    #[inline]
     pub fn end(&mut self, mean_rate: f64) {
         let emf = self.back_emf * mean_rate;
         (self.mean_current, self.current) = match self.law {
@@ -271,10 +282,10 @@ impl DcMotor {
     }
 
     fn end_current(&self, volts: f64, emf: f64) -> f64 {
-        (volts - emf) / self.resistance * (1.0 - self.decay) + self.current * self.decay
+        (volts - emf) * self.end_conductance + self.current * self.decay
     }
 
     fn average_current(&self, volts: f64, emf: f64) -> f64 {
-        (volts - emf) / self.resistance * (1.0 - self.share) + self.current * self.share
+        (volts - emf) * self.mean_conductance + self.current * self.share
     }
 }

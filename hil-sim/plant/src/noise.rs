@@ -33,8 +33,10 @@ impl Noise {
         // Variance of one 16-bit uniform integer: (2^32 - 1) / 12.
         const SCALE: f64 = 1.868_812_365_011_853_4e-5;
         let (a, b) = (self.rng.next_u64(), self.rng.next_u64());
-        let lanes = |x: u64| (x & 0xffff) + (x >> 16 & 0xffff) + (x >> 32 & 0xffff) + (x >> 48);
-        let sum = lanes(a) + lanes(b);
+        // Four numbers of each, two and two in the halves of one word.
+        let pairs = |x: u64| (x & 0x0000_ffff_0000_ffff) + (x >> 16 & 0x0000_ffff_0000_ffff);
+        let halves = pairs(a) + pairs(b);
+        let sum = (halves & 0xffff_ffff) + (halves >> 32);
         (sum as f64 - 4.0 * 65535.0) * SCALE
     }
 }

@@ -4,7 +4,7 @@ use theory::analysis::sampled::{Factors, SampledDrive, SampledPlant, SampledSens
 
 #[path = "support/sampled.rs"]
 mod sampled;
-use sampled::{perturbed_step, step, thesis_vehicle, vehicle, wild_drive};
+use sampled::{eq_3_25_vehicle, perturbed_step, step, thesis_vehicle, vehicle, wild_drive, worst_commands};
 
 /// The step from 0 to 1 on the thesis's slope, with one tick of delay.
 #[test]
@@ -69,4 +69,40 @@ fn random_drives_do_not_whirl() {
     );
     assert!(worst.1 > 0.5 && worst.1 < 1.4, "seed {}: {} rad", worst.0, worst.1);
     assert!(slipping <= 0.01, "{slipping}");
+}
+
+/// An optimiser on the times and speeds of the commands makes no arm whirl either: the search's short form, from the worst of
+/// some random drives. Under Eq. 3.25 the same search makes most of those whirl that chance spared.
+#[test]
+fn the_worst_commands_do_not_whirl() {
+    let landing = vehicle(|p| p.control.speed_max_m_s = 20.0);
+    let mut random: Vec<(u64, f64)> = (0..200)
+        .map(|seed| (seed, wild_drive(&landing, seed)))
+        .filter(|(_, found)| found.swings)
+        .map(|(seed, found)| (seed, found.phi_max))
+        .collect();
+    random.sort_by(|a, b| b.1.total_cmp(&a.1));
+    for (seed, phi_max) in random.into_iter().take(4) {
+        let found = worst_commands(&landing, seed, 10);
+        println!("seed {seed}: {phi_max:.3} rad, optimised {:.3} rad", found.phi_max);
+        assert!(
+            found.phi_max >= phi_max && found.phi_max < 1.4,
+            "seed {seed}: {found:?}"
+        );
+    }
+    let unprotected = eq_3_25_vehicle();
+    let spared: Vec<u64> = (0..80)
+        .filter(|seed| wild_drive(&unprotected, *seed).phi_max < 3.1)
+        .take(8)
+        .collect();
+    let whirls = spared
+        .iter()
+        .filter(|seed| worst_commands(&unprotected, **seed, 10).phi_max > 3.1)
+        .count();
+    println!("Eq. 3.25: {whirls} of {} that chance spared", spared.len());
+    assert!(
+        spared.len() > 4 && 2 * whirls > spared.len(),
+        "{whirls} of {}",
+        spared.len()
+    );
 }

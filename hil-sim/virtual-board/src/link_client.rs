@@ -157,8 +157,9 @@ impl LinkClient {
     /// Takes bytes from the board, which arrived at `now_us`.
     pub fn receive(&mut self, now_us: u64, bytes: &[u8]) {
         self.bytes += bytes.len() as u64;
-        for byte in bytes {
-            match self.decoder.push(*byte) {
+        let mut rest = bytes;
+        while let Some(received) = self.decoder.next_of(&mut rest) {
+            match received {
                 Received::Nothing => {}
                 Received::Bad | Received::Overlong => self.unreadable_frames += 1,
                 Received::Message(message) => {

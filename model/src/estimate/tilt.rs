@@ -47,12 +47,18 @@ pub struct TiltReading {
 }
 
 impl TiltReading {
-    /// The square of the specific force in the plane, g^2.
-    pub fn force_squared_g2(&self) -> f32 {
+    /// Whether the accelerometer feels about the weight of a vehicle that stands on its wheels.
+    pub fn weighs(&self) -> bool {
         let (x, z) = (self.force_x_m_s2, self.force_z_m_s2);
-        (x * x + z * z) / (G * G)
+        let squared_g2 = (x * x + z * z) / (G * G);
+        (WEIGHT_MIN_G * WEIGHT_MIN_G..WEIGHT_MAX_G * WEIGHT_MAX_G).contains(&squared_g2)
     }
 }
+
+/// Range of the specific force, in g, in which the accelerometer shows where down is: below, the vehicle falls; above,
+/// it lands.
+const WEIGHT_MIN_G: f32 = 0.5;
+const WEIGHT_MAX_G: f32 = 2.0;
 
 /// How far the accelerometer shows where down is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -213,6 +213,12 @@ mod tests {
     }
 
     #[test]
+    fn each_mode_has_its_name() {
+        let names = [Mode::Disarmed, Mode::Armed, Mode::Stopping].map(Mode::name);
+        assert_eq!(names, ["disarmed", "armed", "stopping"]);
+    }
+
+    #[test]
     fn another_stop_timeout_changes_nothing_else() {
         let mut arming = armed();
         arming.step(&fault(Fault::Overcurrent));

@@ -89,11 +89,7 @@ const STILL_TICKS: u16 = 100;
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
 /// Time constant of the axle's roll.
 const ROLL_TIME_CONSTANT_S: f32 = 0.2;
-/// Range of the specific force, in g, in which the accelerometer shows where down is: below, the vehicle falls; above,
-/// it lands.
-const WEIGHT_MIN_G: f32 = 0.5;
-const WEIGHT_MAX_G: f32 = 2.0;
-/// Ticks for which it must be back in the range before it is trusted again: the wheels rebound.
+/// Ticks for which the accelerometer must feel the vehicle's weight before it is trusted again: the wheels rebound.
 const WEIGHT_TICKS: u16 = 30;
 /// Sine of the angle between integrated gyro and accelerometer that cannot last: one of the two is wrong.
 const CONTRADICTION: f32 = 0.7;
@@ -176,6 +172,12 @@ impl Estimator {
         let rest = at_rest && disarmed;
         let calibrating = still && disarmed && !self.calibration.is_done();
         self.calibrate(sensed, still && disarmed);
+        if calibrating {
+            // On a slope the arm hangs out: an angle that is still to be found would be learnt as a bias of its gyro,
+            // and as motion.
+            self.arm.align(&sensed.arm);
+            self.slope.align(self.arm.sin());
+        }
 
         let motion = self.turn(sensed, at_rest, calibrating);
         self.tilt(sensed, &motion, rest);
@@ -254,6 +256,10 @@ impl Estimator {
         let swing_rad_s = sensed.arm.rate_rad_s - self.arm.bias_rad_s();
         let phi_rate_rad_s = swing_rad_s - self.alignment.swing_rad_s(yaw_rate_rad_s);
         let theta_rate_rad_s = 0.5 * (left + right) - phi_rate_rad_s;
+        if calibrating {
+            // Nor is the bias, once it is taken away, an acceleration.
+            self.theta_acceleration.reset(theta_rate_rad_s);
+        }
         let wheels_m_s = theta_rate_rad_s * r;
         // Roll of the axle: gravity along it, once the acceleration of the turn is taken away. On a plane a turn makes
         // roll of slope, so that the filter does not lag in a turn on the spot.
@@ -284,7 +290,7 @@ impl Estimator {
             yaw_rate_rad_s: motion.yaw_rate_rad_s,
             sin_roll: motion.sin_roll,
         };
-        let weighs = self.weighs.update(weighs(&sensed.arm));
+        let weighs = self.weighs.update(sensed.arm.weighs());
         let trust = match (weighs, self.traction.slides()) {
             _ if rest => Trust::AtRest,
             (false, _) => Trust::None,
@@ -331,9 +337,7 @@ impl Estimator {
         let rates = [sensed.arm.rate_rad_s, gyro_x, gyro_z];
         if let Some([arm, x, z]) = self.calibration.update(rates, still && is_new(&sensed.arm_imu)) {
             self.arm.set_bias(arm);
-            self.arm.align(&sensed.arm);
             self.heading.set_bias([x, z]);
-            self.slope.align(self.arm.sin());
         }
         if let Some(estimator) = &mut self.spar
             && let Some([spar]) = self
@@ -344,9 +348,4 @@ impl Estimator {
             estimator.align(&sensed.spar);
         }
     }
-}
-
-/// Whether the accelerometer feels about the weight of a vehicle that stands on its wheels.
-fn weighs(reading: &TiltReading) -> bool {
-    (WEIGHT_MIN_G * WEIGHT_MIN_G..WEIGHT_MAX_G * WEIGHT_MAX_G).contains(&reading.force_squared_g2())
 }

@@ -20,8 +20,10 @@ fn told(answer: ParameterAnswer) -> f32 {
 fn changes_are_staged_together_and_taken_together() {
     let (ki, kd) = (number("control", "ki"), number("control", "kd"));
     let mut stage = Stage::new(&built_in());
+    assert!(!stage.has_changes());
     assert_eq!(told(stage.write(ki, 0.05)), 0.05);
     assert_eq!(told(stage.write(kd, 3.0)), 3.0);
+    assert!(stage.has_changes());
     assert_eq!(told(stage.read(ki)), PARAMETERS.control.ki, "not in force yet");
     assert_eq!(told(stage.read_staged(ki)), 0.05);
     let taken = stage.take().expect("consistent");

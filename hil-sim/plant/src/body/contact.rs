@@ -1,5 +1,5 @@
 //! Dry friction, regularised and solved implicitly: at a wheel's contact (two directions, one
-//! Coulomb disc) and in a gearbox (one direction).
+//! Coulomb disc, [`ContactMode`]) and in a gearbox (one direction, [`GearMode`]).
 //!
 //! The law is `f = -limit s / max(|s|, e)` with the slip speed `s` at the end of the step: within the
 //! band `e` a stiff damper (stick), outside it the Coulomb force against the slip. Since the step is
@@ -105,6 +105,53 @@ impl ContactMode {
                 }
             }
             (Self::Stick, found) => (found, true),
+        }
+    }
+}
+
+/// The state of a gearbox's friction within a step's iteration: the law of a contact in one direction.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum GearMode {
+    /// Within the band.
+    Stick,
+    /// Slipping at this rate.
+    Slide(f64),
+}
+
+/// The law in one direction linearised about a mode: force = -(constant + stiffness * rate).
+#[derive(Debug, Clone, Copy)]
+pub struct LinearInOne {
+    /// Part that does not depend on the rate.
+    pub constant: f64,
+    /// Slope.
+    pub stiffness: f64,
+}
+
+impl GearMode {
+    /// The law about this mode under the limit torque `limit`: its secant or Newton's linearisation.
+    #[inline]
+    pub fn linear(self, limit: f64, band: f64, secant: bool) -> LinearInOne {
+        let (constant, stiffness) = match self {
+            Self::Stick => (0.0, limit / band),
+            Self::Slide(rate) if secant => (0.0, limit / rate.abs()),
+            Self::Slide(rate) => (limit.copysign(rate), 0.0),
+        };
+        LinearInOne { constant, stiffness }
+    }
+
+    /// The mode for the `rate` that a solution with this mode gave, and whether the mode has changed.
+    #[inline]
+    pub fn next(self, rate: f64, band: f64) -> (Self, bool) {
+        let found = if rate.abs() <= band {
+            Self::Stick
+        } else {
+            Self::Slide(rate)
+        };
+        match (self, found) {
+            // The rate reversed within the step: it ended on the way.
+            (Self::Slide(before), _) if before * rate < 0.0 => (Self::Stick, true),
+            (Self::Stick, Self::Stick) | (Self::Slide(_), Self::Slide(_)) => (found, false),
+            _ => (found, true),
         }
     }
 }

@@ -61,3 +61,12 @@ impl JointTorque {
         }
     }
 }
+
+/// What a motor's joint does within a substep: its law with viscous and dry friction.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct JointTerm {
+    /// Impulse at the rate at the start.
+    pub(super) impulse: f64,
+    /// How much less impulse for each rad/s that the rate gains within the substep.
+    pub(super) damping: f64,
+}

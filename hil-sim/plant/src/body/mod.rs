@@ -55,8 +55,11 @@
 //! # Step
 //! Midpoint in the configuration, implicit in everything stiff: with the mass matrix and geometry at the
 //! half step, `(M + h/2 D + h G) du = h f(u_mid) - ...` where D collects viscous and back-EMF damping
-//! (trapezoidal; end of step where a damper stops its inertia within the step), G the regularised dry frictions and the normal constraint (end of step). Second order
-//! between events, first order across a change of stick and slip; unconditionally stable in D and G.
+//! (trapezoidal; end of step where a damper stops its inertia within the step), G the regularised dry frictions and the
+//! normal constraint (end of step). In `f(u_mid)` the middle speed is the old one with half the change of the substep
+//! before; where a solution has to be repeated, with half its own. Second order between events, first order across a
+//! change of stick and slip; unconditionally stable in D and G. The system is solved by elimination: [`ldl`] for any
+//! vehicle on any ground, [`rolling`] with the zeros of a vehicle that rolls on a plane.
 
 mod contact;
 mod inertia;
@@ -64,12 +67,15 @@ mod joint;
 mod ldl;
 mod motion;
 mod outside;
+mod paths;
 mod payload;
+mod rolling;
 mod step;
 #[cfg(test)]
 mod tests;
+mod tracked_angle;
 
-use contact::ContactMode;
+use contact::{ContactMode, GearMode};
 pub use inertia::Inertia;
 pub use joint::JointTorque;
 use ldl::{SPEEDS, Speeds, dot};
@@ -81,6 +87,7 @@ pub use motion::Gravity;
 use outside::Outside;
 pub use outside::{Push, PushedBody};
 pub use payload::Payload;
+use tracked_angle::TrackedAngle;
 
 use super::terrain::Ground;
 
@@ -124,19 +131,6 @@ pub struct Swing {
     pub acceleration: f64,
 }
 
-/// Sine and cosine of the angle `to` from those of `from`: by their series for the small turn of half a
-/// substep (to 1e-13 up to 0.02 rad), which spares a call, else afresh.
-fn turned((sin, cos): (f64, f64), from: f64, to: f64) -> (f64, f64) {
-    let turn = to - from;
-    if turn.abs() > 0.02 {
-        return Real::sin_cos(to);
-    }
-    let square = turn * turn;
-    let s = turn * (1.0 - square / 6.0 * (1.0 - square / 20.0));
-    let c = 1.0 - 0.5 * square * (1.0 - square / 12.0);
-    (sin * c + cos * s, cos * c - sin * s)
-}
-
 /// A contact of a wheel as it was in the last substep.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct WheelContact {
@@ -165,9 +159,9 @@ pub struct Body {
     /// Right and left.
     wheels: [WheelContact; 2],
     wheel_modes: [ContactMode; 2],
-    gear_modes: [ContactMode; MOTORS],
-    /// Arm and spar in the middle of the last substep: angle, sine and cosine.
-    middle: [(f64, (f64, f64)); 2],
+    gear_modes: [GearMode; MOTORS],
+    /// The arm's centre of mass, spar, ballast and heading in the middle of the last substep.
+    middle: [TrackedAngle; 4],
     /// Of the motors' joints over the last substep.
     mean_rates: [f64; MOTORS],
     in_flight: bool,
@@ -187,8 +181,8 @@ impl Body {
             gravity: Gravity::default(),
             wheels: [WheelContact::default(); 2],
             wheel_modes: [ContactMode::Stick; 2],
-            gear_modes: [ContactMode::Stick; MOTORS],
-            middle: [(0.0, (0.0, 1.0)); 2],
+            gear_modes: [GearMode::Stick; MOTORS],
+            middle: [TrackedAngle::new(0.0); 4],
             mean_rates: [0.0; MOTORS],
             in_flight: false,
             outside: Outside::default(),
@@ -224,7 +218,7 @@ impl Body {
             };
         }
         self.wheel_modes = [ContactMode::Stick; 2];
-        self.gear_modes = [ContactMode::Stick; MOTORS];
+        self.gear_modes = [GearMode::Stick; MOTORS];
         self.in_flight = false;
     }
 
@@ -260,15 +254,12 @@ impl Body {
 
     /// How the arm swings.
     pub fn arm_swing(&self) -> Swing {
-        let (angle, sin_cos) = self.middle[0];
+        let [middle, ..] = self.middle;
         if self.inertia.arm_offset == 0.0 {
-            return self.swing(PHI, (angle, sin_cos));
+            return self.swing(PHI, middle);
         }
         // The middle is that of the centre of mass; the arm's own axis is beside it.
-        Swing {
-            sin_cos: Real::sin_cos(self.position[PHI]),
-            ..self.swing(PHI, (angle, sin_cos))
-        }
+        self.swing(PHI, TrackedAngle::new(self.position[PHI]))
     }
 
     /// How the spar swings.
@@ -276,9 +267,10 @@ impl Body {
         self.swing(SPAR, self.middle[1])
     }
 
-    fn swing(&self, index: usize, (angle, sin_cos): (f64, (f64, f64))) -> Swing {
+    #[inline]
+    fn swing(&self, index: usize, near: TrackedAngle) -> Swing {
         Swing {
-            sin_cos: turned(sin_cos, angle, self.position[index]),
+            sin_cos: near.to(self.position[index]).sin_cos,
             rate: self.speed[index],
             acceleration: self.acceleration[index],
         }
@@ -329,7 +321,8 @@ impl Body {
 
     /// Kinetic and potential energy in J; zero potential with every mass at the axle at the origin.
     pub fn energy(&self, ground: &Ground) -> f64 {
-        let c = Configuration::new(&self.inertia, &self.position);
+        let [arm, spar, ballast] = [self.arm_mass_angle(), self.position[SPAR], self.position[BALLAST]];
+        let c = Configuration::new(&self.inertia, [arm, spar, ballast].map(Real::sin_cos));
         let (sin, cos) = Real::sin_cos(self.position[YAW]);
         let [n1, n2, n3] = ground.up_m_s2();
         let mass = self.inertia.total_mass;

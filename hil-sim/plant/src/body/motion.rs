@@ -2,8 +2,6 @@
 //!
 //! Derivation in [`super`].
 
-use model::real::Real;
-
 use super::inertia::Inertia;
 use super::ldl::{SPEEDS, Speeds, Symmetric};
 use super::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
@@ -19,57 +17,77 @@ pub struct Gravity {
     pub normal: f64,
 }
 
-/// Sines, cosines and moments of one configuration.
+/// The bodies that swing about the axle, in the order of a configuration's arrays.
+const SWINGING: [usize; 3] = [PHI, SPAR, BALLAST];
+
+/// Sines, cosines and moments of one configuration. The arrays are of arm, spar and ballast.
 #[derive(Debug, Clone, Copy)]
 pub struct Configuration {
     /// Sine and cosine of the angle of the arm's centre of mass.
     pub arm: (f64, f64),
     /// Of the spar's.
     pub spar: (f64, f64),
-    ballast: (f64, f64),
-    /// Sine and cosine of the ballast's angle relative to the spar.
-    relative: (f64, f64),
+    /// First moments times cosine: how a body's angle couples to the forward speed.
+    pub forward: [f64; 3],
+    /// First moments times sine: how a body's angle couples to the speed off the plane.
+    pub lift: [f64; 3],
+    /// Second moments times sine times sine.
+    sine2: [f64; 3],
+    /// Second moments times sine times cosine.
+    mixed: [f64; 3],
+    /// The coupling of spar and ballast times the spar's sine or cosine times the ballast's.
+    sine_sine: f64,
+    sine_cosine: f64,
+    cosine_sine: f64,
+    cosine_cosine: f64,
     /// Sum of masses times their place ahead of the axle.
     pub ahead: f64,
     /// Sum of masses times their place above the axle (negative: they hang).
     pub above: f64,
     /// Sum of masses times the squares of their places ahead.
-    ahead2: f64,
+    pub ahead2: f64,
     /// Sum of masses times place ahead times place above.
     pub product: f64,
 }
 
 impl Configuration {
-    /// The configuration at the positions `q`.
+    /// The configuration with these sines and cosines of arm, spar and ballast.
     #[inline]
-    pub fn new(inertia: &Inertia, q: &Speeds) -> Self {
-        let arm = Real::sin_cos(q[PHI] + inertia.arm_offset);
-        let (spar, ballast) = if inertia.has_spar {
-            (Real::sin_cos(q[SPAR]), Real::sin_cos(q[BALLAST]))
-        } else {
-            ((0.0, 1.0), (0.0, 1.0))
-        };
-        let relative = (
-            ballast.0 * spar.1 - ballast.1 * spar.0,
-            ballast.1 * spar.1 + ballast.0 * spar.0,
-        );
-        let i = inertia;
+    pub fn new(i: &Inertia, [arm, spar, ballast]: [(f64, f64); 3]) -> Self {
+        let bodies = [
+            (arm, i.arm_first, i.arm_second),
+            (spar, i.spar_first, i.spar_second),
+            (ballast, i.ballast_first, i.ballast_second),
+        ];
+        let forward = bodies.map(|((_, cos), first, _)| first * cos);
+        let lift = bodies.map(|((sin, _), first, _)| first * sin);
+        let sine2 = bodies.map(|((sin, _), _, second)| second * sin * sin);
+        let mixed = bodies.map(|((sin, cos), _, second)| second * sin * cos);
+        let (sine, cosine) = (i.cross * spar.0, i.cross * spar.1);
+        let (sine_sine, sine_cosine) = (sine * ballast.0, sine * ballast.1);
+        let (cosine_sine, cosine_cosine) = (cosine * ballast.0, cosine * ballast.1);
         Self {
             arm,
             spar,
-            ballast,
-            relative,
-            ahead: i.arm_first * arm.0 + i.spar_first * spar.0 + i.ballast_first * ballast.0,
-            above: -(i.arm_first * arm.1 + i.spar_first * spar.1 + i.ballast_first * ballast.1),
-            ahead2: i.arm_second * arm.0 * arm.0
-                + i.spar_second * spar.0 * spar.0
-                + i.ballast_second * ballast.0 * ballast.0
-                + 2.0 * i.cross * spar.0 * ballast.0,
-            product: -(i.arm_second * arm.0 * arm.1
-                + i.spar_second * spar.0 * spar.1
-                + i.ballast_second * ballast.0 * ballast.1
-                + i.cross * (spar.0 * ballast.1 + spar.1 * ballast.0)),
+            forward,
+            lift,
+            sine2,
+            mixed,
+            sine_sine,
+            sine_cosine,
+            cosine_sine,
+            cosine_cosine,
+            ahead: sum(lift),
+            above: -sum(forward),
+            ahead2: sum(sine2) + 2.0 * sine_sine,
+            product: -(sum(mixed) + sine_cosine + cosine_sine),
         }
+    }
+
+    /// How spar and ballast couple by their masses: m_r l_m l_r times the cosine of the angle between them.
+    #[inline]
+    pub fn spar_ballast(&self) -> f64 {
+        self.cosine_cosine + self.sine_sine
     }
 
     /// The mass matrix (lower triangle).
@@ -84,18 +102,20 @@ impl Configuration {
         let [left, right] = i.rotor;
         m[RIGHT][RIGHT] = i.wheel + right;
         m[LEFT][LEFT] = i.wheel + left;
-        m[PHI][FORWARD] = i.arm_first * self.arm.1;
-        m[PHI][LIFT] = i.arm_first * self.arm.0;
+        let ([arm_forward, spar_forward, ballast_forward], [arm_lift, spar_lift, ballast_lift]) =
+            (self.forward, self.lift);
+        m[PHI][FORWARD] = arm_forward;
+        m[PHI][LIFT] = arm_lift;
         m[PHI][RIGHT] = right;
         m[PHI][LEFT] = left;
         m[PHI][PHI] = i.arm_second + (left + right);
         if i.has_spar {
-            m[FORWARD][SPAR] = i.spar_first * self.spar.1;
-            m[LIFT][SPAR] = i.spar_first * self.spar.0;
+            m[FORWARD][SPAR] = spar_forward;
+            m[LIFT][SPAR] = spar_lift;
             m[SPAR][SPAR] = i.spar_second + i.ballast_rotor;
-            m[FORWARD][BALLAST] = i.ballast_first * self.ballast.1;
-            m[LIFT][BALLAST] = i.ballast_first * self.ballast.0;
-            m[SPAR][BALLAST] = i.cross * self.relative.1 - i.ballast_rotor;
+            m[FORWARD][BALLAST] = ballast_forward;
+            m[LIFT][BALLAST] = ballast_lift;
+            m[SPAR][BALLAST] = self.spar_ballast() - i.ballast_rotor;
             m[BALLAST][BALLAST] = i.ballast_second + i.ballast_rotor;
         } else {
             // No spar: its speeds stay zero.
@@ -105,67 +125,49 @@ impl Configuration {
         m
     }
 
-    /// Rate of the masses' place ahead, sum m a', at the speeds `u`.
-    #[inline]
-    pub fn ahead_rate(&self, i: &Inertia, u: &Speeds) -> f64 {
-        i.arm_first * self.arm.1 * u[PHI]
-            + i.spar_first * self.spar.1 * u[SPAR]
-            + i.ballast_first * self.ballast.1 * u[BALLAST]
-    }
-
     /// Rate of the masses' place above, sum m b', at the speeds `u`.
     #[inline]
-    pub fn above_rate(&self, i: &Inertia, u: &Speeds) -> f64 {
-        i.arm_first * self.arm.0 * u[PHI]
-            + i.spar_first * self.spar.0 * u[SPAR]
-            + i.ballast_first * self.ballast.0 * u[BALLAST]
+    pub fn above_rate(&self, u: &Speeds) -> f64 {
+        weighted(self.lift, swinging(u))
     }
 
     /// Rate of [`Configuration::product`] at the speeds `u`.
     #[inline]
     pub fn product_rate(&self, i: &Inertia, u: &Speeds) -> f64 {
-        let double = |(s, c): (f64, f64)| c * c - s * s;
-        let (s, b) = (self.spar, self.ballast);
-        -(i.arm_second * double(self.arm) * u[PHI]
-            + i.spar_second * double(s) * u[SPAR]
-            + i.ballast_second * double(b) * u[BALLAST]
-            + i.cross * (s.1 * b.1 - s.0 * b.0) * (u[SPAR] + u[BALLAST]))
+        let [arm, spar, ballast] = self.sine2;
+        // Second moment times the cosine of twice the angle.
+        let doubles = [
+            i.arm_second - 2.0 * arm,
+            i.spar_second - 2.0 * spar,
+            i.ballast_second - 2.0 * ballast,
+        ];
+        -(weighted(doubles, swinging(u)) + (self.cosine_cosine - self.sine_sine) * (u[SPAR] + u[BALLAST]))
     }
 
     /// Centrifugal, Coriolis and gravity forces at the speeds `u`.
     #[inline]
     pub fn forces(&self, i: &Inertia, u: &Speeds, g: &Gravity) -> Speeds {
-        let (arm, spar, ballast) = (self.arm, self.spar, self.ballast);
         let yaw = u[YAW];
         let yaw2 = yaw * yaw;
-        let turn = yaw * u[SIDE];
-        let (phi2, spar2, ballast2) = (u[PHI] * u[PHI], u[SPAR] * u[SPAR], u[BALLAST] * u[BALLAST]);
-        let ahead_rate = self.ahead_rate(i, u);
-        let ahead2_rate = 2.0
-            * (i.arm_second * arm.0 * arm.1 * u[PHI]
-                + i.spar_second * spar.0 * spar.1 * u[SPAR]
-                + i.ballast_second * ballast.0 * ballast.1 * u[BALLAST]
-                + i.cross * (spar.1 * ballast.0 * u[SPAR] + spar.0 * ballast.1 * u[BALLAST]));
-        let hang = |first: f64, (sin, cos): (f64, f64)| first * (cos * turn - (cos * g.along + sin * g.normal));
+        let rates = swinging(u);
+        let squares = rates.map(|rate| rate * rate);
+        let ahead_rate = weighted(self.forward, rates);
+        let ahead2_rate =
+            2.0 * (weighted(self.mixed, rates) + self.cosine_sine * u[SPAR] + self.sine_cosine * u[BALLAST]);
         let mut f = [0.0; SPEEDS];
-        f[FORWARD] = i.arm_first * arm.0 * phi2
-            + i.spar_first * spar.0 * spar2
-            + i.ballast_first * ballast.0 * ballast2
-            + yaw * (i.total_mass * u[SIDE] + yaw * self.ahead)
-            - i.total_mass * g.along;
+        f[FORWARD] =
+            weighted(self.lift, squares) + yaw * (i.total_mass * u[SIDE] + yaw * self.ahead) - i.total_mass * g.along;
         f[SIDE] = -yaw * (i.total_mass * u[FORWARD] + 2.0 * ahead_rate) - i.total_mass * g.across;
-        f[LIFT] =
-            -(i.arm_first * arm.1 * phi2 + i.spar_first * spar.1 * spar2 + i.ballast_first * ballast.1 * ballast2)
-                - i.total_mass * g.normal;
+        f[LIFT] = -weighted(self.forward, squares) - i.total_mass * g.normal;
         f[YAW] = -ahead2_rate * yaw - self.ahead * (yaw * u[FORWARD] + g.across);
-        f[PHI] = yaw2 * i.arm_second * arm.0 * arm.1 + hang(i.arm_first, arm);
+        let along = yaw * u[SIDE] - g.along;
+        let hang = |body: usize| self.forward[body] * along - self.lift[body] * g.normal;
+        f[PHI] = yaw2 * self.mixed[0] + hang(0);
         if i.has_spar {
-            f[SPAR] = i.cross * self.relative.0 * ballast2
-                + yaw2 * (i.spar_second * spar.0 * spar.1 + i.cross * spar.1 * ballast.0)
-                + hang(i.spar_first, spar);
-            f[BALLAST] = -i.cross * self.relative.0 * spar2
-                + yaw2 * (i.ballast_second * ballast.0 * ballast.1 + i.cross * spar.0 * ballast.1)
-                + hang(i.ballast_first, ballast);
+            // The coupling times the sine of the ballast's angle from the spar.
+            let relative = self.cosine_sine - self.sine_cosine;
+            f[SPAR] = relative * squares[2] + yaw2 * (self.mixed[1] + self.cosine_sine) + hang(1);
+            f[BALLAST] = -relative * squares[1] + yaw2 * (self.mixed[2] + self.sine_cosine) + hang(2);
         }
         f
     }
@@ -176,7 +178,7 @@ impl Configuration {
         i.arm_second * u[PHI]
             + i.spar_second * u[SPAR]
             + i.ballast_second * u[BALLAST]
-            + i.cross * self.relative.1 * (u[SPAR] + u[BALLAST])
+            + self.spar_ballast() * (u[SPAR] + u[BALLAST])
     }
 
     /// Kinetic energy at the speeds `u`, in J.
@@ -191,4 +193,18 @@ impl Configuration {
         }
         0.5 * twice
     }
+}
+
+/// The rates of arm, spar and ballast.
+#[inline]
+fn swinging(u: &Speeds) -> [f64; 3] {
+    SWINGING.map(|index| u[index])
+}
+
+fn sum([a, b, c]: [f64; 3]) -> f64 {
+    a + b + c
+}
+
+fn weighted([a, b, c]: [f64; 3], [x, y, z]: [f64; 3]) -> f64 {
+    a * x + b * y + c * z
 }

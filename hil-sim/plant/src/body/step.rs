@@ -3,14 +3,17 @@
 //!
 //! The scheme is described in [`super`].
 
-use model::real::Real;
 use model::sample::MOTORS;
 
-use super::contact::{ContactMode, GEAR_BAND_RAD_S, Linear, WHEEL_BAND_M_S};
-use super::joint::Branch;
+use super::contact::{ContactMode, GEAR_BAND_RAD_S, GearMode, Linear, WHEEL_BAND_M_S};
+use super::joint::{Branch, JointTerm};
 use super::ldl::{Factored, SPEEDS, Speeds, Symmetric, add_outer, add_scaled, dot};
 use super::motion::Configuration;
-use super::{ANGLES, Body, FORWARD, JOINTS, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW};
+use super::paths::Contacts;
+use super::rolling::{self, Load};
+use super::{
+    ANGLES, BALLAST, Body, FORWARD, JOINTS, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW,
+};
 use crate::terrain::Ground;
 
 /// Stiffness of the normal constraint on the end-of-step speed, in N s/m: 13 kg sink 0.1 um/s.
@@ -20,18 +23,11 @@ const NEWTON_MAX: usize = 6;
 const ITERATIONS_MAX: usize = 16;
 
 const SPAR_BEARING: [(usize, f64); 2] = [(SPAR, 1.0), (PHI, -1.0)];
-const SIDE_SLIP: [(usize, f64); 1] = [(SIDE, 1.0)];
 
-/// Geometry of the contacts in one substep.
-struct Contacts {
-    /// Longitudinal slip of right and left over the speeds.
-    roll: [[(usize, f64); 4]; 2],
-    /// Speed of the axle off its path over the speeds.
-    normal: [(usize, f64); 4],
-    friction: [f64; 2],
-    /// Reciprocal cosine of each path's slope.
-    secant: [f64; 2],
-    height: f64,
+/// The rates of the motors' joints at the speeds `u`.
+#[inline]
+fn joint_rates(u: &Speeds) -> [f64; MOTORS] {
+    JOINTS.map(|row| dot(&row, u))
 }
 
 /// Weight of the end of the step in a damper's mean rate: the middle, second order, as long as the damper
@@ -39,6 +35,30 @@ struct Contacts {
 fn end_weight(impulse_per_rate: f64, inertia: f64) -> f64 {
     if impulse_per_rate < inertia { 0.5 } else { 1.0 }
 }
+
+/// What of a substep is assumed, and changes until the solution agrees.
+#[derive(Clone, Copy)]
+struct Assumed {
+    grounded: bool,
+    wheels: [ContactMode; 2],
+    gears: [GearMode; MOTORS],
+    branches: [Branch; MOTORS],
+    normals: [f64; 2],
+}
+
+/// What a substep is solved from.
+struct Substep<'a> {
+    h: f64,
+    configuration: &'a Configuration,
+    contacts: &'a Contacts,
+    joints: [JointTerm; MOTORS],
+    bearing: JointTerm,
+    /// Impulses of every force that no joint makes.
+    impulse: Speeds,
+}
+
+/// A solution: the changes of the speeds, the total normal force, the laws of the wheels' contacts.
+type Solution = (Speeds, f64, [Linear; 2]);
 
 impl Body {
     /// Advances by `h` seconds under the motors' `joints`.
@@ -57,101 +77,90 @@ impl Body {
     ) {
         let u = self.speed;
         let half = 0.5 * h;
-        let mut middle = self.position;
-        for index in ANGLES {
-            middle[index] += half * u[index];
-        }
-        let heading = Real::sin_cos(middle[YAW]);
-        let c = Configuration::new(&self.inertia, &middle);
-        self.middle = [(middle[PHI], c.arm), (middle[SPAR], c.spar)];
-        let contacts = self.contacts(h, ground, heading);
+        let angle = |index: usize| self.position[index] + half * u[index];
+        let [arm, spar, ballast, heading] = self.middle;
+        let arm = arm.to(angle(PHI) + self.inertia.arm_offset);
+        let (spar, ballast, heading) = (spar.to(angle(SPAR)), ballast.to(angle(BALLAST)), heading.to(angle(YAW)));
+        self.middle = [arm, spar, ballast, heading];
+        let c = Configuration::new(&self.inertia, [arm.sin_cos, spar.sin_cos, ballast.sin_cos]);
+        let contacts = self.contacts(h, ground, heading.sin_cos);
 
-        let mut branches: [Branch; MOTORS] = core::array::from_fn(|i| joints[i].branch(dot(&JOINTS[i], &u)));
+        let rates = joint_rates(&u);
         let predicted = self.position[LIFT] + h * u[LIFT];
-        let mut grounded = !self.in_flight || predicted <= contacts.height;
-        let mut wheel_modes = self.wheel_modes;
-        let mut gear_modes = self.gear_modes;
-        let mut normals = [self.wheels[0].normal_n, self.wheels[1].normal_n];
-        let mut change = [0.0; SPEEDS];
+        let mut assumed = Assumed {
+            grounded: !self.in_flight || predicted <= contacts.height,
+            wheels: self.wheel_modes,
+            gears: self.gear_modes,
+            branches: core::array::from_fn(|i| joints[i].branch(rates[i])),
+            normals: [self.wheels[0].normal_n, self.wheels[1].normal_n],
+        };
+        // The forces act at the mean speeds, foretold by the change in the substep before.
+        let mut change: Speeds = core::array::from_fn(|i| h * self.acceleration[i]);
         for iteration in 0..ITERATIONS_MAX {
-            let mut a = c.mass(&self.inertia);
-            let mut b = [0.0; SPEEDS];
-            self.smooth_terms(h, joints, branches, weights, (&mut a, &mut b));
-            if self.outside.acts {
-                self.act(h, &c, &mut a, &mut b);
-            }
             let secant = iteration >= NEWTON_MAX;
-            let laws = self.dry_terms(
+            let mean: Speeds = core::array::from_fn(|i| u[i] + 0.5 * change[i]);
+            let substep = Substep {
                 h,
-                joints,
-                &contacts,
-                grounded,
-                (&wheel_modes, &gear_modes),
-                normals,
-                secant,
-                &mut a,
-                &mut b,
-            );
-            let factored = Factored::new(&mut a);
-            // Predictor with the forces at the old speeds, corrector with those at the middle ones.
-            for _ in 0..if iteration == 0 { 2 } else { 1 } {
-                let mean: Speeds = core::array::from_fn(|i| u[i] + 0.5 * change[i]);
-                let f = c.forces(&self.inertia, &mean, &self.gravity);
-                let right: Speeds = core::array::from_fn(|i| b[i] + h * f[i]);
-                change = factored.solve(right);
-            }
-            let end: Speeds = core::array::from_fn(|i| u[i] + change[i]);
-
-            let push = if grounded {
-                -NORMAL_N_S_M * dot(&contacts.normal, &end)
-            } else {
-                0.0
+                configuration: &c,
+                contacts: &contacts,
+                joints: self.joint_terms(h, joints, &rates, weights, &assumed, secant),
+                bearing: self.spar_bearing(h),
+                impulse: c.forces(&self.inertia, &mean, &self.gravity).map(|force| h * force),
             };
+            let sticks = assumed.grounded && assumed.wheels == [ContactMode::Stick; 2];
+            let (found_change, push, laws) = if sticks && contacts.level && !self.outside.acts {
+                self.solve_rolling(&substep, &assumed)
+            } else {
+                self.solve(&substep, &assumed, secant)
+            };
+            change = found_change;
             if push < 0.0 {
                 // The ground cannot pull: solve again without the normal constraint.
-                grounded = false;
+                assumed.grounded = false;
                 continue;
             }
+            let end: Speeds = core::array::from_fn(|i| u[i] + change[i]);
             let mut again = false;
-            let slip: [[f64; 2]; 2] = core::array::from_fn(|i| [dot(&contacts.roll[i], &end), dot(&SIDE_SLIP, &end)]);
-            for i in 0..2 {
-                let (mode, changed) = wheel_modes[i].next(slip[i], WHEEL_BAND_M_S);
-                again |= changed && grounded;
-                wheel_modes[i] = mode;
+            let slip = contacts.slips(&end).map(|along| [along, end[SIDE]]);
+            for (wheel, slip) in assumed.wheels.iter_mut().zip(slip) {
+                let (mode, changed) = wheel.next(slip, WHEEL_BAND_M_S);
+                again |= changed && assumed.grounded;
+                *wheel = mode;
             }
+            let end_rates = joint_rates(&end);
             for i in 0..MOTORS {
-                let (start, rate) = (dot(&JOINTS[i], &u), dot(&JOINTS[i], &end));
-                let (mode, changed) = gear_modes[i].next([rate, 0.0], GEAR_BAND_RAD_S);
+                let (mode, changed) = assumed.gears[i].next(end_rates[i], GEAR_BAND_RAD_S);
                 again |= changed && joints[i].coulomb_n_m > 0.0;
-                gear_modes[i] = mode;
-                self.mean_rates[i] = start + weights[i] * (rate - start);
-                let branch = joints[i].next_branch(branches[i], self.mean_rates[i]);
-                again |= branch != branches[i];
-                branches[i] = branch;
+                assumed.gears[i] = mode;
+                self.mean_rates[i] = rates[i] + weights[i] * (end_rates[i] - rates[i]);
+                let branch = joints[i].next_branch(assumed.branches[i], self.mean_rates[i]);
+                again |= branch != assumed.branches[i];
+                assumed.branches[i] = branch;
             }
             let forces: [[f64; 2]; 2] = core::array::from_fn(|i| laws[i].force(slip[i]));
             let found = self.share_normal(h, &c, &contacts, push, forces, &change, &u);
             for i in 0..2 {
                 // A bound that was wrong matters to a wheel that slides, or had none.
-                let bound_matters = wheel_modes[i] != ContactMode::Stick || normals[i] <= 0.0;
-                again |= bound_matters && (found[i] - normals[i]).abs() > 1e-3 * found[i];
+                let slides = assumed.wheels[i] != ContactMode::Stick;
+                let bound_matters = slides || assumed.normals[i] <= 0.0;
+                again |= bound_matters && (found[i] - assumed.normals[i]).abs() > 1e-3 * found[i];
                 self.wheels[i] = WheelContact {
                     normal_n: found[i],
                     longitudinal_n: forces[i][0],
                     lateral_n: forces[i][1],
                     slip_m_s: slip[i][0],
-                    sliding: grounded && found[i] > 0.0 && wheel_modes[i] != ContactMode::Stick,
+                    sliding: assumed.grounded && found[i] > 0.0 && slides,
                     lifted: found[i] <= 0.0,
                 };
             }
-            normals = found;
+            assumed.normals = found;
             if !again {
                 break;
             }
         }
-        self.wheel_modes = wheel_modes;
-        self.gear_modes = gear_modes;
-        self.finish(h, ground, heading, &change, grounded);
+        self.wheel_modes = assumed.wheels;
+        self.gear_modes = assumed.gears;
+        self.finish(h, ground, heading.sin_cos, &change, assumed.grounded);
     }
 
     /// Viscous damping of each motor's joint that is not the motor's.
@@ -168,130 +177,121 @@ impl Body {
         core::array::from_fn(|i| end_weight(h * (joints[i].damping_n_m_s + viscous[i]), inertias[i]))
     }
 
-    /// Adds the motors' torques and the viscous dampers.
+    /// The motors' joints in a substep: torques, viscous and dry friction, linearised about what is assumed.
     #[inline]
-    fn smooth_terms(
+    fn joint_terms(
         &self,
         h: f64,
         joints: &[JointTorque; MOTORS],
-        branches: [Branch; MOTORS],
+        rates: &[f64; MOTORS],
         weights: [f64; MOTORS],
-        (a, b): (&mut Symmetric, &mut Speeds),
-    ) {
+        assumed: &Assumed,
+        secant: bool,
+    ) -> [JointTerm; MOTORS] {
         let viscous = self.viscous();
+        let mut terms = [JointTerm::default(); MOTORS];
         let count = if self.inertia.has_spar { MOTORS } else { MOTORS - 1 };
-        for i in 0..count {
-            let (constant, damping) = joints[i].on(branches[i]);
+        for (i, term) in terms.iter_mut().enumerate().take(count) {
+            let (constant, damping) = joints[i].on(assumed.branches[i]);
             let damping = damping + viscous[i];
-            add_outer(a, &JOINTS[i], weights[i] * h * damping);
-            let torque = constant - damping * dot(&JOINTS[i], &self.speed);
-            add_scaled(b, &JOINTS[i], h * torque);
+            let dry = assumed.gears[i].linear(joints[i].coulomb_n_m, GEAR_BAND_RAD_S, secant);
+            *term = JointTerm {
+                impulse: h * (constant - dry.constant - (damping + dry.stiffness) * rates[i]),
+                damping: h * (weights[i] * damping + dry.stiffness),
+            };
         }
-        if self.inertia.has_spar {
-            let damping = self.inertia.spar_damping;
-            let weight = end_weight(h * damping, self.inertia.spar_second);
-            add_outer(a, &SPAR_BEARING, weight * h * damping);
-            add_scaled(b, &SPAR_BEARING, -h * damping * dot(&SPAR_BEARING, &self.speed));
+        terms
+    }
+
+    /// The spar's bearing in a substep.
+    fn spar_bearing(&self, h: f64) -> JointTerm {
+        let damping = h * self.inertia.spar_damping;
+        let weight = end_weight(damping, self.inertia.spar_second);
+        JointTerm {
+            impulse: -damping * dot(&SPAR_BEARING, &self.speed),
+            damping: weight * damping,
         }
     }
 
-    /// Adds the dry frictions and the normal constraint, linearised about the modes; returns the
-    /// wheels' laws.
-    #[allow(clippy::too_many_arguments)] // One matrix is assembled from all of these.
+    /// Solves for a vehicle that rolls on a plane.
     #[inline]
-    fn dry_terms(
-        &self,
-        h: f64,
-        joints: &[JointTorque; MOTORS],
-        contacts: &Contacts,
-        grounded: bool,
-        (wheel_modes, gear_modes): (&[ContactMode; 2], &[ContactMode; MOTORS]),
-        normals: [f64; 2],
-        secant: bool,
-        a: &mut Symmetric,
-        b: &mut Speeds,
-    ) -> [Linear; 2] {
-        let u = &self.speed;
-        for i in 0..MOTORS {
-            let limit = joints[i].coulomb_n_m;
-            if limit > 0.0 {
-                let law = if secant {
-                    gear_modes[i].secant(limit, GEAR_BAND_RAD_S)
-                } else {
-                    gear_modes[i].linear(limit, GEAR_BAND_RAD_S)
-                };
-                add_outer(a, &JOINTS[i], h * law.stiffness[0]);
-                let [force, _] = law.force([dot(&JOINTS[i], u), 0.0]);
-                add_scaled(b, &JOINTS[i], h * force);
-            }
+    fn solve_rolling(&self, substep: &Substep<'_>, assumed: &Assumed) -> Solution {
+        let contacts = substep.contacts;
+        let laws: [Linear; 2] = core::array::from_fn(|i| {
+            ContactMode::Stick.linear(contacts.friction[i] * assumed.normals[i], WHEEL_BAND_M_S)
+        });
+        let load = Load {
+            impulse: &substep.impulse,
+            joints: &substep.joints,
+            bearing: substep.bearing,
+            grip: laws.map(|law| substep.h * law.stiffness[0]),
+            radii: contacts.radii,
+        };
+        let (change, push) = rolling::solve(&self.inertia, substep.configuration, &self.speed, &load);
+        (change, push / substep.h, laws)
+    }
+
+    /// Solves for any vehicle on any ground.
+    fn solve(&mut self, substep: &Substep<'_>, assumed: &Assumed, secant: bool) -> Solution {
+        let mut a = substep.configuration.mass(&self.inertia);
+        let mut b = substep.impulse;
+        for (row, term) in JOINTS.iter().zip(&substep.joints) {
+            add_outer(&mut a, row, term.damping);
+            add_scaled(&mut b, row, term.impulse);
         }
+        add_outer(&mut a, &SPAR_BEARING, substep.bearing.damping);
+        add_scaled(&mut b, &SPAR_BEARING, substep.bearing.impulse);
+        if self.outside.acts {
+            self.act(substep.h, substep.configuration, &mut a, &mut b);
+        }
+        let laws = self.ground_terms(substep, assumed, secant, (&mut a, &mut b));
+        let change = Factored::new(&mut a).solve(b);
+        let push = if assumed.grounded {
+            let normal = substep.contacts.normal();
+            -NORMAL_N_S_M * (dot(&normal, &self.speed) + dot(&normal, &change))
+        } else {
+            0.0
+        };
+        (change, push, laws)
+    }
+
+    /// Adds the normal constraint and the wheels' friction, linearised about the modes; returns the wheels' laws.
+    #[inline]
+    fn ground_terms(
+        &self,
+        substep: &Substep<'_>,
+        assumed: &Assumed,
+        secant: bool,
+        (a, b): (&mut Symmetric, &mut Speeds),
+    ) -> [Linear; 2] {
+        let (h, contacts, u) = (substep.h, substep.contacts, &self.speed);
         let mut laws = [Linear::default(); 2];
-        if grounded {
-            add_outer(a, &contacts.normal, h * NORMAL_N_S_M);
-            add_scaled(b, &contacts.normal, -h * NORMAL_N_S_M * dot(&contacts.normal, u));
-            for i in 0..2 {
-                let limit = contacts.friction[i] * normals[i];
+        if assumed.grounded {
+            let normal = contacts.normal();
+            add_outer(a, &normal, h * NORMAL_N_S_M);
+            add_scaled(b, &normal, -h * NORMAL_N_S_M * dot(&normal, u));
+            for (i, found) in laws.iter_mut().enumerate() {
+                let limit = contacts.friction[i] * assumed.normals[i];
                 let law = if secant {
-                    wheel_modes[i].secant(limit, WHEEL_BAND_M_S)
+                    assumed.wheels[i].secant(limit, WHEEL_BAND_M_S)
                 } else {
-                    wheel_modes[i].linear(limit, WHEEL_BAND_M_S)
+                    assumed.wheels[i].linear(limit, WHEEL_BAND_M_S)
                 };
                 let [xx, xy, yy] = law.stiffness;
-                let roll = &contacts.roll[i];
+                let roll = &contacts.roll(i);
                 add_outer(a, roll, h * xx);
-                add_outer(a, &SIDE_SLIP, h * yy);
+                a[SIDE][SIDE] += h * yy;
                 for &(index, value) in roll {
                     let (row, column) = if index > SIDE { (index, SIDE) } else { (SIDE, index) };
                     a[row][column] += h * xy * value;
                 }
-                let [along, across] = law.force([dot(roll, u), dot(&SIDE_SLIP, u)]);
+                let [along, across] = law.force([dot(roll, u), u[SIDE]]);
                 add_scaled(b, roll, h * along);
-                add_scaled(b, &SIDE_SLIP, h * across);
-                laws[i] = law;
+                b[SIDE] += h * across;
+                *found = law;
             }
         }
         laws
-    }
-
-    /// Geometry of the contacts at the end of the step, as far as the old speeds foretell it.
-    fn contacts(&mut self, h: f64, ground: &Ground, (sin, cos): (f64, f64)) -> Contacts {
-        let (u, d) = (&self.speed, self.inertia.half_track);
-        let half_difference = 0.5 * self.inertia.radius_difference;
-        let radii = [
-            self.inertia.radius - half_difference,
-            self.inertia.radius + half_difference,
-        ];
-        let x = self.position[FORWARD] + h * (u[FORWARD] * cos - u[SIDE] * sin);
-        // Heading at the end, to first order in the turn.
-        let reach = d * (sin + 0.5 * h * u[YAW] * cos);
-        let wheel_x = [x + reach, x - reach];
-        let paths = [ground.wheel(wheel_x[0]), ground.wheel(wheel_x[1])];
-        let tangent = [paths[0].slope * cos, paths[1].slope * cos];
-        let secant: [f64; 2] = core::array::from_fn(|i| (1.0 + tangent[i] * tangent[i]).sqrt());
-        let side = 0.5 * (paths[0].slope + paths[1].slope) * sin;
-        self.slope = tangent;
-        self.gravity = self.gravity_at(ground, (sin, cos), [paths[0].height_m, paths[1].height_m]);
-        let roll = |wheel: usize, sign: f64, i: usize| {
-            let cosine = 1.0 / secant[i];
-            [
-                (FORWARD, cosine),
-                (LIFT, tangent[i] * cosine),
-                (YAW, sign * d * cosine),
-                (wheel, -radii[i]),
-            ]
-        };
-        Contacts {
-            roll: [roll(RIGHT, 1.0, 0), roll(LEFT, -1.0, 1)],
-            normal: [
-                (FORWARD, -0.5 * (tangent[0] + tangent[1])),
-                (SIDE, side),
-                (LIFT, 1.0),
-                (YAW, -0.5 * d * (tangent[0] - tangent[1])),
-            ],
-            friction: [ground.friction_right(wheel_x[0]), ground.friction_left(wheel_x[1])],
-            secant,
-            height: 0.5 * (paths[0].height_m + paths[1].height_m),
-        }
     }
 
     /// Splits the total normal force `push` between right and left by the roll balance about the axle:
@@ -313,7 +313,7 @@ impl Body {
         let i = &self.inertia;
         let u: Speeds = core::array::from_fn(|k| before[k] + 0.5 * change[k]);
         let (side_rate, yaw_rate) = (change[SIDE] / h, change[YAW] / h);
-        let above_rate = c.above_rate(i, &u);
+        let above_rate = c.above_rate(&u);
         let yaw = u[YAW];
         // H_1 = -(sum m b w + sum m a b yaw).
         let h1_rate =

@@ -8,6 +8,8 @@ use super::*;
 use crate::terrain::{Friction, Plane, Terrain};
 use crate::tests::{bare_vehicle, reference_vehicle};
 
+mod rolling;
+
 const NO_TORQUE: [JointTorque; MOTORS] = [JointTorque::NONE; MOTORS];
 
 fn ground(slope_x_rad: f64, slope_y_rad: f64, friction: f64, radius: f64) -> Ground {
@@ -30,18 +32,6 @@ fn motor(vehicle: &Vehicle<f64>, volts: f64) -> JointTorque {
         constant_n_m: torque * volts / m.resistance_ohm,
         damping_n_m_s: torque * m.back_emf_constant_v_s_per_rad * m.gear_ratio / m.resistance_ohm,
         ..JointTorque::NONE
-    }
-}
-
-#[test]
-fn a_small_turn_by_series_is_a_turn() {
-    for (from, turn) in [(0.3, 0.019), (-2.0, -0.02), (1.0, 0.5), (0.0, 0.0)] {
-        let to: f64 = from + turn;
-        let (sin, cos) = turned(f64::sin_cos(from), from, to);
-        assert!(
-            (sin - to.sin()).abs() < 2e-13 && (cos - to.cos()).abs() < 2e-13,
-            "{from} {turn}"
-        );
     }
 }
 

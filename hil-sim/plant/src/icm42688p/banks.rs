@@ -6,6 +6,8 @@ use super::registers as reg;
 /// Registers of one bank.
 const BANK_SIZE: usize = 128;
 const BANKS: usize = 5;
+/// First of the data registers.
+const DATA: usize = reg::TEMP_DATA1 as usize;
 
 /// Every register.
 #[derive(Debug, Clone)]
@@ -22,6 +24,7 @@ impl Banks {
     }
 
     /// A register; 0 where there is none.
+    #[inline]
     pub(super) fn get(&self, bank: usize, address: u8) -> u8 {
         self.0
             .get(bank)
@@ -31,6 +34,7 @@ impl Banks {
     }
 
     /// Changes a register, if there is one.
+    #[inline]
     pub(super) fn set(&mut self, bank: usize, address: u8, value: u8) {
         if let Some(register) = self
             .0
@@ -46,21 +50,31 @@ impl Banks {
         usize::from(self.get(0, reg::REG_BANK_SEL) & 7)
     }
 
+    /// `count` registers from `address` on, if they are of the selected bank 0 and below those whose reading does
+    /// something.
+    #[inline]
+    pub(super) fn burst(&self, address: u8, count: usize) -> Option<&[u8]> {
+        let begin = usize::from(address);
+        let end = begin + count;
+        if end > usize::from(reg::INT_STATUS) || self.selected() != 0 {
+            return None;
+        }
+        self.0[0].get(begin..end)
+    }
+
     /// The data registers as they stand.
+    #[inline]
     pub(super) fn words(&self) -> Words {
-        let mut address = reg::TEMP_DATA1;
-        core::array::from_fn(|_| {
-            let word = i16::from_be_bytes([self.get(0, address), self.get(0, address + 1)]);
-            address += 2;
-            word
-        })
+        let bank = &self.0[0];
+        core::array::from_fn(|i| i16::from_be_bytes([bank[DATA + 2 * i], bank[DATA + 2 * i + 1]]))
     }
 
     /// Puts a sample into the data registers.
+    #[inline]
     pub(super) fn set_words(&mut self, words: &Words) {
-        let bytes = words.iter().flat_map(|word| word.to_be_bytes());
-        for (address, byte) in (reg::TEMP_DATA1..).zip(bytes) {
-            self.set(0, address, byte);
+        let bank = &mut self.0[0];
+        for (i, word) in words.iter().enumerate() {
+            [bank[DATA + 2 * i], bank[DATA + 2 * i + 1]] = word.to_be_bytes();
         }
     }
 }

@@ -20,9 +20,7 @@ impl Icm42688pModel {
     /// is written, or replaced by what is read.
     pub fn transfer(&mut self, bytes: &mut [u8]) {
         self.select();
-        for byte in bytes {
-            *byte = self.exchange(*byte);
-        }
+        self.exchange_all(bytes);
         self.deselect();
     }
 
@@ -36,6 +34,27 @@ impl Icm42688pModel {
         self.transfer = Transfer::Deselected;
         if let Some(words) = self.pending.take() {
             self.publish(&words);
+        }
+    }
+
+    /// Bytes each way while the chip is selected: as [`Self::exchange`] one after the other.
+    pub fn exchange_all(&mut self, bytes: &mut [u8]) {
+        let Some((first, rest)) = bytes.split_first_mut() else {
+            return;
+        };
+        *first = self.exchange(*first);
+        // Every tick reads the data registers in one burst.
+        if let Transfer::Read(address) = self.transfer
+            && self.time_s >= self.ready_from_s
+            && !self.dead()
+            && let Some(registers) = self.banks.burst(address, rest.len())
+        {
+            rest.copy_from_slice(registers);
+            self.transfer = Transfer::Read(address + rest.len() as u8);
+            return;
+        }
+        for byte in rest {
+            *byte = self.exchange(*byte);
         }
     }
 

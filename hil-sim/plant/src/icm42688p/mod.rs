@@ -35,6 +35,21 @@ struct Channel {
     on: bool,
     valid_from_s: f64,
     next_s: f64,
+    /// Time between two samples, s.
+    period_s: f64,
+    /// Counts for a unit of what it measures, m/s^2 or rad/s.
+    counts_per_unit: f64,
+}
+
+impl Channel {
+    /// The clock has ticked at `now_s`.
+    fn tick(&mut self, now_s: f64) {
+        self.next_s += self.period_s;
+        if self.next_s < now_s {
+            // A step may span several ticks; the part measures once.
+            self.next_s = now_s + self.period_s;
+        }
+    }
 }
 
 /// An ICM-42688-P.
@@ -170,10 +185,15 @@ impl Icm42688pModel {
         )
     }
 
-    /// A new rate or bandwidth.
+    /// A new rate, full scale or bandwidth.
     fn configure(&mut self) {
+        let (accel_rate, gyro_rate) = self.rates();
+        self.accel.period_s = 1.0 / accel_rate.unwrap_or(1.0);
+        self.gyro.period_s = 1.0 / gyro_rate.unwrap_or(1.0);
+        self.accel.counts_per_unit = reg::accel_lsb_per_g(self.banks.get(0, reg::ACCEL_CONFIG0)) / GRAVITY_M_S2;
+        self.gyro.counts_per_unit = reg::gyro_lsb_per_deg_s(self.banks.get(0, reg::GYRO_CONFIG0)).to_degrees();
         // One corner serves both sensors here: the gyro's, whose delay the control loop feels.
-        if let (_, Some(rate)) = self.rates() {
+        if let Some(rate) = gyro_rate {
             let corner = reg::bandwidth_hz(self.banks.get(0, reg::GYRO_ACCEL_CONFIG0), rate);
             self.sensor.set_corner_hz(corner);
         }
@@ -183,20 +203,11 @@ impl Icm42688pModel {
 
     /// One tick of a data rate.
     fn sample(&mut self, accel_due: bool, gyro_due: bool) {
-        let (accel_rate, gyro_rate) = self.rates();
-        let advance = |channel: &mut Channel, rate: Option<f64>, now: f64| {
-            let period = 1.0 / rate.unwrap_or(1.0);
-            channel.next_s += period;
-            if channel.next_s < now {
-                // A step may span several ticks; the part measures once.
-                channel.next_s = now + period;
-            }
-        };
         if accel_due {
-            advance(&mut self.accel, accel_rate, self.time_s);
+            self.accel.tick(self.time_s);
         }
         if gyro_due {
-            advance(&mut self.gyro, gyro_rate, self.time_s);
+            self.gyro.tick(self.time_s);
         }
         let Some(measured) = self.sensor.sample(self.time_s) else {
             return;
@@ -205,15 +216,13 @@ impl Icm42688pModel {
         words[0] = quantise((self.sensor.temperature_c(self.time_s) - 25.0) * reg::TEMPERATURE_LSB_PER_K);
         let now = self.time_s + 1e-9;
         if accel_due && now >= self.accel.valid_from_s {
-            let scale = reg::accel_lsb_per_g(self.banks.get(0, reg::ACCEL_CONFIG0)) / GRAVITY_M_S2;
             for (word, value) in words[1..4].iter_mut().zip(&measured[..3]) {
-                *word = quantise(value * scale);
+                *word = quantise(value * self.accel.counts_per_unit);
             }
         }
         if gyro_due && now >= self.gyro.valid_from_s && !self.gyro_stalls(&measured) {
-            let scale = reg::gyro_lsb_per_deg_s(self.banks.get(0, reg::GYRO_CONFIG0)).to_degrees();
             for (word, value) in words[4..].iter_mut().zip(&measured[3..]) {
-                *word = quantise(value * scale);
+                *word = quantise(value * self.gyro.counts_per_unit);
             }
         }
         if self.transfer == Transfer::Deselected {

@@ -3,6 +3,7 @@
 
 use model::vehicle::{GRAVITY_M_S2, Vehicle, VehicleParameters};
 use plant::noise::Noise;
+use theory::analysis::cma_es::minimise;
 use theory::analysis::sampled::{Factors, SampledDrive, SampledPlant, SampledRow, SampledSensing};
 
 /// The reference vehicle, changed.
@@ -10,6 +11,17 @@ pub fn vehicle(change: impl FnOnce(&mut VehicleParameters<f64>)) -> Vehicle<f64>
     let mut parameters = *vehicle_file::reference().expect("the reference vehicle").parameters();
     change(&mut parameters);
     Vehicle::new(parameters).expect("a vehicle")
+}
+
+/// The reference vehicle under Eq. 3.25 alone, for speeds without bound.
+pub fn eq_3_25_vehicle() -> Vehicle<f64> {
+    vehicle(|p| {
+        p.control.speed_max_m_s = 20.0;
+        p.control.law = 0.0;
+        p.control.swing_gain = 0.0;
+        p.control.ki = 0.0;
+        p.control.acceleration_max_m_s2 = 20.0;
+    })
 }
 
 /// The vehicle of the thesis, (3.26): no spar, no rotors, no smoothing, 0.42 g.
@@ -116,12 +128,23 @@ pub fn perturbed_step(vehicle: &Vehicle<f64>, seed: u64) -> Step {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Wild {
     pub phi_max: f64,
+    /// The arm swings beyond the angle at which it stands on the slope: the commands matter.
+    pub swings: bool,
     /// Share of the time in which |F| exceeds 0.6 N.
     pub slipping: f64,
 }
 
+/// Length of a random drive, in time units.
+const WILD_DURATION: f64 = 36.0;
+
 /// A drive of random steps on a random slope with a random plant and supply.
 pub fn wild_drive(vehicle: &Vehicle<f64>, seed: u64) -> Wild {
+    let (plant, targets) = wild_start(vehicle, seed);
+    wild(vehicle, plant, &targets)
+}
+
+/// The plant and the commands of a random drive.
+fn wild_start(vehicle: &Vehicle<f64>, seed: u64) -> (SampledPlant, Vec<(f64, f64)>) {
     let mut noise = Noise::new(seed, 2);
     let steepest = {
         let level = SampledPlant::new(vehicle, &Factors::NONE, 0.0);
@@ -153,6 +176,32 @@ pub fn wild_drive(vehicle: &Vehicle<f64>, seed: u64) -> Wild {
         target.0 = uniform(&mut noise, 5.0, 30.0);
     }
     targets.sort_by(|a, b| a.0.total_cmp(&b.0));
+    (plant, targets)
+}
+
+/// The random drive of `seed`, whose commands a search moves, times and speeds, to where the arm swings furthest.
+pub fn worst_commands(vehicle: &Vehicle<f64>, seed: u64, generations: usize) -> Wild {
+    let (plant, targets) = wild_start(vehicle, seed);
+    let with = |commands: &[f64]| {
+        let clamp = |pair: &[f64]| (pair[0].clamp(0.0, WILD_DURATION), pair[1].clamp(-6.0, 6.0));
+        let mut moved: Vec<(f64, f64)> = commands.chunks_exact(2).map(clamp).collect();
+        moved.sort_by(|a, b| a.0.total_cmp(&b.0));
+        wild(vehicle, plant, &moved)
+    };
+    let commands: Vec<f64> = targets.iter().flat_map(|(time, speed)| [*time, *speed]).collect();
+    let mut noise = Noise::new(seed, 3);
+    let found = minimise(
+        &commands,
+        2.0,
+        generations,
+        || noise.normal(),
+        |commands| -with(commands).phi_max,
+    );
+    with(&found.at)
+}
+
+/// A drive through `targets`.
+fn wild(vehicle: &Vehicle<f64>, plant: SampledPlant, targets: &[(f64, f64)]) -> Wild {
     let drive = SampledDrive {
         vehicle,
         plant,
@@ -160,8 +209,8 @@ pub fn wild_drive(vehicle: &Vehicle<f64>, seed: u64) -> Wild {
             delay: 1,
             noise: [0.0; 3],
         },
-        targets: &targets,
-        duration: 36.0,
+        targets,
+        duration: WILD_DURATION,
     };
     let (mut out, mut ticks, mut slipping) = (Wild::default(), 0_u32, 0_u32);
     drive.run(
@@ -173,6 +222,7 @@ pub fn wild_drive(vehicle: &Vehicle<f64>, seed: u64) -> Wild {
             row.phi.abs() < 3.2
         },
     );
+    out.swings = out.phi_max > plant.standing_sin_phi().clamp(-1.0, 1.0).asin().abs() + 0.02;
     out.slipping = f64::from(slipping) / f64::from(ticks.max(1));
     out
 }

@@ -15,6 +15,7 @@ use model::analog::Analog;
 use model::control::motor::DUTY_FULL_SCALE;
 use model::sample::{Actuation, MOTORS};
 
+use plant::icm42688p::Icm42688pModel;
 use plant::{BridgeState, Plant};
 
 /// The records of the first ticks, up to a number that bounds their memory.
@@ -264,6 +265,25 @@ impl ErrorType for VirtualImu {
     type Error = Infallible;
 }
 
+/// Frames that go through the bus at once: no burst of the firmware is longer.
+const BURST_FRAMES: usize = 8;
+
+/// Exchanges frames with the part; a bus without a part floats high. A frame's high byte goes first.
+fn exchange_frames(mut chip: Option<&mut Icm42688pModel>, frames: &mut [u16]) {
+    for frames in frames.chunks_mut(BURST_FRAMES) {
+        let mut bytes = [0xFF; 2 * BURST_FRAMES];
+        if let Some(chip) = &mut chip {
+            for (pair, frame) in bytes.chunks_exact_mut(2).zip(&*frames) {
+                pair.copy_from_slice(&frame.to_be_bytes());
+            }
+            chip.exchange_all(&mut bytes[..2 * frames.len()]);
+        }
+        for (pair, frame) in bytes.chunks_exact(2).zip(frames) {
+            *frame = u16::from_be_bytes([pair[0], pair[1]]);
+        }
+    }
+}
+
 impl SpiDevice<u16> for VirtualImu {
     async fn transaction(&mut self, operations: &mut [Operation<'_, u16>]) -> Result<(), Infallible> {
         self.hardware.now(|world| {
@@ -275,28 +295,24 @@ impl SpiDevice<u16> for VirtualImu {
             if let Some(chip) = &mut chip {
                 chip.select();
             }
-            // A bus without a chip floats high. A frame's high byte goes first.
-            let mut exchange = |frame: u16| {
-                let answered = frame
-                    .to_be_bytes()
-                    .map(|byte| chip.as_mut().map_or(0xFF, |chip| chip.exchange(byte)));
-                u16::from_be_bytes(answered)
-            };
+            let mut exchange = |frames: &mut [u16]| exchange_frames(chip.as_deref_mut(), frames);
             for operation in operations {
                 match operation {
-                    Operation::Read(frames) => frames.iter_mut().for_each(|frame| *frame = exchange(0)),
-                    Operation::Write(frames) => frames.iter().for_each(|frame| {
-                        exchange(*frame);
-                    }),
+                    Operation::Read(frames) => {
+                        frames.fill(0);
+                        exchange(frames);
+                    }
+                    Operation::Write(frames) => frames.iter().for_each(|frame| exchange(&mut [*frame])),
                     Operation::Transfer(read, write) => {
                         for i in 0..read.len().max(write.len()) {
-                            let answer = exchange(write.get(i).copied().unwrap_or(0));
+                            let mut frame = [write.get(i).copied().unwrap_or(0)];
+                            exchange(&mut frame);
                             if let Some(slot) = read.get_mut(i) {
-                                *slot = answer;
+                                [*slot] = frame;
                             }
                         }
                     }
-                    Operation::TransferInPlace(frames) => frames.iter_mut().for_each(|frame| *frame = exchange(*frame)),
+                    Operation::TransferInPlace(frames) => exchange(frames),
                     Operation::DelayNs(_) => {}
                 }
             }

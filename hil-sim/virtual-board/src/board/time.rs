@@ -8,28 +8,52 @@ use std::cell::{Cell, RefCell};
 use std::task::Waker;
 
 use embassy_time_driver::Driver;
-use embassy_time_queue_utils::Queue;
 
 /// The thread's clock is taken: the thread runs another vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("this thread already runs a virtual vehicle: one at a time, or one a thread")]
 pub struct ClockTaken;
 
+/// The alarm of one task, which is kept when it has rung: the task sets the alarm again in the next millisecond.
+struct Alarm {
+    waker: Waker,
+    /// `u64::MAX`: not set.
+    due_us: u64,
+}
+
 struct Clock {
-    now_us: Cell<u64>,
     taken: Cell<bool>,
-    queue: RefCell<Queue>,
-    /// When the first alarm of the queue is due: nearly always known without a look through the queue.
+    /// One for each task that has ever waited: some ten.
+    alarms: RefCell<Vec<Alarm>>,
+    /// When the first alarm is due, or earlier.
     next_us: Cell<u64>,
 }
 
+impl Clock {
+    /// Rings the alarms that are due; returns when the next one is.
+    fn ring(&self) -> u64 {
+        let now_us = NOW_US.get();
+        let mut next_us = u64::MAX;
+        for alarm in self.alarms.borrow_mut().iter_mut() {
+            if alarm.due_us <= now_us {
+                alarm.due_us = u64::MAX;
+                alarm.waker.wake_by_ref();
+            }
+            next_us = next_us.min(alarm.due_us);
+        }
+        next_us
+    }
+}
+
 thread_local! {
+    /// The time: apart from the clock's other parts because it is read some forty times each millisecond, and a number
+    /// needs no destructor, which every access would look for.
+    static NOW_US: Cell<u64> = const { Cell::new(0) };
     static CLOCK: Clock =
         const {
             Clock {
-                now_us: Cell::new(0),
                 taken: Cell::new(false),
-                queue: RefCell::new(Queue::new()),
+                alarms: RefCell::new(Vec::new()),
                 next_us: Cell::new(u64::MAX),
             }
         };
@@ -39,12 +63,19 @@ struct ThreadClock;
 
 impl Driver for ThreadClock {
     fn now(&self) -> u64 {
-        CLOCK.with(|clock| clock.now_us.get())
+        NOW_US.get()
     }
 
     fn schedule_wake(&self, at: u64, waker: &Waker) {
         CLOCK.with(|clock| {
-            clock.queue.borrow_mut().schedule_wake(at, waker);
+            let mut alarms = clock.alarms.borrow_mut();
+            match alarms.iter_mut().find(|alarm| alarm.waker.will_wake(waker)) {
+                Some(alarm) => alarm.due_us = alarm.due_us.min(at),
+                None => alarms.push(Alarm {
+                    waker: waker.clone(),
+                    due_us: at,
+                }),
+            }
             clock.next_us.set(clock.next_us.get().min(at));
         });
     }
@@ -84,15 +115,14 @@ impl VirtualTime {
 
     /// The time, us.
     pub fn now_us(&self) -> u64 {
-        CLOCK.with(|clock| clock.now_us.get())
+        NOW_US.get()
     }
 
     /// Wakes what is due and returns when the next alarm is due (`u64::MAX` if none is set).
     pub fn next_alarm_us(&self) -> u64 {
         CLOCK.with(|clock| {
-            if clock.next_us.get() <= clock.now_us.get() {
-                let next_us = clock.queue.borrow_mut().next_expiration(clock.now_us.get());
-                clock.next_us.set(next_us);
+            if clock.next_us.get() <= NOW_US.get() {
+                clock.next_us.set(clock.ring());
             }
             clock.next_us.get()
         })
@@ -100,16 +130,16 @@ impl VirtualTime {
 
     /// Sets the clock to 0 and forgets every alarm, as a reset does: whoever set one is gone.
     pub fn restart(&self) {
+        NOW_US.set(0);
         CLOCK.with(|clock| {
-            clock.now_us.set(0);
             clock.next_us.set(u64::MAX);
-            *clock.queue.borrow_mut() = Queue::new();
+            clock.alarms.borrow_mut().clear();
         });
     }
 
     /// Moves the clock forward.
     pub fn advance_to(&self, now_us: u64) {
-        CLOCK.with(|clock| clock.now_us.set(clock.now_us.get().max(now_us)));
+        NOW_US.set(NOW_US.get().max(now_us));
     }
 }
 

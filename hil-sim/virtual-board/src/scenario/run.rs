@@ -1,5 +1,7 @@
 //! Runs a scenario on a back end.
 
+use std::collections::VecDeque;
+
 use firmware::protocol::message::{COMMAND_PERIOD_MS, Order};
 use model::command::{DriveCommand, Request};
 use model::sample::Motor;
@@ -20,6 +22,9 @@ use thiserror::Error;
 const LINK_NOISE_STREAM: u64 = 6;
 /// Streams for the faults of the way to the board and of the way back.
 const WIRE_STREAMS: [u64; 2] = [7, 8];
+
+/// Ticks for which the observer keeps what was true.
+const TRUTHS: usize = 64;
 
 /// Why a run could not go on.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -136,6 +141,16 @@ pub fn run_into(
     })
 }
 
+/// What was true at `us`, or as near to it as is known; `truths` in order of time.
+fn truth_at(truths: &VecDeque<(u64, Truth)>, us: u64) -> Option<Truth> {
+    let place = truths.partition_point(|(at, _)| *at < us);
+    [place.checked_sub(1), Some(place)]
+        .into_iter()
+        .filter_map(|place| truths.get(place?))
+        .min_by_key(|(at, _)| at.abs_diff(us))
+        .map(|(_, truth)| *truth)
+}
+
 /// The observer of the run.
 #[derive(Debug)]
 struct Observer {
@@ -148,7 +163,7 @@ struct Observer {
     /// The last command sent.
     commanded: [f64; 2],
     /// The truth of the last ticks, by time: a status reports a tick that is some milliseconds old.
-    truths: Vec<(u64, Truth)>,
+    truths: VecDeque<(u64, Truth)>,
     last_tick: Option<u32>,
     /// As the vehicle last reported.
     mode: Option<Mode>,
@@ -162,7 +177,7 @@ impl Observer {
             client,
             modes: [Mode::Disarmed; 3],
             commanded: [0.0; 2],
-            truths: Vec::new(),
+            truths: VecDeque::with_capacity(TRUTHS + 1),
             last_tick: None,
             mode: None,
         }
@@ -177,9 +192,9 @@ impl Observer {
             bridges_on,
             received,
         } = observation;
-        self.truths.push((now_us, truth));
-        if self.truths.len() > 64 {
-            self.truths.drain(..32);
+        self.truths.push_back((now_us, truth));
+        if self.truths.len() > TRUTHS {
+            self.truths.pop_front();
         }
         self.client.receive(now_us, &self.wire.pass(ms, received));
         let counts = &mut self.counts;
@@ -195,11 +210,7 @@ impl Observer {
             self.mode = Some(status.mode);
             // The board's clock starts at each of its boots; a run has one time.
             status.time_us += booted_us;
-            let truth = self
-                .truths
-                .iter()
-                .min_by_key(|(us, _)| us.abs_diff(status.time_us))
-                .map_or(truth, |(_, truth)| *truth);
+            let truth = truth_at(&self.truths, status.time_us).unwrap_or(truth);
             self.modes = [self.modes[1], self.modes[2], status.mode];
             sink(&TraceRow {
                 commanded: self.commanded,

@@ -1,6 +1,8 @@
 use super::*;
 use crate::vehicle::test_vehicle::reference;
 
+mod thresholds;
+
 /// What is wrong with the simulated motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Wrong {

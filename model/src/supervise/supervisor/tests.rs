@@ -4,6 +4,8 @@ use crate::estimate::tilt::TiltReading;
 use crate::sample::{ImuRaw, ImuSample};
 use crate::vehicle::test_vehicle::reference;
 
+mod blocking;
+
 /// A supervisor with what a healthy vehicle at rest would show it.
 struct Bench {
     supervisor: Supervisor,

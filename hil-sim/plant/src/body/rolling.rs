@@ -1,0 +1,153 @@
+//! The solution of a substep for a vehicle that rolls on a plane, which it nearly always does.
+//!
+//! The equations are those that [`super::ldl`] solves for any vehicle on any ground. Where both wheels stick, the
+//! paths do not rise above the plane and nothing acts from outside, most of their matrix is zero, the normal
+//! constraint says what the axle's speed off the plane becomes (0), and what is left is eliminated here by hand: each
+//! wheel, the ballast, the spar and the speed to the left, each of which couples to few others; then forward speed,
+//! yaw rate and arm together.
+
+use super::inertia::Inertia;
+use super::joint::JointTerm;
+use super::ldl::{SPEEDS, Speeds};
+use super::motion::Configuration;
+use super::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
+
+/// A wheel that is eliminated from forward speed, yaw rate and arm.
+struct Wheel {
+    /// Reciprocal of its own inertia with everything that holds it.
+    inverse: f64,
+    /// Coupling to its contact point's speed: grip times radius.
+    contact: f64,
+    /// Coupling to the arm.
+    arm: f64,
+    /// Its impulse.
+    impulse: f64,
+}
+
+impl Wheel {
+    /// What it adds to the contact point's speed: to its inertia, to its coupling with the arm, to its impulse.
+    fn on_contact(&self, grip: f64) -> [f64; 3] {
+        let share = self.contact * self.inverse;
+        [grip - share * self.contact, share * self.arm, share * self.impulse]
+    }
+
+    /// The change of its rate, from those of its contact point's speed and of the arm's rate.
+    fn change(&self, contact: f64, arm: f64) -> f64 {
+        (self.impulse + self.contact * contact - self.arm * arm) * self.inverse
+    }
+}
+
+/// What acts in a substep besides the masses.
+pub(super) struct Load<'a> {
+    /// Impulses of every force that no joint makes.
+    pub(super) impulse: &'a Speeds,
+    /// The motors' joints.
+    pub(super) joints: &'a [JointTerm; 3],
+    /// The spar's bearing.
+    pub(super) bearing: JointTerm,
+    /// Stiffness of the right and the left wheel's contact on its slip, times the substep.
+    pub(super) grip: [f64; 2],
+    /// Radii of the right and the left wheel.
+    pub(super) radii: [f64; 2],
+}
+
+/// The changes of the speeds `u`, and the impulse with which the ground pushes.
+#[inline]
+pub(super) fn solve(i: &Inertia, c: &Configuration, u: &Speeds, load: &Load<'_>) -> (Speeds, f64) {
+    let ([arm_forward, on_spar_forward, ballast_forward], [arm_lift, spar_lift, ballast_lift]) = (c.forward, c.lift);
+    let [left_joint, right_joint, ballast_joint] = load.joints;
+    let d = i.half_track;
+    // The constraint: the axle stays on the plane.
+    let lift = -u[LIFT];
+
+    let wheel = |index: usize, side: f64, joint: &JointTerm, rotor: f64, grip: f64, radius: f64| {
+        let slip = u[FORWARD] + side * d * u[YAW] - radius * u[index];
+        let arm = rotor + joint.damping;
+        let contact = grip * radius;
+        let wheel = Wheel {
+            inverse: 1.0 / (i.wheel + arm + contact * radius),
+            contact,
+            arm,
+            impulse: joint.impulse + contact * slip,
+        };
+        (wheel, grip * slip)
+    };
+    let ([rotor_left, rotor_right], [grip_right, grip_left]) = (i.rotor, load.grip);
+    let (right, held_right) = wheel(RIGHT, 1.0, right_joint, rotor_right, grip_right, load.radii[0]);
+    let (left, held_left) = wheel(LEFT, -1.0, left_joint, rotor_left, grip_left, load.radii[1]);
+    let [inertia_right, arm_right, impulse_right] = right.on_contact(grip_right);
+    let [inertia_left, arm_left, impulse_left] = left.on_contact(grip_left);
+
+    // Forward, yaw, arm: the lower triangle of their matrix, and their impulses.
+    let mut forward2 = i.total_mass + inertia_right + inertia_left;
+    let yaw_forward = d * (inertia_right - inertia_left);
+    let mut yaw2 = i.yaw + c.ahead2 + d * d * (inertia_right + inertia_left);
+    let mut arm_forward = arm_forward + arm_right + arm_left;
+    let arm_yaw = d * (arm_right - arm_left);
+    let mut arm2 = i.arm_second + right.arm - right.arm * right.arm * right.inverse + left.arm
+        - left.arm * left.arm * left.inverse;
+    let mut forward = load.impulse[FORWARD] - held_right - held_left + impulse_right + impulse_left;
+    let mut yaw = load.impulse[YAW] + d * (held_left - held_right + impulse_right - impulse_left);
+    let mut arm = load.impulse[PHI] + left_joint.impulse + right_joint.impulse
+        - right.arm * right.impulse * right.inverse
+        - left.arm * left.impulse * left.inverse
+        - arm_lift * lift;
+
+    // The ballast from spar and forward, the spar from forward and arm.
+    let (mut ballast, mut spar) = (0.0, 0.0);
+    let (mut ballast_inverse, mut spar_inverse) = (1.0, 1.0);
+    let (mut spar_ballast, mut spar_forward) = (0.0, 0.0);
+    if i.has_spar {
+        ballast_inverse = 1.0 / (i.ballast_second + i.ballast_rotor + ballast_joint.damping);
+        spar_ballast = c.spar_ballast() - i.ballast_rotor - ballast_joint.damping;
+        ballast = load.impulse[BALLAST] + ballast_joint.impulse - ballast_lift * lift;
+        let (on_spar, on_forward) = (spar_ballast * ballast_inverse, ballast_forward * ballast_inverse);
+        forward2 -= on_forward * ballast_forward;
+        forward -= on_forward * ballast;
+        spar_forward = on_spar_forward - on_spar * ballast_forward;
+        spar_inverse = 1.0
+            / (i.spar_second + i.ballast_rotor + ballast_joint.damping + load.bearing.damping - on_spar * spar_ballast);
+        spar = load.impulse[SPAR] - ballast_joint.impulse + load.bearing.impulse - spar_lift * lift - on_spar * ballast;
+        let (on_forward, on_arm) = (spar_forward * spar_inverse, -load.bearing.damping * spar_inverse);
+        forward2 -= on_forward * spar_forward;
+        arm_forward -= on_arm * spar_forward;
+        arm2 += load.bearing.damping + on_arm * load.bearing.damping;
+        forward -= on_forward * spar;
+        arm -= load.bearing.impulse + on_arm * spar;
+    }
+
+    // The speed to the left from the yaw rate.
+    let side_inverse = 1.0 / (i.total_mass + grip_right + grip_left);
+    let side = load.impulse[SIDE] - (grip_right + grip_left) * u[SIDE];
+    let on_yaw = c.ahead * side_inverse;
+    yaw2 -= on_yaw * c.ahead;
+    yaw -= on_yaw * side;
+
+    // Forward from yaw and arm, yaw from the arm.
+    let forward_inverse = 1.0 / forward2;
+    let (on_yaw, on_arm) = (yaw_forward * forward_inverse, arm_forward * forward_inverse);
+    yaw2 -= on_yaw * yaw_forward;
+    let arm_yaw = arm_yaw - on_arm * yaw_forward;
+    arm2 -= on_arm * arm_forward;
+    yaw -= on_yaw * forward;
+    arm -= on_arm * forward;
+    let yaw_inverse = 1.0 / yaw2;
+    let on_arm = arm_yaw * yaw_inverse;
+    arm2 -= on_arm * arm_yaw;
+    arm -= on_arm * yaw;
+
+    // And back.
+    let mut x = [0.0; SPEEDS];
+    x[PHI] = arm / arm2;
+    x[YAW] = (yaw - arm_yaw * x[PHI]) * yaw_inverse;
+    x[FORWARD] = (forward - yaw_forward * x[YAW] - arm_forward * x[PHI]) * forward_inverse;
+    x[SIDE] = (side - c.ahead * x[YAW]) * side_inverse;
+    x[SPAR] = (spar - spar_forward * x[FORWARD] + load.bearing.damping * x[PHI]) * spar_inverse;
+    x[BALLAST] = (ballast - spar_ballast * x[SPAR] - ballast_forward * x[FORWARD]) * ballast_inverse;
+    x[RIGHT] = right.change(x[FORWARD] + d * x[YAW], x[PHI]);
+    x[LEFT] = left.change(x[FORWARD] - d * x[YAW], x[PHI]);
+    x[LIFT] = lift;
+    let push =
+        i.total_mass * lift + arm_lift * x[PHI] + spar_lift * x[SPAR] + ballast_lift * x[BALLAST] - load.impulse[LIFT];
+    (x, push)
+}

@@ -1,0 +1,101 @@
+//! Stage 1: what raw counts stand for.
+
+use super::{BoardScales, G, VehicleCore, reference, resting, without_spar};
+use crate::sample::{ImuRaw, ImuSample, Motor};
+
+/// Registers: x forward, y left, z up; 4096 counts per g and 32.768 counts per deg/s.
+#[test]
+fn an_imus_counts_become_si_units_and_swinging_forward_is_positive() {
+    let mut sample = resting();
+    let raw = |factor: i16| ImuSample {
+        raw: ImuRaw {
+            accel: [1024 * factor, -512 * factor, 4096 * factor],
+            gyro: [328 * factor, -655 * factor, 983 * factor],
+            temperature: 0,
+        },
+        age_us: 0,
+    };
+    (sample.arm_imu, sample.spar_imu) = (raw(1), raw(2));
+    let sensed = VehicleCore::new(&reference(), &BoardScales::EXAMPLE).sense(&sample);
+    let near = |found: f32, expected: f32| assert!((found - expected).abs() < 1e-4, "{found} for {expected}");
+    // 328 counts are 10.01 deg/s.
+    let deg_s = 328.0_f32 / 32.768;
+    for (tilt, factor) in [(sensed.arm, 1.0), (sensed.spar, 2.0)] {
+        near(tilt.rate_rad_s, factor * (655.0_f32 / 32.768).to_radians());
+        near(tilt.force_x_m_s2, factor * 0.25 * G);
+        near(tilt.force_z_m_s2, factor * G);
+    }
+    near(sensed.arm_force_y_m_s2, -0.125 * G);
+    near(sensed.arm_gyro_xz_rad_s[0], deg_s.to_radians());
+    near(sensed.arm_gyro_xz_rad_s[1], (983.0_f32 / 32.768).to_radians());
+}
+
+/// A drive motor has 1024 counts per turn in front of a gearbox of 43, the ballast's of 28.
+#[test]
+fn an_encoders_counts_become_angles_and_rates_at_the_output() {
+    let mut core = VehicleCore::new(&reference(), &BoardScales::EXAMPLE);
+    let mut sample = resting();
+    // Where the counters stand at boot means nothing.
+    sample.encoder_counts = [1 << 40, -500, 7000];
+    let first = core.sense(&sample);
+    assert_eq!(first.relative_advance_rad, [0.0; 3]);
+    assert_eq!(first.ballast_turned_rad, 0.0);
+    let turn = 2.0 * core::f32::consts::PI;
+    let per_count = [turn / (1024.0 * 43.0), turn / (1024.0 * 43.0), turn / (1024.0 * 28.0)];
+    let moved = [40_i64, -20, 10];
+    let mut sensed = first;
+    for _ in 0..100 {
+        for (count, moved) in sample.encoder_counts.iter_mut().zip(moved) {
+            *count += moved;
+        }
+        sensed = core.sense(&sample);
+    }
+    for ((motor, per_count), moved) in per_count.iter().enumerate().zip(moved) {
+        let advance_rad = moved as f32 * per_count;
+        assert!((sensed.relative_advance_rad[motor] / advance_rad - 1.0).abs() < 1e-5);
+        assert!((sensed.relative_rate_rad_s[motor] / (1000.0 * advance_rad) - 1.0).abs() < 1e-3);
+    }
+    assert!((sensed.ballast_turned_rad / (1000.0 * per_count[2]) - 1.0).abs() < 1e-5);
+}
+
+/// 120 A over 65536 counts around the middle; a battery's step is followed with a time constant of 5 ms.
+#[test]
+fn analogue_counts_become_amperes_and_volts() {
+    let mut core = VehicleCore::new(&reference(), &BoardScales::EXAMPLE);
+    let mut sample = resting();
+    sample.analog.left_current = 32768 + 5461;
+    sample.analog.right_current = 32768 - 5461;
+    sample.analog.ballast_current = 32768 + 546;
+    let sensed = core.sense(&sample);
+    for (found, expected) in sensed.current_a.into_iter().zip([10.0, -10.0, 1.0]) {
+        assert!((found - expected).abs() < 0.01, "{found} A for {expected} A");
+    }
+    assert!(
+        (sensed.battery_v - 25.0).abs() < 0.01,
+        "the first reading counts in full"
+    );
+    sample.analog.battery = (20.0 / BoardScales::EXAMPLE.analog.battery.per_count) as u16;
+    let after: [f32; 5] = core::array::from_fn(|_| core.sense(&sample).battery_v);
+    let expected = 20.0 + 5.0 * (-1.0_f32).exp();
+    assert!((after[4] - expected).abs() < 0.01, "{} V after 5 ms", after[4]);
+}
+
+/// Nothing is wired to the inputs of a ballast that the vehicle does not have.
+#[test]
+fn a_vehicle_without_a_spar_senses_no_ballast() {
+    let mut core = VehicleCore::new(&without_spar(), &BoardScales::EXAMPLE);
+    let mut sample = resting();
+    sample.analog.ballast_current = 65000;
+    for _ in 0..50 {
+        sample.encoder_counts[Motor::Ballast as usize] += 30;
+        let sensed = core.sense(&sample);
+        assert_eq!(
+            (
+                sensed.relative_rate_rad_s[2],
+                sensed.relative_advance_rad[2],
+                sensed.current_a[2]
+            ),
+            (0.0, 0.0, 0.0)
+        );
+    }
+}

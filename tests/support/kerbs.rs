@@ -1,0 +1,107 @@
+//! Drives over one kerb or ledge, and what is asked of them.
+
+use model::dynamics::camera::CameraParameters;
+use model::supervise::arming::Mode;
+use model::supervise::codes::{FaultSet, Limit};
+use model::vehicle::GRAVITY_M_S2;
+use virtual_board::scenario::trace::TraceRow;
+
+use super::reference;
+use super::slopes::{drive, from, most};
+
+/// The blow that no ballast takes, m/s: it swings a ballast that keeps the spar level to a quarter turn, where it has no
+/// lever left.
+pub const BLOW_MAX_M_S: f64 = 1.02;
+/// The spar's angle from which the controller catches the spar, deg.
+const CATCH_DEG: f64 = 11.46;
+/// Speed over the command that is allowed behind an obstacle, m/s.
+const OVERSPEED_M_S: f64 = 0.5;
+/// The same beyond what the fall from a ledge gives by itself: to brake, the arm swings back, which pushes the wheels
+/// forward first.
+const PUSH_M_S: f64 = 0.2;
+/// Where the kerb stands, m.
+const KERB_M: f64 = 3.0;
+
+/// The largest change of the axle's speed within a quarter period of the ballast, m/s.
+pub fn blow_m_s(rows: &[TraceRow], camera: &CameraParameters<f64>, time_s: f64) -> f64 {
+    let c = camera.coefficients();
+    let quarter_s = core::f64::consts::FRAC_PI_2 * ((c.m2 + c.m3) / c.k2).sqrt() * time_s;
+    let ticks = (quarter_s / 0.01).round() as usize;
+    rows.windows(ticks + 1)
+        .map(|w| (w[ticks].truth.speed_m_s - w[0].truth.speed_m_s).abs())
+        .fold(0.0, f64::max)
+}
+
+/// The spar's largest tilt by an unforeseen blow, deg. The regulator is linear until the spar is caught, so the tilt is no
+/// more than the blow's share of the one that no ballast takes; a blow beyond that has no bound.
+pub fn unforeseen_deg(blow_m_s: f64) -> f64 {
+    if blow_m_s > BLOW_MAX_M_S {
+        f64::INFINITY
+    } else {
+        (CATCH_DEG * blow_m_s / BLOW_MAX_M_S).max(2.0)
+    }
+}
+
+/// Drives the reference vehicle at `speed_m_s` up a slope of `slope_deg` over a step of `height_m`, and tells what is wrong
+/// with it: nothing, if the vehicle comes over it or stops before it and says so, without a fault, no more than 0.5 m/s
+/// too fast, but for what the fall over a ledge gives by itself, and with its spar within what blows allow.
+pub fn complaints(speed_m_s: f64, height_m: f64, slope_deg: f64) -> Vec<String> {
+    let vehicle = reference();
+    let kerb = format!("terrain.profile = [{{ kind = 'step', at_m = {KERB_M:?}, height_m = {height_m:?} }}]");
+    let steps = format!("{{ at_s = 6.0, action = 'drive', speed_m_s = {speed_m_s:?} }}");
+    let outcome = drive(&vehicle, 10.0 + 3.2 / speed_m_s, slope_deg, &kerb, &steps);
+    let rows = from(&outcome, 6.0);
+    let last = &rows[rows.len() - 1];
+    let story = format!("{speed_m_s} m/s, {:.0} mm on {slope_deg} deg", 1000.0 * height_m);
+    let mut complaints = Vec::new();
+    let mut ask = |good: bool, what: String| {
+        if !good {
+            complaints.push(format!("{story}: {what}"));
+        }
+    };
+
+    if last.status.mode != Mode::Armed || last.status.faults != FaultSet::EMPTY {
+        ask(false, format!("{:?}, {}", last.status.mode, last.status.faults));
+    }
+    // The axle falls on an arc about the ledge's edge, and further down with the slope until the wheel meets the ground.
+    let drop_m = (-height_m).max(0.0);
+    let falls_m = (drop_m * (2.0 * vehicle.parameters().body.wheel_radius_m - drop_m)).sqrt();
+    let slope_m = falls_m * (-slope_deg).to_radians().sin().max(0.0);
+    let inertia = 1.0 + vehicle.planar(0.0).mu / (1.0 + vehicle.spar_mass_ratio());
+    let fallen_m_s = (speed_m_s.powi(2) + 2.0 * GRAVITY_M_S2 * (drop_m + slope_m) / inertia).sqrt();
+    let excess_m_s = |row: &TraceRow| row.truth.speed_m_s - speed_m_s;
+    let falling = |row: &TraceRow| (KERB_M..KERB_M + falls_m + 0.02).contains(&row.truth.x_m);
+    let (mut fastest_m_s, mut fastest_falling_m_s) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+    for row in rows {
+        let fastest = if falling(row) {
+            &mut fastest_falling_m_s
+        } else {
+            &mut fastest_m_s
+        };
+        *fastest = fastest.max(excess_m_s(row));
+    }
+    ask(fastest_m_s <= OVERSPEED_M_S, format!("{fastest_m_s:.2} m/s too fast"));
+    ask(
+        fastest_falling_m_s <= OVERSPEED_M_S.max(fallen_m_s - speed_m_s + PUSH_M_S),
+        format!("{fastest_falling_m_s:.2} m/s too fast in its fall"),
+    );
+    let told = rows[rows.len() - 50..]
+        .iter()
+        .any(|row| row.status.limits.contains(Limit::Stall));
+    let place_m = last.truth.x_m;
+    ask(
+        place_m > KERB_M + 0.3 || (place_m > KERB_M - 0.3 && told),
+        format!("it ends at {place_m:.2} m, stall told: {told}"),
+    );
+    let (camera, scales) = (
+        vehicle.camera().expect("a spar"),
+        vehicle.spar_scales().expect("a spar"),
+    );
+    let blow_m_s = blow_m_s(rows, &camera, scales.time_s);
+    let spar_deg = most(rows, |row| row.truth.spar_rad.abs()).to_degrees();
+    ask(
+        spar_deg <= unforeseen_deg(blow_m_s),
+        format!("spar {spar_deg:.1} deg after a blow of {blow_m_s:.2} m/s"),
+    );
+    complaints
+}
