@@ -102,7 +102,7 @@ mod tests {
         for (bytes, text) in [
             ("", ""),
             ("f", "Zg=="),
-            ("fo", "Zm8="),
+            ("fooba", "Zm9vYmE="),
             ("foo", "Zm9v"),
             ("foob", "Zm9vYg=="),
         ] {
