@@ -162,6 +162,8 @@ pub fn selected(root: &Path, arguments: &[&str]) -> Vec<String> {
         match *word {
             "-p" => package = words.next(),
             "--test" => only = words.next(),
+            // Which of a package's tests are meant is said by their names.
+            "--release" | "--lib" => {}
             name => {
                 assert!(!name.starts_with('-') && filter.is_none(), "{arguments:?}: {name}");
                 filter = Some(name);
@@ -177,6 +179,7 @@ pub fn selected(root: &Path, arguments: &[&str]) -> Vec<String> {
         ("virtual-board", "hil-sim/virtual-board"),
         ("theory", "hil-sim/theory"),
         ("report", "hil-sim/report"),
+        ("vehicle-console", "hil-sim/console"),
     ];
     let mut tests = Vec::new();
     for (name, folder) in packages {
