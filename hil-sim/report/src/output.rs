@@ -154,12 +154,12 @@ pub fn create_directory(directory: &Path) -> Result<(), CommandError> {
     })
 }
 
-/// Writes `text` into `directory/name`, whole or not at all, and returns the path.
+/// Writes `text` into `directory/name` of `--out`, whole or not at all, and returns the path.
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the file.
 pub fn write_file(directory: &Path, name: &str, text: &str) -> Result<PathBuf, CommandError> {
-    write_whole(&directory.join(name), text.as_bytes())
+    write_whole("--out", &directory.join(name), text.as_bytes())
 }
 
 /// A progress bar over `length` pieces of work on stderr, hidden unless stderr is a terminal.
