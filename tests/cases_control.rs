@@ -92,3 +92,37 @@ fn a_mounting_error_does_not_make_a_turn_creep() {
         }
     }
 }
+
+/// Turning on the spot on a slope, forward and backward of which change places: the vehicle creeps by less than 5 cm a turn,
+/// and its slope is right while it turns.
+#[test]
+fn turning_on_a_slope_does_not_make_the_vehicle_creep() {
+    for (slope_deg, yaw_rad_s) in [(5.0_f64, 1.0_f64), (5.0, -1.9), (10.0, 0.5), (-10.0, 1.5)] {
+        let turn_s = 2.0 * std::f64::consts::PI / yaw_rad_s.abs();
+        let steps = format!("{{ at_s = 6.0, action = 'drive', yaw_rate_rad_s = {yaw_rad_s:?} }}");
+        let tables = format!(
+            "chocked_until_armed = true\nterrain.plane.slope_x_rad = {:?}",
+            slope_deg.to_radians()
+        );
+        let outcome = fly(7.0 + 3.0 * turn_s, 1, &tables, &steps);
+        let story = format!("{slope_deg} deg, {yaw_rad_s} rad/s");
+        assert_armed(&outcome, &story);
+        let place = |turns: f64| {
+            let truth = &from(&outcome, 6.5 + turns * turn_s)[0].truth;
+            (truth.x_m, truth.y_m)
+        };
+        let creeps_m = [0.0, 1.0, 2.0].map(|turn| {
+            let (before, after) = (place(turn), place(turn + 1.0));
+            (after.0 - before.0).hypot(after.1 - before.1)
+        });
+        let error_deg = most(from(&outcome, 8.0), |row| {
+            (f64::from(row.status.estimate.slope_rad) - row.truth.slope_rad)
+                .abs()
+                .to_degrees()
+        });
+        println!("{story}: {creeps_m:.3?} m a turn, slope within {error_deg:.2} deg");
+        assert!(creeps_m.iter().all(|m| *m < 0.05), "{story}: {creeps_m:?} m");
+        // The accelerometer's bias alone is 0.27 deg of tilt, which (1 + S) / alpha L make 0.15 deg of slope.
+        assert!(error_deg < 0.5, "{story}: {error_deg} deg");
+    }
+}

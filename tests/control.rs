@@ -46,8 +46,7 @@ fn in_a_steady_ramp_the_arm_is_where_it_is_commanded_to_be() {
                 "{law} {slope_deg}: {acceleration_m_s2}"
             );
             let commanded_deg = mean(ramp, &|row| {
-                // The slope that the law reckons with: its own, or the estimator's.
-                let sin = f64::from(row.status.terms.speed.aim.slope_rad).sin();
+                let sin = f64::from(row.status.estimate.slope_rad).sin();
                 let arm = equilibrium.arm(acceleration_m_s2 / GRAVITY_M_S2, sin, (1.0 - sin * sin).sqrt());
                 arm.sin.asin().to_degrees()
             });
@@ -56,11 +55,9 @@ fn in_a_steady_ramp_the_arm_is_where_it_is_commanded_to_be() {
             println!(
                 "law {law}, {slope_deg} deg: offset {offset_deg:.3}, commanded {commanded_deg:.3}, estimated {estimated_deg:.3}, true {true_deg:.3} deg"
             );
-            // The estimator's slope, with which the arm's angle is estimated, lags in the shorter ramp of the faster law.
-            let bound_deg = if law == 0.0 { 0.05 } else { 0.15 };
             for other in [estimated_deg, true_deg] {
                 assert!(
-                    (commanded_deg - other).abs() < bound_deg,
+                    (commanded_deg - other).abs() < 0.05,
                     "{law} {slope_deg}: {commanded_deg} {estimated_deg} {true_deg}"
                 );
             }

@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use hil_sim::cli::drive::page::{write_header, write_row};
+use hil_sim::cli::drive::rows::{write_header, write_row};
 use virtual_board::scenario::trace::Trace;
 use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend, evaluate};
 

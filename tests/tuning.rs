@@ -109,8 +109,6 @@ fn the_tuning_page_has_what_each_change_makes_of_the_drive() {
             ("", ""),
             ("tilt_time_constant_s", "0.3"),
             ("tilt_time_constant_s", "10.0"),
-            ("slope_time_constant_s", "0.2"),
-            ("slope_time_constant_s", "5.0"),
             ("bias_time_constant_s", "600.0"),
         ],
         change,

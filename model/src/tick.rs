@@ -114,7 +114,7 @@ impl VehicleCore {
         let verdict = self.supervisor.step(sensed, estimate, command, self.applied);
         let wish = self
             .laws
-            .step(verdict, sensed, estimate, self.estimator.phi_sin_cos(), command);
+            .step(verdict, sensed, estimate, self.estimator.sines(), command);
         Decision {
             mode: verdict.mode,
             faults: self.supervisor.latched(),

@@ -33,6 +33,12 @@ td:first-child { width: 45%; }
 .events td:first-child { width: auto; }
 .events td:last-child { width: 100%; white-space: normal; }
 td + td, th + th { font-variant-numeric: tabular-nums; }
+.wide { overflow-x: auto; }
+.numbers td:first-child { width: auto; white-space: nowrap; }
+.numbers th { white-space: normal; vertical-align: bottom; }
+.numbers th:not(:first-child), .numbers td:not(:first-child) { text-align: right; }
+article.stacked { grid-template-columns: minmax(0, 1fr); }
+.stacked svg { max-width: 760px; }
 pre { overflow-x: auto; background: #fff; border-radius: 10px; padding: 16px; font-size: .8rem; }
 .files a { color: #14508c; margin-right: 12px; }
 ";

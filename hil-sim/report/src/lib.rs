@@ -1,9 +1,11 @@
 //! How results reach a person: charts, tables, pages, JSON, progress bars, and errors with exit codes.
 #![forbid(unsafe_code)]
 
+pub mod columns;
 pub mod error;
 pub mod files;
 pub mod html;
+pub mod interactive;
 pub mod output;
 pub mod plot;
 pub mod visible;

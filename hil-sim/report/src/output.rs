@@ -1,4 +1,4 @@
-//! The output of every analysis command: `--json`, `--out DIR`, or a short table.
+//! The output of every analysis command: `--json`, `--out DIR`, `--html FILE`, or a short table.
 
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write as _};
@@ -10,6 +10,8 @@ use serde::Serialize;
 
 use crate::error::CommandError;
 use crate::files::write_whole;
+use crate::html::escaped;
+use crate::interactive::InteractivePage;
 use crate::plot::{Chart, Columns};
 use crate::visible::{visible, visible_json};
 
@@ -22,6 +24,9 @@ pub struct OutputArguments {
     /// Write the computed data as CSV and its charts as SVG into this directory
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Write the table and the charts as one interactive page into this file
+    #[arg(long, value_name = "FILE.html")]
+    pub html: Option<PathBuf>,
 }
 
 /// What a command computed.
@@ -71,6 +76,22 @@ impl<'a, R: Serialize> Report<'a, R> {
         self.charts.push((name, chart));
         self
     }
+
+    /// The report as one page.
+    fn page(&self) -> Result<String, CommandError> {
+        let mut tail = String::from("<section class=\"card\"><table>\n");
+        for (label, value) in &self.lines {
+            _ = writeln!(tail, "<tr><td>{}</td><td>{}</td></tr>", escaped(label), escaped(value));
+        }
+        tail.push_str("</table></section>\n");
+        let page = InteractivePage {
+            title: self.command,
+            charts: self.charts.iter().map(|(_, chart)| chart.clone()).collect(),
+            tail,
+            ..InteractivePage::default()
+        };
+        page.to_html().map_err(CommandError::Other)
+    }
 }
 
 impl OutputArguments {
@@ -93,6 +114,9 @@ impl OutputArguments {
                 let svg = chart.to_svg().map_err(CommandError::Other)?;
                 files.push(write_file(directory, &format!("{}-{name}.svg", report.command), &svg)?);
             }
+        }
+        if let Some(path) = &self.html {
+            files.push(write_whole("--html", path, report.page()?.as_bytes())?);
         }
         if self.json {
             return print_json(report.result);

@@ -1,12 +1,15 @@
-//! Charts as SVG and tables as CSV, for `--out` and for the figures.
-
-use std::fmt::Write as _;
+//! Charts as SVG, for `--out` and for the figures.
 
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
+pub use crate::columns::Columns;
+
 /// The size of every chart in px without its legend; a page scales the chart to the available width.
 const SIZE: (u32, u32) = (620, 430);
+
+/// What title, labels and margins leave of it for the curves, px: measured on a drawn chart.
+const PLOT_SIZE: (f64, f64) = (530.0, 334.0);
 
 /// Line colours, distinguishable also with deficient colour vision.
 const COLOURS: [RGBColor; 12] = [
@@ -67,6 +70,8 @@ pub struct Chart {
     pub log_y: bool,
     /// The vertical range; from the data if `None`.
     pub y_range: Option<(f64, f64)>,
+    /// Whether a unit is as long upwards as sideways, as on a map.
+    pub equal_axes: bool,
     /// The curves, drawn in order.
     pub series: Vec<Series>,
 }
@@ -103,6 +108,13 @@ impl Chart {
         self
     }
 
+    /// The chart with a unit as long upwards as sideways.
+    #[must_use]
+    pub fn equal_axes(mut self) -> Self {
+        self.equal_axes = true;
+        self
+    }
+
     /// The chart as one SVG document.
     ///
     /// # Errors
@@ -110,10 +122,15 @@ impl Chart {
     pub fn to_svg(&self) -> Result<String, String> {
         let usable = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite() && (!self.log_y || p.1 > 0.0);
         let points = || self.series.iter().flat_map(|s| s.points.iter().copied()).filter(usable);
-        let (x0, x1) = widened(points().map(|p| p.0), false, 0.0);
-        let (y0, y1) = self
+        let (mut x0, mut x1) = widened(points().map(|p| p.0), false, 0.0);
+        let (mut y0, mut y1) = self
             .y_range
             .unwrap_or_else(|| widened(points().map(|p| p.1), self.log_y, 0.04));
+        if self.equal_axes {
+            let unit = ((x1 - x0) / PLOT_SIZE.0).max((y1 - y0) / PLOT_SIZE.1);
+            (x0, x1) = about(0.5 * (x0 + x1), unit * PLOT_SIZE.0);
+            (y0, y1) = about(0.5 * (y0 + y1), unit * PLOT_SIZE.1);
+        }
         let mut text = String::new();
         {
             let legend = self.legend();
@@ -217,6 +234,11 @@ fn draw_legend(area: &Area<'_>, entries: &[LegendEntry<'_>]) -> Result<(), Strin
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
+/// The range of this width about `middle`.
+fn about(middle: f64, width: f64) -> (f64, f64) {
+    (middle - 0.5 * width, middle + 0.5 * width)
+}
+
 /// The range of `values` with a margin of `margin` of its width; never empty.
 fn widened(values: impl Iterator<Item = f64>, log: bool, margin: f64) -> (f64, f64) {
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
@@ -270,65 +292,6 @@ fn short_number(v: f64) -> String {
     let text = format!("{v:.3}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0".into() } else { text.to_owned() }
-}
-
-/// Named columns of equal length.
-#[derive(Debug, Clone, Default)]
-pub struct Columns {
-    columns: Vec<(String, Vec<f64>)>,
-}
-
-impl Columns {
-    /// No columns.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// The columns of `named`, in its order.
-    pub fn named(named: &[(&str, &Vec<f64>)]) -> Self {
-        let columns = named
-            .iter()
-            .map(|(name, values)| ((*name).to_owned(), (*values).clone()));
-        Self {
-            columns: columns.collect(),
-        }
-    }
-
-    /// With one more column.
-    #[must_use]
-    pub fn with(mut self, name: impl Into<String>, values: impl Into<Vec<f64>>) -> Self {
-        self.columns.push((name.into(), values.into()));
-        self
-    }
-
-    /// Whether there are no columns.
-    pub fn is_empty(&self) -> bool {
-        self.columns.is_empty()
-    }
-
-    /// The table as CSV: a header line, then one line per row, every number with all its digits; cells
-    /// beyond the end of a shorter column are empty.
-    pub fn to_csv(&self) -> String {
-        let mut text = self
-            .columns
-            .iter()
-            .map(|(n, _)| n.as_str())
-            .collect::<Vec<_>>()
-            .join(",");
-        text.push('\n');
-        let rows = self.columns.iter().map(|(_, v)| v.len()).max().unwrap_or(0);
-        for row in 0..rows {
-            for (i, (_, values)) in self.columns.iter().enumerate() {
-                let separator = if i == 0 { "" } else { "," };
-                match values.get(row) {
-                    Some(v) => _ = write!(text, "{separator}{v}"),
-                    None => text.push_str(separator),
-                }
-            }
-            text.push('\n');
-        }
-        text
-    }
 }
 
 #[cfg(test)]

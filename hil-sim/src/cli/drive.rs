@@ -26,11 +26,12 @@ use virtual_board::scenario::{
 
 mod files;
 pub mod page;
+pub mod rows;
 pub mod seeds;
 mod table;
 
 use files::RunReport;
-use page::RunSummary;
+use page::{RunOrigin, RunSummary};
 
 /// Flags of `drive`.
 #[derive(Debug, Args, Default)]
@@ -220,6 +221,8 @@ pub fn run_on<B: Backend>(
     let told = story.told();
     let summary = RunSummary {
         scenario: &scenario,
+        vehicle: &simulated,
+        origin: &origin(arguments, &scenario),
         values: &values,
         checks: &checks,
         told: &told,
@@ -272,6 +275,24 @@ fn file_name(arguments: &Arguments) -> std::path::Display<'_> {
         .as_deref()
         .unwrap_or(Path::new(DEFAULT_NAME))
         .display()
+}
+
+/// Where a run comes from, for its page.
+fn origin(arguments: &Arguments, scenario: &Scenario) -> RunOrigin {
+    let named = [&arguments.plant_vehicle, &arguments.vehicle, &scenario.vehicle];
+    let vehicle = named.into_iter().flatten().next();
+    let given: Vec<String> = std::env::args_os()
+        .skip(1)
+        .map(|argument| argument.to_string_lossy().into_owned())
+        .collect();
+    RunOrigin {
+        scenario: file_name(arguments).to_string(),
+        vehicle: vehicle.map_or_else(
+            || vehicle_file::REFERENCE_NAME.to_owned(),
+            |path| path.display().to_string(),
+        ),
+        command: format!("hil-sim {}", given.join(" ")),
+    }
 }
 
 /// The scenario that the flags name, with what else they say of it.

@@ -26,7 +26,8 @@ pub mod wire;
 use console::Console;
 use drive::{DriveJob, check_seconds};
 use session::Link;
-use status::{StatusDetail, who};
+use status::StatusDetail;
+pub(in crate::cli) use status::who;
 use wire::{Port, Wire};
 
 /// Flags of `link`.
@@ -196,13 +197,13 @@ pub fn run_on<W: Wire, O: Write>(
 }
 
 /// A number that no tool has used before on this board: of the time and the process.
-fn nonce() -> u32 {
+pub(in crate::cli) fn nonce() -> u32 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     (since.as_micros() as u32) ^ std::process::id().rotate_left(16)
 }
 
 /// Counts how often the user asks to stop, instead of ending the program before its Disarm.
-fn interrupts() -> Result<Arc<AtomicU32>, CommandError> {
+pub(in crate::cli) fn interrupts() -> Result<Arc<AtomicU32>, CommandError> {
     let count = Arc::new(AtomicU32::new(0));
     let counter = count.clone();
     ctrlc::set_handler(move || {

@@ -9,8 +9,10 @@ use theory::commands::{
 };
 
 pub mod bounds;
+pub mod bring_up;
 pub mod campaign;
 pub mod check;
+pub mod compare;
 pub mod drive;
 pub mod emulated;
 pub mod link;
@@ -43,12 +45,16 @@ enum HostCommand {
     Drive(drive::Arguments),
     /// Spread of a scenario's metrics over many seeds, beside its bounds
     Bounds(bounds::Arguments),
+    /// The first power-up of a board, step by step: asks, measures over the link, and tells what passed
+    BringUp(bring_up::Arguments),
     /// Many runs at once: scenarios, overrides and seeds, on all cores and in shards
     Campaign(campaign::Arguments),
     /// The camera spar alone: tilted, shaken, with a limited motor (ch. 7)
     Camera(camera::Arguments),
     /// The vehicle that carries a camera spar, and its step limits (ch. 8)
     Coupled(coupled::Arguments),
+    /// The laws side by side: steps, slopes, kerbs, ice, pushes, vehicles 20 % off, and the best step found
+    Compare(compare::Arguments),
     /// What a vehicle file means in SI, and whether such a vehicle can be built and driven
     Check(check::Arguments),
     /// The smallest final voltage or reference speed that turns the arm over
@@ -82,10 +88,12 @@ pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let result = match arguments.command {
         Some(HostCommand::Bounds(a)) => bounds::run(&a),
+        Some(HostCommand::BringUp(a)) => bring_up::run(&a),
         Some(HostCommand::Campaign(a)) => campaign::run(&a),
         Some(HostCommand::Camera(a)) => camera::run(&a),
         Some(HostCommand::Coupled(a)) => coupled::run(&a),
         Some(HostCommand::Check(a)) => check::run(&a),
+        Some(HostCommand::Compare(a)) => compare::run(&a),
         Some(HostCommand::Critical(a)) => critical::run(&a),
         Some(HostCommand::Envelope(a)) => envelope::run(&a),
         Some(HostCommand::Equilibrium(a)) => equilibrium::run(&a),

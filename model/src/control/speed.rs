@@ -13,8 +13,12 @@ pub struct SpeedInput {
     pub theta_rate_rad_s: f32,
     /// Arm rate phi', rad/s.
     pub phi_rate_rad_s: f32,
-    /// Sine of the slope.
-    pub sin_slope: f32,
+    /// Sine and cosine of the slope, which the estimator knows already.
+    pub slope_sin_cos: (f32, f32),
+    /// Change of the slope's sine by the vehicle's own turn, 1/s.
+    pub slope_turn_per_s: f32,
+    /// The vehicle is told to turn.
+    pub turns: bool,
     /// Distance driven, m.
     pub distance_m: f32,
     /// Largest voltage either way, V.
@@ -59,8 +63,6 @@ pub struct SpeedAim {
     pub acceleration_m_s2: f32,
     /// Commanded arm angle, rad.
     pub phi_rad: f32,
-    /// Slope that the law reckons with, rad, uphill positive.
-    pub slope_rad: f32,
 }
 
 impl SpeedTerms {

@@ -65,12 +65,21 @@ impl SpeedController {
         }
     }
 
-    /// What the axle does in the tick decided last, for the spar on it, with the arm at the rate `arm_rate_rad_s`. Eq. 3.25
-    /// does not know: the spar then rests in itself.
-    pub fn pivot(&self, arm_rate_rad_s: f32) -> Pivot {
+    /// What the last tick taught of the slope, as a change of its sine; nothing before the first tick. Eq. 3.25 learns
+    /// nothing of it.
+    pub fn slope_lesson(&self) -> Option<f32> {
+        match self {
+            Self::SwingDamped(_) => None,
+            Self::Landing(law) => law.slope_lesson(),
+        }
+    }
+
+    /// What the axle does in the tick decided last, for the spar on it. Eq. 3.25 does not know: the spar then rests in
+    /// itself.
+    pub fn pivot(&self, input: &SpeedInput) -> Pivot {
         match self {
             Self::SwingDamped(_) => Pivot::default(),
-            Self::Landing(law) => law.pivot(arm_rate_rad_s),
+            Self::Landing(law) => law.pivot(input),
         }
     }
 }

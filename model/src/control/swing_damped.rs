@@ -111,8 +111,8 @@ impl SwingDampedLaw {
         let theta_rate = self.scales.rate_from_si(input.theta_rate_rad_s);
         let phi_rate = self.scales.rate_from_si(input.phi_rate_rad_s);
         let law = self.law.terms(reference, input.phi_rad, theta_rate, phi_rate);
-        let cos_slope = libm::sqrtf(1.0 - input.sin_slope * input.sin_slope);
-        let equilibrium = self.equilibrium.arm(acceleration_g, input.sin_slope, cos_slope);
+        let (sin_slope, cos_slope) = input.slope_sin_cos;
+        let equilibrium = self.equilibrium.arm(acceleration_g, sin_slope, cos_slope);
         let sin_equilibrium = equilibrium.sin.bounded(-SIN_EQUILIBRIUM_MAX, SIN_EQUILIBRIUM_MAX);
         let commanded_phi = libm::asinf(sin_equilibrium);
         let swing_damping = -(self.swing_gain * (input.phi_rad - commanded_phi));
@@ -145,7 +145,6 @@ impl SwingDampedLaw {
                     landing_speed_m_s: 0.0,
                     acceleration_m_s2: acceleration_g * GRAVITY_M_S2 as f32,
                     phi_rad: commanded_phi,
-                    slope_rad: libm::asinf(input.sin_slope),
                 },
             },
         }
@@ -182,7 +181,8 @@ mod tests {
         ) {
             let mut unlimited = SwingDampedLaw::new(&reference(), 0.001);
             let mut input = SpeedInput {
-                target_m_s, phi_rad, phi_sin_cos: libm::sincosf(phi_rad), theta_rate_rad_s, phi_rate_rad_s, sin_slope,
+                target_m_s, phi_rad, phi_sin_cos: libm::sincosf(phi_rad), theta_rate_rad_s, phi_rate_rad_s,
+                slope_sin_cos: (sin_slope, libm::sqrtf(1.0 - sin_slope * sin_slope)), slope_turn_per_s: 0.0, turns: false,
                 distance_m: 0.0, voltage_max_v: 1e6,
             };
             for _ in 1..ticks {
@@ -208,7 +208,9 @@ mod tests {
             phi_sin_cos: (0.0, 1.0),
             theta_rate_rad_s: 0.0,
             phi_rate_rad_s: 0.0,
-            sin_slope: 0.0,
+            slope_sin_cos: (0.0, 1.0),
+            slope_turn_per_s: 0.0,
+            turns: false,
             distance_m: 0.0,
             voltage_max_v: 24.0,
         };

@@ -15,8 +15,8 @@ pub struct Estimate {
     pub speed_m_s: f32,
     /// Slope beta, rad, uphill positive.
     pub slope_rad: f32,
-    /// Sine of the slope that the laws carry: that of the ground, and while the vehicle pushes at an obstacle, of a hill
-    /// that would ask as much.
+    /// Sine of the slope that the laws carry: that of the ground, and under Eq. 3.25, while the vehicle pushes at an
+    /// obstacle, of a hill that would ask as much.
     pub sin_slope: f32,
     /// Heading since boot, rad, anticlockwise positive, not wrapped.
     pub heading_rad: f32,

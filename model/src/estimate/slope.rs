@@ -44,11 +44,11 @@ impl SlopeEstimator {
         }
     }
 
-    /// Follows a turn of the vehicle by `turn_rad` with its axle rolled by `sin_roll` (left end up), which
-    /// changes the slope along its heading.
-    pub fn turn(&mut self, turn_rad: f32, sin_roll: f32) {
+    /// Follows a turn of the vehicle, which changes the sine of the slope along its heading by `change`: the angle turned
+    /// by times the sine of the axle's roll (left end up).
+    pub fn turn(&mut self, change: f32) {
         self.filtered
-            .reset((self.filtered.value() + turn_rad * sin_roll).bounded(-SIN_MAX, SIN_MAX));
+            .reset((self.filtered.value() + change).bounded(-SIN_MAX, SIN_MAX));
     }
 
     /// Takes the arm's angle (as sine and cosine), and rates and accelerations in rad per time unit.
@@ -70,6 +70,11 @@ impl SlopeEstimator {
         let sin = (self.alpha_l * sin_phi * self.weight).bounded(-SIN_MAX, SIN_MAX);
         self.filtered.reset(sin);
         self.set(sin);
+    }
+
+    /// Takes what the speed law's observers found, as a change of the sine.
+    pub fn learn(&mut self, change: f32) {
+        self.reset((self.filtered.value() + change).bounded(-SIN_MAX, SIN_MAX));
     }
 
     /// Sets the sine of the slope.

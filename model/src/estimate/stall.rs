@@ -25,6 +25,8 @@ pub struct Intent {
     pub reference_m_s: f32,
     /// The law has found that the vehicle comes no further, for example because it bounces off an obstacle.
     pub stuck: bool,
+    /// What the law's observers found of the slope, as a change of its sine; nothing from a law without observers.
+    pub slope_lesson: Option<f32>,
 }
 
 /// What one tick changes.
@@ -54,6 +56,7 @@ impl Stall {
             target_m_s,
             reference_m_s,
             stuck,
+            ..
         } = intent;
         let told = reference_m_s.abs() > TOLD_M_S;
         let stands = told && speed_m_s.abs() < MOVES_SHARE * reference_m_s.abs();
@@ -102,6 +105,7 @@ mod tests {
             target_m_s: speed_m_s,
             reference_m_s: speed_m_s,
             stuck: false,
+            slope_lesson: None,
         }
     }
 

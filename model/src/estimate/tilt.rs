@@ -14,7 +14,9 @@
 //! swings with the plane, and its gyro, which turns with the plane too, shows phi' less that much.
 //!
 //! Every term but those of gravity is computed and subtracted; the rest slowly corrects the integrated
-//! gyro. Uncompensated, 0.3 g of axle acceleration would read as 17 degrees.
+//! gyro. Uncompensated, 0.3 g of axle acceleration would read as 17 degrees. The axle's acceleration is known late, because
+//! it is differentiated from filtered rates. What the accelerometer shows, turned into the horizontal, therefore passes
+//! through a filter of the same lag: else every change of the acceleration by a leaves lag a / (g tau) in the angle.
 
 use super::rate_filter::LowPass;
 use crate::bounded::Bounded;
@@ -25,8 +27,6 @@ use crate::vehicle::GRAVITY_M_S2;
 pub struct Disturbance {
     /// Acceleration of the axle up the slope, m/s^2.
     pub axle_acceleration_m_s2: f32,
-    /// Sine of the slope.
-    pub sin_slope: f32,
     /// Cosine of the slope.
     pub cos_slope: f32,
     /// Yaw rate, rad/s.
@@ -92,6 +92,7 @@ pub struct TiltEstimator {
     bias_rad_s: f32,
     rate_rad_s: f32,
     acceleration: LowPass,
+    horizontal: LowPass,
     acceleration_rad_s2: f32,
     error: f32,
 }
@@ -113,8 +114,14 @@ const G: f32 = GRAVITY_M_S2 as f32;
 
 impl TiltEstimator {
     /// An estimator called every `dt_s` seconds for an IMU at `radius_m` from the axle towards the
-    /// hanging side (negative above the axle).
-    pub fn new(dt_s: f32, radius_m: f32, tilt_time_constant_s: f32, bias_time_constant_s: f32) -> Self {
+    /// hanging side (negative above the axle). The axle's acceleration is known `axle_lag_s` late.
+    pub fn new(
+        dt_s: f32,
+        radius_m: f32,
+        tilt_time_constant_s: f32,
+        bias_time_constant_s: f32,
+        axle_lag_s: f32,
+    ) -> Self {
         Self {
             dt_s,
             radius_m,
@@ -126,6 +133,7 @@ impl TiltEstimator {
             bias_rad_s: 0.0,
             rate_rad_s: 0.0,
             acceleration: LowPass::new(dt_s, ACCELERATION_TIME_CONSTANT_S),
+            horizontal: LowPass::new(dt_s, axle_lag_s),
             acceleration_rad_s2: 0.0,
             error: 0.0,
         }
@@ -136,13 +144,13 @@ impl TiltEstimator {
         self.set_angle(libm::atan2f(reading.force_x_m_s2, reading.force_z_m_s2));
         self.rate_rad_s = reading.rate_rad_s - self.bias_rad_s;
         self.acceleration.reset(self.rate_rad_s);
+        self.horizontal.reset(0.0);
     }
 
     /// Takes one reading.
     pub fn update(&mut self, reading: &TiltReading, disturbance: &Disturbance, trust: Trust) {
         let Disturbance {
             axle_acceleration_m_s2: a,
-            sin_slope,
             cos_slope,
             yaw_rate_rad_s,
             sin_roll,
@@ -152,14 +160,18 @@ impl TiltEstimator {
         self.rate_rad_s = swing;
         let rate = swing + sin_roll * yaw_rate_rad_s;
         let (sin, cos) = (self.sin, self.cos);
-        let cos_relative = cos_slope * cos + sin_slope * sin;
-        let sin_relative = sin_slope * cos - cos_slope * sin;
         let turn = yaw_rate_rad_s * yaw_rate_rad_s * sin;
-        let gravity_x =
-            reading.force_x_m_s2 - a * cos_relative - self.radius_m * (self.acceleration_rad_s2 - turn * cos);
-        let gravity_z = reading.force_z_m_s2 - a * sin_relative - self.radius_m * (swing * swing + turn * sin);
+        let x = reading.force_x_m_s2 - self.radius_m * (self.acceleration_rad_s2 - turn * cos);
+        let z = reading.force_z_m_s2 - self.radius_m * (swing * swing + turn * sin);
+        let horizontal = x * cos - z * sin;
+        if trust == Trust::AtRest {
+            // Nothing accelerates: no lag in the faster correction's loop.
+            self.horizontal.reset(horizontal);
+        } else {
+            self.horizontal.update(horizontal);
+        }
         // g sin(phi_measured - phi): no inverse function, and bounded for any reading.
-        let error = (gravity_x * cos - gravity_z * sin) / G;
+        let error = (self.horizontal.value() - a * cos_slope) / G;
         let error = error.bounded(-1.0, 1.0);
         self.error = error;
         let (factor, bias_factor) = trust.factors();
@@ -251,7 +263,8 @@ mod tests {
     }
 
     fn estimator() -> TiltEstimator {
-        TiltEstimator::new(DT, 0.1, 2.0, 60.0)
+        // The tests know the axle's acceleration at once.
+        TiltEstimator::new(DT, 0.1, 2.0, 60.0, 1e-6)
     }
 
     #[test]
@@ -269,7 +282,6 @@ mod tests {
             let a = 0.3 * GRAVITY_M_S2 * (2.0 * t).sin();
             let disturbance = Disturbance {
                 axle_acceleration_m_s2: a as f32,
-                sin_slope: slope.sin() as f32,
                 cos_slope: slope.cos() as f32,
                 yaw_rate_rad_s: 0.0,
                 sin_roll: 0.0,

@@ -17,6 +17,8 @@ use crate::supervise::codes::{BlockerSet, FaultSet, Limit, LimitSet};
 use crate::supervise::supervisor::Findings;
 use crate::vehicle::Vehicle;
 
+use super::estimate::Sines;
+
 /// Share of the supply that steering may take from driving.
 const STEERING_SHARE: f32 = 0.5;
 /// Voltage that probes the drive motors' current sensors, V, up for two ticks and down for two: what a current sensor
@@ -74,6 +76,8 @@ pub(super) struct Laws {
     duty_max: f32,
     /// Ticks of the probe's period of four.
     probe_ticks: u8,
+    /// The laws drove the motors in the last tick.
+    armed: bool,
 }
 
 impl Laws {
@@ -87,19 +91,21 @@ impl Laws {
             target_m_s: 0.0,
             duty_max,
             probe_ticks: 0,
+            armed: false,
         }
     }
 
-    /// One tick: what the laws ask for; nothing while disarmed. `phi_sin_cos` are sine and cosine of the arm's angle.
+    /// One tick: what the laws ask for; nothing while disarmed.
     pub(super) fn step(
         &mut self,
         verdict: Findings,
         sensed: &Sensed,
         estimate: &Estimate,
-        phi_sin_cos: (f32, f32),
+        sines: Sines,
         command: &Command,
     ) -> Wish {
-        if verdict.mode == Mode::Disarmed {
+        self.armed = verdict.mode != Mode::Disarmed;
+        if !self.armed {
             self.target_m_s = 0.0;
             return Wish::default();
         }
@@ -127,17 +133,20 @@ impl Laws {
             voltage_max_v: STEERING_SHARE * supply_v,
         });
         let drive_max_v = supply_v - turn.voltage_v.abs();
-        let drive = self.speed.step(&SpeedInput {
+        let input = SpeedInput {
             target_m_s: wanted.speed_m_s,
             phi_rad: estimate.phi_rad,
-            phi_sin_cos,
+            phi_sin_cos: sines.phi,
             theta_rate_rad_s: estimate.theta_rate_rad_s,
             phi_rate_rad_s: estimate.phi_rate_rad_s,
-            sin_slope: estimate.sin_slope,
+            slope_sin_cos: sines.slope,
+            slope_turn_per_s: sines.slope_turn_per_s,
+            turns: self.steering.reference_rad_s() != 0.0,
             distance_m: estimate.distance_m,
             voltage_max_v: drive_max_v,
-        });
-        let level = self.level(estimate, supply_v);
+        };
+        let drive = self.speed.step(&input);
+        let level = self.level(estimate, &input, supply_v);
         let probe_v = self.probe_v();
         let mut limits = LimitSet::EMPTY;
         limits.set(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);
@@ -169,8 +178,8 @@ impl Laws {
     }
 
     /// What the spar law asks for; nothing without a spar or after a spar fault.
-    fn level(&mut self, estimate: &Estimate, supply_v: f32) -> LawOutput<SparTerms> {
-        let pivot = self.speed.pivot(estimate.phi_rate_rad_s);
+    fn level(&mut self, estimate: &Estimate, input: &SpeedInput, supply_v: f32) -> LawOutput<SparTerms> {
+        let pivot = self.speed.pivot(input);
         match &mut self.spar {
             Some(spar) if !self.spar_off => spar.step(&spar_state(estimate), &pivot, supply_v),
             _ => LawOutput::default(),
@@ -183,6 +192,7 @@ impl Laws {
             target_m_s: self.target_m_s,
             reference_m_s: self.speed.reference_m_s(),
             stuck: self.speed.is_stuck(),
+            slope_lesson: if self.armed { self.speed.slope_lesson() } else { None },
         }
     }
 

@@ -7,7 +7,7 @@ use crate::estimate::heading::{HeadingEstimator, YawReading};
 use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
 use crate::estimate::slope::SlopeEstimator;
-use crate::estimate::stall::{Intent, Progress, Stall};
+use crate::estimate::stall::{Intent, Stall};
 use crate::estimate::stillness::Stillness;
 use crate::estimate::tilt::{Disturbance, TiltEstimator, TiltReading, Trust};
 use crate::estimate::traction::{Evidence, Traction};
@@ -17,8 +17,10 @@ use crate::supervise::plausibility::Persistence;
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
 mod calibration;
+mod ground;
 
 use calibration::{Calibration, is_new};
+use ground::{SLOPE_RATE_TIME_CONSTANT_S, Trail};
 
 /// Stage 2's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,6 +31,8 @@ pub(super) struct Estimator {
     arm: TiltEstimator,
     spar: Option<TiltEstimator>,
     slope: SlopeEstimator,
+    slope_rate: LowPass,
+    slope_turn_per_s: f32,
     heading: HeadingEstimator,
     alignment: Alignment,
     odometry: Odometry,
@@ -49,11 +53,13 @@ pub(super) struct Estimator {
     last_heading_rad: f32,
 }
 
-/// The slope that the vehicle had a little way back, m: one that bounces off an obstacle takes it for a hill.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-struct Trail {
-    place_m: f32,
-    sin_slope: f32,
+/// Sines and cosines of the angles, which the laws need too.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Sines {
+    pub(super) phi: (f32, f32),
+    pub(super) slope: (f32, f32),
+    /// Change of the slope's sine by the vehicle's own turn, 1/s.
+    pub(super) slope_turn_per_s: f32,
 }
 
 /// What gyro and encoders show of one tick.
@@ -77,8 +83,6 @@ const STOPPED_M_S: f32 = 0.05;
 const STOPPED_ARM_RAD_S: f32 = 0.2;
 /// Arm rate below which the vehicle stands still.
 const REST_ARM_RAD_S: f32 = 0.05;
-/// Distance after which the slope is noted again, m.
-const TRAIL_M: f32 = 0.05;
 /// Ticks in a row for which the vehicle must stand still to be at rest.
 const STILL_TICKS: u16 = 100;
 /// Time constant of the axle acceleration's filter.
@@ -91,8 +95,6 @@ const WEIGHT_MIN_G: f32 = 0.5;
 const WEIGHT_MAX_G: f32 = 2.0;
 /// Ticks for which it must be back in the range before it is trusted again: the wheels rebound.
 const WEIGHT_TICKS: u16 = 30;
-/// Distance of the sine of the arm's angle from that of its equilibrium within which the arm counts as lowered.
-const LOWERED: f32 = 0.15;
 /// Sine of the angle between integrated gyro and accelerometer that cannot last: one of the two is wrong.
 const CONTRADICTION: f32 = 0.7;
 const CONTRADICTION_TICKS: u16 = 300;
@@ -101,8 +103,12 @@ impl Estimator {
     pub(super) fn new(vehicle: &Vehicle<f32>) -> Self {
         let (p, planar) = (vehicle.parameters(), vehicle.planar(0.0));
         let times = &p.estimator;
-        let tilt =
-            |radius_m| TiltEstimator::new(TICK_S, radius_m, times.tilt_time_constant_s, times.bias_time_constant_s);
+        // The wheels show the axle's acceleration late: by the two stages of their rates' filter, and by its own.
+        let lag_s = 2.0 * times.wheel_rate_time_constant_s + AXLE_ACCELERATION_TIME_CONSTANT_S;
+        let tilt = |radius_m| {
+            let (tilt_s, bias_s) = (times.tilt_time_constant_s, times.bias_time_constant_s);
+            TiltEstimator::new(TICK_S, radius_m, tilt_s, bias_s, lag_s)
+        };
         Self {
             scales: vehicle.scales(),
             half_track_m: p.body.half_track_m,
@@ -118,6 +124,8 @@ impl Estimator {
                 planar.mu,
                 vehicle.spar_mass_ratio(),
             ),
+            slope_rate: LowPass::new(TICK_S, SLOPE_RATE_TIME_CONSTANT_S),
+            slope_turn_per_s: 0.0,
             heading: HeadingEstimator::new(TICK_S, times.bias_time_constant_s),
             alignment: Alignment::default(),
             odometry: Odometry::default(),
@@ -148,9 +156,13 @@ impl Estimator {
         }
     }
 
-    /// Sine and cosine of the arm's angle.
-    pub(super) fn phi_sin_cos(&self) -> (f32, f32) {
-        (self.arm.sin(), self.arm.cos())
+    /// Sines and cosines of the arm's angle and of the slope.
+    pub(super) fn sines(&self) -> Sines {
+        Sines {
+            phi: (self.arm.sin(), self.arm.cos()),
+            slope: (self.slope.sin(), self.slope.cos()),
+            slope_turn_per_s: self.slope_turn_per_s,
+        }
     }
 
     /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang. `intent` is what the
@@ -265,10 +277,9 @@ impl Estimator {
 
     /// The angles of arm and spar, and whether the wheels roll.
     fn tilt(&mut self, sensed: &Sensed, motion: &MeasuredMotion, rest: bool) {
-        self.slope.turn(motion.yaw_rate_rad_s * TICK_S, motion.sin_roll);
+        self.slope.turn(motion.yaw_rate_rad_s * motion.sin_roll * TICK_S);
         let disturbance = Disturbance {
             axle_acceleration_m_s2: motion.wheels_m_s2,
-            sin_slope: self.slope.sin(),
             cos_slope: self.slope.cos(),
             yaw_rate_rad_s: motion.yaw_rate_rad_s,
             sin_roll: motion.sin_roll,
@@ -299,25 +310,6 @@ impl Estimator {
         }
     }
 
-    /// The slope; whether something blocks the vehicle.
-    fn climb(&mut self, motion: &MeasuredMotion, disarmed: bool, intent: Intent) -> bool {
-        let stuck = self.progress(disarmed, intent, motion.wheels_m_s) == Progress::Stuck;
-        if stuck && !self.stall.stalls() {
-            self.slope.reset(self.free_sin_slope);
-        } else if self.weighs.stands() {
-            let t = self.scales.time_s;
-            let axle_m_s2 = self.traction.acceleration_m_s2(motion.wheels_m_s2);
-            self.slope.update(
-                self.arm.sin(),
-                self.arm.cos(),
-                motion.phi_rate_rad_s * t,
-                self.arm.acceleration_rad_s2() * t * t,
-                axle_m_s2 / self.scales.length_m * t * t,
-            );
-        }
-        stuck
-    }
-
     /// The mean advance of the wheels over the plane, or of the sliding vehicle, at the mean heading of the tick.
     fn advance(&mut self, sensed: &Sensed, motion: &MeasuredMotion) {
         let advance_m = if self.traction.slides() {
@@ -331,45 +323,6 @@ impl Estimator {
         self.odometry
             .advance(advance_m, 0.5 * (heading + self.last_heading_rad));
         self.last_heading_rad = heading;
-    }
-
-    /// Whether something blocks the vehicle; until it hesitates, the slope under it is noted.
-    fn progress(&mut self, disarmed: bool, intent: Intent, speed_m_s: f32) -> Progress {
-        if disarmed {
-            self.stall.reset();
-            return Progress::Free;
-        }
-        let was_stuck = self.stall.is_stuck();
-        let progress = self.stall.update(intent, speed_m_s, self.odometry.distance_m());
-        if was_stuck && progress != Progress::Stuck {
-            // Behind the obstacle the ground goes on as before it.
-            self.slope.reset(self.free_sin_slope);
-        }
-        let driven_m = self.odometry.distance_m() - self.trail.place_m;
-        if progress == Progress::Free && (driven_m.abs() > TRAIL_M || intent.target_m_s == 0.0) {
-            let standing = intent.target_m_s == 0.0;
-            self.free_sin_slope = if standing {
-                self.slope.sin()
-            } else {
-                self.trail.sin_slope
-            };
-            self.trail = Trail {
-                place_m: self.odometry.distance_m(),
-                sin_slope: self.slope.sin(),
-            };
-        }
-        progress
-    }
-
-    /// Whether the arm hangs about where it does when the vehicle stands still on this slope: open bridges then leave
-    /// it there.
-    fn lowered(&self) -> bool {
-        let sin_slope = if self.stall.is_stuck() {
-            self.free_sin_slope
-        } else {
-            self.slope.sin()
-        };
-        (self.arm.sin() - self.slope.sin_equilibrium(sin_slope)).abs() < LOWERED
     }
 
     /// Averages the gyros once, while the vehicle stands still: the spar's by itself, as the vehicle drives without.

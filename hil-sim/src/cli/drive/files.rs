@@ -7,7 +7,8 @@ use report::files::NewFile;
 use report::output::{create_directory, write_file};
 use virtual_board::scenario::trace::TraceRow;
 
-use super::page::{self, ChartRows, RunSummary};
+use super::page::{self, RunSummary};
+use super::rows::{self, ChartRows};
 
 /// The files of a run, of which the trace is written while the run goes on.
 pub struct RunReport {
@@ -24,7 +25,7 @@ impl RunReport {
     pub fn create(directory: PathBuf) -> Result<Self, CommandError> {
         create_directory(&directory)?;
         let mut trace = NewFile::replace("--out", &directory.join("trace.csv"))?;
-        page::write_header(&mut trace)?;
+        rows::write_header(&mut trace)?;
         Ok(Self {
             directory,
             trace,
@@ -38,7 +39,7 @@ impl RunReport {
     /// What the disk says.
     pub fn add(&mut self, row: &TraceRow) -> Result<(), CommandError> {
         self.charts.add(row);
-        Ok(page::write_row(&mut self.trace, row)?)
+        Ok(rows::write_row(&mut self.trace, row)?)
     }
 
     /// Completes the files; the directory they lie in.
@@ -48,14 +49,12 @@ impl RunReport {
     pub fn finish(self, summary: &RunSummary<'_>) -> Result<PathBuf, CommandError> {
         let out = self.directory;
         self.trace.finish()?;
-        let mut charts = Vec::new();
         for (name, chart) in page::charts(&self.charts.trace) {
             let svg = chart.to_svg().map_err(CommandError::Other)?;
             write_file(&out, &format!("{name}.svg"), &svg)?;
-            charts.push(svg);
         }
         write_file(&out, "firmware.log", &(summary.log.join("\n") + "\n"))?;
-        let page = page::page(summary, &charts, self.charts.stride);
+        let page = page::page(summary, &self.charts).map_err(CommandError::Other)?;
         write_file(&out, "index.html", &page)?;
         Ok(out)
     }

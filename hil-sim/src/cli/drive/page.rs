@@ -1,18 +1,37 @@
 //! The page of a run: what it was judged by, its plots, the firmware's log.
 
 use std::fmt::Write as _;
-use std::io;
 
-use report::html::{document, escaped};
+use model::supervise::codes::Limit;
+use model::vehicle::Vehicle;
+use report::html::escaped;
+use report::interactive::{InteractivePage, Scene, StripEvent, TIME_LABEL};
 use report::plot::{Chart, Series};
-use virtual_board::scenario::trace::{COLUMNS, Trace, TraceRow, Value};
-use virtual_board::scenario::{Check, MetricValue, RunStory, RunVerdict, Scenario};
+use virtual_board::scenario::trace::{Trace, TraceRow, Value};
+use virtual_board::scenario::{Check, MetricValue, RunStory, RunVerdict, Scenario, StoryEvent};
+
+use super::rows::ChartRows;
+
+/// The files and the command of a run, as a person would name them.
+#[derive(Debug, Clone)]
+pub struct RunOrigin {
+    /// The scenario's file or name.
+    pub scenario: String,
+    /// The vehicle's file or name.
+    pub vehicle: String,
+    /// The command line.
+    pub command: String,
+}
 
 /// What a run came to.
 #[derive(Debug, Clone, Copy)]
 pub struct RunSummary<'a> {
     /// What ran.
     pub scenario: &'a Scenario,
+    /// The vehicle that was simulated.
+    pub vehicle: &'a Vehicle<f64>,
+    /// Where it comes from.
+    pub origin: &'a RunOrigin,
     /// Every metric.
     pub values: &'a [MetricValue],
     /// The metrics that have bounds.
@@ -23,48 +42,80 @@ pub struct RunSummary<'a> {
     pub log: &'a [String],
 }
 
-/// The page. `charts` are SVG documents of every `chart_stride`th row.
-pub fn page(summary: &RunSummary<'_>, charts: &[String], chart_stride: usize) -> String {
-    let RunSummary {
-        scenario,
-        values,
-        checks,
-        told,
-        log,
-    } = *summary;
-    let verdict = RunVerdict::of(checks);
+/// The page of a run, drawn from the rows kept.
+///
+/// # Errors
+/// The encoder's message.
+pub fn page(summary: &RunSummary<'_>, rows: &ChartRows) -> Result<String, String> {
+    let RunSummary { scenario, told, .. } = *summary;
+    let trace = &rows.trace;
+    let page = InteractivePage {
+        title: &scenario.title,
+        head: head(summary, rows.stride),
+        time: trace.values(TraceRow::time_s),
+        events: told.events.iter().map(strip_event).chain(limits(trace)).collect(),
+        scene: Some(scene(summary.vehicle, trace)),
+        // The path is one of the two views.
+        charts: charts(trace)
+            .into_iter()
+            .filter(|(name, _)| *name != "path")
+            .map(|(_, chart)| chart)
+            .collect(),
+        tail: tail(summary),
+    };
+    page.to_html()
+}
+
+/// Verdict, origin and files.
+fn head(summary: &RunSummary<'_>, stride: usize) -> String {
+    let verdict = RunVerdict::of(summary.checks);
     let class = match verdict {
         RunVerdict::Passed => "confirmed",
         RunVerdict::NotJudged => "added",
         RunVerdict::Failed | RunVerdict::Stopped => "refuted",
     };
-    let word = verdict.name();
-    let mut body = format!(
-        "<header>\n<h1>{}</h1>\n<p><span class=\"verdict {class}\">{word}</span> seed {}, {} s simulated</p>\n</header>\n<main>\n",
-        escaped(&scenario.title),
-        scenario.seed,
-        scenario.duration_s
+    let mut head = format!(
+        "<p><span class=\"verdict {class}\">{}</span> seed {}, {} s simulated</p>\n\
+         <p class=\"quiet\">Scenario {}, vehicle {}, hil-sim {}<br><code>{}</code></p>\n<p class=\"files\">",
+        verdict.name(),
+        summary.scenario.seed,
+        summary.scenario.duration_s,
+        escaped(&summary.origin.scenario),
+        escaped(&summary.origin.vehicle),
+        env!("CARGO_PKG_VERSION"),
+        escaped(&summary.origin.command),
     );
-    if chart_stride > 1 {
+    for file in ["trace.csv", "firmware.log"] {
+        _ = write!(head, "<a href=\"{file}\">{file}</a>");
+    }
+    for (name, _) in charts(&Trace::default()) {
+        _ = write!(head, "<a href=\"{name}.svg\">{name}.svg</a>");
+    }
+    head.push_str("</p>\n");
+    if stride > 1 {
         _ = writeln!(
-            body,
-            "<p>A long run: the charts show every {chart_stride}th row, trace.csv holds all.</p>"
+            head,
+            "<p>A long run: the charts show every {stride}th row, trace.csv holds all.</p>"
         );
     }
-    body.push_str("<h2>What happened</h2>\n");
-    body.push_str(&events(told));
-    for pair in charts.chunks(2) {
-        body.push_str("<article>\n");
-        for chart in pair {
-            _ = writeln!(body, "<div>{chart}</div>");
-        }
-        body.push_str("</article>\n");
-    }
-    body.push_str("<article>\n<div><h3>Judged by</h3>\n<table><tr><th>metric</th><th>value</th><th>bounds</th></tr>\n");
+    head
+}
+
+/// What happened, what it was judged by, what else was measured, and the log.
+fn tail(summary: &RunSummary<'_>) -> String {
+    let RunSummary {
+        values,
+        checks,
+        told,
+        log,
+        ..
+    } = *summary;
+    let mut tail = format!("<h2>What happened</h2>\n{}", events(told));
+    tail.push_str("<div class=\"grid\">\n<section class=\"card\"><h3>Judged by</h3>\n<table><tr><th>metric</th><th>value</th><th>bounds</th></tr>\n");
     for check in checks {
         let mark = if check.ok { "" } else { " FAILED" };
         _ = writeln!(
-            body,
+            tail,
             "<tr><td>{}</td><td>{:.4}</td><td>{} to {}{mark}</td></tr>",
             escaped(&check.name),
             check.value,
@@ -72,25 +123,86 @@ pub fn page(summary: &RunSummary<'_>, charts: &[String], chart_stride: usize) ->
             check.most
         );
     }
-    body.push_str("</table></div>\n<div><h3>Also measured</h3>\n<table><tr><th>metric</th><th>value</th></tr>\n");
+    tail.push_str("</table></section>\n<section class=\"card\"><h3>Also measured</h3>\n<table><tr><th>metric</th><th>value</th></tr>\n");
     let judged = |name: &str| checks.iter().any(|check| check.name == name);
     for metric in values
         .iter()
         .filter(|metric| metric.value.is_finite() && !judged(metric.name))
     {
         _ = writeln!(
-            body,
+            tail,
             "<tr><td>{}</td><td>{:.4}</td></tr>",
             escaped(metric.name),
             metric.value
         );
     }
-    body.push_str("</table></div>\n</article>\n<h2>The firmware's log</h2>\n<pre>");
+    tail.push_str("</table></section>\n</div>\n<h2>The firmware's log</h2>\n<section class=\"card\"><pre>");
     for line in log {
-        _ = writeln!(body, "{}", escaped(line));
+        _ = writeln!(tail, "{}", escaped(line));
     }
-    body.push_str("</pre>\n</main>\n");
-    document(&scenario.title, &body)
+    tail.push_str("</pre></section>\n");
+    tail
+}
+
+fn strip_event(event: &StoryEvent) -> StripEvent {
+    StripEvent {
+        at_s: event.at_s,
+        for_s: event.for_s,
+        kind: event.kind.name(),
+        text: event.text.clone(),
+        trouble: event.kind.is_trouble(),
+    }
+}
+
+/// When each limit was in force, but for those that the story tells as what happened.
+fn limits(trace: &Trace) -> impl Iterator<Item = StripEvent> {
+    let untold = Limit::ALL
+        .iter()
+        .filter(|limit| !matches!(limit, Limit::Stall | Limit::SlopeLimit));
+    untold.flat_map(|limit| {
+        let mut spells: Vec<StripEvent> = Vec::new();
+        let rows = trace.rows.iter().filter(|row| row.status.limits.contains(*limit));
+        for at_s in rows.map(TraceRow::time_s) {
+            match spells.last_mut() {
+                Some(spell) if at_s - spell.at_s - spell.for_s.unwrap_or(0.0) < LIMIT_GAP_S => {
+                    spell.for_s = Some(at_s - spell.at_s);
+                }
+                _ => spells.push(StripEvent {
+                    at_s,
+                    for_s: None,
+                    kind: limit.name(),
+                    text: format!("limit {}", limit.name()),
+                    trouble: false,
+                }),
+            }
+        }
+        spells
+    })
+}
+
+/// A limit that is out of force for less is drawn as in force, s.
+const LIMIT_GAP_S: f64 = 0.2;
+
+/// The vehicle's sizes and its motion.
+fn scene(vehicle: &Vehicle<f64>, trace: &Trace) -> Scene {
+    let p = vehicle.parameters();
+    let spar = p.spar.as_ref().map(|(spar, _)| spar);
+    Scene {
+        wheel_radius_m: p.body.wheel_radius_m,
+        arm_length_m: p.body.arm_length_m,
+        camera_m: spar.map_or(0.0, |spar| spar.spar_length_m),
+        motor_m: spar.map_or(0.0, |spar| spar.motor_distance_m),
+        ballast_m: spar.map_or(0.0, |spar| spar.ballast_distance_m),
+        x: trace.values(|r| r.truth.x_m),
+        y: trace.values(|r| r.truth.y_m),
+        estimated_x: trace.values(|r| f64::from(r.status.estimate.x_m)),
+        estimated_y: trace.values(|r| f64::from(r.status.estimate.y_m)),
+        heading: trace.values(|r| r.truth.heading_rad),
+        slope: trace.values(|r| r.truth.slope_rad),
+        phi: trace.values(|r| r.truth.phi_rad),
+        spar: trace.values(|r| r.truth.spar_rad),
+        ballast: trace.values(|r| r.truth.ballast_rad),
+    }
 }
 
 /// The table of what happened.
@@ -99,87 +211,22 @@ fn events(told: &RunStory) -> String {
         return "<p>Nothing.</p>\n".to_owned();
     }
     let mut text =
-        "<article><table class=\"events\"><tr><th>at, s</th><th>for, s</th><th>what</th><th></th></tr>\n".to_owned();
+        "<section class=\"card\"><table class=\"events\"><tr><th>at, s</th><th>for, s</th><th>what</th><th></th></tr>\n".to_owned();
     for event in &told.events {
         let length = event.for_s.map_or_else(String::new, |for_s| format!("{for_s:.2}"));
         _ = writeln!(
             text,
-            "<tr><td>{:.2}</td><td>{length}</td><td>{}</td><td>{}</td></tr>",
+            "<tr><td><button type=\"button\" data-at=\"{0}\">{0:.2}</button></td><td>{length}</td><td>{1}</td><td>{2}</td></tr>",
             event.at_s,
             event.kind.name(),
             escaped(&event.text)
         );
     }
-    text.push_str("</table></article>\n");
+    text.push_str("</table></section>\n");
     if told.dropped > 0 {
         _ = writeln!(text, "<p>And {} more.</p>", told.dropped);
     }
     text
-}
-
-/// Writes the first line of a trace as CSV: the columns' names.
-///
-/// # Errors
-/// Those of `out`.
-pub fn write_header(out: &mut impl io::Write) -> io::Result<()> {
-    let names: Vec<&str> = COLUMNS.iter().map(|(name, _)| *name).collect();
-    writeln!(out, "{}", names.join(","))
-}
-
-/// Writes one row of a trace as CSV, every number with all its digits.
-///
-/// # Errors
-/// Those of `out`.
-pub fn write_row(out: &mut impl io::Write, row: &TraceRow) -> io::Result<()> {
-    for (i, (_, value)) in COLUMNS.iter().enumerate() {
-        let separator = if i == 0 { "" } else { "," };
-        write!(out, "{separator}{}", value(row))?;
-    }
-    writeln!(out)
-}
-
-/// Most rows that the charts are drawn from.
-const CHART_ROWS_MAX: usize = 16_384;
-
-/// The rows that the charts are drawn from: all of them up to `CHART_ROWS_MAX`, which is 160 s; of a longer run every
-/// second, fourth, ... row, so that memory does not grow with the run.
-#[derive(Debug)]
-pub struct ChartRows {
-    /// The rows kept.
-    pub trace: Trace,
-    /// One of this many is kept.
-    pub stride: usize,
-    seen: usize,
-}
-
-impl Default for ChartRows {
-    fn default() -> Self {
-        Self {
-            trace: Trace::default(),
-            stride: 1,
-            seen: 0,
-        }
-    }
-}
-
-impl ChartRows {
-    /// Takes the next row of the run.
-    pub fn add(&mut self, row: &TraceRow) {
-        if self.seen.is_multiple_of(self.stride) {
-            if self.trace.rows.len() == CHART_ROWS_MAX {
-                let mut index = 0;
-                self.trace.rows.retain(|_| {
-                    index += 1;
-                    index % 2 == 1
-                });
-                self.stride *= 2;
-            }
-            if self.seen.is_multiple_of(self.stride) {
-                self.trace.rows.push(*row);
-            }
-        }
-        self.seen += 1;
-    }
 }
 
 /// The terms of the speed law, by the names of the chart.
@@ -201,7 +248,7 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
     let over_time = |title: &str, unit: &str, curves: &[(&str, Value)]| {
         curves
             .iter()
-            .fold(Chart::new(title, "time, s", unit), |chart, (name, value)| {
+            .fold(Chart::new(title, TIME_LABEL, unit), |chart, (name, value)| {
                 chart.with(Series::new(*name, &t, &trace.values(value)))
             })
     };
@@ -277,6 +324,7 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
         (
             "path",
             Chart::new("Path on the plane", "x, m", "y, m")
+                .equal_axes()
                 .with(Series::new(
                     "true",
                     &trace.values(|r| r.truth.x_m),
@@ -289,52 +337,4 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
                 )),
         ),
     ]
-}
-
-#[cfg(test)]
-mod tests {
-    use report::plot::Columns;
-    use virtual_board::scenario::{VirtualBackend, run};
-
-    use super::*;
-
-    /// A row of a real run.
-    fn row() -> TraceRow {
-        let scenario = Scenario::parse("row", "title = \"row\"\nduration_s = 0.5").expect("good");
-        let vehicle = vehicle_file::reference().expect("good");
-        let plant = scenario.plant(&vehicle).expect("drivable");
-        let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
-        let outcome = run(&scenario, &mut backend, |_| {}).expect("valid");
-        *outcome.trace.rows.last().expect("rows")
-    }
-
-    #[test]
-    fn the_rows_of_a_long_run_are_thinned_evenly_and_bounded() {
-        let mut rows = ChartRows::default();
-        let count = 3 * CHART_ROWS_MAX;
-        let mut row = row();
-        for index in 0..count {
-            row.status.tick = index as u32;
-            rows.add(&row);
-            assert!(rows.trace.rows.len() <= CHART_ROWS_MAX);
-        }
-        assert_eq!(rows.stride, 4);
-        let ticks: Vec<u32> = rows.trace.rows.iter().map(|row| row.status.tick).collect();
-        let expected: Vec<u32> = (0..count as u32).step_by(4).collect();
-        assert_eq!(ticks, expected);
-    }
-
-    #[test]
-    fn rows_written_one_by_one_are_the_whole_table() {
-        let trace = Trace { rows: vec![row(); 3] };
-        let mut text = Vec::new();
-        write_header(&mut text).expect("memory");
-        for row in &trace.rows {
-            write_row(&mut text, row).expect("memory");
-        }
-        let whole = COLUMNS.iter().fold(Columns::new(), |columns, (name, value)| {
-            columns.with(*name, trace.values(value))
-        });
-        assert_eq!(String::from_utf8(text).expect("text"), whole.to_csv());
-    }
 }

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use firmware::protocol::message::{Answer, COMMAND_PERIOD_MS, Order, ParameterAnswer, ParameterRequest};
+use firmware::protocol::message::{Answer, BoardStatus, COMMAND_PERIOD_MS, Order, ParameterAnswer, ParameterRequest};
 use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 use report::error::CommandError;
@@ -85,15 +85,33 @@ impl<W: Wire> Link<W> {
     /// A speed beyond the vehicle's largest; the board refuses to arm, falls silent, or leaves the armed state; the
     /// output is closed; the user asks to stop twice.
     pub fn drive<O: Write>(&mut self, drive: &DriveJob, console: &mut Console<O>) -> Result<(), CommandError> {
-        let driven = self.armed_drive(drive);
-        let disarmed = self.disarm();
-        let status = driven?;
-        disarmed?;
+        let status = self.drive_watching(drive, |_| {})?;
         console.line(&line(&status))
     }
 
+    /// As [`Link::drive`]; `watch` sees the newest status all the while that the vehicle is armed. Returns the last
+    /// status before the Disarm.
+    ///
+    /// # Errors
+    /// As [`Link::drive`].
+    pub fn drive_watching(
+        &mut self,
+        drive: &DriveJob,
+        watch: impl FnMut(&BoardStatus),
+    ) -> Result<BoardStatus, CommandError> {
+        let driven = self.armed_drive(drive, watch);
+        let disarmed = self.disarm();
+        let status = driven?;
+        disarmed?;
+        Ok(status)
+    }
+
     /// Everything but the Disarm; returns the last status before it.
-    fn armed_drive(&mut self, drive: &DriveJob) -> Result<firmware::protocol::message::BoardStatus, CommandError> {
+    fn armed_drive(
+        &mut self,
+        drive: &DriveJob,
+        mut watch: impl FnMut(&BoardStatus),
+    ) -> Result<BoardStatus, CommandError> {
         self.check_limits(drive)?;
         let mut sent_us = None;
         let neutral_from_us = self.wire.now_us();
@@ -114,14 +132,17 @@ impl<W: Wire> Link<W> {
         while self.wire.now_us() - from_us < drive_us && self.interrupts() == 0 {
             self.command(drive.speed_m_s, drive.yaw_rate_rad_s, &mut sent_us)?;
             self.listen()?;
+            if let Some(status) = &self.client.status {
+                watch(status);
+            }
             self.check_armed()?;
         }
-        self.stop(&mut sent_us)?;
+        self.stop(&mut sent_us, watch)?;
         self.fresh_status()
     }
 
     /// A controlled stop, which a second wish to stop cuts short.
-    fn stop(&mut self, sent_us: &mut Option<u64>) -> Result<(), CommandError> {
+    fn stop(&mut self, sent_us: &mut Option<u64>, mut watch: impl FnMut(&BoardStatus)) -> Result<(), CommandError> {
         let from_us = self.wire.now_us();
         let interrupts = self.interrupts();
         let mut moving_us = from_us;
@@ -131,6 +152,9 @@ impl<W: Wire> Link<W> {
             }
             self.command(0.0, 0.0, sent_us)?;
             self.listen()?;
+            if let Some(status) = &self.client.status {
+                watch(status);
+            }
             self.check_armed()?;
             let stopped = self
                 .client

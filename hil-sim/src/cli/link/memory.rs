@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-use firmware::events::{Event, Line};
+use firmware::events::{Event, Line, LogBlock};
 use firmware::protocol::frame::encode;
 use firmware::protocol::message::{Answer, BoardMessage, Order, Read, Reading};
 use firmware::records::codec::{RecordBlock, Records};
@@ -145,14 +145,27 @@ impl<W: Wire> Link<W> {
     /// # Errors
     /// Silence, or the output is closed.
     pub fn show_log<O: Write>(&mut self, console: &mut Console<O>) -> Result<(), CommandError> {
+        self.log(|block, lost| {
+            if lost > 0 {
+                console.line(&format!("({lost} older lines are gone)"))?;
+            }
+            block.lines.iter().try_for_each(|line| console.line(&text(line)))
+        })
+    }
+
+    /// Reads the board's log: `each` gets every block of lines, and how many lines before it are gone.
+    ///
+    /// # Errors
+    /// Silence, or what `each` finds.
+    pub(in crate::cli) fn log(
+        &mut self,
+        mut each: impl FnMut(&LogBlock, u32) -> Result<(), CommandError>,
+    ) -> Result<(), CommandError> {
         let mut from = 0;
         loop {
             let Reading::Log(block) = self.read_memory(Read::Log { from })? else {
                 return Err(strange());
             };
-            if block.first > from {
-                console.line(&format!("({} older lines are gone)", block.first - from))?;
-            }
             if block.lines.is_empty() {
                 return Ok(());
             }
@@ -160,9 +173,7 @@ impl<W: Wire> Link<W> {
             let Some(after) = beyond(last, from) else {
                 return Err(strange());
             };
-            for line in &block.lines {
-                console.line(&text(line))?;
-            }
+            each(&block, block.first.saturating_sub(from))?;
             from = after;
         }
     }

@@ -39,15 +39,20 @@ impl<W: Wire> Link<W> {
         })
     }
 
+    /// Whether the board's vehicle has a spar.
+    pub(in crate::cli) fn has_spar(&self) -> Result<bool, CommandError> {
+        Ok(self.kind()?.spar.is_some())
+    }
+
     /// The number of a parameter.
-    pub(super) fn number_of(&self, table: &str, name: &str) -> Result<u16, CommandError> {
+    pub(in crate::cli) fn number_of(&self, table: &str, name: &str) -> Result<u16, CommandError> {
         self.kind()?
             .number_of(table, name)
             .ok_or_else(|| CommandError::Checks(format!("the board has no {table}.{name}")))
     }
 
     /// One value of the set in force.
-    fn read(&mut self, number: u16) -> Result<f32, CommandError> {
+    pub(in crate::cli) fn read(&mut self, number: u16) -> Result<f32, CommandError> {
         match self.ask(ParameterRequest::Read { number })? {
             ParameterAnswer::Value {
                 number: echoed, value, ..

@@ -23,8 +23,8 @@ const AGAIN_US: u64 = 50_000;
 
 /// A conversation over one wire.
 pub struct Link<W> {
-    pub(super) wire: W,
-    pub(super) client: LinkClient,
+    pub(in crate::cli) wire: W,
+    pub(in crate::cli) client: LinkClient,
     /// How often the user has asked to stop (Ctrl-C).
     interrupts: Arc<AtomicU32>,
     /// Since when the tool waits for the board's first word, us.
@@ -45,7 +45,7 @@ impl<W: Wire> Link<W> {
     }
 
     /// How often the user has asked to stop.
-    pub(super) fn interrupts(&self) -> u32 {
+    pub(in crate::cli) fn interrupts(&self) -> u32 {
         self.interrupts.load(Ordering::Relaxed)
     }
 
@@ -53,7 +53,7 @@ impl<W: Wire> Link<W> {
     ///
     /// # Errors
     /// The wire is gone, or the board is silent.
-    pub(super) fn listen(&mut self) -> Result<(), CommandError> {
+    pub(in crate::cli) fn listen(&mut self) -> Result<(), CommandError> {
         let mut bytes = [0; 4096];
         let length = self.wire.receive(&mut bytes)?;
         let now_us = self.wire.now_us();
@@ -107,7 +107,7 @@ impl<W: Wire> Link<W> {
     ///
     /// # Errors
     /// The board has booted since it said who it is, or another host has taken over.
-    pub(super) fn give(&mut self, order: Order) -> Result<u32, CommandError> {
+    pub(in crate::cli) fn give(&mut self, order: Order) -> Result<u32, CommandError> {
         let (sequence, frame) = self
             .client
             .order(self.wire.now_us(), order)
@@ -120,7 +120,7 @@ impl<W: Wire> Link<W> {
     ///
     /// # Errors
     /// No answer in time, silence, or what `meanwhile` finds.
-    pub(super) fn ask_while(
+    pub(in crate::cli) fn ask_while(
         &mut self,
         order: Order,
         mut meanwhile: impl FnMut(&mut Self) -> Result<(), CommandError>,
@@ -173,7 +173,7 @@ impl<W: Wire> Link<W> {
     ///
     /// # Errors
     /// Silence.
-    pub(super) fn fresh_status(&mut self) -> Result<BoardStatus, CommandError> {
+    pub(in crate::cli) fn fresh_status(&mut self) -> Result<BoardStatus, CommandError> {
         self.client.status = None;
         loop {
             self.listen()?;
@@ -181,6 +181,30 @@ impl<W: Wire> Link<W> {
                 return Ok(status);
             }
         }
+    }
+
+    /// Asks for some time who the board is; returns its identity once it is in another boot than that of number `boot`.
+    /// A board without power is silent, which is no error here.
+    ///
+    /// # Errors
+    /// The wire is gone.
+    pub(in crate::cli) fn other_boot(&mut self, boot: u32) -> Result<Option<Identity>, CommandError> {
+        self.wire.send(&[0])?;
+        self.wire.send(&self.client.identify())?;
+        let from_us = self.wire.now_us();
+        while self.wire.now_us() - from_us < AGAIN_US {
+            let mut bytes = [0; 4096];
+            let length = self.wire.receive(&mut bytes)?;
+            self.client.receive(self.wire.now_us(), &bytes[..length]);
+            if let Some(identity) = self.client.identity()
+                && identity.about.boot != boot
+            {
+                // The silence before it counts no more.
+                self.since_us = self.wire.now_us();
+                return Ok(Some(*identity));
+            }
+        }
+        Ok(None)
     }
 
     /// Opens the bridges: sends Disarm first, whatever the board says or does not say, and then waits until the board

@@ -54,7 +54,7 @@ impl<W: Wire> Link<W> {
 }
 
 /// One line that says who the board is.
-pub(super) fn who(identity: &Identity) -> String {
+pub(in crate::cli) fn who(identity: &Identity) -> String {
     let about = identity.about;
     let [major, minor, patch] = about.version;
     format!(

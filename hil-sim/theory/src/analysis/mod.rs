@@ -1,6 +1,7 @@
 //! The analysis of the thesis: equilibria, limits, envelopes, motion in space, camera spar.
 
 pub mod camera;
+pub mod cma_es;
 pub mod coupled;
 pub mod critical;
 pub mod design_check;
@@ -15,11 +16,13 @@ pub mod input;
 pub mod jumps;
 pub mod kernel;
 pub mod lqr;
+pub mod optimum;
 pub mod poles;
 pub mod response;
 pub mod roots;
 pub mod sampled;
 pub mod series;
+pub mod settling;
 pub mod simulate;
 pub mod slip;
 pub mod spatial;

@@ -147,12 +147,28 @@ pub struct SampledDrive<'a> {
 }
 
 impl SampledDrive<'_> {
-    /// Drives from standing on the slope, and lets `see` see each tick; ends when `see` says so or the time is up. `noise`
-    /// gives numbers of mean 0 and deviation 1.
-    pub fn run(&self, mut noise: impl FnMut() -> f64, mut see: impl FnMut(&SampledRow) -> bool) {
+    /// Drives under the law of the vehicle's file, from standing on the slope, and lets `see` see each tick; ends when
+    /// `see` says so or the time is up. `noise` gives numbers of mean 0 and deviation 1.
+    pub fn run(&self, noise: impl FnMut() -> f64, see: impl FnMut(&SampledRow) -> bool) {
+        let mut law = SpeedController::new(&cast(self.vehicle), TICK_S);
+        law.reset(0.0);
+        let step = |input: &SpeedInput| {
+            let voltage_v = law.step(input).voltage_v;
+            (voltage_v, law.slope_lesson().unwrap_or_default())
+        };
+        self.run_under(step, noise, see);
+    }
+
+    /// The same under any `law`, which gives the voltage of each motor in V, and by how much the estimator's sine of the
+    /// slope is to change.
+    pub fn run_under(
+        &self,
+        mut law: impl FnMut(&SpeedInput) -> (f32, f32),
+        mut noise: impl FnMut() -> f64,
+        mut see: impl FnMut(&SampledRow) -> bool,
+    ) {
         let scales = self.vehicle.scales();
         let parameters = self.vehicle.parameters();
-        let mut law = SpeedController::new(&cast(self.vehicle), TICK_S);
         let tick = f64::from(TICK_S) / scales.time_s;
         let lag = parameters.estimator.wheel_rate_time_constant_s / scales.time_s;
         let gain = 1.0 - libm::exp(-tick / lag);
@@ -167,35 +183,36 @@ impl SampledDrive<'_> {
         let mut next = 0;
         // The slope as an estimator at rest knows it, from the file's weights.
         let file = self.vehicle.planar(0.0);
-        let sin_slope = (file.alpha * file.l * libm::sin(phi) / (1.0 + self.vehicle.spar_mass_ratio())) as f32;
+        let mut sin_slope = (file.alpha * file.l * libm::sin(phi) / (1.0 + self.vehicle.spar_mass_ratio())) as f32;
         let ticks = (self.duration / tick) as u32;
-        law.reset(0.0);
         for k in 0..ticks {
             let time = f64::from(k) * tick;
             while next + 1 < self.targets.len() && time >= self.targets[next + 1].0 {
                 next += 1;
             }
-            let target = if time >= self.targets[next].0 {
-                self.targets[next].1
-            } else {
-                0.0
+            let target = match self.targets.get(next) {
+                Some(&(from, target)) if time >= from => target,
+                _ => 0.0,
             };
             stages[0] += gain * (w + q - stages[0]);
             stages[1] += gain * (stages[0] - stages[1]);
             let [n0, n1, n2] = self.sensing.noise;
             let sensed_q = q + n1 * noise();
             let sensed_phi = (phi + n0 * noise()) as f32;
-            let output = law.step(&SpeedInput {
+            let (voltage_v, lesson) = law(&SpeedInput {
                 target_m_s: (target * scales.speed_m_s) as f32,
                 phi_rad: sensed_phi,
                 phi_sin_cos: libm::sincosf(sensed_phi),
                 theta_rate_rad_s: ((stages[1] + n2 * noise() - sensed_q) / scales.time_s) as f32,
                 phi_rate_rad_s: (sensed_q / scales.time_s) as f32,
-                sin_slope,
+                slope_sin_cos: (sin_slope, libm::sqrtf(1.0 - sin_slope * sin_slope)),
+                slope_turn_per_s: 0.0,
+                turns: false,
                 distance_m: (theta * scales.length_m) as f32,
                 voltage_max_v: scales.voltage_to_si(plant.voltage_max) as f32,
             });
-            let commanded = scales.voltage_from_si(f64::from(output.voltage_v));
+            sin_slope += lesson;
+            let commanded = scales.voltage_from_si(f64::from(voltage_v));
             line.push(commanded);
             let voltage = line.remove(0);
             let torque = |w: f64, q: f64| {

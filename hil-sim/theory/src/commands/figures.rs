@@ -58,6 +58,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     }
     report = report.line("page", &outcome.page);
     OutputArguments {
+        html: None,
         json: arguments.json,
         out: None,
     }

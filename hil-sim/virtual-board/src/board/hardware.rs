@@ -49,6 +49,8 @@ pub enum SecondContact {
     Follows,
     /// It is welded shut: it never opens.
     Welded,
+    /// Its wire is broken: it is open, and trips the bridges' break.
+    Open,
 }
 
 /// The plant and everything of the board that is not the firmware.
@@ -131,7 +133,11 @@ impl World {
 
     /// Whether the stop's second contact is open.
     fn break_input(&self) -> bool {
-        self.emergency_stop && self.second_contact == SecondContact::Follows
+        match self.second_contact {
+            SecondContact::Follows => self.emergency_stop,
+            SecondContact::Welded => false,
+            SecondContact::Open => true,
+        }
     }
 
     /// Whether any bridge is on.

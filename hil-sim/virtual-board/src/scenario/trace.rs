@@ -108,7 +108,6 @@ pub const COLUMNS: &[(&str, Value)] = &[
         f64::from(r.status.terms.speed.aim.acceleration_m_s2)
     }),
     ("commanded_phi_rad", |r| f64::from(r.status.terms.speed.aim.phi_rad)),
-    ("law_slope_rad", |r| f64::from(r.status.terms.speed.aim.slope_rad)),
     ("term_steering_feed_forward_v", |r| {
         f64::from(r.status.terms.steering.feed_forward_v)
     }),

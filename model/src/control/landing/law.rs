@@ -1,9 +1,10 @@
 //! The landing law: observers, landing speed, governor, arm servo.
 
 use super::balance::{Balance, MotionByTorque};
-use super::command::{CommandRamp, Room, gentle};
+use super::command::{CommandRamp, gentle};
 use super::design::Design;
 use super::governor::{Barrier, Interval, grip};
+use super::limits::Limits;
 use super::observer::{RateObserver, TorqueObserver};
 use super::obstacle::{Obstacle, PushState, Told};
 use super::standing::Unrest;
@@ -14,40 +15,17 @@ use crate::control::equilibrium::{ArmAngle, Equilibrium};
 use crate::control::speed::{SpeedAim, SpeedInput, SpeedTerms};
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
-/// Share of the configured grip that the governor plans with. With more, the slope observer takes model error for
-/// grip while accelerating.
-const GRIP_SHARE: f32 = 0.75;
-/// Friction coefficient kept beyond what standing needs, where standing needs much of the planned share: there holding
-/// and stopping go before margin, up to the configured grip.
-const STANDING_RESERVE: f32 = 0.25;
-/// The same for speeding up uphill, which nothing forces the vehicle to do: less, and up to this share of the configured
-/// grip.
-const CLIMBING_RESERVE: f32 = 0.16;
-const CLIMBING_SHARE: f32 = 0.9;
-/// Share of the planned grip that a commanded acceleration takes; the rest is for the arm's swing.
-const STEADY_SHARE: f32 = 0.9;
-/// The same while a vehicle that is told to stand is in the time after its start, START_TIME time units: let go on a slope
-/// it rolls back until its arm is up, and stopping goes before margin.
-const START_SHARE: f32 = 0.97;
-const START_TIME: f32 = 12.0;
-/// Least acceleration that is always allowed, g: the law never locks up.
-const ACCELERATION_MIN_G: f32 = 0.02;
-/// Share of the current limit that the law takes, so that what it commands is what the motor gives.
-const CURRENT_SHARE: f32 = 0.98;
 /// Share of the supply, and reserve in nondimensional volts, that bound the speed.
 const SUPPLY_SHARE: f32 = 0.97;
 const SUPPLY_RESERVE: f32 = 0.45;
-/// Share of the fault's angle that the arm takes to accelerate.
-const WORKING_SHARE: f32 = 0.71;
-/// Angle kept free below the fault's: of the barrier, and of the arm standing on a steep slope.
-const BARRIER_MARGIN_RAD: f32 = 0.05;
-const STANDING_MARGIN_RAD: f32 = 0.12;
-/// Sine by which a standing arm may be commanded beyond its equilibrium on a steep slope.
-const STANDING_LEAN: f32 = 0.08;
+/// Least cosine of the arm's angle at rest that the rate of home is reckoned with: beyond, the arm is at its limits.
+const HOME_COS_MIN: f32 = 0.3;
 /// Speed below which the place is captured and held once no motion is asked for, m/s.
 const HOLD_BELOW_M_S: f32 = 0.05;
 /// Time after the start, in time units, in which a vehicle that is let go on a slope has begun to roll.
 const LET_GO_TIME: f32 = 3.0;
+/// Time after the start, in time units, in which stopping goes before margin.
+const START_TIME: f32 = 12.0;
 /// Time after the start, in time units, in which the slope is learnt with a pole that is faster by the factor HASTE:
 /// a vehicle that is let go with its arm hanging does not know its slope.
 const ACQUISITION_TIME: f32 = 6.0;
@@ -79,16 +57,6 @@ pub struct LandingLaw {
     slope_limited: bool,
 }
 
-/// What the vehicle file bounds, nondimensional.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Limits {
-    acceleration: f32,
-    grip_mu: f32,
-    working_sin_phi: f32,
-    standing_sin_phi: f32,
-    barrier: Barrier,
-}
-
 impl LandingLaw {
     /// The law for `vehicle`, called every `dt_s` seconds.
     pub fn new(vehicle: &Vehicle<f32>, dt_s: f32) -> Self {
@@ -98,10 +66,6 @@ impl LandingLaw {
         let design = Design::by_rule(tick, lag);
         let alpha_l = planar.alpha * planar.l;
         let mass = 1.0 + vehicle.spar_mass_ratio();
-        let motor = &p.drive_motor;
-        let torque_limit_n_m =
-            2.0 * motor.current_limit_a * motor.torque_constant_n_m_per_a * motor.gear_ratio * CURRENT_SHARE;
-        let phi_max = p.safety.phi_max_rad;
         let balance = Balance {
             mass,
             alpha_l,
@@ -109,7 +73,6 @@ impl LandingLaw {
             mu: planar.mu,
             nu: planar.nu,
         };
-        let torque = torque_limit_n_m / scales.torque_n_m;
         let (acceleration, comfort_s) = gentle(vehicle);
         Self {
             scales,
@@ -122,13 +85,7 @@ impl LandingLaw {
             zeta: planar.zeta,
             tick,
             design,
-            limits: Limits {
-                acceleration,
-                grip_mu: p.control.grip_mu,
-                working_sin_phi: sine(WORKING_SHARE * phi_max),
-                standing_sin_phi: sine(phi_max - STANDING_MARGIN_RAD),
-                barrier: Barrier::new(&balance, phi_max - BARRIER_MARGIN_RAD, torque),
-            },
+            limits: Limits::new(vehicle, &balance, acceleration),
             torque_observer: TorqueObserver::new(&design, tick),
             rate_observer: RateObserver::new(&design, tick, 1.0 - libm::expf(-tick / lag)),
             command: CommandRamp::new(&p.control, comfort_s, dt_s, scales.time_s),
@@ -178,17 +135,22 @@ impl LandingLaw {
 
     /// Friction coefficient that the law plans with.
     pub fn planned_mu(&self) -> f32 {
-        GRIP_SHARE * self.limits.grip_mu
+        self.limits.planned_mu()
     }
 
-    /// What the axle does in the tick decided last, with the arm at the rate `arm_rate_rad_s`.
-    pub fn pivot(&self, arm_rate_rad_s: f32) -> Pivot {
-        let (sin_slope, cos_slope) = self.rate_observer.slope();
+    /// What the last tick taught of the slope, as a change of its sine; nothing before the first tick.
+    pub fn slope_lesson(&self) -> Option<f32> {
+        self.started.then(|| self.rate_observer.slope_lesson())
+    }
+
+    /// What the axle does in the tick decided last.
+    pub fn pivot(&self, input: &SpeedInput) -> Pivot {
+        let (sin_slope, cos_slope) = input.slope_sin_cos;
         Pivot {
             acceleration_g: self.acceleration,
             sin_slope,
             cos_slope,
-            arm_rate_rad_s,
+            arm_rate_rad_s: input.phi_rate_rad_s,
         }
     }
 
@@ -197,35 +159,36 @@ impl LandingLaw {
         let phi = input.phi_rad;
         let phi_rate = self.scales.rate_from_si(input.phi_rate_rad_s);
         let sensed_wheel_rate = self.scales.rate_from_si(input.theta_rate_rad_s);
-        let arm = input.phi_sin_cos;
+        let (arm, slope) = (input.phi_sin_cos, input.slope_sin_cos);
         if !self.started {
             self.started = true;
             self.torque = 0.0;
             self.age = 0.0;
             self.torque_observer.reset(phi_rate);
-            self.rate_observer.reset(sensed_wheel_rate, phi_rate, input.sin_slope);
+            self.rate_observer.reset(sensed_wheel_rate, phi_rate, slope.0);
         }
         self.age += self.tick;
         let push = self.obstacle.push();
         let stuck = push == PushState::Stuck;
-        let motion = self.observe(arm, phi_rate, sensed_wheel_rate + phi_rate, push);
+        let motion = self.observe(arm, slope, phi_rate, sensed_wheel_rate + phi_rate, push);
         let wheel_rate = self.rate_observer.wheel_rate();
-        let slope = self.rate_observer.slope();
 
         let home = self.equilibrium.arm(0.0, slope.0, slope.1);
-        let landing = self.landing_speed(wheel_rate, arm.0, phi_rate, &home, slope);
+        // In a turn on a slope home moves. The plane takes the arm along by the turn, which the gyro does not show.
+        let turn = self.scales.rate_from_si(input.slope_turn_per_s);
+        let home_rate = turn * (self.balance.mass / (self.balance.alpha_l * home.cos.bounded(HOME_COS_MIN, 1.0)) - 1.0);
+        let landing = self.landing_speed(wheel_rate, arm.0, (phi_rate, home_rate), &home, slope);
 
         // Wanted acceleration within grip.
-        let mut room = self.room(slope, landing, input.target_m_s == 0.0);
+        let starts = input.target_m_s == 0.0 && self.age < START_TIME;
+        let mut room = self.limits.room(slope, landing, starts);
         let mut excess = 0.0;
         if stuck {
             room.forward = self.obstacle.effort();
             room.backward = room.forward;
             excess = self.obstacle.excess();
         }
-        self.slope_limited = !home.exists
-            || home.sin.abs() > self.limits.standing_sin_phi
-            || slope.0.abs() > self.limits.grip_mu * slope.1;
+        self.slope_limited = self.limits.too_steep(slope.0, &home);
         let voltage_max = self.scales.voltage_from_si(input.voltage_max_v);
         let target = self.target(input, slope.0, voltage_max, wheel_rate);
         let speed_pole = self.pace * self.design.speed;
@@ -248,7 +211,7 @@ impl LandingLaw {
         let per_torque = 1.0 / motion.arm.per_torque;
         let weight = -motion.arm.at_zero * per_torque;
         let swing_damping = -servo * servo * (phi - commanded_phi) * per_torque;
-        let swing_rate = -2.0 * servo * phi_rate * per_torque;
+        let swing_rate = -2.0 * servo * (phi_rate - home_rate) * per_torque;
         let servo_torque = weight + swing_damping + swing_rate;
 
         // Within grip, unless the arm must be stopped; within the current limit.
@@ -261,7 +224,7 @@ impl LandingLaw {
         let damping = self.zeta * (wheel_rate + phi_rate);
         let voltage = (torque - disturbance + damping).bounded(-voltage_max, voltage_max);
         let unrest = Unrest {
-            told: input.target_m_s == 0.0 && !stuck,
+            told: input.target_m_s == 0.0 && !input.turns && !stuck,
             starting: self.age < LET_GO_TIME,
             reference: self.command.reference(),
             landing,
@@ -292,7 +255,6 @@ impl LandingLaw {
                     landing_speed_m_s: landing * self.scales.speed_m_s,
                     acceleration_m_s2: acceleration * GRAVITY_M_S2 as f32,
                     phi_rad: commanded_phi,
-                    slope_rad: libm::asinf(slope.0),
                 },
                 ..SpeedTerms::default()
             },
@@ -300,17 +262,24 @@ impl LandingLaw {
     }
 
     /// What the observers make of the last tick, from the sensed rates: the motion by torque.
-    fn observe(&mut self, arm: (f32, f32), phi_rate: f32, joint_rate: f32, push: PushState) -> MotionByTorque<f32> {
+    fn observe(
+        &mut self,
+        arm: (f32, f32),
+        slope: (f32, f32),
+        phi_rate: f32,
+        joint_rate: f32,
+        push: PushState,
+    ) -> MotionByTorque<f32> {
         let motion = if push == PushState::Stuck {
             self.balance.blocked_motion(arm.0)
         } else {
-            self.balance.motion(arm, phi_rate, self.rate_observer.slope())
+            self.balance.motion(arm, phi_rate, slope)
         };
         self.torque_observer.update(&motion, self.torque, phi_rate, self.pace);
         let torque = self.torque + self.torque_observer.torque();
         let haste = self.pace * if self.age < ACQUISITION_TIME { HASTE } else { 1.0 };
         self.rate_observer
-            .update(&motion, torque, phi_rate, joint_rate, push, haste);
+            .update(&motion, torque, phi_rate, joint_rate, slope.0, push, haste);
         motion
     }
 
@@ -319,22 +288,20 @@ impl LandingLaw {
         &self,
         wheel_rate: f32,
         sin_phi: f32,
-        phi_rate: f32,
+        (phi_rate, home_rate): (f32, f32),
         home: &ArmAngle<f32>,
         slope: (f32, f32),
     ) -> f32 {
         let (balance, servo) = (&self.balance, self.pace * self.design.servo);
         let along = balance.alpha_l * (slope.1 * home.cos + slope.0 * home.sin);
         let inverse = 1.0 / (balance.mass + balance.mu - along);
-        let swing = 2.0 * (sin_phi - home.sin) / servo + home.cos * phi_rate / (servo * servo);
+        let swing = 2.0 * (sin_phi - home.sin) / servo + home.cos * (phi_rate - home_rate) / (servo * servo);
         wheel_rate + inverse * (balance.alpha_l * swing + (along - balance.alpha_l2) * phi_rate)
     }
 
-    /// The arm's angle for an acceleration, within the arm's limits: to accelerate the working limit, or a little more
-    /// than standing takes; and never so far that the arm cannot stand.
+    /// The arm's angle for an acceleration, within the arm's limits.
     fn arm_command(&self, acceleration: f32, home: &ArmAngle<f32>, slope: (f32, f32)) -> f32 {
-        let limits = &self.limits;
-        let most = (home.sin.abs() + STANDING_LEAN).bounded(limits.working_sin_phi, limits.standing_sin_phi);
+        let most = self.limits.most_sin_phi(home);
         let wanted = self.equilibrium.arm(acceleration, slope.0, slope.1);
         let sin = if wanted.cos > 0.0 {
             wanted.sin
@@ -344,33 +311,6 @@ impl LandingLaw {
             1.0
         };
         libm::asinf(sin.bounded(-most, most))
-    }
-
-    /// What grip and the vehicle file leave to accelerate with, at the landing speed `landing`. `stands` tells that the
-    /// vehicle is told to stand.
-    fn room(&self, (sin_slope, cos_slope): (f32, f32), landing: f32, stands: bool) -> Room {
-        let limits = &self.limits;
-        let standing = sin_slope.abs() / cos_slope;
-        let planned = GRIP_SHARE * limits.grip_mu;
-        // Where standing alone needs more than the planned share, holding goes before margin; speeding up does not.
-        let mu = (standing + STANDING_RESERVE).bounded(planned, limits.grip_mu);
-        let climbing = (standing + CLIMBING_RESERVE).bounded(planned, CLIMBING_SHARE * limits.grip_mu);
-        let uphill = if landing * sin_slope > 0.0 { climbing } else { mu };
-        let (ahead, back) = if sin_slope > 0.0 { (uphill, mu) } else { (mu, uphill) };
-        let share = if stands && self.age < START_TIME {
-            START_SHARE
-        } else {
-            STEADY_SHARE
-        };
-        let bound = |room: f32| {
-            room.bounded(f32::MIN, limits.acceleration)
-                .bounded(ACCELERATION_MIN_G, f32::MAX)
-        };
-        Room {
-            mu,
-            forward: bound(share * ahead * cos_slope - sin_slope),
-            backward: bound(share * back * cos_slope + sin_slope),
-        }
     }
 
     /// The speed asked for within what the supply leaves: the operator's, or the one that holds the place. Beyond the
@@ -387,11 +327,6 @@ impl LandingLaw {
             within
         }
     }
-}
-
-/// Sine of an angle within a quarter turn.
-fn sine(angle: f32) -> f32 {
-    libm::sinf(angle.bounded(0.0, core::f32::consts::FRAC_PI_2))
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ mod command;
 mod design;
 mod governor;
 mod law;
+mod limits;
 mod observer;
 mod obstacle;
 mod standing;

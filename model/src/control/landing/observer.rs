@@ -1,5 +1,5 @@
 //! What the law knows beyond its sensors: a torque at the joint that the model does not have, the wheel's rate without
-//! the filter's lag, and the slope.
+//! the filter's lag, and what a tick teaches of the slope.
 
 use super::balance::MotionByTorque;
 use super::design::Design;
@@ -60,15 +60,15 @@ impl TorqueObserver {
 }
 
 /// Joint-rate observer: the model predicts theta' + phi' and passes it through the same filter as the sensed joint
-/// rate, so that the filter's lag costs nothing. What the wheel does beyond the model is a slope.
+/// rate, so that the filter's lag costs nothing. What the wheel does beyond the model is a slope. The slope itself is the
+/// estimator's; the observer tells by how much it is to change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RateObserver {
     tick: f32,
     pole: f32,
     filter_gain: f32,
     wheel_rate: f32,
-    sin_slope: f32,
-    cos_slope: f32,
+    slope_lesson: f32,
     calm_sin_slope: f32,
     /// The predicted joint rate now, and behind the filter's first and second stage.
     joint_rate: f32,
@@ -84,8 +84,7 @@ impl RateObserver {
             pole: design.rate_observer,
             filter_gain,
             wheel_rate: 0.0,
-            sin_slope: 0.0,
-            cos_slope: 1.0,
+            slope_lesson: 0.0,
             calm_sin_slope: 0.0,
             joint_rate: 0.0,
             stages: [0.0; 2],
@@ -96,18 +95,20 @@ impl RateObserver {
         self.wheel_rate = wheel_rate;
         self.joint_rate = wheel_rate + phi_rate;
         self.stages = [self.joint_rate; 2];
-        self.set_slope(sin_slope);
-        self.calm_sin_slope = self.sin_slope;
+        self.slope_lesson = 0.0;
+        self.calm_sin_slope = sin_slope;
     }
 
-    /// Predicts with the whole torque in the last tick, corrects with the sensed joint rate. A vehicle that is `stuck`
-    /// learns nothing of its slope: it takes the one that it knew before it pushed.
+    /// Predicts with the whole torque in the last tick, corrects with the sensed joint rate, on a slope of the sine
+    /// `sin_slope`. A vehicle that is stuck learns nothing of its slope: it takes the one that it knew before it pushed.
+    #[allow(clippy::too_many_arguments)] // Each is another quantity of the one tick.
     pub(super) fn update(
         &mut self,
         motion: &MotionByTorque<f32>,
         torque: f32,
         phi_rate: f32,
         sensed: f32,
+        sin_slope: f32,
         push: PushState,
         haste: f32,
     ) {
@@ -122,21 +123,16 @@ impl RateObserver {
         self.wheel_rate = predicted + 2.0 * pole * self.tick * error;
         self.joint_rate = self.wheel_rate + phi_rate;
         if push == PushState::Stuck {
-            self.set_slope(self.calm_sin_slope);
+            self.slope_lesson = self.calm_sin_slope - sin_slope;
             return;
         }
         // A jolt is no slope: what the slope learns from one tick is bounded.
         let learnt = error.bounded(-JOLT * haste, JOLT * haste);
         let change = pole * pole * self.tick / motion.wheel_per_sin_slope * learnt;
-        self.set_slope(self.sin_slope + change);
+        self.slope_lesson = (sin_slope + change).bounded(-SIN_SLOPE_MAX, SIN_SLOPE_MAX) - sin_slope;
         if error.abs() < CALM && push == PushState::None {
-            self.calm_sin_slope += CALM_RATE * self.tick * (self.sin_slope - self.calm_sin_slope);
+            self.calm_sin_slope += CALM_RATE * self.tick * (sin_slope - self.calm_sin_slope);
         }
-    }
-
-    fn set_slope(&mut self, sin: f32) {
-        self.sin_slope = sin.bounded(-SIN_SLOPE_MAX, SIN_SLOPE_MAX);
-        self.cos_slope = libm::sqrtf(1.0 - self.sin_slope * self.sin_slope);
     }
 
     /// theta' without the filter's lag.
@@ -144,8 +140,8 @@ impl RateObserver {
         self.wheel_rate
     }
 
-    /// Sine and cosine of the slope.
-    pub(super) fn slope(&self) -> (f32, f32) {
-        (self.sin_slope, self.cos_slope)
+    /// What the last tick taught of the slope, as a change of its sine.
+    pub(super) fn slope_lesson(&self) -> f32 {
+        self.slope_lesson
     }
 }

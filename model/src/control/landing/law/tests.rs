@@ -2,6 +2,7 @@
 
 use proptest::prelude::*;
 
+use super::super::limits::CURRENT_SHARE;
 use super::*;
 use crate::vehicle::test_vehicle::reference;
 
@@ -22,7 +23,9 @@ fn the_motors_stop_the_arm_before_its_largest_angle() {
                 phi_sin_cos: libm::sincosf(way * phi),
                 theta_rate_rad_s: 0.0,
                 phi_rate_rad_s: way,
-                sin_slope: 0.0,
+                slope_sin_cos: (0.0, 1.0),
+                slope_turn_per_s: 0.0,
+                turns: false,
                 distance_m: 0.0,
                 voltage_max_v: 1e6,
             };
@@ -45,7 +48,8 @@ proptest! {
     ) {
         let mut law = LandingLaw::new(&reference(), 0.001);
         let mut input = SpeedInput {
-            target_m_s, phi_rad, phi_sin_cos: libm::sincosf(phi_rad), theta_rate_rad_s, phi_rate_rad_s, sin_slope,
+            target_m_s, phi_rad, phi_sin_cos: libm::sincosf(phi_rad), theta_rate_rad_s, phi_rate_rad_s,
+            slope_sin_cos: (sin_slope, libm::sqrtf(1.0 - sin_slope * sin_slope)), slope_turn_per_s: 0.0, turns: false,
             distance_m: 0.0, voltage_max_v: 1e6,
         };
         for _ in 1..ticks {
@@ -68,7 +72,9 @@ fn at_rest(sin_slope: f32, target_m_s: f32) -> SpeedInput {
         phi_sin_cos: (0.0, 1.0),
         theta_rate_rad_s: 0.0,
         phi_rate_rad_s: 0.0,
-        sin_slope,
+        slope_sin_cos: (sin_slope, libm::sqrtf(1.0 - sin_slope * sin_slope)),
+        slope_turn_per_s: 0.0,
+        turns: false,
         distance_m: 0.0,
         voltage_max_v: 24.0,
     }

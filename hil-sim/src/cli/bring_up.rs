@@ -1,0 +1,117 @@
+//! `hil-sim bring-up`: the first power-up of a board, step by step over the link.
+#![deny(clippy::print_stdout)] // A closed output is an error, not a panic: everything goes through the console.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use clap::Args;
+use report::error::CommandError;
+use report::files::write_whole;
+use report::output::create_directory;
+
+use super::link::console::Console;
+use super::link::session::Link;
+use super::link::wire::{Port, Wire};
+use super::link::{interrupts, nonce};
+
+pub mod person;
+mod powered;
+pub mod procedure;
+mod restarts;
+pub mod steps;
+mod unpowered;
+pub mod verdict;
+
+use person::{Person, Terminal};
+use procedure::{BringUpExtent, Procedure};
+use verdict::{BringUpReport, StepVerdict};
+
+/// Flags of `bring-up`.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    /// Serial port of the board: /dev/ttyACM0, COM3, ...; or tcp:ADDRESS of a served one
+    #[arg(long)]
+    port: String,
+    /// The board is a simulated one: what only a bench shows is not shown
+    #[arg(long)]
+    simulated: bool,
+    /// Starts of the supply
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    cold_starts: u32,
+    /// Cuts of the supply while the board stores
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    power_cuts: u32,
+    /// Write the report into this directory, as text and as JSON
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// [`CommandError::Input`] for a bad port, [`CommandError::Checks`] when a step fails or is not shown, nobody answers or
+/// the user asks to stop, [`CommandError::Other`] when the output is closed.
+pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    let interrupts = interrupts()?;
+    let mut reopen = || Ok(Link::new(Port::open(&arguments.port)?, nonce(), interrupts.clone()));
+    let mut console = Console(io::stdout());
+    let extent = BringUpExtent {
+        simulated: arguments.simulated,
+        cold_starts: arguments.cold_starts,
+        power_cuts: arguments.power_cuts,
+    };
+    let report = carry_out(&mut reopen, Terminal::new(), &mut console, extent)?;
+    if let Some(directory) = &arguments.out {
+        write(&report, directory)?;
+    }
+    console.line(&report.summary())?;
+    judge(&report)
+}
+
+/// Carries the procedure out over the port that `reopen` opens, now and whenever the port was gone.
+///
+/// # Errors
+/// As [`Procedure::run`].
+pub fn carry_out<W: Wire, O: Write>(
+    reopen: &mut dyn FnMut() -> Result<Link<W>, CommandError>,
+    person: impl Person,
+    console: &mut Console<O>,
+    extent: BringUpExtent,
+) -> Result<BringUpReport, CommandError> {
+    Procedure::new(reopen, person, console, extent)?.run()
+}
+
+/// Writes `bring-up.txt` and `bring-up.json` into a directory.
+///
+/// # Errors
+/// [`CommandError::Input`] naming the file.
+pub fn write(report: &BringUpReport, directory: &std::path::Path) -> Result<(), CommandError> {
+    create_directory(directory)?;
+    let json = serde_json::to_string_pretty(report).map_err(|error| CommandError::Other(error.to_string()))?;
+    write_whole("--out", &directory.join("bring-up.txt"), report.text().as_bytes())?;
+    write_whole("--out", &directory.join("bring-up.json"), json.as_bytes())?;
+    Ok(())
+}
+
+/// Whether the board is fit to be driven.
+///
+/// # Errors
+/// [`CommandError::Checks`]: a step failed, or, on a board that is not simulated, was not shown.
+pub fn judge(report: &BringUpReport) -> Result<(), CommandError> {
+    let open = |line: &&verdict::StepLine| match line.finding.verdict {
+        StepVerdict::Passed => false,
+        StepVerdict::Failed => true,
+        // Whatever a simulated board did not show, the board on the bench must.
+        StepVerdict::NotShown => !report.simulated,
+    };
+    match report.steps.iter().find(open) {
+        None => Ok(()),
+        Some(line) => Err(CommandError::Checks(format!(
+            "step {}, {}: {}: {}",
+            line.number,
+            line.title,
+            line.finding.verdict.name(),
+            line.finding.seen
+        ))),
+    }
+}

@@ -1,0 +1,184 @@
+//! The steps with the bridges' supply on. Each arms for some seconds and disarms before it asks anything.
+
+use std::io::Write;
+
+use firmware::protocol::message::{BoardStatus, Order, STATUS_RATE_HZ};
+use model::command::Request;
+use model::sample::{MOTORS, Motor};
+use model::supervise::codes::{Blocker, BlockerSet, Fault};
+use report::error::CommandError;
+
+use super::person::Person;
+use super::procedure::{Procedure, StepEnd};
+use super::steps::PICTURE;
+use super::verdict::Finding;
+use crate::cli::link::drive::DriveJob;
+use crate::cli::link::wire::Wire;
+
+/// How far meter and board may differ over the supply, as a share: the divider's resistors, and the reference.
+const SUPPLY_SHARE: f64 = 0.03;
+/// Largest current while nothing is asked of the motors, A.
+const IDLE_A: f64 = 2.0;
+/// Statuses of the 0.2 s over which a mean is taken.
+const MEAN_STATUSES: usize = STATUS_RATE_HZ as usize / 5;
+/// How long the vehicle is armed, s: for the tool, for a person with an oscilloscope.
+const ARMED_S: f64 = 3.0;
+const LOOK_S: f64 = 20.0;
+/// Speed of the wheels, m/s.
+const FORWARD_M_S: f32 = 0.2;
+/// Least turn of a wheel while it drives, rad.
+const TURNS_RAD: f64 = 0.5;
+/// Budget of a tick, cycles.
+const TICK_CYCLES: u32 = 24_000;
+/// How long the vehicle may take to come to rest before it is armed, us, and how long it must stay at rest: an arm that
+/// swings is slow at each end.
+const READY_US: u64 = 30_000_000;
+const REST_US: u64 = 1_500_000;
+
+impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
+    pub(super) fn supply_on(&mut self) -> Result<Finding, StepEnd> {
+        let battery = self.link.parameters()?.battery;
+        let question = "Wheels off the ground, supply on, limited to 2 A: measure it, V";
+        let meter_v = self.ask_number(question)?;
+        let reads_v = self.supply_v()?;
+        let range = f64::from(battery.minimum_v)..=f64::from(battery.maximum_v);
+        let seen = format!("meter {meter_v:.2} V, board {reads_v:.2} V");
+        Ok(Finding::of(
+            range.contains(&meter_v) && (reads_v - meter_v).abs() < SUPPLY_SHARE * meter_v,
+            seen,
+        ))
+    }
+
+    /// Clears the faults and waits until nothing but the missing command keeps the vehicle from arming.
+    fn ready(&mut self) -> Result<(), StepEnd> {
+        self.link.order(Order::Request(Request::ClearFaults))?;
+        let from_us = self.link.wire.now_us();
+        let mut allowed = BlockerSet::EMPTY;
+        allowed.insert(Blocker::NoCommand);
+        allowed.insert(Blocker::CommandNotNeutral);
+        let mut since_us = from_us;
+        loop {
+            let blockers = self.link.fresh_status()?.vehicle.blockers;
+            let now_us = self.link.wire.now_us();
+            if blockers.bits() & !allowed.bits() != 0 {
+                since_us = now_us;
+            } else if now_us - since_us > REST_US {
+                return Ok(());
+            }
+            if self.link.interrupts() > 0 || now_us - from_us > READY_US {
+                return Err(StepEnd::Found(Finding::failed(format!("does not arm: {blockers}"))));
+            }
+        }
+    }
+
+    /// Arms and drives so for some seconds.
+    fn drive(
+        &mut self,
+        speed_m_s: f32,
+        seconds: f64,
+        watch: impl FnMut(&BoardStatus),
+    ) -> Result<Result<BoardStatus, CommandError>, StepEnd> {
+        self.ready()?;
+        let job = DriveJob::new(speed_m_s, 0.0, seconds)?;
+        Ok(self.link.drive_watching(&job, watch))
+    }
+
+    pub(super) fn armed(&mut self) -> Result<Finding, StepEnd> {
+        let mut current = Currents::default();
+        self.drive(0.0, ARMED_S, |status| current.add(status))??;
+        let [left, right] = [Motor::Left, Motor::Right].map(|motor| current.largest_a(motor));
+        Ok(Finding::of(
+            left < IDLE_A && right < IDLE_A,
+            format!("armed for {ARMED_S} s, left up to {left:.2} A, right up to {right:.2} A"),
+        ))
+    }
+
+    pub(super) fn armed_look(&mut self, question: &str) -> Result<Finding, StepEnd> {
+        self.tell(PICTURE)?;
+        self.ask_to(&format!("Armed for {LOOK_S} s after Enter"))?;
+        // A stop that is pressed ends it, which is what one of the looks is for.
+        if let Err(error) = self.drive(0.0, LOOK_S, |_| {})?
+            && !self.stopped_by_the_stop()?
+        {
+            return Err(error.into());
+        }
+        self.look(question)
+    }
+
+    fn stopped_by_the_stop(&mut self) -> Result<bool, StepEnd> {
+        let faults = self.link.fresh_status()?.vehicle.faults;
+        Ok(faults.contains(Fault::EmergencyStop) && faults.contains(Fault::BridgeBreak))
+    }
+
+    pub(super) fn stop_armed(&mut self) -> Result<Finding, StepEnd> {
+        self.ask_to(&format!(
+            "Armed after Enter: then press the emergency stop, within {LOOK_S} s"
+        ))?;
+        if self.drive(0.0, LOOK_S, |_| {})?.is_ok() {
+            return Ok(Finding::failed(format!("still armed after {LOOK_S} s")));
+        }
+        let both = self.stopped_by_the_stop()?;
+        let faults = self.link.fresh_status()?.vehicle.faults;
+        self.ask_to("Release the emergency stop")?;
+        self.ready()?;
+        Ok(Finding::of(both, format!("disarmed by {faults}")))
+    }
+
+    pub(super) fn forward(&mut self) -> Result<Finding, StepEnd> {
+        let parameters = self.link.parameters()?;
+        let motor = &parameters.drive_motor;
+        let counts_per_rad =
+            f64::from(motor.encoder_counts_per_rev) * f64::from(motor.gear_ratio) / (2.0 * core::f64::consts::PI);
+        let before = self.last_tick()?.sample.encoder_counts;
+        self.drive(FORWARD_M_S, ARMED_S, |_| {})??;
+        let after = self.last_tick()?.sample.encoder_counts;
+        let turned = |motor: Motor| after[motor as usize].wrapping_sub(before[motor as usize]) as f64 / counts_per_rad;
+        let (left, right) = (turned(Motor::Left), turned(Motor::Right));
+        let seen = format!("left {left:+.1} rad, right {right:+.1} rad");
+        if left < TURNS_RAD || right < TURNS_RAD {
+            return Ok(Finding::failed(seen));
+        }
+        self.ask_to("Did both wheels turn forward?")?;
+        Ok(Finding::passed(seen))
+    }
+
+    pub(super) fn tick_cost(&mut self) -> Result<Finding, StepEnd> {
+        let status = self.link.fresh_status()?;
+        let (worst, late) = (status.cycles.worst, status.vehicle.late_ticks);
+        if worst == 0 {
+            return Ok(Finding::not_shown("this board counts no cycles"));
+        }
+        Ok(Finding::of(
+            worst < TICK_CYCLES && late == 0,
+            format!("worst {worst} cycles, {late} late ticks"),
+        ))
+    }
+}
+
+/// The measured currents while the vehicle was armed.
+#[derive(Debug, Default)]
+struct Currents {
+    seen: Vec<[f32; MOTORS]>,
+    last: Option<u32>,
+}
+
+impl Currents {
+    fn add(&mut self, status: &BoardStatus) {
+        if self.last != Some(status.sequence) {
+            self.last = Some(status.sequence);
+            self.seen.push(status.vehicle.current_a);
+        }
+    }
+
+    /// The largest mean over 0.2 s, either way, A.
+    fn largest_a(&self, motor: Motor) -> f64 {
+        let mean = |window: &[[f32; MOTORS]]| {
+            let sum: f64 = window.iter().map(|currents| f64::from(currents[motor as usize])).sum();
+            sum / window.len() as f64
+        };
+        self.seen
+            .windows(MEAN_STATUSES)
+            .map(|window| mean(window).abs())
+            .fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,343 @@
+//! The procedure: step after step, with the questions to the person and the looks at the board that every step uses.
+
+use std::io::Write;
+
+use firmware::flight_record::FlightRecord;
+use firmware::protocol::message::{Identity, Order};
+use firmware::records::codec::Records;
+use report::error::CommandError;
+
+use super::person::{Person, Reply};
+use super::steps::{BringUpStep, STEPS, StepKind};
+use super::verdict::{BringUpReport, Finding, StepLine, StepVerdict};
+use crate::cli::link::console::Console;
+use crate::cli::link::session::Link;
+use crate::cli::link::who;
+use crate::cli::link::wire::Wire;
+
+/// How often the tool looks for a board that is switched off before it gives up: some minutes.
+const BOOT_LOOKS: u32 = 3000;
+/// Between two looks at a port that is gone.
+const PORT_PAUSE: std::time::Duration = std::time::Duration::from_millis(50);
+/// How long a look at the board's records takes, us.
+const LOOK_US: u64 = 300_000;
+
+/// What the procedure is told.
+#[derive(Debug, Clone, Copy)]
+pub struct BringUpExtent {
+    /// The board is a simulated one: what only a bench shows is not asked.
+    pub simulated: bool,
+    /// Starts of the supply.
+    pub cold_starts: u32,
+    /// Cuts of the supply while the board stores.
+    pub power_cuts: u32,
+}
+
+/// The procedure under way.
+pub struct Procedure<'a, W, P, O: Write> {
+    /// The conversation with the board.
+    pub(super) link: Link<W>,
+    /// Opens the port anew, after it was gone.
+    reopen: &'a mut dyn FnMut() -> Result<Link<W>, CommandError>,
+    person: P,
+    console: &'a mut Console<O>,
+    /// What the procedure was told.
+    pub(super) extent: BringUpExtent,
+}
+
+impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
+    /// A procedure that has not begun, over the port that `reopen` opens.
+    ///
+    /// # Errors
+    /// The port does not open.
+    pub fn new(
+        reopen: &'a mut dyn FnMut() -> Result<Link<W>, CommandError>,
+        person: P,
+        console: &'a mut Console<O>,
+        extent: BringUpExtent,
+    ) -> Result<Self, CommandError> {
+        Ok(Self {
+            link: reopen()?,
+            reopen,
+            person,
+            console,
+            extent,
+        })
+    }
+
+    /// Carries the steps out, up to the first one that fails. The bridges' supply is asked for, and the vehicle armed,
+    /// only after every step before has passed; of a simulated board, every step that it can show.
+    ///
+    /// # Errors
+    /// The output is closed, nobody answers, or the user asks to stop. The vehicle is disarmed then. Whatever the board
+    /// does is no error but a finding.
+    pub fn run(mut self) -> Result<BringUpReport, CommandError> {
+        let mut report = BringUpReport {
+            board: "unknown".into(),
+            simulated: self.extent.simulated,
+            steps: Vec::new(),
+        };
+        let result = self.steps(&mut report);
+        self.stop_records();
+        // Whatever happened, and whoever the board is.
+        let disarmed = self.link.disarm();
+        result?;
+        if report
+            .steps
+            .iter()
+            .any(|line| line.finding.verdict == StepVerdict::Passed)
+        {
+            disarmed?;
+        }
+        Ok(report)
+    }
+
+    fn steps(&mut self, report: &mut BringUpReport) -> Result<(), CommandError> {
+        for (number, step) in (1..).zip(STEPS) {
+            let finding = match self.obstacle(step, &report.steps) {
+                Some(why) => Finding::not_shown(why),
+                None => self.step(number, step)?,
+            };
+            if let Some(identity) = self.link.client.identity() {
+                report.board = who(identity);
+            }
+            self.console
+                .line(&format!("   {}: {}", finding.verdict.name(), finding.seen))?;
+            if finding.verdict == StepVerdict::Failed {
+                self.console.line(&format!("   look at: {}", step.look_at))?;
+            }
+            report.steps.push(StepLine {
+                number,
+                title: step.title,
+                finding,
+            });
+        }
+        Ok(())
+    }
+
+    /// Why a step is not carried out after those before it.
+    fn obstacle(&self, step: &BringUpStep, before: &[StepLine]) -> Option<&'static str> {
+        if before.iter().any(|line| line.finding.verdict == StepVerdict::Failed) {
+            return Some("not tried: a step before it failed");
+        }
+        if step.bench_only && self.extent.simulated {
+            return Some("a simulated board cannot show it");
+        }
+        let missing = |(line, step): (&StepLine, &BringUpStep)| {
+            line.finding.verdict != StepVerdict::Passed && !(self.extent.simulated && step.bench_only)
+        };
+        if step.powered && before.iter().zip(STEPS).any(missing) {
+            return Some("not tried: every step before it must have passed");
+        }
+        None
+    }
+
+    fn step(&mut self, number: usize, step: &BringUpStep) -> Result<Finding, CommandError> {
+        self.console.line(&format!(
+            "{number:>2} {}: {} Passes: {}.",
+            step.title, step.does, step.passes
+        ))?;
+        let result = match step.kind {
+            StepKind::Look(question) => self.look(question),
+            StepKind::Measure(question, min, max) => self.measure(question, min, max),
+            StepKind::Identity => self.identity(),
+            StepKind::Clock => self.clock(),
+            StepKind::ColdStarts => self.cold_starts(),
+            StepKind::ResetButton => self.reset_button(),
+            StepKind::Contacts => self.contacts(),
+            StepKind::SupplyOff => self.supply_off(),
+            StepKind::CurrentZeros => self.current_zeros(),
+            StepKind::CurrentGain => self.current_gain(),
+            StepKind::ArmAtRest => self.arm_at_rest(),
+            StepKind::ArmForward => self.arm_forward(),
+            StepKind::Wheels => self.wheels(),
+            StepKind::Store => self.store(),
+            StepKind::PowerCuts => self.power_cuts(),
+            StepKind::NoExternalClock => self.no_external_clock(),
+            StepKind::SupplyOn => self.supply_on(),
+            StepKind::Armed => self.armed(),
+            StepKind::ArmedLook(question) => self.armed_look(question),
+            StepKind::StopArmed => self.stop_armed(),
+            StepKind::Forward => self.forward(),
+            StepKind::TickCost => self.tick_cost(),
+        };
+        self.check_interrupt()?;
+        match result {
+            // What the board does or does not do belongs to the step.
+            Err(StepEnd::Board(CommandError::Checks(why))) => Ok(Finding::failed(why)),
+            Err(StepEnd::Board(error) | StepEnd::Tool(error)) => Err(error),
+            Err(StepEnd::Found(finding)) | Ok(finding) => Ok(finding),
+        }
+    }
+
+    fn check_interrupt(&self) -> Result<(), CommandError> {
+        if self.link.interrupts() == 0 {
+            return Ok(());
+        }
+        Err(CommandError::Checks(
+            "interrupted: the procedure is not complete".into(),
+        ))
+    }
+
+    /// Asks the person and waits for an answer; `each` sees every tick of the board meanwhile.
+    ///
+    /// # Errors
+    /// Nobody answers, or the user asks to stop. [`StepEnd::Found`]: the person leaves the step out.
+    pub(super) fn ask_watching(
+        &mut self,
+        question: &str,
+        mut each: impl FnMut(&FlightRecord),
+    ) -> Result<Reply, StepEnd> {
+        self.console
+            .line(&format!(" > {question} [Enter or y, n, s to skip, or a number]"))?;
+        self.start_records()?;
+        let reply = loop {
+            if self.check_interrupt().is_err() {
+                return Err(StepEnd::Tool(CommandError::Checks("interrupted: disarmed".into())));
+            }
+            // A board without power is silent.
+            let _ = self.link.listen();
+            self.drain(&mut each);
+            if let Some(line) = self.person.reply(question).map_err(StepEnd::Tool)? {
+                match Reply::read(&line) {
+                    Some(reply) => break reply,
+                    None => self.console.line(" > an answer is Enter, y, n, s or a number")?,
+                }
+            }
+        };
+        self.stop_records();
+        if reply == Reply::Skip {
+            return Err(StepEnd::Found(Finding::not_shown("left out")));
+        }
+        Ok(reply)
+    }
+
+    /// Asks the person to do something; done, or not possible.
+    ///
+    /// # Errors
+    /// As [`Self::ask_watching`]; [`StepEnd::Found`] as well if the person says no.
+    pub(super) fn ask_to(&mut self, what: &str) -> Result<(), StepEnd> {
+        match self.ask_watching(what, |_| {})? {
+            Reply::Yes => Ok(()),
+            _ => Err(StepEnd::Found(Finding::failed(format!("not done: {what}")))),
+        }
+    }
+
+    /// Asks for a measured value.
+    ///
+    /// # Errors
+    /// As [`Self::ask_to`].
+    pub(super) fn ask_number(&mut self, question: &str) -> Result<f64, StepEnd> {
+        loop {
+            if let Reply::Number(number) = self.ask_watching(question, |_| {})? {
+                return Ok(number);
+            }
+        }
+    }
+
+    /// What the person sees.
+    pub(super) fn look(&mut self, question: &str) -> Result<Finding, StepEnd> {
+        Ok(match self.ask_watching(question, |_| {})? {
+            Reply::Yes => Finding::passed("seen"),
+            _ => Finding::failed("not seen"),
+        })
+    }
+
+    fn measure(&mut self, question: &str, min: f64, max: f64) -> Result<Finding, StepEnd> {
+        let value = self.ask_number(question)?;
+        Ok(Finding::of((min..=max).contains(&value), format!("{value}")))
+    }
+
+    /// Tells the person something.
+    ///
+    /// # Errors
+    /// The output is closed.
+    pub(super) fn tell(&mut self, text: &str) -> Result<(), StepEnd> {
+        text.lines()
+            .try_for_each(|line| self.console.line(line))
+            .map_err(StepEnd::Tool)
+    }
+
+    /// The ticks of the next moment.
+    ///
+    /// # Errors
+    /// The board is silent, or sends no records.
+    pub(super) fn ticks(&mut self) -> Result<Vec<FlightRecord>, StepEnd> {
+        let since_us = self.link.fresh_status()?.vehicle.time_us;
+        self.start_records()?;
+        let from_us = self.link.wire.now_us();
+        let mut ticks = Vec::new();
+        while self.link.wire.now_us() - from_us < LOOK_US {
+            self.link.listen()?;
+            self.drain(|tick| ticks.push(*tick));
+        }
+        self.stop_records();
+        // What was still kept from an earlier look is old.
+        ticks.retain(|tick| tick.sample.time_us > since_us);
+        if ticks.is_empty() {
+            return Err(StepEnd::Found(Finding::failed(
+                "the board sends no records of its ticks",
+            )));
+        }
+        Ok(ticks)
+    }
+
+    fn start_records(&mut self) -> Result<(), StepEnd> {
+        self.link.client.records.clear();
+        if self.link.client.identity().is_some() {
+            self.link.give(Order::Recording { from: Some(0) })?;
+        }
+        Ok(())
+    }
+
+    fn stop_records(&mut self) {
+        // A board that has lost its power streams nothing.
+        let _ = self.link.give(Order::Recording { from: None });
+    }
+
+    fn drain(&mut self, mut each: impl FnMut(&FlightRecord)) {
+        while let Some(block) = self.link.client.records.pop_front() {
+            Records::new(&block.bytes).flatten().for_each(|tick| each(&tick));
+        }
+    }
+
+    /// Waits until the board has booted since the boot of number `boot`.
+    ///
+    /// # Errors
+    /// The board does not come back, or the user asks to stop.
+    pub(super) fn next_boot(&mut self, boot: u32) -> Result<Identity, StepEnd> {
+        for _ in 0..BOOT_LOOKS {
+            self.check_interrupt().map_err(StepEnd::Tool)?;
+            match self.link.other_boot(boot) {
+                Ok(Some(identity)) => return Ok(identity),
+                Ok(None) => {}
+                // A port that gets its supply from the board's cable goes with it.
+                Err(_) => match (self.reopen)() {
+                    Ok(link) => self.link = link,
+                    Err(_) => std::thread::sleep(PORT_PAUSE),
+                },
+            }
+        }
+        Err(StepEnd::Found(Finding::failed("the board did not start again")))
+    }
+}
+
+/// What ends a step early.
+pub enum StepEnd {
+    /// The verdict is there.
+    Found(Finding),
+    /// The board did not do what it must.
+    Board(CommandError),
+    /// The output is closed, nobody answers, or the user asks to stop.
+    Tool(CommandError),
+}
+
+impl From<CommandError> for StepEnd {
+    fn from(error: CommandError) -> Self {
+        match error {
+            CommandError::Checks(_) => Self::Board(error),
+            // An output that is closed, a bad port.
+            CommandError::Input(_) | CommandError::Other(_) => Self::Tool(error),
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! The steps in which the board starts anew, and those that store.
+
+use std::io::Write;
+
+use firmware::events::Event;
+use firmware::hardware::{ClockSource, ResetCause};
+use firmware::protocol::message::ParameterRequest;
+use report::error::CommandError;
+
+use super::person::Person;
+use super::procedure::{Procedure, StepEnd};
+use super::verdict::Finding;
+use crate::cli::link::wire::Wire;
+
+/// The parameter that is changed and put back, and by how much: a dead-man time that is a hundredth longer harms nobody.
+const TABLE: &str = "safety";
+const NAME: &str = "command_timeout_s";
+const FACTOR: f32 = 1.01;
+/// Most stores between two cuts of the supply: some seconds' worth, a small part of what a sector endures.
+const STORES_MAX: u32 = 400;
+
+/// What the log of a boot says.
+struct BootLog {
+    cause: Option<ResetCause>,
+    crashed: bool,
+    set_lost: bool,
+}
+
+impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
+    /// The number of the board's present boot.
+    fn boot(&mut self) -> Result<u32, StepEnd> {
+        Ok(match self.link.client.identity() {
+            Some(identity) => identity.about.boot,
+            None => self.link.identify()?.about.boot,
+        })
+    }
+
+    fn boot_log(&mut self) -> Result<BootLog, StepEnd> {
+        let mut log = BootLog {
+            cause: None,
+            crashed: false,
+            set_lost: false,
+        };
+        self.link.log(|block, _| {
+            for line in &block.lines {
+                match line.event {
+                    Event::Booted(cause) => log.cause = Some(cause),
+                    Event::Crashed => log.crashed = true,
+                    Event::SetLost => log.set_lost = true,
+                    _ => {}
+                }
+            }
+            Ok(())
+        })?;
+        Ok(log)
+    }
+
+    pub(super) fn cold_starts(&mut self) -> Result<Finding, StepEnd> {
+        let starts = self.extent.cold_starts;
+        for start in 1..=starts {
+            let boot = self.boot()?;
+            self.ask_to(&format!(
+                "Switch the board's supply off for 1 s and on again ({start} of {starts})"
+            ))?;
+            self.next_boot(boot)?;
+            let log = self.boot_log()?;
+            let cause = log.cause.map_or("an unknown cause", ResetCause::name);
+            if !matches!(log.cause, Some(ResetCause::PowerOn | ResetCause::BrownOut)) {
+                return Ok(Finding::failed(format!("start {start}: reset by {cause}")));
+            }
+            if log.crashed {
+                return Ok(Finding::failed(format!(
+                    "start {start}: the last run ended in a panic or a fault"
+                )));
+            }
+        }
+        Ok(Finding::passed(format!("{starts} starts")))
+    }
+
+    pub(super) fn reset_button(&mut self) -> Result<Finding, StepEnd> {
+        let boot = self.boot()?;
+        self.ask_to("Press the board's reset button")?;
+        self.next_boot(boot)?;
+        let cause = self.boot_log()?.cause;
+        Ok(Finding::of(
+            cause == Some(ResetCause::Pin),
+            format!("reset by {}", cause.map_or("an unknown cause", ResetCause::name)),
+        ))
+    }
+
+    pub(super) fn no_external_clock(&mut self) -> Result<Finding, StepEnd> {
+        let boot = self.boot()?;
+        self.ask_to("Take the external clock away and reset the board")?;
+        self.next_boot(boot)?;
+        let without = self.link.fresh_status()?.clock;
+        let boot = self.boot()?;
+        self.ask_to("Put the external clock back and reset the board")?;
+        self.next_boot(boot)?;
+        let with = self.link.fresh_status()?.clock;
+        Ok(Finding::of(
+            without == ClockSource::Internal && with == ClockSource::External,
+            format!("without: {}; with: {}", without.name(), with.name()),
+        ))
+    }
+
+    pub(super) fn store(&mut self) -> Result<Finding, StepEnd> {
+        let number = self.link.number_of(TABLE, NAME)?;
+        let before = self.link.read(number)?;
+        let changed = before * FACTOR;
+        self.store_value(changed)?;
+        let after = self.link.read(number)?;
+        self.store_value(before)?;
+        let back = self.link.read(number)?;
+        Ok(Finding::of(
+            after.to_bits() == changed.to_bits() && back.to_bits() == before.to_bits(),
+            format!("{TABLE}.{NAME}: {before}, stored {changed}, read {after}, put back {back}"),
+        ))
+    }
+
+    fn store_value(&mut self, value: f32) -> Result<(), CommandError> {
+        self.link.set(&[format!("{TABLE}.{NAME}={value}")])
+    }
+
+    pub(super) fn power_cuts(&mut self) -> Result<Finding, StepEnd> {
+        let number = self.link.number_of(TABLE, NAME)?;
+        let before = self.link.read(number)?;
+        let values = [before, before * FACTOR];
+        // An empty store cannot tell a set that was lost from one that never was complete.
+        self.store_value(before)?;
+        let cuts = self.extent.power_cuts;
+        for cut in 1..=cuts {
+            let boot = self.boot()?;
+            self.ask_to(&format!(
+                "The board stores for some seconds after Enter: cut its supply meanwhile, and switch it on again \
+                 ({cut} of {cuts})"
+            ))?;
+            let stores = (0..STORES_MAX).find(|n| self.store_value(values[(n % 2) as usize]).is_err());
+            if stores.is_none() {
+                return Ok(Finding::failed("the supply was not cut"));
+            }
+            self.next_boot(boot)?;
+            let log = self.boot_log()?;
+            let value = self.link.read(number)?;
+            if log.set_lost || !values.iter().any(|known| known.to_bits() == value.to_bits()) {
+                return Ok(Finding::failed(format!(
+                    "cut {cut}: the set is lost, {TABLE}.{NAME} is {value}"
+                )));
+            }
+        }
+        self.link.ask(ParameterRequest::Discard)?;
+        self.store_value(before)?;
+        Ok(Finding::passed(format!(
+            "{cuts} cuts, the old or the new value after each"
+        )))
+    }
+}

@@ -1,0 +1,320 @@
+//! The steps without the bridges' supply.
+
+use std::io::Write;
+
+use firmware::drive_board::SCALES;
+use firmware::flight_record::FlightRecord;
+use firmware::hardware::ClockSource;
+use firmware::protocol::message::Order;
+use model::command::Request;
+use model::sample::{ImuRaw, MOTORS, Motor};
+use model::supervise::codes::{Blocker, BlockerSet};
+
+use super::person::{Person, Reply};
+use super::procedure::{Procedure, StepEnd};
+use super::verdict::Finding;
+use crate::cli::link::who;
+use crate::cli::link::wire::Wire;
+
+/// What the board's self-test may find.
+const SELF_TEST: [Blocker; 4] = [
+    Blocker::BreakPath,
+    Blocker::BoardOptions,
+    Blocker::PartRevision,
+    Blocker::Image,
+];
+/// How long the clocks are compared, us, and how far they may differ: the board's own oscillator is within 1 %, and the
+/// host hears the board within some milliseconds.
+const CLOCK_US: u64 = 3_000_000;
+const CLOCK_SHARE: f64 = 0.01;
+/// Largest current at an open bridge, A, as the supervisor takes it for a wrong sensor.
+const ZERO_A: f64 = 0.5;
+/// Largest supply that counts as off, V, and how far meter and board may differ there.
+const OFF_V: f64 = 1.0;
+const OFF_DIFFERENCE_V: f64 = 0.5;
+/// Least current that says something about a gain, A, and how far meter and board may differ, as a share.
+const FED_MIN_A: f64 = 1.0;
+const FED_SHARE: f64 = 0.1;
+/// How far 1 g may be off, as a share: the part's scale and offset, and the mounting.
+const GRAVITY_SHARE: f64 = 0.05;
+/// How far from the vertical the arm may hang, rad.
+const HANGS_RAD: f64 = 0.26;
+/// Largest rate of a still gyro, rad/s: beyond it the board does not calibrate.
+const STILL_RAD_S: f64 = 0.1;
+/// Ticks after which a reading that repeats is a dead sensor's.
+const REPEATED_TICKS: usize = 20;
+/// Least angle of a tilted arm, rad: 20 degrees less what a hand is off.
+const TILT_RAD: f64 = 0.26;
+/// How far gyro and accelerometer may differ, as a share of the angle.
+const TILT_SHARE: f64 = 1.0 / 3.0;
+/// How far a turn by hand may be off, as a share, and what the other wheel may move meanwhile.
+const TURN_SHARE: f64 = 0.2;
+const OTHER_SHARE: f64 = 0.05;
+
+impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
+    pub(super) fn identity(&mut self) -> Result<Finding, StepEnd> {
+        let identity = self.link.identify()?;
+        let blockers = self.link.fresh_status()?.vehicle.blockers;
+        let found: BlockerSet = self_test_of(blockers);
+        Ok(if found.is_empty() {
+            Finding::passed(who(&identity))
+        } else {
+            Finding::failed(format!("{}; the self-test found {found}", who(&identity)))
+        })
+    }
+
+    pub(super) fn clock(&mut self) -> Result<Finding, StepEnd> {
+        let first = self.link.fresh_status()?;
+        let from_us = self.link.wire.now_us();
+        while self.link.wire.now_us() - from_us < CLOCK_US {
+            self.link.listen()?;
+        }
+        let last = self.link.fresh_status()?;
+        let host_us = (self.link.wire.now_us() - from_us) as f64;
+        let board_us = last.vehicle.time_us.saturating_sub(first.vehicle.time_us) as f64;
+        let off = board_us / host_us - 1.0;
+        let seen = format!("{}, {:+.2} % of this computer's clock", last.clock.name(), 100.0 * off);
+        Ok(Finding::of(
+            last.clock == ClockSource::External && off.abs() <= CLOCK_SHARE,
+            seen,
+        ))
+    }
+
+    pub(super) fn contacts(&mut self) -> Result<Finding, StepEnd> {
+        for (what, first, second) in [
+            ("Release the emergency stop, both contacts closed", false, false),
+            ("Press the emergency stop and hold it", true, true),
+            ("Release the emergency stop", false, false),
+            ("Open the first contact alone (PG2)", true, false),
+            ("Close it, and open the second contact alone (PE15)", false, true),
+            ("Close both contacts", false, false),
+        ] {
+            self.ask_to(what)?;
+            let last = self.last_tick()?.sample;
+            let name = |open: bool| if open { "open" } else { "closed" };
+            for (input, is, expected) in [
+                ("first contact (PG2)", last.emergency_stop, first),
+                ("second contact (PE15)", last.break_input, second),
+            ] {
+                if is != expected {
+                    let seen = format!("{what}: the {input} reads {}, not {}", name(is), name(expected));
+                    return Ok(Finding::failed(seen));
+                }
+            }
+            if second && !last.bridge_break {
+                return Ok(Finding::failed(format!("{what}: the break did not trip")));
+            }
+        }
+        self.link.order(Order::Request(Request::ClearFaults))?;
+        let status = self.link.fresh_status()?;
+        let left = status.vehicle.blockers.contains(Blocker::BridgeBreak);
+        Ok(Finding::of(
+            !left,
+            if left {
+                "the break's flag does not clear"
+            } else {
+                "each input follows its own contact"
+            },
+        ))
+    }
+
+    pub(super) fn supply_off(&mut self) -> Result<Finding, StepEnd> {
+        let meter_v = self.ask_number("Measure the bridges' supply, V, which is off")?;
+        let reads_v = self.supply_v()?;
+        let seen = format!("meter {meter_v:.2} V, board {reads_v:.2} V");
+        Ok(Finding::of(
+            meter_v.abs() < OFF_V && (reads_v - meter_v).abs() < OFF_DIFFERENCE_V,
+            seen,
+        ))
+    }
+
+    pub(super) fn current_zeros(&mut self) -> Result<Finding, StepEnd> {
+        let motors = if self.link.has_spar()? { 3 } else { 2 };
+        let mean_a = self.currents_a()?;
+        let mut seen = Vec::new();
+        let mut good = true;
+        for (name, mean_a) in ["left", "right", "ballast"].iter().zip(mean_a).take(motors) {
+            good &= mean_a.abs() < ZERO_A;
+            seen.push(format!("{name} {mean_a:+.2} A"));
+        }
+        Ok(Finding::of(good, seen.join(", ")))
+    }
+
+    pub(super) fn current_gain(&mut self) -> Result<Finding, StepEnd> {
+        let mut seen = Vec::new();
+        for (name, motor) in [("left", Motor::Left), ("right", Motor::Right)] {
+            let question = format!("Feed 2 to 5 A forward through the {name} motor's current sensor: how much, A?");
+            let fed_a = self.ask_number(&question)?;
+            let reads_a = self.currents_a()?[motor as usize];
+            seen.push(format!("{name}: fed {fed_a:+.2} A, board {reads_a:+.2} A"));
+            if fed_a < FED_MIN_A || (reads_a - fed_a).abs() > FED_SHARE * fed_a {
+                return Ok(Finding::failed(seen.join("; ")));
+            }
+        }
+        self.ask_to("Take the current away, and put the motors' leads back")?;
+        Ok(Finding::passed(seen.join("; ")))
+    }
+
+    pub(super) fn arm_at_rest(&mut self) -> Result<Finding, StepEnd> {
+        self.ask_to("Let the arm hang still")?;
+        let ticks = self.ticks()?;
+        let rest = Rest::of(&ticks);
+        let seen = format!(
+            "{:.3} g, {:+.1} degrees, up to {:.3} rad/s, a reading repeated {} times",
+            rest.g,
+            rest.angle_rad.to_degrees(),
+            rest.rate_rad_s,
+            rest.repeated
+        );
+        let good = (rest.g - 1.0).abs() < GRAVITY_SHARE
+            && rest.angle_rad.abs() < HANGS_RAD
+            && rest.rate_rad_s < STILL_RAD_S
+            && rest.repeated < REPEATED_TICKS;
+        Ok(Finding::of(good, seen))
+    }
+
+    pub(super) fn arm_forward(&mut self) -> Result<Finding, StepEnd> {
+        self.ask_to("Let the arm hang still")?;
+        let ticks = self.ticks()?;
+        let before_rad = Rest::of(&ticks).angle_rad;
+        let bias_rad_s = mean(ticks.iter().map(|tick| rate_rad_s(&tick.sample.arm_imu.raw)));
+        let (mut turned_rad, mut last_us) = (0.0, None);
+        let tilted = "Tilt the arm forward by 20 degrees or more and hold it";
+        let reply = self.ask_watching(tilted, |tick| {
+            let now_us = tick.sample.time_us;
+            if let Some(last_us) = last_us.replace(now_us)
+                && now_us > last_us
+            {
+                let dt_s = (now_us - last_us) as f64 * 1e-6;
+                turned_rad += (rate_rad_s(&tick.sample.arm_imu.raw) - bias_rad_s) * dt_s;
+            }
+        })?;
+        if reply != Reply::Yes {
+            return Ok(Finding::failed("not done"));
+        }
+        let angle_rad = Rest::of(&self.ticks()?).angle_rad - before_rad;
+        let seen = format!(
+            "accelerometer {:+.0} degrees, gyro {:+.0} degrees",
+            angle_rad.to_degrees(),
+            turned_rad.to_degrees()
+        );
+        Ok(Finding::of(
+            angle_rad > TILT_RAD && (turned_rad - angle_rad).abs() < TILT_SHARE * angle_rad,
+            seen,
+        ))
+    }
+
+    pub(super) fn wheels(&mut self) -> Result<Finding, StepEnd> {
+        let parameters = self.link.parameters()?;
+        let motor = &parameters.drive_motor;
+        let turn = f64::from(motor.encoder_counts_per_rev) * f64::from(motor.gear_ratio);
+        let mut seen = Vec::new();
+        for (name, this, other) in [
+            ("left", Motor::Left, Motor::Right),
+            ("right", Motor::Right, Motor::Left),
+        ] {
+            let before = self.last_tick()?.sample.encoder_counts;
+            self.ask_to(&format!("Turn the {name} wheel forward by hand, one turn, arm held"))?;
+            let after = self.last_tick()?.sample.encoder_counts;
+            let turns = |motor: Motor| after[motor as usize].wrapping_sub(before[motor as usize]) as f64 / turn;
+            seen.push(format!(
+                "{name} wheel turned: {:+.2} turns, the other {:+.2}",
+                turns(this),
+                turns(other)
+            ));
+            if (turns(this) - 1.0).abs() > TURN_SHARE || turns(other).abs() > OTHER_SHARE {
+                return Ok(Finding::failed(seen.join("; ")));
+            }
+        }
+        Ok(Finding::passed(seen.join("; ")))
+    }
+
+    pub(super) fn last_tick(&mut self) -> Result<FlightRecord, StepEnd> {
+        let ticks = self.ticks()?;
+        ticks
+            .last()
+            .copied()
+            .ok_or_else(|| StepEnd::Found(Finding::failed("no tick")))
+    }
+
+    /// The mean currents as the board reads them, A.
+    fn currents_a(&mut self) -> Result<[f64; MOTORS], StepEnd> {
+        let ticks = self.ticks()?;
+        let of = |motor: usize| {
+            mean(ticks.iter().map(|tick| {
+                let analog = tick.sample.analog.with(&SCALES.analog, |raw, scale| scale.value(raw));
+                f64::from(analog.currents()[motor])
+            }))
+        };
+        Ok(core::array::from_fn(of))
+    }
+
+    /// The supply as the board reads it, V.
+    pub(super) fn supply_v(&mut self) -> Result<f64, StepEnd> {
+        Ok(mean(self.ticks()?.iter().map(|tick| {
+            f64::from(SCALES.analog.battery.value(tick.sample.analog.battery))
+        })))
+    }
+}
+
+/// What the self-test found, of the blockers.
+fn self_test_of(blockers: BlockerSet) -> BlockerSet {
+    let mut found = BlockerSet::EMPTY;
+    for blocker in SELF_TEST {
+        if blockers.contains(blocker) {
+            found.insert(blocker);
+        }
+    }
+    found
+}
+
+/// The arm IMU over some ticks at rest.
+struct Rest {
+    /// Size of the mean specific force, g.
+    g: f64,
+    /// Angle from the vertical in the plane of the wheels, rad, forward positive.
+    angle_rad: f64,
+    /// Largest mean rate of an axis, rad/s.
+    rate_rad_s: f64,
+    /// How often in a row one reading was repeated.
+    repeated: usize,
+}
+
+impl Rest {
+    fn of(ticks: &[FlightRecord]) -> Self {
+        let axis = |of: &dyn Fn(&ImuRaw) -> i16| mean(ticks.iter().map(|tick| f64::from(of(&tick.sample.arm_imu.raw))));
+        let force_g: [f64; 3] =
+            core::array::from_fn(|i| axis(&|raw| raw.accel[i]) / f64::from(SCALES.imu.accel_lsb_per_g));
+        let rates: [f64; 3] = core::array::from_fn(|i| {
+            (axis(&|raw| raw.gyro[i]) / f64::from(SCALES.imu.gyro_lsb_per_deg_s)).to_radians()
+        });
+        let (mut repeated, mut most) = (0, 0);
+        for pair in ticks.windows(2) {
+            let [before, after] = pair else { continue };
+            repeated = if before.sample.arm_imu.raw == after.sample.arm_imu.raw {
+                repeated + 1
+            } else {
+                0
+            };
+            most = most.max(repeated);
+        }
+        let [x, y, z] = force_g;
+        Self {
+            g: (x * x + y * y + z * z).sqrt(),
+            angle_rad: x.atan2(z),
+            rate_rad_s: rates.iter().fold(0.0, |most, rate| rate.abs().max(most)),
+            repeated: most,
+        }
+    }
+}
+
+/// The arm's rate, rad/s, forward positive: swinging forward is turning about -y.
+fn rate_rad_s(raw: &ImuRaw) -> f64 {
+    -(f64::from(raw.gyro[1]) / f64::from(SCALES.imu.gyro_lsb_per_deg_s)).to_radians()
+}
+
+/// The mean of some values.
+pub(super) fn mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len().max(1) as f64;
+    values.sum::<f64>() / count
+}

@@ -1,0 +1,123 @@
+//! What became of the steps, as text and as JSON.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+/// What became of one step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StepVerdict {
+    /// What must be seen was seen.
+    Passed,
+    /// Something else was seen.
+    Failed,
+    /// Nothing was seen: skipped, not tried, or not to be seen on this board.
+    NotShown,
+}
+
+impl StepVerdict {
+    /// The verdict in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Failed => "FAILED",
+            Self::NotShown => "not shown",
+        }
+    }
+}
+
+/// A verdict, and what it rests on.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// The verdict.
+    pub verdict: StepVerdict,
+    /// What was seen.
+    pub seen: String,
+}
+
+impl Finding {
+    /// Passed.
+    pub fn passed(seen: impl Into<String>) -> Self {
+        Self::new(StepVerdict::Passed, seen)
+    }
+
+    /// Failed.
+    pub fn failed(seen: impl Into<String>) -> Self {
+        Self::new(StepVerdict::Failed, seen)
+    }
+
+    /// Not shown.
+    pub fn not_shown(why: impl Into<String>) -> Self {
+        Self::new(StepVerdict::NotShown, why)
+    }
+
+    /// Passed if `good`, else failed.
+    pub fn of(good: bool, seen: impl Into<String>) -> Self {
+        if good { Self::passed(seen) } else { Self::failed(seen) }
+    }
+
+    fn new(verdict: StepVerdict, seen: impl Into<String>) -> Self {
+        Self {
+            verdict,
+            seen: seen.into(),
+        }
+    }
+}
+
+/// One step in the report.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct StepLine {
+    /// Number of the step, from 1.
+    pub number: usize,
+    /// A few words.
+    pub title: &'static str,
+    /// What became of it.
+    #[serde(flatten)]
+    pub finding: Finding,
+}
+
+/// The whole procedure.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct BringUpReport {
+    /// Which firmware; empty if no board has said who it is.
+    pub board: String,
+    /// The board is a simulated one.
+    pub simulated: bool,
+    /// The steps, in order.
+    pub steps: Vec<StepLine>,
+}
+
+impl BringUpReport {
+    /// How many steps had this verdict.
+    pub fn count(&self, verdict: StepVerdict) -> usize {
+        let of = |line: &&StepLine| line.finding.verdict == verdict;
+        self.steps.iter().filter(of).count()
+    }
+
+    /// The report as lines.
+    pub fn text(&self) -> String {
+        let kind = if self.simulated { "simulated board" } else { "board" };
+        let mut text = format!("{kind}: {}\n", self.board);
+        for StepLine { number, title, finding } in &self.steps {
+            let _ = writeln!(
+                text,
+                "{number:>2} {title}: {}: {}",
+                finding.verdict.name(),
+                finding.seen
+            );
+        }
+        let _ = writeln!(text, "{}", self.summary());
+        text
+    }
+
+    /// The numbers of the verdicts.
+    pub fn summary(&self) -> String {
+        format!(
+            "{} passed, {} failed, {} not shown",
+            self.count(StepVerdict::Passed),
+            self.count(StepVerdict::Failed),
+            self.count(StepVerdict::NotShown)
+        )
+    }
+}

@@ -1,0 +1,74 @@
+//! The laws that are compared: vehicle files that differ in what they tell the firmware of the law.
+
+use model::vehicle::{SpeedLawChoice, Vehicle, VehicleParameters};
+
+/// A law, as the firmware is told of it.
+#[derive(Debug, Clone)]
+pub struct Contender {
+    /// Its name.
+    pub name: &'static str,
+    /// What makes it.
+    pub how: &'static str,
+    /// The file that the firmware flies; the simulated vehicle is not it.
+    pub told: Vehicle<f64>,
+}
+
+/// How a contender's parameters come from the file's.
+type Change = fn(&mut VehicleParameters<f64>);
+
+/// Name, what makes it, and how.
+const CONTENDERS: [(&str, &str, Change); 4] = [
+    (
+        "Eq. 3.25 alone",
+        "law = \"eq-3.25\" without swing damping, integral, hold and ramp",
+        |p| {
+            p.control.law = EQ_3_25;
+            p.control.swing_gain = 0.0;
+            p.control.ki = 0.0;
+            p.control.hold_kp_per_s = 0.0;
+            p.control.comfort_s = 0.0;
+            p.control.acceleration_max_m_s2 = STEP_M_S2;
+        },
+    ),
+    (
+        "Eq. 3.25, swing damped",
+        "law = \"eq-3.25\" as the file has it: what flew before the landing law",
+        |p| p.control.law = EQ_3_25,
+    ),
+    (
+        "landing, no governor",
+        "law = \"landing\" told of grip 2, an arm that may turn to 3.1 rad, and no ramp",
+        |p| {
+            p.control.law = LANDING;
+            p.control.grip_mu = 2.0;
+            p.control.comfort_s = 0.0;
+            p.control.acceleration_max_m_s2 = STEP_M_S2;
+            p.safety.phi_max_rad = 3.1;
+        },
+    ),
+    ("landing", "law = \"landing\" as the file has it", |p| {
+        p.control.law = LANDING;
+    }),
+];
+
+/// Numbers of the laws in the parameters.
+const EQ_3_25: f64 = SpeedLawChoice::SwingDamped as u8 as f64;
+const LANDING: f64 = SpeedLawChoice::Landing as u8 as f64;
+/// A ramp that no speed takes time for, m/s^2.
+const STEP_M_S2: f64 = 20.0;
+
+/// The laws for the vehicle of a file, in the order of the table.
+///
+/// # Errors
+/// The name of a law that the vehicle cannot be told of, and why.
+pub fn contenders(vehicle: &Vehicle<f64>) -> Result<Vec<Contender>, String> {
+    CONTENDERS
+        .iter()
+        .map(|(name, how, change)| {
+            let mut parameters = *vehicle.parameters();
+            change(&mut parameters);
+            let told = Vehicle::new(parameters).map_err(|error| format!("{name}: {error}"))?;
+            Ok(Contender { name, how, told })
+        })
+        .collect()
+}

@@ -1,0 +1,116 @@
+//! What the vehicle file bounds: grip, acceleration, the arm's angles, slopes.
+
+use super::balance::Balance;
+use super::command::Room;
+use super::governor::Barrier;
+use crate::bounded::Bounded;
+use crate::control::equilibrium::ArmAngle;
+use crate::vehicle::Vehicle;
+
+/// Share of the configured grip that the governor plans with. With more, the slope observer takes model error for
+/// grip while accelerating.
+const GRIP_SHARE: f32 = 0.75;
+/// Friction coefficient kept beyond what standing needs, where standing needs much of the planned share: there holding
+/// and stopping go before margin, up to the configured grip.
+const STANDING_RESERVE: f32 = 0.25;
+/// The same for speeding up uphill, which nothing forces the vehicle to do: less, and up to this share of the configured
+/// grip.
+const CLIMBING_RESERVE: f32 = 0.16;
+const CLIMBING_SHARE: f32 = 0.9;
+/// Share of the planned grip that a commanded acceleration takes; the rest is for the arm's swing.
+const STEADY_SHARE: f32 = 0.9;
+/// The same while a vehicle starts that is told to stand: let go on a slope it rolls back until its arm is up, and stopping
+/// goes before margin.
+const START_SHARE: f32 = 0.97;
+/// Least acceleration that is always allowed, g: the law never locks up.
+const ACCELERATION_MIN_G: f32 = 0.02;
+/// Share of the current limit that the law takes, so that what it commands is what the motor gives.
+pub(super) const CURRENT_SHARE: f32 = 0.98;
+/// Share of the fault's angle that the arm takes to accelerate.
+const WORKING_SHARE: f32 = 0.71;
+/// Angle kept free below the fault's: of the barrier, and of the arm standing on a steep slope.
+const BARRIER_MARGIN_RAD: f32 = 0.05;
+const STANDING_MARGIN_RAD: f32 = 0.12;
+/// Sine by which a standing arm may be commanded beyond its equilibrium on a steep slope.
+const STANDING_LEAN: f32 = 0.08;
+/// Share of the steepest slope's angle on which the vehicle takes no command further up.
+const SLOPE_SHARE: f32 = 0.95;
+
+/// What the vehicle file bounds, nondimensional.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Limits {
+    acceleration: f32,
+    grip_mu: f32,
+    working_sin_phi: f32,
+    standing_sin_phi: f32,
+    /// Sine of the steepest slope that is driven up.
+    sin_slope_max: f32,
+    /// The arm's barrier.
+    pub(super) barrier: Barrier,
+}
+
+impl Limits {
+    /// The limits of `vehicle`, whose inertias are `balance`, for accelerations of at most `acceleration`, g.
+    pub(super) fn new(vehicle: &Vehicle<f32>, balance: &Balance<f32>, acceleration: f32) -> Self {
+        let p = vehicle.parameters();
+        let motor = &p.drive_motor;
+        let torque_n_m =
+            2.0 * motor.current_limit_a * motor.torque_constant_n_m_per_a * motor.gear_ratio * CURRENT_SHARE;
+        let torque = torque_n_m / vehicle.scales().torque_n_m;
+        let phi_max = p.safety.phi_max_rad;
+        // The slope that the arm's whole weight carries, and the one that grip holds.
+        let carried = libm::asinf((balance.alpha_l / balance.mass).bounded(0.0, 1.0));
+        let held = libm::atanf(p.control.grip_mu);
+        Self {
+            acceleration,
+            grip_mu: p.control.grip_mu,
+            working_sin_phi: sine(WORKING_SHARE * phi_max),
+            standing_sin_phi: sine(phi_max - STANDING_MARGIN_RAD),
+            sin_slope_max: sine(SLOPE_SHARE * carried.bounded(0.0, held)),
+            barrier: Barrier::new(balance, phi_max - BARRIER_MARGIN_RAD, torque),
+        }
+    }
+
+    /// Friction coefficient that the law plans with.
+    pub(super) fn planned_mu(&self) -> f32 {
+        GRIP_SHARE * self.grip_mu
+    }
+
+    /// Whether a slope, on which the arm stands at `home`, is steeper than the vehicle drives up.
+    pub(super) fn too_steep(&self, sin_slope: f32, home: &ArmAngle<f32>) -> bool {
+        !home.exists || home.sin.abs() > self.standing_sin_phi || sin_slope.abs() > self.sin_slope_max
+    }
+
+    /// The largest sine of the arm's angle that is commanded: to accelerate the working limit, or a little more than
+    /// standing at `home` takes; and never so far that the arm cannot stand.
+    pub(super) fn most_sin_phi(&self, home: &ArmAngle<f32>) -> f32 {
+        (home.sin.abs() + STANDING_LEAN).bounded(self.working_sin_phi, self.standing_sin_phi)
+    }
+
+    /// What grip and the vehicle file leave to accelerate with, at the landing speed `landing`. `starts` tells that the
+    /// vehicle has just been let go and is told to stand.
+    pub(super) fn room(&self, (sin_slope, cos_slope): (f32, f32), landing: f32, starts: bool) -> Room {
+        let standing = sin_slope.abs() / cos_slope;
+        let planned = self.planned_mu();
+        // Where standing alone needs more than the planned share, holding goes before margin; speeding up does not.
+        let mu = (standing + STANDING_RESERVE).bounded(planned, self.grip_mu);
+        let climbing = (standing + CLIMBING_RESERVE).bounded(planned, CLIMBING_SHARE * self.grip_mu);
+        let uphill = if landing * sin_slope > 0.0 { climbing } else { mu };
+        let (ahead, back) = if sin_slope > 0.0 { (uphill, mu) } else { (mu, uphill) };
+        let share = if starts { START_SHARE } else { STEADY_SHARE };
+        let bound = |room: f32| {
+            room.bounded(f32::MIN, self.acceleration)
+                .bounded(ACCELERATION_MIN_G, f32::MAX)
+        };
+        Room {
+            mu,
+            forward: bound(share * ahead * cos_slope - sin_slope),
+            backward: bound(share * back * cos_slope + sin_slope),
+        }
+    }
+}
+
+/// Sine of an angle within a quarter turn.
+fn sine(angle: f32) -> f32 {
+    libm::sinf(angle.bounded(0.0, core::f32::consts::FRAC_PI_2))
+}

@@ -1,0 +1,94 @@
+//! The ground under the wheels: its slope, and whether something blocks the vehicle.
+
+use super::{Estimator, MeasuredMotion};
+use crate::bounded::Bounded;
+use crate::estimate::stall::{Intent, Progress};
+
+/// Distance after which the slope is noted again, m.
+const TRAIL_M: f32 = 0.05;
+/// Time constant of the slope's rate in a turn, and the sine of the largest roll of the axle that a turn makes of slope.
+pub(super) const SLOPE_RATE_TIME_CONSTANT_S: f32 = 0.1;
+const SIN_ROLL_MAX: f32 = 0.5;
+/// Distance of the sine of the arm's angle from that of its equilibrium within which the arm counts as lowered.
+const LOWERED: f32 = 0.15;
+
+/// The slope that the vehicle had a little way back, m: one that bounces off an obstacle takes it for a hill.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Trail {
+    place_m: f32,
+    sin_slope: f32,
+}
+
+impl Estimator {
+    /// The slope; whether something blocks the vehicle.
+    pub(super) fn climb(&mut self, motion: &MeasuredMotion, disarmed: bool, intent: Intent) -> bool {
+        let stuck = self.progress(disarmed, intent, motion.wheels_m_s) == Progress::Stuck;
+        if let Some(lesson) = intent.slope_lesson
+            && !self.traction.slides()
+        {
+            // A vehicle that falls or lands feels no slope.
+            if self.weighs.stands() {
+                self.slope.learn(lesson);
+            }
+            self.free_sin_slope = self.slope.sin();
+        } else if stuck && !self.stall.stalls() {
+            self.slope.reset(self.free_sin_slope);
+        } else if self.weighs.stands() {
+            let t = self.scales.time_s;
+            let axle_m_s2 = self.traction.acceleration_m_s2(motion.wheels_m_s2);
+            self.slope.update(
+                self.arm.sin(),
+                self.arm.cos(),
+                motion.phi_rate_rad_s * t,
+                self.arm.acceleration_rad_s2() * t * t,
+                axle_m_s2 / self.scales.length_m * t * t,
+            );
+        }
+        // What the axle's roll shows of the turn is as wrong as the IMU is mounted; the slope itself is not.
+        let most_per_s = SIN_ROLL_MAX * motion.yaw_rate_rad_s.abs();
+        self.slope_turn_per_s = self
+            .slope_rate
+            .update(self.slope.sin())
+            .bounded(-most_per_s, most_per_s);
+        stuck
+    }
+
+    /// Whether something blocks the vehicle; until it hesitates, the slope under it is noted.
+    fn progress(&mut self, disarmed: bool, intent: Intent, speed_m_s: f32) -> Progress {
+        if disarmed {
+            self.stall.reset();
+            return Progress::Free;
+        }
+        let was_stuck = self.stall.is_stuck();
+        let progress = self.stall.update(intent, speed_m_s, self.odometry.distance_m());
+        if was_stuck && progress != Progress::Stuck {
+            // Behind the obstacle the ground goes on as before it.
+            self.slope.reset(self.free_sin_slope);
+        }
+        let driven_m = self.odometry.distance_m() - self.trail.place_m;
+        if progress == Progress::Free && (driven_m.abs() > TRAIL_M || intent.target_m_s == 0.0) {
+            let standing = intent.target_m_s == 0.0;
+            self.free_sin_slope = if standing {
+                self.slope.sin()
+            } else {
+                self.trail.sin_slope
+            };
+            self.trail = Trail {
+                place_m: self.odometry.distance_m(),
+                sin_slope: self.slope.sin(),
+            };
+        }
+        progress
+    }
+
+    /// Whether the arm hangs about where it does when the vehicle stands still on this slope: open bridges then leave
+    /// it there.
+    pub(super) fn lowered(&self) -> bool {
+        let sin_slope = if self.stall.is_stuck() {
+            self.free_sin_slope
+        } else {
+            self.slope.sin()
+        };
+        (self.arm.sin() - self.slope.sin_equilibrium(sin_slope)).abs() < LOWERED
+    }
+}

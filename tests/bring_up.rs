@@ -1,0 +1,279 @@
+//! The bring-up procedure against the virtual board, with a scripted person whose hands act on the simulated vehicle.
+//! What is wrong with a board must be told by the step that looks for it, before anything is armed.
+
+use std::cell::RefCell;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use firmware::protocol::message::{HostMessage, Order};
+use hil_sim::cli::bring_up::person::Person;
+use hil_sim::cli::bring_up::procedure::BringUpExtent;
+use hil_sim::cli::bring_up::steps::STEPS;
+use hil_sim::cli::bring_up::verdict::{BringUpReport, StepVerdict};
+use hil_sim::cli::bring_up::{carry_out, judge, write};
+use hil_sim::cli::link::console::Console;
+use hil_sim::cli::link::session::Link;
+use model::command::Request;
+use model::sample::Motor;
+use plant::analog::{AnalogFault, Following};
+use plant::fault::SensorFault;
+use plant::wiring::Leads;
+use report::error::CommandError;
+
+#[path = "support/generated.rs"]
+mod generated;
+#[path = "support/hands.rs"]
+mod hands;
+mod support;
+#[path = "support/wires.rs"]
+mod wires;
+use hands::{Hands, Otherwise, Script, Shared, act};
+use support::Bench;
+use wires::{BoardWire, messages, ready};
+
+struct Done {
+    report: Result<BringUpReport, CommandError>,
+    arms: usize,
+    console: String,
+    last_is_disarm: bool,
+}
+
+/// The whole procedure on a board that `wrong` has been done to.
+fn bring_up(wrong: impl FnOnce(&mut Bench, &mut Shared), otherwise: Otherwise, simulated: bool) -> Done {
+    let mut bench = ready(31);
+    let mut shared = Shared {
+        hands: Hands::Nothing,
+        looks: 0,
+        battery_v: 0.0,
+        rolled_m: 0.0,
+        welded: false,
+        current_gain: [1.0; 2],
+        current_offset_a: [0.0; 2],
+    };
+    wrong(&mut bench, &mut shared);
+    let shared = Rc::new(RefCell::new(shared));
+    let mut wire = BoardWire::new(bench);
+    let sent = wire.sent.clone();
+    let seen = shared.clone();
+    wire.world = Box::new(move |bench, _| act(bench, &mut seen.borrow_mut()));
+    let mut wire = Some(wire);
+    let mut reopen = || {
+        let wire = wire
+            .take()
+            .ok_or_else(|| CommandError::Other("the wire is gone".into()))?;
+        Ok(Link::new(wire, 4711, Arc::default()))
+    };
+    let mut console = Console(Vec::new());
+    let extent = BringUpExtent {
+        simulated,
+        cold_starts: 2,
+        power_cuts: 1,
+    };
+    let person = Script {
+        shared,
+        asked: Vec::new(),
+        looks: 0,
+        otherwise,
+    };
+    let report = carry_out(&mut reopen, person, &mut console, extent);
+    let messages = messages(&sent.borrow());
+    let is_arm = |message: &&HostMessage| {
+        matches!(
+            message,
+            HostMessage::Order {
+                order: Order::Request(Request::Arm),
+                ..
+            }
+        )
+    };
+    Done {
+        report,
+        arms: messages.iter().filter(is_arm).count(),
+        console: String::from_utf8(console.0).expect("text"),
+        last_is_disarm: last_is_disarm(&messages),
+    }
+}
+
+/// Whether the last order is a Disarm.
+fn last_is_disarm(messages: &[HostMessage]) -> bool {
+    let mut orders = messages.iter().rev();
+    let last = orders.find(|message| !matches!(message, HostMessage::Identify { .. }));
+    matches!(last, Some(HostMessage::Disarm(_)))
+}
+
+fn good(_: &str) -> Option<&'static str> {
+    None
+}
+
+fn verdict(report: &BringUpReport, title: &str) -> StepVerdict {
+    let line = report.steps.iter().find(|line| line.title == title).expect(title);
+    line.finding.verdict
+}
+
+#[test]
+fn a_good_board_passes_every_step_that_it_can_show() {
+    let done = bring_up(|_, _| {}, good, true);
+    let report = done.report.expect("carried out");
+    for (line, step) in report.steps.iter().zip(STEPS) {
+        // The virtual board counts no cycles.
+        let expected = if step.bench_only || line.title == "tick cost" {
+            StepVerdict::NotShown
+        } else {
+            StepVerdict::Passed
+        };
+        assert_eq!(line.finding.verdict, expected, "{}\n{}", report.text(), done.console);
+    }
+    assert!(done.last_is_disarm);
+    judge(&report).expect("nothing failed");
+}
+
+/// What is wrong with a board, the step that tells it, and whether that is before anything is armed.
+#[test]
+fn what_is_wrong_is_told_by_its_step() {
+    type Wrong = fn(&mut Bench, &mut Shared);
+    let cases: [(&str, bool, Wrong); 8] = [
+        ("contacts", true, |_, shared| shared.welded = true),
+        ("current zeros", true, |_, shared| shared.current_offset_a = [0.0, 1.0]),
+        ("current gain", true, |_, shared| shared.current_gain = [1.0, 0.8]),
+        ("current gain", true, |_, shared| shared.current_gain = [-1.0, 1.0]),
+        ("arm IMU", true, |bench, _| {
+            bench
+                .board
+                .world(|world| world.plant.arm_imu().sensor_mut().set_fault(SensorFault::WrongSign));
+        }),
+        ("wheels", true, |bench, _| {
+            bench
+                .board
+                .world(|world| world.plant.encoder_mut(Motor::Left).set_fault(SensorFault::WrongSign));
+        }),
+        ("supply on", true, |bench, _| {
+            let fault = AnalogFault {
+                following: Following::Dead,
+                ..AnalogFault::default()
+            };
+            bench
+                .board
+                .world(|world| world.plant.set_analog_fault("battery", fault));
+        }),
+        ("armed", false, |bench, _| {
+            bench
+                .board
+                .world(|world| world.plant.set_leads(Motor::Right as usize, Leads::Open));
+        }),
+    ];
+    for (title, unarmed, wrong) in cases {
+        let done = bring_up(wrong, good, true);
+        let report = done.report.expect("carried out");
+        assert_eq!(
+            verdict(&report, title),
+            StepVerdict::Failed,
+            "{title}: {}",
+            report.text()
+        );
+        assert_eq!(report.count(StepVerdict::Failed), 1, "{}", report.text());
+        assert_eq!(done.arms == 0, unarmed, "{title}: {} arms", done.arms);
+        let look_at = STEPS.iter().find(|step| step.title == title).expect(title).look_at;
+        assert!(done.console.contains(look_at), "{}", done.console);
+        assert!(judge(&report).expect_err("failed").to_string().contains(title));
+        assert!(done.last_is_disarm);
+    }
+}
+
+/// On a board that is not simulated, what was left out is not shown, and keeps the vehicle from being armed. The supply
+/// is cut while the board stores.
+#[test]
+fn a_step_left_out_keeps_a_board_from_being_armed() {
+    let otherwise: Otherwise = |question| match question {
+        question if question.contains("3.3 V at") => Some("3.31"),
+        question
+            if ["reset button", "supply, V, which is off", "clock away", "PE9"]
+                .iter()
+                .any(|q| question.contains(q)) =>
+        {
+            Some("s")
+        }
+        _ => None,
+    };
+    let done = bring_up(|_, _| {}, otherwise, false);
+    let report = done.report.expect("carried out");
+    assert_eq!(verdict(&report, "3.3 V"), StepVerdict::Passed, "{}", report.text());
+    assert_eq!(verdict(&report, "power cuts"), StepVerdict::Passed, "{}", report.text());
+    assert_eq!(verdict(&report, "reset button"), StepVerdict::NotShown);
+    assert_eq!(report.count(StepVerdict::Failed), 0, "{}", report.text());
+    for (line, _) in report.steps.iter().zip(STEPS).filter(|(_, step)| step.powered) {
+        assert_eq!(line.finding.verdict, StepVerdict::NotShown, "{}", line.title);
+    }
+    assert_eq!(done.arms, 0);
+    assert!(judge(&report).is_err());
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("bring-up");
+    write(&report, &folder).expect("written");
+    let json = std::fs::read_to_string(folder.join("bring-up.json")).expect("readable");
+    let json: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(json["steps"][1]["verdict"], "passed");
+    let text = std::fs::read_to_string(folder.join("bring-up.txt")).expect("readable");
+    assert!(text.contains("reset button: not shown: left out"), "{text}");
+}
+
+/// Nobody answers: the procedure ends with a Disarm, as it does for a user who asks to stop.
+#[test]
+fn a_person_who_leaves_ends_it_with_a_disarm() {
+    struct Gone;
+    impl Person for Gone {
+        fn reply(&mut self, question: &str) -> Result<Option<String>, CommandError> {
+            Err(CommandError::Checks(format!("nobody answers: {question}")))
+        }
+    }
+    struct Stops(Arc<AtomicU32>);
+    impl Person for Stops {
+        fn reply(&mut self, _: &str) -> Result<Option<String>, CommandError> {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            Ok(None)
+        }
+    }
+    let interrupts = Arc::new(AtomicU32::new(0));
+    let persons: [(&str, Box<dyn Person>); 2] = [
+        ("nobody answers", Box::new(Gone)),
+        ("interrupted", Box::new(Stops(interrupts.clone()))),
+    ];
+    for (expected, person) in persons {
+        let wire = BoardWire::new(ready(32));
+        let sent = wire.sent.clone();
+        let (mut wire, interrupts) = (Some(wire), interrupts.clone());
+        let mut reopen = || {
+            let wire = wire
+                .take()
+                .ok_or_else(|| CommandError::Other("the wire is gone".into()))?;
+            Ok(Link::new(wire, 4711, interrupts.clone()))
+        };
+        let extent = BringUpExtent {
+            simulated: true,
+            cold_starts: 1,
+            power_cuts: 1,
+        };
+        let mut console = Console(Vec::new());
+        let told = carry_out(&mut reopen, person, &mut console, extent).expect_err("ended");
+        assert!(told.to_string().contains(expected), "{told}");
+        let sent = messages(&sent.borrow());
+        assert!(last_is_disarm(&sent), "{sent:?}");
+    }
+}
+
+/// The page's table is the tool's.
+#[test]
+fn the_bring_up_page_has_every_step() {
+    let mut text = String::from("| No. | Step | Do | Passes | Fails: look at |\n|---|---|---|---|---|\n");
+    for (number, step) in (1..).zip(STEPS) {
+        let mark = if step.bench_only { " (b)" } else { "" };
+        let _ = writeln!(
+            text,
+            "| {number} | {}{mark} | {} | {} | {} |",
+            step.title, step.does, step.passes, step.look_at
+        );
+    }
+    generated::check("bring-up.md", "steps", &text);
+    // Nothing is armed before every step without the bridges' supply is over.
+    assert!(STEPS.is_sorted_by_key(|step| step.powered));
+}

@@ -1,0 +1,82 @@
+//! The laws side by side, through the command, on a vehicle other than the reference.
+
+use std::process::Command;
+
+use serde_json::Value;
+
+/// The landing law settles every step and never faults; the best step found is the fastest and keeps to its grip; no step
+/// of the search beats it, and Eq. 3.25 alone is the slowest of all.
+#[test]
+fn the_comparison_of_another_vehicle_tells_the_laws_apart() {
+    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+    let folder = std::env::temp_dir().join(format!("compare-{}", std::process::id()));
+    let out = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+        .args(["compare", "--vehicle", "vehicles/small.toml", "--json", "--out"])
+        .arg(&folder)
+        .current_dir(root)
+        .output()
+        .expect("runs");
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let found: Value = serde_json::from_slice(&out.stdout).expect("one object");
+
+    let steps = found["planar"]["steps"].as_array().expect("steps");
+    let time = |law: &str| {
+        let step = steps.iter().find(|step| step["law"] == law).expect("flown");
+        step["settling"]["time"].as_f64().unwrap_or(f64::INFINITY)
+    };
+    let best = steps
+        .iter()
+        .find(|step| step["law"] == "best step found")
+        .expect("found");
+    let grip_mu = 0.6;
+    assert!(
+        best["grip_needed"].as_f64().expect("a number") <= grip_mu + 1e-3,
+        "{best}"
+    );
+    for law in [
+        "open loop",
+        "Eq. 3.25 alone",
+        "Eq. 3.25, swing damped",
+        "landing, no governor",
+        "landing",
+    ] {
+        assert!(time("best step found") < time(law), "{law}");
+    }
+    assert!(time("landing") < time("Eq. 3.25, swing damped"), "{steps:?}");
+
+    let flights = found["flights"].as_array().expect("flights");
+    let courses: Vec<&Value> = flights.iter().map(|flight| &flight["course"]).step_by(4).collect();
+    assert!(courses.len() >= 14 && flights.len() == 4 * courses.len(), "{courses:?}");
+    for flight in flights.iter().filter(|flight| flight["law"] == "landing") {
+        assert_eq!(
+            (&flight["finished"], &flight["faults"]),
+            (&Value::Bool(true), &Value::from("none")),
+            "{flight}"
+        );
+        assert!(
+            flight["settling"].is_null() || flight["settling"]["time"].is_f64(),
+            "{flight}"
+        );
+        assert!(flight["energy_j"].as_f64().expect("a number") > 0.0, "{flight}");
+    }
+    let page = std::fs::read_to_string(folder.join("index.html")).expect("the page");
+    assert_eq!(page.matches("<svg").count(), 1 + courses.len());
+    std::fs::remove_dir_all(folder).expect("removed");
+}
+
+/// A vehicle that is none, and a directory that is none, are told before anything flies.
+#[test]
+fn a_bad_file_and_a_bad_directory_are_told() {
+    let run = |arguments: &[&str]| {
+        let out = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+            .arg("compare")
+            .args(arguments)
+            .output()
+            .expect("runs");
+        (out.status.code(), String::from_utf8_lossy(&out.stderr).into_owned())
+    };
+    let (code, text) = run(&["--vehicle", "no-such.toml"]);
+    assert!(code == Some(2) && text.contains("no-such.toml"), "{code:?} {text}");
+    let (code, text) = run(&["--out", "/dev/null/x"]);
+    assert!(code == Some(2) && text.contains("--out"), "{code:?} {text}");
+}
