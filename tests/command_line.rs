@@ -149,6 +149,148 @@ fn unreadable_files_unknown_flags_and_bad_values_end_with_2() {
     }
 }
 
+/// Every command that writes one file takes no other file's place, and says so before it does anything.
+#[test]
+fn a_file_that_exists_is_not_overwritten() {
+    let folder = folder("existing");
+    let file = folder.join("precious");
+    std::fs::write(&file, "precious").expect("writes");
+    let file = file.to_str().expect("utf-8");
+    for arguments in [
+        &["drive", "kerb", "--json", "--record", file][..],
+        &[
+            "campaign",
+            "run",
+            "tests/scenarios/kerb.toml",
+            "--seeds",
+            "1",
+            "--out",
+            file,
+        ],
+        &["link", "--port", "no-port", "record", "--out", file],
+        &["link", "--port", "no-port", "look-back", "--out", file],
+    ] {
+        let output = hil_sim(arguments);
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        assert!(
+            message.contains(file) && message.contains("exists already; choose another name"),
+            "{arguments:?}: {message}"
+        );
+        assert_eq!(
+            std::fs::read_to_string(file).expect("there"),
+            "precious",
+            "{arguments:?}"
+        );
+    }
+}
+
+#[test]
+fn a_record_and_the_results_of_a_campaign_are_named_and_merging_keeps_what_is_there() {
+    let folder = folder("written");
+    let path = |name: &str| folder.join(name).to_str().expect("utf-8").to_owned();
+    let (record, part, out) = (path("record"), path("part"), path("out"));
+    for file in [&record, &part] {
+        let _ = std::fs::remove_file(file);
+    }
+    let output = hil_sim(&["drive", "kerb", "--record", &record, "--out", &out]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let told = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(
+        told.contains(&record) && std::path::Path::new(&record).exists(),
+        "{told}"
+    );
+    let run = [
+        "campaign",
+        "run",
+        "tests/scenarios/kerb.toml",
+        "--seeds",
+        "1",
+        "--out",
+        &part,
+    ];
+    assert!(hil_sim(&run).status.success());
+    let before = std::fs::read(&part).expect("there");
+    let output = hil_sim(&["campaign", "merge", &part, "--out", &part]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("exists already"), "{}", stderr(&output));
+    assert_eq!(std::fs::read(&part).expect("there"), before);
+}
+
+/// What is wrong with the command line or the port leaves no empty file, with which the corrected command would fail.
+#[test]
+fn a_link_command_that_never_began_leaves_no_file() {
+    let folder = folder("link-files");
+    let file = folder.join("drive.rec");
+    let name = file.to_str().expect("utf-8");
+    for arguments in [
+        &["link", "--port", "no-such-port", "record", "--out", name][..],
+        &[
+            "link",
+            "--port",
+            "tcp:127.0.0.1:1",
+            "record",
+            "--out",
+            name,
+            "--seconds",
+            "0",
+        ],
+        &["link", "--port", "no-such-port", "look-back", "--out", name],
+        &["link", "record", "--out", name],
+    ] {
+        let output = hil_sim(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
+        assert!(!file.exists(), "{arguments:?}");
+    }
+}
+
+#[test]
+fn messages_name_the_flag_and_what_is_allowed() {
+    for (arguments, parts) in [
+        (&["drive", "--seed", "-1"][..], &["a whole number from 0"][..]),
+        (&["drive", "--seed", "1.5"], &["a whole number from 0"]),
+        (
+            &["drive", "--record", "/no/dir/x", "--json"],
+            &["--record: cannot write /no/dir/x: "],
+        ),
+        (
+            &["drive", "vehicles/small.toml"],
+            &["this is a vehicle file", "--vehicle"],
+        ),
+        (
+            &["check", "tests/scenarios/kerb.toml"],
+            &["this is a scenario", "hil-sim drive"],
+        ),
+        (&["link", "status"], &["--port is missing", "tcp:HOST:PORT"]),
+        (
+            &["link", "--port", "README.md", "status"],
+            &["--port README.md: is no serial port"],
+        ),
+        (
+            &["link", "status", "--port", "docs"],
+            &["--port docs: is no serial port"],
+        ),
+        (
+            &["link", "--port", "tcp:127.0.0.1", "status"],
+            &["allowed is tcp:HOST:PORT, as tcp:127.0.0.1:5760"],
+        ),
+        (
+            &["serve", "--tcp", "5760"],
+            &["an IP address and a port, as 127.0.0.1:5760"],
+        ),
+    ] {
+        let output = hil_sim(arguments);
+        let message = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+        for part in parts {
+            assert!(message.contains(part), "{arguments:?}: {message}");
+        }
+        for part in ["use '--", ".part-", "Not a typewriter"] {
+            assert!(!message.contains(part), "{arguments:?}: {message}");
+        }
+    }
+}
+
 /// Runs a program as on a machine without the board's toolchain, where cargo must not be asked for anything either.
 #[cfg(unix)]
 fn without_toolchain(name: &str, program: &str, arguments: &[&str]) -> std::process::Output {
@@ -183,8 +325,20 @@ fn without_the_boards_toolchain_one_line_names_the_remedy_before_anything_is_bui
     let output = without_toolchain("emulated", program, &["drive", "--board", "emulated"]);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert_eq!(stderr(&output).trim_end(), format!("error: --board emulated: {remedy}"));
+    for (elf, why) in [
+        (
+            "README.md",
+            "no ELF; leave the flag out to run the firmware of this workspace",
+        ),
+        ("docs", "not a file"),
+    ] {
+        let arguments = ["drive", "--board", "emulated", "--firmware", elf];
+        let output = without_toolchain("emulated-elf", program, &arguments);
+        assert_eq!(output.status.code(), Some(2));
+        assert_eq!(stderr(&output).trim_end(), format!("error: --firmware: {elf}: {why}"));
+    }
     let arguments = ["drive", "--board", "emulated", "--firmware", "no-such.elf"];
     let output = without_toolchain("emulated-elf", program, &arguments);
     assert_eq!(output.status.code(), Some(2));
-    assert_eq!(stderr(&output).trim_end(), "error: no-such.elf: not a file");
+    assert_eq!(stderr(&output).trim_end(), "error: --firmware: no-such.elf: not a file");
 }

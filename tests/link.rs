@@ -161,6 +161,22 @@ fn the_state_is_shown() {
         shown.contains("disarmed: ") && shown.contains("0.00 m/s, phi") && shown.contains("faults none"),
         "{shown}"
     );
+    assert!(!shown.contains("distance"), "{shown}");
+    let all = link(&mut bench, &["status", "--all", "--seconds", "1"]).output;
+    for part in [
+        "place: distance ",
+        "heading ",
+        "spar: ",
+        "currents: left ",
+        "voltages: left ",
+        "limits: none",
+        "terms of the speed law, V: ",
+        "friction 0.00",
+        "terms of the spar law, V: ",
+    ] {
+        assert!(all.contains(part), "{part}: {all}");
+    }
+    assert_eq!(link(&mut bench, &["faults"]).output.trim_end(), "no faults");
 }
 
 #[test]
@@ -192,13 +208,14 @@ fn parameters_are_listed_set_and_refused_by_name() {
     assert_eq!(output.code, 0, "{}", output.error);
     let listed = link(&mut bench, &["parameters", "list"]).output;
     assert!(
-        listed.contains("control.speed_max_m_s = 1.25") && listed.contains("body.wheel_radius_m = 0.25"),
+        listed.contains("control.speed_max_m_s = 1.25   0 to 20: ") && listed.contains("body.wheel_radius_m = 0.25"),
         "{listed}"
     );
     for (assignment, part) in [
         ("control.speed_max_m_s=nan", "allowed is 0 to 20"),
         ("control.wings=2", "unknown parameter"),
         ("control.kp", "expected table.name=value"),
+        ("control.kp=abc", "`abc` is not a number: allowed is "),
     ] {
         let output = link(&mut bench, &["parameters", "set", assignment]);
         assert_eq!(output.code, 2, "{assignment}");

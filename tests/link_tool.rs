@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::io::{self, Write};
+use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -10,6 +11,7 @@ use firmware::protocol::message::{Answer, HostMessage, Order, ParameterRequest};
 use hil_sim::cli::link::console::Console;
 use hil_sim::cli::link::drive::{DriveJob, check_seconds};
 use hil_sim::cli::link::session::{Link, SILENCE_US};
+use hil_sim::cli::link::status::StatusDetail;
 use hil_sim::cli::link::wire::Wire;
 use model::command::Request;
 use report::error::CommandError;
@@ -72,7 +74,7 @@ fn silence_while_the_state_is_shown_is_told_within_300_ms() {
     let (mut link, _) = link(wire);
     link.identify().expect("answers");
     let mut console = Console(Vec::new());
-    let told = link.show(5.0, &mut console).expect_err("silent");
+    let told = link.show(5.0, StatusDetail::Line, &mut console).expect_err("silent");
     assert_eq!(told.exit_code(), 1);
     let late_us = *ended_us.borrow() - 1_000_000;
     assert!(late_us <= SILENCE_US + READ_US, "{late_us} us after the last word");
@@ -201,7 +203,7 @@ fn a_closed_output_is_an_error_after_the_disarm() {
     let told = link.drive(&drive, &mut Console(Closed)).expect_err("closed");
     assert!(told.to_string().contains("output"), "{told}");
     last_is_disarm(&sent);
-    assert!(link.show(1.0, &mut Console(Closed)).is_err());
+    assert!(link.show(1.0, StatusDetail::Line, &mut Console(Closed)).is_err());
 }
 
 #[test]
@@ -288,19 +290,20 @@ fn a_set_is_written_as_a_file_loaded_and_compared() {
     link.identify().expect("answers");
     let board = link.parameters().expect("answers");
     assert_eq!(board, support::reference().parameters().cast::<f32>());
+    let file = Path::new("wanted.toml");
     let mut wanted = board;
     wanted.control.speed_max_m_s = 1.25;
     wanted.body.half_track_m = 0.3;
     let names: Vec<&str> = link
-        .differences(&wanted)
+        .differences(file, &wanted)
         .expect("answers")
         .iter()
         .map(|difference| difference.name)
         .collect();
     assert_eq!(names, ["half_track_m", "speed_max_m_s"]);
-    assert_eq!(link.load(&wanted).expect("stored").len(), 2);
+    assert_eq!(link.load(file, &wanted).expect("stored").len(), 2);
     assert_eq!(link.parameters().expect("answers"), wanted);
-    assert_eq!(link.load(&wanted).expect("stored again"), []);
+    assert_eq!(link.load(file, &wanted).expect("stored again"), []);
     link.defaults().expect("stored");
     assert_eq!(link.parameters().expect("answers"), board);
 }

@@ -280,6 +280,7 @@ fn a_failed_arm_imu_opens_the_bridges() {
         (SensorFault::Slow, Expect::OpenOrHarmless),
         (SensorFault::Delayed, Expect::OpenOrHarmless),
         (SensorFault::Intermittent, Expect::Open(60)),
+        (SensorFault::NoForce, Expect::Open(320)),
     ] {
         fail_while_driving("arm-imu", fault, expect);
     }
@@ -304,7 +305,7 @@ fn a_failed_wheel_encoder_opens_the_bridges() {
 
 #[test]
 fn a_failed_spar_imu_switches_the_ballast_motor_off_and_leaves_the_vehicle_driving() {
-    for fault in [SensorFault::Off, SensorFault::Stuck] {
+    for fault in [SensorFault::Off, SensorFault::Stuck, SensorFault::NoForce] {
         fail_while_driving("spar-imu", fault, Expect::Drives);
     }
     for fault in [

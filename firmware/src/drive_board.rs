@@ -2,6 +2,7 @@
 //! that stand in for it on the host, and by the host's tools. Nothing here needs the hardware.
 
 use model::board::BoardScales;
+pub use model::board::DUTY_MAX_PERCENT;
 
 use crate::imu::driver;
 
@@ -9,11 +10,9 @@ pub mod analog;
 pub mod encoders;
 
 /// Shortest pulse of either side of a bridge, in percent of the PWM period: both diagonals always switch, and the
-/// drivers' bootstrap capacitors stay charged.
-pub const PULSE_MIN_PERCENT: u32 = 3;
-/// Largest duty either way, in percent of the supply: what the two shortest pulses leave. The bridges give no more,
+/// drivers' bootstrap capacitors stay charged. The largest duty leaves room for two of them: the bridges give no more,
 /// and the controller asks for no more.
-pub const DUTY_MAX_PERCENT: u32 = 100 - 2 * PULSE_MIN_PERCENT;
+pub const PULSE_MIN_PERCENT: u32 = (100 - DUTY_MAX_PERCENT) / 2;
 
 /// What the board's raw counts stand for.
 pub const SCALES: BoardScales = BoardScales {

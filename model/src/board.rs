@@ -2,6 +2,10 @@
 
 use crate::analog::{Analog, AnalogScale};
 
+/// Largest duty of a bridge either way, in percent of the supply, with the drivers that the project is made for: what two
+/// shortest pulses of 3 % leave. What has no board to ask, the analysis of a vehicle, reckons with this one too.
+pub const DUTY_MAX_PERCENT: u32 = 94;
+
 /// Scales of an IMU's registers at the ranges it is configured to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImuScales {
@@ -80,7 +84,7 @@ impl BoardScales {
             };
             analog
         },
-        duty_max: 0.94,
+        duty_max: DUTY_MAX_PERCENT as f32 / 100.0,
         imu: ImuScales {
             gyro_lsb_per_deg_s: 32.768,
             accel_lsb_per_g: 4096.0,

@@ -94,7 +94,7 @@ impl Encoder {
         self.truth = truth;
         match self.law {
             // A shaft that left every range wraps: the plant tells so itself.
-            CountLaw::Fault(SensorFault::None | SensorFault::Delayed) => {
+            CountLaw::Fault(SensorFault::None | SensorFault::Delayed | SensorFault::NoForce) => {
                 self.counted = self.counted.wrapping_add(edges);
             }
             CountLaw::Lossy(share) => self.counted += self.kept(edges, share),

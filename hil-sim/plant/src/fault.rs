@@ -20,6 +20,8 @@ pub enum SensorFault {
     Delayed,
     /// Works and is off by turns, [`INTERMITTENT_MS`] each.
     Intermittent,
+    /// An IMU's accelerometer is dead and its gyro works: every force reads zero. An encoder has none and works.
+    NoForce,
 }
 
 /// Age of what a [`SensorFault::Delayed`] sensor says, in ms.
@@ -30,7 +32,7 @@ pub const INTERMITTENT_MS: u32 = 20;
 
 impl SensorFault {
     /// Every fault, [`SensorFault::None`] first.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::None,
         Self::Off,
         Self::Stuck,
@@ -39,6 +41,7 @@ impl SensorFault {
         Self::Slow,
         Self::Delayed,
         Self::Intermittent,
+        Self::NoForce,
     ];
 
     /// The name in scenario files.
@@ -52,6 +55,7 @@ impl SensorFault {
             Self::Slow => "slow",
             Self::Delayed => "delayed",
             Self::Intermittent => "intermittent",
+            Self::NoForce => "no-force",
         }
     }
 

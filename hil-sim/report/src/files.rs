@@ -15,14 +15,31 @@ use crate::error::CommandError;
 pub struct NewFile {
     part: BufWriter<NamedTempFile>,
     path: PathBuf,
+    /// The flag that names the file, for messages.
+    flag: &'static str,
+    /// Whether it may take the place of another file.
+    replaces: bool,
 }
 
 impl NewFile {
-    /// Begins the file `path`.
+    /// Begins the file `path`, which takes the place of a file of this name. `flag` names it on the command line.
     ///
     /// # Errors
-    /// [`CommandError::Input`] naming the file, if its directory cannot be written.
-    pub fn create(path: &Path) -> Result<Self, CommandError> {
+    /// [`CommandError::Input`] naming flag and file, if its directory cannot be written.
+    pub fn replace(flag: &'static str, path: &Path) -> Result<Self, CommandError> {
+        Self::begin(flag, path, true)
+    }
+
+    /// Begins the file `path`, which must not exist. `flag` names it on the command line.
+    ///
+    /// # Errors
+    /// As [`NewFile::replace`], and if there is such a file already.
+    pub fn create(flag: &'static str, path: &Path) -> Result<Self, CommandError> {
+        refuse_existing(flag, path)?;
+        Self::begin(flag, path, false)
+    }
+
+    fn begin(flag: &'static str, path: &Path, replaces: bool) -> Result<Self, CommandError> {
         let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
         let mut builder = tempfile::Builder::new();
         builder.prefix(".part-");
@@ -31,21 +48,34 @@ impl NewFile {
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let part = builder
             .tempfile_in(directory.unwrap_or(Path::new(".")))
-            .map_err(|error| not_written(path, &error))?;
+            .map_err(|error| not_written(flag, path, &error))?;
         Ok(Self {
             part: BufWriter::new(part),
             path: path.to_owned(),
+            flag,
+            replaces,
         })
     }
 
     /// Gives the complete file its name.
     ///
     /// # Errors
-    /// [`CommandError::Input`] naming the file, if the disk is full or the place is taken by a directory.
+    /// [`CommandError::Input`] naming the file, if the disk is full or the place is taken by a directory, or by a file
+    /// that it must not replace.
     pub fn finish(self) -> Result<PathBuf, CommandError> {
-        let Self { part, path } = self;
-        let part = part.into_inner().map_err(|error| not_written(&path, error.error()))?;
-        part.persist(&path).map_err(|error| not_written(&path, &error.error))?;
+        let Self {
+            part,
+            path,
+            flag,
+            replaces,
+        } = self;
+        let wrong = |error: &std::io::Error| not_written(flag, &path, error);
+        let part = part.into_inner().map_err(|error| wrong(error.error()))?;
+        if replaces {
+            part.persist(&path).map_err(|error| wrong(&error.error))?;
+        } else {
+            part.persist_noclobber(&path).map_err(|error| wrong(&error.error))?;
+        }
         Ok(path)
     }
 }
@@ -60,19 +90,46 @@ impl Write for NewFile {
     }
 }
 
-/// Writes the whole file `path`.
+/// Writes the whole file `path` of the flag `flag`, in place of a file of this name.
 ///
 /// # Errors
-/// [`CommandError::Input`] naming the file.
-pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<PathBuf, CommandError> {
-    let mut file = NewFile::create(path)?;
-    file.write_all(bytes).map_err(|error| not_written(path, &error))?;
+/// [`CommandError::Input`] naming flag and file.
+pub fn write_whole(flag: &'static str, path: &Path, bytes: &[u8]) -> Result<PathBuf, CommandError> {
+    let mut file = NewFile::replace(flag, path)?;
+    file.write_all(bytes).map_err(|error| not_written(flag, path, &error))?;
     file.finish()
 }
 
-fn not_written(path: &Path, error: &std::io::Error) -> CommandError {
+/// Refuses a file of the flag `flag` that exists already, or a link of this name, before anything is done for it.
+///
+/// # Errors
+/// [`CommandError::Input`] naming flag and file.
+pub fn refuse_existing(flag: &str, path: &Path) -> Result<(), CommandError> {
+    match path.symlink_metadata() {
+        Ok(_) => Err(existing(flag, path)),
+        Err(_) => Ok(()),
+    }
+}
+
+/// What is told of a file that exists already.
+pub fn existing(flag: &str, path: &Path) -> CommandError {
     CommandError::Input(format!(
-        "--out: cannot write {}: {error}; it must lie in a directory that can be written",
+        "{flag}: {} exists already; choose another name",
+        path.display()
+    ))
+}
+
+fn not_written(flag: &str, path: &Path, error: &std::io::Error) -> CommandError {
+    if error.kind() == std::io::ErrorKind::AlreadyExists {
+        return existing(flag, path);
+    }
+    // The library's own text would name the temporary file.
+    let why = match error.raw_os_error() {
+        Some(_) => error.to_string(),
+        None => error.kind().to_string(),
+    };
+    CommandError::Input(format!(
+        "{flag}: cannot write {}: {why}; it must lie in a directory that can be written",
         path.display()
     ))
 }
@@ -85,13 +142,13 @@ mod tests {
     fn a_file_that_is_not_finished_leaves_the_old_file_and_nothing_else() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("trace.csv");
-        write_whole(&path, b"old").expect("written");
-        let mut file = NewFile::create(&path).expect("begun");
+        write_whole("--out", &path, b"old").expect("written");
+        let mut file = NewFile::replace("--out", &path).expect("begun");
         file.write_all(b"half").expect("written");
         drop(file);
         assert_eq!(std::fs::read(&path).expect("readable"), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 1);
-        write_whole(&path, b"new").expect("written");
+        write_whole("--out", &path, b"new").expect("written");
         assert_eq!(std::fs::read(&path).expect("readable"), b"new");
     }
 
@@ -102,7 +159,7 @@ mod tests {
         let (elsewhere, path) = (folder.path().join("elsewhere"), folder.path().join("index.html"));
         std::fs::write(&elsewhere, b"precious").expect("written");
         std::os::unix::fs::symlink(&elsewhere, &path).expect("linked");
-        write_whole(&path, b"page").expect("written");
+        write_whole("--out", &path, b"page").expect("written");
         assert_eq!(std::fs::read(&elsewhere).expect("readable"), b"precious");
         assert_eq!(std::fs::read(&path).expect("readable"), b"page");
         assert!(!path.is_symlink());
@@ -114,7 +171,7 @@ mod tests {
         use std::os::unix::fs::PermissionsExt as _;
         let folder = tempfile::tempdir().expect("a folder");
         let (ours, plain) = (folder.path().join("ours"), folder.path().join("plain"));
-        write_whole(&ours, b"").expect("written");
+        write_whole("--out", &ours, b"").expect("written");
         std::fs::write(&plain, b"").expect("written");
         let mode = |path: &Path| std::fs::metadata(path).expect("there").permissions().mode();
         assert_eq!(mode(&ours), mode(&plain));
@@ -124,7 +181,29 @@ mod tests {
     fn a_place_that_cannot_be_written_is_named() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("missing").join("trace.csv");
-        let error = NewFile::create(&path).expect_err("no such directory").to_string();
-        assert!(error.contains("trace.csv"), "{error}");
+        let error = NewFile::create("--record", &path)
+            .expect_err("no such directory")
+            .to_string();
+        assert!(
+            error.starts_with("--record: cannot write ") && error.contains("trace.csv"),
+            "{error}"
+        );
+        // Not the name under which it would have been written until it is complete.
+        assert!(!error.contains(".part-"), "{error}");
+    }
+
+    #[test]
+    fn a_file_that_must_not_exist_takes_no_other_files_place_not_even_of_one_that_came_meanwhile() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("results.jsonl");
+        let mut file = NewFile::create("--out", &path).expect("begun");
+        file.write_all(b"ours").expect("written");
+        std::fs::write(&path, b"theirs").expect("written");
+        for refused in [file.finish().map(|_| ()), NewFile::create("--out", &path).map(|_| ())] {
+            let error = refused.expect_err("taken").to_string();
+            assert!(error.contains("results.jsonl exists already"), "{error}");
+        }
+        assert_eq!(std::fs::read(&path).expect("readable"), b"theirs");
+        assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 1);
     }
 }

@@ -116,7 +116,7 @@ impl OutputArguments {
             }
         }
         if let Some(path) = &self.html {
-            files.push(write_whole(path, report.page()?.as_bytes())?);
+            files.push(write_whole("--html", path, report.page()?.as_bytes())?);
         }
         if self.json {
             return print_json(report.result);
@@ -178,12 +178,12 @@ pub fn create_directory(directory: &Path) -> Result<(), CommandError> {
     })
 }
 
-/// Writes `text` into `directory/name`, whole or not at all, and returns the path.
+/// Writes `text` into `directory/name` of `--out`, whole or not at all, and returns the path.
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the file.
 pub fn write_file(directory: &Path, name: &str, text: &str) -> Result<PathBuf, CommandError> {
-    write_whole(&directory.join(name), text.as_bytes())
+    write_whole("--out", &directory.join(name), text.as_bytes())
 }
 
 /// A progress bar over `length` pieces of work on stderr, hidden unless stderr is a terminal.

@@ -88,8 +88,8 @@ pub fn carry_out<W: Wire, O: Write>(
 pub fn write(report: &BringUpReport, directory: &std::path::Path) -> Result<(), CommandError> {
     create_directory(directory)?;
     let json = serde_json::to_string_pretty(report).map_err(|error| CommandError::Other(error.to_string()))?;
-    write_whole(&directory.join("bring-up.txt"), report.text().as_bytes())?;
-    write_whole(&directory.join("bring-up.json"), json.as_bytes())?;
+    write_whole("--out", &directory.join("bring-up.txt"), report.text().as_bytes())?;
+    write_whole("--out", &directory.join("bring-up.json"), json.as_bytes())?;
     Ok(())
 }
 

@@ -66,7 +66,7 @@ struct RunArguments {
     /// Runs at once; as many as the machine has cores if left out
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     jobs: Option<u16>,
-    /// File for the results: a line of JSON for the campaign, then one for each run
+    /// File for the results, which must not exist: a line of JSON for the campaign, then one for each run
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Print exactly one JSON object on stdout: the summary
@@ -90,6 +90,15 @@ pub fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
     let (first, last) = text.split_once(':').unwrap_or((text, text));
     let (first, last) = (first.parse().map_err(|_| wrong())?, last.parse().map_err(|_| wrong())?);
     if first <= last { Ok(first..=last) } else { Err(wrong()) }
+}
+
+/// A seed.
+///
+/// # Errors
+/// What is allowed.
+pub fn seed(text: &str) -> Result<u64, String> {
+    text.parse()
+        .map_err(|_| format!("must be a whole number from 0 to {}", u64::MAX))
 }
 
 fn shard(text: &str) -> Result<Shard, String> {
@@ -156,7 +165,11 @@ fn run_campaign(arguments: &RunArguments) -> Result<(), CommandError> {
     .map_err(input)?;
     let Shard { index, count } = arguments.shard.unwrap_or(Shard { index: 1, count: 1 });
     let range = campaign.shard(index, count);
-    let mut file = arguments.out.as_deref().map(NewFile::create).transpose()?;
+    let mut file = arguments
+        .out
+        .as_deref()
+        .map(|path| NewFile::create("--out", path))
+        .transpose()?;
     let header = Header {
         campaign: campaign.identity(),
         range: [range.start, range.end],

@@ -35,6 +35,7 @@ use page::{RunOrigin, RunSummary};
 
 /// Flags of `drive`.
 #[derive(Debug, Args, Default)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Scenario file, or the name of a shipped scenario; the slope drive if left out
     pub scenario: Option<PathBuf>,
@@ -44,19 +45,19 @@ pub struct Arguments {
     /// Vehicle file of the simulated vehicle, where it is another than the one the firmware is told of
     #[arg(long, value_name = "FILE")]
     pub plant_vehicle: Option<PathBuf>,
-    /// Directory for the trace (CSV), the plots (SVG) and the firmware's log
+    /// Directory for the trace (CSV), the plots (SVG) and the firmware's log; out/drive if left out, none with --json
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// File for the record of every tick, which `replay` reads
+    /// File for the record of every tick, which `replay` reads; must not exist
     #[arg(long, value_name = "FILE", conflicts_with = "seeds")]
     pub record: Option<PathBuf>,
     /// Seed of the sensors' noise, instead of the scenario's
-    #[arg(long)]
+    #[arg(long, value_parser = crate::cli::campaign::seed, allow_negative_numbers = true)]
     pub seed: Option<u64>,
     /// First and last seed: one run for each, on all cores, and a table of what they spread over
     #[arg(long, value_parser = crate::cli::campaign::seeds, value_name = "FIRST:LAST", conflicts_with_all = ["seed", "out"])]
     pub seeds: Option<RangeInclusive<u64>>,
-    /// Leave the scenario's bounds aside: the run is told, not judged
+    /// Leave the scenario's bounds aside: the run is reported, not judged
     #[arg(long)]
     pub no_bounds: bool,
     /// Print exactly one JSON object on stdout: the metrics and their bounds
@@ -69,6 +70,15 @@ pub struct Arguments {
     #[arg(long, value_name = "ELF")]
     pub firmware: Option<PathBuf>,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim drive
+  hil-sim drive kerb --seed 12 --json
+  hil-sim drive my-scenario.toml --vehicle my-vehicle.toml --no-bounds
+  hil-sim drive kerb --seeds 1:50
+  hil-sim drive kerb --record kerb.rec --out out/kerb
+  hil-sim drive kerb --board emulated";
 
 /// What runs a scenario.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
@@ -198,10 +208,13 @@ pub fn run_on<B: Backend>(
     written?;
 
     let records = records(&mut backend)?;
-    if let Some(mut file) = record {
-        file.write_all(&record_bytes(&vehicle_f32(&vehicle)?, &records)?)?;
-        file.finish()?;
-    }
+    let record = match record {
+        Some(mut file) => {
+            file.write_all(&record_bytes(&vehicle_f32(&vehicle)?, &records)?)?;
+            format!("\nrecord                 {}", file.finish()?.display())
+        }
+        None => String::new(),
+    };
     let values = measured.values(&end.counts);
     let checks = scenario::judge(&scenario, &values);
     let verdict = RunVerdict::of(&checks);
@@ -236,7 +249,7 @@ pub fn run_on<B: Backend>(
         print(&format!(
             "{}\ntick on this host      {tick_ns:.0} ns (replaying {} recorded ticks)\n\
              simulated              {} s in {wall_s:.2} s, {:.1} times real time\n\
-             page, plots, trace, log {}\n",
+             page, plots, trace, log {}{record}\n",
             table::table(&summary),
             records.len(),
             scenario.duration_s,
@@ -349,7 +362,7 @@ fn begin_record(arguments: &Arguments, scenario: &Scenario) -> Result<Option<New
             RECORD_TICKS_MAX / 1000
         )));
     }
-    NewFile::create(path).map(Some)
+    NewFile::create("--record", path).map(Some)
 }
 
 /// Replays the recorded ticks through the pure step: its mean cost on this host, ns, and the proof that

@@ -1,8 +1,10 @@
 //! `hil-sim drive --board emulated`: runs the same command in the board emulator's own program.
 //!
-//! The emulator needs a newer Rust than this package and takes minutes to build. It is therefore a package
-//! of its own, which cargo builds on first use.
+//! The emulator takes minutes to build, wants a build profile of its own, and its emulated part declares a newer Rust than
+//! it needs. It is therefore a package of its own, which cargo builds on first use.
 
+use std::fs::File;
+use std::io::{Read as _, Write as _};
 use std::path::Path;
 use std::process::Command;
 
@@ -13,6 +15,31 @@ use report::error::CommandError;
 const MANIFEST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/board-emulator/Cargo.toml");
 /// The emulator's build directory, shared with `cargo hil-elf`.
 const TARGET: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/board-emulator");
+
+/// The emulator's program, once it is built.
+const PROGRAM: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../target/board-emulator/release/emulated-drive"
+);
+/// What every ELF begins with.
+const ELF_MAGIC: [u8; 4] = *b"\x7fELF";
+
+/// Refuses at once what is no ELF: building the emulator only to refuse it then would take minutes.
+fn check_elf(elf: &Path) -> Result<(), CommandError> {
+    let wrong = |why: &dyn std::fmt::Display| CommandError::Input(format!("--firmware: {}: {why}", elf.display()));
+    if !elf.is_file() {
+        return Err(wrong(&"not a file"));
+    }
+    let mut magic = [0; ELF_MAGIC.len()];
+    let read = File::open(elf).and_then(|mut file| file.read_exact(&mut magic));
+    match read {
+        Err(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => Err(wrong(&error)),
+        Ok(()) if magic == ELF_MAGIC => Ok(()),
+        _ => Err(wrong(
+            &"no ELF; leave the flag out to run the firmware of this workspace",
+        )),
+    }
+}
 
 /// Passes this process's arguments on to the emulator's program. `firmware` is the ELF that they name.
 ///
@@ -27,15 +54,19 @@ pub fn run(firmware: Option<&Path>) -> Result<(), CommandError> {
     }
     let variable = std::env::var_os(ELF_VARIABLE);
     match firmware.or(variable.as_deref().map(Path::new)) {
-        Some(elf) if !elf.is_file() => {
-            return Err(CommandError::Input(format!("{}: not a file", elf.display())));
-        }
-        Some(_) => {}
+        Some(elf) => check_elf(elf)?,
         None => {
             if let Some(why) = cannot_build_board()? {
                 return Err(CommandError::Input(format!("--board emulated: {why}")));
             }
         }
+    }
+    if !Path::new(PROGRAM).exists() {
+        // Not `eprintln!`, which panics when nobody reads any more.
+        let _ = writeln!(
+            std::io::stderr(),
+            "--board emulated: building the emulator, which takes minutes the first time"
+        );
     }
     let status = Command::new("cargo")
         .args(["run", "--release", "--quiet", "--ignore-rust-version"])

@@ -9,43 +9,89 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use clap::{Args, Subcommand};
-use firmware::hardware::ClockSource;
-use firmware::protocol::message::{BoardStatus, Identity, Order};
+use firmware::protocol::message::Order;
 use model::command::Request;
+use model::vehicle::Field;
 use report::error::CommandError;
+use report::files::{existing, refuse_existing};
 
 pub mod console;
 pub mod drive;
 pub mod memory;
 pub mod parameters;
 pub mod session;
+pub mod status;
 pub mod wire;
 
 use console::Console;
 use drive::{DriveJob, check_seconds};
 use session::Link;
+use status::StatusDetail;
+pub(in crate::cli) use status::who;
 use wire::{Port, Wire};
 
 /// Flags of `link`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Serial port of the board: /dev/ttyACM0, COM3, ...; or tcp:ADDRESS of a served one
-    #[arg(long)]
-    port: String,
+    /// Serial port of the board: /dev/ttyACM0, COM3, ...; or tcp:HOST:PORT of a served one. Always needed
+    #[arg(long, global = true)]
+    port: Option<String>,
     #[command(subcommand)]
     action: LinkCommand,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim link --port /dev/ttyACM0 status
+  hil-sim link --port tcp:127.0.0.1:5760 drive --speed-m-s 0.3 --seconds 5
+  hil-sim link --port /dev/ttyACM0 log
+  hil-sim link --port /dev/ttyACM0 record --out drive.rec
+  hil-sim link --port /dev/ttyACM0 parameters dump my-vehicle.toml";
+
+const STATUS_EXAMPLES: &str = "\
+Examples:
+  hil-sim link --port /dev/ttyACM0 status
+  hil-sim link --port /dev/ttyACM0 status --all --seconds 60";
+
+const DRIVE_EXAMPLES: &str = "\
+Examples:
+  hil-sim link --port /dev/ttyACM0 drive --speed-m-s 0.3 --seconds 5
+  hil-sim link --port /dev/ttyACM0 drive --speed-m-s 0 --yaw-rate-rad-s -0.5 --seconds 3";
+
+const RECORD_EXAMPLES: &str = "\
+Examples:
+  hil-sim link --port /dev/ttyACM0 record --out drive.rec --seconds 60
+  hil-sim replay drive.rec";
+
+const LOOK_BACK_EXAMPLES: &str = "\
+Examples:
+  hil-sim link --port /dev/ttyACM0 look-back --out fault.rec
+  hil-sim replay fault.rec";
+
+const PARAMETER_EXAMPLES: &str = "\
+Examples:
+  hil-sim link --port /dev/ttyACM0 parameters list
+  hil-sim link --port /dev/ttyACM0 parameters set control.speed_max_m_s=1 control.comfort_s=0.2
+  hil-sim link --port /dev/ttyACM0 parameters dump my-vehicle.toml
+  hil-sim link --port /dev/ttyACM0 parameters diff my-vehicle.toml
+  hil-sim link --port /dev/ttyACM0 parameters load my-vehicle.toml";
+
 /// What to do over the link.
 #[derive(Debug, Subcommand)]
 enum LinkCommand {
-    /// Shows the vehicle's state for a while; exit code 1 if the board falls silent
+    /// Shows the vehicle's status for a while; exit code 1 if the board falls silent
+    #[command(after_help = STATUS_EXAMPLES)]
     Status {
+        /// Also distance, place, heading, spar, currents, voltages, limits, and the terms of the control laws
+        #[arg(long)]
+        all: bool,
         /// How long, s
         #[arg(long, default_value_t = 5.0, allow_negative_numbers = true)]
         seconds: f64,
     },
     /// Arms, drives, stops and disarms; Ctrl-C stops the vehicle, a second one disarms it at once
+    #[command(after_help = DRIVE_EXAMPLES)]
     Drive {
         /// Speed, m/s, forward positive
         #[arg(long, allow_negative_numbers = true)]
@@ -59,13 +105,14 @@ enum LinkCommand {
     },
     /// Opens the bridges at once
     Disarm,
-    /// Forgets latched faults
+    /// Clears latched faults
     ClearFaults,
     /// Shows the board's log since its boot
     Log,
     /// Shows the last faults, which the board keeps over resets
     Faults,
     /// Writes the record of every tick to a file, in the link's own frames
+    #[command(after_help = RECORD_EXAMPLES)]
     Record {
         /// The file; must not exist
         #[arg(long)]
@@ -75,12 +122,14 @@ enum LinkCommand {
         seconds: f64,
     },
     /// Writes the records of the last 2 s before a fault to a file, in the link's own frames
+    #[command(after_help = LOOK_BACK_EXAMPLES)]
     LookBack {
         /// The file; must not exist
         #[arg(long)]
         out: PathBuf,
     },
     /// Reads, changes and stores parameters
+    #[command(after_help = PARAMETER_EXAMPLES)]
     Parameters {
         #[command(subcommand)]
         action: ParameterAction,
@@ -90,7 +139,7 @@ enum LinkCommand {
 /// What to do with parameters.
 #[derive(Debug, Subcommand)]
 enum ParameterAction {
-    /// Shows every parameter as the board has it
+    /// Shows every parameter as the board has it, with its range and meaning
     List,
     /// Changes parameters, stores the set in the board's flash and puts it in force
     Set {
@@ -138,8 +187,13 @@ pub fn run_on<W: Wire, O: Write>(
     console: &mut Console<O>,
 ) -> Result<(), CommandError> {
     // Whatever is wrong with the command line is told before the port opens.
+    let port = arguments.port.as_deref().ok_or_else(|| {
+        CommandError::Input(
+            "--port is missing: a serial port, as /dev/ttyACM0 or COM3, or tcp:HOST:PORT, as tcp:127.0.0.1:5760".into(),
+        )
+    })?;
     let job = Job::new(&arguments.action)?;
-    job.run(begin(&arguments.port)?, console)
+    job.run(begin(port)?, console)
 }
 
 /// A number that no tool has used before on this board: of the time and the process.
@@ -161,21 +215,24 @@ pub(in crate::cli) fn interrupts() -> Result<Arc<AtomicU32>, CommandError> {
 
 /// A checked action.
 enum Job<'a> {
-    Status(f64),
+    Status(f64, StatusDetail),
     Drive(DriveJob),
     Disarm,
     ClearFaults,
     Log,
     Faults,
-    Record(File, f64),
-    LookBack(File),
+    Record(&'a Path, f64),
+    LookBack(&'a Path),
     Parameters(&'a ParameterAction),
 }
 
 impl<'a> Job<'a> {
     fn new(action: &'a LinkCommand) -> Result<Self, CommandError> {
         Ok(match action {
-            LinkCommand::Status { seconds } => Self::Status(check_seconds(*seconds)?),
+            LinkCommand::Status { all, seconds } => {
+                let detail = if *all { StatusDetail::All } else { StatusDetail::Line };
+                Self::Status(check_seconds(*seconds)?, detail)
+            }
             LinkCommand::Drive {
                 speed_m_s,
                 yaw_rate_rad_s,
@@ -185,8 +242,14 @@ impl<'a> Job<'a> {
             LinkCommand::ClearFaults => Self::ClearFaults,
             LinkCommand::Log => Self::Log,
             LinkCommand::Faults => Self::Faults,
-            LinkCommand::Record { out, seconds } => Self::Record(create_new(out)?, check_seconds(*seconds)?),
-            LinkCommand::LookBack { out } => Self::LookBack(create_new(out)?),
+            LinkCommand::Record { out, seconds } => {
+                refuse_existing("--out", out)?;
+                Self::Record(out, check_seconds(*seconds)?)
+            }
+            LinkCommand::LookBack { out } => {
+                refuse_existing("--out", out)?;
+                Self::LookBack(out)
+            }
             LinkCommand::Parameters { action } => Self::Parameters(action),
         })
     }
@@ -199,20 +262,20 @@ impl<'a> Job<'a> {
         let identity = link.identify()?;
         match self {
             Self::Disarm => Ok(()),
-            Self::Status(seconds) => {
+            Self::Status(seconds, detail) => {
                 console.line(&who(&identity))?;
-                link.show(seconds, console)
+                link.show(seconds, detail, console)
             }
             Self::Drive(drive) => link.drive(&drive, console),
             Self::ClearFaults => link.order(Order::Request(Request::ClearFaults)),
             Self::Log => link.show_log(console),
             Self::Faults => link.show_faults(console),
             Self::Record(file, seconds) => {
-                let recorded = into_file(file, |out| link.record(seconds, out))?;
+                let recorded = into_new_file("--out", file, |out| link.record(seconds, out))?;
                 console.line(&recorded.line())
             }
             Self::LookBack(file) => {
-                let recorded = into_file(file, |out| link.look_back(out))?;
+                let recorded = into_new_file("--out", file, |out| link.look_back(out))?;
                 console.line(&recorded.line())
             }
             Self::Parameters(action) => parameters_of(&mut link, action, console),
@@ -231,7 +294,7 @@ fn parameters_of<W: Wire, O: Write>(
             let parameters = link.parameters()?;
             for number in 0..parameters.count() {
                 if let (Some((table, field)), Some(value)) = (parameters.field(number), parameters.value(number)) {
-                    console.line(&format!("{table}.{} = {value}", field.name))?;
+                    console.line(&format!("{table}.{} = {value}   {}", field.name, about(field)))?;
                 }
             }
             Ok(())
@@ -240,12 +303,12 @@ fn parameters_of<W: Wire, O: Write>(
         ParameterAction::Defaults => link.defaults(),
         ParameterAction::Dump { file } => {
             let text = vehicle_file::to_toml(&link.parameters()?);
-            into_file(create_new(file)?, |out| Ok(out.write_all(text.as_bytes())?))?;
+            into_new_file("FILE", file, |out| Ok(out.write_all(text.as_bytes())?))?;
             console.line(&format!("wrote {}", file.display()))
         }
         ParameterAction::Load { file } => {
             let wanted = read(file)?;
-            let differences = link.load(&wanted)?;
+            let differences = link.load(file, &wanted)?;
             for difference in &differences {
                 console.line(&difference.to_string())?;
             }
@@ -253,7 +316,7 @@ fn parameters_of<W: Wire, O: Write>(
         }
         ParameterAction::Diff { file } => {
             let wanted = read(file)?;
-            let differences = link.differences(&wanted)?;
+            let differences = link.differences(file, &wanted)?;
             for difference in &differences {
                 console.line(&difference.to_string())?;
             }
@@ -273,83 +336,40 @@ fn read(file: &Path) -> Result<model::vehicle::VehicleParameters<f32>, CommandEr
         .map_err(|error| CommandError::Input(error.to_string()))
 }
 
-/// Creates a file that must not exist yet.
-fn create_new(file: &Path) -> Result<File, CommandError> {
-    File::create_new(file).map_err(|error| CommandError::Input(format!("{}: {error}", file.display())))
+/// A parameter's range or choices, and its meaning.
+fn about(field: &Field) -> String {
+    let meaning = field.meaning.trim();
+    if field.choices.is_empty() {
+        return format!("{} to {}: {meaning}", field.min, field.max);
+    }
+    let choices: Vec<String> = field
+        .choices
+        .iter()
+        .enumerate()
+        .map(|(value, name)| format!("{value} ({name})"))
+        .collect();
+    format!("{}: {meaning}", choices.join(", "))
 }
 
-/// Writes into a file and makes sure that it is there.
-fn into_file<R>(
-    file: File,
+/// Writes into a file that must not exist yet, and makes sure that it is there. What was written before the board fell
+/// silent stays; a file into which nothing was written does not, so that the command can be given again.
+fn into_new_file<R>(
+    flag: &str,
+    path: &Path,
     write: impl FnOnce(&mut BufWriter<File>) -> Result<R, CommandError>,
 ) -> Result<R, CommandError> {
+    let file = File::create_new(path).map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => existing(flag, path),
+        _ => CommandError::Input(format!("{flag}: cannot write {}: {error}", path.display())),
+    })?;
     let mut out = BufWriter::new(file);
     let written = write(&mut out);
-    out.flush()
-        .and_then(|()| out.get_ref().sync_all())
-        .map_err(|error| CommandError::Other(format!("output: {error}")))?;
-    written
-}
-
-impl<W: Wire> Link<W> {
-    /// Shows the state every half second.
-    ///
-    /// # Errors
-    /// The board falls silent, or the output is closed.
-    pub fn show<O: Write>(&mut self, seconds: f64, console: &mut Console<O>) -> Result<(), CommandError> {
-        let from_us = self.wire.now_us();
-        let until_us = from_us + (seconds * 1e6) as u64;
-        let mut next_us = from_us;
-        while self.wire.now_us() < until_us && self.interrupts() == 0 {
-            let status = self.fresh_status()?;
-            if self.wire.now_us() >= next_us {
-                console.line(&line(&status))?;
-                next_us += SHOW_US;
-            }
-        }
-        Ok(())
+    let flushed = out.flush().and_then(|()| out.get_ref().sync_all());
+    let empty = out.get_ref().metadata().is_ok_and(|file| file.len() == 0);
+    if written.is_err() && empty {
+        // The command's own failure is what is told.
+        let _ = std::fs::remove_file(path);
     }
-}
-
-/// How often the state is shown, us.
-const SHOW_US: u64 = 500_000;
-
-/// One line that says who the board is.
-pub(in crate::cli) fn who(identity: &Identity) -> String {
-    let about = identity.about;
-    let [major, minor, patch] = about.version;
-    format!(
-        "firmware {major}.{minor}.{patch}, build {:08x}, parameters {:08x}, protocol {}",
-        about.build, about.schema, identity.protocol
-    )
-}
-
-/// One line of status.
-fn line(status: &BoardStatus) -> String {
-    let BoardStatus {
-        vehicle, link, clock, ..
-    } = status;
-    format!(
-        "{}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V; faults {}; blockers {}; link: {} frames, \
-         {} unreadable, {} UART errors, {} repeated, {} foreign, {} late, {} requests and {} answers dropped{}",
-        vehicle.mode.name(),
-        vehicle.estimate.speed_m_s,
-        vehicle.estimate.phi_rad.to_degrees(),
-        vehicle.estimate.slope_rad.to_degrees(),
-        vehicle.battery_v,
-        vehicle.faults,
-        vehicle.blockers,
-        link.frames,
-        link.unreadable_frames(),
-        link.uart_errors,
-        link.repeated_frames,
-        link.foreign_frames,
-        link.late_orders,
-        link.dropped_requests,
-        link.dropped_answers,
-        match clock {
-            ClockSource::External => "",
-            ClockSource::Internal => "; no external clock",
-        },
-    )
+    flushed.map_err(|error| CommandError::Other(format!("output: {error}")))?;
+    written
 }

@@ -23,18 +23,28 @@ pub mod serve;
 
 /// The biplanar bicycle, simulated and analysed.
 #[derive(Debug, Parser)]
-#[command(name = "hil-sim", version, about)]
+#[command(name = "hil-sim", version, about, after_help = EXAMPLES)]
 struct Arguments {
     #[command(subcommand)]
     command: Option<HostCommand>,
 }
+
+const EXAMPLES: &str = "\
+Without a command, the vehicle drives the slope drive, as `hil-sim drive` does.
+
+Examples:
+  hil-sim
+  hil-sim drive kerb --out out/kerb
+  hil-sim check my-vehicle.toml
+  hil-sim serve
+  hil-sim link --port tcp:127.0.0.1:5760 status";
 
 /// The subcommand; without a subcommand, `drive` runs the default scenario.
 #[derive(Debug, Subcommand)]
 enum HostCommand {
     /// The vehicle, simulated, driven by the firmware's own tasks
     Drive(drive::Arguments),
-    /// What the metrics of a scenario come to over many seeds, beside its bounds
+    /// Spread of a scenario's metrics over many seeds, beside its bounds
     Bounds(bounds::Arguments),
     /// The first power-up of a board, step by step: asks, measures over the link, and tells what passed
     BringUp(bring_up::Arguments),
@@ -58,11 +68,11 @@ enum HostCommand {
     Equilibrium(equilibrium::Arguments),
     /// The arm's viability kernel, and the share of it that the flown barrier keeps
     Kernel(kernel::Arguments),
-    /// Talks to a drive board over its serial port: state, driving, parameters
+    /// Talks to a drive board over its serial port: status, driving, log, faults, records, parameters
     Link(link::Arguments),
-    /// The records of a drive through the same step, bit for bit
+    /// Replays a recorded drive, and checks every actuation, bit for bit
     Replay(replay::Arguments),
-    /// A simulated board on a port, in real time: everything that talks to a real one talks to it
+    /// A simulated board on a port, in real time: any program made for the real board can connect
     Serve(serve::Arguments),
     /// The optimal regulator of the camera spar (ch. 7)
     Lqr(lqr::Arguments),

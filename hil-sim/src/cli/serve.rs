@@ -33,10 +33,10 @@ pub struct Arguments {
     #[arg(long)]
     pty: bool,
     /// A TCP address; 127.0.0.1:5760 if no port is given
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", value_parser = tcp_address)]
     tcp: Option<SocketAddr>,
     /// An address for WebSockets, such as 127.0.0.1:5761: for `hil-sim console`, and for no page from another machine
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", value_parser = tcp_address)]
     websocket: Option<SocketAddr>,
     /// Let other machines than this one reach the addresses
     #[arg(long)]
@@ -51,7 +51,7 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     plant_vehicle: Option<PathBuf>,
     /// Seed of the sensors' noise
-    #[arg(long)]
+    #[arg(long, value_parser = super::campaign::seed, allow_negative_numbers = true)]
     seed: Option<u64>,
     /// Simulated seconds per second
     #[arg(long, default_value_t = 1.0, value_parser = rate)]
@@ -71,6 +71,11 @@ const DEFAULT_TCP: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST),
 const PATIENCE: Duration = Duration::from_millis(1);
 /// Most simulated time in one go, us: a machine that slept does not catch up.
 const STRIDE_MAX_US: u64 = 100_000;
+
+fn tcp_address(text: &str) -> Result<SocketAddr, String> {
+    text.parse()
+        .map_err(|_| format!("must be an IP address and a port, as {DEFAULT_TCP}"))
+}
 
 fn rate(text: &str) -> Result<f64, String> {
     match text.parse() {

@@ -177,7 +177,7 @@ faults! {
     /// The arm IMU repeats one reading, or its readings cannot be true.
     ImuImplausible = 3 => Opens(
         "one reading repeated for 20 ticks (`REPEATED_TICKS`); a value at the end of its range for 10 ticks (`SATURATED_TICKS`); a force beyond 6 g, or a rate jumping 200 deg/s in a tick, in most of 40 ticks (`IMPOSSIBLE_TICKS`, `Suspicion`); a force below 0.2 g for 300 ticks, which is a fall of 0.44 m (`FORCELESS_TICKS`); integrated gyro and accelerometer differ by a sine of 0.7 for 300 ticks (`CONTRADICTION`)",
-        "stuck 40 ms; noise 150 ms; intermittent 60 ms; mounted the wrong way round 700 ms"
+        "stuck 40 ms; noise 150 ms; intermittent 60 ms; without its accelerometer 320 ms; mounted the wrong way round 700 ms"
     ),
     /// The encoders gave no sample in time.
     EncoderStale = 4 => Opens(

@@ -165,7 +165,7 @@ impl<T: Real> Vehicle<T> {
                 "must be less than safety.overcurrent_a",
             )?;
         }
-        // Eq. 3.25 with kp at or above the total damping is unstable (erratum E5): refuse it here.
+        // Eq. 3.25 with kp at or above the total damping is unstable (erratum E2): refuse it here.
         let vehicle = Self { parameters };
         let zeta = vehicle.planar(T::ZERO).zeta;
         less(

@@ -22,6 +22,12 @@ pub enum VehicleFileError {
         /// Where and why.
         reason: String,
     },
+    /// It is a scenario.
+    #[error("{file}: this is a scenario, not a vehicle file: `hil-sim drive {file}` drives it")]
+    Scenario {
+        /// The file.
+        file: String,
+    },
     /// A table is missing.
     #[error("{file}: table [{table}] is missing")]
     MissingTable {
@@ -45,7 +51,7 @@ pub enum VehicleFileError {
         max: f64,
     },
     /// A field is not a number.
-    #[error("{file}: {table}.{name} is not a number: allowed is {min} to {max}")]
+    #[error("{file}: {table}.{name} = {value} is not a number: allowed is {min} to {max}")]
     NotANumber {
         /// The file.
         file: String,
@@ -53,13 +59,15 @@ pub enum VehicleFileError {
         table: &'static str,
         /// The field.
         name: &'static str,
+        /// The value.
+        value: String,
         /// Smallest allowed value.
         min: f64,
         /// Largest allowed value.
         max: f64,
     },
     /// A field that is a choice is missing or has another value.
-    #[error("{file}: {table}.{name}: allowed is {}", quoted(choices))]
+    #[error("{file}: {table}.{name} {}: allowed is {}", given(value.as_deref()), quoted(choices))]
     NotAChoice {
         /// The file.
         file: String,
@@ -67,6 +75,8 @@ pub enum VehicleFileError {
         table: &'static str,
         /// The field.
         name: &'static str,
+        /// The value; none if the field is missing.
+        value: Option<String>,
         /// The choices.
         choices: &'static [&'static str],
     },
@@ -88,6 +98,11 @@ pub enum VehicleFileError {
         /// The field, its value and what is allowed.
         error: ParameterError,
     },
+}
+
+/// How a field stands in the file.
+fn given(value: Option<&str>) -> String {
+    value.map_or("is missing".to_owned(), |value| format!("= {value}"))
 }
 
 /// Names as TOML writes them, commas between them.

@@ -124,6 +124,9 @@ pub fn parse(file: &str, text: &str) -> Result<VehicleFile, VehicleFileError> {
             "{file}: `{old}` is called `{new}` now: please rename it"
         );
     }
+    if root.contains_key("duration_s") {
+        return Err(VehicleFileError::Scenario { file: file.to_owned() });
+    }
     let reader = Reader { file, root: &root };
     if root.contains_key(PLANAR) {
         reader.only_known(&[PLANAR])?;
@@ -193,6 +196,16 @@ const PLANAR_FIELDS: [Field; 6] = {
     ]
 };
 
+/// A value as the file writes it, a long one cut off.
+fn shown(value: &Value) -> String {
+    const LONGEST: usize = 40;
+    let text = value.to_string();
+    match text.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text,
+    }
+}
+
 /// A file's root table, read with the file's name in every message.
 struct Reader<'a> {
     file: &'a str,
@@ -255,6 +268,7 @@ impl Reader<'_> {
                     file: file(),
                     table,
                     name,
+                    value: value.map(shown),
                     choices,
                 }),
             None => Err(VehicleFileError::MissingField {
@@ -266,10 +280,11 @@ impl Reader<'_> {
             }),
             Some(Value::Float(x)) => Ok(*x),
             Some(Value::Integer(i)) => Ok(*i as f64),
-            Some(_) => Err(VehicleFileError::NotANumber {
+            Some(value) => Err(VehicleFileError::NotANumber {
                 file: file(),
                 table,
                 name,
+                value: shown(value),
                 min,
                 max,
             }),

@@ -136,7 +136,7 @@ fn bad_files_are_refused_with_file_field_and_range() {
         (
             "wheel_radius_m = 0.25",
             "wheel_radius_m = \"wide\"",
-            vec!["body.wheel_radius_m is not a number", "0.01 to 2"],
+            vec!["body.wheel_radius_m = \"wide\" is not a number", "0.01 to 2"],
         ),
         (
             "arm_mass_kg = 12.24",

@@ -67,6 +67,10 @@ impl Faults {
                 *newest = measured;
                 *old
             }
+            SensorFault::NoForce => {
+                let [.., x, y, z] = measured;
+                [0.0, 0.0, 0.0, x, y, z]
+            }
             SensorFault::None | SensorFault::Off | SensorFault::Slow | SensorFault::Intermittent => measured,
         };
         self.last

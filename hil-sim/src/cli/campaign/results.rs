@@ -16,7 +16,7 @@ pub(super) struct MergeArguments {
     /// Results of the shards, in any order
     #[arg(required = true, value_name = "FILE")]
     shards: Vec<PathBuf>,
-    /// File for the results of the whole campaign
+    /// File for the results of the whole campaign; must not exist
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
 }
@@ -94,7 +94,7 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
             campaign.runs
         )));
     }
-    let mut file = NewFile::create(&arguments.out)?;
+    let mut file = NewFile::create("--out", &arguments.out)?;
     let runs = campaign.runs;
     write_line(
         &mut file,

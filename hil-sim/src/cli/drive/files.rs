@@ -24,7 +24,7 @@ impl RunReport {
     /// [`CommandError::Input`] naming what cannot be written.
     pub fn create(directory: PathBuf) -> Result<Self, CommandError> {
         create_directory(&directory)?;
-        let mut trace = NewFile::create(&directory.join("trace.csv"))?;
+        let mut trace = NewFile::replace("--out", &directory.join("trace.csv"))?;
         rows::write_header(&mut trace)?;
         Ok(Self {
             directory,

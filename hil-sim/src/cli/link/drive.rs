@@ -8,8 +8,8 @@ use model::supervise::arming::Mode;
 use report::error::CommandError;
 
 use super::console::Console;
-use super::line;
 use super::session::{Link, refused};
+use super::status::line;
 use super::wire::Wire;
 
 /// Largest speed and yaw rate of any vehicle, m/s and rad/s: the ends of the ranges of `speed_max_m_s` and

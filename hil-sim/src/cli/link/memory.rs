@@ -60,6 +60,8 @@ impl<W: Wire> Link<W> {
         let length_us = (seconds * 1e6) as u64;
         let mut recorded = Recorded::default();
         let mut started = false;
+        // Who the board is stands in front of its records; a file without a record stays empty.
+        let mut unwritten = None;
         // Number of the next block, once there has been one: what went before the first is no loss.
         let mut next: Option<u32> = None;
         while self.wire.now_us() - from_us < length_us && self.interrupts() == 0 {
@@ -69,7 +71,7 @@ impl<W: Wire> Link<W> {
                 continue;
             };
             if !started {
-                write_frame(&BoardMessage::Identity(identity), out)?;
+                unwritten = Some(identity);
                 self.client.records.clear();
                 self.order(Order::Recording { from: Some(0) })?;
                 (started, next) = (true, None);
@@ -78,6 +80,9 @@ impl<W: Wire> Link<W> {
             while let Some(block) = self.client.records.pop_front() {
                 recorded.lost += next.map_or(0, |next| block.number.wrapping_sub(next));
                 next = Some(block.number.wrapping_add(1));
+                if let Some(identity) = unwritten.take() {
+                    write_frame(&BoardMessage::Identity(identity), out)?;
+                }
                 recorded.write(block, out)?;
             }
         }
@@ -105,9 +110,7 @@ impl<W: Wire> Link<W> {
     /// # Errors
     /// There is none: no fault has occurred since the vehicle was last armed. Silence, or `out` takes no more.
     pub fn look_back(&mut self, out: &mut impl Write) -> Result<Recorded, CommandError> {
-        if let Some(identity) = self.client.identity() {
-            write_frame(&BoardMessage::Identity(*identity), out)?;
-        }
+        let mut unwritten = self.client.identity().copied();
         let mut recorded = Recorded::default();
         let mut from = 0;
         loop {
@@ -126,6 +129,9 @@ impl<W: Wire> Link<W> {
                         recorded.lost += block.number.wrapping_sub(from);
                     }
                     from = after;
+                    if let Some(identity) = unwritten.take() {
+                        write_frame(&BoardMessage::Identity(identity), out)?;
+                    }
                     recorded.write(block, out)?;
                 }
                 Reading::LookBack { block: None, .. } => return Ok(recorded),
@@ -186,7 +192,7 @@ impl<W: Wire> Link<W> {
                 return Err(strange());
             };
             if entries.is_empty() {
-                return Ok(());
+                return if from == 0 { console.line("no faults") } else { Ok(()) };
             }
             for entry in &entries {
                 let Some(after) = beyond(entry.number, from) else {

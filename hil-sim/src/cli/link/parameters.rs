@@ -1,5 +1,7 @@
 //! Parameters over the link: by name, and whole sets as vehicle files.
 
+use std::path::Path;
+
 use firmware::parameters;
 use firmware::protocol::message::{ParameterAnswer, ParameterRequest};
 use model::vehicle::VehicleParameters;
@@ -98,9 +100,12 @@ impl<W: Wire> Link<W> {
                 .and_then(|(table, name)| kind.number_of(table, name))
                 .and_then(|number| Some((number, kind.field(number)?.1)))
                 .ok_or_else(|| bad("unknown parameter; `parameters list` shows them".into()))?;
-            let value: f64 = text.parse().unwrap_or(f64::NAN);
+            let allowed = format!("allowed is {} to {}", field.min, field.max);
+            let value: f64 = text
+                .parse()
+                .map_err(|_| bad(format!("`{text}` is not a number: {allowed}")))?;
             if !field.allows(value) {
-                return Err(bad(format!("allowed is {} to {}", field.min, field.max)));
+                return Err(bad(allowed));
             }
             changes.push((number, value as f32));
         }
@@ -108,12 +113,12 @@ impl<W: Wire> Link<W> {
     }
 
     /// Changes every parameter that differs from `wanted`, and stores the set: also if none differs, because the board
-    /// may have lost its stored set. Returns what differed.
+    /// may have lost its stored set. Returns what differed. `file` is where `wanted` comes from, for messages.
     ///
     /// # Errors
     /// The vehicle is of another kind, or the board refuses.
-    pub fn load(&mut self, wanted: &VehicleParameters<f32>) -> Result<Vec<Difference<f32>>, CommandError> {
-        let differences = self.differences(wanted)?;
+    pub fn load(&mut self, file: &Path, wanted: &VehicleParameters<f32>) -> Result<Vec<Difference<f32>>, CommandError> {
+        let differences = self.differences(file, wanted)?;
         let changes: Vec<(u16, f32)> = differences
             .iter()
             .filter_map(|difference| {
@@ -125,18 +130,25 @@ impl<W: Wire> Link<W> {
         Ok(differences)
     }
 
-    /// Every parameter in which the board's set in force differs from `wanted`.
+    /// Every parameter in which the board's set in force differs from `wanted`, which comes from `file`.
     ///
     /// # Errors
     /// The vehicle is of another kind, or no answer.
-    pub fn differences(&mut self, wanted: &VehicleParameters<f32>) -> Result<Vec<Difference<f32>>, CommandError> {
+    pub fn differences(
+        &mut self,
+        file: &Path,
+        wanted: &VehicleParameters<f32>,
+    ) -> Result<Vec<Difference<f32>>, CommandError> {
         let kind = self.kind()?;
-        if parameters::schema(&kind) != parameters::schema(wanted) {
-            return Err(CommandError::Input(
-                "the file's vehicle is of another kind: the board's has a spar and the file's has none, or the other \
-                 way round"
-                    .into(),
-            ));
+        if kind.spar.is_some() != wanted.spar.is_some() {
+            let (board, file_has) = match kind.spar {
+                Some(_) => ("has a spar", "has none"),
+                None => ("has no spar", "has one"),
+            };
+            return Err(CommandError::Input(format!(
+                "{}: the board's vehicle {board}, the file's {file_has}: that needs firmware built for the file",
+                file.display()
+            )));
         }
         Ok(diff(&self.parameters()?, wanted))
     }

@@ -48,6 +48,9 @@ impl Port {
     pub fn open(name: &str) -> Result<Self, CommandError> {
         let wrong = |error: &dyn std::fmt::Display| CommandError::Input(format!("--port {name}: {error}"));
         let port: Box<dyn Stream> = if let Some(address) = name.strip_prefix(TCP) {
+            if !is_host_and_port(address) {
+                return Err(wrong(&"allowed is tcp:HOST:PORT, as tcp:127.0.0.1:5760"));
+            }
             let stream = TcpStream::connect(address).map_err(|error| wrong(&error))?;
             stream
                 .set_nodelay(true)
@@ -56,6 +59,10 @@ impl Port {
                 .map_err(|error| wrong(&error))?;
             Box::new(stream)
         } else {
+            // What the system says of a file that is no terminal ("Not a typewriter") helps nobody.
+            if std::fs::metadata(name).is_ok_and(|there| there.is_file() || there.is_dir()) {
+                return Err(wrong(&"is no serial port"));
+            }
             let port = serialport::new(name, LINK_BAUD)
                 .timeout(PATIENCE)
                 .open()
@@ -69,6 +76,13 @@ impl Port {
             opened: Instant::now(),
         })
     }
+}
+
+/// Whether `address` is HOST:PORT.
+fn is_host_and_port(address: &str) -> bool {
+    address
+        .rsplit_once(':')
+        .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok())
 }
 
 /// Whether an access only took too long.

@@ -3,6 +3,7 @@
 //! Some microseconds per tick, so that a search can drive a hundred thousand times. The full plant (tyres, kerbs, sensors,
 //! the spar's own swing) is the virtual board's.
 
+use model::board::DUTY_MAX_PERCENT;
 use model::control::landing::Balance;
 use model::control::speed::SpeedInput;
 use model::control::speed_controller::SpeedController;
@@ -94,7 +95,7 @@ impl SampledPlant {
             torque_per_voltage: f.motor_constant / f.resistance,
             beta,
             torque_max: torque_limit * f.motor_constant / scales.torque_n_m,
-            voltage_max: scales.voltage_from_si(0.94 * p.battery.nominal_v),
+            voltage_max: scales.voltage_from_si(f64::from(DUTY_MAX_PERCENT) / 100.0 * p.battery.nominal_v),
         }
     }
 

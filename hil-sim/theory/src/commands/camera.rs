@@ -14,6 +14,7 @@ use report::plot::{Chart, Columns, Series};
 
 /// Flags of `camera`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     camera: CameraArguments,
@@ -39,6 +40,12 @@ pub struct Arguments {
     #[command(flatten)]
     output: OutputArguments,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim camera --tilt0-deg 10
+  hil-sim camera --vehicle vehicles/reference.toml --ax 0.1 --ay 0.1
+  hil-sim camera --v-max 10 --tilt0-deg 39 --out out/camera";
 
 /// Where the gains come from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -73,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let v_max = available("--v-max", arguments.v_max)?;
     let tilt = arguments.tilt0_deg;
     require("--tilt0-deg", tilt, tilt.abs() <= 180.0, "between -180 and 180")?;
-    let (t_end, sample) = arguments.span.resolve(100.0, 0.05)?;
+    let (t_end, sample) = arguments.span.resolve(100.0)?;
     let experiment = Experiment {
         v_max,
         tilt0: tilt.to_radians(),

@@ -5,7 +5,7 @@ use model::dynamics::camera::CameraParameters;
 
 use crate::analysis::lqr::{NoRegulator, Weights};
 use crate::commands::values::{finite, not_negative, numbers, positive, require};
-use crate::commands::vehicle_argument::VehicleArgument;
+use crate::commands::vehicle_argument::SparVehicleArgument;
 use report::error::CommandError;
 
 /// The nondimensional camera spar: each parameter from its flag, else from the vehicle file, else the
@@ -13,7 +13,7 @@ use report::error::CommandError;
 #[derive(Debug, Clone, Default, Args)]
 pub struct CameraArguments {
     #[command(flatten)]
-    vehicle: VehicleArgument,
+    vehicle: SparVehicleArgument,
     /// Axle to motor over axle to camera, >= 0 [default: the vehicle's, or 1/6]
     #[arg(long, value_parser = finite, allow_hyphen_values = true)]
     lm: Option<f64>,

@@ -16,6 +16,7 @@ use report::plot::{Chart, Columns, Series};
 
 /// Flags of `coupled`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     planar: PlanarArguments,
@@ -32,7 +33,7 @@ pub struct Arguments {
     /// What the spar's damped bearing turns against
     #[arg(long, value_enum, default_value_t = BearingName::Inertial)]
     bearing: BearingName,
-    /// Final drive voltage; the hold on the slope if not given
+    /// Final drive voltage; the hold voltage of the slope if not given
     #[arg(long, value_name = "U", value_parser = finite, allow_hyphen_values = true)]
     voltage: Option<f64>,
     #[command(flatten)]
@@ -40,7 +41,7 @@ pub struct Arguments {
     /// Search the smallest final voltage that turns the arm or the ballast over
     #[arg(long, conflicts_with = "voltage")]
     critical: bool,
-    /// Which way from the hold to search
+    /// Which way from the hold voltage to search
     #[arg(long, value_enum, default_value_t = Direction::Forward, requires = "critical")]
     direction: Direction,
     #[command(flatten)]
@@ -48,6 +49,12 @@ pub struct Arguments {
     #[command(flatten)]
     output: OutputArguments,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim coupled --voltage 2
+  hil-sim coupled --critical --direction reverse
+  hil-sim coupled --bearing axle --controlled false --voltage 2 --t-end 300";
 
 /// A bearing's name on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -108,7 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         let found = drive.critical(arguments.direction);
         let Some(found) = found.map_err(|error| CommandError::Input(error.to_string()))? else {
             return Err(CommandError::Other(
-                "no final voltage within 1000 of the hold whirls or tumbles".into(),
+                "no final voltage within 1000 of the hold voltage whirls or tumbles".into(),
             ));
         };
         let report = Report::new("coupled", &found)
@@ -116,7 +123,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             .line("outcome", found.outcome.name());
         return arguments.output.emit(&report);
     }
-    let (t_end, sample) = arguments.span.resolve(100.0, 0.05)?;
+    let (t_end, sample) = arguments.span.resolve(100.0)?;
     let voltage = arguments.voltage.unwrap_or_else(|| vehicle.hold_voltage());
     let result = drive.run(within("--voltage", voltage, LARGEST_INPUT)?, t_end, sample);
     let reached = result.t.last().copied().unwrap_or(0.0);

@@ -22,6 +22,7 @@ enum Quantity {
 
 /// Flags of `critical`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     vehicle: PlanarArguments,
@@ -32,7 +33,7 @@ pub struct Arguments {
     shape: WaveformArguments,
     #[command(flatten)]
     start: StartArguments,
-    /// Search above or below the hold
+    /// Search above or below the hold voltage
     #[arg(long, value_enum, default_value_t = Direction::Forward)]
     direction: Direction,
     #[command(flatten)]
@@ -44,6 +45,12 @@ pub struct Arguments {
     output: OutputArguments,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim critical --beta 0.0873
+  hil-sim critical --vehicle vehicles/reference.toml --waveform ramp --ramp-time 2
+  hil-sim critical --quantity reference --u-max 3";
+
 /// What the command prints with `--json`.
 #[derive(Debug, Serialize)]
 struct CriticalJson {
@@ -51,7 +58,7 @@ struct CriticalJson {
     critical: Option<f64>,
     /// The way the arm turns: +1 forward, -1 backward; null if no final value fails.
     whirl_direction: Option<i8>,
-    /// Whether the arm turns over even at the hold, so that the search began beyond it.
+    /// Whether the arm turns over even at the hold voltage, so that the search began beyond it.
     hold_fails: bool,
 }
 
@@ -111,7 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     if outcome.hold_fails {
         report = report.line(
             "note",
-            "from this start the arm turns over even at the hold; searched beyond it",
+            "from this start the arm turns over even at the hold voltage; searched beyond it",
         );
     }
     arguments.output.emit(&report)

@@ -14,6 +14,7 @@ use report::plot::{Chart, Columns, Series};
 
 /// Flags of `envelope`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     vehicle: PlanarArguments,
@@ -29,6 +30,11 @@ pub struct Arguments {
     #[command(flatten)]
     output: OutputArguments,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim envelope --waveforms step,ramp --slopes=-0.2:0.2:9
+  hil-sim envelope --vehicle vehicles/reference.toml --out out/envelope";
 
 /// Equidistant slopes.
 #[derive(Debug, Clone, Copy, PartialEq)]

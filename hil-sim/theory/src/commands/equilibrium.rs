@@ -12,10 +12,11 @@ use report::plot::Columns;
 
 /// Flags of `equilibrium`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     vehicle: PlanarArguments,
-    /// Constant nondimensional voltage; the hold, sin(beta), if not given
+    /// Constant nondimensional voltage; the hold voltage, sin(beta), if not given
     #[arg(long, value_name = "U", value_parser = finite, allow_hyphen_values = true)]
     voltage: Option<f64>,
     #[command(flatten)]
@@ -23,6 +24,11 @@ pub struct Arguments {
     #[command(flatten)]
     output: OutputArguments,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim equilibrium --beta 0.0873
+  hil-sim equilibrium --vehicle vehicles/reference.toml --kp 0.8 --kd 10 --json";
 
 /// What the command prints with `--json`.
 #[derive(Debug, Serialize)]
@@ -49,7 +55,8 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let hold = p.beta.sin();
     let voltage = within("--voltage", arguments.voltage.unwrap_or(hold), LARGEST_INPUT)?;
     if p.zeta == 0.0 {
-        let allowed = format!("the hold sin(beta) = {hold} without damping: no other voltage has a steady speed");
+        let allowed =
+            format!("the hold voltage sin(beta) = {hold} without damping: no other voltage has a steady speed");
         require("--voltage", voltage, voltage == hold, &allowed)?;
     }
     let phi = static_phi(&p);

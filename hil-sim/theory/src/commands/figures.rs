@@ -12,6 +12,7 @@ use report::output::{OutputArguments, Report, progress_bar};
 
 /// Flags of `figures`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Where the figures and index.html are written
     #[arg(long, value_name = "DIR")]
@@ -20,6 +21,10 @@ pub struct Arguments {
     #[arg(long)]
     json: bool,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim figures --out out/figures";
 
 /// What the command prints with `--json`.
 #[derive(Debug, Serialize)]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use model::board::DUTY_MAX_PERCENT;
 use model::control::landing::LandingLaw;
 use model::sample::TICK_S;
 use model::vehicle::Vehicle;
@@ -17,6 +18,7 @@ use report::plot::{Chart, Columns, Series};
 
 /// Flags of `kernel`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Vehicle file: a whole vehicle in SI units
     #[arg(long, value_name = "FILE.toml")]
@@ -34,8 +36,13 @@ pub struct Arguments {
     output: OutputArguments,
 }
 
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim kernel --vehicle vehicles/reference.toml
+  hil-sim kernel --vehicle vehicles/reference.toml --beta 0.2 --speed 1.5 --json";
+
 /// Share of the supply that the bridges give at most.
-const DUTY_MAX: f64 = 0.94;
+const DUTY_MAX: f64 = DUTY_MAX_PERCENT as f64 / 100.0;
 /// Least and most points of the grid.
 const GRID: std::ops::RangeInclusive<usize> = 41..=801;
 

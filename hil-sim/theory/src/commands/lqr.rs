@@ -9,6 +9,7 @@ use report::output::{OutputArguments, Report};
 
 /// Flags of `lqr`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     camera: CameraArguments,
@@ -17,6 +18,11 @@ pub struct Arguments {
     #[command(flatten)]
     output: OutputArguments,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim lqr
+  hil-sim lqr --vehicle vehicles/reference.toml --q 10000,100,0,0 --r 1";
 
 /// Runs the command.
 ///

@@ -18,10 +18,11 @@ const MOST_FIXED_STEPS: f64 = 1e8;
 
 /// Flags of `simulate`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     vehicle: PlanarArguments,
-    /// Open loop: the final nondimensional voltage; the voltage starts from the hold, sin(beta)
+    /// Open loop: the final nondimensional voltage; the voltage starts from the hold voltage, sin(beta)
     #[arg(long, value_name = "U", value_parser = finite, allow_hyphen_values = true, required_unless_present = "reference")]
     voltage: Option<f64>,
     /// Closed loop: the final reference speed theta'; the reference starts from 0
@@ -41,12 +42,18 @@ pub struct Arguments {
     /// Use the vehicle's own arithmetic: fixed RK4 steps in f32, one voltage per step
     #[arg(long, requires = "dt")]
     f32: bool,
-    /// Length of the fixed step
+    /// Length of the fixed step in time units, at most --sample; needed with --f32
     #[arg(long, value_name = "H", requires = "f32", value_parser = finite, allow_hyphen_values = true)]
     dt: Option<f64>,
     #[command(flatten)]
     output: OutputArguments,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim simulate --voltage 2
+  hil-sim simulate --vehicle vehicles/reference.toml --reference 1 --u-max 5 --out out/simulate
+  hil-sim simulate --voltage 2 --f32 --dt 0.01";
 
 /// Runs the command.
 ///
@@ -62,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         within("--theta-rate0", arguments.start.theta_rate0, LARGEST_START)?,
         0.0,
     ];
-    let (t_end, sample) = arguments.span.resolve(60.0, 0.05)?;
+    let (t_end, sample) = arguments.span.resolve(60.0)?;
     let run = match arguments.dt {
         Some(dt) => {
             let least = t_end / MOST_FIXED_STEPS;

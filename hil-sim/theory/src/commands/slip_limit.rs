@@ -12,6 +12,7 @@ use report::plot::Columns;
 
 /// Flags of `slip-limit`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     vehicle: PlanarArguments,
@@ -21,6 +22,11 @@ pub struct Arguments {
     #[command(flatten)]
     output: OutputArguments,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim slip-limit --mu-s 0.8
+  hil-sim slip-limit --vehicle vehicles/reference.toml --beta 0.1";
 
 /// What the command prints with `--json`.
 #[derive(Debug, Serialize)]

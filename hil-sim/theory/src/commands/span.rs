@@ -9,28 +9,30 @@ use report::error::CommandError;
 const MOST_SAMPLES: f64 = 5e6;
 /// The longest run, in time units: hours of driving.
 const LONGEST: f64 = 1e5;
+/// Time between samples where none is given, in time units.
+const SAMPLE: f64 = 0.05;
 
 /// How long to run and how often to sample.
 #[derive(Debug, Clone, Args)]
 pub struct SpanArguments {
-    /// Length of the run in time units, > 0
+    /// Length of the run in time units, > 0 [default: 60 for simulate, 10 for spatial, 100 for camera and coupled]
     #[arg(long, value_name = "T", value_parser = finite, allow_hyphen_values = true)]
     pub t_end: Option<f64>,
-    /// Time between samples, > 0
+    /// Time between samples in time units, > 0 [default: 0.05]
     #[arg(long, value_name = "DT", value_parser = finite, allow_hyphen_values = true)]
     pub sample: Option<f64>,
 }
 
 impl SpanArguments {
-    /// Length and sample time, checked; `t_end` and `sample` where not given.
+    /// Length and sample time, checked; `t_end` and [`SAMPLE`] where not given.
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the flag, the value and the allowed range.
-    pub fn resolve(&self, t_end: f64, sample: f64) -> Result<(f64, f64), CommandError> {
+    pub fn resolve(&self, t_end: f64) -> Result<(f64, f64), CommandError> {
         let t_end = self.t_end.unwrap_or(t_end);
         let allowed = format!("positive and at most {LONGEST}");
         require("--t-end", t_end, t_end > 0.0 && t_end <= LONGEST, &allowed)?;
-        let sample = positive("--sample", self.sample.unwrap_or(sample))?;
+        let sample = positive("--sample", self.sample.unwrap_or(SAMPLE))?;
         let allowed = format!(
             "from --t-end / {MOST_SAMPLES} = {} to --t-end = {t_end}",
             t_end / MOST_SAMPLES
@@ -51,8 +53,8 @@ mod tests {
 
     #[test]
     fn spans_are_checked() {
-        let with = |t_end, sample| SpanArguments { t_end, sample }.resolve(10.0, 0.1);
-        assert_eq!(with(None, None).unwrap(), (10.0, 0.1));
+        let with = |t_end, sample| SpanArguments { t_end, sample }.resolve(10.0);
+        assert_eq!(with(None, None).unwrap(), (10.0, SAMPLE));
         assert_eq!(with(Some(3.0), Some(3.0)).unwrap(), (3.0, 3.0));
         for (t_end, sample) in [
             (Some(0.0), None),

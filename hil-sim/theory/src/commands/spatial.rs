@@ -16,6 +16,7 @@ use report::plot::{Chart, Columns, Series};
 
 /// Flags of `spatial`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(flatten)]
     vehicle: VehicleArgument,
@@ -47,6 +48,11 @@ pub struct Arguments {
     #[command(flatten)]
     output: OutputArguments,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim spatial --u-right 1 --u-left 0.5
+  hil-sim spatial --slope-x 0.1 --t-end 20 --out out/spatial";
 
 impl Arguments {
     /// The vehicle these flags describe, every range checked.
@@ -86,7 +92,7 @@ impl Arguments {
 /// [`CommandError::Input`] on bad parameters, [`CommandError::Other`] where the motion cannot be followed.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let parameters = arguments.resolve()?;
-    let (t_end, sample) = arguments.span.resolve(10.0, 0.05)?;
+    let (t_end, sample) = arguments.span.resolve(10.0)?;
     let u = [
         within("--u-right", arguments.u_right, LARGEST_INPUT)?,
         within("--u-left", arguments.u_left, LARGEST_INPUT)?,

@@ -1,6 +1,6 @@
 //! `--vehicle FILE.toml`: the vehicle whose numbers stand in for the flags not given.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use model::dynamics::camera::CameraParameters;
@@ -19,13 +19,32 @@ pub const SPAR_LENGTH: f64 = 1.0;
 /// Ballast over the vehicle's mass where neither a flag nor the vehicle file gives it.
 pub const BALLAST: f64 = 0.15;
 
-/// The flag that names a vehicle file, shared by every analysis command.
+/// The flag that names a vehicle file, shared by the analysis commands that take either kind.
 #[derive(Debug, Clone, Default, Args)]
 pub struct VehicleArgument {
     /// Vehicle file: a whole vehicle in SI units, or one table `[planar]` of nondimensional numbers.
     /// Gives the parameters of the model; each flag overrides one of them
     #[arg(long, value_name = "FILE.toml")]
     pub vehicle: Option<PathBuf>,
+}
+
+/// The flag that names a vehicle file, where only a whole vehicle will do.
+#[derive(Debug, Clone, Default, Args)]
+pub struct SparVehicleArgument {
+    /// Vehicle file: a whole vehicle with a camera spar, in SI units. Gives the parameters of the spar; each flag
+    /// overrides one of them
+    #[arg(long, value_name = "FILE.toml")]
+    vehicle: Option<PathBuf>,
+}
+
+impl SparVehicleArgument {
+    /// As [`VehicleArgument::read`].
+    ///
+    /// # Errors
+    /// As [`VehicleArgument::read`].
+    pub fn read(&self) -> Result<Source, CommandError> {
+        read(self.vehicle.as_deref())
+    }
 }
 
 /// Where the parameters come from that no flag gives.
@@ -43,12 +62,16 @@ impl VehicleArgument {
     /// # Errors
     /// [`CommandError::Input`] naming the file, the field and the allowed range.
     pub fn read(&self) -> Result<Source, CommandError> {
-        let Some(path) = &self.vehicle else {
-            return Ok(Source::Thesis);
-        };
-        let file = vehicle_file::read(path).map_err(|error| CommandError::Input(error.to_string()))?;
-        Ok(Source::File(path.display().to_string(), file))
+        read(self.vehicle.as_deref())
     }
+}
+
+fn read(path: Option<&Path>) -> Result<Source, CommandError> {
+    let Some(path) = path else {
+        return Ok(Source::Thesis);
+    };
+    let file = vehicle_file::read(path).map_err(|error| CommandError::Input(error.to_string()))?;
+    Ok(Source::File(path.display().to_string(), file))
 }
 
 impl Source {

@@ -37,7 +37,7 @@ fn waveforms() -> Result<Figure, FigureError> {
     };
     let diverging = limit(&nearly_level, &Input::voltage_step(&nearly_level, 0.0))? / 0.001_f64.sin();
     Ok(Figure::new("5.1", "The waveforms", Verdict::Corrected)
-        .claim("Every input moves from the hold to its final voltage within T; voltages are normalised by the hold, sin(beta).")
+        .claim("Every input moves from the hold voltage to its final voltage within T; voltages are normalised by the hold voltage, sin(beta).")
         .number("U / sin(beta) at beta = 0.001", "", format!("{diverging:.0}"))
         .finding("The norm diverges on the level. A final voltage only shifts the speed error at the start, so the natural measure is U - sin(beta) (E9, E17).")
         .chart(chart))
@@ -48,7 +48,7 @@ fn envelopes() -> Result<Figure, FigureError> {
     let p = vehicle();
     let rows = envelope(&p, &Waveform::ALL, RAMP_TIME, &beta, || ()).map_err(FigureError::from_error)?;
     let mut chart = Chart::new(
-        "Critical voltage above the hold, T = 5",
+        "Critical voltage above the hold voltage, T = 5",
         "slope beta (rad)",
         "U - sin(beta)",
     );

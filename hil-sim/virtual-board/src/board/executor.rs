@@ -70,6 +70,18 @@ impl Executor {
         Ok(())
     }
 
+    /// How many tasks there are.
+    pub fn tasks(&self) -> usize {
+        self.tasks.len()
+    }
+
+    /// Never polls the tasks from the place `first` on again, in the order of their start: they hang.
+    pub fn hang_from(&mut self, first: usize) {
+        for task in self.tasks.iter_mut().skip(first) {
+            task.ended = true;
+        }
+    }
+
     /// Polls what is ready, in rounds, until no task is.
     pub fn run_until_stalled(&mut self) {
         loop {

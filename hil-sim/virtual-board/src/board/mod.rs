@@ -72,6 +72,8 @@ pub struct VirtualBoard {
     to_board: Pipe,
     from_board: Pipe,
     watchdog_bitten: bool,
+    /// Place of the first task that runs on the thread executor on the drive board.
+    first_thread_task: usize,
     /// What a reset leaves: the parameter flash, and the vehicle the firmware was built for.
     flash: VirtualFlash,
     history: VirtualFlash,
@@ -124,6 +126,7 @@ impl VirtualBoard {
             to_board: Pipe::default(),
             from_board: Pipe::default(),
             watchdog_bitten: false,
+            first_thread_task: 0,
             flash,
             history,
             built_in,
@@ -174,6 +177,7 @@ impl VirtualBoard {
         ));
         spawn!(|topics, hardware| watchdog::run(&topics, hardware));
         spawn!(|topics, hardware| analog::run(&topics, hardware));
+        self.first_thread_task = self.executor.tasks();
         let (rx, tx) = (to_board.clone(), from_board.clone());
         let about = link::about(built_in.parameters(), boot_number());
         spawn!(|topics, _hardware| link::receive::run(&topics, rx, about));
@@ -257,6 +261,11 @@ impl VirtualBoard {
     /// The vehicle's status after its last tick.
     pub fn status(&self) -> Option<Status> {
         self.topics.status.latest().map(|status| status.value)
+    }
+
+    /// Lets the tasks hang that run on the thread executor on the drive board: link, parameters, fault history, log.
+    pub fn hang_thread_executor(&mut self) {
+        self.executor.hang_from(self.first_thread_task);
     }
 
     /// Presses the board's own button once: disarm.

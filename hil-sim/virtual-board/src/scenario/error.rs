@@ -25,6 +25,12 @@ pub enum ScenarioError {
         /// Where and why.
         reason: String,
     },
+    /// It is a vehicle file.
+    #[error("{file}: this is a vehicle file, not a scenario: `hil-sim drive --vehicle {file}` drives it")]
+    Vehicle {
+        /// The file.
+        file: String,
+    },
     /// A setting of `[plant]` is wrong.
     #[error("{file}: {error}")]
     Plant {

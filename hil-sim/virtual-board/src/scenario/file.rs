@@ -7,6 +7,7 @@ use serde::Deserialize;
 
 use super::error::ScenarioError;
 use super::metrics;
+use super::nearest::nearest;
 use super::wire::LinkStep;
 use super::world::WorldStep;
 use plant::fault::SensorFault;
@@ -72,8 +73,15 @@ impl TryFrom<toml::Table> for Step {
             table.clone().try_into().map(Action::World)
         } else if LinkStep::NAMES.contains(&name) {
             table.clone().try_into().map(Action::Link)
-        } else {
+        } else if Action::NAMES.contains(&name) {
             table.clone().try_into::<Action>()
+        } else {
+            let names = [&Action::NAMES[..], &WorldStep::NAMES, &LinkStep::NAMES].concat();
+            let meant = nearest(name, &names);
+            return Err(format!(
+                "unknown action `{name}` at {at_s} s{meant}; allowed is {}",
+                names.join(", ")
+            ));
         };
         let action = action.map_err(|error| error.message().to_owned())?;
         // A variant without values ignores what stands beside it.
@@ -188,6 +196,13 @@ pub enum Sensor {
     BallastEncoder,
 }
 
+impl Sensor {
+    /// Whether it is an IMU.
+    fn is_imu(self) -> bool {
+        matches!(self, Self::ArmImu | Self::SparImu)
+    }
+}
+
 /// A [`SensorFault`] by its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
@@ -239,9 +254,15 @@ impl Scenario {
     /// # Errors
     /// The first thing wrong with it.
     pub fn parse(file: &str, text: &str) -> Result<Self, ScenarioError> {
-        let scenario: Self = toml::from_str(text).map_err(|error| ScenarioError::Syntax {
-            file: file.to_owned(),
-            reason: error.to_string().trim_end().replace('\n', "\n  "),
+        let scenario: Self = toml::from_str(text).map_err(|error| {
+            let file = file.to_owned();
+            if is_vehicle(text) {
+                return ScenarioError::Vehicle { file };
+            }
+            let step = error.span().and_then(|span| step_at(text, span.start));
+            let step = step.map(|i| format!("step[{i}]: ")).unwrap_or_default();
+            let reason = step + &error.to_string().trim_end().replace('\n', "\n  ");
+            ScenarioError::Syntax { file, reason }
         })?;
         scenario.check(file)?;
         Ok(scenario)
@@ -295,6 +316,14 @@ impl Scenario {
                 Action::Battery { open_circuit_v } => {
                     within(format!("step[{i}].open_circuit_v"), open_circuit_v, 0.0, 100.0)?;
                 }
+                Action::SensorFault { sensor, fault } if fault.0 == SensorFault::NoForce && !sensor.is_imu() => {
+                    return Err(ScenarioError::Value {
+                        file: file.to_owned(),
+                        field: format!("step[{i}].fault"),
+                        value: fault.0.name().to_owned(),
+                        allowed: "an encoder measures no force: allowed with arm-imu and spar-imu".to_owned(),
+                    });
+                }
                 _ => {}
             }
         }
@@ -308,7 +337,10 @@ impl Scenario {
             if !metrics::NAMES.contains(&name.as_str()) {
                 return Err(value(
                     String::from("[..]"),
-                    format!("unknown metric: allowed is {}", metrics::NAMES.join(", ")),
+                    format!(
+                        "unknown metric{}; `drive --json` lists them all",
+                        nearest(name, &metrics::NAMES)
+                    ),
                 ));
             }
             if least.is_nan() || most.is_nan() || least > most {
@@ -320,6 +352,24 @@ impl Scenario {
         }
         Ok(())
     }
+}
+
+/// The place of the step in which the place `at` of a scenario's text lies, if it lies in one.
+fn step_at(text: &str, at: usize) -> Option<usize> {
+    let end = text.get(at..)?.find('\n').map_or(text.len(), |length| at + length);
+    let tables = text.get(..end)?.lines().filter(|line| line.starts_with('['));
+    let (mut steps, mut in_step) = (0_usize, false);
+    for head in tables {
+        in_step = head.starts_with("[[step]]");
+        steps += usize::from(in_step);
+    }
+    if in_step { steps.checked_sub(1) } else { None }
+}
+
+/// Whether a text is a vehicle file, given in place of a scenario.
+fn is_vehicle(text: &str) -> bool {
+    text.parse::<toml::Table>()
+        .is_ok_and(|root| ["body", "planar"].iter().any(|table| root.contains_key(*table)))
 }
 
 #[cfg(test)]

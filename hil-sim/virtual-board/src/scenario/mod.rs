@@ -11,6 +11,7 @@ pub mod file;
 pub mod judge;
 pub mod judged;
 pub mod metrics;
+mod nearest;
 pub mod outcome;
 pub mod run;
 pub mod setup;

@@ -24,6 +24,35 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
         ),
         (&format!("{base}[[step]]\nat_s = 1.0\naction = \"fly\"\n"), vec!["fly"]),
         (
+            &format!(
+                "{base}[[step]]\nat_s = 1.0\naction = \"arm\"\n\n[[step]]\nat_s = 2.0\naction = \"jamm\"\nside = \"left\"\n"
+            ),
+            vec![
+                "step[1]: ",
+                "`jamm` at 2 s; did you mean `jam`?",
+                "chocks, jam, ",
+                "link, stuck-operator",
+            ],
+        ),
+        (
+            &format!("{base}[[step]]\nat_s = 1.0\naction = \"arm\"\n[metrics]\nphi_peak = \"much\"\n"),
+            vec!["expected"],
+        ),
+        (
+            &format!("{base}[metrics]\nphi_peak = [0.0, 1.0]\n"),
+            vec!["metrics.phi_peak", "did you mean `phi_peak_deg`?"],
+        ),
+        (
+            &format!(
+                "{base}[[step]]\nat_s = 1.0\naction = \"sensor-fault\"\nsensor = \"left-encoder\"\nfault = \"no-force\"\n"
+            ),
+            vec!["step[0].fault = no-force", "arm-imu and spar-imu"],
+        ),
+        (
+            "[body]\nwheel_radius_m = 0.25\n",
+            vec!["this is a vehicle file", "--vehicle"],
+        ),
+        (
             &format!("{base}[[step]]\nat_s = 1.0\naction = \"drive\"\nspeed_m_s = inf\n"),
             vec!["step[0].speed_m_s = inf", "-20 to 20"],
         ),

@@ -1,0 +1,169 @@
+//! The status in words: a line each half second, and all of what the vehicle reports if it is asked for.
+
+use std::io::Write;
+
+use firmware::hardware::ClockSource;
+use firmware::protocol::message::{BoardStatus, Identity};
+use model::status::Terms;
+use report::error::CommandError;
+
+use super::console::Console;
+use super::session::Link;
+use super::wire::Wire;
+
+/// How often the status is shown, us.
+const SHOW_US: u64 = 500_000;
+
+/// How much of the status is shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StatusDetail {
+    /// One line.
+    Line,
+    /// The line; below it place, spar, motors, limits and the terms of the laws.
+    All,
+}
+
+impl<W: Wire> Link<W> {
+    /// Shows the status every half second.
+    ///
+    /// # Errors
+    /// The board falls silent, or the output is closed.
+    pub fn show<O: Write>(
+        &mut self,
+        seconds: f64,
+        detail: StatusDetail,
+        console: &mut Console<O>,
+    ) -> Result<(), CommandError> {
+        let from_us = self.wire.now_us();
+        let until_us = from_us + (seconds * 1e6) as u64;
+        let mut next_us = from_us;
+        while self.wire.now_us() < until_us && self.interrupts() == 0 {
+            let status = self.fresh_status()?;
+            if self.wire.now_us() >= next_us {
+                console.line(&line(&status))?;
+                if detail == StatusDetail::All {
+                    for line in more_lines(&status) {
+                        console.line(&line)?;
+                    }
+                }
+                next_us += SHOW_US;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// One line that says who the board is.
+pub(in crate::cli) fn who(identity: &Identity) -> String {
+    let about = identity.about;
+    let [major, minor, patch] = about.version;
+    format!(
+        "firmware {major}.{minor}.{patch}, build {:08x}, parameters {:08x}, protocol {}",
+        about.build, about.schema, identity.protocol
+    )
+}
+
+/// One line of status.
+pub(super) fn line(status: &BoardStatus) -> String {
+    let BoardStatus {
+        vehicle, link, clock, ..
+    } = status;
+    format!(
+        "{}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V; faults {}; blockers {}; link: {} frames, \
+         {} unreadable, {} UART errors, {} repeated, {} foreign, {} late, {} requests and {} answers dropped{}",
+        vehicle.mode.name(),
+        vehicle.estimate.speed_m_s,
+        vehicle.estimate.phi_rad.to_degrees(),
+        vehicle.estimate.slope_rad.to_degrees(),
+        vehicle.battery_v,
+        vehicle.faults,
+        vehicle.blockers,
+        link.frames,
+        link.unreadable_frames(),
+        link.uart_errors,
+        link.repeated_frames,
+        link.foreign_frames,
+        link.late_orders,
+        link.dropped_requests,
+        link.dropped_answers,
+        match clock {
+            ClockSource::External => "",
+            ClockSource::Internal => "; no external clock",
+        },
+    )
+}
+
+/// What else the vehicle reports, a line for each group.
+fn more_lines(status: &BoardStatus) -> Vec<String> {
+    let vehicle = &status.vehicle;
+    let estimate = &vehicle.estimate;
+    let motors = |values: [f32; 3], unit: &str| {
+        let [left, right, ballast] = values;
+        format!("left {left:.2} {unit}, right {right:.2} {unit}, ballast {ballast:.2} {unit}")
+    };
+    vec![
+        format!(
+            "  place: distance {:.3} m, x {:.3} m, y {:.3} m, heading {:.1} deg, yaw rate {:.3} rad/s",
+            estimate.distance_m,
+            estimate.x_m,
+            estimate.y_m,
+            estimate.heading_rad.to_degrees(),
+            estimate.yaw_rate_rad_s
+        ),
+        format!(
+            "  spar: {:.2} deg, ballast {:.2} deg",
+            estimate.spar_rad.to_degrees(),
+            estimate.ballast_rad.to_degrees()
+        ),
+        format!("  currents: {}", motors(vehicle.current_a, "A")),
+        format!("  voltages: {}", motors(vehicle.voltage_v, "V")),
+        format!("  limits: {}", vehicle.limits),
+    ]
+    .into_iter()
+    .chain(term_lines(&vehicle.terms))
+    .collect()
+}
+
+/// The terms of the three laws, V.
+fn term_lines(terms: &Terms) -> [String; 3] {
+    let Terms { speed, steering, spar } = terms;
+    let line = |law: &str, terms: &[(&str, f32)]| {
+        let terms: Vec<String> = terms.iter().map(|(name, volts)| format!("{name} {volts:.2}")).collect();
+        format!("  terms of the {law} law, V: {}", terms.join(", "))
+    };
+    [
+        line(
+            "speed",
+            &[
+                ("feed-forward", speed.feed_forward_v),
+                ("weight", speed.weight_v),
+                ("speed feedback", speed.speed_feedback_v),
+                ("swing rate", speed.swing_rate_v),
+                ("swing damping", speed.swing_damping_v),
+                ("friction", speed.friction_v),
+                ("guard", speed.guard_v),
+                ("trim", speed.trim_v),
+                ("governed", speed.governed_v),
+            ],
+        ),
+        line(
+            "steering",
+            &[
+                ("feed-forward", steering.feed_forward_v),
+                ("proportional", steering.proportional_v),
+                ("integral", steering.integral_v),
+                ("hold", steering.hold_v),
+            ],
+        ),
+        line(
+            "spar",
+            &[
+                ("spar", spar.spar_v),
+                ("ballast", spar.ballast_v),
+                ("spar rate", spar.spar_rate_v),
+                ("ballast rate", spar.ballast_rate_v),
+                ("feed-forward", spar.feed_forward_v),
+            ],
+        ),
+    ]
+}

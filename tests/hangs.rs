@@ -1,0 +1,47 @@
+//! Tasks that hang: the control executor interrupts those of the thread executor, and stops the vehicle without them.
+
+use firmware::drive_board::WATCHDOG_US;
+use model::supervise::arming::Mode;
+use model::supervise::codes::Fault;
+
+mod support;
+use support::Bench;
+
+/// How often the watchdog's task looks, ms.
+const LOOK_MS: u64 = 5;
+
+#[test]
+fn a_hung_thread_executor_ends_in_a_controlled_stop_and_a_reset() {
+    // The hang at several places in the command's period of 20 ms and the link's of 10 ms.
+    for wait_ms in [0, 7, 13] {
+        let mut bench = Bench::driving(21, 1.0);
+        bench.run(wait_ms);
+        bench.board.hang_thread_executor();
+        let (mut ms, mut stopping, mut bitten) = (0, None, None);
+        bench.run_watching(1500, |bench| {
+            ms += 1;
+            if bench.mode() == Mode::Stopping {
+                stopping.get_or_insert(ms);
+            }
+            if bench.board.watchdog_bitten() {
+                bitten.get_or_insert(ms);
+                assert!(!bench.bridges_on());
+            }
+        });
+        // The last command was up to 20 ms old, and counts for 250 ms.
+        assert!(
+            stopping.is_some_and(|ms| (228..=252).contains(&ms)),
+            "stops after {stopping:?} ms"
+        );
+        let faults = bench.board.status().expect("the board runs").faults;
+        assert!(faults.contains(Fault::CommandTimeout), "{faults}");
+        assert!(!faults.contains(Fault::AnalogStale), "{faults}");
+        // The link, which checks in every 10 ms, may be silent for 1000 ms; then nobody feeds the watchdog any more.
+        let reset_ms = u64::from(WATCHDOG_US) / 1000;
+        let expected = 1000 - 10 + reset_ms..=1000 + LOOK_MS + reset_ms + 1;
+        assert!(
+            bitten.is_some_and(|ms| expected.contains(&ms)),
+            "reset after {bitten:?} ms, expected {expected:?}"
+        );
+    }
+}
