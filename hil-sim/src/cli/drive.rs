@@ -258,14 +258,19 @@ pub fn run_on<B: Backend>(
         ))?;
     }
     if verdict == RunVerdict::Failed {
-        return Err(CommandError::Checks(format!(
-            "{} (seed {}): {}",
-            file_name(arguments),
-            scenario.seed,
-            scenario::failures(&checks).join("; ")
-        )));
+        return Err(failed(arguments, &scenario, &checks));
     }
     Ok(())
+}
+
+/// The metrics that are out of their bounds.
+fn failed(arguments: &Arguments, scenario: &Scenario, checks: &[Check]) -> CommandError {
+    CommandError::Checks(format!(
+        "{} (seed {}): {}",
+        file_name(arguments),
+        scenario.seed,
+        scenario::failures(checks).join("; ")
+    ))
 }
 
 /// The scenario's file in messages.

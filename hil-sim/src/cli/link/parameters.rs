@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use firmware::parameters;
 use firmware::protocol::message::{ParameterAnswer, ParameterRequest};
 use model::vehicle::VehicleParameters;
 use report::error::CommandError;
