@@ -13,6 +13,8 @@ fn path(name: &str) -> PathBuf {
 /// The record of a drive over the kerb.
 fn recorded(name: &str) -> PathBuf {
     let path = path(name);
+    // Of an earlier run of the tests: the tool replaces no record.
+    _ = std::fs::remove_file(&path);
     let output = hil_sim(&["drive", "kerb", "--json", "--record", path.to_str().expect("utf-8")]);
     assert!(output.status.success(), "{}", stderr(&output));
     path

@@ -7,7 +7,7 @@ use serde::Serialize;
 use virtual_board::link_client::{LinkClient, board_kind};
 use virtual_board::words::{log_line, refusal_words};
 
-use crate::parameter_work::{ParameterWork, Progress};
+use crate::parameter_work::{ParameterWork, WorkProgress};
 use crate::record_work::{Recording, RecordingCounts};
 
 /// How often a question that the board has not answered yet is asked again, us.
@@ -180,22 +180,22 @@ impl OperatorLink {
             Some(Answer::Parameters(ParameterAnswer::Value { schema, .. }))
                 if Some(schema) != self.client.identity().map(|identity| identity.about.schema) =>
             {
-                Progress::Failed("the board answered of other parameters than it has".to_owned())
+                WorkProgress::Failed("the board answered of other parameters than it has".to_owned())
             }
             Some(Answer::Parameters(answer)) => work.answered(&answer),
-            Some(Answer::Refused(refusal)) => Progress::Failed(refusal_words(refusal)),
-            Some(Answer::Done) => Progress::Failed("a strange answer about parameters".to_owned()),
+            Some(Answer::Refused(refusal)) => WorkProgress::Failed(refusal_words(refusal)),
+            Some(Answer::Done) => WorkProgress::Failed("a strange answer about parameters".to_owned()),
             None => work.late(now_us),
         };
         match progress {
-            Progress::GoesOn => {}
-            Progress::Failed(why) => {
+            WorkProgress::GoesOn => {}
+            WorkProgress::Failed(why) => {
                 self.told.push(format!("parameters: {why}"));
                 // What is in force is not known any more, but for the set as it was.
                 self.parameters.get_or_insert(work.set());
                 self.work = None;
             }
-            Progress::Done(stored) => {
+            WorkProgress::Done(stored) => {
                 self.parameters = Some(work.set());
                 self.parameters_read += 1;
                 if stored {

@@ -18,7 +18,7 @@ const STORE_US: u64 = 30_000_000;
 
 /// A question that waits for its answer.
 #[derive(Debug, Clone, Copy)]
-struct Asked {
+struct OpenQuestion {
     sequence: u32,
     request: ParameterRequest,
     at_us: u64,
@@ -30,7 +30,7 @@ struct Asked {
 pub struct ParameterWork {
     set: VehicleParameters<f32>,
     questions: VecDeque<ParameterRequest>,
-    asked: Option<Asked>,
+    asked: Option<OpenQuestion>,
     questions_at_first: usize,
     /// A store was asked for, so the set in force has changed since it was last read.
     stores: bool,
@@ -38,7 +38,7 @@ pub struct ParameterWork {
 
 /// How the work goes on.
 #[derive(Debug, PartialEq)]
-pub enum Progress {
+pub enum WorkProgress {
     /// There is more to do.
     GoesOn,
     /// Everything was done; whether a set was stored.
@@ -112,7 +112,7 @@ impl ParameterWork {
             Some(asked) => (Some(asked.request), asked.times + 1),
             None => (self.questions.pop_front(), 1),
         };
-        self.asked = request.map(|request| Asked {
+        self.asked = request.map(|request| OpenQuestion {
             sequence,
             request,
             at_us: now_us,
@@ -126,9 +126,9 @@ impl ParameterWork {
     }
 
     /// Takes the answer to the question.
-    pub fn answered(&mut self, answer: &ParameterAnswer) -> Progress {
+    pub fn answered(&mut self, answer: &ParameterAnswer) -> WorkProgress {
         let Some(asked) = self.asked.take() else {
-            return Progress::GoesOn;
+            return WorkProgress::GoesOn;
         };
         match (asked.request, answer) {
             (
@@ -138,7 +138,7 @@ impl ParameterWork {
                 },
             ) if number == *echoed => {
                 if self.set.set(number, *value).is_err() {
-                    return Progress::Failed(format!("the board's parameter {number} is {value}, out of range"));
+                    return WorkProgress::Failed(format!("the board's parameter {number} is {value}, out of range"));
                 }
             }
             (
@@ -152,23 +152,23 @@ impl ParameterWork {
             (ParameterRequest::Store, ParameterAnswer::Stored)
             | (ParameterRequest::Discard, ParameterAnswer::Discarded)
             | (ParameterRequest::Defaults, ParameterAnswer::DefaultsReady) => {}
-            (_, ParameterAnswer::Inconsistent { number }) => return Progress::Failed(self.contradiction(*number)),
-            _ => return Progress::Failed(not_changed_words(answer)),
+            (_, ParameterAnswer::Inconsistent { number }) => return WorkProgress::Failed(self.contradiction(*number)),
+            _ => return WorkProgress::Failed(not_changed_words(answer)),
         }
         if self.questions.is_empty() {
-            Progress::Done(self.stores)
+            WorkProgress::Done(self.stores)
         } else {
-            Progress::GoesOn
+            WorkProgress::GoesOn
         }
     }
 
     /// Whether the board has not answered in time.
-    pub fn late(&self, now_us: u64) -> Progress {
+    pub fn late(&self, now_us: u64) -> WorkProgress {
         match self.asked {
             Some(asked) if asked.overdue(now_us) && !asked.can_be_repeated() => {
-                Progress::Failed("the board did not answer a question about parameters".to_owned())
+                WorkProgress::Failed("the board did not answer a question about parameters".to_owned())
             }
-            _ => Progress::GoesOn,
+            _ => WorkProgress::GoesOn,
         }
     }
 
@@ -180,7 +180,7 @@ impl ParameterWork {
     }
 }
 
-impl Asked {
+impl OpenQuestion {
     fn overdue(&self, now_us: u64) -> bool {
         let within_us = if self.request == ParameterRequest::Store {
             STORE_US

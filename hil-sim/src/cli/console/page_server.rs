@@ -54,7 +54,7 @@ pub struct PageServer {
 }
 
 /// An answer: status, type and bytes.
-type Answer = (&'static str, &'static str, Vec<u8>);
+type HttpAnswer = (&'static str, &'static str, Vec<u8>);
 
 impl PageServer {
     /// Serves the files of `page` and the module.
@@ -117,7 +117,7 @@ impl PageServer {
         stream.flush()
     }
 
-    fn answer(&self, question: &str) -> Answer {
+    fn answer(&self, question: &str) -> HttpAnswer {
         const TEXT: &str = "text/plain; charset=utf-8";
         let refused = |status, why: &str| (status, TEXT, format!("{why}\n").into_bytes());
         let mut words = question.lines().next().unwrap_or_default().split(' ');

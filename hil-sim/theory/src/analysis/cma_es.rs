@@ -30,7 +30,7 @@ pub struct Minimum {
 ///     (bits >> 11) as f64 / (1_u64 << 53) as f64
 /// };
 /// let normal = move || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
-/// let found = minimise(&[-1.5, 2.0], 0.5, 200, normal, valley);
+/// let found = minimise(&[-1.5, 2.0], 0.5, 300, normal, valley);
 /// assert!((found.at[0] - 1.0).abs() < 1e-6 && (found.at[1] - 1.0).abs() < 1e-6, "{found:?}");
 /// ```
 pub fn minimise(

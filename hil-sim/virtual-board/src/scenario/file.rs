@@ -259,9 +259,8 @@ impl Scenario {
             if is_vehicle(text) {
                 return ScenarioError::Vehicle { file };
             }
-            let step = error.span().and_then(|span| step_at(text, span.start));
-            let step = step.map(|i| format!("step[{i}]: ")).unwrap_or_default();
-            let reason = step + &error.to_string().trim_end().replace('\n', "\n  ");
+            // The reader shows the place of the first step, whichever is wrong.
+            let reason = wrong_step(text).unwrap_or_else(|| error.to_string().trim_end().replace('\n', "\n  "));
             ScenarioError::Syntax { file, reason }
         })?;
         scenario.check(file)?;
@@ -354,16 +353,19 @@ impl Scenario {
     }
 }
 
-/// The place of the step in which the place `at` of a scenario's text lies, if it lies in one.
-fn step_at(text: &str, at: usize) -> Option<usize> {
-    let end = text.get(at..)?.find('\n').map_or(text.len(), |length| at + length);
-    let tables = text.get(..end)?.lines().filter(|line| line.starts_with('['));
-    let (mut steps, mut in_step) = (0_usize, false);
-    for head in tables {
-        in_step = head.starts_with("[[step]]");
-        steps += usize::from(in_step);
+/// What is wrong with the first step that is none, with its line and its place among the steps.
+fn wrong_step(text: &str) -> Option<String> {
+    #[derive(Deserialize)]
+    struct Raw {
+        #[serde(default)]
+        step: Vec<toml::Spanned<toml::Table>>,
     }
-    if in_step { steps.checked_sub(1) } else { None }
+    let raw: Raw = toml::from_str(text).ok()?;
+    raw.step.into_iter().enumerate().find_map(|(i, step)| {
+        let line = 1 + text.get(..step.span().start)?.matches('\n').count();
+        let reason = Step::try_from(step.into_inner()).err()?;
+        Some(format!("line {line}: step[{i}]: {reason}"))
+    })
 }
 
 /// Whether a text is a vehicle file, given in place of a scenario.

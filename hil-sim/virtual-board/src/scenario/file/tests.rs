@@ -28,7 +28,7 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
                 "{base}[[step]]\nat_s = 1.0\naction = \"arm\"\n\n[[step]]\nat_s = 2.0\naction = \"jamm\"\nside = \"left\"\n"
             ),
             vec![
-                "step[1]: ",
+                "line 7: step[1]: ",
                 "`jamm` at 2 s; did you mean `jam`?",
                 "chocks, jam, ",
                 "link, stuck-operator",
@@ -97,7 +97,11 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
         ),
         (
             &format!("{base}[metrics]\nbeauty = [0, 1]\n"),
-            vec!["metrics.beauty", "phi_peak_deg"],
+            vec!["metrics.beauty", "`drive --json` lists them all"],
+        ),
+        (
+            &format!("{base}[metrics]\nphi_peak = [0, 1]\n"),
+            vec!["metrics.phi_peak", "did you mean `phi_peak_deg`?"],
         ),
         (
             &format!("{base}[metrics]\nphi_peak_deg = [2, 1]\n"),
