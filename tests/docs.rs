@@ -1,8 +1,8 @@
 //! The pages of `docs/`: their tables say what the sources say, and every command, test, flag, file and
 //! name they mention exists. `UPDATE_DOCS=1` writes the generated tables anew.
+#![allow(dead_code)] // Of the shared helpers it uses its part.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
 use std::process::Command;
 
 use firmware::drive_board;
