@@ -58,8 +58,8 @@
 //! (trapezoidal; end of step where a damper stops its inertia within the step), G the regularised dry frictions and the
 //! normal constraint (end of step). In `f(u_mid)` the middle speed is the old one with half the change of the substep
 //! before; where a solution has to be repeated, with half its own. Second order between events, first order across a
-//! change of stick and slip; unconditionally stable in D and G. The system is solved by elimination: [`ldl`] for any
-//! vehicle on any ground, [`rolling`] with the zeros of a vehicle that rolls on a plane.
+//! change of stick and slip; unconditionally stable in D and G. The system is solved by elimination: `ldl` for any
+//! vehicle on any ground, `rolling` with the zeros of a vehicle that rolls on a plane.
 
 mod contact;
 mod inertia;

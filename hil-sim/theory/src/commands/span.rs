@@ -24,7 +24,7 @@ pub struct SpanArguments {
 }
 
 impl SpanArguments {
-    /// Length and sample time, checked; `t_end` and [`SAMPLE`] where not given.
+    /// Length and sample time, checked; `t_end` and `SAMPLE` where not given.
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the flag, the value and the allowed range.
