@@ -249,6 +249,8 @@ async function serial() {
   try {
     const [, address] = await server.until(/board at (ws:\S+)/);
     const page = await open();
+    // The page begins with its own vehicle; what is connected before that would be replaced by it.
+    await page.until(`${text("way")} === "simulated: connected"`);
     await page.value(`(async () => {
       const socket = new WebSocket("${address}");
       socket.binaryType = "arraybuffer";
@@ -256,12 +258,12 @@ async function serial() {
       const port = {
         open: async ({ baudRate }) => { port.baudRate = baudRate; },
         close: async () => socket.close(),
-        readable: new ReadableStream({ start: (out) => {
-          port.pull = () => { port.readable = null; out.error(new Error("the device has been lost")); };
-          socket.onmessage = ({ data }) => out.enqueue(new Uint8Array(data));
-        } }),
         writable: new WritableStream({ write: (bytes) => socket.send(bytes) }),
       };
+      port.readable = new ReadableStream({ start: (out) => {
+        port.pull = () => { port.readable = null; out.error(new Error("the device has been lost")); };
+        socket.onmessage = ({ data }) => out.enqueue(new Uint8Array(data));
+      } });
       globalThis.port = port;
       await console_.connect("drive board", new console_.SerialTransport({ requestPort: async () => port }, console_.BAUD));
     })()`);
