@@ -1,21 +1,18 @@
 //! The laws side by side, through the command, on a vehicle other than the reference.
 
-use std::process::Command;
-
 use serde_json::Value;
+
+#[path = "support/tool.rs"]
+mod tool;
+use tool::hil_sim;
 
 /// The landing law settles every step and never faults; the best step found is the fastest and keeps to its grip; no step
 /// of the search beats it, and Eq. 3.25 alone is the slowest of all.
 #[test]
 fn the_comparison_of_another_vehicle_tells_the_laws_apart() {
-    let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
     let folder = std::env::temp_dir().join(format!("compare-{}", std::process::id()));
-    let out = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
-        .args(["compare", "--vehicle", "vehicles/small.toml", "--json", "--out"])
-        .arg(&folder)
-        .current_dir(root)
-        .output()
-        .expect("runs");
+    let to = folder.to_str().expect("utf-8");
+    let out = hil_sim(&["compare", "--vehicle", "vehicles/small.toml", "--json", "--out", to]);
     assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
     let found: Value = serde_json::from_slice(&out.stdout).expect("one object");
 
@@ -68,11 +65,7 @@ fn the_comparison_of_another_vehicle_tells_the_laws_apart() {
 #[test]
 fn a_bad_file_and_a_bad_directory_are_told() {
     let run = |arguments: &[&str]| {
-        let out = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
-            .arg("compare")
-            .args(arguments)
-            .output()
-            .expect("runs");
+        let out = hil_sim(&[&["compare"], arguments].concat());
         (out.status.code(), String::from_utf8_lossy(&out.stderr).into_owned())
     };
     let (code, text) = run(&["--vehicle", "no-such.toml"]);

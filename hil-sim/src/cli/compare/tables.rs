@@ -49,8 +49,7 @@ fn tables(planar: &PlanarSteps, flights: &[Flight]) -> Vec<ComparisonTable> {
         columns: &PLANAR,
         rows: planar.steps.iter().map(planar_row).collect(),
     }];
-    let laws = flights.iter().take_while(|flight| flight.course == flights[0].course);
-    for course in flights.chunks(laws.count().max(1)) {
+    for course in by_course(flights) {
         tables.push(ComparisonTable {
             heading: course[0].course.clone(),
             columns: &FLIGHT,
@@ -58,6 +57,11 @@ fn tables(planar: &PlanarSteps, flights: &[Flight]) -> Vec<ComparisonTable> {
         });
     }
     tables
+}
+
+/// The flights of each course.
+fn by_course(flights: &[Flight]) -> impl Iterator<Item = &[Flight]> {
+    flights.chunk_by(|one, next| one.course == next.course)
 }
 
 fn planar_row(step: &PlanarStep) -> Vec<String> {
@@ -199,8 +203,7 @@ fn charts(planar: &PlanarSteps, flights: &[Flight]) -> Vec<Chart> {
         first = first.with(Series::new(step.law, &step.speed.0, &step.speed.1));
     }
     let mut charts = vec![first.y_range(-1.0, 2.0)];
-    let laws = flights.iter().take_while(|flight| flight.course == flights[0].course);
-    for course in flights.chunks(laws.count().max(1)) {
+    for course in by_course(flights) {
         let chart = Chart::new("True speed", "time, s", "m/s");
         charts.push(course.iter().fold(chart, |chart, flight| {
             chart.with(Series::new(flight.law, &flight.speed.0, &flight.speed.1))

@@ -8,7 +8,7 @@ use report::html::escaped;
 use report::interactive::{InteractivePage, Scene, StripEvent, TIME_LABEL};
 use report::plot::{Chart, Series};
 use virtual_board::scenario::trace::{Trace, TraceRow, Value};
-use virtual_board::scenario::{Check, MetricValue, RunStory, RunVerdict, Scenario, StoryEvent};
+use virtual_board::scenario::{Check, GAP_S, MetricValue, RunStory, RunVerdict, Scenario, StoryEvent};
 
 use super::rows::ChartRows;
 
@@ -53,7 +53,7 @@ pub fn page(summary: &RunSummary<'_>, rows: &ChartRows) -> Result<String, String
         title: &scenario.title,
         head: head(summary, rows.stride),
         time: trace.values(TraceRow::time_s),
-        events: told.events.iter().map(strip_event).chain(limits(trace)).collect(),
+        events: told.events.iter().map(strip_event).chain(limits(rows)).collect(),
         scene: Some(scene(summary.vehicle, trace)),
         // The path is one of the two views.
         charts: charts(trace)
@@ -155,16 +155,23 @@ fn strip_event(event: &StoryEvent) -> StripEvent {
 }
 
 /// When each limit was in force, but for those that the story tells as what happened.
-fn limits(trace: &Trace) -> impl Iterator<Item = StripEvent> {
+fn limits(rows: &ChartRows) -> impl Iterator<Item = StripEvent> {
+    let trace = &rows.trace;
+    // Of a long run every stride-th row is there.
+    let apart_s = match trace.rows.as_slice() {
+        [first, second, ..] => second.time_s() - first.time_s(),
+        _ => 0.0,
+    };
+    let gap_s = GAP_S.max(1.5 * apart_s);
     let untold = Limit::ALL
         .iter()
         .filter(|limit| !matches!(limit, Limit::Stall | Limit::SlopeLimit));
-    untold.flat_map(|limit| {
+    untold.flat_map(move |limit| {
         let mut spells: Vec<StripEvent> = Vec::new();
         let rows = trace.rows.iter().filter(|row| row.status.limits.contains(*limit));
         for at_s in rows.map(TraceRow::time_s) {
             match spells.last_mut() {
-                Some(spell) if at_s - spell.at_s - spell.for_s.unwrap_or(0.0) < LIMIT_GAP_S => {
+                Some(spell) if at_s - spell.at_s - spell.for_s.unwrap_or(0.0) < gap_s => {
                     spell.for_s = Some(at_s - spell.at_s);
                 }
                 _ => spells.push(StripEvent {
@@ -179,9 +186,6 @@ fn limits(trace: &Trace) -> impl Iterator<Item = StripEvent> {
         spells
     })
 }
-
-/// A limit that is out of force for less is drawn as in force, s.
-const LIMIT_GAP_S: f64 = 0.2;
 
 /// The vehicle's sizes and its motion.
 fn scene(vehicle: &Vehicle<f64>, trace: &Trace) -> Scene {
@@ -337,4 +341,28 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
                 )),
         ),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rows::tests::row;
+    use super::*;
+
+    /// In force in every row but a short gap, it is one spell, also where only every 32nd row is kept; a long gap parts it.
+    #[test]
+    fn a_limit_is_one_spell_at_any_stride() {
+        for apart_ms in [10, 320] {
+            let mut rows = ChartRows::default();
+            for n in 0..60_u64 {
+                let mut row = row();
+                row.status.time_us = n * apart_ms * 1000;
+                row.status.limits.set(Limit::Reference, !(20..50).contains(&n));
+                rows.add(&row);
+            }
+            let spells: Vec<StripEvent> = limits(&rows).collect();
+            assert_eq!(spells.len(), 2, "{apart_ms} ms: {spells:?}");
+            let length_s = 0.001 * 19.0 * apart_ms as f64;
+            assert!((spells[0].for_s.unwrap_or(0.0) - length_s).abs() < 1e-9, "{spells:?}");
+        }
+    }
 }

@@ -70,14 +70,14 @@ impl ChartRows {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use report::plot::Columns;
     use virtual_board::scenario::{Scenario, VirtualBackend, run};
 
     use super::*;
 
     /// A row of a real run.
-    fn row() -> TraceRow {
+    pub(in crate::cli::drive) fn row() -> TraceRow {
         let scenario = Scenario::parse("row", "title = \"row\"\nduration_s = 0.5").expect("good");
         let vehicle = vehicle_file::reference().expect("good");
         let plant = scenario.plant(&vehicle).expect("drivable");

@@ -6,6 +6,7 @@
 
 use model::control::equilibrium::Equilibrium;
 use model::control::landing::MotionByTorque;
+use model::integrate::rk4_step;
 
 use super::cma_es::minimise;
 use super::sampled::{SampledPlant, SampledRow};
@@ -141,7 +142,7 @@ impl StepTask {
                     normal: motion.normal.at(torque),
                 });
                 beyond += h * outside;
-                state = runge_kutta(&state, h, rate);
+                state = rk4_step(&state, h, rate);
                 beyond += h * 20.0 * (state[0].abs() - self.phi_max_rad).max(0.0);
                 time += h;
                 // Where the band of 2 % is left or entered, to a part of the step.
@@ -241,14 +242,4 @@ fn between([least, most]: [f64; 2], x: f64) -> f64 {
 
 fn logistic(x: f64) -> f64 {
     1.0 / (1.0 + libm::exp(-x))
-}
-
-/// One classical Runge-Kutta step.
-fn runge_kutta(state: &[f64; 3], h: f64, rate: impl Fn(&[f64; 3]) -> [f64; 3]) -> [f64; 3] {
-    let ahead = |by: &[f64; 3], h: f64| core::array::from_fn(|i| state[i] + h * by[i]);
-    let a = rate(state);
-    let b = rate(&ahead(&a, 0.5 * h));
-    let c = rate(&ahead(&b, 0.5 * h));
-    let d = rate(&ahead(&c, h));
-    core::array::from_fn(|i| state[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]))
 }

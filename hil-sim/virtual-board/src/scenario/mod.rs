@@ -30,4 +30,4 @@ pub use metrics::{MetricValue, Metrics};
 pub use outcome::{Counts, DriveOutcome, RunEnd};
 pub use run::{RunError, run, run_into};
 pub use setup::SetupError;
-pub use story::{EventKind, RunStory, Story, StoryEvent};
+pub use story::{EventKind, GAP_S, RunStory, Story, StoryEvent};

@@ -12,7 +12,7 @@ use super::trace::TraceRow;
 /// Most events that are kept; the rest is counted.
 pub const EVENTS_MAX: usize = 500;
 /// Two spells with less between them are one, s: a wheel that slides in jerks slides.
-const GAP_S: f64 = 0.2;
+pub const GAP_S: f64 = 0.2;
 
 /// What kind of thing happened.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]

@@ -95,23 +95,33 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
             &format!("{base}[[step]]\nat_s = 1.0\naction = \"arm\"\nspeed = 1.0\n"),
             vec!["unknown name `speed`"],
         ),
-        (
-            &format!("{base}[metrics]\nbeauty = [0, 1]\n"),
-            vec!["metrics.beauty", "`drive --json` lists them all"],
-        ),
-        (
-            &format!("{base}[metrics]\nphi_peak = [0, 1]\n"),
-            vec!["metrics.phi_peak", "did you mean `phi_peak_deg`?"],
-        ),
-        (
-            &format!("{base}[metrics]\nphi_peak_deg = [2, 1]\n"),
-            vec!["metrics.phi_peak_deg = [2, 1]"],
-        ),
     ] {
-        let message = Scenario::parse("s.toml", text).expect_err(text).to_string();
-        assert!(message.starts_with("s.toml: "), "{message}");
-        for part in parts {
-            assert!(message.contains(part), "{message:?} lacks {part:?}");
-        }
+        refused(text, &parts);
+    }
+}
+
+#[test]
+fn bounds_of_no_metric_and_no_range_are_refused() {
+    let base = "title = \"t\"\nduration_s = 10.0\n[metrics]\n";
+    refused(
+        &format!("{base}beauty = [0, 1]\n"),
+        &["metrics.beauty", "`drive --json` lists them all"],
+    );
+    refused(
+        &format!("{base}phi_peak = [0, 1]\n"),
+        &["metrics.phi_peak", "did you mean `phi_peak_deg`?"],
+    );
+    refused(
+        &format!("{base}phi_peak_deg = [2, 1]\n"),
+        &["metrics.phi_peak_deg = [2, 1]"],
+    );
+}
+
+/// The scenario is refused, and the message has each of these parts.
+fn refused(text: &str, parts: &[&str]) {
+    let message = Scenario::parse("s.toml", text).expect_err(text).to_string();
+    assert!(message.starts_with("s.toml: "), "{message}");
+    for part in parts {
+        assert!(message.contains(part), "{message:?} lacks {part:?}");
     }
 }
