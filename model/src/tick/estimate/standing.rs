@@ -22,6 +22,7 @@ const SETTLED_TICKS: u16 = 500;
 const UNEXPLAINED_TICKS: u16 = 2000;
 
 /// What one tick shows.
+#[allow(clippy::struct_excessive_bools)] // Each is a finding of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Posture {
     /// Wheels and arm stand still.
