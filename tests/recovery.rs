@@ -2,11 +2,10 @@
 //! after it stands, can be armed, and drives.
 
 use model::command::Request;
-use model::sample::Motor;
 use model::supervise::arming::Mode;
 use model::supervise::codes::BlockerSet;
-use plant::Plant;
 use plant::fault::SensorFault;
+use virtual_board::scenario::Sensor;
 
 mod support;
 use support::Bench;
@@ -14,17 +13,6 @@ use support::Bench;
 /// Time after which a vehicle whose sensor works again and whose bridges are open stands and is calibrated: its arm swings
 /// out in 6 s; then the whole vehicle may go on rocking on its wheels, and its gyros are averaged over 4 s of that.
 const AGAIN_MS: u64 = 11_000;
-
-fn set(plant: &mut Plant, sensor: &str, fault: SensorFault) {
-    match sensor {
-        "arm-imu" => plant.arm_imu().set_fault(fault),
-        "spar-imu" => plant.spar_imu().expect("has a camera").set_fault(fault),
-        "left-encoder" => plant.encoder_mut(Motor::Left).set_fault(fault),
-        "right-encoder" => plant.encoder_mut(Motor::Right).set_fault(fault),
-        "ballast-encoder" => plant.encoder_mut(Motor::Ballast).set_fault(fault),
-        other => panic!("{other}"),
-    }
-}
 
 /// The vehicle stands, knows its angles and can be armed.
 fn knows_itself(bench: &mut Bench, story: &str) {
@@ -51,17 +39,15 @@ fn knows_itself(bench: &mut Bench, story: &str) {
     );
 }
 
-fn fails_and_returns(sensor: &str, fault: SensorFault, after_ms: u64, for_ms: u64, seed: u64) {
-    let story = format!("{sensor} {fault:?} after {after_ms} ms for {for_ms} ms, seed {seed}");
+fn fails_and_returns(sensor: Sensor, fault: SensorFault, after_ms: u64, for_ms: u64, seed: u64) {
+    let story = format!("{sensor:?} {fault:?} after {after_ms} ms for {for_ms} ms, seed {seed}");
     let mut bench = Bench::driving(seed, 1.0);
     bench.drive = Some([0.0, 0.0]);
     // The vehicle brakes: the arm swings, and the wheels turn back and forth.
     bench.run(after_ms);
-    bench.board.world(|world| set(&mut world.plant, sensor, fault));
+    bench.set_fault(sensor, fault);
     bench.run(for_ms);
-    bench
-        .board
-        .world(|world| set(&mut world.plant, sensor, SensorFault::None));
+    bench.set_fault(sensor, SensorFault::None);
     // What goes on driving stops by itself; what opened its bridges swings out.
     bench.run(1000);
     bench.request(Request::Disarm);
@@ -88,7 +74,7 @@ fn fails_and_returns(sensor: &str, fault: SensorFault, after_ms: u64, for_ms: u6
     );
 }
 
-fn every_fault(sensor: &str) {
+fn every_fault(sensor: Sensor) {
     for fault in SensorFault::ALL.into_iter().filter(|fault| *fault != SensorFault::None) {
         for (after_ms, for_ms, seed) in [(60, 30, 1), (150, 100, 2), (300, 250, 3), (500, 700, 4), (900, 2500, 5)] {
             fails_and_returns(sensor, fault, after_ms, for_ms, seed);
@@ -98,21 +84,21 @@ fn every_fault(sensor: &str) {
 
 #[test]
 fn an_arm_imu_that_was_lost_and_is_back() {
-    every_fault("arm-imu");
+    every_fault(Sensor::ArmImu);
 }
 
 #[test]
 fn a_spar_imu_that_was_lost_and_is_back() {
-    every_fault("spar-imu");
+    every_fault(Sensor::SparImu);
 }
 
 #[test]
 fn a_wheels_encoder_that_was_lost_and_is_back() {
-    every_fault("left-encoder");
-    every_fault("right-encoder");
+    every_fault(Sensor::LeftEncoder);
+    every_fault(Sensor::RightEncoder);
 }
 
 #[test]
 fn a_ballasts_encoder_that_was_lost_and_is_back() {
-    every_fault("ballast-encoder");
+    every_fault(Sensor::BallastEncoder);
 }

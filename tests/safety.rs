@@ -4,13 +4,13 @@
 use firmware::drive_board::SCALES;
 use firmware::protocol::message::Order;
 use model::command::{DriveCommand, Request};
-use model::sample::Motor;
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use plant::Plant;
 use plant::fault::SensorFault;
 use plant::noise::Noise;
 use virtual_board::board::hardware::{SecondContact, World};
+use virtual_board::scenario::Sensor;
 
 mod support;
 use support::Bench;
@@ -226,20 +226,9 @@ enum Expect {
     OpenOrHarmless,
 }
 
-fn set(plant: &mut Plant, sensor: &str, fault: SensorFault) {
-    match sensor {
-        "arm-imu" => plant.arm_imu().set_fault(fault),
-        "spar-imu" => plant.spar_imu().expect("has a camera").set_fault(fault),
-        "left-encoder" => plant.encoder_mut(Motor::Left).set_fault(fault),
-        "right-encoder" => plant.encoder_mut(Motor::Right).set_fault(fault),
-        "ballast-encoder" => plant.encoder_mut(Motor::Ballast).set_fault(fault),
-        other => panic!("{other}"),
-    }
-}
-
-fn fail_while_driving(sensor: &str, fault: SensorFault, expect: Expect) {
+fn fail_while_driving(sensor: Sensor, fault: SensorFault, expect: Expect) {
     let mut bench = Bench::driving(8, 1.0);
-    bench.board.world(|world| set(&mut world.plant, sensor, fault));
+    bench.set_fault(sensor, fault);
     let (mut off_after, mut phi, mut speed, mut ms) = (None, 0.0_f64, 0.0_f64, 0);
     bench.run_watching(3000, |bench| {
         ms += 1;
@@ -252,11 +241,11 @@ fn fail_while_driving(sensor: &str, fault: SensorFault, expect: Expect) {
                 off_after = Some(ms);
             }
         } else {
-            assert!(!on, "{sensor} {fault:?}: bridges on again");
+            assert!(!on, "{sensor:?} {fault:?}: bridges on again");
         }
     });
     let names: Vec<_> = faults(&bench).iter().map(Fault::name).collect();
-    let story = format!("{sensor} {fault:?}: off after {off_after:?} ms, phi {phi}, speed {speed}, faults {names:?}");
+    let story = format!("{sensor:?} {fault:?}: off after {off_after:?} ms, phi {phi}, speed {speed}, faults {names:?}");
     match expect {
         Expect::Open(limit_ms) => {
             assert!(off_after.is_some_and(|ms| ms <= limit_ms), "{story}");
@@ -282,13 +271,13 @@ fn a_failed_arm_imu_opens_the_bridges() {
         (SensorFault::Intermittent, Expect::Open(60)),
         (SensorFault::NoForce, Expect::Open(320)),
     ] {
-        fail_while_driving("arm-imu", fault, expect);
+        fail_while_driving(Sensor::ArmImu, fault, expect);
     }
 }
 
 #[test]
 fn a_failed_wheel_encoder_opens_the_bridges() {
-    for sensor in ["left-encoder", "right-encoder"] {
+    for sensor in [Sensor::LeftEncoder, Sensor::RightEncoder] {
         for (fault, expect) in [
             (SensorFault::Off, Expect::Open(600)),
             (SensorFault::Stuck, Expect::Open(600)),
@@ -306,7 +295,7 @@ fn a_failed_wheel_encoder_opens_the_bridges() {
 #[test]
 fn a_failed_spar_imu_switches_the_ballast_motor_off_and_leaves_the_vehicle_driving() {
     for fault in [SensorFault::Off, SensorFault::Stuck, SensorFault::NoForce] {
-        fail_while_driving("spar-imu", fault, Expect::Drives);
+        fail_while_driving(Sensor::SparImu, fault, Expect::Drives);
     }
     for fault in [
         SensorFault::Garbage,
@@ -314,12 +303,10 @@ fn a_failed_spar_imu_switches_the_ballast_motor_off_and_leaves_the_vehicle_drivi
         SensorFault::Slow,
         SensorFault::Delayed,
     ] {
-        fail_while_driving("spar-imu", fault, Expect::OpenOrHarmless);
+        fail_while_driving(Sensor::SparImu, fault, Expect::OpenOrHarmless);
     }
     let mut bench = Bench::driving(9, 0.5);
-    bench
-        .board
-        .world(|world| set(&mut world.plant, "spar-imu", SensorFault::Off));
+    bench.set_fault(Sensor::SparImu, SensorFault::Off);
     bench.run(1000);
     assert!(faults(&bench).contains(Fault::SparImu));
     assert_eq!(bench.status().vehicle.voltage_v[2], 0.0);
@@ -329,16 +316,16 @@ fn a_failed_spar_imu_switches_the_ballast_motor_off_and_leaves_the_vehicle_drivi
 #[test]
 fn sensors_that_fail_before_arming_block_it() {
     for (sensor, fault, blocker) in [
-        ("arm-imu", SensorFault::Off, Blocker::Imu),
-        ("arm-imu", SensorFault::Stuck, Blocker::Imu),
+        (Sensor::ArmImu, SensorFault::Off, Blocker::Imu),
+        (Sensor::ArmImu, SensorFault::Stuck, Blocker::Imu),
     ] {
         let mut bench = Bench::new(10);
         bench.run(1000);
-        bench.board.world(|world| set(&mut world.plant, sensor, fault));
+        bench.set_fault(sensor, fault);
         bench.run(200);
         bench.request(Request::Arm);
         bench.run_watching(200, |bench| assert!(!bench.bridges_on()));
-        assert!(blockers(&bench).contains(blocker), "{sensor} {fault:?}");
+        assert!(blockers(&bench).contains(blocker), "{sensor:?} {fault:?}");
     }
 }
 

@@ -14,10 +14,12 @@ use model::status::Status;
 use model::supervise::arming::Mode;
 use model::vehicle::Vehicle;
 use plant::Plant;
+use plant::fault::SensorFault;
 use plant::terrain::Terrain;
 use virtual_board::board::VirtualBoard;
 use virtual_board::board::flash::VirtualFlash;
 use virtual_board::link_client::LinkClient;
+use virtual_board::scenario::Sensor;
 
 /// The reference vehicle.
 pub fn reference() -> Vehicle<f64> {
@@ -172,6 +174,17 @@ impl Bench {
 
     pub fn mode(&self) -> Mode {
         self.board.status().expect("the board runs").mode
+    }
+
+    /// Lets a sensor fail, or work again.
+    pub fn set_fault(&mut self, sensor: Sensor, fault: SensorFault) {
+        self.board.world(|world| {
+            assert!(
+                sensor != Sensor::SparImu || world.plant.spar_imu().is_some(),
+                "has a camera"
+            );
+            sensor.set_fault(&mut world.plant, fault);
+        });
     }
 
     pub fn bridges_on(&mut self) -> bool {

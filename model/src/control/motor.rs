@@ -54,6 +54,9 @@ impl MotorLimits {
         let [left_rad_s, right_rad_s] = rate_rad_s;
         let left = self.limit(wanted_left_v, left_rad_s);
         let right = self.limit(wanted_right_v, right_rad_s);
+        if !left.by_current && !right.by_current {
+            return [left, right];
+        }
         let lost_v = (wanted_left_v - left.voltage_v) + (wanted_right_v - right.voltage_v);
         // A motor at the limit that took the sum has no room, so at most one of the two moves.
         let left_v = self.limit(left.voltage_v + lost_v, left_rad_s).voltage_v;

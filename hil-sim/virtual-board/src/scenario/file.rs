@@ -8,6 +8,7 @@ use serde::Deserialize;
 use super::error::ScenarioError;
 use super::metrics;
 use super::nearest::nearest;
+use super::sensor::{FaultName, Sensor};
 use super::wire::LinkStep;
 use super::world::WorldStep;
 use plant::fault::SensorFault;
@@ -176,47 +177,6 @@ impl Action {
         "link-noise",
         "chocks",
     ];
-}
-
-/// A sensor that can fail.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Sensor {
-    /// IMU on the arm.
-    #[serde(alias = "chassis-imu")]
-    ArmImu,
-    /// IMU on the spar.
-    SparImu,
-    /// Left wheel's encoder.
-    LeftEncoder,
-    /// Right wheel's encoder.
-    RightEncoder,
-    /// Ballast's encoder.
-    #[serde(alias = "camera-encoder")]
-    BallastEncoder,
-}
-
-impl Sensor {
-    /// Whether it is an IMU.
-    fn is_imu(self) -> bool {
-        matches!(self, Self::ArmImu | Self::SparImu)
-    }
-}
-
-/// A [`SensorFault`] by its name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "String")]
-pub struct FaultName(pub SensorFault);
-
-impl TryFrom<String> for FaultName {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        SensorFault::from_name(&name).map(Self).ok_or_else(|| {
-            let names: Vec<&str> = SensorFault::ALL.iter().map(|fault| fault.name()).collect();
-            format!("unknown fault `{name}`: allowed is {}", names.join(", "))
-        })
-    }
 }
 
 /// The scenario that `cargo run` shows.

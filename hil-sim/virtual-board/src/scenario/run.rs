@@ -4,18 +4,16 @@ use std::collections::VecDeque;
 
 use firmware::protocol::message::{COMMAND_PERIOD_MS, Order};
 use model::command::{DriveCommand, Request};
-use model::sample::Motor;
 use model::supervise::arming::Mode;
 
 use super::backend::{Backend, Observation};
-use super::file::{Action, Scenario, Sensor, Step};
+use super::file::{Action, Scenario, Step};
 use super::outcome::{Counts, DriveOutcome, RunEnd};
 use super::trace::{Trace, TraceRow};
 use super::wire::{FaultyWire, LinkStep, WireDirection, WireFault};
 use crate::link_client::LinkClient;
-use plant::fault::SensorFault;
 use plant::noise::Noise;
-use plant::{Invalid, Plant, Truth};
+use plant::{Invalid, Truth};
 use thiserror::Error;
 
 /// Stream of the scenario's seed for noise on the link.
@@ -345,7 +343,7 @@ pub fn happen(action: &Action, backend: &mut dyn Backend) {
     match *action {
         Action::EmergencyStop { pressed } => backend.set_emergency_stop(pressed),
         Action::SensorFault { sensor, fault } => {
-            backend.plant(&mut |plant| set_fault(plant, sensor, fault.0));
+            backend.plant(&mut |plant| sensor.set_fault(plant, fault.0));
         }
         Action::Battery { open_circuit_v } => {
             backend.plant(&mut |plant| plant.set_open_circuit_v(open_circuit_v));
@@ -366,18 +364,4 @@ pub fn happen(action: &Action, backend: &mut dyn Backend) {
 /// The millisecond in which a step happens.
 fn at_ms(step: &Step) -> u64 {
     (step.at_s * 1000.0).round() as u64
-}
-
-fn set_fault(plant: &mut Plant, sensor: Sensor, fault: SensorFault) {
-    match sensor {
-        Sensor::ArmImu => plant.arm_imu().set_fault(fault),
-        Sensor::SparImu => {
-            if let Some(imu) = plant.spar_imu() {
-                imu.set_fault(fault);
-            }
-        }
-        Sensor::LeftEncoder => plant.encoder_mut(Motor::Left).set_fault(fault),
-        Sensor::RightEncoder => plant.encoder_mut(Motor::Right).set_fault(fault),
-        Sensor::BallastEncoder => plant.encoder_mut(Motor::Ballast).set_fault(fault),
-    }
 }

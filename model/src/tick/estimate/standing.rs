@@ -109,16 +109,13 @@ impl Standing {
 
     /// Whether the wheels have stood for long while a gyro shows an even turn that its bias does not explain.
     fn is_a_bias_wrong(&mut self, rates_rad_s: [f32; 3], biases_rad_s: [f32; 3], wheels_stand: bool) -> bool {
+        if !wheels_stand || !self.calibration.is_done() {
+            return self.unexplained.update(false);
+        }
         let limits = [REST_ARM_RAD_S, AGREEMENT_RAD_S, AGREEMENT_RAD_S];
         let plausible = rates_rad_s.iter().all(|rate| rate.abs() < BIAS_MAX_RAD_S);
         let mut turns = rates_rad_s.iter().zip(biases_rad_s).zip(limits);
         let unexplained = turns.any(|((rate, bias), limit)| (rate - bias).abs() >= limit);
-        let wrong = self
-            .unexplained
-            .update(wheels_stand && plausible && unexplained && self.calibration.is_done());
-        if wrong {
-            self.unexplained = Persistence::new(UNEXPLAINED_TICKS);
-        }
-        wrong
+        self.unexplained.update(plausible && unexplained)
     }
 }

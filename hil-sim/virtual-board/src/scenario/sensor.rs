@@ -1,0 +1,62 @@
+//! The vehicle's sensors, and how they fail.
+
+use model::sample::Motor;
+use plant::Plant;
+use plant::fault::SensorFault;
+use serde::Deserialize;
+
+/// A sensor that can fail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sensor {
+    /// IMU on the arm.
+    #[serde(alias = "chassis-imu")]
+    ArmImu,
+    /// IMU on the spar.
+    SparImu,
+    /// Left wheel's encoder.
+    LeftEncoder,
+    /// Right wheel's encoder.
+    RightEncoder,
+    /// Ballast's encoder.
+    #[serde(alias = "camera-encoder")]
+    BallastEncoder,
+}
+
+impl Sensor {
+    /// Whether it is an IMU.
+    pub(super) fn is_imu(self) -> bool {
+        matches!(self, Self::ArmImu | Self::SparImu)
+    }
+
+    /// Lets the sensor of a vehicle fail, or work again. A vehicle without a spar has no IMU on it.
+    pub fn set_fault(self, plant: &mut Plant, fault: SensorFault) {
+        match self {
+            Self::ArmImu => plant.arm_imu().set_fault(fault),
+            Self::SparImu => {
+                if let Some(imu) = plant.spar_imu() {
+                    imu.set_fault(fault);
+                }
+            }
+            Self::LeftEncoder => plant.encoder_mut(Motor::Left).set_fault(fault),
+            Self::RightEncoder => plant.encoder_mut(Motor::Right).set_fault(fault),
+            Self::BallastEncoder => plant.encoder_mut(Motor::Ballast).set_fault(fault),
+        }
+    }
+}
+
+/// A [`SensorFault`] by its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "String")]
+pub struct FaultName(pub SensorFault);
+
+impl TryFrom<String> for FaultName {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        SensorFault::from_name(&name).map(Self).ok_or_else(|| {
+            let names: Vec<&str> = SensorFault::ALL.iter().map(|fault| fault.name()).collect();
+            format!("unknown fault `{name}`: allowed is {}", names.join(", "))
+        })
+    }
+}
