@@ -50,28 +50,17 @@ impl MotorLimits {
     /// which holds the arm and the speed, a motor with room left gives: the sum goes before the difference, which steers.
     /// Neither voltage leaves its motor's limits for that, so that a vehicle that spins is braked and never spun faster.
     pub fn limit_pair(&self, wanted_v: [f32; 2], rate_rad_s: [f32; 2]) -> [LimitedVoltage; 2] {
-        let [wanted_left_v, wanted_right_v] = wanted_v;
-        let [left_rad_s, right_rad_s] = rate_rad_s;
-        let left = self.limit(wanted_left_v, left_rad_s);
-        let right = self.limit(wanted_right_v, right_rad_s);
+        let pair = [0, 1].map(|side: usize| self.limit(wanted_v[side], rate_rad_s[side]));
+        let [left, right] = pair;
         if !left.by_current && !right.by_current {
-            return [left, right];
+            return pair;
         }
-        let lost_v = (wanted_left_v - left.voltage_v) + (wanted_right_v - right.voltage_v);
-        // A motor at the limit that took the sum has no room, so at most one of the two moves.
-        let left_v = self.limit(left.voltage_v + lost_v, left_rad_s).voltage_v;
-        let still_lost_v = lost_v - (left_v - left.voltage_v);
-        let right_v = self.limit(right.voltage_v + still_lost_v, right_rad_s).voltage_v;
-        [
-            LimitedVoltage {
-                voltage_v: left_v,
-                ..left
-            },
-            LimitedVoltage {
-                voltage_v: right_v,
-                ..right
-            },
-        ]
+        let lost_v = (wanted_v[0] - left.voltage_v) + (wanted_v[1] - right.voltage_v);
+        // A motor at the limit that took from the sum has no room that way, so at most one of the two moves.
+        [0, 1].map(|side: usize| LimitedVoltage {
+            voltage_v: self.limit(pair[side].voltage_v + lost_v, rate_rad_s[side]).voltage_v,
+            ..pair[side]
+        })
     }
 
     /// Residual of the armature equation: applied voltage less resistance drop and back-EMF, V. Near 0 while

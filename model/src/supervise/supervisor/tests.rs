@@ -104,6 +104,52 @@ fn a_healthy_vehicle_has_no_faults_and_no_blockers() {
     assert_eq!(bench.supervisor.late_ticks(), 0);
 }
 
+/// The estimator is told in each tick which sensors the tick believed: none before the first, and none whose fault is
+/// present.
+#[test]
+fn a_sensor_with_a_present_fault_is_not_believed() {
+    type Cause = fn(&mut Bench, bool);
+    let lost = |arm_imu, spar_imu, encoders| Believed {
+        arm_imu,
+        spar_imu,
+        encoders,
+    };
+    let mut bench = Bench::new();
+    assert_eq!(bench.supervisor.believed(), lost(false, false, false));
+    let causes: [(Cause, Believed); 5] = [
+        (
+            |bench, lost| bench.sensed.arm_imu.age_us = if lost { 1_000_000 } else { 100 },
+            lost(false, true, true),
+        ),
+        (
+            |bench, lost| bench.estimate.contradicted = lost,
+            lost(false, true, true),
+        ),
+        (
+            |bench, lost| bench.estimate.phi_rad = if lost { f32::NAN } else { 0.0 },
+            lost(false, true, true),
+        ),
+        (
+            |bench, lost| bench.sensed.spar_imu.age_us = if lost { 1_000_000 } else { 100 },
+            lost(true, false, true),
+        ),
+        (
+            |bench, lost| bench.sensed.encoder_age_us = if lost { 1_000_000 } else { 100 },
+            lost(true, true, false),
+        ),
+    ];
+    for (cause, believed) in causes {
+        bench.tick();
+        assert_eq!(bench.supervisor.believed(), Believed::ALL);
+        cause(&mut bench, true);
+        bench.tick();
+        assert_eq!(bench.supervisor.believed(), believed);
+        cause(&mut bench, false);
+    }
+    bench.tick();
+    assert_eq!(bench.supervisor.believed(), Believed::ALL);
+}
+
 /// Every fault that a sensor or a limit shows: what causes it, and after how many ticks it is called one.
 #[test]
 fn each_cause_shows_its_fault_in_time_and_not_before() {
