@@ -121,3 +121,54 @@ pub fn main() -> ExitCode {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use clap::builder::ValueParser;
+    use clap::error::ErrorKind;
+    use clap::{Command, CommandFactory as _};
+
+    use super::Arguments;
+
+    /// The path of every command that has no commands of its own, and the flags of it that take a number of `like`'s type.
+    fn flags(command: &Command, path: &[String], like: &ValueParser, found: &mut Vec<(Vec<String>, String)>) {
+        for flag in command
+            .get_arguments()
+            .filter(|a| a.get_value_parser().type_id() == like.type_id())
+        {
+            found.extend(flag.get_long().map(|name| (path.to_vec(), format!("--{name}"))));
+        }
+        for inner in command.get_subcommands() {
+            flags(inner, &[path, &[inner.get_name().to_owned()]].concat(), like, found);
+        }
+    }
+
+    /// No flag of any command takes what is no number; those of `link` are checked with their ranges, before the port is
+    /// opened.
+    #[test]
+    fn every_flag_for_a_number_refuses_what_is_none() {
+        let mut found = Vec::new();
+        let tool = ["hil-sim".to_owned()];
+        flags(
+            &Arguments::command(),
+            &tool,
+            &clap::value_parser!(f64).into(),
+            &mut found,
+        );
+        found.retain(|(path, _)| path.get(1).is_some_and(|name| name != "link"));
+        assert!(found.len() > 80, "{}", found.len());
+        for (path, flag) in found {
+            for value in [
+                "NaN", "-nan", "inf", "-inf", "1e400", "-1e400", "", "one", "1,5", "0x10",
+            ] {
+                let line = path.iter().cloned().chain([format!("{flag}={value}")]);
+                let error = Arguments::command().try_get_matches_from(line).expect_err(value);
+                assert_eq!(
+                    error.kind(),
+                    ErrorKind::ValueValidation,
+                    "{path:?} {flag}={value}: {error}"
+                );
+            }
+        }
+    }
+}
