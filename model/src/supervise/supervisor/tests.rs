@@ -164,7 +164,7 @@ fn what_a_limit_just_allows_is_no_fault() {
         |b| b.sensed.battery_v = 30.0,
         |b| b.sensed.current_a[1] = -30.0,
         |b| b.estimate.phi_rad = -1.4,
-        |b| b.estimate.spar_rad = 1.0,
+        |b| b.estimate.spar_rad = reference().parameters().safety.spar_max_rad,
         |b| b.command.age_us = 250_000,
         |b| b.sensed.encoder_counts[0] -= 324,
     ];
