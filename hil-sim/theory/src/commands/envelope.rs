@@ -4,7 +4,7 @@ use clap::Args;
 use model::dynamics::planar::PlanarParameters;
 use serde::Serialize;
 
-use crate::analysis::envelope::{EnvelopePoint, envelope, slopes};
+use crate::analysis::envelope::{EnvelopePoint, Work, envelope, slopes};
 use crate::analysis::waveform::Waveform;
 use crate::commands::planar_arguments::{PlanarArguments, ramp_time, require_static_equilibrium};
 use crate::commands::si::Si;
@@ -46,10 +46,10 @@ struct SlopeRange {
 }
 
 /// The most slopes of one envelope.
-const MOST_SLOPES: usize = 100_000;
+const MOST_SLOPES: usize = 1000;
 
 fn slope_range(text: &str) -> Result<SlopeRange, String> {
-    let allowed = "must be MIN:MAX:N with finite MIN <= MAX in rad and N from 1 to 100000, e.g. -0.3:0.7:41";
+    let allowed = "must be MIN:MAX:N with finite MIN <= MAX in rad and N from 1 to 1000, e.g. -0.3:0.7:41";
     let [first, last, count] = text.split(':').collect::<Vec<_>>()[..] else {
         return Err(allowed.into());
     };
@@ -105,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     };
     let slopes = slopes(first, last, count);
     let bar = progress_bar(waveforms.len() * slopes.len(), "envelope");
-    let rows = envelope(&p, waveforms, ramp_time, &slopes, || bar.inc(1))
+    let rows = envelope(Work::default(), &p, waveforms, ramp_time, &slopes, || bar.inc(1))
         .map_err(|e| CommandError::Input(format!("{e} (--zeta is {:?})", p.zeta)))?;
     bar.finish_and_clear();
     let rows = rows.into_iter().map(|point| EnvelopeRow {

@@ -14,8 +14,8 @@ use report::error::CommandError;
 use report::output::{OutputArguments, Report};
 use report::plot::{Chart, Columns, Series};
 
-/// The most fixed steps of a run.
-const MOST_FIXED_STEPS: f64 = 1e8;
+/// The most fixed steps of a run: the longest run in the vehicle's own ticks, and seconds of work.
+const MOST_FIXED_STEPS: f64 = 2e7;
 
 /// Flags of `simulate`.
 #[derive(Debug, Args)]
