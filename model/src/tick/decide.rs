@@ -196,6 +196,11 @@ impl Laws {
         }
     }
 
+    /// The vehicle was armed on a slope on which it cannot stand.
+    pub(super) fn refuses_slope(&self) -> bool {
+        self.armed && self.speed.refuses_slope()
+    }
+
     /// The governed speed reference, m/s.
     pub(super) fn speed_reference_m_s(&self) -> f32 {
         self.speed.reference_m_s()

@@ -80,7 +80,8 @@ impl Obstacle {
                 start: told.lag + libm::sqrtf(4.0 * PROGRESS_M / (length_m * told.acceleration)),
                 furthest_m: told.distance_m,
             };
-        } else if direction * told.wheels < MOVES_SHARE * direction * told.speed {
+        } else if direction * told.reference > 0.0 && direction * told.wheels < MOVES_SHARE * direction * told.speed {
+            // While the reference is still on its way from the other direction, nothing pushes in this one.
             self.time += tick;
         }
     }
