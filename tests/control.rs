@@ -168,6 +168,27 @@ fn stuck_at_a_wall_it_stays_cool_and_reverses_when_told() {
     }
 }
 
+/// Told to reverse while it still bounces off a wall of 75 mm, or has just begun to push, the vehicle leaves the wall no more
+/// than 0.2 m/s faster than commanded: it reckons with no obstacle behind itself.
+#[test]
+fn turned_back_at_a_wall_it_leaves_as_fast_as_commanded() {
+    let wall = "terrain.profile = [{ kind = 'step', at_m = 1.0, height_m = 0.075 }]";
+    for (speed_m_s, told_s) in [(1.0, 5.6), (1.0, 6.0), (2.0, 5.0), (2.0, 5.6), (2.0, 6.0), (2.0, 9.0)] {
+        let steps = format!(
+            "{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?} }},
+             {{ at_s = {told_s:?}, action = 'drive', speed_m_s = {:?} }}",
+            -speed_m_s
+        );
+        let outcome = drive(&reference(), told_s + 5.0, 0.0, wall, &steps);
+        let fastest_m_s = most(from(&outcome, told_s), |row| -row.truth.speed_m_s);
+        println!("{speed_m_s} m/s, told back at {told_s} s: {fastest_m_s:.2} m/s");
+        assert!(
+            fastest_m_s > 0.98 * speed_m_s && fastest_m_s <= speed_m_s + 0.2,
+            "{speed_m_s} m/s at {told_s} s: {fastest_m_s} m/s"
+        );
+    }
+}
+
 /// Kerbs of 5 to 50 mm up and ledges down, level and on slopes, at 0.3 to 2.5 m/s: the whole grid's short form, with the
 /// cells that once were the worst.
 #[test]

@@ -44,10 +44,15 @@ fn the_steepest_slopes_are_held_and_driven_up_and_down() {
     }
 }
 
+/// How far raising the arm pushes the axle back against the common centre of mass, m: alpha L sin(phi) r / (1 + S + mu) at the
+/// arm's largest standing angle, 1.28 rad.
+const PUSHED_BACK_M: f64 = 0.126;
+
 /// Armed on a slope on which it cannot stand, the vehicle says so within a second of its wheels being let go and begins a
-/// controlled stop, which ends with open bridges. By then it has come no further and is no faster than it would be by then
-/// with its bridges open from the start, but for the 3 cm by which raising the arm pushes it back. Until the supply no longer
-/// holds it, which it does for the four seconds of the stop up to 35 deg, the arm stays below the fault's angle.
+/// controlled stop, which ends with open bridges. Until then it comes no further at any time than it would have come by
+/// then with its bridges open from the start, but for what raising the arm pushes it back, and ends well short of that.
+/// Until the supply no longer holds it, which it does for the four seconds of the stop up to 35 deg, the arm stays below the
+/// fault's angle.
 #[test]
 fn armed_where_it_cannot_stand_the_vehicle_refuses() {
     for slope_deg in [33.0, 35.0, 38.0, -33.0, -35.0, -38.0] {
@@ -68,25 +73,21 @@ fn armed_where_it_cannot_stand_the_vehicle_refuses() {
         assert!((stops_s - refused_s).abs() < 0.015, "{slope_deg} deg: {stops_s} s");
 
         let down = |row: &TraceRow| -f64::signum(slope_deg) * row.truth.x_m;
-        let (mut beyond_m, mut faster_m_s) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
-        for (row, open) in outcome.trace.rows.iter().zip(&open.trace.rows) {
-            if row.time_s() <= opens_s {
-                beyond_m = beyond_m.max(down(row) - down(open));
-            }
-            // The arm, on its way up, makes the first half of a second faster.
-            if (3.0..=opens_s).contains(&row.time_s()) {
-                faster_m_s = faster_m_s.max(row.truth.speed_m_s.abs() - open.truth.speed_m_s.abs());
-            }
-        }
+        let pairs = outcome.trace.rows.iter().zip(&open.trace.rows);
+        let beyond_m = pairs
+            .take_while(|(row, _)| row.time_s() <= opens_s)
+            .map(|(row, open)| down(row) - down(open))
+            .fold(f64::NEG_INFINITY, f64::max);
+        let saved_m = down(&from(&open, opens_s)[0]) - down(&from(&outcome, opens_s)[0]);
         let before = &outcome.trace.rows[..outcome.trace.rows.partition_point(|row| row.time_s() < opens_s)];
         let arm_rad = most(before, |row| row.truth.phi_rad.abs());
         println!(
-            "{slope_deg} deg: refused after {refused_s:.2} s, open after {:.2} s; {beyond_m:.3} m and {faster_m_s:.2} m/s beyond open bridges; arm {arm_rad:.2} rad",
+            "{slope_deg} deg: refused after {refused_s:.2} s, open after {:.2} s; at most {beyond_m:.3} m beyond open bridges, in the end {saved_m:.2} m less; arm {arm_rad:.2} rad",
             opens_s - 2.0
         );
         assert!(
-            beyond_m < 0.03 && faster_m_s < 0.0,
-            "{slope_deg} deg: {beyond_m} m, {faster_m_s} m/s"
+            beyond_m < PUSHED_BACK_M && saved_m > 0.5,
+            "{slope_deg} deg: {beyond_m} m, {saved_m} m"
         );
         assert!(arm_rad > 1.0 && arm_rad < 1.45, "{slope_deg} deg: {arm_rad} rad");
         let faults = last(&outcome).status.faults;

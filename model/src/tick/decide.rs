@@ -131,6 +131,7 @@ impl Laws {
             yaw_rate_rad_s: estimate.yaw_rate_rad_s,
             heading_rad: estimate.heading_rad,
             voltage_max_v: STEERING_SHARE * supply_v,
+            blocked: self.speed.is_stuck(),
         });
         let drive_max_v = supply_v - turn.voltage_v.abs();
         let input = SpeedInput {
