@@ -67,6 +67,8 @@ pub struct World {
     pub lamps: (bool, bool),
     /// The records of the ticks, if they are kept.
     pub records: Option<FirstRecords>,
+    /// A host may read the stream of records or the look back.
+    pub records_for_host: bool,
     synced_us: u64,
     bridges: [BridgeState; MOTORS],
     break_tripped: bool,
@@ -83,6 +85,7 @@ impl World {
             second_contact: SecondContact::Follows,
             lamps: (false, false),
             records: None,
+            records_for_host: true,
             synced_us: 0,
             bridges: [BridgeState::Open; MOTORS],
             break_tripped: false,
@@ -247,6 +250,10 @@ impl Recorder for Hardware {
                 records.add(record);
             }
         });
+    }
+
+    fn for_host(&self) -> bool {
+        self.0.borrow().records_for_host
     }
 }
 
