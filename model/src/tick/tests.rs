@@ -2,6 +2,7 @@
 
 mod actuate;
 mod laws;
+mod lost;
 mod motion;
 mod rest;
 mod sense;
