@@ -24,7 +24,14 @@ fn recorded(name: &str) -> PathBuf {
     let path = path(name);
     // Of an earlier run of the tests: the tool replaces no record.
     _ = std::fs::remove_file(&path);
-    let output = hil_sim(&["drive", "kerb", "--json", "--record", path.to_str().expect("utf-8")]);
+    let output = hil_sim(&[
+        "drive",
+        "kerb",
+        "--json",
+        "--no-bounds",
+        "--record",
+        path.to_str().expect("utf-8"),
+    ]);
     assert!(output.status.success(), "{}", stderr(&output));
     path
 }
