@@ -20,22 +20,29 @@ use crate::support::ready;
 const READ_MS: u64 = 5;
 
 /// The emulated board's host link.
-struct EmulatedWire(Emulation);
+struct EmulatedWire {
+    emulation: Emulation,
+    /// What has come and has not been read yet.
+    waiting: Vec<u8>,
+}
 
 impl Wire for EmulatedWire {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.0.send(bytes).map_err(io::Error::other)
+        self.emulation.send(bytes).map_err(io::Error::other)
     }
 
     fn receive(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        self.0.run_for(READ_MS * MS).map_err(io::Error::other)?;
-        let received = self.0.receive();
-        bytes[..received.len()].copy_from_slice(&received);
-        Ok(received.len())
+        self.emulation.run_for(READ_MS * MS).map_err(io::Error::other)?;
+        self.waiting.append(&mut self.emulation.receive());
+        let length = bytes.len().min(self.waiting.len());
+        for (slot, byte) in bytes.iter_mut().zip(self.waiting.drain(..length)) {
+            *slot = byte;
+        }
+        Ok(length)
     }
 
     fn now_us(&self) -> u64 {
-        self.0.now() * 1000 / MS
+        self.emulation.now() * 1000 / MS
     }
 }
 
@@ -51,7 +58,10 @@ impl Person for NoHands {
 /// Every step that needs no hands passes; the others are not shown, and the vehicle is not armed.
 #[test]
 fn the_bring_up_procedure_runs_on_the_board() {
-    let mut wire = Some(EmulatedWire(ready().emulation));
+    let mut wire = Some(EmulatedWire {
+        emulation: ready().emulation,
+        waiting: Vec::new(),
+    });
     let mut reopen = || {
         let wire = wire
             .take()
