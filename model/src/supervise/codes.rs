@@ -327,8 +327,12 @@ codes! {
     BoardOptions = 16,
     /// The part's silicon is of a revision that the board is not made for.
     PartRevision = 17,
-    /// A word of the firmware in the flash cannot be read.
+    /// The firmware in the flash cannot be read, or is not the one that was built.
     Image = 18,
+    /// The firmware in the flash has no checksum: nothing of the project flashed it.
+    Unsealed = 19,
+    /// A word of the RAM did not keep what was written to it when the supply came up.
+    Ram = 20,
 }
 
 codes! {

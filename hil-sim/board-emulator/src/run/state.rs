@@ -73,6 +73,9 @@ pub(super) struct EmulationState {
     failure: Option<Error>,
 }
 
+/// What the log's control block begins with.
+const LOG_IDENTITY: &[u8] = b"SEGGER RTT";
+
 impl EmulationState {
     /// At power-up; `rtt_block` is the address of the log's control block.
     pub(super) fn new(plant: Box<dyn ClosedPlant>, settings: EmulationSettings, rtt_block: u64) -> Self {
@@ -174,8 +177,14 @@ impl EmulationState {
         }
     }
 
-    /// Drains the log; [`EmulationState::log`] holds it.
+    /// Drains the log; [`EmulationState::log`] holds it. Until the firmware has initialised its RAM there is none: the
+    /// test of the RAM leaves its patterns in the block's place.
     pub(super) fn drain_log(&mut self, host: &mut dyn Host) -> Result<(), Error> {
+        for (at, byte) in (self.rtt_block..).zip(LOG_IDENTITY) {
+            if host.read(at, Width::W8)? != u64::from(*byte) {
+                return Ok(());
+            }
+        }
         Ok(log::drain(self.rtt_block, host, &mut self.log)?)
     }
 

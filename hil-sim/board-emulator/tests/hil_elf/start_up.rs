@@ -223,7 +223,7 @@ fn each_item_of_the_self_test_is_logged() {
     let mut board = powered_part(PartSetup::default(), &[]);
     board.act(|board, now| board.set_stop(now, true));
     board.run(300);
-    for item in ["BreakPath", "BoardOptions", "PartRevision", "Image"] {
+    for item in ["BreakPath", "BoardOptions", "PartRevision", "Image", "Unsealed", "Ram"] {
         assert!(
             log_has(&mut board, &format!("self-test: {item} passed")),
             "{item}: {:#?}",

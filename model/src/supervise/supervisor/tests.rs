@@ -263,6 +263,8 @@ fn what_the_boards_self_test_found_blocks_arming() {
         Blocker::BoardOptions,
         Blocker::PartRevision,
         Blocker::Image,
+        Blocker::Unsealed,
+        Blocker::Ram,
     ] {
         let mut bench = Bench::new();
         let mut found = BlockerSet::EMPTY;

@@ -217,27 +217,9 @@ fn bank_of(address: usize) -> pac::flash::Bank {
     ))
 }
 
-/// Whether every word of the firmware in the flash can be read, constants and the initial values of variables included:
-/// a word that no longer can would fault when the firmware comes to it, perhaps while driving.
-pub fn image_is_readable() -> bool {
-    unsafe extern "C" {
-        static __sidata: u8;
-        static __sdata: u8;
-        static __edata: u8;
-    }
-    // The initial values of the variables lie behind everything else.
-    let variables = (&raw const __edata as usize) - (&raw const __sdata as usize);
-    let end = (&raw const __sidata as usize) + variables;
-    // The error correction covers a word as a whole: one byte tells.
-    let mut byte = [0];
-    (FLASH_BASE..end)
-        .step_by(FLASH_WORD_BYTES)
-        .all(|address| read_guarded(address, &mut byte).is_ok())
-}
-
 /// Copies bytes out of one flash word. Reading a word with an uncorrectable error raises a bus fault, which
 /// would end every boot anew; this function masks the bus fault and returns an error.
-fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), StorageError> {
+pub(super) fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), StorageError> {
     let bank = bank_of(address);
     bank.ccr().write(|w| w.set_clr_dbeccerr(true));
     // SAFETY: the system control block is a device of the core, and nothing else in this program writes
