@@ -1,6 +1,6 @@
 //! Seals a firmware's image: writes its length and checksum into the ELF, before anything flashes or emulates it.
 
-use crate::image_seal::{ERASED, FLASH_START, IMAGE_MAX, MARKER, NUMBERS_AT, NUMBERS_BYTES};
+use crate::image_seal::{BUILD_AT, ERASED, FLASH_START, IMAGE_MAX, MARKER, NUMBERS_AT, NUMBERS_BYTES, VERSION_AT};
 
 /// What an ELF for a 32-bit little-endian machine begins with.
 const MAGIC: [u8; 6] = [0x7F, b'E', b'L', b'F', 1, 1];
@@ -15,6 +15,19 @@ const ADDRESS: usize = 12;
 const FILE_BYTES: usize = 16;
 /// Type of a segment that is loaded.
 const LOADED: u32 = 1;
+
+/// What a sealed image is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SealedImage {
+    /// Version of the firmware: major, minor, patch.
+    pub version: [u16; 3],
+    /// Hash of what the firmware was built from.
+    pub build: u32,
+    /// Bytes in the flash.
+    pub length: u32,
+    /// Checksum of those bytes.
+    pub checksum: u32,
+}
 
 /// CRC-32C (ISCSI), a bit at a time.
 pub fn checksum(bytes: &[u8]) -> u32 {
@@ -83,11 +96,11 @@ impl FlashImage {
     }
 }
 
-/// Writes the numbers of the seal into an ELF; sealing it again changes nothing. Returns the length and the checksum.
+/// Writes the numbers of the seal into an ELF, and returns what was sealed; sealing it again changes nothing.
 ///
 /// # Errors
 /// The bytes are no ELF of the board, or hold no seal, or more than one.
-pub fn seal(elf: &mut [u8]) -> Result<(u32, u32), &'static str> {
+pub fn seal(elf: &mut [u8]) -> Result<SealedImage, &'static str> {
     let mut image = FlashImage::read(elf).ok_or("no ELF of the board")?;
     let marker = MARKER.map(u32::to_le_bytes).concat();
     let mut found = image
@@ -98,29 +111,38 @@ pub fn seal(elf: &mut [u8]) -> Result<(u32, u32), &'static str> {
     let (Some((at, _)), None) = (found.next(), found.next()) else {
         return Err("not exactly one seal in the image");
     };
+    let cut_off = "a seal that is cut off";
+    let part = |number: usize| half(&image.bytes, at + VERSION_AT + 2 * number).ok_or(cut_off);
+    let version = [part(0)?, part(1)?, part(2)?].map(|part| part as u16);
+    let build = word(&image.bytes, at + BUILD_AT).ok_or(cut_off)?;
     let at = at + NUMBERS_AT;
-    let numbers = image
-        .bytes
-        .get_mut(at..at + NUMBERS_BYTES)
-        .ok_or("a seal that is cut off")?;
+    let numbers = image.bytes.get_mut(at..at + NUMBERS_BYTES).ok_or(cut_off)?;
     numbers.fill(ERASED);
     let length = u32::try_from(image.bytes.len()).map_err(|_| "too long an image")?;
     let checksum = checksum(&image.bytes);
     let place = image.in_file(at).ok_or("a seal that no segment holds")?;
     let numbers = [length.to_le_bytes(), checksum.to_le_bytes()].concat();
     elf.get_mut(place..place + NUMBERS_BYTES)
-        .ok_or("a seal that is cut off")?
+        .ok_or(cut_off)?
         .copy_from_slice(&numbers);
-    Ok((length, checksum))
+    Ok(SealedImage {
+        version,
+        build,
+        length,
+        checksum,
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Build 0x04030201, version 5.6.7.
+    const IDENTITY: [u8; 10] = [1, 2, 3, 4, 5, 0, 6, 0, 7, 0];
+
     /// An ELF with a code segment, a gap, and a segment with the seal.
     fn elf() -> Vec<u8> {
-        let sealed = [&MARKER.map(u32::to_le_bytes).concat()[..], &[ERASED; 8]].concat();
+        let sealed = [&MARKER.map(u32::to_le_bytes).concat()[..], &[ERASED; 8], &IDENTITY].concat();
         let code = [1, 2, 3, 4, 5];
         let mut bytes = vec![0; 52 + 2 * 32];
         bytes[..6].copy_from_slice(&MAGIC);
@@ -158,10 +180,18 @@ mod tests {
         let mut flash = vec![1, 2, 3, 4, 5, ERASED, ERASED, ERASED];
         flash.extend(MARKER.map(u32::to_le_bytes).concat());
         flash.extend([ERASED; 8]);
-        assert_eq!(sealed, (32, checksum(&flash)));
-        let (rest, numbers) = elf.split_at(elf.len() - NUMBERS_BYTES);
+        flash.extend(IDENTITY);
+        let expected = SealedImage {
+            version: [5, 6, 7],
+            build: 0x0403_0201,
+            length: 42,
+            checksum: checksum(&flash),
+        };
+        assert_eq!(sealed, expected);
+        let (rest, numbers) = elf.split_at(elf.len() - NUMBERS_BYTES - IDENTITY.len());
         assert_eq!(rest, &unsealed[..rest.len()]);
-        assert_eq!(numbers, [32_u32.to_le_bytes(), sealed.1.to_le_bytes()].concat());
+        let written = [42_u32.to_le_bytes(), expected.checksum.to_le_bytes()].concat();
+        assert_eq!(numbers, [&written[..], &IDENTITY].concat());
         let once = elf.clone();
         assert_eq!(seal(&mut elf), Ok(sealed));
         assert_eq!(elf, once);
@@ -171,8 +201,12 @@ mod tests {
     fn what_is_no_firmware_is_refused() {
         assert!(seal(&mut []).is_err());
         assert!(seal(&mut elf()[..60]).is_err());
+        let mut cut_off = elf();
+        let bytes = 52 + 32 + FILE_BYTES;
+        cut_off[bytes] -= 1;
+        assert_eq!(seal(&mut cut_off), Err("a seal that is cut off"));
         let mut without = elf();
-        let at = without.len() - 24;
+        let at = without.len() - 24 - IDENTITY.len();
         without[at] ^= 1;
         assert_eq!(seal(&mut without), Err("not exactly one seal in the image"));
     }

@@ -60,6 +60,8 @@ impl Blocker {
             Self::BoardOptions => "Set the part's option bytes as the bring-up page says.",
             Self::PartRevision => "Use a board with a supported part.",
             Self::Image => "Flash the firmware again.",
+            Self::Unsealed => "Flash the firmware by `cargo flash-board`, which writes its checksum.",
+            Self::Ram => "Switch the board's supply off and on; if the RAM fails again, use another board.",
         }
     }
 }

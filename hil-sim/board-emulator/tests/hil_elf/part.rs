@@ -1,8 +1,9 @@
 //! The part's flash when it fails: flags that stay, sectors that are protected, words that cannot be read.
 
-use board_emulator::board::{FlashDamage, PartSetup};
-use board_emulator::vehicle::stored;
+use board_emulator::board::{MemoryFault, PartSetup};
+use board_emulator::vehicle::stored::{self, REGION};
 use firmware::built_in;
+use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, HISTORY_SECTORS, PARAMETER_SECTORS};
 use firmware::protocol::message::{Answer, Order, ParameterAnswer, ParameterRequest};
 use model::supervise::codes::Blocker;
 use model::vehicle::Vehicle;
@@ -65,28 +66,47 @@ fn a_protected_sector_ends_in_an_answer() {
     assert_ne!(answer, Answer::Parameters(ParameterAnswer::Stored));
 }
 
-/// Words of the store that cannot be read: the board starts, without a reset, with the built-in set, and does not arm.
+/// Words of the store that cannot be read, all of them or any one that holds something: the board starts, without a
+/// reset, with the built-in set, tells it, and does not arm. Unreadable words of the fault history keep nobody from driving.
 #[test]
 fn a_store_that_cannot_be_read_blocks_arming() {
+    const WORD: u64 = FLASH_WORD_BYTES as u64;
     let vehicle = Vehicle::new(built_in::PARAMETERS.cast::<f64>()).expect("valid");
-    let contents = [stored::set(&vehicle).expect("it fits")];
-    let boot = |flash_damage| {
+    let (start, set) = stored::set(&vehicle).expect("it fits");
+    assert_eq!(start, REGION);
+    let written: Vec<u64> = (start..)
+        .step_by(FLASH_WORD_BYTES)
+        .zip(set.chunks(FLASH_WORD_BYTES))
+        .filter(|(_, word)| word.iter().any(|byte| *byte != 0xFF))
+        .map(|(at, _)| at)
+        .collect();
+    assert!(written.len() >= 5, "{written:#x?}");
+    let boot = |memory_fault| {
         let part = PartSetup {
-            flash_damage,
+            memory_fault,
             ..PartSetup::default()
         };
-        let mut board = powered_part(part, &contents);
-        board.run(800);
+        let mut board = powered_part(part, &[(start, set.clone())]);
+        board.run(150);
         let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
         assert_eq!(resets, []);
         board
     };
     let blocked = |board: &Operator| board.status().vehicle.blockers.contains(Blocker::Parameters);
     assert!(!blocked(&boot(None)));
-    let damage = FlashDamage {
-        bank: 1,
-        after: 0,
-        reads: u64::MAX,
-    };
-    assert!(blocked(&boot(Some(damage))));
+    let store = (REGION, (PARAMETER_SECTORS * FLASH_SECTOR_BYTES) as u64);
+    for (first, bytes) in written.into_iter().map(|at| (at, WORD)).chain([store]) {
+        let mut board = boot(Some(MemoryFault::unreadable(first, bytes)));
+        let log = board.log();
+        assert!(blocked(&board), "{first:#x}: {log:#?}");
+        assert!(
+            log.iter().any(|line| line.contains("built-in set")),
+            "{first:#x}: {log:#?}"
+        );
+    }
+    let history = (HISTORY_SECTORS * FLASH_SECTOR_BYTES) as u64;
+    assert!(!blocked(&boot(Some(MemoryFault::unreadable(
+        REGION - history,
+        history
+    )))));
 }

@@ -11,15 +11,19 @@ fn main() -> ExitCode {
     };
     let sealed = std::fs::read(&path).and_then(|mut elf| {
         let before = elf.clone();
-        let (length, checksum) = seal(&mut elf).map_err(std::io::Error::other)?;
+        let image = seal(&mut elf).map_err(std::io::Error::other)?;
         if elf != before {
             std::fs::write(&path, elf)?;
         }
-        Ok((length, checksum))
+        Ok(image)
     });
     match sealed {
-        Ok((length, checksum)) => {
-            eprintln!("seal-image: {length} bytes, checksum {checksum:08x}");
+        Ok(image) => {
+            let [major, minor, patch] = image.version;
+            eprintln!(
+                "seal-image: firmware {major}.{minor}.{patch}, build {:08x}, {} bytes, checksum {:08x}",
+                image.build, image.length, image.checksum
+            );
             ExitCode::SUCCESS
         }
         Err(error) => {

@@ -3,20 +3,27 @@
 use core::mem::offset_of;
 
 use crc::{CRC_32_ISCSI, Crc};
+use firmware::built_in::BUILD_HASH;
 use firmware::drive_board::FLASH_WORD_BYTES;
-use firmware::image_seal::{ERASED, FLASH_START, IMAGE_MAX, MARKER, MISSING, NUMBERS_AT, NUMBERS_BYTES};
+use firmware::image_seal::{
+    BUILD_AT, ERASED, FLASH_START, IMAGE_MAX, MARKER, MISSING, NUMBERS_AT, NUMBERS_BYTES, VERSION_AT,
+};
+use firmware::link::VERSION;
 
 use super::storage::{StorageError, read_guarded};
 
-/// The seal, within one word of the flash.
+/// The seal. Marker and numbers lie within one word of the flash.
 #[repr(C, align(32))]
 struct Seal {
     marker: [u32; 4],
     length: u32,
     checksum: u32,
+    build: u32,
+    version: [u16; 3],
 }
 
 const _: () = assert!(offset_of!(Seal, length) == NUMBERS_AT && align_of::<Seal>() == FLASH_WORD_BYTES);
+const _: () = assert!(offset_of!(Seal, build) == BUILD_AT && offset_of!(Seal, version) == VERSION_AT);
 
 /// Linked without its numbers, which `seal-image` writes into the ELF: read as the flash has it, never as it is written
 /// here.
@@ -25,6 +32,8 @@ static SEAL: Seal = Seal {
     marker: MARKER,
     length: MISSING,
     checksum: MISSING,
+    build: BUILD_HASH,
+    version: VERSION,
 };
 
 const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
@@ -61,6 +70,11 @@ fn try_check() -> Result<ImageState, StorageError> {
     if length == MISSING {
         return Ok(ImageState::Unsealed);
     }
+    defmt::info!(
+        "self-test: image of {=u32} bytes, checksum {=u32:08x}",
+        length,
+        checksum
+    );
     if length > IMAGE_MAX {
         return Ok(ImageState::Damaged);
     }

@@ -32,7 +32,12 @@ pub fn run(break_works: bool) -> BlockerSet {
             defmt::info!("self-test: {=str} passed", blocker.name());
         } else {
             blockers.insert(blocker);
-            defmt::error!("self-test: {=str}: {=str}", blocker.name(), blocker.meaning());
+            defmt::error!(
+                "self-test: {=str}: {=str} {=str}",
+                blocker.name(),
+                blocker.meaning(),
+                blocker.remedy()
+            );
         }
     }
     blockers
