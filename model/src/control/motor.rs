@@ -46,22 +46,31 @@ impl MotorLimits {
         }
     }
 
-    /// Bounds the voltages of two drive motors, left and right, at their output rates. What a limit takes from one motor
-    /// the other gives, as far as its own limit allows: their sum, which holds the arm and the speed, goes before their
-    /// difference, which steers.
-    pub fn limit_pair(&self, wanted_v: [f32; 2], rate_rad_s: [f32; 2]) -> [LimitedVoltage; 2] {
-        let [left, right] = [0, 1].map(|side: usize| self.limit(wanted_v[side], rate_rad_s[side]));
+    /// These limits with a share of the current, 0 to 1.
+    #[must_use]
+    pub fn with_share(self, share: f32) -> Self {
+        Self {
+            current_v: self.current_v * share,
+            ..self
+        }
+    }
+
+    /// Bounds the voltages of two drive motors, left and right, by a limit each, at their output rates. What a limit takes
+    /// from one motor the other gives, as far as its own limit allows: their sum, which holds the arm and the speed, goes
+    /// before their difference, which steers.
+    pub fn limit_pair(limits: [Self; 2], wanted_v: [f32; 2], rate_rad_s: [f32; 2]) -> [LimitedVoltage; 2] {
+        let [left, right] = [0, 1].map(|side: usize| limits[side].limit(wanted_v[side], rate_rad_s[side]));
         if !left.by_current && !right.by_current {
             return [left, right];
         }
         let lost_v = [wanted_v[0] - left.voltage_v, wanted_v[1] - right.voltage_v];
         [
             LimitedVoltage {
-                voltage_v: self.limit(left.voltage_v + lost_v[1], rate_rad_s[0]).voltage_v,
+                voltage_v: limits[0].limit(left.voltage_v + lost_v[1], rate_rad_s[0]).voltage_v,
                 ..left
             },
             LimitedVoltage {
-                voltage_v: self.limit(right.voltage_v + lost_v[0], rate_rad_s[1]).voltage_v,
+                voltage_v: limits[1].limit(right.voltage_v + lost_v[0], rate_rad_s[1]).voltage_v,
                 ..right
             },
         ]
@@ -161,11 +170,14 @@ mod tests {
             ([4.0, 9.0], [0.0, 0.0], [5.0, 5.0]),
             ([8.0, 9.0], [0.0, 0.0], [5.0, 5.0]),
         ] {
-            let found = limits.limit_pair(wanted_v, rate_rad_s);
+            let found = MotorLimits::limit_pair([limits; 2], wanted_v, rate_rad_s);
             assert_eq!(found.map(|limited| limited.voltage_v), found_v, "{wanted_v:?}");
         }
-        let [left, right] = limits.limit_pair([2.0, 6.0], [0.0, 0.0]);
+        let [left, right] = MotorLimits::limit_pair([limits; 2], [2.0, 6.0], [0.0, 0.0]);
         assert!(!left.by_current && right.by_current);
+        // A hot left motor may use half: the right one gives what the left one may not, up to its own limit.
+        let found = MotorLimits::limit_pair([limits.with_share(0.5), limits], [4.0, 3.0], [0.0, 0.0]);
+        assert_eq!(found.map(|limited| limited.voltage_v), [2.5, 4.5]);
     }
 
     #[test]

@@ -33,6 +33,8 @@ impl Fault {
             Self::RightMotorOpen => "Check the right motor's leads and plug.",
             Self::CurrentSensor => "Check the drive motors' current sensors.",
             Self::StopContacts => "Check both contacts of the emergency stop and their wires.",
+            Self::DriveMotorHot => "Let the drive motors cool for a minute; take a gentler slope or a lighter load.",
+            Self::BallastMotorHot => "Let the ballast motor cool for a minute; check that the ballast turns freely.",
         }
     }
 }
@@ -61,6 +63,7 @@ impl Blocker {
             Self::PartRevision => "Use a board with a supported part.",
             Self::Image => "Flash the firmware again.",
             Self::Unsealed => "Flash the firmware by `cargo flash-board`, which writes its checksum.",
+            Self::MotorHot => "Let the drive motors cool for a minute.",
             Self::Ram => "Switch the board's supply off and on; if the RAM fails again, use another board.",
         }
     }

@@ -5,6 +5,7 @@ use crate::sample::{ImuRaw, ImuSample};
 use crate::vehicle::test_vehicle::reference;
 
 mod blocking;
+mod heat;
 
 /// A supervisor with what a healthy vehicle at rest would show it.
 struct Bench {
