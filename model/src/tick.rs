@@ -109,7 +109,8 @@ impl VehicleCore {
     /// Stage 2: angles, rates, slope, pose.
     pub fn estimate(&mut self, sensed: &Sensed) -> Estimate {
         let disarmed = self.mode() == Mode::Disarmed;
-        self.estimator.step(sensed, disarmed, self.laws.intent())
+        self.estimator
+            .step(sensed, self.supervisor.believed(), disarmed, self.laws.intent())
     }
 
     /// Stage 3: supervision, then the control laws.

@@ -55,22 +55,29 @@ impl MotorLimits {
         }
     }
 
-    /// Bounds the voltages of two drive motors, left and right, by a limit each, at their output rates. What a limit takes
-    /// from one motor the other gives, as far as its own limit allows: their sum, which holds the arm and the speed, goes
-    /// before their difference, which steers.
+    /// Bounds the voltages of two drive motors, left and right, each by its limits at its output rate. What these take from the sum,
+    /// which holds the arm and the speed, a motor with room left gives: the sum goes before the difference, which steers.
+    /// Neither voltage leaves its motor's limits for that, so that a vehicle that spins is braked and never spun faster.
     pub fn limit_pair(limits: [Self; 2], wanted_v: [f32; 2], rate_rad_s: [f32; 2]) -> [LimitedVoltage; 2] {
-        let [left, right] = [0, 1].map(|side: usize| limits[side].limit(wanted_v[side], rate_rad_s[side]));
-        if !left.by_current && !right.by_current {
-            return [left, right];
-        }
-        let lost_v = [wanted_v[0] - left.voltage_v, wanted_v[1] - right.voltage_v];
+        let [left_limits, right_limits] = limits;
+        let [wanted_left_v, wanted_right_v] = wanted_v;
+        let [left_rad_s, right_rad_s] = rate_rad_s;
+        let left = left_limits.limit(wanted_left_v, left_rad_s);
+        let right = right_limits.limit(wanted_right_v, right_rad_s);
+        let lost_v = (wanted_left_v - left.voltage_v) + (wanted_right_v - right.voltage_v);
+        // A motor at the limit that took the sum has no room, so at most one of the two moves.
+        let left_v = left_limits.limit(left.voltage_v + lost_v, left_rad_s).voltage_v;
+        let still_lost_v = lost_v - (left_v - left.voltage_v);
+        let right_v = right_limits
+            .limit(right.voltage_v + still_lost_v, right_rad_s)
+            .voltage_v;
         [
             LimitedVoltage {
-                voltage_v: limits[0].limit(left.voltage_v + lost_v[1], rate_rad_s[0]).voltage_v,
+                voltage_v: left_v,
                 ..left
             },
             LimitedVoltage {
-                voltage_v: limits[1].limit(right.voltage_v + lost_v[0], rate_rad_s[1]).voltage_v,
+                voltage_v: right_v,
                 ..right
             },
         ]
@@ -125,6 +132,8 @@ pub fn voltage(duty: i16, battery_v: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
 
     #[test]
@@ -166,6 +175,11 @@ mod tests {
             ([-6.5, -2.0], [0.0, 0.0], [-5.0, -3.5]),
             // About the back-EMF of a turn.
             ([-1.0, 9.0], [-2.0, 2.0], [1.0, 7.0]),
+            // A spin that is to be braked: both limits take from the difference, and nothing from the sum.
+            ([8.0, -8.0], [-20.0, 20.0], [-15.0, 15.0]),
+            ([-8.0, 8.0], [20.0, -20.0], [15.0, -15.0]),
+            ([9.0, -5.0], [-20.0, 20.0], [-15.0, 19.0]),
+            ([7.0, -9.0], [-3.0, 3.0], [-0.0, -2.0]),
             // The sum itself is too much.
             ([4.0, 9.0], [0.0, 0.0], [5.0, 5.0]),
             ([8.0, 9.0], [0.0, 0.0], [5.0, 5.0]),
@@ -178,6 +192,32 @@ mod tests {
         // A hot left motor may use half: the right one gives what the left one may not, up to its own limit.
         let found = MotorLimits::limit_pair([limits.with_share(0.5), limits], [4.0, 3.0], [0.0, 0.0]);
         assert_eq!(found.map(|limited| limited.voltage_v), [2.5, 4.5]);
+    }
+
+    proptest! {
+        /// Whatever is wanted, both motors stay within their current limits, and the sum is kept wherever they can give
+        /// it.
+        #[test]
+        fn the_pair_stays_within_the_limits_and_keeps_the_sum_where_it_can(
+            left_v in -30.0_f32..30.0, right_v in -30.0_f32..30.0,
+            left_rad_s in -30.0_f32..30.0, right_rad_s in -30.0_f32..30.0,
+        ) {
+            let limits = MotorLimits { back_emf_v_s_per_rad: 1.0, current_v: 5.0, resistance_ohm: 0.3 };
+            let [left, right] = MotorLimits::limit_pair([limits; 2], [left_v, right_v], [left_rad_s, right_rad_s]);
+            for (limited, rate) in [(left, left_rad_s), (right, right_rad_s)] {
+                prop_assert!((limited.voltage_v - rate).abs() <= 5.0 + 1e-4, "{limited:?} at {rate} rad/s");
+            }
+            let emf = left_rad_s + right_rad_s;
+            let feasible = (left_v + right_v).bounded(emf - 10.0, emf + 10.0);
+            prop_assert!((left.voltage_v + right.voltage_v - feasible).abs() < 1e-3, "{left:?} {right:?}");
+            // The difference lies between what is wanted and what the wheels make by themselves: no spin is driven on.
+            let (wanted, made) = (right_v - left_v, right_rad_s - left_rad_s);
+            let given = right.voltage_v - left.voltage_v;
+            prop_assert!(
+                given >= wanted.min(made) - 1e-3 && given <= wanted.max(made) + 1e-3,
+                "{given} of {wanted} and {made}"
+            );
+        }
     }
 
     #[test]

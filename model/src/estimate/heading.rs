@@ -97,16 +97,27 @@ impl HeadingEstimator {
         } else {
             self.lesson = Lesson::default();
         }
-        self.yaw_rate_rad_s = rate;
-        let step = rate * self.dt_s - self.carry_rad;
-        let sum = self.heading_rad + step;
-        self.carry_rad = (sum - self.heading_rad) - step;
-        self.heading_rad = sum;
+        self.turn(rate);
     }
 
     /// One tick in which the vehicle is known to stand still, whatever a gyro of unknown bias shows.
     pub fn stand(&mut self) {
         self.yaw_rate_rad_s = 0.0;
+    }
+
+    /// One tick without a gyro: the heading follows the wheels.
+    pub fn follow(&mut self, wheels_rad_s: f32) {
+        self.lesson = Lesson::default();
+        self.turn(wheels_rad_s);
+    }
+
+    /// Turns at a rate for one tick.
+    fn turn(&mut self, rate_rad_s: f32) {
+        self.yaw_rate_rad_s = rate_rad_s;
+        let step = rate_rad_s * self.dt_s - self.carry_rad;
+        let sum = self.heading_rad + step;
+        self.carry_rad = (sum - self.heading_rad) - step;
+        self.heading_rad = sum;
     }
 
     /// Learns from one tick at rest; the bias changes by what the block before the last whole one showed.
@@ -135,6 +146,11 @@ impl HeadingEstimator {
     /// Sets the biases of the gyro's x and z axes, rad/s.
     pub fn set_bias(&mut self, bias_xz_rad_s: [f32; 2]) {
         self.bias_rad_s = bias_xz_rad_s;
+    }
+
+    /// Biases of the gyro's x and z axes, rad/s.
+    pub fn bias_rad_s(&self) -> [f32; 2] {
+        self.bias_rad_s
     }
 
     /// Heading in rad, anticlockwise positive, not wrapped; 0 when the core begins.

@@ -14,5 +14,6 @@ pub mod stall;
 pub mod stillness;
 pub mod tilt;
 pub mod traction;
+pub mod trust;
 
 pub use result::Estimate;

@@ -19,6 +19,7 @@
 //! through a filter of the same lag: else every change of the acceleration by a leaves lag a / (g tau) in the angle.
 
 use super::rate_filter::LowPass;
+use super::trust::Trust;
 use crate::bounded::Bounded;
 use crate::vehicle::GRAVITY_M_S2;
 
@@ -60,31 +61,6 @@ impl TiltReading {
 const WEIGHT_MIN_G: f32 = 0.5;
 const WEIGHT_MAX_G: f32 = 2.0;
 
-/// How far the accelerometer shows where down is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Trust {
-    /// Not at all: the vehicle falls or lands, and gravity is no part of what the accelerometer feels, or the smaller.
-    None,
-    /// Little: the wheels slide, and the axle's acceleration is not what they show.
-    Little,
-    /// As far as the axle's acceleration is known.
-    Driving,
-    /// Fully: the vehicle does not move. The gyro shows its bias and the accelerometer shows gravity alone.
-    AtRest,
-}
-
-impl Trust {
-    /// Factors on the corrections of the angle and of the bias.
-    fn factors(self) -> (f32, f32) {
-        match self {
-            Self::None => (0.0, 0.0),
-            Self::Little => (LITTLE_FACTOR, 0.0),
-            Self::Driving => (1.0, 1.0),
-            Self::AtRest => (STANDSTILL_FACTOR, STANDSTILL_BIAS_FACTOR),
-        }
-    }
-}
-
 /// Complementary filter for angle and gyro bias.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TiltEstimator {
@@ -104,17 +80,9 @@ pub struct TiltEstimator {
     unfiltered_error: f32,
 }
 
-/// Slow-down of the angle's correction while the wheels slide: not 0, so that a slide that is none cannot keep a wrong
-/// angle for ever.
-const LITTLE_FACTOR: f32 = 0.02;
 /// Largest error, as a sine, that corrects the angle while driving: the start of a slide looks like a wrong angle, and
 /// must not be taken for one before it is known as a slide.
 const CORRECTION_MAX: f32 = 0.015;
-/// Speed-up of the angle's correction while the body is known to be at rest.
-const STANDSTILL_FACTOR: f32 = 20.0;
-/// Speed-up of the bias's correction at rest: with the reference time constants the two poles are about
-/// critically damped at 4.5 1/s.
-const STANDSTILL_BIAS_FACTOR: f32 = 2400.0;
 /// Time constant of the angular acceleration's filter.
 const ACCELERATION_TIME_CONSTANT_S: f32 = 0.01;
 const G: f32 = GRAVITY_M_S2 as f32;
@@ -172,7 +140,8 @@ impl TiltEstimator {
         let x = reading.force_x_m_s2 - self.radius_m * (self.acceleration_rad_s2 - turn * cos);
         let z = reading.force_z_m_s2 - self.radius_m * (swing * swing + turn * sin);
         let horizontal = x * cos - z * sin;
-        if trust == Trust::AtRest {
+        let stands = trust.stands();
+        if stands {
             // Nothing accelerates: no lag in the faster correction's loop.
             self.horizontal.reset(horizontal);
         } else {
@@ -185,12 +154,22 @@ impl TiltEstimator {
         self.error = error;
         let (factor, bias_factor) = trust.factors();
         self.bias_rad_s -= bias_factor * self.bias_gain_per_s2 * error * self.dt_s;
-        let correction = if trust == Trust::AtRest {
+        let correction = if stands {
             error
         } else {
             error.bounded(-CORRECTION_MAX, CORRECTION_MAX)
         };
         self.set_angle(self.angle_rad + self.dt_s * (rate + factor * self.angle_gain_per_s * correction));
+    }
+
+    /// One tick without a reading that can be believed: the body stays where it was.
+    pub fn hold(&mut self) {
+        self.rate_rad_s = 0.0;
+        self.acceleration.reset(0.0);
+        self.acceleration_rad_s2 = 0.0;
+        self.horizontal.reset(0.0);
+        self.error = 0.0;
+        self.unfiltered_error = 0.0;
     }
 
     fn set_angle(&mut self, angle_rad: f32) {
@@ -256,6 +235,13 @@ mod tests {
     use super::*;
 
     const DT: f32 = 0.001;
+    /// Standing on level ground.
+    const LEVEL: Disturbance = Disturbance {
+        axle_acceleration_m_s2: 0.0,
+        cos_slope: 1.0,
+        yaw_rate_rad_s: 0.0,
+        sin_roll: 0.0,
+    };
 
     /// Specific force of an IMU that swings as phi(t) on an axle that moves as x(t), by numerical
     /// differentiation of its position: an oracle that knows none of the formulas above.
@@ -316,11 +302,7 @@ mod tests {
         // At most 0.43 deg/s: what looks like this may be a slide.
         for k in 0..120_000 {
             let t = f64::from(k) * f64::from(DT);
-            let disturbance = Disturbance {
-                cos_slope: 1.0,
-                ..Disturbance::default()
-            };
-            estimator.update(&reading(t, 0.1, &|_| 0.0, &x), &disturbance, Trust::Driving);
+            estimator.update(&reading(t, 0.1, &|_| 0.0, &x), &LEVEL, Trust::Driving);
         }
         let degrees = estimator.angle_rad().to_degrees();
         assert!((degrees - 16.7).abs() < 0.5, "0.3 g reads as {degrees} degrees");
@@ -335,12 +317,8 @@ mod tests {
                 force_x_m_s2: 0.0,
                 force_z_m_s2: G,
             };
-            let disturbance = Disturbance {
-                cos_slope: 1.0,
-                ..Disturbance::default()
-            };
             for _ in 0..ticks {
-                estimator.update(&reading, &disturbance, trust);
+                estimator.update(&reading, &LEVEL, trust);
             }
             estimator
         };
@@ -366,16 +344,14 @@ mod tests {
                 force_x_m_s2: 0.1 * G,
                 force_z_m_s2: G,
             };
-            let disturbance = Disturbance {
-                cos_slope: 1.0,
-                ..Disturbance::default()
-            };
             for _ in 0..1000 {
-                estimator.update(&reading, &disturbance, trust);
+                estimator.update(&reading, &LEVEL, trust);
             }
             (estimator.angle_rad(), estimator.bias_rad_s())
         };
         assert_eq!(run(Trust::None), (0.0, 0.0));
+        let settling = run(Trust::Settling);
+        assert!((settling.0 - 0.1).abs() < 0.001 && settling.1 == 0.0, "{settling:?}");
         let (little, driving) = (run(Trust::Little), run(Trust::Driving));
         assert!(
             little.0 > 0.0 && little.0 < 0.15 * driving.0 && little.1 == 0.0,

@@ -18,6 +18,9 @@ use crate::vehicle::{MotorParameters, Vehicle};
 const LATE_US: u64 = 1500;
 /// A tick that comes later than this after the last one is a fault.
 const MISSED_US: u64 = 5000;
+/// Faults of what the arm IMU shows, and of what the wheels' encoders show.
+const ARM_IMU_FAULTS: [Fault; 3] = [Fault::ImuStale, Fault::ImuImplausible, Fault::NotFinite];
+const ENCODER_FAULTS: [Fault; 2] = [Fault::EncoderStale, Fault::EncoderImplausible];
 const OVERCURRENT_TICKS: u16 = 3;
 const BATTERY_TICKS: u16 = 50;
 /// Ticks in a row in which the emergency stop's contacts must differ to disagree: longer than the contacts of one button
@@ -33,6 +36,26 @@ pub struct Findings {
     pub newly_armed: bool,
     /// Faults whose cause is present in this tick.
     pub faults: FaultSet,
+}
+
+/// Which sensors show what is: those without a present fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Believed {
+    /// The arm IMU is fresh, plausible, and its gyro and accelerometer agree.
+    pub arm_imu: bool,
+    /// The spar IMU is fresh and plausible.
+    pub spar_imu: bool,
+    /// The wheels' encoders are fresh and plausible.
+    pub encoders: bool,
+}
+
+impl Believed {
+    /// Every sensor shows what is.
+    pub const ALL: Self = Self {
+        arm_imu: true,
+        spar_imu: true,
+        encoders: true,
+    };
 }
 
 /// Fault limits in the units they are compared in.
@@ -67,6 +90,7 @@ pub struct Supervisor {
     contacts_disagreed: bool,
     last_time_us: Option<u64>,
     late_ticks: u32,
+    believed: Believed,
 }
 
 /// Counts that an encoder cannot move within one tick: twice the no-load speed at the highest supply, and some.
@@ -118,6 +142,7 @@ impl Supervisor {
             contacts_disagreed: false,
             last_time_us: None,
             late_ticks: 0,
+            believed: Believed::default(),
         }
     }
 
@@ -146,6 +171,12 @@ impl Supervisor {
             self.contacts_disagreed = false;
         }
         let faults = self.faults(sensed, estimate, command, applied);
+        let without = |codes: &[Fault]| !codes.iter().any(|code| faults.contains(*code));
+        self.believed = Believed {
+            arm_imu: without(&ARM_IMU_FAULTS),
+            spar_imu: without(&[Fault::SparImu]),
+            encoders: without(&ENCODER_FAULTS),
+        };
         let blockers = self
             .blockers(faults, estimate, command)
             .union(BlockerSet::from_bits(sensed.board_blockers));
@@ -171,6 +202,11 @@ impl Supervisor {
     /// The present mode.
     pub fn mode(&self) -> Mode {
         self.arming.mode()
+    }
+
+    /// Which sensors the last tick believed; none before the first.
+    pub fn believed(&self) -> Believed {
+        self.believed
     }
 
     /// Faults latched since they were last cleared.
@@ -299,11 +335,8 @@ impl Supervisor {
         blockers.set(Blocker::NotCalibrated, !estimate.calibrated);
         blockers.set(Blocker::EmergencyStop, any(&[Fault::EmergencyStop]));
         blockers.set(Blocker::BridgeBreak, any(&[Fault::BridgeBreak]));
-        blockers.set(
-            Blocker::Imu,
-            any(&[Fault::ImuStale, Fault::ImuImplausible, Fault::NotFinite]),
-        );
-        blockers.set(Blocker::Encoder, any(&[Fault::EncoderStale, Fault::EncoderImplausible]));
+        blockers.set(Blocker::Imu, any(&ARM_IMU_FAULTS));
+        blockers.set(Blocker::Encoder, any(&ENCODER_FAULTS));
         blockers.set(Blocker::Analog, any(&[Fault::AnalogStale, Fault::Overcurrent]));
         blockers.set(Blocker::Battery, any(&[Fault::BatteryLow, Fault::BatteryHigh]));
         blockers.set(Blocker::NotAtRest, !estimate.at_rest);

@@ -8,19 +8,22 @@ use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
 use crate::estimate::slope::SlopeEstimator;
 use crate::estimate::stall::{Intent, Stall};
-use crate::estimate::stillness::Stillness;
-use crate::estimate::tilt::{Disturbance, TiltEstimator, TiltReading, Trust};
+use crate::estimate::tilt::{Disturbance, TiltEstimator, TiltReading};
 use crate::estimate::traction::{Evidence, Traction};
+use crate::estimate::trust::Trust;
 use crate::sample::{Motor, TICK_S};
 use crate::sensed::Sensed;
 use crate::supervise::plausibility::Persistence;
+use crate::supervise::supervisor::Believed;
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
 mod calibration;
 mod ground;
+mod standing;
 
 use calibration::{Calibration, is_new};
 use ground::{SLOPE_RATE_TIME_CONSTANT_S, Trail};
+use standing::{Posture, Standing};
 
 /// Stage 2's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,10 +47,11 @@ pub(super) struct Estimator {
     theta_acceleration: LowPass,
     roll: LowPass,
     weighs: Persistence,
-    wheels: Stillness,
-    rest: Persistence,
+    standing: Standing,
+    /// The IMU was lost in the last tick, or has not been there yet.
+    arm_lost: bool,
+    spar_lost: bool,
     contradicted: Persistence,
-    calibration: Calibration<3>,
     spar_calibration: Calibration<1>,
     ballast_offset_rad: f32,
     last_heading_rad: f32,
@@ -81,10 +85,6 @@ const G: f32 = GRAVITY_M_S2 as f32;
 /// Speed and arm rate below which the vehicle is stopped.
 const STOPPED_M_S: f32 = 0.05;
 const STOPPED_ARM_RAD_S: f32 = 0.2;
-/// Arm rate below which the vehicle stands still.
-const REST_ARM_RAD_S: f32 = 0.05;
-/// Ticks in a row for which the vehicle must stand still to be at rest.
-const STILL_TICKS: u16 = 100;
 /// Time constant of the axle acceleration's filter.
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
 /// Time constant of the axle's roll.
@@ -132,10 +132,10 @@ impl Estimator {
             weighs: Persistence::new(WEIGHT_TICKS),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
             roll: LowPass::new(TICK_S, ROLL_TIME_CONSTANT_S),
-            wheels: Stillness::default(),
-            rest: Persistence::new(STILL_TICKS),
+            standing: Standing::default(),
+            arm_lost: true,
+            spar_lost: true,
             contradicted: Persistence::new(CONTRADICTION_TICKS),
-            calibration: Calibration::default(),
             spar_calibration: Calibration::default(),
             ballast_offset_rad: 0.0,
             last_heading_rad: 0.0,
@@ -162,26 +162,29 @@ impl Estimator {
     }
 
     /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang. `intent` is what the
-    /// speed law was told in the last tick.
-    pub(super) fn step(&mut self, sensed: &Sensed, disarmed: bool, intent: Intent) -> Estimate {
-        let [left, right, ballast_rate_rad_s] = sensed.relative_rate_rad_s;
-        let [left_count, right_count, _] = sensed.encoder_counts;
-        let still = self.wheels.stand([left_count, right_count], [left, right])
-            && (sensed.arm.rate_rad_s - self.arm.bias_rad_s()).abs() < REST_ARM_RAD_S.max(self.calibration.tolerance());
-        let at_rest = self.rest.update(still);
-        let rest = at_rest && disarmed;
-        let calibrating = still && disarmed && !self.calibration.is_done();
-        self.calibrate(sensed, still && disarmed);
-        if calibrating {
+    /// speed law was told in the last tick, `believed` what supervision thought of the sensors then.
+    pub(super) fn step(&mut self, sensed: &Sensed, believed: Believed, disarmed: bool, intent: Intent) -> Estimate {
+        let [.., ballast_rate_rad_s] = sensed.relative_rate_rad_s;
+        let [bias_x, bias_z] = self.heading.bias_rad_s();
+        let biases = [self.arm.bias_rad_s(), bias_x, bias_z];
+        let (posture, found) = self.standing.update(sensed, biases, believed, disarmed);
+        if let Some([arm, x, z]) = found {
+            self.arm.set_bias(arm);
+            self.heading.set_bias([x, z]);
+        }
+        self.calibrate_spar(sensed, believed, posture.still && disarmed);
+        if posture.calibrating || believed.arm_imu && self.arm_lost {
             // On a slope the arm hangs out: an angle that is still to be found would be learnt as a bias of its gyro,
-            // and as motion.
+            // and as motion. Nor does anybody know how the arm turned while its IMU was away.
             self.arm.align(&sensed.arm);
             self.slope.align(self.arm.sin());
         }
+        self.arm_lost = !believed.arm_imu;
 
-        let motion = self.turn(sensed, at_rest, calibrating);
-        self.tilt(sensed, &motion, rest);
-        if rest {
+        let motion = self.turn(sensed, believed, posture);
+        self.tilt(sensed, believed, &motion, posture);
+        if posture.idle || !self.standing.is_calibrated() {
+            // An angle that is still to be found looks like a slide.
             self.traction.stand();
         }
         let contradicted = self
@@ -194,7 +197,7 @@ impl Estimator {
             .spar
             .as_ref()
             .map_or((0.0, 0.0), |s| (s.angle_rad(), s.rate_rad_s()));
-        if rest {
+        if posture.idle {
             // An idle ballast hangs straight down: its angle from the vertical is 0.
             self.ballast_offset_rad = -spar_rad - sensed.ballast_turned_rad;
         }
@@ -223,8 +226,8 @@ impl Estimator {
             ballast_rad: sensed.ballast_turned_rad + self.ballast_offset_rad,
             ballast_rate_rad_s,
             gyro_bias_rad_s: self.arm.bias_rad_s(),
-            calibrated: self.calibration.is_done(),
-            at_rest,
+            calibrated: self.standing.is_calibrated(),
+            at_rest: posture.at_rest,
             stopped: motion.wheels_m_s.abs() < STOPPED_M_S
                 && motion.phi_rate_rad_s.abs() < STOPPED_ARM_RAD_S
                 && self.lowered(),
@@ -235,7 +238,7 @@ impl Estimator {
     }
 
     /// Heading and wheel rate: what the gyro and the encoders show at once.
-    fn turn(&mut self, sensed: &Sensed, at_rest: bool, calibrating: bool) -> MeasuredMotion {
+    fn turn(&mut self, sensed: &Sensed, believed: Believed, posture: Posture) -> MeasuredMotion {
         let [left, right, _] = sensed.relative_rate_rad_s;
         let r = self.scales.length_m;
         // The plane's normal seen from the arm: turned by phi - beta from the arm's z axis.
@@ -243,22 +246,28 @@ impl Estimator {
         let sin_normal = sin * self.slope.cos() - cos * self.slope.sin();
         let cos_normal = cos * self.slope.cos() + sin * self.slope.sin();
         let wheels_yaw_rad_s = 0.5 * (right - left) * r / self.half_track_m;
-        if calibrating {
+        if posture.calibrating {
             self.heading.stand();
+        } else if !believed.arm_imu {
+            self.heading.follow(wheels_yaw_rad_s);
         } else {
             let reading = YawReading {
                 gyro_xz_rad_s: sensed.arm_gyro_xz_rad_s,
                 normal_sin_cos: [sin_normal, cos_normal],
                 wheels_rad_s: wheels_yaw_rad_s,
             };
-            self.heading.update(&reading, at_rest);
+            self.heading.update(&reading, posture.at_rest);
         }
         let yaw_rate_rad_s = self.heading.yaw_rate_rad_s();
-        // Wheel rate: the relative rate less the arm's.
-        let swing_rad_s = sensed.arm.rate_rad_s - self.arm.bias_rad_s();
+        // Wheel rate: the relative rate less the arm's. Without its gyro the arm is taken to hang still.
+        let swing_rad_s = if believed.arm_imu {
+            sensed.arm.rate_rad_s - self.arm.bias_rad_s()
+        } else {
+            0.0
+        };
         let phi_rate_rad_s = swing_rad_s - self.alignment.swing_rad_s(yaw_rate_rad_s);
         let theta_rate_rad_s = 0.5 * (left + right) - phi_rate_rad_s;
-        if calibrating {
+        if posture.calibrating {
             // Nor is the bias, once it is taken away, an acceleration.
             self.theta_acceleration.reset(theta_rate_rad_s);
         }
@@ -284,7 +293,7 @@ impl Estimator {
     }
 
     /// The angles of arm and spar, and whether the wheels roll.
-    fn tilt(&mut self, sensed: &Sensed, motion: &MeasuredMotion, rest: bool) {
+    fn tilt(&mut self, sensed: &Sensed, believed: Believed, motion: &MeasuredMotion, posture: Posture) {
         self.slope.turn(motion.yaw_rate_rad_s * motion.sin_roll * TICK_S);
         let disturbance = Disturbance {
             axle_acceleration_m_s2: motion.wheels_m_s2,
@@ -292,9 +301,10 @@ impl Estimator {
             yaw_rate_rad_s: motion.yaw_rate_rad_s,
             sin_roll: motion.sin_roll,
         };
-        let weighs = self.weighs.update(sensed.arm.weighs());
+        let weighs = self.weighs.update(sensed.arm.weighs() && believed.arm_imu);
         let trust = match (weighs, self.traction.slides()) {
-            _ if rest => Trust::AtRest,
+            _ if posture.settled => Trust::AtRest,
+            _ if posture.idle => Trust::Settling,
             (false, _) => Trust::None,
             (true, true) => Trust::Little,
             (true, false) => Trust::Driving,
@@ -303,7 +313,11 @@ impl Estimator {
             rate_rad_s: sensed.arm.rate_rad_s - self.alignment.swing_rad_s(motion.yaw_rate_rad_s),
             ..sensed.arm
         };
-        self.arm.update(&aligned, &disturbance, trust);
+        if believed.arm_imu {
+            self.arm.update(&aligned, &disturbance, trust);
+        } else {
+            self.arm.hold();
+        }
         self.traction.update(&Evidence {
             wheels_m_s: motion.wheels_m_s,
             wheels_m_s2: motion.wheels_m_s2,
@@ -314,7 +328,11 @@ impl Estimator {
             weighs,
         });
         if let Some(spar) = &mut self.spar {
-            spar.update(&sensed.spar, &disturbance, trust);
+            if believed.spar_imu {
+                spar.update(&sensed.spar, &disturbance, trust);
+            } else {
+                spar.hold();
+            }
         }
     }
 
@@ -333,21 +351,23 @@ impl Estimator {
         self.last_heading_rad = heading;
     }
 
-    /// Averages the gyros once, while the vehicle stands still: the spar's by itself, as the vehicle drives without.
-    fn calibrate(&mut self, sensed: &Sensed, still: bool) {
-        let [gyro_x, gyro_z] = sensed.arm_gyro_xz_rad_s;
-        let rates = [sensed.arm.rate_rad_s, gyro_x, gyro_z];
-        if let Some([arm, x, z]) = self.calibration.update(rates, still && is_new(&sensed.arm_imu)) {
-            self.arm.set_bias(arm);
-            self.heading.set_bias([x, z]);
+    /// Averages the spar's gyro at rest, apart from the arm's, as the vehicle drives without a spar; anew after its IMU
+    /// was lost.
+    fn calibrate_spar(&mut self, sensed: &Sensed, believed: Believed, still: bool) {
+        let Some(spar) = &mut self.spar else { return };
+        if believed.spar_imu && self.spar_lost {
+            spar.align(&sensed.spar);
         }
-        if let Some(estimator) = &mut self.spar
-            && let Some([spar]) = self
-                .spar_calibration
-                .update([sensed.spar.rate_rad_s], still && is_new(&sensed.spar_imu))
+        self.spar_lost = !believed.spar_imu;
+        if self.spar_lost {
+            self.spar_calibration = Calibration::default();
+        }
+        if let Some([bias]) = self
+            .spar_calibration
+            .update([sensed.spar.rate_rad_s], still && is_new(&sensed.spar_imu))
         {
-            estimator.set_bias(spar);
-            estimator.align(&sensed.spar);
+            spar.set_bias(bias);
+            spar.align(&sensed.spar);
         }
     }
 }

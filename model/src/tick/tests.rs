@@ -3,6 +3,7 @@
 mod actuate;
 mod bounds;
 mod laws;
+mod lost;
 mod motion;
 mod rest;
 mod sense;

@@ -3,9 +3,16 @@
 use crate::sample::{ImuSample, TICK_US};
 
 /// Largest gyro bias that a calibration may find; more is motion.
-const BIAS_MAX_RAD_S: f32 = 0.1;
-/// Ticks over which a calibration averages the gyros.
+pub(super) const BIAS_MAX_RAD_S: f32 = 0.1;
+/// Ticks over which a calibration averages the gyros of a vehicle that stands.
 const CALIBRATION_TICKS: u16 = 500;
+/// Ticks over which it averages those of a vehicle that rocks: with its gears stuck, the whole vehicle rolls to and fro
+/// below its axle for a while, slower than what counts as motion. Six turns of 0.1 rad/s at 1 Hz leave 0.01 rad/s of it.
+const ROCKING_TICKS: u16 = 4000;
+/// Ticks of a block, and how far the blocks' averages may differ on a vehicle that stands, rad/s: several times what
+/// noise leaves of a block of 50 readings.
+const BLOCK_TICKS: u16 = 50;
+const EVEN_RAD_S: f32 = 0.005;
 
 /// Whether the IMU gave this reading since the last tick: what it gave before was averaged before, and before its first
 /// sample it has given nothing.
@@ -18,6 +25,10 @@ pub(super) fn is_new(imu: &ImuSample) -> bool {
 pub(super) struct Calibration<const N: usize> {
     sums: [f32; N],
     ticks: u16,
+    /// Sums of the block under way, and those of the first block.
+    block: [f32; N],
+    first: [f32; N],
+    rocks: bool,
     done: bool,
 }
 
@@ -26,6 +37,9 @@ impl<const N: usize> Default for Calibration<N> {
         Self {
             sums: [0.0; N],
             ticks: 0,
+            block: [0.0; N],
+            first: [0.0; N],
+            rocks: false,
             done: false,
         }
     }
@@ -35,11 +49,6 @@ impl<const N: usize> Calibration<N> {
     /// Whether the averages have been returned.
     pub(super) fn is_done(&self) -> bool {
         self.done
-    }
-
-    /// Arm rate that still counts as rest: before the bias is known, all of it may be bias.
-    pub(super) fn tolerance(&self) -> f32 {
-        if self.done { 0.0 } else { BIAS_MAX_RAD_S }
     }
 
     /// Takes the gyros of one tick; returns the averages once, when there are enough.
@@ -52,15 +61,26 @@ impl<const N: usize> Calibration<N> {
             *self = Self::default();
             return None;
         }
-        for (sum, rate) in self.sums.iter_mut().zip(rates) {
+        for ((sum, block), rate) in self.sums.iter_mut().zip(&mut self.block).zip(rates) {
             *sum += rate;
+            *block += rate;
         }
         self.ticks += 1;
-        if self.ticks < CALIBRATION_TICKS {
+        if self.ticks == BLOCK_TICKS {
+            self.first = self.block;
+        }
+        if self.ticks.is_multiple_of(BLOCK_TICKS) {
+            let differ = |(block, first): (&f32, &f32)| (block - first).abs() > EVEN_RAD_S * f32::from(BLOCK_TICKS);
+            self.rocks |= self.block.iter().zip(&self.first).any(differ);
+            self.block = [0.0; N];
+        }
+        let ticks = if self.rocks { ROCKING_TICKS } else { CALIBRATION_TICKS };
+        if self.ticks < ticks {
             return None;
         }
         self.done = true;
-        Some(self.sums.map(|sum| sum / f32::from(CALIBRATION_TICKS)))
+        let ticks = f32::from(self.ticks);
+        Some(self.sums.map(|sum| sum / ticks))
     }
 }
 
@@ -77,13 +97,34 @@ mod tests {
         for (rate, still) in [(0.01, false), (0.11, true), (-0.11, true)] {
             run(&mut calibration, 0.01, true, 499);
             assert_eq!(run(&mut calibration, rate, still, 1), None);
-            assert!(!calibration.is_done() && calibration.tolerance() == BIAS_MAX_RAD_S);
+            assert!(!calibration.is_done());
         }
         assert_eq!(run(&mut calibration, 0.02, true, 499), None);
         let [average] = run(&mut calibration, 0.02, true, 1).expect("done");
         assert!((average - 0.02).abs() < 1e-6, "{average}");
-        assert!(calibration.is_done() && calibration.tolerance() == 0.0);
+        assert!(calibration.is_done());
         assert_eq!(run(&mut calibration, 0.02, true, 1000), None, "once");
+    }
+
+    /// The whole vehicle rocks at 0.5 to 2 Hz, slower than what counts as motion: half a swing is no bias.
+    #[test]
+    fn what_rocks_is_averaged_over_many_swings() {
+        for hertz in [0.5_f32, 1.0, 2.0] {
+            for phase in 0..8_u8 {
+                let mut calibration = Calibration::<1>::default();
+                let found = (0..5000_u16).find_map(|tick| {
+                    let turns = hertz * f32::from(tick) * 0.001 + f32::from(phase) / 8.0;
+                    let rate = 0.02 + 0.07 * libm::sinf(2.0 * core::f32::consts::PI * turns);
+                    calibration.update([rate], true).map(|[bias]| (tick, bias))
+                });
+                let (tick, bias) = found.expect("calibrated");
+                assert!(tick == ROCKING_TICKS - 1, "{hertz} Hz: after {tick}");
+                assert!((bias - 0.02).abs() < 0.01, "{hertz} Hz: {bias}");
+            }
+        }
+        let mut calibration = Calibration::<1>::default();
+        let noisy = (0..500_u16).find_map(|tick| calibration.update([0.02 + 0.01 * f32::from(tick % 3)], true));
+        assert!(noisy.is_some(), "noise is no rocking");
     }
 
     #[test]

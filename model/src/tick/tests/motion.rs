@@ -8,6 +8,7 @@ use crate::estimate::stall::Intent;
 use crate::estimate::tilt::TiltReading;
 use crate::sample::TICK_S;
 use crate::sensed::Sensed;
+use crate::supervise::supervisor::Believed;
 use crate::vehicle::Vehicle;
 
 /// Where the vehicle is in one tick, and how it moves.
@@ -129,7 +130,7 @@ impl Ride {
             reference_m_s: speed_m_s,
             ..Intent::default()
         };
-        self.estimator.step(&self.sensed, disarmed, intent)
+        self.estimator.step(&self.sensed, Believed::ALL, disarmed, intent)
     }
 
     /// Angle of a wheel relative to the arm, apart from a constant: the right one's on the side 1.

@@ -6,30 +6,33 @@ use crate::estimate::Estimate;
 use crate::estimate::stall::Intent;
 use crate::estimate::tilt::TiltReading;
 use crate::sensed::Sensed;
+use crate::supervise::supervisor::Believed;
 
 /// The estimator with what stage 1 shows it.
-struct Bench {
-    estimator: Estimator,
-    sensed: Sensed,
-    disarmed: bool,
-    intent: Intent,
+pub(super) struct Bench {
+    pub(super) estimator: Estimator,
+    pub(super) sensed: Sensed,
+    pub(super) believed: Believed,
+    pub(super) disarmed: bool,
+    pub(super) intent: Intent,
 }
 
 impl Bench {
-    fn new() -> Self {
+    pub(super) fn new() -> Self {
         let mut sensed = sensed_at_rest();
         sensed.arm = feels([0.0, 1.0]);
         sensed.spar = feels([0.0, 1.0]);
         Self {
             estimator: Estimator::new(&reference()),
             sensed,
+            believed: Believed::ALL,
             disarmed: true,
             intent: Intent::default(),
         }
     }
 
     /// Calibrated on the level, then armed with wheels that turn a little.
-    fn driving() -> Self {
+    pub(super) fn driving() -> Self {
         let mut bench = Self::new();
         bench.ticks(600);
         bench.disarmed = false;
@@ -38,16 +41,17 @@ impl Bench {
         bench
     }
 
-    fn tick(&mut self) -> Estimate {
+    pub(super) fn tick(&mut self) -> Estimate {
         if self.sensed.relative_rate_rad_s[0] != 0.0 {
             // Wheels that turn count on.
             self.sensed.encoder_counts[0] += 3;
             self.sensed.encoder_counts[1] += 3;
         }
-        self.estimator.step(&self.sensed, self.disarmed, self.intent)
+        self.estimator
+            .step(&self.sensed, self.believed, self.disarmed, self.intent)
     }
 
-    fn ticks(&mut self, ticks: u32) -> Estimate {
+    pub(super) fn ticks(&mut self, ticks: u32) -> Estimate {
         (1..ticks).for_each(|_| {
             self.tick();
         });
@@ -106,7 +110,7 @@ fn what_moves_is_not_at_rest() {
                 }
                 bench
                     .estimator
-                    .step(&bench.sensed, bench.disarmed, bench.intent)
+                    .step(&bench.sensed, Believed::ALL, bench.disarmed, bench.intent)
                     .at_rest
             });
             assert_eq!(at_rest, expected, "{wheel_rad_s} {arm_rad_s} {calibrated}");

@@ -1,0 +1,150 @@
+//! Stage 2 of a vehicle whose sensors were lost for a while, or whose gyros' biases changed.
+
+use super::feels;
+use super::rest::Bench;
+use crate::estimate::tilt::TiltReading;
+use crate::supervise::supervisor::Believed;
+
+const ARM_LOST: Believed = Believed {
+    arm_imu: false,
+    ..Believed::ALL
+};
+
+/// What an IMU last gave of a moving arm is no rest, and teaches neither bias nor angle, however long it stays; the
+/// heading follows the wheels. When the IMU is back, it is calibrated anew in the time that a boot takes.
+#[test]
+fn what_a_lost_imu_last_showed_teaches_nothing() {
+    for rate_rad_s in [0.0, 0.02, -0.04, 0.9] {
+        for sine in [0.3_f32, -0.5] {
+            let mut bench = Bench::driving();
+            let before = bench.tick();
+            bench.disarmed = true;
+            bench.believed = ARM_LOST;
+            bench.sensed.relative_rate_rad_s = [0.0; 3];
+            bench.sensed.arm = TiltReading {
+                rate_rad_s,
+                ..feels([sine, (1.0 - sine * sine).sqrt()])
+            };
+            bench.sensed.arm_gyro_xz_rad_s = [0.5, -0.4];
+            let story = (rate_rad_s, sine);
+            for _ in 0..3000 {
+                let estimate = bench.tick();
+                assert!(!estimate.at_rest && !estimate.calibrated, "{story:?}");
+                assert_eq!(estimate.speed_m_s, 0.0, "{story:?}");
+            }
+            let estimate = bench.tick();
+            assert_eq!(estimate.gyro_bias_rad_s, before.gyro_bias_rad_s, "{story:?}");
+            assert_eq!(estimate.phi_rad, before.phi_rad, "{story:?}");
+            assert!((estimate.heading_rad - before.heading_rad).abs() < 1e-3, "{story:?}");
+            bench.sensed.relative_rate_rad_s = [-0.5, 0.5, 0.0];
+            let turned = bench.ticks(1000).heading_rad - estimate.heading_rad;
+            assert!(turned > 0.1, "{story:?}: turned by {turned}");
+
+            bench.sensed.relative_rate_rad_s = [0.0; 3];
+            bench.believed = Believed::ALL;
+            bench.sensed.arm = TiltReading {
+                rate_rad_s: 0.03,
+                ..feels([0.1, 0.995])
+            };
+            bench.sensed.arm_gyro_xz_rad_s = [0.01, -0.02];
+            let first = bench.tick();
+            assert!(
+                (first.phi_rad - 0.1).abs() < 1e-3,
+                "{story:?}: aligned at once, {first:?}"
+            );
+            let estimate = bench.ticks(520);
+            assert!(estimate.calibrated && estimate.at_rest, "{story:?}");
+            assert!(
+                (estimate.gyro_bias_rad_s - 0.03).abs() < 1e-3,
+                "{story:?}: {estimate:?}"
+            );
+            assert!(estimate.phi_rate_rad_s.abs() < 1e-3 && estimate.yaw_rate_rad_s.abs() < 1e-3);
+        }
+    }
+}
+
+/// Encoders that are not believed show no rest: nothing is learnt beside them.
+#[test]
+fn wheels_whose_encoders_are_lost_do_not_stand() {
+    let mut bench = Bench::new();
+    bench.believed = Believed {
+        encoders: false,
+        ..Believed::ALL
+    };
+    let estimate = bench.ticks(2000);
+    assert!(!estimate.at_rest && !estimate.calibrated);
+    bench.believed = Believed::ALL;
+    assert!(bench.ticks(500).calibrated);
+}
+
+/// An angle that is wrong when the vehicle comes to rest is put right, and is not taken for a bias: else the gyro would
+/// show a turn for ever, and the vehicle would never be at rest again.
+#[test]
+fn a_wrong_angle_at_rest_is_no_bias() {
+    for sine in [0.02_f32, 0.1, -0.3, 0.6] {
+        let mut bench = Bench::driving();
+        bench.sensed.relative_rate_rad_s = [0.0; 3];
+        bench.disarmed = true;
+        bench.sensed.arm = feels([sine, (1.0 - sine * sine).sqrt()]);
+        for tick in 1..=3000 {
+            let estimate = bench.tick();
+            assert!(tick <= 110 || estimate.at_rest, "{sine}: {tick}");
+            // A fifth of the rate that is motion.
+            assert!(estimate.gyro_bias_rad_s.abs() < 0.01, "{sine}: {estimate:?}");
+        }
+        let estimate = bench.tick();
+        assert!((estimate.phi_rad - sine.asin()).abs() < 1e-3, "{sine}: {estimate:?}");
+    }
+}
+
+/// A bias that changed while the vehicle stood is found again in 2 s and a calibration's time; a turn that is more than a
+/// bias can be is none.
+#[test]
+fn a_bias_that_changed_at_rest_is_found_again() {
+    for (axis, bias_rad_s, found) in [
+        (0, 0.07_f32, true),
+        (0, -0.09, true),
+        (1, 0.08, true),
+        (2, -0.09, true),
+        (0, 0.12, false),
+    ] {
+        let mut bench = Bench::new();
+        assert!(bench.ticks(600).calibrated);
+        let mut rates = [0.0; 3];
+        rates[axis] = bias_rad_s;
+        let [arm, x, z] = rates;
+        bench.sensed.arm.rate_rad_s = arm;
+        bench.sensed.arm_gyro_xz_rad_s = [x, z];
+        bench.ticks(2600);
+        let estimate = bench.tick();
+        let settled = estimate.at_rest && estimate.phi_rate_rad_s.abs() < 1e-3 && estimate.yaw_rate_rad_s.abs() < 1e-3;
+        assert_eq!(settled, found, "{axis} {bias_rad_s}: {estimate:?}");
+    }
+}
+
+/// A spar's IMU that was lost is aligned when it is back, and calibrated at the next rest.
+#[test]
+fn a_spars_imu_that_was_lost_begins_anew() {
+    let mut bench = Bench::new();
+    bench.ticks(600);
+    bench.believed = Believed {
+        spar_imu: false,
+        ..Believed::ALL
+    };
+    bench.sensed.spar = TiltReading {
+        rate_rad_s: 0.5,
+        ..feels([-0.4, 0.9])
+    };
+    let estimate = bench.ticks(2000);
+    assert!(
+        estimate.spar_rad.abs() < 1e-3 && estimate.spar_rate_rad_s == 0.0,
+        "{estimate:?}"
+    );
+    bench.believed = Believed::ALL;
+    bench.sensed.spar = TiltReading {
+        rate_rad_s: 0.04,
+        ..feels([0.2_f32.sin(), 0.2_f32.cos()])
+    };
+    assert!((bench.tick().spar_rad - 0.2).abs() < 1e-3);
+    assert!(bench.ticks(520).spar_rate_rad_s.abs() < 1e-3);
+}
