@@ -32,8 +32,10 @@ impl Wire for EmulatedWire {
     }
 
     fn receive(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        self.emulation.run_for(READ_MS * MS).map_err(io::Error::other)?;
-        self.waiting.append(&mut self.emulation.receive());
+        if self.waiting.is_empty() {
+            self.emulation.run_for(READ_MS * MS).map_err(io::Error::other)?;
+            self.waiting = self.emulation.receive();
+        }
         let length = bytes.len().min(self.waiting.len());
         for (slot, byte) in bytes.iter_mut().zip(self.waiting.drain(..length)) {
             *slot = byte;
