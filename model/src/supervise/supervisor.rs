@@ -226,7 +226,8 @@ impl Supervisor {
 
     /// Share of its current limit that each motor may use, 0 to 1.
     pub fn motor_shares(&self) -> [f32; MOTORS] {
-        self.motor_guards.map(|guard| guard.share())
+        let [left, right, ballast] = &self.motor_guards;
+        [left.share(), right.share(), ballast.share()]
     }
 
     /// Ticks that came late.
@@ -299,10 +300,13 @@ impl Supervisor {
         let [left, right, ballast] = health;
         self.current_offset = left.current_offset || right.current_offset;
         let [left_a, right_a, ballast_a] = sensed.current_a.map(f32::abs);
-        for (guard, current_a) in self.motor_guards.iter_mut().zip(sensed.current_a).take(motors) {
+        let mut hot = [false; MOTORS];
+        let guards = self.motor_guards.iter_mut().zip(sensed.current_a);
+        for ((guard, current_a), hot) in guards.zip(&mut hot).take(motors) {
             guard.update(current_a);
+            *hot = guard.is_overheated();
         }
-        let [left_hot, right_hot, ballast_hot] = self.motor_guards.map(|guard| guard.is_overheated());
+        let [left_hot, right_hot, ballast_hot] = hot;
         let limit_a = self.thresholds.overcurrent_a;
         let over = self.overcurrent.update(left_a > limit_a || right_a > limit_a);
         let ballast_over = self.ballast_overcurrent.update(with_ballast && ballast_a > limit_a);
