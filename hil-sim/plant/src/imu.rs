@@ -298,14 +298,17 @@ impl ImuSensor {
         let root_bandwidth = (1.11 * self.filter.corner_hz()).sqrt();
         let accel = self.errors.accel_noise * root_bandwidth;
         let gyro = self.errors.gyro_noise * root_bandwidth;
+        // A stream of its own while the numbers are drawn: its state stays in registers.
+        let mut noise = self.noise.clone();
         let mut measured = seen;
         for (kind, deviation) in measured.chunks_exact_mut(3).zip([accel, gyro]) {
             if deviation > 0.0 {
                 for value in kind {
-                    *value += deviation * self.noise.normal();
+                    *value += deviation * noise.normal();
                 }
             }
         }
+        self.noise = noise;
         for (value, bias) in measured.iter_mut().zip(self.bias) {
             *value += bias;
         }

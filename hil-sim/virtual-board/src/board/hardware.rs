@@ -56,6 +56,7 @@ pub enum SecondContact {
 
 /// The plant and everything of the board that is not the firmware.
 #[derive(Debug)]
+#[allow(clippy::struct_excessive_bools)] // Independent facts, not the states of one thing.
 pub struct World {
     /// The physical vehicle.
     pub plant: Plant,
