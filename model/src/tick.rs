@@ -116,8 +116,11 @@ impl VehicleCore {
         let wish = self
             .laws
             .step(verdict, sensed, estimate, self.estimator.sines(), command);
+        if self.laws.refuses_slope() {
+            self.supervisor.stop(Fault::SteepSlope);
+        }
         Decision {
-            mode: verdict.mode,
+            mode: self.supervisor.mode(),
             faults: self.supervisor.latched(),
             blockers: self.supervisor.blocking(),
             late_ticks: self.supervisor.late_ticks(),

@@ -98,11 +98,7 @@ impl Arming {
         self.mode = match self.mode {
             Mode::Disarmed => self.disarmed(request),
             _ if request == Request::Disarm || !faults.intersection(FaultSet::OPENING).is_empty() => Mode::Disarmed,
-            Mode::Armed if !faults.intersection(FaultSet::STOPPING).is_empty() => {
-                self.stopping_ticks = 0;
-                self.stopped_ticks = 0;
-                Mode::Stopping
-            }
+            Mode::Armed if !faults.intersection(FaultSet::STOPPING).is_empty() => self.begin_stop(),
             Mode::Armed => Mode::Armed,
             Mode::Stopping => self.stopping(stopped),
         };
@@ -128,6 +124,12 @@ impl Arming {
         }
     }
 
+    fn begin_stop(&mut self) -> Mode {
+        self.stopping_ticks = 0;
+        self.stopped_ticks = 0;
+        Mode::Stopping
+    }
+
     fn stopping(&mut self, stopped: bool) -> Mode {
         self.stopping_ticks = self.stopping_ticks.saturating_add(1);
         self.stopped_ticks = if stopped {
@@ -148,6 +150,14 @@ impl Arming {
     /// The present mode.
     pub fn mode(&self) -> Mode {
         self.mode
+    }
+
+    /// Begins a controlled stop for a fault that the control laws found, and latches it; no effect unless armed.
+    pub fn stop(&mut self, fault: Fault) {
+        if self.mode == Mode::Armed {
+            self.latched.insert(fault);
+            self.mode = self.begin_stop();
+        }
     }
 
     /// Opens the bridges for a fault that was found after the decision, and latches it.
@@ -314,6 +324,27 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_stop_for_what_the_laws_found_begins_while_armed_only_and_once() {
+        let mut arming = armed();
+        arming.stop(Fault::SteepSlope);
+        assert_eq!(arming.mode(), Mode::Stopping);
+        assert!(arming.latched().contains(Fault::SteepSlope));
+        // Told again and again, the stop takes no longer.
+        let moving = Conditions {
+            stopped: false,
+            ..CLEAR
+        };
+        let ticks = (1..10_000).find(|_| {
+            arming.stop(Fault::SteepSlope);
+            arming.step(&moving) == Mode::Disarmed
+        });
+        assert_eq!(ticks, Some(1000));
+        let mut disarmed = Arming::new(1000);
+        disarmed.stop(Fault::SteepSlope);
+        assert_eq!((disarmed.mode(), disarmed.latched()), (Mode::Disarmed, FaultSet::EMPTY));
     }
 
     #[test]

@@ -250,10 +250,7 @@ faults! {
         "noise 200 ms; dead, stuck or reversed only while the ballast turns faster than half its residual allows"
     ),
     /// The ballast motor's current exceeded the largest allowed: the ballast motor is off.
-    BallastOvercurrent = 18 => Spar(
-        "as Overcurrent",
-        "3 ticks"
-    ),
+    BallastOvercurrent = 18 => Spar("as Overcurrent", "3 ticks"),
     /// No current follows the ballast motor's voltage: a lead is open, and the ballast motor is off.
     BallastMotorOpen = 19 => Spar(
         "as LeftMotorOpen",
@@ -283,6 +280,11 @@ faults! {
     StopContacts = 24 => Opens(
         "first contact and break input differ for 100 ticks (`CONTACTS_TICKS`)",
         "100 ms; the contact that did open has opened the bridges before"
+    ),
+    /// The vehicle was armed on a slope on which it cannot stand.
+    SteepSlope = 25 => Stops(
+        "not told to drive since it was armed, the slope is beyond what the arm's weight carries or `grip_mu` holds: excess of its sine over 0.06 time units (`EXCESS_TIME`)",
+        "the stop begins within 1 s of its wheels being let go; until then a hanging arm shows no slope"
     ),
 }
 

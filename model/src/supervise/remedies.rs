@@ -33,6 +33,7 @@ impl Fault {
             Self::RightMotorOpen => "Check the right motor's leads and plug.",
             Self::CurrentSensor => "Check the drive motors' current sensors.",
             Self::StopContacts => "Check both contacts of the emergency stop and their wires.",
+            Self::SteepSlope => "Arm the vehicle on a gentler slope; keep chocks at hand when it stops.",
         }
     }
 }

@@ -186,6 +186,11 @@ impl Supervisor {
         }
     }
 
+    /// Begins a controlled stop for a fault that the laws found, and latches it; no effect unless armed.
+    pub fn stop(&mut self, fault: Fault) {
+        self.arming.stop(fault);
+    }
+
     /// Opens the bridges for a fault that was found after the decision, and latches it.
     pub fn trip(&mut self, fault: Fault) {
         self.arming.trip(fault);
