@@ -196,6 +196,10 @@ mod tests {
         request: Request::None,
         stopped: true,
     };
+    const MOVING: Conditions = Conditions {
+        stopped: false,
+        ..CLEAR
+    };
 
     fn armed() -> Arming {
         let mut arming = Arming::new(1000);
@@ -333,13 +337,9 @@ mod tests {
         assert_eq!(arming.mode(), Mode::Stopping);
         assert!(arming.latched().contains(Fault::SteepSlope));
         // Told again and again, the stop takes no longer.
-        let moving = Conditions {
-            stopped: false,
-            ..CLEAR
-        };
         let ticks = (1..10_000).find(|_| {
             arming.stop(Fault::SteepSlope);
-            arming.step(&moving) == Mode::Disarmed
+            arming.step(&MOVING) == Mode::Disarmed
         });
         assert_eq!(ticks, Some(1000));
         let mut disarmed = Arming::new(1000);
@@ -357,12 +357,8 @@ mod tests {
         assert_eq!(ticks, STOPPED_TICKS);
         let mut arming = armed();
         arming.step(&fault(Fault::CommandTimeout));
-        let moving = Conditions {
-            stopped: false,
-            ..CLEAR
-        };
         let ticks = (1..10_000)
-            .find(|_| arming.step(&moving) == Mode::Disarmed)
+            .find(|_| arming.step(&MOVING) == Mode::Disarmed)
             .expect("ends");
         assert_eq!(ticks, 1000);
         assert!(arming.latched().contains(Fault::StopTimeout));
