@@ -255,6 +255,41 @@ fn sliding_wheels_are_told_and_rolling_ones_are_not() {
     }
 }
 
+/// On ice that carries half of the slope's weight at most, the slide is told within a quarter of a second: 0.15 s for which
+/// the sensors must differ, and what their filters take.
+#[test]
+fn a_slide_is_told_within_a_quarter_of_a_second() {
+    for slope_deg in [5.0_f64, -5.0, 10.0, -10.0, 15.0, -15.0, 20.0, -20.0] {
+        let slope_rad = slope_deg.to_radians();
+        for friction in [0.02, 0.5 * slope_rad.abs().tan()] {
+            for (speed_m_s, seed) in [(0.3, 1), (0.8, 12), (2.5, 3)] {
+                // Behind the way that the start takes.
+                let from_m = 1.0 + 2.0 * speed_m_s;
+                let tables = format!(
+                    "chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}\n\
+                     terrain.patch = [{{ from_m = {from_m:?}, to_m = 60.0, right = {friction:?}, left = {friction:?} }}]"
+                );
+                let outcome = fly(8.0 + from_m / speed_m_s, seed, &tables, &at_speed(speed_m_s));
+                let rows = &outcome.trace.rows;
+                // A wheel that lets go for a moment at the start is no slide.
+                let slides = |rows: &[TraceRow]| rows.iter().all(|row| row.truth.sliding.contains(&true));
+                let began = rows
+                    .windows(10)
+                    .position(slides)
+                    .map(|at| rows[at].time_s())
+                    .expect("it slides");
+                let told = rows
+                    .iter()
+                    .find(|row| row.time_s() >= began && row.status.limits.contains(Limit::Slip))
+                    .map(|row| row.time_s() - began);
+                let story = format!("{friction:.3} on {slope_deg} deg at {speed_m_s} m/s, seed {seed}");
+                println!("{story}: after {told:.2?} s");
+                assert!(told.is_some_and(|s| s <= 0.25), "{story}: {told:?}");
+            }
+        }
+    }
+}
+
 /// Two degrees of mounting error are learnt in the first turn on the spot; once what they did has faded, the vehicle stays
 /// where it is. Taken for a swing of the arm, they would roll the wheels by 2 pi r sin 2 deg in every turn, 5.5 cm, on a
 /// circle that ends where it began.

@@ -4,7 +4,7 @@
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
 use theory::analysis::critical::{Direction, NoLimit, critical_within};
-use theory::analysis::envelope::{NoEnvelope, Work, envelope, slopes};
+use theory::analysis::envelope::{EnvelopeBudget, NoEnvelope, envelope, slopes};
 use theory::analysis::equilibrium::static_phi;
 use theory::analysis::input::Input;
 use theory::analysis::response::StepBudget;
@@ -111,7 +111,14 @@ fn an_envelope_ends_with_its_points_or_with_their_sum() {
     let p = PlanarParameters::thesis();
     let of = |point, all| {
         let waveforms = [Waveform::Step, Waveform::Ramp];
-        envelope(Work { point, all }, &p, &waveforms, 5.0, &slopes(-0.3, 0.7, 5), || ())
+        envelope(
+            EnvelopeBudget { point, all },
+            &p,
+            &waveforms,
+            5.0,
+            &slopes(-0.3, 0.7, 5),
+            || (),
+        )
     };
     let whole = of(1_000_000, 1_000_000).expect("ten points");
     assert_eq!(whole.len(), 10);

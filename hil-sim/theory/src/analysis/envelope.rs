@@ -27,14 +27,14 @@ pub struct EnvelopePoint {
 
 /// The most integration steps that an envelope may make.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Work {
+pub struct EnvelopeBudget {
     /// For one of its points.
     pub point: u64,
     /// For all of them.
     pub all: u64,
 }
 
-impl Default for Work {
+impl Default for EnvelopeBudget {
     /// Of the eleven waveforms from -0.4 to 0.7 rad a point needs 4,500 steps on average, 50,000 for a move over 100 time
     /// units, and the 451 points of the default two million. An envelope ends within some ten seconds, whatever the
     /// parameters.
@@ -82,7 +82,7 @@ pub fn slopes(first: f64, last: f64, count: usize) -> Vec<f64> {
 /// # Errors
 /// [`NoEnvelope`] if a slope has no equilibrium, or if the points take too long.
 pub fn envelope(
-    work: Work,
+    work: EnvelopeBudget,
     p: &PlanarParameters<f64>,
     waveforms: &[Waveform],
     ramp_time: f64,

@@ -4,7 +4,7 @@ use clap::Args;
 use model::dynamics::planar::PlanarParameters;
 use serde::Serialize;
 
-use crate::analysis::envelope::{EnvelopePoint, Work, envelope, slopes};
+use crate::analysis::envelope::{EnvelopeBudget, EnvelopePoint, envelope, slopes};
 use crate::analysis::waveform::Waveform;
 use crate::commands::planar_arguments::{PlanarArguments, ramp_time, require_static_equilibrium};
 use crate::commands::si::Si;
@@ -105,8 +105,10 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     };
     let slopes = slopes(first, last, count);
     let bar = progress_bar(waveforms.len() * slopes.len(), "envelope");
-    let rows = envelope(Work::default(), &p, waveforms, ramp_time, &slopes, || bar.inc(1))
-        .map_err(|e| CommandError::Input(format!("{e} (--zeta is {:?})", p.zeta)))?;
+    let rows = envelope(EnvelopeBudget::default(), &p, waveforms, ramp_time, &slopes, || {
+        bar.inc(1)
+    })
+    .map_err(|e| CommandError::Input(format!("{e} (--zeta is {:?})", p.zeta)))?;
     bar.finish_and_clear();
     let rows = rows.into_iter().map(|point| EnvelopeRow {
         point,

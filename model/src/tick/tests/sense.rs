@@ -105,11 +105,12 @@ fn a_vehicle_without_a_spar_senses_no_ballast() {
 fn another_vehicle_takes_over_counts_and_supply() {
     let mut core = VehicleCore::new(&reference(), &BoardScales::EXAMPLE);
     let mut sample = resting();
+    sample.encoder_counts = [-7000, 5000, 9000];
     core.sense(&sample);
-    sample.encoder_counts = [100, -200, 300];
+    sample.encoder_counts = [100, -200, 9300];
     let turned_rad = core.sense(&sample).ballast_turned_rad;
     core = core.with_vehicle(&reference());
-    sample.encoder_counts = [140, -260, 310];
+    sample.encoder_counts = [140, -260, 9310];
     sample.analog.battery = (20.0 / BoardScales::EXAMPLE.analog.battery.per_count) as u16;
     let sensed = core.sense(&sample);
     let rad_per_count = 2.0 * core::f32::consts::PI / (1024.0 * 43.0);

@@ -277,9 +277,14 @@ fn a_stuck_encoder_is_found_by_the_way_that_the_motor_has_surely_gone() {
 /// Five counts away the encoder has moved on, four it has not: one of its two lines may be dead.
 #[test]
 fn an_encoder_moves_on_by_more_than_four_counts() {
-    for (counts, silent) in [(4, true), (-4, true), (5, false), (-5, false)] {
-        let mut silence = Silence::default();
-        let found = (1..=1000).any(|tick| silence.update(tick % 2 * counts, 0.001, CurrentResponse::Follows));
-        assert_eq!(found, silent, "{counts}");
+    for place in [0, 70_000, -70_000, i64::MAX] {
+        for (counts, silent) in [(4, true), (-4, true), (5, false), (-5, false)] {
+            let mut silence = Silence::default();
+            let found = (1..=1000).any(|tick| {
+                let count = place.wrapping_add(tick % 2 * counts);
+                silence.update(count, 0.001, CurrentResponse::Follows)
+            });
+            assert_eq!(found, silent, "{counts} at {place}");
+        }
     }
 }
