@@ -132,6 +132,8 @@ pub fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use clap::Command;
+    use clap::builder::ValueParser;
+    use clap::error::ErrorKind;
 
     use super::*;
 
@@ -180,5 +182,36 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// No flag of any command takes what is no number; those of `link` are checked with their ranges, before the port is
+    /// opened.
+    #[test]
+    fn every_flag_for_a_number_refuses_what_is_none() {
+        let root = Arguments::command();
+        let mut all = Vec::new();
+        commands(&root, "hil-sim", &mut all);
+        let number: ValueParser = clap::value_parser!(f64).into();
+        let mut tried = 0;
+        for (name, command) in all.iter().filter(|(name, _)| !name.contains(" link ")) {
+            let flags = command
+                .get_arguments()
+                .filter(|flag| flag.get_value_parser().type_id() == number.type_id());
+            for flag in flags.filter_map(|flag| flag.get_long()) {
+                tried += 1;
+                for value in [
+                    "NaN", "-nan", "inf", "-inf", "1e400", "-1e400", "", "one", "1,5", "0x10",
+                ] {
+                    let line = name.split(' ').map(str::to_owned).chain([format!("--{flag}={value}")]);
+                    let error = Arguments::command().try_get_matches_from(line).expect_err(value);
+                    assert_eq!(
+                        error.kind(),
+                        ErrorKind::ValueValidation,
+                        "{name} --{flag}={value}: {error}"
+                    );
+                }
+            }
+        }
+        assert!(tried > 80, "{tried}");
     }
 }

@@ -275,6 +275,19 @@ mod tests {
     }
 
     #[test]
+    fn every_refused_request_counts_and_an_accepted_one_does_not() {
+        let mut arming = armed();
+        assert_eq!(arming.refused(), 0);
+        arming.step(&fault(Fault::Overcurrent));
+        for refused in 1..=3 {
+            for request in [Request::None, Request::Disarm, Request::Arm] {
+                arming.step(&Conditions { request, ..CLEAR });
+            }
+            assert_eq!(arming.refused(), refused);
+        }
+    }
+
+    #[test]
     fn every_fault_ends_as_its_class_says_and_blocks_until_cleared() {
         for code in Fault::ALL.iter().copied() {
             let mut arming = armed();

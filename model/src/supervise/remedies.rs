@@ -64,3 +64,31 @@ impl Blocker {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each code's remedy is a sentence of its own.
+    #[test]
+    fn each_code_has_a_remedy_of_its_own() {
+        for fault in Fault::ALL {
+            assert!(
+                fault.remedy().contains(' ') && fault.remedy().ends_with('.'),
+                "{}",
+                fault.name()
+            );
+            let same = Fault::ALL.iter().filter(|other| other.remedy() == fault.remedy());
+            assert_eq!(same.count(), 1, "{}", fault.name());
+        }
+        for blocker in Blocker::ALL {
+            assert!(
+                blocker.remedy().contains(' ') && blocker.remedy().ends_with('.'),
+                "{}",
+                blocker.name()
+            );
+            let same = Blocker::ALL.iter().filter(|other| other.remedy() == blocker.remedy());
+            assert_eq!(same.count(), 1, "{}", blocker.name());
+        }
+    }
+}

@@ -123,6 +123,9 @@ fn renamed_parameters_and_tables_are_found_under_their_old_names() {
     old.push((("control", "ki"), 0.09));
     let read = read_with(&decoded(&old), &PARAMETERS, &renamed).expect("in range");
     assert_eq!((read.parameters.control.ki, read.dropped), (0.09, 1));
+    // An old name of one table is no other table's.
+    let read = read_with(&decoded(&old), &PARAMETERS, &[("gains", "steering")]).expect("in range");
+    assert!(read.defaults > 10, "{}", read.defaults);
     // Without the table of names they are lost.
     let read = read_with(&decoded(&old), &PARAMETERS, &[]).expect("in range");
     assert!(read.defaults > 10, "{}", read.defaults);

@@ -207,6 +207,17 @@ fn a_current_follows_by_half_and_is_dead_below_a_quarter() {
     assert_eq!(following(0.5, 1.0, 3), CurrentResponse::Follows);
 }
 
+/// Steady loads, offsets and ramps are no changes, and the first two values tell nothing.
+#[test]
+fn a_second_difference_leaves_steady_values_and_ramps_out() {
+    let mut difference = SecondDifference::default();
+    let seconds = [3.0, 4.0, 5.0, 6.0, 6.0, 6.0, 10.0].map(|value| difference.update(value));
+    assert_eq!(
+        seconds,
+        [None, None, Some(0.0), Some(0.0), Some(-1.0), Some(0.0), Some(4.0)]
+    );
+}
+
 /// One jump, as of a sensor that dies, outweighs nothing.
 #[test]
 fn one_jump_of_the_current_does_not_hide_a_dead_sensor() {
