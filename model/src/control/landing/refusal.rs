@@ -28,7 +28,7 @@ impl SlopeRefusal {
     }
 
     /// The vehicle was armed on a slope on which it cannot stand.
-    pub(super) fn refuses(&self) -> bool {
+    pub(super) fn refuses(self) -> bool {
         !self.driven && self.excess > EXCESS_TIME
     }
 }
