@@ -196,6 +196,10 @@ mod tests {
         request: Request::None,
         stopped: true,
     };
+    const MOVING: Conditions = Conditions {
+        stopped: false,
+        ..CLEAR
+    };
 
     fn armed() -> Arming {
         let mut arming = Arming::new(1000);
@@ -353,12 +357,8 @@ mod tests {
         assert_eq!(ticks, STOPPED_TICKS);
         let mut arming = armed();
         arming.step(&fault(Fault::CommandTimeout));
-        let moving = Conditions {
-            stopped: false,
-            ..CLEAR
-        };
         let ticks = (1..10_000)
-            .find(|_| arming.step(&moving) == Mode::Disarmed)
+            .find(|_| arming.step(&MOVING) == Mode::Disarmed)
             .expect("ends");
         assert_eq!(ticks, 1000);
         assert!(arming.latched().contains(Fault::StopTimeout));

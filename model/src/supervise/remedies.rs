@@ -34,6 +34,8 @@ impl Fault {
             Self::CurrentSensor => "Check the drive motors' current sensors.",
             Self::StopContacts => "Check both contacts of the emergency stop and their wires.",
             Self::SteepSlope => "Arm the vehicle on a gentler slope; keep chocks at hand when it stops.",
+            Self::DriveMotorHot => "Let the drive motors cool for a minute; take a gentler slope or a lighter load.",
+            Self::BallastMotorHot => "Let the ballast motor cool for a minute; check that the ballast turns freely.",
         }
     }
 }
@@ -61,6 +63,9 @@ impl Blocker {
             Self::BoardOptions => "Set the part's option bytes as the bring-up page says.",
             Self::PartRevision => "Use a board with a supported part.",
             Self::Image => "Flash the firmware again.",
+            Self::Unsealed => "Flash the firmware by `cargo flash-board`, which writes its checksum.",
+            Self::MotorHot => "Let the drive motors cool for a minute.",
+            Self::Ram => "Switch the board's supply off and on; if the RAM fails again, use another board.",
         }
     }
 }

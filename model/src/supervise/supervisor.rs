@@ -7,6 +7,7 @@ use super::plausibility::{ImuHealth, ImuWatch, Persistence};
 use crate::board::BoardScales;
 use crate::command::{Command, Request};
 use crate::control::motor::voltage;
+use crate::control::motor_guard::MotorGuard;
 use crate::estimate::Estimate;
 use crate::sample::TICK_S;
 use crate::sample::{Actuation, MOTORS, Motor};
@@ -77,6 +78,7 @@ pub struct Supervisor {
     arm_watch: ImuWatch,
     spar_watch: Option<ImuWatch>,
     motor_watches: [MotorWatch; MOTORS],
+    motor_guards: [MotorGuard; MOTORS],
     overcurrent: Persistence,
     ballast_overcurrent: Persistence,
     /// A drive motor's current sensor showed a current when the bridges were last open.
@@ -130,6 +132,7 @@ impl Supervisor {
                 motor_watch(&p.drive_motor),
                 motor_watch(ballast_motor),
             ],
+            motor_guards: [&p.drive_motor, &p.drive_motor, ballast_motor].map(MotorGuard::new),
             overcurrent: Persistence::new(OVERCURRENT_TICKS),
             ballast_overcurrent: Persistence::new(OVERCURRENT_TICKS),
             current_offset: false,
@@ -144,10 +147,15 @@ impl Supervisor {
     }
 
     /// This supervisor, made for `vehicle`, with everything that another one has told: mode, latched faults, blockers,
-    /// refused requests, late ticks and the emergency stop's contacts.
+    /// refused requests, late ticks and the emergency stop's contacts. The motors are as warm as they were.
     #[must_use]
     pub fn with_record_of(self, other: &Self, vehicle: &Vehicle<f32>) -> Self {
+        let mut motor_guards = self.motor_guards;
+        for (guard, warm) in motor_guards.iter_mut().zip(&other.motor_guards) {
+            *guard = guard.as_warm_as(warm);
+        }
         Self {
+            motor_guards,
             arming: other.arming.with_stop_timeout(stop_timeout_ticks(vehicle)),
             contacts_differ: other.contacts_differ,
             contacts_disagreed: other.contacts_disagreed,
@@ -221,6 +229,12 @@ impl Supervisor {
         self.arming.refused()
     }
 
+    /// Share of its current limit that each motor may use, 0 to 1.
+    pub fn motor_shares(&self) -> [f32; MOTORS] {
+        let [left, right, ballast] = &self.motor_guards;
+        [left.share(), right.share(), ballast.share()]
+    }
+
     /// Ticks that came late.
     pub fn late_ticks(&self) -> u32 {
         self.late_ticks
@@ -291,6 +305,13 @@ impl Supervisor {
         let [left, right, ballast] = health;
         self.current_offset = left.current_offset || right.current_offset;
         let [left_a, right_a, ballast_a] = sensed.current_a.map(f32::abs);
+        let mut hot = [false; MOTORS];
+        let guards = self.motor_guards.iter_mut().zip(sensed.current_a);
+        for ((guard, current_a), hot) in guards.zip(&mut hot).take(motors) {
+            guard.update(current_a);
+            *hot = guard.is_overheated();
+        }
+        let [left_hot, right_hot, ballast_hot] = hot;
         let limit_a = self.thresholds.overcurrent_a;
         let over = self.overcurrent.update(left_a > limit_a || right_a > limit_a);
         let ballast_over = self.ballast_overcurrent.update(with_ballast && ballast_a > limit_a);
@@ -301,9 +322,11 @@ impl Supervisor {
             (Fault::LeftMotorOpen, left.open),
             (Fault::RightMotorOpen, right.open),
             (Fault::CurrentSensor, left.current_sensor || right.current_sensor),
+            (Fault::DriveMotorHot, left_hot || right_hot),
             (Fault::BallastEncoder, ballast.encoder),
             (Fault::BallastOvercurrent, ballast_over),
             (Fault::BallastMotorOpen, ballast.open),
+            (Fault::BallastMotorHot, ballast_hot),
             (
                 Fault::BallastCurrentSensor,
                 ballast.current_sensor || ballast.current_offset,
@@ -334,6 +357,7 @@ impl Supervisor {
         blockers.set(Blocker::Parameters, command.parameters_pending);
         blockers.set(Blocker::CurrentSensor, self.current_offset);
         blockers.set(Blocker::StopContacts, any(&[Fault::StopContacts]));
+        blockers.set(Blocker::MotorHot, any(&[Fault::DriveMotorHot]));
         blockers
     }
 }

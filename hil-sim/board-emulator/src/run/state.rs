@@ -15,10 +15,6 @@ use crate::vehicle::ClosedPlant;
 /// The core's cycle counter, which the firmware reads between the stages of a tick.
 const CYCLE_COUNTER: u64 = 0xE000_1004;
 
-/// The registers that clear the flags of the flash's banks, and their bit for an uncorrectable error.
-const FLASH_CLEAR: [u64; 2] = [0x5200_2014, 0x5200_2114];
-const CLEAR_UNCORRECTABLE: u64 = 1 << 26;
-
 /// Memory that is read at every step of the plant.
 #[derive(Debug)]
 pub(super) struct Probe {
@@ -56,8 +52,8 @@ pub(super) struct EmulationState {
     /// When the plant is stepped next. Steps are an interval apart from here on: an instruction that runs past a
     /// stop does not delay the steps after it.
     next_step: u64,
-    /// When the steps are next aligned with the firmware's clock: once after each start.
-    align_at: Option<u64>,
+    /// The steps are aligned with the clock of the firmware as it has run since its last start.
+    aligned: bool,
     /// Restarts seen so far.
     resets: usize,
     next_drain: u64,
@@ -73,6 +69,9 @@ pub(super) struct EmulationState {
     failure: Option<Error>,
 }
 
+/// What the log's control block begins with.
+const LOG_IDENTITY: &[u8] = b"SEGGER RTT";
+
 impl EmulationState {
     /// At power-up; `rtt_block` is the address of the log's control block.
     pub(super) fn new(plant: Box<dyn ClosedPlant>, settings: EmulationSettings, rtt_block: u64) -> Self {
@@ -82,7 +81,7 @@ impl EmulationState {
             rtt_block,
             stepped_at: 0,
             next_step: 0,
-            align_at: Some(clock::RUNS_AFTER),
+            aligned: false,
             resets: 0,
             next_drain: 0,
             log: Vec::new(),
@@ -142,13 +141,6 @@ impl EmulationState {
         {
             reads.push(access.instruction_count);
         }
-        // The driver clears other flags together with this one; a guarded read clears it alone.
-        if access.kind == AccessKind::Write
-            && access.value == CLEAR_UNCORRECTABLE
-            && let Some(bank) = FLASH_CLEAR.into_iter().position(|register| register == access.address)
-        {
-            session.board_mut().part().flash_flag_cleared(bank);
-        }
         let corrected = clock::correct_flags(session, access);
         self.note(corrected);
         if !self.settings.part.external_clock {
@@ -174,8 +166,14 @@ impl EmulationState {
         }
     }
 
-    /// Drains the log; [`EmulationState::log`] holds it.
+    /// Drains the log; [`EmulationState::log`] holds it. Until the firmware has initialised its RAM there is none: the
+    /// test of the RAM leaves its patterns in the block's place.
     pub(super) fn drain_log(&mut self, host: &mut dyn Host) -> Result<(), Error> {
+        for (at, byte) in (self.rtt_block..).zip(LOG_IDENTITY) {
+            if host.read(at, Width::W8)? != u64::from(*byte) {
+                return Ok(());
+            }
+        }
         Ok(log::drain(self.rtt_block, host, &mut self.log)?)
     }
 
@@ -210,12 +208,15 @@ impl EmulationState {
         self.next_step = due + ((at.0 - due) / interval + 1) * interval;
         if session.resets().len() != self.resets {
             self.resets = session.resets().len();
-            self.align_at = Some(at.0 + clock::RUNS_AFTER);
+            self.aligned = false;
         }
-        if self.align_at.is_some_and(|align_at| at.0 >= align_at) {
-            self.align_at = None;
+        if !self.aligned {
             match clock::next_step(session, at) {
-                Ok(aligned) => self.next_step = aligned,
+                Ok(Some(next)) => {
+                    self.aligned = true;
+                    self.next_step = next;
+                }
+                Ok(None) => {}
                 Err(failure) => self.note(Err(failure)),
             }
         }

@@ -5,6 +5,7 @@ use crate::sample::{ImuRaw, ImuSample};
 use crate::vehicle::test_vehicle::reference;
 
 mod blocking;
+mod heat;
 
 /// A supervisor with what a healthy vehicle at rest would show it.
 struct Bench {
@@ -276,6 +277,8 @@ fn what_the_boards_self_test_found_blocks_arming() {
         Blocker::BoardOptions,
         Blocker::PartRevision,
         Blocker::Image,
+        Blocker::Unsealed,
+        Blocker::Ram,
     ] {
         let mut bench = Bench::new();
         let mut found = BlockerSet::EMPTY;
