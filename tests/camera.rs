@@ -1,11 +1,13 @@
 //! The camera's spar on the full plant under the landing law: how level it stays, and what swings its ballast.
 
+use model::dynamics::camera::CameraParameters;
 use model::supervise::arming::Mode;
 use model::supervise::codes::FaultSet;
+use model::vehicle::GRAVITY_M_S2;
 use virtual_board::scenario::trace::TraceRow;
 
 mod support;
-use support::kerbs::{LEVEL_DEG, NEEDED_MAX_RAD, blow_m_s, needed_rad};
+use support::kerbs::{blow_m_s, unforeseen_deg};
 use support::reference;
 use support::slopes::{changed, drive, most};
 
@@ -69,9 +71,44 @@ fn whatever_the_operator_asks_the_spar_stays_level() {
     }
 }
 
-/// Let go on steep slopes, and over kerbs: where the spar tilts by more than 2 deg, the ballast would have had to swing by
-/// more than 1.15 rad to keep it level, which leaves it 0.4 of its lever. No blow swings the ballast over, none ends the
-/// levelling, and the spar is level again at the end.
+/// The largest angle to which a ballast would have to swing to keep the spar level through the axle's true motion, from a
+/// second before the spar's largest tilt on: the spar's equation (7.12) with the spar at rest, solved for the ballast. A
+/// ballast that would have to swing beyond a quarter turn cannot keep it level, whatever its motor gives.
+fn needed_rad(rows: &[TraceRow], camera: &CameraParameters<f64>, slope_deg: f64, time_s: f64) -> f64 {
+    let c = camera.coefficients();
+    let worst = (0..rows.len())
+        .max_by(|a, b| rows[*a].truth.spar_rad.abs().total_cmp(&rows[*b].truth.spar_rad.abs()))
+        .expect("rows");
+    let first = worst.saturating_sub(100);
+    let (mut angle, mut rate) = (
+        rows[first].truth.ballast_rad,
+        rows[first].truth.ballast_rate_rad_s * time_s,
+    );
+    let (sin_slope, cos_slope) = slope_deg.to_radians().sin_cos();
+    let mut needed = 0.0_f64;
+    for pair in rows[first..(worst + 20).min(rows.len())].windows(2) {
+        let a = (pair[1].truth.speed_m_s - pair[0].truth.speed_m_s) / 0.01 / GRAVITY_M_S2;
+        let arm_rate = pair[0].truth.phi_rate_rad_s * time_s;
+        for _ in 0..10 {
+            let h = 0.001 / time_s;
+            let (sin, cos) = angle.sin_cos();
+            let weight = (1.0 + a * sin_slope) * sin + a * cos_slope * cos;
+            let pull = c.m3 * sin * rate * rate - c.k1 * a * cos_slope - c.k2 * weight + camera.zeta * arm_rate;
+            rate += h * pull / (c.m2 + c.m3 * cos);
+            angle += h * rate;
+            needed = needed.max(angle.abs());
+            if needed > core::f64::consts::FRAC_PI_2 {
+                return needed;
+            }
+        }
+    }
+    needed
+}
+
+/// Let go on steep slopes, and over kerbs. What the law does is foreseen: where the spar tilts by more than 2 deg, the
+/// ballast would have had to swing by more than 1.15 rad to keep it level, which leaves it 0.4 of its lever. A kerb is
+/// not foreseen. No blow swings the ballast over, none ends the levelling, and the spar is level again at the
+/// end.
 #[test]
 fn blows_beyond_what_the_ballast_can_take_do_not_swing_it_over() {
     let vehicle = reference();
@@ -108,8 +145,9 @@ fn blows_beyond_what_the_ballast_can_take_do_not_swing_it_over() {
         println!(
             "{story}: {peak_deg:.1} deg, ballast {ballast_deg:.0} deg, needed {needed:.2} rad, blow {blow_m_s:.2} m/s, last {last_deg:.2} deg"
         );
+        let allowed_deg = if height_m == 0.0 { 2.0 } else { unforeseen_deg(blow_m_s) };
         assert!(
-            peak_deg <= LEVEL_DEG || needed > NEEDED_MAX_RAD,
+            peak_deg <= allowed_deg || needed > 1.15,
             "{story}: {peak_deg} deg, {needed} rad, {blow_m_s} m/s"
         );
         assert!(ballast_deg < 150.0, "{story}: {ballast_deg} deg");

@@ -10,8 +10,7 @@
 //!
 //! The motor then gives `m2 gamma'' + k2 [...] + xi gamma'`. The plan follows this equation. By itself it is an undamped
 //! pendulum: a step of the acceleration would swing the ballast for ever, and a second one might swing it over. The plan
-//! damps it, which costs a little of the level. A blow that nobody foresees, as a kerb's, shows in the momentum of spar and
-//! ballast, which the motor between them cannot change; the plan takes it from there.
+//! damps it, which costs a little of the level.
 
 use crate::bounded::Bounded;
 use crate::dynamics::camera::SparCoefficients;
@@ -23,13 +22,6 @@ const DAMPING: f32 = 0.15;
 /// Largest angle that the plan takes, rad: beyond, a ballast loses its lever, and beyond a quarter turn it pulls the
 /// wrong way.
 const ANGLE_MAX_RAD: f32 = 1.3;
-
-/// Difference of the ballast's rate, per time unit, from which on the plan follows what happens: the rate that a change of the
-/// axle's speed by 0.1 m/s gives a ballast that keeps the spar level. Within, the sensors' noise and what the model does not
-/// know would come back to the ballast.
-const BLOW_RATE: f32 = 0.2;
-/// Time constant with which the plan follows, in time units: twice that of the rates' filters.
-const FOLLOW_TIME: f32 = 0.06;
 
 /// Bounds of a commanded acceleration that keep the ballast of a level spar below it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,20 +129,6 @@ impl BallastPlan {
         self.coefficients.k2 * libm::sinf(from_vertical_rad)
     }
 
-    /// Takes a blow that nobody foresaw, as a kerb's, from the spar's rate and the ballast's angle and rate.
-    ///
-    /// The momentum of spar and ballast about the axle is no matter of the torque between them. Where what the sensors show
-    /// differs from the plan's by more than [`BLOW_RATE`], the axle has moved otherwise than the plan was told, and the
-    /// ballast must swing with all of that momentum to leave the spar level.
-    pub(super) fn follow(&mut self, spar_rate: f32, ballast_rad: f32, ballast_rate: f32) {
-        let SparCoefficients { m1, m2, m3, .. } = self.coefficients;
-        let coupled = |angle_rad: f32| m2 + m3 * sin_cos(angle_rad.bounded(-ANGLE_MAX_RAD, ANGLE_MAX_RAD)).1;
-        let (there, planned) = (coupled(ballast_rad), coupled(self.angle_rad));
-        let momentum = (m1 + 2.0 * there - m2) * spar_rate + there * ballast_rate;
-        let off = momentum / planned - self.rate;
-        self.rate += (self.tick / FOLLOW_TIME).bounded(0.0, 1.0) * (off - off.bounded(-BLOW_RATE, BLOW_RATE));
-    }
-
     /// One tick: the motor's voltage for the plan, in the units of ch. 7. The plan moves on to the end of the tick.
     pub(super) fn step(&mut self, pivot: &Pivot) -> f32 {
         let SparCoefficients { m2, m3, k1, k2, .. } = self.coefficients;
@@ -179,57 +157,4 @@ fn sin_cos(angle: f32) -> (f32, f32) {
         angle * (1.0 - square * (1.0 / 6.0) * (1.0 - square * 0.05)),
         1.0 - 0.5 * square * (1.0 - square * (1.0 / 12.0)),
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::linear::solve_symmetric;
-    use crate::vehicle::test_vehicle::reference;
-
-    /// A plan at rest, and its spar's coefficients.
-    fn plan() -> (BallastPlan, SparCoefficients<f32>) {
-        let vehicle = reference();
-        let scales = vehicle.spar_scales().expect("a spar");
-        let plan = BallastPlan::new(&vehicle, &scales, 0.001).expect("a spar");
-        (plan, vehicle.camera().expect("a spar").coefficients())
-    }
-
-    /// The rates of spar and ballast, hanging at rest before, after impulses on the spar and on the ballast.
-    fn struck(c: &SparCoefficients<f32>, impulses: [f32; 2]) -> [f32; 2] {
-        let coupling = c.m2 + c.m3;
-        solve_symmetric([[c.m1 + coupling + c.m3, coupling], [coupling, c.m2]], impulses)
-    }
-
-    /// Where the plan's rate comes to while the sensors show these rates.
-    fn followed(mut plan: BallastPlan, [spar_rate, ballast_rate]: [f32; 2]) -> f32 {
-        for _ in 0..1000 {
-            plan.follow(spar_rate, 0.0, ballast_rate);
-        }
-        plan.rate()
-    }
-
-    /// A blow that changes the axle's speed by v gives spar and ballast the momenta (k1 + k2) v and k2 v. To leave the spar
-    /// level the ballast must swing with (k1 + k2) v / (m2 + m3); the plan does, to within the difference that it leaves.
-    #[test]
-    fn the_plan_swings_with_the_whole_of_a_blow() {
-        let (plan, c) = plan();
-        for speed in [0.65, 0.2, -0.4] {
-            let rates = struck(&c, [-(c.k1 + c.k2) * speed, -c.k2 * speed]);
-            let level = -(c.k1 + c.k2) * speed / (c.m2 + c.m3);
-            let left = followed(plan, rates) - level;
-            assert!((left.abs() - BLOW_RATE).abs() < 1e-3, "{speed}: {left}");
-            assert!(left * level < 0.0, "{speed}: {left}");
-        }
-    }
-
-    /// What the motor does between spar and ballast, and blows as small as the sensors' noise, leave the plan as it is.
-    #[test]
-    fn the_motor_and_small_blows_leave_the_plan() {
-        let (plan, c) = plan();
-        let small = 0.9 * BLOW_RATE * (c.m2 + c.m3);
-        for impulses in [[0.0, 0.3], [0.0, -1.0], [small, 0.0], [-small, 0.1]] {
-            assert_eq!(followed(plan, struck(&c, impulses)), 0.0, "{impulses:?}");
-        }
-    }
 }

@@ -118,7 +118,6 @@ impl SparController {
             self.plan.reset(state.ballast_rad, ballast_rate);
             self.catch(state, spar_rate, ballast_rate)
         } else {
-            self.plan.follow(spar_rate, state.ballast_rad, ballast_rate);
             let (angle_rad, rate) = (self.plan.angle_rad(), self.plan.rate());
             let feed_forward = self.plan.step(pivot);
             let ballast_rad = state.ballast_rad - angle_rad;

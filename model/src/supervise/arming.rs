@@ -339,9 +339,9 @@ mod tests {
         // Told again and again, the stop takes no longer.
         let ticks = (1..10_000).find(|_| {
             arming.stop(Fault::SteepSlope);
-            arming.step(&MOVING) == Mode::Disarmed
+            arming.step(&CLEAR) == Mode::Disarmed
         });
-        assert_eq!(ticks, Some(1000));
+        assert_eq!(ticks, Some(STOPPED_TICKS));
         let mut disarmed = Arming::new(1000);
         disarmed.stop(Fault::SteepSlope);
         assert_eq!((disarmed.mode(), disarmed.latched()), (Mode::Disarmed, FaultSet::EMPTY));

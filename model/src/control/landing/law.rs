@@ -7,7 +7,7 @@ use super::governor::{Barrier, Interval, grip};
 use super::limits::Limits;
 use super::observer::{RateObserver, TorqueObserver};
 use super::obstacle::{Obstacle, PushState, Told};
-use super::refusal::Refusal;
+use super::refusal::SlopeRefusal;
 use super::standing::Unrest;
 use crate::bounded::Bounded;
 use crate::control::LawOutput;
@@ -56,7 +56,7 @@ pub struct LandingLaw {
     /// Time since the law started, in time units.
     age: f32,
     slope_limited: bool,
-    refusal: Refusal,
+    refusal: SlopeRefusal,
 }
 
 impl LandingLaw {
@@ -98,7 +98,7 @@ impl LandingLaw {
             started: false,
             age: 0.0,
             slope_limited: false,
-            refusal: Refusal::default(),
+            refusal: SlopeRefusal::default(),
         }
     }
 
@@ -106,7 +106,7 @@ impl LandingLaw {
     pub fn reset(&mut self, speed_m_s: f32) {
         self.command.reset(speed_m_s / self.scales.speed_m_s);
         self.obstacle = Obstacle::default();
-        self.refusal = Refusal::default();
+        self.refusal = SlopeRefusal::default();
         self.pace = 1.0;
         self.acceleration = 0.0;
         self.started = false;
