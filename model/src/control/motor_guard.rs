@@ -67,13 +67,12 @@ impl MotorGuard {
     /// Takes the measured current of one tick, A.
     pub fn update(&mut self, current_a: f32) {
         self.heat += self.warming_per_a2 * current_a * current_a - self.cooling * self.heat;
-        let excess = current_a.abs() * self.per_limit - EXCESS_ALLOWED * self.share;
-        let cold = self.heat < 1.0 - HEAT_BAND;
-        if cold && excess <= 0.0 && self.excess == 0.0 {
+        let used = current_a.abs() * self.per_limit;
+        if self.share >= 1.0 && used <= EXCESS_ALLOWED && self.heat < 1.0 - HEAT_BAND {
             // As nearly always: nothing to take away.
-            self.share = 1.0;
             return;
         }
+        let excess = used - EXCESS_ALLOWED * self.share;
         self.excess = (self.excess + EXCESS_GAIN * excess).bounded(0.0, EXCESS_MAX);
         let room = (1.0 - self.heat) * (1.0 / HEAT_BAND);
         let by_heat = self.continuous_share + (1.0 - self.continuous_share) * room;

@@ -59,14 +59,24 @@ pub(super) struct EmulationState {
     next_drain: u64,
     log: Vec<u8>,
     pub(super) probe: Option<Probe>,
-    /// Instructions retired at each read of the cycle counter, while they are recorded.
-    pub(super) cycle_reads: Option<Vec<u64>>,
+    /// The reads of the cycle counter, while they are recorded.
+    pub(super) cycle_reads: Option<Vec<CycleRead>>,
     /// Accesses of the core to peripherals' registers.
     pub(super) accesses: u64,
     /// Stops between two instructions.
     pub(super) stops: u64,
     /// The first failure, which ends the run.
     failure: Option<Error>,
+}
+
+/// One read of the cycle counter by the core.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CycleRead {
+    /// Instructions retired so far.
+    pub instructions: u64,
+    /// Accesses to peripherals' registers so far, this one included. Between two reads that follow each other in code that
+    /// touches no peripheral there is one access more, unless an interrupt came between.
+    pub accesses: u64,
 }
 
 /// What the log's control block begins with.
@@ -139,7 +149,10 @@ impl EmulationState {
             && access.kind == AccessKind::Read
             && let Some(reads) = &mut self.cycle_reads
         {
-            reads.push(access.instruction_count);
+            reads.push(CycleRead {
+                instructions: access.instruction_count,
+                accesses: self.accesses,
+            });
         }
         let corrected = clock::correct_flags(session, access);
         self.note(corrected);

@@ -72,6 +72,11 @@ macro_rules! codes {
                 self.0 |= code.bit();
             }
 
+            /// The set with a code added.
+            pub const fn with(self, code: $code) -> Self {
+                Self(self.0 | code.bit())
+            }
+
             /// Adds a code if `present`, else removes it.
             pub fn set(&mut self, code: $code, present: bool) {
                 if present { self.0 |= code.bit() } else { self.0 &= !code.bit() }
@@ -90,6 +95,11 @@ macro_rules! codes {
             /// The codes of either set.
             pub const fn union(self, other: Self) -> Self {
                 Self(self.0 | other.0)
+            }
+
+            /// Whether any code is in both sets.
+            pub const fn has_any(self, other: Self) -> bool {
+                self.0 & other.0 != 0
             }
 
             /// The codes of both sets.

@@ -22,6 +22,7 @@ const SETTLED_TICKS: u16 = 500;
 const UNEXPLAINED_TICKS: u16 = 2000;
 
 /// What one tick shows.
+#[allow(clippy::struct_excessive_bools)] // Each is a finding of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Posture {
     /// Wheels and arm stand still.
@@ -76,13 +77,13 @@ impl Standing {
         let [left, right, _] = sensed.relative_rate_rad_s;
         let [left_count, right_count, _] = sensed.encoder_counts;
         let wheels_stand = self.wheels.stand([left_count, right_count], [left, right]) && believed.encoders;
+        let arm = sensed.arm.rate_rad_s;
+        let [arm_bias, ..] = biases_rad_s;
         let [x, z] = sensed.arm_gyro_xz_rad_s;
-        let rates = [sensed.arm.rate_rad_s, x, z];
-        if !believed.arm_imu || self.is_a_bias_wrong(rates, biases_rad_s, wheels_stand && disarmed) {
+        let rates = [arm, x, z];
+        if !believed.arm_imu || disarmed && self.is_a_bias_wrong(rates, biases_rad_s, wheels_stand) {
             self.calibration = Calibration::default();
         }
-        let [arm, ..] = rates;
-        let [arm_bias, ..] = biases_rad_s;
         let arm_stands = if self.calibration.is_done() {
             (arm - arm_bias).abs() < REST_ARM_RAD_S
         } else {
@@ -100,21 +101,26 @@ impl Standing {
             settled: self.settled.update(idle),
             calibrating,
         };
-        let found = self
-            .calibration
-            .update(rates, still && disarmed && is_new(&sensed.arm_imu));
+        let found = if self.calibration.is_done() {
+            None
+        } else {
+            self.calibration
+                .update(rates, still && disarmed && is_new(&sensed.arm_imu))
+        };
         (posture, found)
     }
 
     /// Whether the wheels have stood for long while a gyro shows an even turn that its bias does not explain.
     fn is_a_bias_wrong(&mut self, rates_rad_s: [f32; 3], biases_rad_s: [f32; 3], wheels_stand: bool) -> bool {
+        if !wheels_stand || !self.calibration.is_done() {
+            self.unexplained.update(false);
+            return false;
+        }
         let limits = [REST_ARM_RAD_S, AGREEMENT_RAD_S, AGREEMENT_RAD_S];
         let plausible = rates_rad_s.iter().all(|rate| rate.abs() < BIAS_MAX_RAD_S);
         let mut turns = rates_rad_s.iter().zip(biases_rad_s).zip(limits);
         let unexplained = turns.any(|((rate, bias), limit)| (rate - bias).abs() >= limit);
-        let wrong = self
-            .unexplained
-            .update(wheels_stand && plausible && unexplained && self.calibration.is_done());
+        let wrong = self.unexplained.update(plausible && unexplained);
         if wrong {
             self.unexplained = Persistence::new(UNEXPLAINED_TICKS);
         }
