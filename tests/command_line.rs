@@ -342,3 +342,38 @@ fn without_the_boards_toolchain_one_line_names_the_remedy_before_anything_is_bui
     assert_eq!(output.status.code(), Some(2));
     assert_eq!(stderr(&output).trim_end(), "error: --firmware: no-such.elf: not a file");
 }
+
+/// Completions and manual know every command that the help lists.
+#[test]
+fn every_shell_gets_completions_and_every_command_a_page() {
+    let help = hil_sim(&["--help"]);
+    let help = String::from_utf8_lossy(&help.stdout).into_owned();
+    let (_, list) = help.split_once("Commands:\n").expect("a list");
+    let commands: Vec<&str> = list
+        .lines()
+        .take_while(|line| !line.trim().is_empty())
+        .filter_map(|line| {
+            line.strip_prefix("  ")?
+                .split_whitespace()
+                .next()
+                .filter(|_| !line.starts_with("   "))
+        })
+        .collect();
+    assert!(commands.contains(&"drive") && commands.len() > 20, "{commands:?}");
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let output = hil_sim(&["completions", shell]);
+        let script = String::from_utf8_lossy(&output.stdout).into_owned();
+        for command in &commands {
+            assert!(script.contains(command), "{shell}: {command}");
+        }
+    }
+    let out = folder("man");
+    let output = hil_sim(&["man", "--out", out.to_str().expect("utf-8")]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    for command in commands.iter().filter(|command| **command != "help") {
+        let page = std::fs::read_to_string(out.join(format!("hil-sim-{command}.1"))).expect(command);
+        assert!(page.contains(".SH NAME") && page.contains("Examples:"), "{page}");
+    }
+    let page = String::from_utf8_lossy(&hil_sim(&["man"]).stdout).into_owned();
+    assert!(page.contains(".TH hil-sim 1"), "{page}");
+}

@@ -200,6 +200,39 @@ fn a_command_is_as_old_as_when_it_was_given() {
     }
 }
 
+/// Frames that never cease, each a little later than the one before: their age stops the vehicle, not a gap between them.
+#[test]
+fn a_delay_that_creeps_up_stops_the_vehicle_by_the_age_of_its_commands() {
+    for (ms_per_s, seed) in [(50, 33), (200, 34), (500, 133)] {
+        let mut bench = Bench::driving(seed, 0.8);
+        let (from_ms, mut stopped_at_ms) = (bench.now_ms(), None);
+        bench.run_watching(400 * 1000 / ms_per_s, |bench| {
+            bench.latency_ms[0] = (bench.now_ms() - from_ms) * ms_per_s / 1000;
+            if bench.mode() != Mode::Armed {
+                stopped_at_ms.get_or_insert(bench.latency_ms[0]);
+            }
+        });
+        // A command is up to 20 ms old when the next one is given, and a delay that grows keeps the next one waiting.
+        let stopped_at_ms = stopped_at_ms.expect("stops");
+        let story = format!("{ms_per_s} ms a second, seed {seed}: at {stopped_at_ms} ms");
+        println!("{story}");
+        let least_ms = 250 - 30 - 250 * ms_per_s / 1000;
+        assert!(
+            (least_ms..=250 + 250 * ms_per_s / 1000).contains(&stopped_at_ms),
+            "{story}"
+        );
+        assert!(
+            bench
+                .board
+                .status()
+                .expect("runs")
+                .faults
+                .contains(Fault::CommandTimeout),
+            "{story}"
+        );
+    }
+}
+
 #[test]
 fn a_slow_way_back_counts_too_and_a_short_one_drives() {
     for (to_board_ms, to_host_ms, drives) in [(20, 20, true), (80, 100, true), (0, 400, false), (200, 100, false)] {

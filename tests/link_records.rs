@@ -1,5 +1,7 @@
 //! The record of every tick over the link: the stream, which replays bit for bit, and the look back after a fault.
 
+use std::collections::BTreeSet;
+
 use firmware::drive_board::SCALES;
 use firmware::fault_list::FaultEntry;
 use firmware::flight_record::FlightRecord;
@@ -7,6 +9,7 @@ use firmware::protocol::frame::{Decoder, Received};
 use firmware::protocol::message::{Answer, BoardMessage, Order, Read, Reading};
 use firmware::records::codec::{RecordBlock, Records};
 use hil_sim::cli::link::console::Console;
+use hil_sim::cli::record_file::writer::{RecordFormat, RecordWriter};
 use model::command::Request;
 use model::supervise::arming::Mode;
 use model::supervise::codes::Fault;
@@ -115,6 +118,11 @@ fn the_last_two_seconds_before_a_fault_can_be_read_afterwards() {
     assert!(records[pressed - 1].actuation.enable && !records[pressed].actuation.enable);
 }
 
+/// A file of frames.
+fn frames() -> RecordWriter<Vec<u8>> {
+    RecordWriter::new(RecordFormat::Frames, Vec::new())
+}
+
 /// The messages of a file of frames.
 fn messages(bytes: &[u8]) -> Vec<BoardMessage> {
     let mut decoder = Decoder::new();
@@ -132,8 +140,9 @@ fn messages(bytes: &[u8]) -> Vec<BoardMessage> {
 fn the_tool_writes_the_stream_as_the_frames_that_brought_it() {
     let (mut link, _) = link(BoardWire::new(ready(39)));
     link.identify().expect("answers");
-    let mut file = Vec::new();
+    let mut file = frames();
     let recorded = link.record(2.0, &mut file).expect("records");
+    let file = file.finish().expect("written");
     assert_eq!(recorded.lost, 0);
     // The board has run for 1 s, all of which is still there.
     assert!((2900..=3100).contains(&recorded.ticks), "{recorded:?}");
@@ -145,7 +154,55 @@ fn the_tool_writes_the_stream_as_the_frames_that_brought_it() {
     };
     assert_eq!(first.number, 0);
     // No fault, no look back.
-    assert_eq!(link.look_back(&mut Vec::new()).expect_err("none").exit_code(), 1);
+    assert_eq!(link.look_back(&mut frames()).expect_err("none").exit_code(), 1);
+}
+
+/// An MCAP file has who the board is, its parameters, status, terms, log and events beside the same records.
+#[test]
+fn the_tool_records_everything_for_other_tools_too() {
+    let mut bench = ready(39);
+    bench.request(Request::Arm);
+    bench.run(100);
+    let (mut link, _) = link(BoardWire::new(bench));
+    link.identify().expect("answers");
+    let mut out = RecordWriter::new(RecordFormat::Mcap, Vec::new());
+    let recorded = link.record(2.0, &mut out).expect("records");
+    let bytes = out.finish().expect("written");
+    let messages: Vec<mcap::Message<'_>> = mcap::MessageStream::new(&bytes)
+        .expect("MCAP")
+        .map(|message| message.expect("readable"))
+        .collect();
+    let of = |topic: &'static str| messages.iter().filter(move |message| message.channel.topic == topic);
+    let json =
+        |message: &mcap::Message<'_>| -> serde_json::Value { serde_json::from_slice(&message.data).expect("JSON") };
+    // The identity and each block; and a status each 10 ms but for the time in which the parameters are read.
+    assert_eq!(of("/records").count() as u32, recorded.blocks + 1);
+    let statuses = of("/status").count();
+    assert!((100..=200).contains(&statuses), "{statuses}");
+    assert_eq!(of("/terms").count(), statuses);
+    let first = json(of("/status").next().expect("there"));
+    assert!(first["battery_v"].as_f64().expect("a number") > 20.0, "{first}");
+    let log: Vec<String> = of("/log").map(|message| json(message)["message"].to_string()).collect();
+    for part in ["booted, reset by power-on", "gyros calibrated", "armed", "disarmed"] {
+        let count = log.iter().filter(|line| line.contains(part)).count();
+        assert!(count > 0, "{part}: {log:?}");
+    }
+    let lines: BTreeSet<(u64, &[u8])> = of("/log")
+        .map(|message| (message.log_time, &message.data[..]))
+        .collect();
+    assert_eq!(lines.len(), log.len(), "no line twice: {log:?}");
+    assert!(
+        of("/events").any(|message| json(message)["kind"] == "mode"),
+        "the vehicle disarms by itself"
+    );
+    // The records come back, with the parameters in force.
+    let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("link.mcap");
+    std::fs::write(&path, &bytes).expect("writes");
+    let read = hil_sim::cli::record_file::read(&path).expect("readable");
+    assert_eq!(read.file.records.len() as u64, recorded.ticks);
+    assert_eq!(read.file.records[0].tick, 1);
+    let vehicle = read.vehicle.expect("in the file").parameters().cast::<f32>();
+    assert_eq!(vehicle, support::reference().parameters().cast::<f32>());
 }
 
 #[test]
@@ -180,8 +237,7 @@ fn the_tool_shows_the_boards_log() {
         text.contains("arm IMU: started") && text.contains("spar IMU: started"),
         "{text}"
     );
-    let mut file = Vec::new();
-    let recorded = link.look_back(&mut file).expect("a fault");
+    let recorded = link.look_back(&mut frames()).expect("a fault");
     // From boot to 0.2 s after the fault.
     assert!((1690..=1710).contains(&recorded.ticks), "{recorded:?}");
 }

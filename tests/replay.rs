@@ -1,6 +1,15 @@
 //! `drive --record` and `replay` from outside: what was driven comes back bit for bit, or it is told where it does not.
+//! And the records of tests/records, which drive as they did when they were committed.
 
 use std::path::{Path, PathBuf};
+
+use firmware::drive_board::SCALES;
+use hil_sim::cli::record_file::run::{RecordedRun, write_run};
+use hil_sim::cli::record_file::writer::{RecordFormat, RecordWriter};
+use hil_sim::cli::record_file::{self, ReadRecords};
+use model::tick::VehicleCore;
+use model::vehicle::Vehicle;
+use virtual_board::records::first_field;
 
 #[path = "support/tool.rs"]
 mod tool;
@@ -15,9 +24,24 @@ fn recorded(name: &str) -> PathBuf {
     let path = path(name);
     // Of an earlier run of the tests: the tool replaces no record.
     _ = std::fs::remove_file(&path);
-    let output = hil_sim(&["drive", "kerb", "--json", "--record", path.to_str().expect("utf-8")]);
+    let output = hil_sim(&[
+        "drive",
+        "kerb",
+        "--json",
+        "--no-bounds",
+        "--record",
+        path.to_str().expect("utf-8"),
+    ]);
     assert!(output.status.success(), "{}", stderr(&output));
     path
+}
+
+/// A vehicle file with the top speed of 0.8 m/s, where the reference vehicle's is 2.5 m/s.
+fn slow_vehicle(name: &str) -> PathBuf {
+    let reference = std::fs::read_to_string(Path::new(WORKSPACE).join("vehicles/reference.toml")).expect("reads");
+    let slow = path(name);
+    std::fs::write(&slow, reference.replace("speed_max_m_s = 2.5", "speed_max_m_s = 0.8")).expect("writes");
+    slow
 }
 
 /// What `replay --json` says: exit code, object, errors.
@@ -46,9 +70,7 @@ fn a_recorded_drive_replays_to_the_bit() {
 #[test]
 fn another_vehicle_differs_from_a_tick_that_is_named() {
     let file = recorded("kerb-other.records");
-    let reference = std::fs::read_to_string(Path::new(WORKSPACE).join("vehicles/reference.toml")).expect("reads");
-    let other = path("other-gains.toml");
-    std::fs::write(&other, reference.replace("speed_max_m_s = 2.5", "speed_max_m_s = 0.8")).expect("writes");
+    let other = slow_vehicle("other-gains.toml");
     let (code, json, error) = replay(&file, &["--vehicle", other.to_str().expect("utf-8")]);
     assert_eq!(code, Some(1));
     let found = &json["difference"];
@@ -108,4 +130,147 @@ fn a_record_that_cannot_be_written_is_told_before_the_drive() {
     let output = hil_sim(&["drive", "kerb", "--json", "--record", "/nowhere/at/all.records"]);
     assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
     assert!(output.stdout.is_empty());
+}
+
+/// An MCAP file replays as a file of frames does, also where it breaks off, and knows the vehicle that drove.
+#[test]
+fn an_mcap_file_replays_with_its_own_vehicle_as_far_as_it_goes() {
+    let file = path("kerb-slow.mcap");
+    _ = std::fs::remove_file(&file);
+    let slow = slow_vehicle("slow.toml");
+    let [slow, name] = [&slow, &file].map(|path| path.to_str().expect("utf-8"));
+    let output = hil_sim(&[
+        "drive",
+        "kerb",
+        "--json",
+        "--no-bounds",
+        "--vehicle",
+        slow,
+        "--record",
+        name,
+    ]);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let (code, json, error) = replay(&file, &[]);
+    assert_eq!((code, &json["ok"]), (Some(0), &true.into()), "{error}");
+    let ticks = json["ticks"].as_u64().expect("ticks");
+    assert!(ticks >= 23_999, "{json}");
+    // The reference vehicle drives otherwise.
+    let reference = Path::new(WORKSPACE).join("vehicles/reference.toml");
+    assert_eq!(
+        replay(&file, &["--vehicle", reference.to_str().expect("utf-8")]).0,
+        Some(1)
+    );
+
+    let bytes = std::fs::read(&file).expect("reads");
+    let (cut, mut before) = (path("cut.mcap"), 0);
+    for share in [10, 25, 50, 90] {
+        std::fs::write(&cut, &bytes[..bytes.len() * share / 100]).expect("writes");
+        let (code, json, error) = replay(&cut, &[]);
+        assert_eq!(code, Some(0), "{share} %: {error}");
+        let there = json["ticks"].as_u64().expect("ticks");
+        assert!(there > before && there < ticks, "{share} %: {there}");
+        before = there;
+    }
+    assert!(before > ticks * 8 / 10, "{before} of {ticks} ticks in 90 % of the file");
+
+    // Its first second alone, and as MCAP anew.
+    let again = path("again.mcap");
+    _ = std::fs::remove_file(&again);
+    let (code, json, error) = replay(&file, &["--until", "1", "--mcap", again.to_str().expect("utf-8")]);
+    assert_eq!((code, &json["ticks"]), (Some(0), &1000.into()), "{error}");
+    let (code, json, error) = replay(&again, &[]);
+    assert_eq!((code, &json["ticks"]), (Some(0), &1000.into()), "{error}");
+    // Which replaces no file.
+    assert_eq!(replay(&file, &["--mcap", again.to_str().expect("utf-8")]).0, Some(2));
+}
+
+/// What would make no test is refused, before anything is written.
+#[test]
+fn only_a_short_record_that_replays_becomes_a_test() {
+    let file = recorded("kerb-as-test.records");
+    let slow = slow_vehicle("as-test.toml");
+    for (more, code, why) in [
+        (&["--as-test", "../kerb"][..], 2, "must be of a-z"),
+        (&["--as-test", "kerb"], 2, "--until"),
+        (&["--as-test", "kerb", "--until", "nan"], 2, "more than 0"),
+        (
+            &[
+                "--as-test",
+                "kerb",
+                "--until",
+                "9",
+                "--vehicle",
+                slow.to_str().expect("utf-8"),
+            ],
+            1,
+            "drives otherwise",
+        ),
+    ] {
+        let (found, _, error) = replay(&file, more);
+        assert!(
+            found == Some(code) && error.contains(why),
+            "{more:?}: {found:?} {error}"
+        );
+    }
+    assert!(!Path::new(WORKSPACE).join("tests/records/kerb.records").exists());
+}
+
+/// Every committed record drives as it did, bit for bit. A change that is meant is committed with the records that
+/// `UPDATE_RECORDS=1` writes: same samples and commands, the new actuations.
+#[test]
+fn every_committed_record_replays() {
+    let folder = Path::new(WORKSPACE).join("tests/records");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(&folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "records"))
+        .collect();
+    files.sort();
+    assert!(!files.is_empty(), "{}", folder.display());
+    for path in files {
+        let shown = path.display();
+        let ReadRecords { mut file, .. } = record_file::read(&path).expect("readable");
+        assert_eq!((file.lost_blocks, file.unreadable), (0, 0), "{shown}");
+        let other = path.with_extension("toml");
+        let vehicle = if other.exists() {
+            vehicle_file::read_vehicle(&other)
+        } else {
+            vehicle_file::reference()
+        };
+        let vehicle = vehicle.unwrap_or_else(|error| panic!("{error}"));
+        let vehicle = Vehicle::new(vehicle.parameters().cast::<f32>()).expect("valid");
+        let mut core = VehicleCore::new(&vehicle, &SCALES);
+        let mut differs = None;
+        for (record, tick) in file.records.iter_mut().zip(1_u32..) {
+            assert_eq!(record.tick, tick, "{shown}: from the boot on, without a gap");
+            let actuation = core.step(&record.sample, &record.command).actuation;
+            differs = differs.or_else(|| first_field(record.actuation, actuation).map(|field| (tick, field)));
+            record.actuation = actuation;
+        }
+        assert!(
+            file.records.iter().any(|record| record.actuation.enable),
+            "{shown}: the vehicle is never armed"
+        );
+        let Some((tick, (field, recorded, replayed))) = differs else {
+            continue;
+        };
+        assert!(
+            std::env::var_os("UPDATE_RECORDS").is_some(),
+            "{shown}: tick {tick}: {field} is {replayed}, the record has {recorded}. If that is meant: \
+             UPDATE_RECORDS=1 cargo test -p hil-sim --test replay every_committed"
+        );
+        let mut out = RecordWriter::new(RecordFormat::Frames, Vec::new());
+        write_run(
+            &mut out,
+            &RecordedRun {
+                vehicle: &vehicle,
+                identity: file.identity,
+                records: &file.records,
+                log: &[],
+                events: None,
+            },
+        )
+        .expect("fits");
+        std::fs::write(&path, out.finish().expect("written")).expect("writes");
+    }
 }

@@ -2,10 +2,14 @@
 //! pseudo-terminal.
 
 use std::io::{BufRead, BufReader};
+use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+use tungstenite::Message;
+use virtual_board::link_client::LinkClient;
 
 #[path = "support/tool.rs"]
 mod tool;
@@ -188,6 +192,73 @@ fn a_client_that_vanishes_leaves_a_vehicle_that_stops() {
     assert_eq!(code, Some(0), "{error}");
     assert!(text.contains("CommandTimeout"), "{text}");
     assert_eq!(served.link(&["clear-faults"]).0, Some(0));
+}
+
+/// What was recorded before the cable was pulled, or before the tool itself died, is in the file.
+#[test]
+fn a_recording_that_breaks_off_keeps_what_it_had() {
+    let mut served = Served::new(&TCP);
+    for (name, end_the_board) in [("tool-dies.mcap", false), ("cable-pulled.mcap", true)] {
+        let file = new_file(name);
+        let mut tool = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+            .args([
+                "link",
+                "--port",
+                &served.port,
+                "record",
+                "--out",
+                &file,
+                "--seconds",
+                "600",
+            ])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("starts");
+        let begun = Instant::now();
+        // Some hundred statuses.
+        while std::fs::metadata(&file).map_or(0, |file| file.len()) < 300_000 {
+            assert!(begun.elapsed() < GIVE_UP, "{name}: nothing is recorded");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        if end_the_board {
+            served.server.kill().expect("killed");
+        } else {
+            tool.kill().expect("killed");
+        }
+        let code = tool.wait().expect("ended").code();
+        assert_eq!(code, end_the_board.then_some(1), "{name}");
+        let read = hil_sim::cli::record_file::read(Path::new(&file)).expect("readable");
+        let ticks: Vec<u32> = read.file.records.iter().map(|record| record.tick).collect();
+        assert!(ticks.len() > 1000, "{name}: {} ticks", ticks.len());
+        assert!(ticks.windows(2).all(|pair| pair[1] == pair[0] + 1), "{name}");
+        assert!(read.vehicle.is_some(), "{name}");
+        if end_the_board {
+            // The tool lives: the file is whole, with its index.
+            let bytes = std::fs::read(&file).expect("reads");
+            assert!(mcap::Summary::read(&bytes).expect("whole").is_some());
+        }
+    }
+}
+
+/// A WebSocket carries the link's bytes both ways: the board says who it is.
+#[test]
+fn a_board_answers_over_a_websocket() {
+    let served = Served::new(&["--websocket", "127.0.0.1:0"]);
+    let address = served.port.strip_prefix("ws://").expect("a WebSocket's address");
+    let stream = TcpStream::connect(address).expect("connects");
+    stream.set_read_timeout(Some(GIVE_UP)).expect("a socket");
+    let (mut socket, _) = tungstenite::client(&served.port, stream).expect("greeted");
+    let mut client = LinkClient::new(7);
+    socket.send(Message::binary(client.identify())).expect("sent");
+    while client.identity().is_none() || client.status.is_none() {
+        if let Message::Binary(bytes) = socket.read().expect("the board speaks") {
+            client.receive(0, &bytes);
+        }
+    }
+    assert_eq!(client.unreadable_frames, 0);
+    socket.close(None).expect("told");
+    served.wait_for("left");
 }
 
 #[test]

@@ -123,7 +123,7 @@ fn the_tuning_page_has_what_each_change_makes_of_the_drive() {
             ("armed_s", 2),
             ("faults", 0),
         ],
-        &["2.0", "6.0", "20.0", "60.0"].map(|value| ("yaw_kp_v_s_per_rad", value)),
+        &["2.0", "4.0", "12.0", "60.0"].map(|value| ("yaw_kp_v_s_per_rad", value)),
         |(_, value)| (*value).to_owned(),
     );
     generated::check("tuning.md", "yaw", &text);

@@ -126,7 +126,9 @@ where
             actuation: output.actuation,
         };
         recorder.record(&record);
-        ticks.record(&topics.records, &record, &output.status);
+        if recorder.for_host() {
+            ticks.record(&topics.records, &record, &output.status);
+        }
         let faults = FaultSet::from_bits(output.status.faults.bits() & !latched.bits());
         if !faults.is_empty() {
             // A history that has no room for more faults in one go loses the latest ones; the tick waits for nobody.

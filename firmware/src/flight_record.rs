@@ -56,4 +56,10 @@ const IMU_NONE: ImuSample = ImuSample {
 pub trait Recorder {
     /// Takes the record of one tick.
     fn record(&mut self, record: &FlightRecord);
+
+    /// Whether the control task also encodes the records for the host, as stream and look back. Only a simulation whose
+    /// host reads neither spares the cost.
+    fn for_host(&self) -> bool {
+        true
+    }
 }

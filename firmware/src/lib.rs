@@ -33,6 +33,7 @@ pub mod fault_list;
 pub mod flash_region;
 pub mod flight_record;
 pub mod hardware;
+pub mod image_seal;
 pub mod imu;
 pub mod link;
 pub mod log_task;

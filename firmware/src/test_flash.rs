@@ -31,6 +31,8 @@ pub struct TestFlash {
     pub damaged: Vec<bool>,
     /// Words that read as erased and end damaged when they are programmed.
     pub worn: Vec<usize>,
+    /// A word that can no longer be read once so many more words have been programmed.
+    pub decays: Option<(usize, usize)>,
     /// Number of words that may still be programmed, or pages erased, before the power goes. After that the
     /// flash does nothing.
     pub power: usize,
@@ -51,6 +53,7 @@ impl TestFlash {
             bytes: vec![0xFF; PAGE * pages],
             damaged: vec![false; PAGE * pages / WORD],
             worn: Vec::new(),
+            decays: None,
             power: usize::MAX,
             dead: false,
             damage_on_cut: true,
@@ -63,6 +66,18 @@ impl TestFlash {
         let powered = self.power > 0;
         self.power = self.power.saturating_sub(1);
         powered
+    }
+
+    /// One more word is programmed: another one may be lost by it.
+    fn decay(&mut self) {
+        match &mut self.decays {
+            Some((0, word)) => {
+                self.damaged[*word] = true;
+                self.decays = None;
+            }
+            Some((words, _)) => *words -= 1,
+            None => {}
+        }
     }
 
     /// Brings the power back.
@@ -130,6 +145,7 @@ impl NorFlash for TestFlash {
                 return Err(Trouble::Cut);
             }
             self.bytes[at..at + WORD].copy_from_slice(word);
+            self.decay();
         }
         Ok(())
     }

@@ -80,7 +80,7 @@ fn values_out_of_range_are_named_with_what_is_allowed() {
         ),
         (
             "simulate --voltage 1 --t-end 1e5 --sample 1e-3",
-            ["--sample is 0.001", "= 0.02 to"],
+            ["--sample is 0.001", "= 0.2 to"],
         ),
         (
             "simulate --voltage 1 --f32 --dt 0.1",
@@ -120,6 +120,89 @@ fn values_out_of_range_are_named_with_what_is_allowed() {
     ] {
         refused(line, &parts);
     }
+}
+
+/// Counts and spans that would take for ever, or all of the memory, if they were taken at their word.
+#[test]
+fn huge_counts_are_refused_with_what_is_allowed() {
+    let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/scenarios/kerb.toml");
+    let vehicle = concat!(env!("CARGO_MANIFEST_DIR"), "/../vehicles/reference.toml");
+    for (line, parts) in [
+        ("spatial --sample 1e-300".to_owned(), ["--sample is ", "0.00002 to"]),
+        (
+            "camera --t-end 1e5 --sample 0.19".to_owned(),
+            ["--sample is 0.19", "0.2 to"],
+        ),
+        (
+            "coupled --t-end 1.1e5".to_owned(),
+            ["--t-end is 110000", "at most 100000"],
+        ),
+        (
+            "simulate --voltage 1 --f32 --dt 1e-12".to_owned(),
+            ["--dt is 0.000000000001", "at least 0.000003"],
+        ),
+        (
+            "envelope --slopes 0:0.1:1001".to_owned(),
+            ["0:0.1:1001", "N from 1 to 1000"],
+        ),
+        (
+            "envelope --slopes 0:0.1:18446744073709551616".to_owned(),
+            ["--slopes", "N from 1 to 1000"],
+        ),
+        (
+            format!("kernel --vehicle {vehicle} --grid 322"),
+            ["--grid is 322", "41 to 321"],
+        ),
+        (
+            format!("drive {scenario} --seeds 0:18446744073709551615"),
+            ["--seeds 0:18446744073709551615", "at most 10000"],
+        ),
+        (
+            format!("bounds {scenario} --seeds 1:10001"),
+            ["--seeds 1:10001", "at most 10000"],
+        ),
+        (
+            format!("campaign run {scenario} --seeds 0:18446744073709551615"),
+            ["runs", "at most 100000000"],
+        ),
+        (format!("campaign run {scenario} --jobs 1025"), ["--jobs", "1024"]),
+        (format!("campaign run {scenario} --shard 1/0"), ["--shard", "I/N"]),
+        ("serve --rate 1e-300".to_owned(), ["--rate", "0.01 to 100"]),
+        (
+            "bring-up --port no-port --cold-starts 1001".to_owned(),
+            ["--cold-starts", "1..=1000"],
+        ),
+        (
+            "link --port no-port status --seconds 1e300".to_owned(),
+            ["--seconds 1", "up to 3600"],
+        ),
+    ] {
+        refused(&line, &parts);
+    }
+}
+
+/// The longest run that is allowed, and the widest: twelve columns as JSON, as CSV, in charts and on a page.
+#[cfg(target_os = "linux")]
+#[test]
+fn the_longest_run_of_the_widest_command_stays_within_half_a_gigabyte() {
+    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("longest-run");
+    let out = folder.to_str().unwrap();
+    let line = format!("spatial --u-right 0.3 --t-end 10 --sample 2e-5 --json --out {out} --html {out}/page.html");
+    // The kernel refuses what is beyond: the allocation that would pass the limit ends the tool.
+    let limited = Command::new("sh")
+        .args([
+            "-c",
+            "ulimit -v 524288; exec \"$@\"",
+            "sh",
+            env!("CARGO_BIN_EXE_hil-sim"),
+        ])
+        .args(line.split_whitespace())
+        .stdout(Stdio::null())
+        .output()
+        .unwrap();
+    let message = String::from_utf8_lossy(&limited.stderr);
+    assert!(limited.status.success(), "{line}: {} {message}", limited.status);
+    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]

@@ -20,6 +20,9 @@ const COMMANDS: [&str; 9] = [
     "coupled --voltage 0.5 --t-end 2 --sample 1",
 ];
 
+/// How the names of numbers in SI end.
+const UNITS: [&str; 4] = ["_v", "_m_s", "_deg", "_s"];
+
 fn hil_sim(line: &str, vehicle: Option<&str>) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hil-sim"));
     command.args(line.split_whitespace());
@@ -62,12 +65,16 @@ fn reference_with(name: &str, changes: &[(&str, &str)]) -> String {
     file(name, &text)
 }
 
-/// The numbers of a JSON value, in order.
+/// The nondimensional numbers of a JSON value, in order: what has a unit is said only where a vehicle is known.
 fn numbers(value: &Value) -> Vec<f64> {
     match value {
         Value::Number(n) => vec![n.as_f64().unwrap()],
         Value::Array(all) => all.iter().flat_map(numbers).collect(),
-        Value::Object(all) => all.values().flat_map(numbers).collect(),
+        Value::Object(all) => all
+            .iter()
+            .filter(|(name, _)| !UNITS.iter().any(|unit| name.ends_with(unit)))
+            .flat_map(|(_, value)| numbers(value))
+            .collect(),
         _ => Vec::new(),
     }
 }
@@ -255,4 +262,64 @@ fn a_vehicle_without_a_spar_has_no_camera_commands() {
         );
     }
     assert!(json("critical", Some(&bare))["critical"].is_number());
+}
+
+/// What is said in SI is the nondimensional number times a scale that is computed here: speed sqrt(g r) at theta' = 1,
+/// and the voltage at which both motors give (M+m) g r (3.11).
+#[test]
+fn a_whole_vehicle_gives_volts_speeds_and_degrees() {
+    let (mass, r) = (13.6, 0.25_f64);
+    let (time, speed) = ((r / 9.81).sqrt(), (9.81 * r).sqrt());
+    let volts = mass * 9.81 * r / (2.0 * 0.0302 * 43.0 / 0.316);
+    let near = |value: &Value, want: f64| {
+        let value = value.as_f64().unwrap();
+        assert!((value - want).abs() < 1e-3 * want.abs(), "{value} {want}");
+    };
+    let times = |json: &Value, number: &str, scale: f64| json[number].as_f64().unwrap() * scale;
+    for (line, pairs) in [
+        ("critical", &[("critical", "critical_v", volts)][..]),
+        ("critical --quantity reference", &[("critical", "critical_m_s", speed)]),
+        (
+            "slip-limit --mu-s 0.6",
+            &[
+                ("critical_voltage", "critical_voltage_v", volts),
+                ("whirl_voltage", "whirl_voltage_v", volts),
+            ],
+        ),
+        (
+            "equilibrium --voltage 0.5",
+            &[
+                ("phi", "phi_deg", 1_f64.to_degrees()),
+                ("theta_rate", "speed_m_s", speed),
+            ],
+        ),
+    ] {
+        let said = json(line, Some(REFERENCE));
+        for (number, in_si, scale) in pairs {
+            near(&said[*in_si], times(&said, number, *scale));
+            assert!(json(line, None).get(in_si).is_none(), "{line}: {in_si} of no vehicle");
+        }
+    }
+    let row = &json("envelope --waveforms step --slopes 0.1:0.1:1", Some(REFERENCE))["rows"][0];
+    near(&row["critical_v"], times(row, "critical", volts));
+    near(&row["beta_deg"], 0.1_f64.to_degrees());
+    let equilibrium = json("equilibrium --voltage 0.5", Some(REFERENCE));
+    near(&equilibrium["voltage_v"], 0.5 * volts);
+    for (number, in_si) in [("poles", "poles_per_s"), ("poles_closed", "poles_closed_per_s")] {
+        near(
+            &equilibrium[in_si][0][0],
+            equilibrium[number][0][0].as_f64().unwrap() / time,
+        );
+    }
+    for line in [
+        "simulate --voltage 0.5 --t-end 1 --sample 1",
+        "coupled --t-end 1 --sample 1",
+    ] {
+        let run = json(line, Some(REFERENCE));
+        near(&run["voltage_unit_v"], volts);
+        near(&run["speed_unit_m_s"], speed);
+        near(&run["time_unit_s"], time);
+    }
+    let text = String::from_utf8(hil_sim("critical", Some(REFERENCE)).stdout).unwrap();
+    assert!(text.contains(" V)"), "{text}");
 }

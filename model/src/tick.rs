@@ -8,6 +8,7 @@
 use crate::board::BoardScales;
 use crate::command::Command;
 use crate::control::motor::{MotorLimits, duty};
+use crate::control::supply_guard::SupplyGuard;
 use crate::estimate::Estimate;
 use crate::sample::{Actuation, MOTORS, Motor, Sample};
 use crate::sensed::Sensed;
@@ -44,6 +45,7 @@ pub struct VehicleCore {
     supervisor: Supervisor,
     laws: Laws,
     motor_limits: [MotorLimits; MOTORS],
+    supply_guards: [SupplyGuard; MOTORS],
     tick: u32,
     /// What the bridges have been doing since the last tick.
     applied: Actuation,
@@ -53,16 +55,17 @@ impl VehicleCore {
     /// The core for a checked vehicle on a board of the given scales: disarmed, uncalibrated, every blocker set.
     pub fn new(vehicle: &Vehicle<f32>, scales: &BoardScales) -> Self {
         let p = vehicle.parameters();
-        let drive = MotorLimits::new(&p.drive_motor);
         // Without a spar the third bridge has no motor, and any limits will do.
-        let ballast = p.spar.as_ref().map_or(drive, |(_, motor)| MotorLimits::new(motor));
+        let ballast_motor = p.spar.as_ref().map_or(&p.drive_motor, |(_, motor)| motor);
+        let motors = [&p.drive_motor, &p.drive_motor, ballast_motor];
         Self {
             scales: *scales,
             sensing: Sensing::new(vehicle, scales),
             estimator: Estimator::new(vehicle),
             supervisor: Supervisor::new(vehicle, scales),
             laws: Laws::new(vehicle, scales.duty_max),
-            motor_limits: [drive, drive, ballast],
+            motor_limits: motors.map(MotorLimits::new),
+            supply_guards: motors.map(|motor| SupplyGuard::new(&p.battery, motor)),
             tick: 0,
             applied: Actuation::SAFE,
         }
@@ -116,8 +119,11 @@ impl VehicleCore {
         let wish = self
             .laws
             .step(verdict, sensed, estimate, self.estimator.sines(), command);
+        if self.laws.refuses_slope() {
+            self.supervisor.stop(Fault::SteepSlope);
+        }
         Decision {
-            mode: verdict.mode,
+            mode: self.supervisor.mode(),
             faults: self.supervisor.latched(),
             blockers: self.supervisor.blocking(),
             late_ticks: self.supervisor.late_ticks(),
@@ -145,8 +151,14 @@ impl VehicleCore {
         if mode != Mode::Disarmed {
             let [left_v, right_v, ballast_v] = voltage_v;
             let [left_rad_s, right_rad_s, ballast_rad_s] = sensed.relative_rate_rad_s;
-            let [drive_limits, _, ballast_limits] = self.motor_limits;
-            let [left, right] = drive_limits.limit_pair([left_v, right_v], [left_rad_s, right_rad_s]);
+            let shares = self.supervisor.motor_shares();
+            let mut motor_limits = self.motor_limits;
+            for (limits, share) in motor_limits.iter_mut().zip(shares) {
+                *limits = limits.with_share(share);
+            }
+            let [left_limits, right_limits, ballast_limits] = motor_limits;
+            let drive_limits = [left_limits, right_limits];
+            let [left, right] = MotorLimits::limit_pair(drive_limits, [left_v, right_v], [left_rad_s, right_rad_s]);
             let ballast = ballast_limits.limit(ballast_v, ballast_rad_s);
             for (motor, limited) in [(Motor::Left, left), (Motor::Right, right), (Motor::Ballast, ballast)] {
                 let i = motor as usize;
@@ -157,8 +169,15 @@ impl VehicleCore {
                 }
                 let limit = [Limit::LeftCurrent, Limit::RightCurrent, Limit::BallastCurrent][i];
                 limits.set(limit, limited.by_current);
-                voltage_v[i] = limited.voltage_v;
-                actuation.duty[i] = duty(limited.voltage_v, battery_v, self.scales.duty_max);
+                if limited.by_current && shares[i] < 1.0 {
+                    limits.insert(Limit::MotorHeat);
+                }
+                let kept_v = self.supply_guards[i].limit(limited.voltage_v, sensed.relative_rate_rad_s[i], battery_v);
+                if kept_v != limited.voltage_v {
+                    limits.insert(Limit::Regeneration);
+                }
+                voltage_v[i] = kept_v;
+                actuation.duty[i] = duty(kept_v, battery_v, self.scales.duty_max);
             }
             if voltage_v.iter().all(|v| v.is_finite()) && battery_v.is_finite() {
                 actuation.enable = true;

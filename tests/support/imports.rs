@@ -10,6 +10,22 @@ use syn::{Attribute, Item, ItemMod, ItemUse, UseTree, Visibility};
 /// A module, or a name in it, by its path from the crate's root.
 pub type Place = Vec<String>;
 
+/// The file that `#[path = "..."]` gives a module.
+fn path_of(attributes: &[Attribute]) -> Option<String> {
+    attributes.iter().find_map(|attribute| {
+        let syn::Meta::NameValue(named) = &attribute.meta else {
+            return None;
+        };
+        match &named.value {
+            syn::Expr::Lit(syn::ExprLit {
+                lit: syn::Lit::Str(path),
+                ..
+            }) if named.path.is_ident("path") => Some(path.value()),
+            _ => None,
+        }
+    })
+}
+
 /// One crate: what each of its modules names.
 #[derive(Default)]
 pub struct Crate {
@@ -54,8 +70,11 @@ impl Crate {
             if let Some((_, items)) = &module.content {
                 self.read_items(items, &below, &place);
             } else {
-                let file = [below.with_extension("rs"), below.join("mod.rs")]
+                // A path of its own is relative to the folder of the crate's root, the only file that names one.
+                let own = path_of(&module.attrs).map(|path| folder.join(path));
+                let file = own
                     .into_iter()
+                    .chain([below.with_extension("rs"), below.join("mod.rs")])
                     .find(|file| file.exists())
                     .unwrap_or_else(|| panic!("{}: no file of this module", below.display()));
                 self.read_file(&file, &below, &place);

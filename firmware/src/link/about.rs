@@ -17,7 +17,7 @@ pub fn about(parameters: &VehicleParameters<f32>, boot: u32) -> About {
 }
 
 /// Version of the firmware: major, minor, patch.
-const VERSION: [u16; 3] = [
+pub const VERSION: [u16; 3] = [
     number(env!("CARGO_PKG_VERSION_MAJOR")),
     number(env!("CARGO_PKG_VERSION_MINOR")),
     number(env!("CARGO_PKG_VERSION_PATCH")),

@@ -5,4 +5,4 @@ pub mod receive;
 pub mod send;
 pub mod session;
 
-pub use about::about;
+pub use about::{VERSION, about};

@@ -26,7 +26,7 @@ pub struct TooLong;
 /// # Errors
 /// [`TooLong`] if the message does not fit.
 pub fn encode(message: &impl Serialize) -> Result<Frame, TooLong> {
-    let mut room = [0; PAYLOAD_MAX - CHECKSUM_LEN];
+    let mut room = [0; PAYLOAD_MAX];
     let message = postcard::to_slice(message, &mut room).map_err(|_| TooLong)?;
     frame(message)
 }

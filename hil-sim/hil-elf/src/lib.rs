@@ -4,6 +4,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+/// The seal as the board's firmware has it: one file, so that this package needs no other one.
+#[path = "../../../firmware/src/image_seal.rs"]
+pub mod image_seal;
+pub mod seal;
+
 /// Environment variable that names an ELF to test instead of building one.
 pub const ELF_VARIABLE: &str = "FIRMWARE_ELF";
 

@@ -9,7 +9,7 @@ pub mod imperfection;
 #[cfg(test)]
 mod tests;
 
-use core::f64::consts::PI;
+use core::f64::consts::{PI, SQRT_2};
 
 use super::body::{FORWARD, Gravity, LIFT, SIDE, Swing, YAW};
 use super::fault::SensorFault;
@@ -97,20 +97,20 @@ impl Default for ImuErrors {
     }
 }
 
-/// Second-order Butterworth low-pass (the part's filter), discretised by the trapezoidal rule with its
-/// corner prewarped; exact gain 1 at rest.
+/// Second-order Butterworth low-pass (the part's filter), exact for an input that stands still within each step, and so
+/// for the mean of one that moves. With the input `u`, the output `y` and `w` the corner's angular frequency,
+/// `y'' + sqrt(2) w y' + w^2 (y - u) = 0`.
 #[derive(Debug, Clone, Copy)]
 pub struct Butterworth {
     corner_hz: f64,
     step_s: f64,
-    /// Coefficients of the state-variable form.
-    g: f64,
-    a1: f64,
-    a2: f64,
-    a3: f64,
-    /// The two states of each channel.
-    first: [f64; 6],
-    second: [f64; 6],
+    /// Over a step, with `e = y - u` and `v = y' / w`: e becomes `keep e + swap v`, v becomes `turn v - swap e`.
+    keep: f64,
+    swap: f64,
+    turn: f64,
+    /// Of each channel: y and v.
+    output: [f64; 6],
+    rate: [f64; 6],
 }
 
 impl Butterworth {
@@ -119,12 +119,11 @@ impl Butterworth {
         Self {
             corner_hz,
             step_s: 0.0,
-            g: 0.0,
-            a1: 0.0,
-            a2: 0.0,
-            a3: 0.0,
-            first: [0.0; 6],
-            second: [0.0; 6],
+            keep: 0.0,
+            swap: 0.0,
+            turn: 0.0,
+            output: [0.0; 6],
+            rate: [0.0; 6],
         }
     }
 
@@ -141,38 +140,36 @@ impl Butterworth {
 
     /// Group delay at low frequency, in s: sqrt(2) over the corner's angular frequency.
     pub fn group_delay_s(&self) -> f64 {
-        core::f64::consts::SQRT_2 / (2.0 * PI * self.corner_hz)
+        SQRT_2 / (2.0 * PI * self.corner_hz)
     }
 
-    /// One step of `h` seconds with `input` held: the filtered channels.
+    /// One step of `h` seconds with the mean `input` over it: the filtered channels at its end.
     #[inline]
     pub fn advance(&mut self, h: f64, input: &[f64; 6]) -> [f64; 6] {
         if self.step_s != h {
             self.step_s = h;
-            // A corner at or above the Nyquist frequency of the substeps is as good as none.
-            self.g = libm::tan(PI * (self.corner_hz * h).min(0.49));
-            self.a1 = 1.0 / (1.0 + self.g * (self.g + core::f64::consts::SQRT_2));
-            self.a2 = self.g * self.a1;
-            self.a3 = self.g * self.a2;
+            // The roots are w (-1 +- i) / sqrt(2).
+            let angle = 2.0 * PI * self.corner_hz * h / SQRT_2;
+            let decay = libm::exp(-angle);
+            let (sin, cos) = libm::sincos(angle);
+            self.keep = decay * (cos + sin);
+            self.swap = decay * SQRT_2 * sin;
+            self.turn = decay * (cos - sin);
         }
         // Arrays of one kind each: two channels go through one instruction.
-        let (s1, s2) = (self.first, self.second);
-        let mut output = [0.0; 6];
+        let (output, rate) = (self.output, self.rate);
         for i in 0..6 {
-            let v3 = input[i] - s2[i];
-            let v1 = self.a1 * s1[i] + self.a2 * v3;
-            let v2 = s2[i] + self.a2 * s1[i] + self.a3 * v3;
-            self.first[i] = 2.0 * v1 - s1[i];
-            self.second[i] = 2.0 * v2 - s2[i];
-            output[i] = v2;
+            let error = output[i] - input[i];
+            self.output[i] = input[i] + self.keep * error + self.swap * rate[i];
+            self.rate[i] = self.turn * rate[i] - self.swap * error;
         }
-        output
+        self.output
     }
 
     /// Starts with the output settled at `input`.
     pub fn settle(&mut self, input: &[f64; 6]) {
-        self.first = [0.0; 6];
-        self.second = *input;
+        self.output = *input;
+        self.rate = [0.0; 6];
     }
 }
 
@@ -301,14 +298,17 @@ impl ImuSensor {
         let root_bandwidth = (1.11 * self.filter.corner_hz()).sqrt();
         let accel = self.errors.accel_noise * root_bandwidth;
         let gyro = self.errors.gyro_noise * root_bandwidth;
+        // A stream of its own while the numbers are drawn: its state stays in registers.
+        let mut noise = self.noise.clone();
         let mut measured = seen;
         for (kind, deviation) in measured.chunks_exact_mut(3).zip([accel, gyro]) {
             if deviation > 0.0 {
                 for value in kind {
-                    *value += deviation * self.noise.normal();
+                    *value += deviation * noise.normal();
                 }
             }
         }
+        self.noise = noise;
         for (value, bias) in measured.iter_mut().zip(self.bias) {
             *value += bias;
         }

@@ -53,13 +53,9 @@ pub struct DcMotor {
     coulomb: f64,
     /// Current at which the bridge's own hardware chops.
     chop_a: f64,
-    step: f64,
-    /// E and P of the substep `step`.
-    decay: f64,
-    share: f64,
-    /// (1 - E) / R and (1 - P) / R.
-    end_conductance: f64,
-    mean_conductance: f64,
+    /// Of the present substep, and of one of another length before it.
+    armature: Armature,
+    other: Armature,
     current: f64,
     mean_current: f64,
     law: CurrentLaw,
@@ -69,6 +65,19 @@ pub struct DcMotor {
     battery_v: f64,
     /// Current of the bridge into a short, which bypasses the armature.
     short_a: Option<f64>,
+}
+
+/// How an armature answers within a substep of one length.
+#[derive(Debug, Clone, Copy, Default)]
+struct Armature {
+    /// The substep's length.
+    step: f64,
+    /// E and P.
+    decay: f64,
+    share: f64,
+    /// (1 - E) / R and (1 - P) / R.
+    end_conductance: f64,
+    mean_conductance: f64,
 }
 
 /// How the motor behaves within one substep.
@@ -95,11 +104,8 @@ impl DcMotor {
             inductance: p.inductance_h,
             coulomb: p.coulomb_friction_n_m,
             chop_a,
-            step: 0.0,
-            decay: 0.0,
-            share: 0.0,
-            end_conductance: 0.0,
-            mean_conductance: 0.0,
+            armature: Armature::default(),
+            other: Armature::default(),
             current: 0.0,
             mean_current: 0.0,
             law: CurrentLaw::Current { mean: 0.0, end: 0.0 },
@@ -140,20 +146,40 @@ impl DcMotor {
     /// Works out E and P of a substep of `h` seconds.
     #[inline]
     fn prepare(&mut self, h: f64) {
-        if self.step == h {
+        if self.armature.step == h {
             return;
         }
-        self.step = h;
-        if self.inductance > 0.0 {
-            let ratio = h * self.resistance / self.inductance;
-            self.decay = libm::exp(-ratio);
-            self.share = -libm::expm1(-ratio) / ratio;
-        } else {
-            self.decay = 0.0;
-            self.share = 0.0;
+        // Two lengths may take turns: that of the substeps, and that of a look ahead.
+        core::mem::swap(&mut self.armature, &mut self.other);
+        if self.armature.step == h {
+            return;
         }
-        self.end_conductance = (1.0 - self.decay) / self.resistance;
-        self.mean_conductance = (1.0 - self.share) / self.resistance;
+        let (decay, share) = if self.inductance > 0.0 {
+            let ratio = h * self.resistance / self.inductance;
+            (libm::exp(-ratio), -libm::expm1(-ratio) / ratio)
+        } else {
+            (0.0, 0.0)
+        };
+        self.armature = Armature {
+            step: h,
+            decay,
+            share,
+            end_conductance: (1.0 - decay) / self.resistance,
+            mean_conductance: (1.0 - share) / self.resistance,
+        };
+    }
+
+    /// Mean current through the bridge over the next `h` seconds, if the joint's mean rate is `rate`. What
+    /// [`Battery::terminal_v`] worked out for the same `h` is used.
+    pub fn mean_current_after(&self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> f64 {
+        if let BridgeState::Duty(duty) = bridge {
+            let mean = self.average_current(duty * battery_v, self.back_emf * rate);
+            return mean.max(-self.chop_a).min(self.chop_a);
+        }
+        let mut ahead = self.clone();
+        let _ = ahead.begin(h, bridge, battery_v, rate);
+        ahead.end(rate);
+        ahead.bridge_current_a()
     }
 
     /// What this motor will take from the battery over a substep as `a + b V` of the battery's voltage, at
@@ -168,9 +194,9 @@ impl DcMotor {
             }
             _ => return (0.0, 0.0),
         };
-        let conductance = self.mean_conductance;
+        let conductance = self.armature.mean_conductance;
         let emf = self.back_emf * rate;
-        let rest = self.current * self.share - emf * conductance;
+        let rest = self.current * self.armature.share - emf * conductance;
         let mean = rest + duty * last_v * conductance;
         if mean.abs() > self.chop_a {
             let limit = self.chop_a.copysign(mean);
@@ -209,8 +235,8 @@ impl DcMotor {
         let (constant, damping) = match self.law {
             CurrentLaw::Current { mean, .. } => (self.torque_constant * mean, 0.0),
             CurrentLaw::Voltage { volts, .. } => {
-                let conductance = self.mean_conductance;
-                let mean = self.current * self.share + volts * conductance;
+                let conductance = self.armature.mean_conductance;
+                let mean = self.current * self.armature.share + volts * conductance;
                 (
                     self.torque_constant * mean,
                     self.torque_constant * self.back_emf * conductance,
@@ -282,10 +308,10 @@ impl DcMotor {
     }
 
     fn end_current(&self, volts: f64, emf: f64) -> f64 {
-        (volts - emf) * self.end_conductance + self.current * self.decay
+        (volts - emf) * self.armature.end_conductance + self.current * self.armature.decay
     }
 
     fn average_current(&self, volts: f64, emf: f64) -> f64 {
-        (volts - emf) * self.mean_conductance + self.current * self.share
+        (volts - emf) * self.armature.mean_conductance + self.current * self.armature.share
     }
 }

@@ -26,8 +26,14 @@ use person::{Person, Terminal};
 use procedure::{BringUpExtent, Procedure};
 use verdict::{BringUpReport, StepVerdict};
 
+const EXAMPLES: &str = "\
+Examples:
+  hil-sim bring-up --port /dev/ttyACM0 --out out/bring-up
+  hil-sim bring-up --port tcp:127.0.0.1:5760 --simulated --cold-starts 1";
+
 /// Flags of `bring-up`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// Serial port of the board: /dev/ttyACM0, COM3, ...; or tcp:ADDRESS of a served one
     #[arg(long)]

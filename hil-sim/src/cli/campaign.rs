@@ -21,6 +21,7 @@ use results::{Header, MergeArguments, merge, write_line};
 
 /// Flags of `campaign`.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Arguments {
     #[command(subcommand)]
     what: What,
@@ -32,6 +33,7 @@ enum What {
     #[command(after_help = EXAMPLES)]
     Run(RunArguments),
     /// Joins the results of all shards into the file that one run of the whole campaign writes
+    #[command(after_help = "Examples:\n  hil-sim campaign merge part-1.jsonl part-2.jsonl --out whole.jsonl")]
     Merge(MergeArguments),
 }
 

@@ -1,6 +1,5 @@
 //! `hil-sim drive`: the vehicle, simulated, driven by the firmware's own tasks.
 
-use std::io::Write as _;
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -8,15 +7,12 @@ use std::time::Instant;
 use clap::{Args, ValueEnum};
 use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
-use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use serde::Serialize;
 
 use crate::cli::emulated;
-use crate::cli::record_file::record_bytes;
 use plant::Plant;
 use report::error::CommandError;
-use report::files::NewFile;
 use report::output::{print, print_json, progress_bar};
 use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
@@ -26,12 +22,14 @@ use virtual_board::scenario::{
 
 mod files;
 pub mod page;
+mod record;
 pub mod rows;
 pub mod seeds;
 mod table;
 
 use files::RunReport;
 use page::{RunOrigin, RunSummary};
+use record::{RECORD_TICKS_MAX, RunRecord, replay_ns};
 
 /// Flags of `drive`.
 #[derive(Debug, Args, Default)]
@@ -48,7 +46,7 @@ pub struct Arguments {
     /// Directory for the trace (CSV), the plots (SVG) and the firmware's log; out/drive if left out, none with --json
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// File for the record of every tick, which `replay` reads; must not exist
+    /// File for the record of every tick, which `replay` reads, NAME.mcap for other tools too; must not exist
     #[arg(long, value_name = "FILE", conflicts_with = "seeds")]
     pub record: Option<PathBuf>,
     /// Seed of the sensors' noise, instead of the scenario's
@@ -77,7 +75,7 @@ Examples:
   hil-sim drive kerb --seed 12 --json
   hil-sim drive my-scenario.toml --vehicle my-vehicle.toml --no-bounds
   hil-sim drive kerb --seeds 1:50
-  hil-sim drive kerb --record kerb.rec --out out/kerb
+  hil-sim drive kerb --record kerb.mcap --out out/kerb
   hil-sim drive kerb --board emulated";
 
 /// What runs a scenario.
@@ -95,8 +93,6 @@ const DEFAULT_OUT: &str = "out/drive";
 
 /// Most ticks that are replayed after the run, from its start on: 100 s.
 const REPLAY_TICKS_MAX: usize = 100_000;
-/// Most ticks that are recorded: 600 s, which is 120 MB until they are written.
-const RECORD_TICKS_MAX: usize = 600_000;
 
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
@@ -168,7 +164,7 @@ pub fn run_on<B: Backend>(
         arguments.plant_vehicle.as_deref(),
         &scenario,
     )?;
-    let record = begin_record(arguments, &scenario)?;
+    let record = RunRecord::begin(arguments.record.as_deref(), &scenario)?;
     let plant = scenario
         .plant(&simulated)
         .map_err(|error| CommandError::Input(error.to_string()))?;
@@ -202,23 +198,26 @@ pub fn run_on<B: Backend>(
             }
         },
     )
-    .map_err(|error| CommandError::Checks(format!("{} (seed {}): {error}", file_name(arguments), scenario.seed)))?;
+    .map_err(|error| CommandError::Checks(format!("{} (seed {}): {error}", file_name(arguments), scenario.seed)));
     let wall_s = started.elapsed().as_secs_f64();
     bar.finish_and_clear();
     written?;
 
     let records = records(&mut backend)?;
+    let told = story.told();
     let record = match record {
-        Some(mut file) => {
-            file.write_all(&record_bytes(&vehicle_f32(&vehicle)?, &records)?)?;
-            format!("\nrecord                 {}", file.finish()?.display())
+        Some(record) => {
+            // What led to a run that could not go on is worth its record most.
+            let log = end.as_ref().map_or(&[][..], |end| &end.log);
+            let path = record.write(&vehicle_f32(&vehicle)?, &records, log, &told.events)?;
+            format!("\nrecord                 {}", path.display())
         }
         None => String::new(),
     };
+    let end = end?;
     let values = measured.values(&end.counts);
     let checks = scenario::judge(&scenario, &values);
     let verdict = RunVerdict::of(&checks);
-    let told = story.told();
     let summary = RunSummary {
         scenario: &scenario,
         vehicle: &simulated,
@@ -353,38 +352,4 @@ pub(super) fn load_vehicles(
 /// [`CommandError::Other`]: it is none in single precision.
 pub(super) fn vehicle_f32(vehicle: &Vehicle<f64>) -> Result<Vehicle<f32>, CommandError> {
     Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(|error| CommandError::Other(error.to_string()))
-}
-
-/// Begins the file of `--record`, before the run: one that cannot be written is told at once.
-fn begin_record(arguments: &Arguments, scenario: &Scenario) -> Result<Option<NewFile>, CommandError> {
-    let Some(path) = &arguments.record else {
-        return Ok(None);
-    };
-    if scenario.duration_s * 1000.0 > RECORD_TICKS_MAX as f64 {
-        return Err(CommandError::Input(format!(
-            "--record: the scenario lasts {} s, at most {} s are recorded",
-            scenario.duration_s,
-            RECORD_TICKS_MAX / 1000
-        )));
-    }
-    NewFile::create("--record", path).map(Some)
-}
-
-/// Replays the recorded ticks through the pure step: its mean cost on this host, ns, and the proof that
-/// it repeats every actuation bit for bit.
-fn replay_ns(vehicle: &Vehicle<f64>, records: &[FlightRecord]) -> Result<f64, CommandError> {
-    let vehicle = vehicle_f32(vehicle)?;
-    let mut core = VehicleCore::new(&vehicle, &SCALES);
-    let started = Instant::now();
-    let wrong = records
-        .iter()
-        .find(|record| core.step(&record.sample, &record.command).actuation != record.actuation);
-    let ns = started.elapsed().as_nanos() as f64 / records.len().max(1) as f64;
-    match wrong {
-        None => Ok(ns),
-        Some(record) => Err(CommandError::Checks(format!(
-            "tick {}: the replay drives otherwise",
-            record.tick
-        ))),
-    }
 }

@@ -1,8 +1,7 @@
 //! `hil-sim link`: talks to a drive board over its serial port, or to a served one.
 #![deny(clippy::print_stdout)] // A closed output is an error, not a panic: everything goes through the console.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -13,18 +12,21 @@ use firmware::protocol::message::Order;
 use model::command::Request;
 use model::vehicle::Field;
 use report::error::CommandError;
-use report::files::{existing, refuse_existing};
+use report::files::refuse_existing;
 
 pub mod console;
 pub mod drive;
+mod files;
 pub mod memory;
 pub mod parameters;
+pub mod recording;
 pub mod session;
 pub mod status;
 pub mod wire;
 
 use console::Console;
 use drive::{DriveJob, check_seconds};
+use files::{into_new_file, into_new_record};
 use session::Link;
 use status::StatusDetail;
 pub(in crate::cli) use status::who;
@@ -46,7 +48,7 @@ Examples:
   hil-sim link --port /dev/ttyACM0 status
   hil-sim link --port tcp:127.0.0.1:5760 drive --speed-m-s 0.3 --seconds 5
   hil-sim link --port /dev/ttyACM0 log
-  hil-sim link --port /dev/ttyACM0 record --out drive.rec
+  hil-sim link --port /dev/ttyACM0 record --out drive.mcap
   hil-sim link --port /dev/ttyACM0 parameters dump my-vehicle.toml";
 
 const STATUS_EXAMPLES: &str = "\
@@ -61,8 +63,8 @@ Examples:
 
 const RECORD_EXAMPLES: &str = "\
 Examples:
-  hil-sim link --port /dev/ttyACM0 record --out drive.rec --seconds 60
-  hil-sim replay drive.rec";
+  hil-sim link --port /dev/ttyACM0 record --out drive.mcap --seconds 60
+  hil-sim replay drive.mcap";
 
 const LOOK_BACK_EXAMPLES: &str = "\
 Examples:
@@ -104,24 +106,28 @@ enum LinkCommand {
         seconds: f64,
     },
     /// Opens the bridges at once
+    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 disarm")]
     Disarm,
     /// Clears latched faults
+    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 clear-faults")]
     ClearFaults,
     /// Shows the board's log since its boot
+    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 log")]
     Log,
     /// Shows the last faults, which the board keeps over resets
+    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 faults")]
     Faults,
-    /// Writes the record of every tick to a file, in the link's own frames
+    /// Writes the record of every tick to a file; into a .mcap file also status, terms of the laws, events and log
     #[command(after_help = RECORD_EXAMPLES)]
     Record {
-        /// The file; must not exist
+        /// The file, NAME.mcap for other tools, any other name for the link's own frames; must not exist
         #[arg(long)]
         out: PathBuf,
         /// How long, s; Ctrl-C ends it before
         #[arg(long, default_value_t = 3600.0, allow_negative_numbers = true)]
         seconds: f64,
     },
-    /// Writes the records of the last 2 s before a fault to a file, in the link's own frames
+    /// Writes the records of the last 2 s before a fault to a file
     #[command(after_help = LOOK_BACK_EXAMPLES)]
     LookBack {
         /// The file; must not exist
@@ -140,26 +146,34 @@ enum LinkCommand {
 #[derive(Debug, Subcommand)]
 enum ParameterAction {
     /// Shows every parameter as the board has it, with its range and meaning
+    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters list")]
     List,
     /// Changes parameters, stores the set in the board's flash and puts it in force
+    #[command(
+        after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters set control.speed_max_m_s=1 control.comfort_s=0.2"
+    )]
     Set {
         /// `table.name=value`, as in the vehicle file; several at once
         #[arg(required = true)]
         assignments: Vec<String>,
     },
     /// Goes back to the set the firmware was built with
+    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters defaults")]
     Defaults,
     /// Writes the board's set to a vehicle file
+    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters dump my-vehicle.toml")]
     Dump {
         /// The file; must not exist
         file: PathBuf,
     },
     /// Stores a vehicle file's set in the board and puts it in force
+    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters load my-vehicle.toml")]
     Load {
         /// The file
         file: PathBuf,
     },
     /// Shows how the board's set differs from a vehicle file's, the board's value first; exit code 1 if it does
+    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters diff my-vehicle.toml")]
     Diff {
         /// The file
         file: PathBuf,
@@ -271,11 +285,11 @@ impl<'a> Job<'a> {
             Self::Log => link.show_log(console),
             Self::Faults => link.show_faults(console),
             Self::Record(file, seconds) => {
-                let recorded = into_new_file("--out", file, |out| link.record(seconds, out))?;
+                let recorded = into_new_record(file, |out| link.record(seconds, out))?;
                 console.line(&recorded.line())
             }
             Self::LookBack(file) => {
-                let recorded = into_new_file("--out", file, |out| link.look_back(out))?;
+                let recorded = into_new_record(file, |out| link.look_back(out))?;
                 console.line(&recorded.line())
             }
             Self::Parameters(action) => parameters_of(&mut link, action, console),
@@ -349,27 +363,4 @@ fn about(field: &Field) -> String {
         .map(|(value, name)| format!("{value} ({name})"))
         .collect();
     format!("{}: {meaning}", choices.join(", "))
-}
-
-/// Writes into a file that must not exist yet, and makes sure that it is there. What was written before the board fell
-/// silent stays; a file into which nothing was written does not, so that the command can be given again.
-fn into_new_file<R>(
-    flag: &str,
-    path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<R, CommandError>,
-) -> Result<R, CommandError> {
-    let file = File::create_new(path).map_err(|error| match error.kind() {
-        io::ErrorKind::AlreadyExists => existing(flag, path),
-        _ => CommandError::Input(format!("{flag}: cannot write {}: {error}", path.display())),
-    })?;
-    let mut out = BufWriter::new(file);
-    let written = write(&mut out);
-    let flushed = out.flush().and_then(|()| out.get_ref().sync_all());
-    let empty = out.get_ref().metadata().is_ok_and(|file| file.len() == 0);
-    if written.is_err() && empty {
-        // The command's own failure is what is told.
-        let _ = std::fs::remove_file(path);
-    }
-    flushed.map_err(|error| CommandError::Other(format!("output: {error}")))?;
-    written
 }

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, Parser, Subcommand};
 use report::output::tell;
 use theory::commands::{
     camera, coupled, critical, envelope, equilibrium, figures, kernel, lqr, simulate, slip_limit, spatial,
@@ -20,6 +20,7 @@ pub mod link;
 pub mod record_file;
 pub mod replay;
 pub mod serve;
+pub mod shell;
 
 /// The biplanar bicycle, simulated and analysed.
 #[derive(Debug, Parser)]
@@ -76,6 +77,10 @@ enum HostCommand {
     Serve(serve::Arguments),
     /// The optimal regulator of the camera spar (ch. 7)
     Lqr(lqr::Arguments),
+    /// Writes the completions of a shell to stdout: commands and flags by the tab key
+    Completions(shell::CompletionArguments),
+    /// Writes the manual page to stdout, or a page for every command into a directory
+    Man(shell::ManArguments),
     /// Every figure of the thesis and one page that shows them
     Figures(figures::Arguments),
     /// One run of the planar vehicle
@@ -98,6 +103,8 @@ pub fn main() -> ExitCode {
         Some(HostCommand::Check(a)) => check::run(&a),
         Some(HostCommand::Console(a)) => console::run(&a),
         Some(HostCommand::Compare(a)) => compare::run(&a),
+        Some(HostCommand::Completions(a)) => shell::complete(&a, &mut Arguments::command()),
+        Some(HostCommand::Man(a)) => shell::man(&a, Arguments::command()),
         Some(HostCommand::Critical(a)) => critical::run(&a),
         Some(HostCommand::Envelope(a)) => envelope::run(&a),
         Some(HostCommand::Equilibrium(a)) => equilibrium::run(&a),
@@ -119,5 +126,92 @@ pub fn main() -> ExitCode {
             tell(&error);
             ExitCode::from(error.exit_code())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Command;
+    use clap::builder::ValueParser;
+    use clap::error::ErrorKind;
+
+    use super::*;
+
+    /// Every command, with the names that lead to it.
+    fn commands<'a>(command: &'a Command, names: &str, all: &mut Vec<(String, &'a Command)>) {
+        for below in command.get_subcommands().filter(|below| below.get_name() != "help") {
+            let names = format!("{names} {}", below.get_name());
+            commands(below, &names, all);
+            all.push((names, below));
+        }
+    }
+
+    /// The examples of a command: what its help shows below "Examples:".
+    fn examples(command: &Command) -> Vec<String> {
+        let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+        let (_, examples) = help.split_once("Examples:\n").unwrap_or_default();
+        examples.lines().map(|line| line.trim().to_owned()).collect()
+    }
+
+    #[test]
+    fn every_help_has_examples_and_every_example_is_a_command_line() {
+        let root = Arguments::command();
+        let mut all = vec![("hil-sim".to_owned(), &root)];
+        commands(&root, "hil-sim", &mut all);
+        assert!(all.len() > 30, "{}", all.len());
+        let bare: Vec<&String> = all
+            .iter()
+            .filter(|(name, command)| {
+                !examples(command)
+                    .iter()
+                    .any(|line| line.contains(name.rsplit(' ').next().unwrap_or_default()))
+            })
+            .map(|(name, _)| name)
+            .collect();
+        assert!(bare.is_empty(), "their --help shows no example of them: {bare:?}");
+        for (name, command) in all {
+            let examples = examples(command);
+            for line in examples.iter().flat_map(|line| line.split(" && ")) {
+                // A shell takes quotes away, and what stands behind a redirection.
+                let line = line.split(" > ").next().unwrap_or_default().replace(['\'', '"'], "");
+                let parsed = Arguments::command().try_get_matches_from(line.split_whitespace());
+                assert!(
+                    parsed.is_ok(),
+                    "{name}: {line}: {}",
+                    parsed.err().map_or(String::new(), |e| e.to_string())
+                );
+            }
+        }
+    }
+
+    /// No flag of any command takes what is no number; those of `link` are checked with their ranges, before the port is
+    /// opened.
+    #[test]
+    fn every_flag_for_a_number_refuses_what_is_none() {
+        let root = Arguments::command();
+        let mut all = Vec::new();
+        commands(&root, "hil-sim", &mut all);
+        let number: ValueParser = clap::value_parser!(f64).into();
+        let mut tried = 0;
+        for (name, command) in all.iter().filter(|(name, _)| !name.contains(" link ")) {
+            let flags = command
+                .get_arguments()
+                .filter(|flag| flag.get_value_parser().type_id() == number.type_id());
+            for flag in flags.filter_map(|flag| flag.get_long()) {
+                tried += 1;
+                for value in [
+                    "NaN", "-nan", "inf", "-inf", "1e400", "-1e400", "", "one", "1,5", "0x10",
+                ] {
+                    let line = name.split(' ').map(str::to_owned).chain([format!("--{flag}={value}")]);
+                    let error = Arguments::command().try_get_matches_from(line).expect_err(value);
+                    assert_eq!(
+                        error.kind(),
+                        ErrorKind::ValueValidation,
+                        "{name} --{flag}={value}: {error}"
+                    );
+                }
+            }
+        }
+        assert!(tried > 80, "{tried}");
     }
 }

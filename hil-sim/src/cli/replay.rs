@@ -1,6 +1,7 @@
 //! `hil-sim replay`: the recorded samples through the same step, bit for bit.
 
-use std::path::PathBuf;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use firmware::drive_board::SCALES;
@@ -8,12 +9,15 @@ use firmware::flight_record::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use report::error::CommandError;
+use report::files::{NewFile, refuse_existing};
 use report::output::{print, print_json};
 use serde::Serialize;
-use virtual_board::records::first_field;
+use virtual_board::records::{RecordFile, first_field};
 
 use super::drive::{load_vehicle, vehicle_f32};
-use super::record_file;
+use super::record_file::run::{RecordedRun, write_run};
+use super::record_file::writer::{RecordFormat, RecordWriter};
+use super::record_file::{self, ReadRecords};
 
 /// Flags of `replay`.
 #[derive(Debug, Args)]
@@ -21,10 +25,21 @@ use super::record_file;
 pub struct Arguments {
     /// File of records, of `drive --record`, `link record` or `link look-back`
     file: PathBuf,
-    /// Vehicle file of the set in force when it was recorded (`link parameters dump` writes it); the reference vehicle
-    /// if left out. With another one: up to where these gains would have driven otherwise
+    /// Vehicle file of the set in force when it was recorded (`link parameters dump` writes it); what the file itself
+    /// says, as a .mcap file does, or the reference vehicle if left out. With another one: up to where these gains would
+    /// have driven otherwise
     #[arg(long, value_name = "FILE")]
     vehicle: Option<PathBuf>,
+    /// Replay only the first S seconds after the boot
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    until: Option<f64>,
+    /// Make a test of the record: NAME.records in tests/records, with NAME.toml if the vehicle is not the reference
+    /// vehicle. Only a record that replays becomes one
+    #[arg(long, value_name = "NAME", value_parser = test_name)]
+    as_test: Option<String>,
+    /// Write the replay as MCAP, for other tools: NAME.mcap; must not exist
+    #[arg(long, value_name = "FILE")]
+    mcap: Option<PathBuf>,
     /// Print exactly one JSON object on stdout
     #[arg(long)]
     json: bool,
@@ -32,9 +47,32 @@ pub struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  hil-sim drive kerb --record kerb.records && hil-sim replay kerb.records
-  hil-sim link --port /dev/ttyACM0 record --out run.records --seconds 60
-  hil-sim replay run.records --vehicle my-vehicle.toml";
+  hil-sim drive kerb --record kerb.mcap && hil-sim replay kerb.mcap
+  hil-sim link --port /dev/ttyACM0 record --out run.mcap --seconds 60
+  hil-sim replay run.mcap --vehicle my-vehicle.toml
+  hil-sim replay run.mcap --until 3 --as-test runs-away
+  hil-sim replay console.records --mcap console.mcap";
+
+/// The records that tests replay.
+const TESTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/records");
+/// Most ticks of a record that becomes a test: 10 s, some 300 kB.
+const TEST_TICKS_MAX: usize = 10_000;
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if seconds > 0.0 && f64::is_finite(seconds) => Ok(seconds),
+        _ => Err("must be more than 0".to_owned()),
+    }
+}
+
+fn test_name(text: &str) -> Result<String, String> {
+    let good = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    if !text.is_empty() && text.chars().all(good) {
+        Ok(text.to_owned())
+    } else {
+        Err("must be of a-z, 0-9 and -".to_owned())
+    }
+}
 
 /// The first tick whose replay drives otherwise.
 #[derive(Debug, PartialEq, Serialize)]
@@ -66,10 +104,24 @@ struct ReplayJson {
 /// [`CommandError::Input`] for a file that is none, or whose records do not begin with the board's boot;
 /// [`CommandError::Checks`] if the replay drives otherwise, or ticks are missing.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let file = record_file::read(&arguments.file)?;
-    let vehicle = vehicle_f32(&load_vehicle(arguments.vehicle.as_deref())?)?;
+    if let Some(path) = &arguments.mcap {
+        refuse_existing("--mcap", path)?;
+    }
+    let ReadRecords {
+        mut file,
+        vehicle: recorded_with,
+    } = record_file::read(&arguments.file)?;
+    let vehicle = match (&arguments.vehicle, recorded_with) {
+        (None, Some(vehicle)) => vehicle,
+        (named, _) => load_vehicle(named.as_deref())?,
+    };
+    let vehicle = vehicle_f32(&vehicle)?;
+    if let Some(until_s) = arguments.until {
+        file.records
+            .retain(|record| record.sample.time_us as f64 * 1e-6 <= until_s);
+    }
     let (Some(first), Some(last)) = (file.records.first(), file.records.last()) else {
-        return Err(CommandError::Input("no records".into()));
+        return Err(CommandError::Input("--until: there is no record before it".into()));
     };
     if first.tick > 1 {
         return Err(CommandError::Input(format!(
@@ -100,6 +152,9 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     } else {
         print(&table(&result))?;
     }
+    if let Some(path) = &arguments.mcap {
+        write_mcap(path, &vehicle, &file)?;
+    }
     match (&result.difference, gap) {
         (Some(found), _) => Err(CommandError::Checks(format!(
             "the replay drives otherwise from tick {} on; from there the vehicle would have moved otherwise too",
@@ -110,7 +165,61 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             pair[0].tick + 1,
             pair[1].tick.saturating_sub(1)
         ))),
-        (None, None) => Ok(()),
+        (None, None) => match &arguments.as_test {
+            Some(name) => {
+                make_test(name, &vehicle, &file)?;
+                if arguments.json {
+                    return Ok(());
+                }
+                print(&format!(
+                    "tests/records/{name}.records: `cargo test -p hil-sim --test replay every_committed` replays it\n"
+                ))
+            }
+            None => Ok(()),
+        },
+    }
+}
+
+/// Writes the records as MCAP, with the statuses and events of the replay.
+fn write_mcap(path: &Path, vehicle: &Vehicle<f32>, file: &RecordFile) -> Result<(), CommandError> {
+    let mut out = RecordWriter::new(RecordFormat::Mcap, NewFile::create("--mcap", path)?);
+    write_run(&mut out, &run_of(vehicle, file))?;
+    out.finish()?.finish().map(|_| ())
+}
+
+/// Makes a test of records that replay.
+fn make_test(name: &str, vehicle: &Vehicle<f32>, file: &RecordFile) -> Result<(), CommandError> {
+    let ticks = file.records.len();
+    if ticks > TEST_TICKS_MAX {
+        return Err(CommandError::Input(format!(
+            "--as-test: {ticks} ticks; allowed are {TEST_TICKS_MAX}: with --until the first seconds alone"
+        )));
+    }
+    let folder = Path::new(TESTS);
+    if !folder.is_dir() {
+        return Err(CommandError::Input(format!(
+            "--as-test: {TESTS} is missing; it needs the workspace's sources"
+        )));
+    }
+    let records = folder.join(name).with_extension("records");
+    let mut out = RecordWriter::new(RecordFormat::Frames, NewFile::create("--as-test", &records)?);
+    write_run(&mut out, &run_of(vehicle, file))?;
+    if *vehicle != vehicle_f32(&load_vehicle(None)?)? {
+        let mut file = NewFile::create("--as-test", &records.with_extension("toml"))?;
+        file.write_all(vehicle_file::to_toml(vehicle.parameters()).as_bytes())?;
+        file.finish()?;
+    }
+    out.finish()?.finish()?;
+    Ok(())
+}
+
+fn run_of<'a>(vehicle: &'a Vehicle<f32>, file: &'a RecordFile) -> RecordedRun<'a> {
+    RecordedRun {
+        vehicle,
+        identity: file.identity,
+        records: &file.records,
+        log: &[],
+        events: None,
     }
 }
 

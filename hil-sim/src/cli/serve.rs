@@ -18,7 +18,6 @@ use super::drive::{self, load_scenario, load_vehicles};
 
 mod hub;
 mod ports;
-mod sha1;
 pub(super) mod websocket;
 
 use hub::{ClientId, Hub};

@@ -1,13 +1,16 @@
 //! The search for a drive that the speed law does not survive, on the sampled planar vehicle.
 //!
 //! ```sh
-//! cargo run --release -p theory --example law_search -- [PLANTS] [DRIVES] [CLIMBS] [eq-3.25]
+//! cargo run --release -p theory --example law_search -- [PLANTS] [DRIVES] [CLIMBS] [FIRST] [eq-3.25]
 //! ```
 //!
 //! PLANTS vehicles (1000 if left out) whose nine parameters are off by up to 20 % step from 0 to 1; DRIVES (100000) drives of
 //! random steps on random slopes with random plants and supplies; from the CLIMBS (100) worst of these in which the arm swings
 //! beyond where it stands, an
 //! optimiser (CMA-ES) moves times and speeds of the commands to where the arm swings furthest, some 200 drives each. Prints the seed of the worst.
+//!
+//! The seeds of the drives are FIRST (0) and those after it: a long search is as many short ones, one after the other or on as
+//! many machines, whose counts add up.
 
 use std::error::Error;
 
@@ -24,7 +27,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let mut number = |default: u64| arguments.next().map_or(Ok(default), |text| text.parse::<u64>());
     let (plants, drives, climbs) = (number(1000)?, number(100_000)?, number(100)?);
-    let eq_3_25 = arguments.next().is_some();
+    let mut rest = arguments.peekable();
+    let first_seed = rest
+        .next_if(|text| text.parse::<u64>().is_ok())
+        .map_or(Ok(0), |text| text.parse::<u64>())?;
+    let eq_3_25 = match rest.next().as_deref() {
+        None => false,
+        Some("eq-3.25") => true,
+        Some(other) => return Err(format!("{other}: neither a first seed nor eq-3.25").into()),
+    };
     let vehicle = if eq_3_25 {
         eq_3_25_vehicle()
     } else {
@@ -58,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             slow.map(|(seed, _)| seed).collect::<Vec<_>>()
         );
     }
-    let wild: Vec<_> = (0..drives)
+    let wild: Vec<_> = (first_seed..first_seed + drives)
         .into_par_iter()
         .map(|seed| wild_drive(&vehicle, seed))
         .collect();
@@ -67,7 +78,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         .enumerate()
         .max_by(|a, b| a.1.phi_max.total_cmp(&b.1.phi_max))
     {
-        println!("{drives} random drives: worst seed {seed}, {:.3} rad", worst.phi_max);
+        println!(
+            "{drives} random drives: worst seed {}, {:.3} rad",
+            first_seed + seed as u64,
+            worst.phi_max
+        );
         println!(
             "whirls                {}",
             wild.iter().filter(|w| w.phi_max > 3.1).count()
@@ -84,7 +99,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     seeds.truncate(climbs as usize);
     let climbed: Vec<_> = seeds
         .into_par_iter()
-        .map(|seed| (seed, worst_commands(&vehicle, seed as u64, GENERATIONS)))
+        .map(|seed| first_seed + seed as u64)
+        .map(|seed| (seed, worst_commands(&vehicle, seed, GENERATIONS)))
         .collect();
     if let Some((seed, worst)) = climbed.iter().max_by(|a, b| a.1.phi_max.total_cmp(&b.1.phi_max)) {
         println!(

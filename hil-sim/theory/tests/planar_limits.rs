@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
 use theory::analysis::critical::{CriticalValue, Direction, critical};
-use theory::analysis::envelope::{envelope, slopes};
+use theory::analysis::envelope::{EnvelopeBudget, envelope, slopes};
 use theory::analysis::equilibrium::{static_phi, sustained_acceleration_limit};
 use theory::analysis::input::Input;
 use theory::analysis::waveform::Waveform;
@@ -226,13 +226,21 @@ fn ramps_and_other_waveforms() {
 fn an_envelope_is_the_single_limits() {
     let p = thesis(0.0);
     let beta = slopes(-0.3, 0.7, 5);
-    let rows = envelope(&p, &[Waveform::Step, Waveform::Ramp], 5.0, &beta, || ()).unwrap();
+    let rows = envelope(
+        EnvelopeBudget::default(),
+        &p,
+        &[Waveform::Step, Waveform::Ramp],
+        5.0,
+        &beta,
+        || (),
+    )
+    .unwrap();
     assert_eq!(rows.len(), 10);
     close(rows[0].critical.unwrap(), 4.463_938_472_0, 1e-9);
     close(rows[4].critical.unwrap(), 1.649_811_863_3, 1e-9);
     assert_eq!((rows[0].whirl_direction, rows[4].whirl_direction), (Some(-1), Some(1)));
     assert!(rows.iter().zip(beta.iter().cycle()).all(|(r, b)| r.beta == *b));
-    assert!(envelope(&p, &[Waveform::Step], 5.0, &[0.9], || ()).is_err());
+    assert!(envelope(EnvelopeBudget::default(), &p, &[Waveform::Step], 5.0, &[0.9], || ()).is_err());
 }
 
 /// (3.12) and (3.13), written independently of the model and solved by Cramer's rule, for the bisection below.

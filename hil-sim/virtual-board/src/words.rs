@@ -41,7 +41,33 @@ pub fn fault_name(number: u8) -> String {
 
 /// One line of the log in words.
 pub fn log_line(line: &Line) -> String {
-    let what = match line.event {
+    let what = event_words(line.event);
+    format!("{:>4}.{:06} {what}", line.time_us / 1_000_000, line.time_us % 1_000_000)
+}
+
+/// Whether a person who only looks for trouble wants to see a line of the log.
+pub fn is_trouble(event: Event) -> bool {
+    match event {
+        Event::Booted(_)
+        | Event::Calibrated
+        | Event::Mode(_)
+        | Event::SetStored
+        | Event::ImuStarted(_)
+        | Event::SetMigrated { .. } => false,
+        Event::InternalClock
+        | Event::Crashed
+        | Event::Fault(_)
+        | Event::NotArmed(_)
+        | Event::FlashFailed
+        | Event::ImuLost(_)
+        | Event::ImuNotStarted(_)
+        | Event::SetLost => true,
+    }
+}
+
+/// What a line of the log tells, in words.
+pub fn event_words(event: Event) -> String {
+    match event {
         Event::Booted(cause) => format!("booted, reset by {}", cause.name()),
         Event::InternalClock => "no external clock: the board runs from its own oscillator".into(),
         Event::Crashed => "the last run ended in a panic or a hardware fault".into(),
@@ -59,6 +85,5 @@ pub fn log_line(line: &Line) -> String {
              dropped"
         ),
         Event::SetLost => "parameters: the stored set cannot be believed, built-in set, arming is blocked".into(),
-    };
-    format!("{:>4}.{:06} {what}", line.time_us / 1_000_000, line.time_us % 1_000_000)
+    }
 }

@@ -5,12 +5,14 @@ pub mod equilibrium;
 pub mod hold;
 pub mod landing;
 pub mod motor;
+pub mod motor_guard;
 pub mod spar;
 pub mod spar_law;
 pub mod speed;
 pub mod speed_controller;
 pub mod speed_law;
 pub mod steering;
+pub mod supply_guard;
 pub mod swing_damped;
 
 /// What a law gives in one tick.

@@ -46,21 +46,39 @@ impl MotorLimits {
         }
     }
 
-    /// Bounds the voltages of two drive motors, left and right, at their output rates. What the limits take from the sum,
+    /// These limits with a share of the current, 0 to 1.
+    #[must_use]
+    pub fn with_share(self, share: f32) -> Self {
+        Self {
+            current_v: self.current_v * share,
+            ..self
+        }
+    }
+
+    /// Bounds the voltages of two drive motors, left and right, each by its limits at its output rate. What these take from the sum,
     /// which holds the arm and the speed, a motor with room left gives: the sum goes before the difference, which steers.
     /// Neither voltage leaves its motor's limits for that, so that a vehicle that spins is braked and never spun faster.
-    pub fn limit_pair(&self, wanted_v: [f32; 2], rate_rad_s: [f32; 2]) -> [LimitedVoltage; 2] {
-        let pair = [0, 1].map(|side: usize| self.limit(wanted_v[side], rate_rad_s[side]));
-        let [left, right] = pair;
+    pub fn limit_pair(limits: [Self; 2], wanted_v: [f32; 2], rate_rad_s: [f32; 2]) -> [LimitedVoltage; 2] {
+        let [left_limits, right_limits] = limits;
+        let [wanted_left_v, wanted_right_v] = wanted_v;
+        let [left_rad_s, right_rad_s] = rate_rad_s;
+        let left = left_limits.limit(wanted_left_v, left_rad_s);
+        let right = right_limits.limit(wanted_right_v, right_rad_s);
         if !left.by_current && !right.by_current {
-            return pair;
+            return [left, right];
         }
-        let lost_v = (wanted_v[0] - left.voltage_v) + (wanted_v[1] - right.voltage_v);
+        let lost_v = (wanted_left_v - left.voltage_v) + (wanted_right_v - right.voltage_v);
         // A motor at the limit that took from the sum has no room that way, so at most one of the two moves.
-        [0, 1].map(|side: usize| LimitedVoltage {
-            voltage_v: self.limit(pair[side].voltage_v + lost_v, rate_rad_s[side]).voltage_v,
-            ..pair[side]
-        })
+        [
+            LimitedVoltage {
+                voltage_v: left_limits.limit(left.voltage_v + lost_v, left_rad_s).voltage_v,
+                ..left
+            },
+            LimitedVoltage {
+                voltage_v: right_limits.limit(right.voltage_v + lost_v, right_rad_s).voltage_v,
+                ..right
+            },
+        ]
     }
 
     /// Residual of the armature equation: applied voltage less resistance drop and back-EMF, V. Near 0 while
@@ -164,11 +182,14 @@ mod tests {
             ([4.0, 9.0], [0.0, 0.0], [5.0, 5.0]),
             ([8.0, 9.0], [0.0, 0.0], [5.0, 5.0]),
         ] {
-            let found = limits.limit_pair(wanted_v, rate_rad_s);
+            let found = MotorLimits::limit_pair([limits; 2], wanted_v, rate_rad_s);
             assert_eq!(found.map(|limited| limited.voltage_v), found_v, "{wanted_v:?}");
         }
-        let [left, right] = limits.limit_pair([2.0, 6.0], [0.0, 0.0]);
+        let [left, right] = MotorLimits::limit_pair([limits; 2], [2.0, 6.0], [0.0, 0.0]);
         assert!(!left.by_current && right.by_current);
+        // A hot left motor may use half: the right one gives what the left one may not, up to its own limit.
+        let found = MotorLimits::limit_pair([limits.with_share(0.5), limits], [4.0, 3.0], [0.0, 0.0]);
+        assert_eq!(found.map(|limited| limited.voltage_v), [2.5, 4.5]);
     }
 
     proptest! {
@@ -180,7 +201,7 @@ mod tests {
             left_rad_s in -30.0_f32..30.0, right_rad_s in -30.0_f32..30.0,
         ) {
             let limits = MotorLimits { back_emf_v_s_per_rad: 1.0, current_v: 5.0, resistance_ohm: 0.3 };
-            let [left, right] = limits.limit_pair([left_v, right_v], [left_rad_s, right_rad_s]);
+            let [left, right] = MotorLimits::limit_pair([limits; 2], [left_v, right_v], [left_rad_s, right_rad_s]);
             for (limited, rate) in [(left, left_rad_s), (right, right_rad_s)] {
                 prop_assert!((limited.voltage_v - rate).abs() <= 5.0 + 1e-4, "{limited:?} at {rate} rad/s");
             }

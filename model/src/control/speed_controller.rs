@@ -65,6 +65,14 @@ impl SpeedController {
         }
     }
 
+    /// The vehicle was armed on a slope on which it cannot stand; Eq. 3.25 does not look.
+    pub fn refuses_slope(&self) -> bool {
+        match self {
+            Self::SwingDamped(_) => false,
+            Self::Landing(law) => law.refuses_slope(),
+        }
+    }
+
     /// What the last tick taught of the slope, as a change of its sine; nothing before the first tick. Eq. 3.25 learns
     /// nothing of it.
     pub fn slope_lesson(&self) -> Option<f32> {

@@ -15,6 +15,8 @@ pub struct SteeringInput {
     pub heading_rad: f32,
     /// Largest voltage either way, V.
     pub voltage_max_v: f32,
+    /// Something blocks the vehicle, which then does not turn whatever the integral comes to.
+    pub blocked: bool,
 }
 
 /// The terms of the steering law, V at the right motor, negated at the left; their sum is the voltage difference
@@ -121,8 +123,8 @@ impl SteeringController {
             hold_v: (self.feed_forward_v_s_per_rad + self.kp_v_s_per_rad) * hold,
         };
         let limited = wanted.bounded(-input.voltage_max_v, input.voltage_max_v);
-        // Anti-windup: the integral does not grow into the limit, and stays within it.
-        if limited == wanted || (wanted - limited) * error < 0.0 {
+        // Anti-windup: the integral does not grow into the limit, and stays within it; nor while an obstacle holds the wheels.
+        if !input.blocked && (limited == wanted || (wanted - limited) * error < 0.0) {
             self.integral_v =
                 (self.integral_v + self.ki_tick_v_per_rad_s * error).bounded(-input.voltage_max_v, input.voltage_max_v);
         }
@@ -160,6 +162,7 @@ mod tests {
                 yaw_rate_rad_s: 0.0,
                 heading_rad: 0.0,
                 voltage_max_v: 12.0,
+                blocked: false,
             };
             for _ in 0..10_000 {
                 steering.step(&input);
@@ -172,6 +175,26 @@ mod tests {
         }
     }
 
+    #[test]
+    fn the_integral_rests_while_an_obstacle_holds_the_wheels() {
+        let mut steering = SteeringController::new(&reference(), 0.001);
+        let mut integral_v = |heading_rad: f32, blocked: bool| {
+            let input = SteeringInput {
+                target_rad_s: 0.0,
+                yaw_rate_rad_s: 0.0,
+                heading_rad,
+                voltage_max_v: 12.0,
+                blocked,
+            };
+            (0..1000).fold(0.0, |_, _| steering.step(&input).terms.integral_v)
+        };
+        assert_eq!(integral_v(0.0, false), 0.0);
+        let free_v = integral_v(0.001, false);
+        assert!(free_v < -0.1, "{free_v}");
+        let blocked_v = integral_v(0.001, true);
+        assert!((blocked_v - free_v).abs() < 0.01, "{blocked_v} {free_v}");
+    }
+
     proptest! {
         /// The terms add up to the voltage before its limit, turning and holding the heading.
         #[test]
@@ -180,7 +203,7 @@ mod tests {
             heading_rad in -3.0_f32..3.0, ticks in 1_usize..400,
         ) {
             let mut unlimited = SteeringController::new(&reference(), 0.001);
-            let mut input = SteeringInput { target_rad_s, yaw_rate_rad_s, heading_rad: 0.0, voltage_max_v: 1e6 };
+            let mut input = SteeringInput { target_rad_s, yaw_rate_rad_s, heading_rad: 0.0, voltage_max_v: 1e6, blocked: false };
             for _ in 0..ticks {
                 unlimited.step(&input);
             }

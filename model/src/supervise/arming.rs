@@ -98,11 +98,7 @@ impl Arming {
         self.mode = match self.mode {
             Mode::Disarmed => self.disarmed(request),
             _ if request == Request::Disarm || !faults.intersection(FaultSet::OPENING).is_empty() => Mode::Disarmed,
-            Mode::Armed if !faults.intersection(FaultSet::STOPPING).is_empty() => {
-                self.stopping_ticks = 0;
-                self.stopped_ticks = 0;
-                Mode::Stopping
-            }
+            Mode::Armed if !faults.intersection(FaultSet::STOPPING).is_empty() => self.begin_stop(),
             Mode::Armed => Mode::Armed,
             Mode::Stopping => self.stopping(stopped),
         };
@@ -128,6 +124,12 @@ impl Arming {
         }
     }
 
+    fn begin_stop(&mut self) -> Mode {
+        self.stopping_ticks = 0;
+        self.stopped_ticks = 0;
+        Mode::Stopping
+    }
+
     fn stopping(&mut self, stopped: bool) -> Mode {
         self.stopping_ticks = self.stopping_ticks.saturating_add(1);
         self.stopped_ticks = if stopped {
@@ -148,6 +150,14 @@ impl Arming {
     /// The present mode.
     pub fn mode(&self) -> Mode {
         self.mode
+    }
+
+    /// Begins a controlled stop for a fault that the control laws found, and latches it; no effect unless armed.
+    pub fn stop(&mut self, fault: Fault) {
+        if self.mode == Mode::Armed {
+            self.latched.insert(fault);
+            self.mode = self.begin_stop();
+        }
     }
 
     /// Opens the bridges for a fault that was found after the decision, and latches it.
@@ -185,6 +195,10 @@ mod tests {
         blockers: BlockerSet::EMPTY,
         request: Request::None,
         stopped: true,
+    };
+    const MOVING: Conditions = Conditions {
+        stopped: false,
+        ..CLEAR
     };
 
     fn armed() -> Arming {
@@ -265,6 +279,19 @@ mod tests {
     }
 
     #[test]
+    fn every_refused_request_counts_and_an_accepted_one_does_not() {
+        let mut arming = armed();
+        assert_eq!(arming.refused(), 0);
+        arming.step(&fault(Fault::Overcurrent));
+        for refused in 1..=3 {
+            for request in [Request::None, Request::Disarm, Request::Arm] {
+                arming.step(&Conditions { request, ..CLEAR });
+            }
+            assert_eq!(arming.refused(), refused);
+        }
+    }
+
+    #[test]
     fn every_fault_ends_as_its_class_says_and_blocks_until_cleared() {
         for code in Fault::ALL.iter().copied() {
             let mut arming = armed();
@@ -304,6 +331,23 @@ mod tests {
     }
 
     #[test]
+    fn a_stop_for_what_the_laws_found_begins_while_armed_only_and_once() {
+        let mut arming = armed();
+        arming.stop(Fault::SteepSlope);
+        assert_eq!(arming.mode(), Mode::Stopping);
+        assert!(arming.latched().contains(Fault::SteepSlope));
+        // Told again and again, the stop takes no longer.
+        let ticks = (1..10_000).find(|_| {
+            arming.stop(Fault::SteepSlope);
+            arming.step(&CLEAR) == Mode::Disarmed
+        });
+        assert_eq!(ticks, Some(STOPPED_TICKS));
+        let mut disarmed = Arming::new(1000);
+        disarmed.stop(Fault::SteepSlope);
+        assert_eq!((disarmed.mode(), disarmed.latched()), (Mode::Disarmed, FaultSet::EMPTY));
+    }
+
+    #[test]
     fn a_stop_ends_stopped_or_in_time() {
         let mut arming = armed();
         arming.step(&fault(Fault::CommandTimeout));
@@ -313,12 +357,8 @@ mod tests {
         assert_eq!(ticks, STOPPED_TICKS);
         let mut arming = armed();
         arming.step(&fault(Fault::CommandTimeout));
-        let moving = Conditions {
-            stopped: false,
-            ..CLEAR
-        };
         let ticks = (1..10_000)
-            .find(|_| arming.step(&moving) == Mode::Disarmed)
+            .find(|_| arming.step(&MOVING) == Mode::Disarmed)
             .expect("ends");
         assert_eq!(ticks, 1000);
         assert!(arming.latched().contains(Fault::StopTimeout));

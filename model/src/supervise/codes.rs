@@ -1,123 +1,8 @@
 //! Numbered, stable codes and sets of them.
 
-/// Defines an enum of stable codes and the set type that holds them as bits.
-macro_rules! codes {
-    (
-        $(#[doc = $doc:literal])* $code:ident;
-        $(#[doc = $set_doc:literal])* $set:ident;
-        $( $(#[doc = $meaning:literal])+ $name:ident = $number:literal, )+
-    ) => {
-        $(#[doc = $doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-        #[repr(u8)]
-        pub enum $code {
-            $( $(#[doc = $meaning])+ $name = $number, )+
-        }
-
-        impl $code {
-            /// Every code, in order of its number.
-            pub const ALL: &'static [Self] = &[$(Self::$name),+];
-
-            /// The code's name.
-            pub fn name(self) -> &'static str {
-                match self { $(Self::$name => stringify!($name)),+ }
-            }
-
-            /// What the code means.
-            pub fn meaning(self) -> &'static str {
-                match self { $(Self::$name => concat!($($meaning),+)),+ }
-            }
-
-            const fn bit(self) -> u32 {
-                1 << (self as u8)
-            }
-        }
-
-        $(#[doc = $set_doc])*
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-        #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(from = "u32", into = "u32"))]
-        #[repr(transparent)]
-        pub struct $set(u32);
-
-        impl From<u32> for $set {
-            fn from(bits: u32) -> Self {
-                Self::from_bits(bits)
-            }
-        }
-
-        impl From<$set> for u32 {
-            fn from(set: $set) -> Self {
-                set.bits()
-            }
-        }
-
-        impl $set {
-            /// No code.
-            pub const EMPTY: Self = Self(0);
-            /// Every code.
-            pub const FULL: Self = Self($($code::$name.bit())|+);
-
-            /// The set as bits: bit n is code n. Bits of unknown codes are dropped.
-            pub const fn from_bits(bits: u32) -> Self {
-                Self(bits & Self::FULL.0)
-            }
-
-            /// Bit n is code n.
-            pub const fn bits(self) -> u32 {
-                self.0
-            }
-
-            /// Adds a code.
-            pub fn insert(&mut self, code: $code) {
-                self.0 |= code.bit();
-            }
-
-            /// Adds a code if `present`, else removes it.
-            pub fn set(&mut self, code: $code, present: bool) {
-                if present { self.0 |= code.bit() } else { self.0 &= !code.bit() }
-            }
-
-            /// Whether the code is in the set.
-            pub const fn contains(self, code: $code) -> bool {
-                self.0 & code.bit() != 0
-            }
-
-            /// Whether there is no code.
-            pub const fn is_empty(self) -> bool {
-                self.0 == 0
-            }
-
-            /// The codes of either set.
-            pub const fn union(self, other: Self) -> Self {
-                Self(self.0 | other.0)
-            }
-
-            /// The codes of both sets.
-            pub const fn intersection(self, other: Self) -> Self {
-                Self(self.0 & other.0)
-            }
-
-            /// The codes in the set, in order.
-            pub fn iter(self) -> impl Iterator<Item = $code> {
-                $code::ALL.iter().copied().filter(move |code| self.contains(*code))
-            }
-        }
-
-        /// The codes' names in order, commas between them; `none` for the empty set.
-        impl core::fmt::Display for $set {
-            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-                if self.is_empty() {
-                    return f.write_str("none");
-                }
-                for (n, code) in self.iter().enumerate() {
-                    f.write_str(if n == 0 { "" } else { ", " })?;
-                    f.write_str(code.name())?;
-                }
-                Ok(())
-            }
-        }
-    };
-}
+// First: the definitions below use its macros.
+#[macro_use]
+mod define;
 
 /// What a fault leads to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -129,29 +14,6 @@ pub enum FaultClass {
     Stops,
     /// The ballast motor is switched off, and nothing else.
     Spar,
-}
-
-/// Defines [`Fault`] as [`codes!`] does, each with its class, with what shows it, and within which time: the row of
-/// the safety page.
-macro_rules! faults {
-    (
-        $(#[doc = $doc:literal])* $code:ident;
-        $(#[doc = $set_doc:literal])* $set:ident;
-        $( $(#[doc = $meaning:literal])+ $name:ident = $number:literal => $class:ident($by:literal, $bound:literal), )+
-    ) => {
-        codes! {
-            $(#[doc = $doc])* $code;
-            $(#[doc = $set_doc])* $set;
-            $( $(#[doc = $meaning])+ $name = $number, )+
-        }
-
-        impl $code {
-            /// Of each fault, in order: its class, what shows the fault, and the time from the cause to the bridges'
-            /// reaction.
-            pub const DETECTION: &'static [(FaultClass, &'static str, &'static str)] =
-                &[$((FaultClass::$class, $by, $bound)),+];
-        }
-    };
 }
 
 faults! {
@@ -250,10 +112,7 @@ faults! {
         "noise 200 ms; dead, stuck or reversed only while the ballast turns faster than half its residual allows"
     ),
     /// The ballast motor's current exceeded the largest allowed: the ballast motor is off.
-    BallastOvercurrent = 18 => Spar(
-        "as Overcurrent",
-        "3 ticks"
-    ),
+    BallastOvercurrent = 18 => Spar("as Overcurrent", "3 ticks"),
     /// No current follows the ballast motor's voltage: a lead is open, and the ballast motor is off.
     BallastMotorOpen = 19 => Spar(
         "as LeftMotorOpen",
@@ -283,6 +142,21 @@ faults! {
     StopContacts = 24 => Opens(
         "first contact and break input differ for 100 ticks (`CONTACTS_TICKS`)",
         "100 ms; the contact that did open has opened the bridges before"
+    ),
+    /// The vehicle was armed on a slope on which it cannot stand.
+    SteepSlope = 25 => Stops(
+        "not told to drive since it was armed, the slope is beyond what the arm's weight carries or `grip_mu` holds: excess of its sine over 0.06 time units (`EXCESS_TIME`)",
+        "the stop begins within 1 s of its wheels being let go; until then a hanging arm shows no slope"
+    ),
+    /// A drive motor's winding is hotter than its continuous current makes it.
+    DriveMotorHot = 26 => Stops(
+        "the measured current has heated a drive motor's winding, by its `continuous_current_a` and `winding_time_constant_s`, to 1.2 times what the continuous current keeps up (`HEAT_FAULT`)",
+        "from cold 6 s at 17 A, 2 s at 30 A; the limit MotorHeat holds a motor that obeys it below"
+    ),
+    /// The ballast motor's winding is hotter than its continuous current makes it: the ballast motor is off.
+    BallastMotorHot = 27 => Spar(
+        "the same of the ballast motor",
+        "from cold 14 s at 4 A"
     ),
 }
 
@@ -327,8 +201,14 @@ codes! {
     BoardOptions = 16,
     /// The part's silicon is of a revision that the board is not made for.
     PartRevision = 17,
-    /// A word of the firmware in the flash cannot be read.
+    /// The firmware in the flash cannot be read, or is not the one that was built.
     Image = 18,
+    /// The firmware in the flash has no checksum: nothing of the project flashed it.
+    Unsealed = 19,
+    /// A word of the RAM did not keep what was written to it when the supply came up.
+    Ram = 20,
+    /// A drive motor is too hot.
+    MotorHot = 21,
 }
 
 codes! {
@@ -352,6 +232,10 @@ codes! {
     Slip = 6,
     /// The slope is beyond what the arm's weight can carry or the configured grip can hold: no driving further up.
     SlopeLimit = 7,
+    /// A motor's heat, or more measured current than its limit, bounds its current.
+    MotorHeat = 8,
+    /// The supply is near its highest voltage: braking may return less power to it.
+    Regeneration = 9,
 }
 
 impl FaultSet {

@@ -33,6 +33,9 @@ impl Fault {
             Self::RightMotorOpen => "Check the right motor's leads and plug.",
             Self::CurrentSensor => "Check the drive motors' current sensors.",
             Self::StopContacts => "Check both contacts of the emergency stop and their wires.",
+            Self::SteepSlope => "Arm the vehicle on a gentler slope; keep chocks at hand when it stops.",
+            Self::DriveMotorHot => "Let the drive motors cool for a minute; take a gentler slope or a lighter load.",
+            Self::BallastMotorHot => "Let the ballast motor cool for a minute; check that the ballast turns freely.",
         }
     }
 }
@@ -60,6 +63,37 @@ impl Blocker {
             Self::BoardOptions => "Set the part's option bytes as the bring-up page says.",
             Self::PartRevision => "Use a board with a supported part.",
             Self::Image => "Flash the firmware again.",
+            Self::Unsealed => "Flash the firmware by `cargo flash-board`, which writes its checksum.",
+            Self::MotorHot => "Let the drive motors cool for a minute.",
+            Self::Ram => "Switch the board's supply off and on; if the RAM fails again, use another board.",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each code's remedy is a sentence of its own.
+    #[test]
+    fn each_code_has_a_remedy_of_its_own() {
+        for fault in Fault::ALL {
+            assert!(
+                fault.remedy().contains(' ') && fault.remedy().ends_with('.'),
+                "{}",
+                fault.name()
+            );
+            let same = Fault::ALL.iter().filter(|other| other.remedy() == fault.remedy());
+            assert_eq!(same.count(), 1, "{}", fault.name());
+        }
+        for blocker in Blocker::ALL {
+            assert!(
+                blocker.remedy().contains(' ') && blocker.remedy().ends_with('.'),
+                "{}",
+                blocker.name()
+            );
+            let same = Blocker::ALL.iter().filter(|other| other.remedy() == blocker.remedy());
+            assert_eq!(same.count(), 1, "{}", blocker.name());
         }
     }
 }

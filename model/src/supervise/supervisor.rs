@@ -7,6 +7,7 @@ use super::plausibility::{ImuHealth, ImuWatch, Persistence};
 use crate::board::BoardScales;
 use crate::command::{Command, Request};
 use crate::control::motor::voltage;
+use crate::control::motor_guard::MotorGuard;
 use crate::estimate::Estimate;
 use crate::sample::TICK_S;
 use crate::sample::{Actuation, MOTORS, Motor};
@@ -18,8 +19,16 @@ const LATE_US: u64 = 1500;
 /// A tick that comes later than this after the last one is a fault.
 const MISSED_US: u64 = 5000;
 /// Faults of what the arm IMU shows, and of what the wheels' encoders show.
-const ARM_IMU_FAULTS: [Fault; 3] = [Fault::ImuStale, Fault::ImuImplausible, Fault::NotFinite];
-const ENCODER_FAULTS: [Fault; 2] = [Fault::EncoderStale, Fault::EncoderImplausible];
+const ARM_IMU_FAULTS: FaultSet = FaultSet::EMPTY
+    .with(Fault::ImuStale)
+    .with(Fault::ImuImplausible)
+    .with(Fault::NotFinite);
+const ENCODER_FAULTS: FaultSet = FaultSet::EMPTY
+    .with(Fault::EncoderStale)
+    .with(Fault::EncoderImplausible);
+/// Faults of the analogue readings, and of the battery's voltage.
+const ANALOG_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::AnalogStale).with(Fault::Overcurrent);
+const BATTERY_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::BatteryLow).with(Fault::BatteryHigh);
 const OVERCURRENT_TICKS: u16 = 3;
 const BATTERY_TICKS: u16 = 50;
 /// Ticks in a row in which the emergency stop's contacts must differ to disagree: longer than the contacts of one button
@@ -77,6 +86,7 @@ pub struct Supervisor {
     arm_watch: ImuWatch,
     spar_watch: Option<ImuWatch>,
     motor_watches: [MotorWatch; MOTORS],
+    motor_guards: [MotorGuard; MOTORS],
     overcurrent: Persistence,
     ballast_overcurrent: Persistence,
     /// A drive motor's current sensor showed a current when the bridges were last open.
@@ -130,6 +140,7 @@ impl Supervisor {
                 motor_watch(&p.drive_motor),
                 motor_watch(ballast_motor),
             ],
+            motor_guards: [&p.drive_motor, &p.drive_motor, ballast_motor].map(MotorGuard::new),
             overcurrent: Persistence::new(OVERCURRENT_TICKS),
             ballast_overcurrent: Persistence::new(OVERCURRENT_TICKS),
             current_offset: false,
@@ -144,10 +155,15 @@ impl Supervisor {
     }
 
     /// This supervisor, made for `vehicle`, with everything that another one has told: mode, latched faults, blockers,
-    /// refused requests, late ticks and the emergency stop's contacts.
+    /// refused requests, late ticks and the emergency stop's contacts. The motors are as warm as they were.
     #[must_use]
     pub fn with_record_of(self, other: &Self, vehicle: &Vehicle<f32>) -> Self {
+        let mut motor_guards = self.motor_guards;
+        for (guard, warm) in motor_guards.iter_mut().zip(&other.motor_guards) {
+            *guard = guard.as_warm_as(warm);
+        }
         Self {
+            motor_guards,
             arming: other.arming.with_stop_timeout(stop_timeout_ticks(vehicle)),
             contacts_differ: other.contacts_differ,
             contacts_disagreed: other.contacts_disagreed,
@@ -163,11 +179,10 @@ impl Supervisor {
             self.contacts_disagreed = false;
         }
         let faults = self.faults(sensed, estimate, command, applied);
-        let without = |codes: &[Fault]| !codes.iter().any(|code| faults.contains(*code));
         self.believed = Believed {
-            arm_imu: without(&ARM_IMU_FAULTS),
-            spar_imu: without(&[Fault::SparImu]),
-            encoders: without(&ENCODER_FAULTS),
+            arm_imu: !faults.has_any(ARM_IMU_FAULTS),
+            spar_imu: !faults.contains(Fault::SparImu),
+            encoders: !faults.has_any(ENCODER_FAULTS),
         };
         let blockers = self
             .blockers(faults, estimate, command)
@@ -184,6 +199,11 @@ impl Supervisor {
             newly_armed: before == Mode::Disarmed && mode != Mode::Disarmed,
             faults,
         }
+    }
+
+    /// Begins a controlled stop for a fault that the laws found, and latches it; no effect unless armed.
+    pub fn stop(&mut self, fault: Fault) {
+        self.arming.stop(fault);
     }
 
     /// Opens the bridges for a fault that was found after the decision, and latches it.
@@ -214,6 +234,12 @@ impl Supervisor {
     /// Requests to arm that were refused.
     pub fn refused_arms(&self) -> u32 {
         self.arming.refused()
+    }
+
+    /// Share of its current limit that each motor may use, 0 to 1.
+    pub fn motor_shares(&self) -> [f32; MOTORS] {
+        let [left, right, ballast] = &self.motor_guards;
+        [left.share(), right.share(), ballast.share()]
     }
 
     /// Ticks that came late.
@@ -286,49 +312,56 @@ impl Supervisor {
         let [left, right, ballast] = health;
         self.current_offset = left.current_offset || right.current_offset;
         let [left_a, right_a, ballast_a] = sensed.current_a.map(f32::abs);
+        let [left_guard, right_guard, ballast_guard] = &mut self.motor_guards;
+        let [left_current_a, right_current_a, ballast_current_a] = sensed.current_a;
+        left_guard.update(left_current_a);
+        right_guard.update(right_current_a);
+        if with_ballast {
+            ballast_guard.update(ballast_current_a);
+        }
+        let drive_hot = left_guard.is_overheated() || right_guard.is_overheated();
+        let ballast_hot = ballast_guard.is_overheated();
         let limit_a = self.thresholds.overcurrent_a;
         let over = self.overcurrent.update(left_a > limit_a || right_a > limit_a);
         let ballast_over = self.ballast_overcurrent.update(with_ballast && ballast_a > limit_a);
         let mut faults = FaultSet::EMPTY;
-        for (fault, present) in [
-            (Fault::EncoderImplausible, left.encoder || right.encoder),
-            (Fault::Overcurrent, over),
-            (Fault::LeftMotorOpen, left.open),
-            (Fault::RightMotorOpen, right.open),
-            (Fault::CurrentSensor, left.current_sensor || right.current_sensor),
-            (Fault::BallastEncoder, ballast.encoder),
-            (Fault::BallastOvercurrent, ballast_over),
-            (Fault::BallastMotorOpen, ballast.open),
-            (
-                Fault::BallastCurrentSensor,
-                ballast.current_sensor || ballast.current_offset,
-            ),
-        ] {
-            faults.set(fault, present);
-        }
+        faults.set(Fault::EncoderImplausible, left.encoder || right.encoder);
+        faults.set(Fault::Overcurrent, over);
+        faults.set(Fault::LeftMotorOpen, left.open);
+        faults.set(Fault::RightMotorOpen, right.open);
+        faults.set(Fault::CurrentSensor, left.current_sensor || right.current_sensor);
+        faults.set(Fault::DriveMotorHot, drive_hot);
+        faults.set(Fault::BallastEncoder, ballast.encoder);
+        faults.set(Fault::BallastOvercurrent, ballast_over);
+        faults.set(Fault::BallastMotorOpen, ballast.open);
+        faults.set(Fault::BallastMotorHot, ballast_hot);
+        faults.set(
+            Fault::BallastCurrentSensor,
+            ballast.current_sensor || ballast.current_offset,
+        );
         faults
     }
 
     /// What blocks arming in this tick.
     fn blockers(&self, faults: FaultSet, estimate: &Estimate, command: &Command) -> BlockerSet {
-        let any = |codes: &[Fault]| codes.iter().any(|code| faults.contains(*code));
         let mut blockers = BlockerSet::EMPTY;
         blockers.set(Blocker::NotCalibrated, !estimate.calibrated);
-        blockers.set(Blocker::EmergencyStop, any(&[Fault::EmergencyStop]));
-        blockers.set(Blocker::BridgeBreak, any(&[Fault::BridgeBreak]));
-        blockers.set(Blocker::Imu, any(&ARM_IMU_FAULTS));
-        blockers.set(Blocker::Encoder, any(&ENCODER_FAULTS));
-        blockers.set(Blocker::Analog, any(&[Fault::AnalogStale, Fault::Overcurrent]));
-        blockers.set(Blocker::Battery, any(&[Fault::BatteryLow, Fault::BatteryHigh]));
+        blockers.set(Blocker::EmergencyStop, faults.contains(Fault::EmergencyStop));
+        blockers.set(Blocker::BridgeBreak, faults.contains(Fault::BridgeBreak));
+        blockers.set(Blocker::Imu, faults.has_any(ARM_IMU_FAULTS));
+        blockers.set(Blocker::Encoder, faults.has_any(ENCODER_FAULTS));
+        blockers.set(Blocker::Analog, faults.has_any(ANALOG_FAULTS));
+        blockers.set(Blocker::Battery, faults.has_any(BATTERY_FAULTS));
         blockers.set(Blocker::NotAtRest, !estimate.at_rest);
         // Written so that a phi that is not a number blocks.
         let upright = estimate.phi_rad.abs() < 0.5 * self.thresholds.phi_max_rad;
         blockers.set(Blocker::ArmAngle, !upright);
-        blockers.set(Blocker::NoCommand, any(&[Fault::CommandTimeout]));
+        blockers.set(Blocker::NoCommand, faults.contains(Fault::CommandTimeout));
         blockers.set(Blocker::CommandNotNeutral, !command.drive.is_neutral());
         blockers.set(Blocker::Parameters, command.parameters_pending);
         blockers.set(Blocker::CurrentSensor, self.current_offset);
-        blockers.set(Blocker::StopContacts, any(&[Fault::StopContacts]));
+        blockers.set(Blocker::StopContacts, faults.contains(Fault::StopContacts));
+        blockers.set(Blocker::MotorHot, faults.contains(Fault::DriveMotorHot));
         blockers
     }
 }

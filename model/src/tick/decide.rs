@@ -131,6 +131,7 @@ impl Laws {
             yaw_rate_rad_s: estimate.yaw_rate_rad_s,
             heading_rad: estimate.heading_rad,
             voltage_max_v: STEERING_SHARE * supply_v,
+            blocked: self.speed.is_stuck(),
         });
         let drive_max_v = supply_v - turn.voltage_v.abs();
         let input = SpeedInput {
@@ -194,6 +195,11 @@ impl Laws {
             stuck: self.speed.is_stuck(),
             slope_lesson: if self.armed { self.speed.slope_lesson() } else { None },
         }
+    }
+
+    /// The vehicle was armed on a slope on which it cannot stand.
+    pub(super) fn refuses_slope(&self) -> bool {
+        self.armed && self.speed.refuses_slope()
     }
 
     /// The governed speed reference, m/s.

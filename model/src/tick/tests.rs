@@ -1,6 +1,7 @@
 //! The tick and its stages against what is known exactly: raw counts, motions and verdicts that a test makes up.
 
 mod actuate;
+mod bounds;
 mod laws;
 mod lost;
 mod motion;

@@ -44,6 +44,10 @@ parameter_group! {
         gear_ratio: 1.0 to 1000.0,
         /// Largest armature current that the controller commands.
         current_limit_a: 0.01 to 500.0,
+        /// Current that the motor bears for ever; with more the controller lets the winding become no hotter.
+        continuous_current_a: 0.01 to 500.0,
+        /// Thermal time constant of the winding.
+        winding_time_constant_s: 0.1 to 10000.0,
         /// Coulomb friction at the gearbox output.
         coulomb_friction_n_m: 0.0 to 100.0,
         /// Encoder counts (four per line) per turn of the motor shaft.

@@ -4,6 +4,7 @@ use std::vec::Vec;
 
 use proptest::prelude::*;
 
+use super::super::numbered::HASH;
 use super::super::{BootOutcome, Booted, Disbelief};
 use super::{booted, built_in, gain, history, load, now, store, stored, vehicle};
 use crate::test_flash::{PAGE, PAGES, TestFlash, WORD};
@@ -97,6 +98,50 @@ fn a_word_that_is_not_fresh_is_not_told_stored() {
             }
             storing_tells_the_truth(stuck);
         }
+    }
+}
+
+/// A word that is lost while the set and its receipts are written, in any moment: what is told stored is there.
+#[test]
+fn a_word_that_is_lost_while_another_is_written_is_not_told_stored() {
+    // A set in the middle of a page, and one whose receipts move the store to the other page.
+    for stores in [0, 1, 3, 4] {
+        let before = history(stores);
+        let after = stored(before.clone(), 0.9);
+        let words = (0..before.damaged.len()).filter(|word| {
+            let range = word * WORD..(word + 1) * WORD;
+            before.bytes[range.clone()] != after.bytes[range]
+        });
+        let written: Vec<usize> = words.collect();
+        assert!(written.len() > 10, "{}", written.len());
+        for (place, word) in written.iter().enumerate().step_by(3) {
+            for moment in (place..written.len()).step_by(2) {
+                let mut flash = before.clone();
+                flash.decays = Some((moment, *word));
+                storing_tells_the_truth(flash);
+            }
+        }
+    }
+}
+
+/// A receipt is one by its own checksum and by its key: what only looks like one hides no set.
+#[test]
+fn what_only_looks_like_a_receipt_is_none() {
+    let receipt = |sequence: u32, sound: bool| {
+        let mut bytes = b"RCPT".to_vec();
+        bytes.extend(sequence.to_le_bytes());
+        bytes.extend(0x1234_5678_u32.to_le_bytes());
+        let checksum = HASH.checksum(&bytes) ^ u32::from(!sound);
+        bytes.extend(checksum.to_le_bytes());
+        bytes
+    };
+    for (key, sound, believed) in [(4, true, true), (4, false, false), (5, false, false), (9, true, false)] {
+        let mut store = store(history(2));
+        now(store.put(key, &receipt(7, sound)));
+        let found = load(store.flash.0);
+        // A true receipt of a set that is not there hides the older set.
+        let expected = if believed { unreadable() } else { booted(gain(1)) };
+        assert_eq!(found, expected, "key {key}, sound {sound}");
     }
 }
 

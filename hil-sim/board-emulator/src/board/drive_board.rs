@@ -375,6 +375,7 @@ impl Board for DriveBoard {
         });
         config.branch_prediction = armv7m::BranchPrediction::Always;
         config.vector_table = Some(0x0800_0000);
-        vec![Target::new("stm32h743", &mut self.mcu, config.spec())]
+        let spec = self.mcu.with_memory_fault(config.spec());
+        vec![Target::new("stm32h743", &mut self.mcu, spec)]
     }
 }

@@ -6,13 +6,15 @@
 //! request line, and DMAMUX1 drives only the lines that something on this board listens to.
 
 use rigless::device::{DeviceContext, ErasedDevice, RegisterFile, ResetCause};
+use rigless::emulator::CoreSpec;
 use rigless::mcu::Mcu;
 use rigless::soc::stm32h743::Stm32h743;
 use rigless::soc::{Bus, Error};
 use rigless::time::VirtualNanos;
 
+use super::faulty_core;
 use super::multiplexer::RequestMultiplexer;
-use super::setup::{PartSetup, UNCORRECTABLE, status};
+use super::setup::{PartSetup, status};
 use super::timer::{BridgeTimer, GeneralTimer};
 use super::watchdog::IndependentWatchdog;
 
@@ -73,12 +75,10 @@ pub struct Part {
     link_slot: usize,
     clocks_slot: usize,
     setup: PartSetup,
-    /// Guarded reads of each bank of the flash since the part started.
-    flash_reads: [u64; 2],
 }
 
 rigless::store!(Part {
-    values: [watchdog, flash_reads],
+    values: [watchdog],
     parts: [h7, bridge_timer, timers, multiplexer],
     built: [models, bridge_timer_slot, timer_slots, link_slot, clocks_slot, setup]
 });
@@ -122,7 +122,6 @@ impl Part {
             link_slot,
             clocks_slot,
             setup,
-            flash_reads: [0; 2],
         })
     }
 
@@ -143,19 +142,12 @@ impl Part {
         registers.set(register, registers.get(register) | u64::from(flags));
     }
 
-    /// The firmware is about to read a word of a bank of the flash, or has read one: it cleared the bank's error flag.
-    pub fn flash_flag_cleared(&mut self, bank: usize) {
-        self.flash_reads[bank] += 1;
-        // The flag is cleared before each read and after it.
-        let nth = self.flash_reads[bank] / 2;
-        let before = self.flash_reads[bank] % 2 == 1;
-        let damaged = self
-            .setup
-            .flash_damage
-            .is_some_and(|damage| damage.bank == bank && (damage.after..damage.after + damage.reads).contains(&nth));
-        if before && damaged {
-            self.raise_flash_flags(bank, UNCORRECTABLE);
+    /// A core as `spec` makes it, with the part's bad memory if it has any.
+    pub fn with_memory_fault(&self, mut spec: CoreSpec) -> CoreSpec {
+        if let Some(fault) = self.setup.memory_fault {
+            spec.processor = faulty_core::constructor(spec.processor, fault);
         }
+        spec
     }
 
     /// Acts on TIM1 from outside the part, at an instant.
@@ -203,7 +195,6 @@ impl Mcu for Part {
         }
         ErasedDevice::reset(&mut self.multiplexer);
         self.h7.reset(at, cause);
-        self.flash_reads = [0; 2];
     }
 
     /// Polls the link's model, the only one that something outside the part feeds. The part's own `poll` asks

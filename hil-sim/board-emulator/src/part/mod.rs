@@ -1,5 +1,6 @@
 //! The emulated STM32H743 as this board needs it: the emulator's models, some replaced and some left out.
 
+mod faulty_core;
 mod mcu;
 mod multiplexer;
 mod setup;
@@ -7,4 +8,4 @@ mod timer;
 mod watchdog;
 
 pub use mcu::Part;
-pub use setup::{FlashDamage, PartSetup};
+pub use setup::{MemoryFault, PartSetup};

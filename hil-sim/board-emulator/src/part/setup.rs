@@ -4,19 +4,47 @@ use rigless::device::RegisterFile;
 use rigless::soc::stm32h743::generated::{dbgmcu, flash};
 use rigless::soc::stm32h743::peripherals::flash::{Flash, OptionBytes};
 
-/// Uncorrectable errors of the flash, as the firmware finds them.
-///
-/// The emulated flash has no error correction, and its reads reach no model. What the firmware does before each guarded
-/// read shows instead: it clears the bank's error flag. The flag then rises for some of the reads, counted from the
-/// start of the part. The bus fault that the part raises as well is not modelled.
+/// Memory that has gone bad. Addresses are the part's, instants are ns of virtual time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FlashDamage {
-    /// The bank: 0 holds the firmware, 1 parameters and fault history.
-    pub bank: usize,
-    /// Guarded reads before the first damaged one.
-    pub after: u64,
-    /// Damaged reads in a row.
-    pub reads: u64,
+pub enum MemoryFault {
+    /// Words of the flash with more wrong bits than its error correction restores.
+    Unreadable {
+        /// First byte.
+        first: u64,
+        /// Bytes, one at least.
+        bytes: u64,
+        /// The instant from which on they cannot be read.
+        since: u64,
+        /// The instant from which on they can be read again.
+        until: u64,
+    },
+    /// Bits of a word of the RAM that read as ones, whatever was written.
+    Stuck {
+        /// Address of the 32-bit word.
+        address: u64,
+        /// The bits.
+        bits: u32,
+    },
+}
+
+impl MemoryFault {
+    /// Bytes of the flash that never can be read.
+    pub const fn unreadable(first: u64, bytes: u64) -> Self {
+        Self::Unreadable {
+            first,
+            bytes,
+            since: 0,
+            until: u64::MAX,
+        }
+    }
+
+    /// First byte of what is bad, and number of bytes.
+    pub(super) const fn words(self) -> (u64, u64) {
+        match self {
+            Self::Unreadable { first, bytes, .. } => (first, bytes),
+            Self::Stuck { address, .. } => (address, 4),
+        }
+    }
 }
 
 /// What a part is like before the firmware starts.
@@ -30,8 +58,8 @@ pub struct PartSetup {
     pub writable_sectors: u8,
     /// Silicon revision.
     pub revision: u16,
-    /// Damaged words of the flash, if any.
-    pub flash_damage: Option<FlashDamage>,
+    /// Memory that has gone bad, if any.
+    pub memory_fault: Option<MemoryFault>,
 }
 
 impl Default for PartSetup {
@@ -42,7 +70,7 @@ impl Default for PartSetup {
             brown_out_level: 3,
             writable_sectors: u8::MAX,
             revision: 0x2003,
-            flash_damage: None,
+            memory_fault: None,
         }
     }
 }
@@ -71,9 +99,6 @@ impl PartSetup {
         registers.set(dbgmcu::Register::Idc, code | u64::from(self.revision) << REVISION_SHIFT);
     }
 }
-
-/// Flag of an uncorrectable error in a bank's status register.
-pub(super) const UNCORRECTABLE: u32 = 1 << 26;
 
 /// Status register of a bank of the flash.
 pub(super) fn status(bank: usize) -> flash::Register {

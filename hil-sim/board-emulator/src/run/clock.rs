@@ -10,6 +10,9 @@ use crate::board::DriveBoard;
 use crate::error::Error;
 use crate::time::{MS, US};
 
+/// Control register, and its bit that lets the counter run.
+const CONTROL: u64 = 0x4000_0C00;
+const RUNS: u64 = 1;
 /// Status register.
 const STATUS: u64 = 0x4000_0C10;
 /// Event generation register.
@@ -26,25 +29,29 @@ const COMPARE_FLAGS: u64 = 0x1E;
 /// Range of the counter's low 16 bits, which the firmware uses, in us.
 const RANGE_US: u64 = 1 << 16;
 
-/// Time in ns from a start of the part by which the firmware's clock runs.
-pub(super) const RUNS_AFTER: u64 = 20 * MS;
 /// Time in ns from a step of the plant to the firmware's tick: the tick senses the state of just before, and the
 /// plant moves with the bridges as the previous tick left them.
 const STEP_BEFORE_TICK: u64 = 20 * US;
 
-/// The first instant in ns after `at` that lies just before a tick of the firmware.
-pub(super) fn next_step(session: &mut Session<DriveBoard>, at: VirtualNanos) -> Result<u64, Error> {
+/// The first instant in ns after `at` that lies just before a tick of the firmware; `None` while the firmware's clock does
+/// not run yet.
+pub(super) fn next_step(session: &mut Session<DriveBoard>, at: VirtualNanos) -> Result<Option<u64>, Error> {
     let started = session.resets().last().map_or(0, |reset| reset.at.0);
+    match session.mcu().read(at, CONTROL, Width::W32) {
+        Ok(control) if control & RUNS != 0 => {}
+        Err(fault) if !fault.is_shut_gate() => return Err(Error::access(&fault)),
+        _ => return Ok(None),
+    }
     let count_us = session
         .mcu()
         .read(at, COUNT, Width::W32)
         .map_err(|fault| Error::access(&fault))?;
-    Ok(just_before_tick(at.0, count_us % RANGE_US, started))
+    Ok(Some(just_before_tick(at.0, count_us % RANGE_US, started)))
 }
 
 /// The first instant after `now` that lies just before a tick of a firmware that started at `started` and whose
 /// clock's low 16 bits read `count_us`. The clock shows the time since the start, less the time that the start-up
-/// code took before it started the clock (less than half of the counter's range).
+/// code took before it started the clock (less than the counter's range).
 fn just_before_tick(now: u64, count_us: u64, started: u64) -> u64 {
     let elapsed_us = (now - started) / US;
     let lag_us = (elapsed_us - count_us) % RANGE_US;

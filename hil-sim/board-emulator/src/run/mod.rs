@@ -15,4 +15,5 @@ mod stopped;
 pub use backend::EmulatedBackend;
 pub use emulation::{Emulation, Frozen};
 pub use settings::EmulationSettings;
+pub use state::CycleRead;
 pub use stopped::{Stopped, Work};

@@ -15,10 +15,6 @@ use crate::vehicle::ClosedPlant;
 /// The core's cycle counter, which the firmware reads between the stages of a tick.
 const CYCLE_COUNTER: u64 = 0xE000_1004;
 
-/// The registers that clear the flags of the flash's banks, and their bit for an uncorrectable error.
-const FLASH_CLEAR: [u64; 2] = [0x5200_2014, 0x5200_2114];
-const CLEAR_UNCORRECTABLE: u64 = 1 << 26;
-
 /// Memory that is read at every step of the plant.
 #[derive(Debug)]
 pub(super) struct Probe {
@@ -56,15 +52,15 @@ pub(super) struct EmulationState {
     /// When the plant is stepped next. Steps are an interval apart from here on: an instruction that runs past a
     /// stop does not delay the steps after it.
     next_step: u64,
-    /// When the steps are next aligned with the firmware's clock: once after each start.
-    align_at: Option<u64>,
+    /// The steps are aligned with the clock of the firmware as it has run since its last start.
+    aligned: bool,
     /// Restarts seen so far.
     resets: usize,
     next_drain: u64,
     log: Vec<u8>,
     pub(super) probe: Option<Probe>,
-    /// Instructions retired at each read of the cycle counter, while they are recorded.
-    pub(super) cycle_reads: Option<Vec<u64>>,
+    /// The reads of the cycle counter, while they are recorded.
+    pub(super) cycle_reads: Option<Vec<CycleRead>>,
     /// Accesses of the core to peripherals' registers.
     pub(super) accesses: u64,
     /// Stops between two instructions.
@@ -72,6 +68,19 @@ pub(super) struct EmulationState {
     /// The first failure, which ends the run.
     failure: Option<Error>,
 }
+
+/// One read of the cycle counter by the core.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CycleRead {
+    /// Instructions retired so far.
+    pub instructions: u64,
+    /// Accesses to peripherals' registers so far, this one included. Between two reads that follow each other in code that
+    /// touches no peripheral there is one access more, unless an interrupt came between.
+    pub accesses: u64,
+}
+
+/// What the log's control block begins with.
+const LOG_IDENTITY: &[u8] = b"SEGGER RTT";
 
 impl EmulationState {
     /// At power-up; `rtt_block` is the address of the log's control block.
@@ -82,7 +91,7 @@ impl EmulationState {
             rtt_block,
             stepped_at: 0,
             next_step: 0,
-            align_at: Some(clock::RUNS_AFTER),
+            aligned: false,
             resets: 0,
             next_drain: 0,
             log: Vec::new(),
@@ -140,14 +149,10 @@ impl EmulationState {
             && access.kind == AccessKind::Read
             && let Some(reads) = &mut self.cycle_reads
         {
-            reads.push(access.instruction_count);
-        }
-        // The driver clears other flags together with this one; a guarded read clears it alone.
-        if access.kind == AccessKind::Write
-            && access.value == CLEAR_UNCORRECTABLE
-            && let Some(bank) = FLASH_CLEAR.into_iter().position(|register| register == access.address)
-        {
-            session.board_mut().part().flash_flag_cleared(bank);
+            reads.push(CycleRead {
+                instructions: access.instruction_count,
+                accesses: self.accesses,
+            });
         }
         let corrected = clock::correct_flags(session, access);
         self.note(corrected);
@@ -174,8 +179,14 @@ impl EmulationState {
         }
     }
 
-    /// Drains the log; [`EmulationState::log`] holds it.
+    /// Drains the log; [`EmulationState::log`] holds it. Until the firmware has initialised its RAM there is none: the
+    /// test of the RAM leaves its patterns in the block's place.
     pub(super) fn drain_log(&mut self, host: &mut dyn Host) -> Result<(), Error> {
+        for (at, byte) in (self.rtt_block..).zip(LOG_IDENTITY) {
+            if host.read(at, Width::W8)? != u64::from(*byte) {
+                return Ok(());
+            }
+        }
         Ok(log::drain(self.rtt_block, host, &mut self.log)?)
     }
 
@@ -210,12 +221,15 @@ impl EmulationState {
         self.next_step = due + ((at.0 - due) / interval + 1) * interval;
         if session.resets().len() != self.resets {
             self.resets = session.resets().len();
-            self.align_at = Some(at.0 + clock::RUNS_AFTER);
+            self.aligned = false;
         }
-        if self.align_at.is_some_and(|align_at| at.0 >= align_at) {
-            self.align_at = None;
+        if !self.aligned {
             match clock::next_step(session, at) {
-                Ok(aligned) => self.next_step = aligned,
+                Ok(Some(next)) => {
+                    self.aligned = true;
+                    self.next_step = next;
+                }
+                Ok(None) => {}
                 Err(failure) => self.note(Err(failure)),
             }
         }

@@ -6,7 +6,7 @@ use rigless::session::Session;
 use rigless::snapshot;
 use rigless::soc::Width;
 
-use super::state::{EmulationState, Probe};
+use super::state::{CycleRead, EmulationState, Probe};
 use crate::board::gaps::{self, Gap};
 use crate::board::{BridgeOutput, DriveBoard, MOTORS};
 use crate::error::Error;
@@ -184,13 +184,13 @@ impl Stopped<'_> {
             .unwrap_or_default()
     }
 
-    /// Records the number of instructions retired at each read of the cycle counter from now on.
+    /// Records each read of the cycle counter from now on.
     pub fn keep_cycle_reads(&mut self) {
         self.state.cycle_reads = Some(Vec::new());
     }
 
-    /// Takes the recorded numbers and ends the recording.
-    pub fn take_cycle_reads(&mut self) -> Vec<u64> {
+    /// Takes the recorded reads and ends the recording.
+    pub fn take_cycle_reads(&mut self) -> Vec<CycleRead> {
         self.state.cycle_reads.take().unwrap_or_default()
     }
 

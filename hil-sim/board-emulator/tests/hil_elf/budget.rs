@@ -1,13 +1,17 @@
 //! The cost of a tick and the depth of the stack.
 
+use board_emulator::run::CycleRead;
 use board_emulator::time::MS;
 use firmware::protocol::frame::FRAME_MAX;
 use model::supervise::arming::Mode;
 
 use crate::support::{firmware, ready};
 
-/// Budget of one tick, all stages, in instructions: 60 us, 6 % of a tick, at the cycles that the emulated core counts.
+/// Budget of one tick, all stages, in instructions of its own: 60 us, 6 % of a tick, at the cycles that the emulated core
+/// counts.
 const TICK_INSTRUCTIONS_MAX: u32 = 6_000;
+/// The same with the interrupts that come meanwhile, each of which has a higher priority: a tenth of a tick.
+const INTERRUPTED_INSTRUCTIONS_MAX: u32 = 10_000;
 /// Of it the decision: law, governor, steering and levelling.
 const DECIDE_INSTRUCTIONS_MAX: u64 = 3_000;
 /// Cycles that the emulated core counts per instruction: 400 MHz over 100 million instructions per second.
@@ -16,7 +20,7 @@ const CYCLES_PER_INSTRUCTION: u32 = 4;
 const PAINT: u32 = 0xCCCC_CCCC;
 
 #[test]
-fn a_tick_stays_within_its_budget() {
+fn a_tick_and_what_interrupts_it_take_a_tenth_of_its_time() {
     let mut board = ready();
     board.arm();
     board.statuses.clear();
@@ -30,7 +34,7 @@ fn a_tick_stays_within_its_budget() {
     let mean = ticks.iter().sum::<u32>() / ticks.len() as u32;
     println!("instructions a tick: mean {mean}, worst since boot {worst}");
     assert!(mean > 500, "a tick does something");
-    assert!(worst <= TICK_INSTRUCTIONS_MAX, "{worst}");
+    assert!(worst <= INTERRUPTED_INSTRUCTIONS_MAX, "{worst}");
     assert_eq!(board.status().vehicle.late_ticks, 0);
 }
 
@@ -39,47 +43,65 @@ const STAGES: [&str; 4] = ["sense", "estimate", "decide", "actuate"];
 /// Largest gap between two reads of one tick, in instructions.
 const WITHIN_A_TICK: u64 = 20_000;
 
-/// The table of docs/emulated-board.md.
+/// The table of docs/emulated-board.md: what each stage takes by itself, standing and driving. A stage accesses
+/// as many of the peripherals' registers in every tick, most of them none: with more accesses than that it was interrupted,
+/// and does not count.
 #[test]
-fn each_stage_is_counted() {
-    let mut board = ready();
-    board.arm();
-    board.command = Some((0.5, 0.2));
-    board
-        .emulation
-        .at(|stopped| stopped.keep_cycle_reads())
-        .expect("it runs");
-    board.run(2_000);
-    assert_eq!(board.status().vehicle.mode, Mode::Armed, "it drove all the time");
-    let reads = board
-        .emulation
-        .at(|stopped| stopped.take_cycle_reads())
-        .expect("it runs");
-    // The recording may begin within a tick: the first whole one follows the first long gap.
-    let gap = reads.windows(2).position(|pair| pair[1] - pair[0] >= WITHIN_A_TICK);
-    let whole = &reads[gap.expect("ticks lie apart") + 1..];
-    let ticks: Vec<&[u64]> = whole.chunks_exact(STAGES.len() + 1).collect();
-    assert!(ticks.len() > 1_900, "{}", ticks.len());
-    for tick in &ticks {
-        assert!(
-            tick.windows(2).all(|pair| pair[1] - pair[0] < WITHIN_A_TICK),
-            "the reads of one tick follow each other: {tick:?}"
-        );
-    }
+fn a_tick_stays_within_its_budget() {
     println!("stage      mean  worst  (instructions)");
-    let mut stages_worst = [0; STAGES.len()];
-    for (n, stage) in STAGES.iter().enumerate() {
-        let costs: Vec<u64> = ticks.iter().map(|tick| tick[n + 1] - tick[n]).collect();
-        let mean = costs.iter().sum::<u64>() / costs.len() as u64;
-        let worst = costs.iter().max().copied().unwrap_or_default();
-        println!("{stage:<9} {mean:>5}  {worst:>5}");
-        assert!(mean > 20, "{stage} does something");
-        stages_worst[n] = worst;
+    for (name, command) in [("standing", (0.0, 0.0)), ("driving", (0.5, 0.2))] {
+        let mut board = ready();
+        board.arm();
+        board.command = Some(command);
+        board
+            .emulation
+            .at(|stopped| stopped.keep_cycle_reads())
+            .expect("it runs");
+        board.run(2_000);
+        assert_eq!(board.status().vehicle.mode, Mode::Armed, "it was armed all the time");
+        let reads = board
+            .emulation
+            .at(|stopped| stopped.take_cycle_reads())
+            .expect("it runs");
+        let took = |pair: &[CycleRead]| pair[1].instructions - pair[0].instructions;
+        // The recording may begin within a tick: the first whole one follows the first long gap.
+        let gap = reads.windows(2).position(|pair| took(pair) >= WITHIN_A_TICK);
+        let whole = &reads[gap.expect("ticks lie apart") + 1..];
+        let ticks: Vec<&[CycleRead]> = whole.chunks_exact(STAGES.len() + 1).collect();
+        assert!(ticks.len() > 1_900, "{}", ticks.len());
+        for tick in &ticks {
+            assert!(
+                tick.windows(2).all(|pair| took(pair) < WITHIN_A_TICK),
+                "the reads of one tick follow each other: {tick:?}"
+            );
+        }
+        let mut stages_worst = [0; STAGES.len()];
+        for (n, stage) in STAGES.iter().enumerate() {
+            let stages = || ticks.iter().map(|tick| &tick[n..=n + 1]);
+            let accesses = |pair: &[CycleRead]| pair[1].accesses - pair[0].accesses;
+            let least = stages().map(accesses).min().expect("there are ticks");
+            let own = stages().filter(|pair| accesses(pair) == least);
+            let costs: Vec<u64> = own.map(took).collect();
+            assert!(
+                4 * costs.len() > 3 * ticks.len(),
+                "{name}: {stage} was interrupted in {} of {} ticks",
+                ticks.len() - costs.len(),
+                ticks.len()
+            );
+            let mean = costs.iter().sum::<u64>() / costs.len() as u64;
+            let worst = costs.iter().max().copied().unwrap_or_default();
+            println!("{stage:<9} {mean:>5}  {worst:>5}  {name}");
+            assert!(mean > 20, "{stage} does something");
+            stages_worst[n] = worst;
+        }
+        let [_, _, decide, _] = stages_worst;
+        if command != (0.0, 0.0) {
+            // Standing, the decision also probes the motors' sensors.
+            assert!(decide <= DECIDE_INSTRUCTIONS_MAX, "{name}: {decide}");
+        }
+        let total: u64 = stages_worst.iter().sum();
+        assert!(total <= u64::from(TICK_INSTRUCTIONS_MAX), "{name}: {total}");
     }
-    let [_, _, decide, _] = stages_worst;
-    assert!(decide <= DECIDE_INSTRUCTIONS_MAX, "{decide}");
-    let total: u64 = stages_worst.iter().sum();
-    assert!(total <= u64::from(TICK_INSTRUCTIONS_MAX), "{total}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 mod ages;
 mod boot;
+mod bring_up;
 mod budget;
 mod cases;
 mod determinism;
@@ -9,6 +10,7 @@ mod drive;
 mod equivalence;
 mod link;
 mod log;
+mod memory;
 mod parameters;
 mod part;
 mod safety;

@@ -1,8 +1,9 @@
 //! The part's flash when it fails: flags that stay, sectors that are protected, words that cannot be read.
 
-use board_emulator::board::{FlashDamage, PartSetup};
-use board_emulator::vehicle::stored;
+use board_emulator::board::{MemoryFault, PartSetup};
+use board_emulator::vehicle::stored::{self, REGION};
 use firmware::built_in;
+use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, HISTORY_SECTORS, PARAMETER_SECTORS};
 use firmware::protocol::message::{Answer, Order, ParameterAnswer, ParameterRequest};
 use model::supervise::codes::Blocker;
 use model::vehicle::Vehicle;
@@ -65,28 +66,64 @@ fn a_protected_sector_ends_in_an_answer() {
     assert_ne!(answer, Answer::Parameters(ParameterAnswer::Stored));
 }
 
-/// Words of the store that cannot be read: the board starts, without a reset, with the built-in set, and does not arm.
+/// Words of the store that cannot be read, all of them or one that holds something: the board starts, without a
+/// reset. It flies the stored set, if the word does not matter to the set, or it tells that it flies the built-in one, and
+/// does not arm. Unreadable words of the fault history keep nobody from driving.
 #[test]
 fn a_store_that_cannot_be_read_blocks_arming() {
+    const WORD: u64 = FLASH_WORD_BYTES as u64;
+    /// Most words of the set that are tried one by one.
+    const WORDS_MAX: usize = 10;
     let vehicle = Vehicle::new(built_in::PARAMETERS.cast::<f64>()).expect("valid");
-    let contents = [stored::set(&vehicle).expect("it fits")];
-    let boot = |flash_damage| {
+    let (start, set) = stored::set(&vehicle).expect("it fits");
+    assert_eq!(start, REGION);
+    let written: Vec<u64> = (start..)
+        .step_by(FLASH_WORD_BYTES)
+        .zip(set.chunks(FLASH_WORD_BYTES))
+        .filter(|(_, word)| word.iter().any(|byte| *byte != 0xFF))
+        .map(|(at, _)| at)
+        .collect();
+    assert!(written.len() >= 5, "{written:#x?}");
+    let boot = |memory_fault| {
         let part = PartSetup {
-            flash_damage,
+            memory_fault,
             ..PartSetup::default()
         };
-        let mut board = powered_part(part, &contents);
-        board.run(800);
+        let mut board = powered_part(part, &[(start, set.clone())]);
+        board.run(150);
         let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
         assert_eq!(resets, []);
         board
     };
     let blocked = |board: &Operator| board.status().vehicle.blockers.contains(Blocker::Parameters);
     assert!(!blocked(&boot(None)));
-    let damage = FlashDamage {
-        bank: 1,
-        after: 0,
-        reads: u64::MAX,
+    let lost = |board: &mut Operator, first: u64| {
+        let log = board.log();
+        let told = |text: &str| log.iter().any(|line| line.contains(text));
+        let lost = told("parameters: built-in set, arming is blocked");
+        assert!(lost != told("parameters: stored set"), "{first:#x}: {log:#?}");
+        assert_eq!(blocked(board), lost, "{first:#x}");
+        lost
     };
-    assert!(blocked(&boot(Some(damage))));
+    // Boots take their time: of many words every few.
+    let some: Vec<u64> = written
+        .iter()
+        .copied()
+        .step_by(written.len().div_ceil(WORDS_MAX))
+        .collect();
+    let words = some.len();
+    let mut without = 0;
+    for first in some {
+        let mut board = boot(Some(MemoryFault::unreadable(first, WORD)));
+        without += usize::from(lost(&mut board, first));
+    }
+    assert!(2 * without > words, "{without} of {words}: most words hold the set");
+    let store = (PARAMETER_SECTORS * FLASH_SECTOR_BYTES) as u64;
+    let mut board = boot(Some(MemoryFault::unreadable(REGION, store)));
+    assert!(lost(&mut board, REGION));
+    let history = (HISTORY_SECTORS * FLASH_SECTOR_BYTES) as u64;
+    assert!(!blocked(&boot(Some(MemoryFault::unreadable(
+        REGION - history,
+        history
+    )))));
 }

@@ -1,6 +1,6 @@
 //! Start-up: what power-up leaves in the RAM, the clock that is missing or stops, the self-test.
 
-use board_emulator::board::{BridgeOutput, FlashDamage, PartSetup};
+use board_emulator::board::PartSetup;
 use board_emulator::time::{MS, US};
 use firmware::drive_board::encoders::FILTER_NS;
 use firmware::hardware::ClockSource;
@@ -8,7 +8,7 @@ use model::command::Request;
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, Fault};
 
-use crate::support::{Operator, firmware, powered_part, ready};
+use crate::support::{Operator, firmware, open, powered_part, ready};
 
 /// The RAM as the part has it: AXI SRAM and DTCM.
 const RAM: [(u64, usize); 2] = [(0x2400_0000, 512 * 1024), (0x2000_0000, 128 * 1024)];
@@ -17,11 +17,6 @@ const BOOT_WITHOUT_RANDOM: u32 = 0x9E37_79B9;
 
 fn log_has(board: &mut Operator, text: &str) -> bool {
     board.log().iter().any(|line| line.contains(text))
-}
-
-fn open(board: &mut Operator) -> bool {
-    let bridges = board.emulation.at(|stopped| stopped.bridges()).expect("it runs");
-    bridges == [BridgeOutput::Open; 3]
 }
 
 /// Power-up leaves anything in the RAM: the firmware writes every word before it reads one.
@@ -223,7 +218,7 @@ fn each_item_of_the_self_test_is_logged() {
     let mut board = powered_part(PartSetup::default(), &[]);
     board.act(|board, now| board.set_stop(now, true));
     board.run(300);
-    for item in ["BreakPath", "BoardOptions", "PartRevision", "Image"] {
+    for item in ["BreakPath", "BoardOptions", "PartRevision", "Image", "Unsealed", "Ram"] {
         assert!(
             log_has(&mut board, &format!("self-test: {item} passed")),
             "{item}: {:#?}",
@@ -237,13 +232,6 @@ fn each_item_of_the_self_test_is_logged() {
 #[test]
 fn each_item_of_the_self_test_blocks_arming() {
     let good = PartSetup::default();
-    let damage = |bank| {
-        Some(FlashDamage {
-            bank,
-            after: 3_000,
-            reads: 1,
-        })
-    };
     for (part, blocker) in [
         (
             PartSetup {
@@ -272,13 +260,6 @@ fn each_item_of_the_self_test_blocks_arming() {
                 ..good
             },
             Blocker::PartRevision,
-        ),
-        (
-            PartSetup {
-                flash_damage: damage(0),
-                ..good
-            },
-            Blocker::Image,
         ),
     ] {
         let mut board = powered_part(part, &[]);

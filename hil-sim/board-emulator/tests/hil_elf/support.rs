@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::sync::OnceLock;
 
-use board_emulator::board::{DriveBoard, PartSetup};
+use board_emulator::board::{BridgeOutput, DriveBoard, PartSetup};
 use board_emulator::elf::{Firmware, build};
 use board_emulator::run::{Emulation, EmulationSettings, Frozen};
 use board_emulator::time::{Instant, MS};
@@ -60,6 +60,12 @@ pub fn ready() -> Operator {
         emulation.freeze().expect("a snapshot can be taken")
     });
     Operator::new(frozen.thaw(firmware()).expect("the run continues"))
+}
+
+/// Whether every bridge is open.
+pub fn open(board: &mut Operator) -> bool {
+    let bridges = board.emulation.at(|stopped| stopped.bridges()).expect("it runs");
+    bridges == [BridgeOutput::Open; 3]
 }
 
 /// Bytes from a xorshift generator: the same noise in every run.

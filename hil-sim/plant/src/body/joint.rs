@@ -1,5 +1,7 @@
 //! What a motor does to its joint.
 
+use super::contact::LinearInOne;
+
 /// Branch of a motor's law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Branch {
@@ -32,6 +34,7 @@ impl JointTorque {
     };
 
     /// The law's branch at a mean rate: the linear one, or constant at a limit.
+    #[inline]
     pub(super) fn branch(&self, mean_rate: f64) -> Branch {
         let torque = self.constant_n_m - self.damping_n_m_s * mean_rate;
         if torque.abs() <= self.limit_n_m {
@@ -69,4 +72,16 @@ pub(super) struct JointTerm {
     pub(super) impulse: f64,
     /// How much less impulse for each rad/s that the rate gains within the substep.
     pub(super) damping: f64,
+}
+
+impl JointTerm {
+    /// The term of a joint at `rate`, whose mean rate lies `weight` into the substep of `h` seconds: torque at rate
+    /// zero and its slope, and dry friction.
+    #[inline]
+    pub(super) fn new(h: f64, (constant, damping): (f64, f64), dry: LinearInOne, rate: f64, weight: f64) -> Self {
+        Self {
+            impulse: h * (constant - dry.constant - (damping + dry.stiffness) * rate),
+            damping: h * (weight * damping + dry.stiffness),
+        }
+    }
 }

@@ -120,14 +120,14 @@ const JOINTS: [[(usize, f64); 2]; MOTORS] = [
     [(BALLAST, 1.0), (SPAR, -1.0)],
 ];
 
-/// A body that swings about the axle.
+/// A body that swings about the axle, over the last substep.
 #[derive(Debug, Clone, Copy)]
 pub struct Swing {
-    /// Sine and cosine of its angle from the plane's normal.
+    /// Sine and cosine of its angle from the plane's normal, in the middle of the substep.
     pub sin_cos: (f64, f64),
-    /// Rate.
+    /// Mean rate.
     pub rate: f64,
-    /// Mean acceleration over the last substep.
+    /// Mean acceleration.
     pub acceleration: f64,
 }
 
@@ -154,6 +154,8 @@ pub struct Body {
     inertia: Inertia,
     position: Speeds,
     speed: Speeds,
+    /// Over the last substep.
+    mean_speed: Speeds,
     acceleration: Speeds,
     gravity: Gravity,
     /// Right and left.
@@ -165,6 +167,8 @@ pub struct Body {
     /// Of the motors' joints over the last substep.
     mean_rates: [f64; MOTORS],
     in_flight: bool,
+    /// Over the last substep both wheels rolled on the plane, and nothing acted from outside.
+    rolled: bool,
     outside: Outside,
     payload: Payload,
     slope: [f64; 2],
@@ -177,6 +181,7 @@ impl Body {
             inertia: Inertia::new(vehicle),
             position: [0.0; SPEEDS],
             speed: [0.0; SPEEDS],
+            mean_speed: [0.0; SPEEDS],
             acceleration: [0.0; SPEEDS],
             gravity: Gravity::default(),
             wheels: [WheelContact::default(); 2],
@@ -185,6 +190,7 @@ impl Body {
             middle: [TrackedAngle::new(0.0); 4],
             mean_rates: [0.0; MOTORS],
             in_flight: false,
+            rolled: false,
             outside: Outside::default(),
             payload: Payload::default(),
             slope: [0.0; 2],
@@ -199,6 +205,7 @@ impl Body {
         self.position[SIDE] = y_m;
         self.position[YAW] = heading_rad;
         self.speed = [0.0; SPEEDS];
+        self.mean_speed = [0.0; SPEEDS];
         self.acceleration = [0.0; SPEEDS];
         let (sin, cos) = Real::sin_cos(heading_rad);
         let reach = self.inertia.half_track * sin;
@@ -247,6 +254,11 @@ impl Body {
         (&mut self.position, &mut self.speed)
     }
 
+    /// Mean speeds over the last substep.
+    pub fn mean_speed(&self) -> &Speeds {
+        &self.mean_speed
+    }
+
     /// Mean acceleration over the last substep.
     pub fn acceleration(&self) -> &Speeds {
         &self.acceleration
@@ -259,7 +271,7 @@ impl Body {
             return self.swing(PHI, middle);
         }
         // The middle is that of the centre of mass; the arm's own axis is beside it.
-        self.swing(PHI, TrackedAngle::new(self.position[PHI]))
+        self.swing(PHI, TrackedAngle::new(middle.angle - self.inertia.arm_offset))
     }
 
     /// How the spar swings.
@@ -268,10 +280,10 @@ impl Body {
     }
 
     #[inline]
-    fn swing(&self, index: usize, near: TrackedAngle) -> Swing {
+    fn swing(&self, index: usize, middle: TrackedAngle) -> Swing {
         Swing {
-            sin_cos: near.to(self.position[index]).sin_cos,
-            rate: self.speed[index],
+            sin_cos: middle.sin_cos,
+            rate: self.mean_speed[index],
             acceleration: self.acceleration[index],
         }
     }
@@ -291,6 +303,12 @@ impl Body {
         self.slope
     }
 
+    /// Whether over the last substep both wheels rolled on the plane and nothing acted from outside: the motion has no
+    /// kinks but those of the gearboxes' friction.
+    pub fn rolled(&self) -> bool {
+        self.rolled
+    }
+
     /// The axle is off the ground.
     pub fn in_flight(&self) -> bool {
         self.in_flight
@@ -300,6 +318,11 @@ impl Body {
     /// it to an angle from the normal gives the angle from the vertical (erratum E20).
     pub fn vertical_rad(&self) -> f64 {
         libm::atan2(self.gravity.along, self.gravity.normal)
+    }
+
+    /// Rates of the motors' joints `dt_s` seconds from now, at the mean acceleration of the last substep.
+    pub(crate) fn joint_rates_after(&self, dt_s: f64) -> [f64; MOTORS] {
+        JOINTS.map(|row| dot(&row, &self.speed) + dt_s * dot(&row, &self.acceleration))
     }
 
     /// Rate of a motor's joint: wheel relative to arm, ballast relative to spar.

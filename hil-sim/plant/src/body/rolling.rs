@@ -6,11 +6,120 @@
 //! wheel, the ballast, the spar and the speed to the left, each of which couples to few others; then forward speed,
 //! yaw rate and arm together.
 
+use model::sample::{MOTORS, Motor};
+
+use super::contact::{ContactMode, GEAR_BAND_RAD_S, Linear, WHEEL_BAND_M_S};
 use super::inertia::Inertia;
-use super::joint::JointTerm;
+use super::joint::{Branch, JointTerm};
 use super::ldl::{SPEEDS, Speeds};
 use super::motion::Configuration;
-use super::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
+use super::paths::Contacts;
+use super::step::{NEWTON_MAX, Solution, Substep, joint_rates};
+use super::{BALLAST, Body, FORWARD, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW};
+
+impl Body {
+    /// Solves the substep of a vehicle that goes on rolling on a plane as it did, but for its gearboxes, which may stick or
+    /// slide: to the bit what the general substep finds. `None`, and nothing changed, where that does not hold.
+    #[inline]
+    pub(super) fn roll(
+        &mut self,
+        h: f64,
+        (c, contacts): (&Configuration, &Contacts),
+        joints: &[JointTorque; MOTORS],
+        weights: [f64; MOTORS],
+        rates: &[f64; MOTORS],
+        foretold: &Speeds,
+    ) -> Option<Speeds> {
+        let rolls = self.wheel_modes == [ContactMode::Stick; 2] && !self.in_flight;
+        if !rolls || !contacts.level || self.outside.acts {
+            return None;
+        }
+        let linear = |(joint, rate): (&JointTorque, &f64)| joint.branch(*rate) == Branch::Linear;
+        if !joints.iter().zip(rates).all(linear) {
+            return None;
+        }
+        let (u, viscous, bearing) = (self.speed, self.viscous(), self.spar_bearing(h));
+        let mut normals = self.wheels.map(|wheel| wheel.normal_n);
+        let mut gears = self.gear_modes;
+        let mut change = *foretold;
+        for _ in 0..NEWTON_MAX {
+            if normals[0] <= 0.0 || normals[1] <= 0.0 {
+                return None;
+            }
+            let mut terms = [JointTerm::default(); MOTORS];
+            for (i, term) in terms.iter_mut().enumerate() {
+                if i != Motor::Ballast as usize || self.inertia.has_spar {
+                    let dry = gears[i].linear(joints[i].coulomb_n_m, GEAR_BAND_RAD_S, false);
+                    let law = (joints[i].constant_n_m, joints[i].damping_n_m_s + viscous[i]);
+                    *term = JointTerm::new(h, law, dry, rates[i], weights[i]);
+                }
+            }
+            let mean: Speeds = core::array::from_fn(|i| u[i] + 0.5 * change[i]);
+            let substep = Substep {
+                h,
+                configuration: c,
+                contacts,
+                joints: terms,
+                bearing,
+                impulse: c.forces(&self.inertia, &mean, &self.gravity).map(|force| h * force),
+            };
+            let (found_change, push, laws) = self.solve_rolling(&substep, normals);
+            change = found_change;
+            let end: Speeds = core::array::from_fn(|i| u[i] + change[i]);
+            let slip = contacts.slips(&end).map(|along| [along, end[SIDE]]);
+            let within = |slip: [f64; 2]| ContactMode::of(slip, WHEEL_BAND_M_S) == ContactMode::Stick;
+            if !(push > 0.0 && within(slip[0]) && within(slip[1])) {
+                return None;
+            }
+            let end_rates = joint_rates(&end);
+            let mut means = [0.0; MOTORS];
+            let mut again = false;
+            for i in 0..MOTORS {
+                let (mode, changed) = gears[i].next(end_rates[i], GEAR_BAND_RAD_S);
+                again |= changed && joints[i].coulomb_n_m > 0.0;
+                gears[i] = mode;
+                means[i] = rates[i] + weights[i] * (end_rates[i] - rates[i]);
+                if joints[i].branch(means[i]) != Branch::Linear {
+                    return None;
+                }
+            }
+            let forces: [[f64; 2]; 2] = core::array::from_fn(|i| laws[i].force(slip[i]));
+            normals = self.share_normal(h, c, contacts, push, forces, &change, &u);
+            if !again {
+                self.wheels = core::array::from_fn(|i| WheelContact {
+                    normal_n: normals[i],
+                    longitudinal_n: forces[i][0],
+                    lateral_n: forces[i][1],
+                    slip_m_s: slip[i][0],
+                    sliding: false,
+                    lifted: normals[i] <= 0.0,
+                });
+                self.gear_modes = gears;
+                self.mean_rates = means;
+                self.rolled = true;
+                return Some(change);
+            }
+        }
+        None
+    }
+
+    /// Solves for a vehicle that rolls on a plane, under the `normals` of right and left wheel.
+    #[inline]
+    pub(super) fn solve_rolling(&self, substep: &Substep<'_>, normals: [f64; 2]) -> Solution {
+        let contacts = substep.contacts;
+        let laws: [Linear; 2] =
+            core::array::from_fn(|i| ContactMode::Stick.linear(contacts.friction[i] * normals[i], WHEEL_BAND_M_S));
+        let load = Load {
+            impulse: &substep.impulse,
+            joints: &substep.joints,
+            bearing: substep.bearing,
+            grip: laws.map(|law| substep.h * law.stiffness[0]),
+            radii: contacts.radii,
+        };
+        let (change, push) = solve(&self.inertia, substep.configuration, &self.speed, &load);
+        (change, push / substep.h, laws)
+    }
+}
 
 /// A wheel that is eliminated from forward speed, yaw rate and arm.
 struct Wheel {
@@ -38,22 +147,22 @@ impl Wheel {
 }
 
 /// What acts in a substep besides the masses.
-pub(super) struct Load<'a> {
+struct Load<'a> {
     /// Impulses of every force that no joint makes.
-    pub(super) impulse: &'a Speeds,
+    impulse: &'a Speeds,
     /// The motors' joints.
-    pub(super) joints: &'a [JointTerm; 3],
+    joints: &'a [JointTerm; 3],
     /// The spar's bearing.
-    pub(super) bearing: JointTerm,
+    bearing: JointTerm,
     /// Stiffness of the right and the left wheel's contact on its slip, times the substep.
-    pub(super) grip: [f64; 2],
+    grip: [f64; 2],
     /// Radii of the right and the left wheel.
-    pub(super) radii: [f64; 2],
+    radii: [f64; 2],
 }
 
 /// The changes of the speeds `u`, and the impulse with which the ground pushes.
 #[inline]
-pub(super) fn solve(i: &Inertia, c: &Configuration, u: &Speeds, load: &Load<'_>) -> (Speeds, f64) {
+fn solve(i: &Inertia, c: &Configuration, u: &Speeds, load: &Load<'_>) -> (Speeds, f64) {
     let ([arm_forward, on_spar_forward, ballast_forward], [arm_lift, spar_lift, ballast_lift]) = (c.forward, c.lift);
     let [left_joint, right_joint, ballast_joint] = load.joints;
     let d = i.half_track;

@@ -10,7 +10,6 @@ use super::joint::{Branch, JointTerm};
 use super::ldl::{Factored, SPEEDS, Speeds, Symmetric, add_outer, add_scaled, dot};
 use super::motion::Configuration;
 use super::paths::Contacts;
-use super::rolling::{self, Load};
 use super::{
     ANGLES, BALLAST, Body, FORWARD, JOINTS, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW,
 };
@@ -19,14 +18,14 @@ use crate::terrain::Ground;
 /// Stiffness of the normal constraint on the end-of-step speed, in N s/m: 13 kg sink 0.1 um/s.
 const NORMAL_N_S_M: f64 = 1e9;
 /// Newton iterations after which the secant takes over, and at most.
-const NEWTON_MAX: usize = 6;
+pub(super) const NEWTON_MAX: usize = 6;
 const ITERATIONS_MAX: usize = 16;
 
 const SPAR_BEARING: [(usize, f64); 2] = [(SPAR, 1.0), (PHI, -1.0)];
 
 /// The rates of the motors' joints at the speeds `u`.
 #[inline]
-fn joint_rates(u: &Speeds) -> [f64; MOTORS] {
+pub(super) fn joint_rates(u: &Speeds) -> [f64; MOTORS] {
     JOINTS.map(|row| dot(&row, u))
 }
 
@@ -47,18 +46,18 @@ struct Assumed {
 }
 
 /// What a substep is solved from.
-struct Substep<'a> {
-    h: f64,
-    configuration: &'a Configuration,
-    contacts: &'a Contacts,
-    joints: [JointTerm; MOTORS],
-    bearing: JointTerm,
+pub(super) struct Substep<'a> {
+    pub(super) h: f64,
+    pub(super) configuration: &'a Configuration,
+    pub(super) contacts: &'a Contacts,
+    pub(super) joints: [JointTerm; MOTORS],
+    pub(super) bearing: JointTerm,
     /// Impulses of every force that no joint makes.
-    impulse: Speeds,
+    pub(super) impulse: Speeds,
 }
 
 /// A solution: the changes of the speeds, the total normal force, the laws of the wheels' contacts.
-type Solution = (Speeds, f64, [Linear; 2]);
+pub(super) type Solution = (Speeds, f64, [Linear; 2]);
 
 impl Body {
     /// Advances by `h` seconds under the motors' `joints`.
@@ -86,6 +85,13 @@ impl Body {
         let contacts = self.contacts(h, ground, heading.sin_cos);
 
         let rates = joint_rates(&u);
+        // The forces act at the mean speeds, foretold by the change in the substep before.
+        let mut change: Speeds = core::array::from_fn(|i| h * self.acceleration[i]);
+        if let Some(change) = self.roll(h, (&c, &contacts), joints, weights, &rates, &change) {
+            self.finish(h, ground, heading.sin_cos, &change, true);
+            return;
+        }
+        self.rolled = false;
         let predicted = self.position[LIFT] + h * u[LIFT];
         let mut assumed = Assumed {
             grounded: !self.in_flight || predicted <= contacts.height,
@@ -94,8 +100,6 @@ impl Body {
             branches: core::array::from_fn(|i| joints[i].branch(rates[i])),
             normals: [self.wheels[0].normal_n, self.wheels[1].normal_n],
         };
-        // The forces act at the mean speeds, foretold by the change in the substep before.
-        let mut change: Speeds = core::array::from_fn(|i| h * self.acceleration[i]);
         for iteration in 0..ITERATIONS_MAX {
             let secant = iteration >= NEWTON_MAX;
             let mean: Speeds = core::array::from_fn(|i| u[i] + 0.5 * change[i]);
@@ -108,8 +112,9 @@ impl Body {
                 impulse: c.forces(&self.inertia, &mean, &self.gravity).map(|force| h * force),
             };
             let sticks = assumed.grounded && assumed.wheels == [ContactMode::Stick; 2];
-            let (found_change, push, laws) = if sticks && contacts.level && !self.outside.acts {
-                self.solve_rolling(&substep, &assumed)
+            let rolls = sticks && contacts.level && !self.outside.acts;
+            let (found_change, push, laws) = if rolls {
+                self.solve_rolling(&substep, assumed.normals)
             } else {
                 self.solve(&substep, &assumed, secant)
             };
@@ -155,6 +160,7 @@ impl Body {
             }
             assumed.normals = found;
             if !again {
+                self.rolled = rolls;
                 break;
             }
         }
@@ -164,7 +170,7 @@ impl Body {
     }
 
     /// Viscous damping of each motor's joint that is not the motor's.
-    fn viscous(&self) -> [f64; MOTORS] {
+    pub(super) fn viscous(&self) -> [f64; MOTORS] {
         let drive = self.inertia.bearing_damping;
         [drive, drive, 0.0]
     }
@@ -193,42 +199,20 @@ impl Body {
         let count = if self.inertia.has_spar { MOTORS } else { MOTORS - 1 };
         for (i, term) in terms.iter_mut().enumerate().take(count) {
             let (constant, damping) = joints[i].on(assumed.branches[i]);
-            let damping = damping + viscous[i];
             let dry = assumed.gears[i].linear(joints[i].coulomb_n_m, GEAR_BAND_RAD_S, secant);
-            *term = JointTerm {
-                impulse: h * (constant - dry.constant - (damping + dry.stiffness) * rates[i]),
-                damping: h * (weights[i] * damping + dry.stiffness),
-            };
+            *term = JointTerm::new(h, (constant, damping + viscous[i]), dry, rates[i], weights[i]);
         }
         terms
     }
 
     /// The spar's bearing in a substep.
-    fn spar_bearing(&self, h: f64) -> JointTerm {
+    pub(super) fn spar_bearing(&self, h: f64) -> JointTerm {
         let damping = h * self.inertia.spar_damping;
         let weight = end_weight(damping, self.inertia.spar_second);
         JointTerm {
             impulse: -damping * dot(&SPAR_BEARING, &self.speed),
             damping: weight * damping,
         }
-    }
-
-    /// Solves for a vehicle that rolls on a plane.
-    #[inline]
-    fn solve_rolling(&self, substep: &Substep<'_>, assumed: &Assumed) -> Solution {
-        let contacts = substep.contacts;
-        let laws: [Linear; 2] = core::array::from_fn(|i| {
-            ContactMode::Stick.linear(contacts.friction[i] * assumed.normals[i], WHEEL_BAND_M_S)
-        });
-        let load = Load {
-            impulse: &substep.impulse,
-            joints: &substep.joints,
-            bearing: substep.bearing,
-            grip: laws.map(|law| substep.h * law.stiffness[0]),
-            radii: contacts.radii,
-        };
-        let (change, push) = rolling::solve(&self.inertia, substep.configuration, &self.speed, &load);
-        (change, push / substep.h, laws)
     }
 
     /// Solves for any vehicle on any ground.
@@ -297,7 +281,8 @@ impl Body {
     /// Splits the total normal force `push` between right and left by the roll balance about the axle:
     /// `d (N_l - N_r) + r F_lateral + g_l sum m b = H_1' - yaw H_2 + w p_3 - v_z p_2`.
     #[allow(clippy::too_many_arguments)] // One balance of all of these.
-    fn share_normal(
+    #[inline]
+    pub(super) fn share_normal(
         &self,
         h: f64,
         c: &Configuration,
@@ -342,10 +327,12 @@ impl Body {
     /// Moves the positions with the mean of old and new speeds.
     fn finish(&mut self, h: f64, ground: &Ground, (sin, cos): (f64, f64), change: &Speeds, grounded: bool) {
         let mean: Speeds = core::array::from_fn(|i| self.speed[i] + 0.5 * change[i]);
+        let frequency = 1.0 / h;
         for i in 0..SPEEDS {
             self.speed[i] += change[i];
-            self.acceleration[i] = change[i] / h;
+            self.acceleration[i] = change[i] * frequency;
         }
+        self.mean_speed = mean;
         self.position[FORWARD] += h * (mean[FORWARD] * cos - mean[SIDE] * sin);
         self.position[SIDE] += h * (mean[FORWARD] * sin + mean[SIDE] * cos);
         self.position[LIFT] += h * mean[LIFT];

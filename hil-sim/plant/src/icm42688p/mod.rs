@@ -249,6 +249,6 @@ impl Icm42688pModel {
 
 /// The nearest count, saturated; -32768 is kept for "no data".
 fn quantise(value: f64) -> i16 {
-    // Half a count away from zero, then cut: a call of the rounding function costs more than all else.
-    (value + 0.5_f64.copysign(value)).clamp(-32767.0, 32767.0) as i16
+    // Half a count away from zero, then cut and saturated: a call of the rounding function costs more than all else.
+    ((value + 0.5_f64.copysign(value)) as i16).max(-i16::MAX)
 }

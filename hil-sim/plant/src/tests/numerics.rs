@@ -76,6 +76,53 @@ fn steps_ten_times_shorter_change_little() {
 }
 
 #[test]
+fn a_look_ahead_finds_what_half_a_step_finds() {
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.05), 1).unwrap();
+    let mut differences = Vec::new();
+    for k in 0..3000 {
+        // Duties that ramp, as a law's do, and jump, as at a limit.
+        let duty = 0.1 + 0.1 * f64::from(k % 500) / 500.0;
+        let bridges = drive(duty, 0.9 * duty, -0.3 * duty);
+        let (mut ahead, mut half) = (plant.clone(), plant.clone());
+        half.advance(5e-4, &bridges);
+        // The same noise in both.
+        let expected = half.analog();
+        if let Some(found) = ahead.analog_after(5e-4, &bridges) {
+            let pairs = found.values().into_iter().zip(expected.values());
+            differences.extend(pairs.map(|(a, b)| f64::from(a.abs_diff(b))));
+            assert_eq!(ahead.truth(), plant.truth(), "the plant stays where it is");
+        }
+        plant.advance(1e-3, &bridges);
+    }
+    assert!(differences.len() > 4 * 2000, "{}", differences.len());
+    let mean_square = differences.iter().map(|d| d * d).sum::<f64>() / differences.len() as f64;
+    // The converter's noise has 2 counts.
+    assert!(mean_square.sqrt() < 2.0, "{} counts", mean_square.sqrt());
+}
+
+#[test]
+fn nothing_is_foretold_where_the_motion_has_kinks() {
+    let bridges = drive(0.1, 0.1, 0.0);
+    let after = |plant: &mut Plant| {
+        plant.advance(1e-3, &bridges);
+        plant.analog_after(5e-4, &bridges).is_some()
+    };
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0), 1).unwrap();
+    plant.advance(1e-3, &bridges);
+    assert!(after(&mut plant));
+    assert!(plant.analog_after(2e-3, &bridges).is_none(), "further than a substep");
+    plant.set_chocked(true);
+    assert!(!after(&mut plant), "chocks");
+    let ice = terrain("[friction]\nright = 0.01\nleft = 0.01");
+    let mut plant = Plant::new(&reference_vehicle(), &SCALES, ice, 1).unwrap();
+    for _ in 0..100 {
+        plant.advance(1e-3, &drive(0.5, 0.5, 0.0));
+    }
+    assert!(plant.truth().sliding[0]);
+    assert!(!after(&mut plant), "wheels that slide");
+}
+
+#[test]
 fn any_vehicle_on_any_ground_stays_finite_and_within_its_means() {
     let mut dice = Noise::new(99, 0);
     let mut uniform = |low: f64, high: f64| low + (high - low) * (dice.bits() >> 11) as f64 / (1_u64 << 53) as f64;

@@ -21,6 +21,9 @@ const BOOT_LOOKS: u32 = 3000;
 const PORT_PAUSE: std::time::Duration = std::time::Duration::from_millis(50);
 /// How long a look at the board's records takes, us.
 const LOOK_US: u64 = 300_000;
+/// Longest wait for the end of a look, us: the board keeps 2 s of ticks, in 100 KiB that take 1.1 s on the link while more
+/// come.
+const CATCH_UP_US: u64 = 5_000_000;
 
 /// What the procedure is told.
 #[derive(Debug, Clone, Copy)]
@@ -267,12 +270,16 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
         self.start_records()?;
         let from_us = self.link.wire.now_us();
         let mut ticks = Vec::new();
-        while self.link.wire.now_us() - from_us < LOOK_US {
+        let mut newest_us = 0;
+        // The board first sends what it has kept of the last seconds.
+        while newest_us < since_us + LOOK_US && self.link.wire.now_us() - from_us < CATCH_UP_US {
             self.link.listen()?;
-            self.drain(|tick| ticks.push(*tick));
+            self.drain(|tick| {
+                newest_us = tick.sample.time_us;
+                ticks.push(*tick);
+            });
         }
         self.stop_records();
-        // What was still kept from an earlier look is old.
         ticks.retain(|tick| tick.sample.time_us > since_us);
         if ticks.is_empty() {
             return Err(StepEnd::Found(Finding::failed(

@@ -17,11 +17,13 @@ use crate::cli::link::who;
 use crate::cli::link::wire::Wire;
 
 /// What the board's self-test may find.
-const SELF_TEST: [Blocker; 4] = [
+const SELF_TEST: [Blocker; 6] = [
     Blocker::BreakPath,
     Blocker::BoardOptions,
     Blocker::PartRevision,
     Blocker::Image,
+    Blocker::Unsealed,
+    Blocker::Ram,
 ];
 /// How long the clocks are compared, us, and how far they may differ: the board's own oscillator is within 1 %, and the
 /// host hears the board within some milliseconds.

@@ -10,12 +10,14 @@ use report::output::{create_directory, print, print_json, progress_bar, write_fi
 use serde::Serialize;
 
 use self::contenders::contenders;
+use self::cost::costs;
 use self::courses::courses;
 use self::flight::{Flight, fly};
 use self::planar::{PlanarSteps, steps};
 use super::drive::load_vehicle;
 
 mod contenders;
+mod cost;
 mod courses;
 mod flight;
 mod planar;
@@ -89,7 +91,9 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     if arguments.json {
         return print_json(&comparison);
     }
+    let costs = costs(&courses[0], &laws)?;
     let mut text = tables::text(&laws, &comparison.planar, &comparison.flights);
+    text.push_str(&tables::costs(&laws, &costs));
     if let Some(page) = page {
         _ = writeln!(text, "\nwrote {}", page.display());
     }

@@ -154,6 +154,18 @@ pub fn text(laws: &[Contender], planar: &PlanarSteps, flights: &[Flight]) -> Str
     text
 }
 
+/// What a tick costs under each law, over what it costs under the first, for the terminal.
+pub fn costs(laws: &[Contender], costs: &[f64]) -> String {
+    let mut text = format!(
+        "\nWhat a whole tick costs on this host, over that of {} (least of some replays in this run)\n",
+        laws.first().map_or("none", |law| law.name)
+    );
+    for (law, cost) in laws.iter().zip(costs) {
+        _ = writeln!(text, "  {:<24} {cost:.2}", law.name);
+    }
+    text
+}
+
 /// The comparison as a page.
 ///
 /// # Errors

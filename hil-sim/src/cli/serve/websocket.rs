@@ -1,105 +1,88 @@
-//! The server's half of a WebSocket (RFC 6455), as far as a stream of bytes needs it: one handshake, binary frames,
-//! ping, close. By hand: a package for it brings ten others, and each client has a thread for each direction.
+//! Clients over WebSockets: their binary messages are a stream of bytes, as over TCP.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, Ipv6Addr, TcpStream};
-use std::sync::mpsc::{Receiver, Sender, sync_channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, sync_channel};
 use std::thread;
 use std::time::Duration;
 
-use super::ports::{ClientOutput, PortEvent, WAITING_MAX, next_client};
-use super::sha1::{base64, sha1};
+use tungstenite::handshake::server::{ErrorResponse, Request, Response};
+use tungstenite::http::{HeaderValue, StatusCode, header};
+use tungstenite::protocol::WebSocketConfig;
+use tungstenite::{Error, HandshakeError, Message, WebSocket, accept_hdr_with_config};
 
-/// Most bytes of a question.
-const QUESTION_MAX: usize = 8192;
+use super::ports::{ClientOutput, PortEvent, WAITING_MAX, next_client};
+
 /// Time within which a client asks its question.
 const QUESTION_TIME: Duration = Duration::from_secs(5);
-/// Most bytes of one frame of a client: orders are short.
-const FRAME_MAX: u64 = 65_536;
-/// What the standard appends to a client's key.
-const APPENDIX: &str = "258EAFA5-E914-47DA-95CA-C5AB0DC85B11";
+/// How long a client's thread waits for the client's bytes, and for room for the board's, before it turns to the other
+/// way.
+const PATIENCE: Duration = Duration::from_millis(2);
+/// Most bytes of one message of a client: orders are short.
+const MESSAGE_MAX: usize = 65_536;
+/// Most bytes that wait for a client that does not read.
+const OUTPUT_MAX: usize = 1 << 20;
 
-const CONTINUED: u8 = 0;
-const BINARY: u8 = 2;
-const CLOSE: u8 = 8;
-const PING: u8 = 9;
-const PONG: u8 = 10;
+/// The answer to a question that is no WebSocket's.
+const NOT_A_WEBSOCKET: &str = "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nConnection: close\r\n\r\n\
+                               a WebSocket of version 13 is served here\n";
 
-/// Serves one client from its question on, in threads of its own.
+/// Serves one client from its question on, in a thread of its own.
 ///
 /// # Errors
 /// Those of the socket.
-pub fn serve_websocket(mut stream: TcpStream, events: Sender<PortEvent>) -> io::Result<()> {
+pub fn serve_websocket(stream: TcpStream, events: Sender<PortEvent>) -> io::Result<()> {
     stream.set_nodelay(true)?;
+    stream.set_read_timeout(Some(QUESTION_TIME))?;
     let name = format!("websocket {}", stream.peer_addr()?);
+    let mut refusal = stream.try_clone()?;
     thread::spawn(move || {
         // A client that asks wrongly, or leaves, is told so by the answer, or is gone.
-        if matches!(greet(&mut stream), Ok(true)) {
-            let _ = converse(stream, name, &events);
+        if let Some(socket) = greet(stream, &mut refusal) {
+            let _ = converse(socket, name, &events);
         }
     });
     Ok(())
 }
 
-/// Reads the client's question and answers it; whether it is a client now.
-fn greet(stream: &mut TcpStream) -> io::Result<bool> {
-    stream.set_read_timeout(Some(QUESTION_TIME))?;
-    let mut question = Vec::new();
-    let mut byte = [0];
-    while !question.ends_with(b"\r\n\r\n") {
-        if question.len() == QUESTION_MAX || stream.read(&mut byte)? == 0 {
-            return Ok(false);
+/// Answers a client's question; the conversation, if it is one. What asks for something else is told so by `refusal`.
+fn greet<S: Read + Write>(stream: S, refusal: &mut impl Write) -> Option<WebSocket<S>> {
+    let config = WebSocketConfig::default()
+        .read_buffer_size(4096)
+        .write_buffer_size(0)
+        .max_write_buffer_size(OUTPUT_MAX)
+        .max_message_size(Some(MESSAGE_MAX))
+        .max_frame_size(Some(MESSAGE_MAX));
+    match accept_hdr_with_config(stream, only_local_pages, Some(config)) {
+        Ok(socket) => Some(socket),
+        // A page from elsewhere has its answer; who asks nothing in time gets none.
+        Err(HandshakeError::Failure(Error::Http(_) | Error::Io(_)) | HandshakeError::Interrupted(_)) => None,
+        Err(HandshakeError::Failure(_)) => {
+            // Whoever it was may be gone.
+            let _ = refusal.write_all(NOT_A_WEBSOCKET.as_bytes());
+            None
         }
-        question.push(byte[0]);
     }
-    stream.set_read_timeout(None)?;
-    let answer = answer(&String::from_utf8_lossy(&question));
-    stream.write_all(answer.as_ref().unwrap_or_else(|refusal| refusal).as_bytes())?;
-    Ok(answer.is_ok())
 }
 
-/// The answer to a question, or the refusal of one that is no WebSocket's or of a page from elsewhere.
-fn answer(question: &str) -> Result<String, String> {
-    let refusal = |status: &str, why: &str| {
-        let length = why.len();
-        format!(
-            "HTTP/1.1 {status}\r\nContent-Type: text/plain\r\nContent-Length: {length}\r\nConnection: close\r\n\r\n{why}"
-        )
-    };
-    let field = |name: &str| {
-        let mut lines = question.lines().skip(1).filter_map(|line| line.split_once(':'));
-        lines
-            .find(|(found, _)| found.eq_ignore_ascii_case(name))
-            .map(|(_, value)| value.trim())
-    };
-    if let Some(origin) = field("Origin")
-        && !is_local(origin)
-    {
-        return Err(refusal(
-            "403 Forbidden",
-            "a page that is not from this machine drives no vehicle\n",
-        ));
+/// Refuses a page that is not from this machine. What is no page has no origin.
+#[allow(clippy::result_large_err)] // The library's type.
+fn only_local_pages(request: &Request, response: Response) -> Result<Response, ErrorResponse> {
+    let origin = request.headers().get(header::ORIGIN);
+    if origin.is_none_or(|origin| origin.to_str().is_ok_and(is_local)) {
+        return Ok(response);
     }
-    let asks = |name: &str, word: &str| {
-        field(name).is_some_and(|value| value.split(',').any(|each| each.trim().eq_ignore_ascii_case(word)))
-    };
-    let key = field("Sec-WebSocket-Key").filter(|_| {
-        question.starts_with("GET ")
-            && asks("Upgrade", "websocket")
-            && asks("Connection", "upgrade")
-            && asks("Sec-WebSocket-Version", "13")
-    });
-    let Some(key) = key else {
-        return Err(refusal("400 Bad Request", "a WebSocket of version 13 is served here\n"));
-    };
-    let accepted = base64(&sha1(format!("{key}{APPENDIX}").as_bytes()));
-    Ok(format!(
-        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accepted}\r\n\r\n"
-    ))
+    let mut refusal = ErrorResponse::new(Some(
+        "a page that is not from this machine drives no vehicle\n".to_owned(),
+    ));
+    *refusal.status_mut() = StatusCode::FORBIDDEN;
+    refusal
+        .headers_mut()
+        .insert(header::CONTENT_TYPE, HeaderValue::from_static("text/plain"));
+    Err(refusal)
 }
 
-/// Whether a page's origin is a server of this machine. What is no page has no origin.
+/// Whether a page's origin is a server of this machine.
 fn is_local(origin: &str) -> bool {
     let Some(host) = origin
         .strip_prefix("http://")
@@ -125,117 +108,95 @@ pub fn is_local_host(host: &str) -> bool {
             .is_some_and(|address| address.is_loopback())
 }
 
-/// Starts the two threads of a client.
-fn converse(stream: TcpStream, name: String, events: &Sender<PortEvent>) -> io::Result<()> {
+/// Carries bytes both ways until client or server is gone.
+fn converse(mut socket: WebSocket<TcpStream>, name: String, events: &Sender<PortEvent>) -> io::Result<()> {
+    socket.get_ref().set_read_timeout(Some(PATIENCE))?;
+    socket.get_ref().set_write_timeout(Some(PATIENCE))?;
     let client = next_client();
     let (output, waiting) = sync_channel(WAITING_MAX);
-    let writer = Arc::new(Mutex::new(stream.try_clone()?));
-    if events
-        .send(PortEvent::Came(client, name, ClientOutput::new(output)))
-        .is_err()
-    {
-        return Ok(());
-    }
-    let out = writer.clone();
-    thread::spawn(move || write_frames(&waiting, &out));
-    let mut reader = FrameReader { from: stream };
-    while let Ok(Some((kind, payload))) = reader.frame() {
-        match kind {
-            CONTINUED | BINARY => {
-                if events.send(PortEvent::Said(client, payload)).is_err() {
-                    break;
-                }
-            }
-            PING => send(&writer, PONG, &payload)?,
-            PONG => {}
-            // A close, or what this server does not speak.
-            _ => break,
+    let mut told = events.send(PortEvent::Came(client, name, ClientOutput::new(output)));
+    while told.is_ok() && write_waiting(&mut socket, &waiting) {
+        match read(&mut socket) {
+            Said::Bytes(bytes) => told = events.send(PortEvent::Said(client, bytes)),
+            Said::Nothing => {}
+            Said::Goodbye => break,
         }
     }
-    let _ = send(&writer, CLOSE, &[]);
-    let _ = reader.from.shutdown(std::net::Shutdown::Both);
+    let _ = socket.close(None);
     let _ = events.send(PortEvent::Left(client));
     Ok(())
 }
 
-/// Writes what waits for a client until the client or the server is gone.
-fn write_frames(waiting: &Receiver<Vec<u8>>, writer: &Mutex<TcpStream>) {
-    while let Ok(bytes) = waiting.recv() {
-        if send(writer, BINARY, &bytes).is_err() {
-            return;
-        }
-    }
-}
-
-fn send(writer: &Mutex<TcpStream>, kind: u8, payload: &[u8]) -> io::Result<()> {
-    let bytes = frame(kind, payload);
-    writer.lock().unwrap_or_else(PoisonError::into_inner).write_all(&bytes)
-}
-
-/// A whole frame of the server: not masked.
-fn frame(kind: u8, payload: &[u8]) -> Vec<u8> {
-    let mut bytes = vec![0x80 | kind];
-    match payload.len() {
-        length @ 0..126 => bytes.push(length as u8),
-        length @ 126..65_536 => {
-            bytes.push(126);
-            bytes.extend((length as u16).to_be_bytes());
-        }
-        length => {
-            bytes.push(127);
-            bytes.extend((length as u64).to_be_bytes());
-        }
-    }
-    bytes.extend(payload);
-    bytes
-}
-
-/// Reads a client's frames.
-struct FrameReader<R> {
-    from: R,
-}
-
-impl<R: Read> FrameReader<R> {
-    /// The next frame: its kind and its bytes; `None` when the client has closed its end.
-    ///
-    /// # Errors
-    /// The wire's, and [`ErrorKind::InvalidData`] for a frame that the standard forbids a client or that is too long.
-    fn frame(&mut self) -> io::Result<Option<(u8, Vec<u8>)>> {
-        let mut head = [0; 2];
-        match self.from.read_exact(&mut head) {
-            Err(error) if error.kind() == ErrorKind::UnexpectedEof => return Ok(None),
-            other => other?,
-        }
-        let [first, second] = head;
-        let (kind, masked) = (first & 0x0F, second & 0x80 != 0);
-        let length = match second & 0x7F {
-            126 => u64::from(u16::from_be_bytes(self.take()?)),
-            127 => u64::from_be_bytes(self.take()?),
-            short => u64::from(short),
+/// Writes what waits for a client; whether client and server are still there.
+fn write_waiting<S: Read + Write>(socket: &mut WebSocket<S>, waiting: &Receiver<Vec<u8>>) -> bool {
+    loop {
+        let bytes = match waiting.try_recv() {
+            Ok(bytes) => bytes,
+            Err(TryRecvError::Empty) => return true,
+            Err(TryRecvError::Disconnected) => return false,
         };
-        let control_is_short = kind < CLOSE || (length < 126 && first & 0x80 != 0);
-        if !masked || first & 0x70 != 0 || length > FRAME_MAX || !control_is_short {
-            return Err(ErrorKind::InvalidData.into());
+        match socket.send(Message::binary(bytes)) {
+            // A client that does not read loses what there is no room for.
+            Ok(()) | Err(Error::WriteBufferFull(_)) => {}
+            Err(error) if is_passing(&error) => {}
+            Err(_) => return false,
         }
-        let mask: [u8; 4] = self.take()?;
-        let mut payload = vec![0; length as usize];
-        self.from.read_exact(&mut payload)?;
-        for (byte, mask) in payload.iter_mut().zip(mask.iter().cycle()) {
-            *byte ^= mask;
-        }
-        Ok(Some((kind, payload)))
     }
+}
 
-    fn take<const N: usize>(&mut self) -> io::Result<[u8; N]> {
-        let mut bytes = [0; N];
-        self.from.read_exact(&mut bytes)?;
-        Ok(bytes)
+/// What a client said in its turn.
+#[derive(Debug, PartialEq, Eq)]
+enum Said {
+    Bytes(Vec<u8>),
+    Nothing,
+    /// It is gone, or speaks what this server does not.
+    Goodbye,
+}
+
+fn read<S: Read + Write>(socket: &mut WebSocket<S>) -> Said {
+    match socket.read() {
+        Ok(Message::Binary(bytes)) => Said::Bytes(bytes.to_vec()),
+        // The library answers a ping, and a close at the next turn.
+        Ok(Message::Ping(_) | Message::Pong(_) | Message::Close(_) | Message::Frame(_)) => Said::Nothing,
+        Err(error) if is_passing(&error) => Said::Nothing,
+        Ok(Message::Text(_)) | Err(_) => Said::Goodbye,
     }
+}
+
+/// Whether an access only took too long.
+fn is_passing(error: &Error) -> bool {
+    matches!(error, Error::Io(error)
+        if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted))
 }
 
 #[cfg(test)]
 mod tests {
+    use tungstenite::protocol::Role;
+
     use super::*;
+
+    /// A wire in memory: what the client says, and what it is told.
+    #[derive(Debug, Default)]
+    struct MemoryWire {
+        said: io::Cursor<Vec<u8>>,
+        told: Vec<u8>,
+    }
+
+    impl Read for MemoryWire {
+        fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+            self.said.read(bytes)
+        }
+    }
+
+    impl Write for MemoryWire {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.told.write(bytes)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
 
     /// The question of RFC 6455, section 1.2, with this origin.
     fn question(origin: &str) -> String {
@@ -245,13 +206,23 @@ mod tests {
         )
     }
 
+    /// The answer to a question, and whether a conversation begins.
+    fn answer(question: &str) -> (String, bool) {
+        let mut wire = MemoryWire {
+            said: io::Cursor::new(question.as_bytes().to_vec()),
+            told: Vec::new(),
+        };
+        let mut refusal = Vec::new();
+        let begins = greet(&mut wire, &mut refusal).is_some();
+        (String::from_utf8([wire.told, refusal].concat()).expect("text"), begins)
+    }
+
     #[test]
     fn the_answer_is_the_standards_example() {
-        let answer = answer(&question("")).expect("good");
-        assert!(
-            answer.contains("Sec-WebSocket-Accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n"),
-            "{answer}"
-        );
+        let (answer, begins) = answer(&question(""));
+        assert!(begins && answer.starts_with("HTTP/1.1 101 "), "{answer}");
+        let accepted = "sec-websocket-accept: s3pPLMBiTxaQ9kYGzzhZRbK+xOo=\r\n";
+        assert!(answer.to_lowercase().contains(&accepted.to_lowercase()), "{answer}");
     }
 
     #[test]
@@ -262,7 +233,7 @@ mod tests {
             "https://LOCALHOST",
             "http://[::1]:5780",
         ] {
-            assert!(answer(&question(&format!("Origin: {origin}\r\n"))).is_ok(), "{origin}");
+            assert!(answer(&question(&format!("Origin: {origin}\r\n"))).1, "{origin}");
         }
         for origin in [
             "http://example.com",
@@ -274,8 +245,8 @@ mod tests {
             "http://10.0.0.1",
             "",
         ] {
-            let refusal = answer(&question(&format!("origin: {origin}\r\n"))).expect_err(origin);
-            assert!(refusal.starts_with("HTTP/1.1 403 "), "{refusal}");
+            let (refusal, begins) = answer(&question(&format!("origin: {origin}\r\n")));
+            assert!(!begins && refusal.starts_with("HTTP/1.1 403 "), "{origin}: {refusal}");
         }
     }
 
@@ -289,53 +260,56 @@ mod tests {
             ("13", "8"),
             ("Key", "Kay"),
         ] {
-            let refusal = answer(&good.replacen(part, other, 1)).expect_err(part);
-            assert!(refusal.starts_with("HTTP/1.1 400 "), "{refusal}");
+            let (refusal, begins) = answer(&good.replacen(part, other, 1));
+            assert!(!begins && refusal.starts_with("HTTP/1.1 400 "), "{part}: {refusal}");
         }
     }
 
-    fn masked(first: u8, payload: &[u8]) -> Vec<u8> {
-        let mut bytes = frame(first & 0x0F, payload);
-        bytes[0] = first;
-        bytes[1] |= 0x80;
-        let mask = [1, 2, 3, 4];
-        let head = bytes.len() - payload.len();
-        let coded: Vec<u8> = payload
-            .iter()
-            .zip(mask.iter().cycle())
-            .map(|(byte, mask)| byte ^ mask)
-            .collect();
-        [&bytes[..head], &mask, &coded].concat()
+    /// What the server hears of a client's bytes, as far as they go.
+    fn heard(bytes: &[u8]) -> Vec<Said> {
+        let mut wire = MemoryWire {
+            said: io::Cursor::new(question("").into_bytes()),
+            told: Vec::new(),
+        };
+        let mut socket = greet(&mut wire, &mut Vec::new()).expect("a conversation");
+        socket.get_mut().said = io::Cursor::new(bytes.to_vec());
+        let mut heard = Vec::new();
+        while heard.last() != Some(&Said::Goodbye) {
+            heard.push(read(&mut socket));
+        }
+        heard
+    }
+
+    /// A message as a client writes it.
+    fn masked(message: Message) -> Vec<u8> {
+        let mut client = WebSocket::from_raw_socket(MemoryWire::default(), Role::Client, None);
+        client.send(message).expect("written");
+        client.into_inner().told
     }
 
     #[test]
-    fn frames_of_every_length_come_through() {
-        for length in [0, 1, 125, 126, 127, 65_535, 65_536] {
+    fn messages_of_every_length_come_through() {
+        for length in [0, 1, 125, 126, 127, 65_535, MESSAGE_MAX] {
             let payload: Vec<u8> = (0..length).map(|n| n as u8).collect();
-            let wire = masked(0x80 | BINARY, &payload);
-            let mut reader = FrameReader { from: &wire[..] };
-            assert_eq!(reader.frame().expect("good"), Some((BINARY, payload)), "{length}");
-            assert_eq!(reader.frame().expect("ended"), None);
+            let heard = heard(&masked(Message::binary(payload.clone())));
+            assert_eq!(heard, [Said::Bytes(payload), Said::Goodbye], "{length}");
         }
+        let ping = masked(Message::Ping(vec![1, 2, 3].into()));
+        assert_eq!(heard(&ping), [Said::Nothing, Said::Goodbye]);
     }
 
     #[test]
-    fn what_the_standard_forbids_ends_the_conversation() {
-        let wrong = [
-            frame(BINARY, b"not masked"),
-            masked(0xC0 | BINARY, b"a reserved bit"),
-            masked(PING, b"a ping in parts"),
-            masked(0x80 | PING, &[0; 126]),
-            masked(0x80 | BINARY, &vec![0; FRAME_MAX as usize + 1]),
-        ];
-        for wire in &wrong {
-            let mut reader = FrameReader { from: &wire[..] };
-            assert_eq!(reader.frame().expect_err("wrong").kind(), ErrorKind::InvalidData);
+    fn what_is_forbidden_or_too_long_ends_the_conversation() {
+        let mut unmasked = masked(Message::binary(b"no mask".to_vec()));
+        unmasked[1] &= 0x7F;
+        for bytes in [
+            unmasked,
+            masked(Message::text("no bytes")),
+            masked(Message::binary(vec![0; MESSAGE_MAX + 1])),
+            // A length that nobody can have is refused before there is room for it.
+            vec![0x82, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0, 0, 0, 0],
+        ] {
+            assert_eq!(heard(&bytes), [Said::Goodbye], "{bytes:?}");
         }
-        // A length that nobody can have is refused before there is room for it.
-        let huge = [0x82, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF];
-        assert!(FrameReader { from: &huge[..] }.frame().is_err());
-        let cut = masked(0x80 | BINARY, b"cut off");
-        assert!(FrameReader { from: &cut[..9] }.frame().is_err());
     }
 }

@@ -13,7 +13,7 @@ use model::dynamics::planar::PlanarParameters;
 
 use super::equilibrium::poles;
 use super::input::Input;
-use super::response::{Fate, Judge, OutOfSteps, PlanarPoint, Response, SEARCH_STEPS_MAX, StepBudget};
+use super::response::{Fate, Judge, OutOfSteps, PlanarPoint, Response, StepBudget};
 use super::roots::maximum_between;
 
 /// Which way the final value is searched.
@@ -64,9 +64,11 @@ pub enum NoLimit {
     NoDamping,
     /// The responses are too slow or too stiff to be followed to their ends.
     #[error(
-        "no limit found in {SEARCH_STEPS_MAX} integration steps: responses up to {returns} return, beyond it they take too long to follow"
+        "no limit found in {steps} integration steps: responses up to {returns} return, beyond it they take too long to follow"
     )]
     TooLong {
+        /// The integration steps that the search made.
+        steps: u64,
         /// The farthest final value whose response returns.
         returns: f64,
     },
@@ -97,6 +99,20 @@ pub fn critical(
     start: PlanarPoint,
     direction: Direction,
 ) -> Result<Option<CriticalValue>, NoLimit> {
+    critical_within(&StepBudget::default(), p, input, start, direction)
+}
+
+/// [`critical()`], with the steps of its integrations taken from `budget`.
+///
+/// # Errors
+/// [`NoLimit`] as there.
+pub fn critical_within(
+    budget: &StepBudget,
+    p: &PlanarParameters<f64>,
+    input: &Input,
+    start: PlanarPoint,
+    direction: Direction,
+) -> Result<Option<CriticalValue>, NoLimit> {
     let judge = Judge::new(p, input).ok_or(NoLimit::NoEquilibrium)?;
     if p.zeta <= 0.0 && input.law.is_none() {
         return Err(NoLimit::NoDamping);
@@ -115,22 +131,23 @@ pub fn critical(
         start,
         sign: direction.sign(),
         unit: speed,
-        budget: StepBudget::default(),
+        budget,
         returned: Cell::new(0.0),
     };
-    search.run().map_err(|OutOfSteps| NoLimit::TooLong {
+    search.run().map_err(|OutOfSteps { allowed }| NoLimit::TooLong {
+        steps: allowed,
         returns: search.target(search.returned.get()),
     })
 }
 
-struct Search {
+struct Search<'a> {
     judge: Judge,
     input: Input,
     start: PlanarPoint,
     sign: f64,
     /// The change of the final value that changes the steady speed by one.
     unit: f64,
-    budget: StepBudget,
+    budget: &'a StepBudget,
     /// The farthest distance from the hold whose response is known to return.
     returned: Cell<f64>,
 }
@@ -142,14 +159,14 @@ struct Bracket {
     fails: f64,
 }
 
-impl Search {
+impl Search<'_> {
     fn target(&self, distance: f64) -> f64 {
         self.input.hold + self.sign * distance
     }
 
     fn response(&self, distance: f64, tolerance: f64) -> Result<Response, OutOfSteps> {
         let input = self.input.towards(self.target(distance));
-        let response = self.judge.judge(&input, self.start, tolerance, &self.budget)?;
+        let response = self.judge.judge(&input, self.start, tolerance, self.budget)?;
         if response.fate == Fate::Returns {
             self.returned.set(self.returned.get().max(distance));
         }

@@ -13,6 +13,8 @@ use super::slip::slip_limit;
 
 /// Share of the supply that the governor leaves to the speed (`SUPPLY_SHARE` of the law).
 pub const SUPPLY_SHARE: f64 = 0.97;
+/// Share of the supply that steering may take (`STEERING_SHARE` of the tick).
+const STEERING_SHARE: f64 = 0.5;
 /// Slope at which the hold is told.
 const HOLD_DEG: f64 = 10.0;
 
@@ -30,6 +32,48 @@ pub struct DesignNumber {
 /// Torque constant at the gearbox's output, N m/A.
 fn output_constant(motor: &MotorParameters<f64>) -> f64 {
     motor.torque_constant_n_m_per_a * motor.gear_ratio
+}
+
+/// What bounds steering.
+struct SteeringLimits {
+    /// Yaw rate on the spot beyond which the hanging arm swings ever wider, rad/s (erratum E26).
+    spin_rad_s: f64,
+    /// Yaw rate on the spot that steering's share of `nominal_v` keeps against back-EMF and bearings, rad/s.
+    voltage_rad_s: f64,
+    /// Yaw rate at `speed_max_m_s` whose centripetal force `grip_mu` gives, rad/s.
+    grip_rad_s: f64,
+    /// Yaw acceleration on the spot with both wheels at the limit of `grip_mu`, rad/s^2.
+    grip_rad_s2: f64,
+    /// Yaw acceleration on the spot with both motors at `current_limit_a`, rad/s^2.
+    current_rad_s2: f64,
+}
+
+impl SteeringLimits {
+    fn new(vehicle: &Vehicle<f64>) -> Self {
+        let p = vehicle.parameters();
+        let (body, motor, control) = (&p.body, &p.drive_motor, &p.control);
+        let (track, radius) = (body.half_track_m, body.wheel_radius_m);
+        // Turning on the spot, each wheel turns by half the track over its radius for the turn of the axle, and its motor
+        // gives half of the bearings' drag.
+        let constant = output_constant(motor);
+        let volts_per_rad_s = track / radius
+            * (motor.back_emf_constant_v_s_per_rad * motor.gear_ratio
+                + 0.5 * body.bearing_damping_n_m_s * motor.resistance_ohm / constant);
+        let rotors = 2.0 * motor.rotor_inertia_kg_m2 * motor.gear_ratio.powi(2);
+        let wheels = body.total_mass_kg - body.arm_mass_kg;
+        let inertia = body.yaw_inertia_kg_m2
+            + wheels * track * track
+            + (body.wheels_inertia_kg_m2 + rotors) * (track / radius).powi(2);
+        let weight = (1.0 + vehicle.spar_mass_ratio()) * body.total_mass_kg * GRAVITY_M_S2;
+        let spin = vehicle.spatial(0.0, 0.0).spin_stability_limit();
+        Self {
+            spin_rad_s: spin.map_or(f64::NAN, |limit| limit / vehicle.scales().time_s),
+            voltage_rad_s: STEERING_SHARE * p.battery.nominal_v / volts_per_rad_s,
+            grip_rad_s: control.grip_mu * GRAVITY_M_S2 / control.speed_max_m_s,
+            grip_rad_s2: control.grip_mu * weight * track / inertia,
+            current_rad_s2: 2.0 * motor.current_limit_a * constant * track / (radius * inertia),
+        }
+    }
 }
 
 /// Every number.
@@ -66,6 +110,7 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
     let lag = p.estimator.wheel_rate_time_constant_s / scales.time_s;
     let servo = f64::from(Design::by_rule(tick as f32, lag as f32).servo);
     let counts_per_m = motor.encoder_counts_per_rev * motor.gear_ratio / (TAU * body.wheel_radius_m);
+    let steering = SteeringLimits::new(vehicle);
     let number = |name, value, meaning| DesignNumber { name, value, meaning };
     vec![
         number("mass_kg", mass * body.total_mass_kg, "whole mass, spar included"),
@@ -134,6 +179,31 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
             "acceleration_by_current_m_s2",
             by_current,
             "largest acceleration at current_limit_a",
+        ),
+        number(
+            "yaw_rate_by_spin_rad_s",
+            steering.spin_rad_s,
+            "yaw rate on the spot beyond which the hanging arm swings ever wider",
+        ),
+        number(
+            "yaw_rate_by_voltage_rad_s",
+            steering.voltage_rad_s,
+            "yaw rate on the spot that half of nominal_v keeps",
+        ),
+        number(
+            "yaw_rate_by_grip_rad_s",
+            steering.grip_rad_s,
+            "yaw rate at speed_max_m_s that grip_mu holds",
+        ),
+        number(
+            "yaw_acceleration_by_grip_rad_s2",
+            steering.grip_rad_s2,
+            "largest yaw acceleration on the spot that grip_mu allows",
+        ),
+        number(
+            "yaw_acceleration_by_current_rad_s2",
+            steering.current_rad_s2,
+            "largest yaw acceleration on the spot at current_limit_a",
         ),
         number(
             "whirl_step_v",

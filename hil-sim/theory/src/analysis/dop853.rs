@@ -78,6 +78,11 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
         }
     }
 
+    /// How many steps are left of those allowed.
+    pub fn steps_left(&self) -> u64 {
+        self.steps_left
+    }
+
     /// The time reached.
     pub fn time(&self) -> f64 {
         self.t

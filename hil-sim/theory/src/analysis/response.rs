@@ -48,22 +48,42 @@ pub const SEARCH_STEPS_MAX: u64 = 3_000_000;
 
 /// What is left of the integration steps that a search may make.
 #[derive(Debug)]
-pub struct StepBudget(Cell<u64>);
+pub struct StepBudget {
+    allowed: u64,
+    left: Cell<u64>,
+}
 
-/// A search has made [`SEARCH_STEPS_MAX`] integration steps.
+/// A search has made all the integration steps that it may make.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("the search ended after {SEARCH_STEPS_MAX} integration steps")]
-pub struct OutOfSteps;
+#[error("the search ended after {allowed} integration steps")]
+pub struct OutOfSteps {
+    /// How many it may make.
+    pub allowed: u64,
+}
 
 impl Default for StepBudget {
     fn default() -> Self {
-        Self(Cell::new(SEARCH_STEPS_MAX))
+        Self::of(SEARCH_STEPS_MAX)
     }
 }
 
 impl StepBudget {
+    /// A budget of `steps`.
+    pub fn of(steps: u64) -> Self {
+        Self {
+            allowed: steps,
+            left: Cell::new(steps),
+        }
+    }
+
+    /// The steps made so far.
+    pub fn spent(&self) -> u64 {
+        self.allowed - self.left.get()
+    }
+
     fn take(&self) -> Result<(), OutOfSteps> {
-        self.0.set(self.0.get().checked_sub(1).ok_or(OutOfSteps)?);
+        let left = self.left.get().checked_sub(1);
+        self.left.set(left.ok_or(OutOfSteps { allowed: self.allowed })?);
         Ok(())
     }
 }

@@ -29,13 +29,20 @@ pub fn root_between(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, tolerance: f6
     0.5 * (a + b)
 }
 
-/// The place and the value of the only maximum of `f` on `[a, b]`, by golden section.
+/// Halvings and more of an interval by golden section until no number lies between its ends.
+const SECTIONS: usize = 80;
+
+/// The place and the value of the only maximum of `f` on `[a, b]`, by golden section, to within `tolerance` in the
+/// argument or to its last digits.
 pub fn maximum_between(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, tolerance: f64) -> (f64, f64) {
     let g = 0.618_033_988_749_894_8;
     let (mut a, mut b) = (a, b);
     let (mut x1, mut x2) = (b - g * (b - a), a + g * (b - a));
     let (mut f1, mut f2) = (f(x1), f(x2));
-    while b - a > tolerance {
+    for _ in 0..SECTIONS {
+        if b - a <= tolerance {
+            break;
+        }
         if f1 >= f2 {
             (b, x2, f2) = (x2, x1, f1);
             x1 = b - g * (b - a);
@@ -118,5 +125,14 @@ mod tests {
         assert!((root_between(f64::cos, 1.0, 2.0, 1e-14) - std::f64::consts::FRAC_PI_2).abs() < 1e-13);
         let (x, y) = maximum_between(|x| 3.0 - (x - 0.7).powi(2), 0.0, 2.0, 1e-9);
         assert!((x - 0.7).abs() < 1e-7 && (y - 3.0).abs() < 1e-14);
+    }
+
+    /// Beside 1e9 the numbers lie 1e-7 apart: no interval there is as narrow as 1e-12, and none ever will be.
+    #[test]
+    fn a_tolerance_finer_than_the_numbers_ends_at_the_last_digits() {
+        let peak = 1e9 + 0.3;
+        let (x, _) = maximum_between(|x| -(x - peak).abs(), 1e9, 1e9 + 1.0, 1e-12);
+        assert!((x - peak).abs() < 1e-6, "{x}");
+        assert!((root_between(|x| x - peak, 1e9, 1e9 + 1.0, 1e-12) - peak).abs() < 1e-6);
     }
 }

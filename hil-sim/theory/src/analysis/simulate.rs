@@ -101,6 +101,22 @@ pub fn simulate(
     t_end: f64,
     sample: f64,
 ) -> Result<PlanarRun, StepTooSmall> {
+    let mut steps = MOST_STEPS;
+    simulate_within(&mut steps, p, input, start, t_end, sample)
+}
+
+/// [`simulate()`], with its integration steps taken from `steps`.
+///
+/// # Errors
+/// [`StepTooSmall`] as there.
+pub fn simulate_within(
+    steps: &mut u64,
+    p: &PlanarParameters<f64>,
+    input: &Input,
+    start: PlanarState<f64>,
+    t_end: f64,
+    sample: f64,
+) -> Result<PlanarRun, StepTooSmall> {
     let planar = Planar::new(*p);
     let mut run = PlanarRun::default();
     let mut extremes = Extremes::new(start[PHI]);
@@ -112,7 +128,7 @@ pub fn simulate(
     let u = input.voltage(0.0, &start);
     extremes.forces(&planar.contact_forces(&start, u));
     let rate = |t: f64, x: &PlanarState<f64>| planar.rate(x, input.voltage(t, x));
-    let mut integration = Dop853::new(rate, 0.0, start, TOLERANCE).limited(MOST_STEPS);
+    let mut integration = Dop853::new(rate, 0.0, start, TOLERANCE).limited(*steps);
     let arrival = input.arrival();
     let mut next = 1;
     while integration.time() < t_end {
@@ -121,7 +137,9 @@ pub fn simulate(
         } else {
             t_end
         };
-        integration.advance(limit)?;
+        let advanced = integration.advance(limit);
+        *steps = integration.steps_left();
+        advanced?;
         let dense = integration.dense();
         search(&planar, input, &dense, &mut extremes);
         loop {

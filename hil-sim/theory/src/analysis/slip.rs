@@ -1,19 +1,24 @@
 //! How large a step the tyre's grip allows, and how long a pulse the whirl limit allows (chapter 4).
 
+use std::cell::Cell;
+
 use model::dynamics::planar::{Planar, PlanarParameters};
 
 use super::critical::{Direction, NoLimit, critical};
-use super::dop853::{StepTooSmall, integrate};
+use super::dop853::{MOST_STEPS, StepTooSmall, integrate};
 use super::equilibrium::static_phi;
 use super::input::Input;
 use super::response::{Fate, Judge, OutOfSteps, StepBudget};
 use super::roots::{maximum_between, root_between};
-use super::simulate::simulate;
+use super::simulate::simulate_within;
 
 /// Time units within which a step's response makes its largest swing.
 const SPAN: f64 = 40.0;
 /// Number of steps of the walk from the hold to the whirl limit.
 const WALK: usize = 80;
+
+/// The most integration steps of the responses of a search for the slip limit; the thesis's vehicle needs 73,874 at most.
+const SEARCH_STEPS_MAX: u64 = 500_000;
 
 /// What limits a forward voltage step from the static equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,9 +58,23 @@ pub enum NoSlipLimit {
 /// # Errors
 /// [`NoSlipLimit`] beyond the static limit.
 pub fn required_by_step(p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlipLimit> {
+    required_within(&Cell::new(MOST_STEPS), p, u)
+}
+
+/// [`required_by_step`], with the integration steps taken from `steps`.
+fn required_within(steps: &Cell<u64>, p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlipLimit> {
     let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
-    let run = simulate(p, &Input::voltage_step(p, u), [0.0, phi, 0.0, 0.0], SPAN, SPAN)?;
-    Ok(run.friction_coefficient_required.unwrap_or(f64::INFINITY))
+    let mut left = steps.get();
+    let run = simulate_within(
+        &mut left,
+        p,
+        &Input::voltage_step(p, u),
+        [0.0, phi, 0.0, 0.0],
+        SPAN,
+        SPAN,
+    );
+    steps.set(left);
+    Ok(run?.friction_coefficient_required.unwrap_or(f64::INFINITY))
 }
 
 /// The slip limit for the static friction coefficient `mu_s`.
@@ -63,6 +82,14 @@ pub fn required_by_step(p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlip
 /// # Errors
 /// [`NoSlipLimit`].
 pub fn slip_limit(p: &PlanarParameters<f64>, mu_s: f64) -> Result<SlipLimit, NoSlipLimit> {
+    slip_limit_within(SEARCH_STEPS_MAX, p, mu_s)
+}
+
+/// [`slip_limit`], with at most `allowed` integration steps of the responses below the whirl limit.
+///
+/// # Errors
+/// [`NoSlipLimit`] as there.
+pub fn slip_limit_within(allowed: u64, p: &PlanarParameters<f64>, mu_s: f64) -> Result<SlipLimit, NoSlipLimit> {
     let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
     let whirl = critical(p, &Input::voltage_step(p, 0.0), [phi, 0.0, 0.0], Direction::Forward)?
         .ok_or(NoSlipLimit::NeverWhirls)?
@@ -70,10 +97,11 @@ pub fn slip_limit(p: &PlanarParameters<f64>, mu_s: f64) -> Result<SlipLimit, NoS
     // Just inside the whirl limit, so that the last response returns.
     let (hold, end) = (p.beta.sin(), whirl - 1e-9 * (1.0 + whirl.abs()));
     let at = |k: usize| hold + (end - hold) * k as f64 / WALK as f64;
+    let steps = Cell::new(allowed);
     let needed = (0..=WALK)
-        .map(|k| required_by_step(p, at(k)))
+        .map(|k| required_within(&steps, p, at(k)))
         .collect::<Result<Vec<f64>, _>>()?;
-    let of_step = |u: f64| required_by_step(p, u).unwrap_or(f64::INFINITY);
+    let of_step = |u: f64| required_within(&steps, p, u).unwrap_or(f64::INFINITY);
     let worst = needed
         .iter()
         .copied()
@@ -92,6 +120,9 @@ pub fn slip_limit(p: &PlanarParameters<f64>, mu_s: f64) -> Result<SlipLimit, NoS
         Some(k) => Some(root_between(|u| of_step(u) - mu_s, at(k - 1), at(k), 1e-12)),
         None => Some(whirl),
     };
+    if steps.get() == 0 {
+        return Err(OutOfSteps { allowed }.into());
+    }
     Ok(SlipLimit {
         critical_voltage,
         whirl_voltage: whirl,

@@ -8,6 +8,7 @@ use crate::analysis::critical::Direction;
 use crate::analysis::lqr::{Weights, regulator};
 use crate::analysis::series::degrees;
 use crate::commands::planar_arguments::{PlanarArguments, PlanarVehicle, WaveformArguments};
+use crate::commands::si::{Si, WithUnits, beside};
 use crate::commands::span::SpanArguments;
 use crate::commands::values::{LARGEST_INPUT, finite, positive, require, within};
 use report::error::CommandError;
@@ -89,6 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         source,
         beta_name,
     } = arguments.planar.resolve()?;
+    let si = Si::of(&source);
     let bearing = arguments.bearing.into();
     let (carried, camera) = source.coupled(bearing)?;
     let lp = positive("--lp", arguments.lp.unwrap_or(carried.lp))?;
@@ -118,8 +120,15 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
                 "no final voltage within 1000 of the hold voltage whirls or tumbles".into(),
             ));
         };
-        let report = Report::new("coupled", &found)
-            .line("critical voltage", format!("{:.8}", found.critical))
+        let outcome = WithUnits {
+            result: &found,
+            units: si.units(),
+        };
+        let report = Report::new("coupled", &outcome)
+            .line(
+                "critical voltage",
+                beside(format!("{:.8}", found.critical), si.volts(found.critical), "V"),
+            )
             .line("outcome", found.outcome.name());
         return arguments.output.emit(&report);
     }
@@ -132,10 +141,15 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             "the motion cannot be followed beyond t = {reached}"
         )));
     }
-    arguments.output.emit(&report(&result))
+    let outcome = WithUnits {
+        result: &result,
+        units: si.units(),
+    };
+    arguments.output.emit(&report(&outcome))
 }
 
-fn report(result: &CoupledRun) -> Report<'_, CoupledRun> {
+fn report<'a>(outcome: &'a WithUnits<'a, CoupledRun>) -> Report<'a, WithUnits<'a, CoupledRun>> {
+    let result = outcome.result;
     let named = [
         ("t", &result.t),
         ("theta", &result.theta),
@@ -149,7 +163,7 @@ fn report(result: &CoupledRun) -> Report<'_, CoupledRun> {
         ("voltage", &result.voltage),
         ("v", &result.v),
     ];
-    Report::new("coupled", result)
+    Report::new("coupled", outcome)
         .line("outcome", result.outcome.name())
         .line("largest spar angle (deg)", format!("{:.4}", result.psi_max_deg))
         .line("largest arm angle (deg)", format!("{:.4}", result.phi_max_deg))

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::analysis::critical::{Direction, critical};
 use crate::analysis::input::Input;
 use crate::commands::planar_arguments::{LawArguments, PlanarArguments, StartArguments, WaveformArguments};
+use crate::commands::si::{Si, beside};
 use crate::commands::values::{LARGEST_START, available, finite, require, within};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
@@ -56,6 +57,12 @@ Examples:
 struct CriticalJson {
     /// The smallest failing final value; null if none fails.
     critical: Option<f64>,
+    /// The same as the voltage of both motors, V, where a vehicle is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    critical_v: Option<f64>,
+    /// The same as a speed, m/s, where a vehicle is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    critical_m_s: Option<f64>,
     /// The way the arm turns: +1 forward, -1 backward; null if no final value fails.
     whirl_direction: Option<i8>,
     /// Whether the arm turns over even at the hold voltage, so that the search began beyond it.
@@ -91,20 +98,27 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         let (kp, kd) = (arguments.law.kp, arguments.law.kd);
         CommandError::Input(format!("{e} (--zeta is {:?}, --kp is {kp}, --kd is {kd})", p.zeta))
     })?;
+    let (si, value) = (Si::of(&vehicle.source), found.map(|c| c.value));
+    let (critical_v, critical_m_s) = match arguments.quantity {
+        Quantity::Voltage => (value.and_then(|value| si.volts(value)), None),
+        Quantity::Reference => (None, value.and_then(|value| si.speed_m_s(value))),
+    };
     let outcome = CriticalJson {
-        critical: found.map(|c| c.value),
+        critical: value,
+        critical_v,
+        critical_m_s,
         whirl_direction: found.map(|c| c.whirl_direction),
         hold_fails: found.is_some_and(|c| c.hold_fails),
     };
-    let name = match arguments.quantity {
-        Quantity::Voltage => "critical voltage",
-        Quantity::Reference => "critical reference",
+    let (name, in_si, unit) = match arguments.quantity {
+        Quantity::Voltage => ("critical voltage", critical_v, "V"),
+        Quantity::Reference => ("critical reference", critical_m_s, "m/s"),
     };
     let mut report = Report::new("critical", &outcome);
     report = match found {
         None => report.line(name, "none: no final value turns the arm over"),
         Some(c) => report
-            .line(name, format!("{:.10}", c.value))
+            .line(name, beside(format!("{:.10}", c.value), in_si, unit))
             .line(
                 "the arm turns",
                 if c.whirl_direction > 0 { "forward" } else { "backward" },

@@ -4,9 +4,10 @@ use clap::Args;
 use model::dynamics::planar::PlanarParameters;
 use serde::Serialize;
 
-use crate::analysis::envelope::{EnvelopePoint, envelope, slopes};
+use crate::analysis::envelope::{EnvelopeBudget, EnvelopePoint, envelope, slopes};
 use crate::analysis::waveform::Waveform;
 use crate::commands::planar_arguments::{PlanarArguments, ramp_time, require_static_equilibrium};
+use crate::commands::si::Si;
 use crate::commands::values::{finite, slope};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report, progress_bar};
@@ -45,10 +46,10 @@ struct SlopeRange {
 }
 
 /// The most slopes of one envelope.
-const MOST_SLOPES: usize = 100_000;
+const MOST_SLOPES: usize = 1000;
 
 fn slope_range(text: &str) -> Result<SlopeRange, String> {
-    let allowed = "must be MIN:MAX:N with finite MIN <= MAX in rad and N from 1 to 100000, e.g. -0.3:0.7:41";
+    let allowed = "must be MIN:MAX:N with finite MIN <= MAX in rad and N from 1 to 1000, e.g. -0.3:0.7:41";
     let [first, last, count] = text.split(':').collect::<Vec<_>>()[..] else {
         return Err(allowed.into());
     };
@@ -63,7 +64,20 @@ fn slope_range(text: &str) -> Result<SlopeRange, String> {
 /// What the command prints with `--json`.
 #[derive(Debug, Serialize)]
 struct EnvelopeJson {
-    rows: Vec<EnvelopePoint>,
+    rows: Vec<EnvelopeRow>,
+}
+
+/// A point, with what it is in SI where a vehicle is given.
+#[derive(Debug, Serialize)]
+struct EnvelopeRow {
+    #[serde(flatten)]
+    point: EnvelopePoint,
+    /// The slope in degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    beta_deg: Option<f64>,
+    /// The critical voltage as that of both motors, V.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    critical_v: Option<f64>,
 }
 
 /// Runs the command.
@@ -77,7 +91,8 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         beta: Some(0.0),
         ..arguments.vehicle.clone()
     };
-    let p = vehicle.resolve()?.parameters;
+    let vehicle = vehicle.resolve()?;
+    let (p, si) = (vehicle.parameters, Si::of(&vehicle.source));
     for beta in [first, last] {
         slope("--slopes", beta)?;
         require_static_equilibrium("--slopes", &PlanarParameters { beta, ..p })?;
@@ -90,30 +105,38 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     };
     let slopes = slopes(first, last, count);
     let bar = progress_bar(waveforms.len() * slopes.len(), "envelope");
-    let rows = envelope(&p, waveforms, ramp_time, &slopes, || bar.inc(1))
-        .map_err(|e| CommandError::Input(format!("{e} (--zeta is {:?})", p.zeta)))?;
+    let rows = envelope(EnvelopeBudget::default(), &p, waveforms, ramp_time, &slopes, || {
+        bar.inc(1);
+    })
+    .map_err(|e| CommandError::Input(format!("{e} (--zeta is {:?})", p.zeta)))?;
     bar.finish_and_clear();
-    let outcome = EnvelopeJson { rows };
-    arguments.output.emit(&report(&outcome, waveforms, &slopes))
+    let rows = rows.into_iter().map(|point| EnvelopeRow {
+        point,
+        beta_deg: si.degrees(point.beta),
+        critical_v: point.critical.and_then(|voltage| si.volts(voltage)),
+    });
+    let outcome = EnvelopeJson { rows: rows.collect() };
+    arguments.output.emit(&report(&outcome, waveforms, &slopes, si))
 }
 
-fn report<'a>(outcome: &'a EnvelopeJson, waveforms: &[Waveform], slopes: &[f64]) -> Report<'a, EnvelopeJson> {
-    let mut report = Report::new("envelope", outcome).line(
-        "waveform",
-        format!(
-            "critical voltage at beta = {:.4} .. {:.4}",
-            slopes[0],
-            slopes[slopes.len() - 1]
-        ),
-    );
+fn report<'a>(outcome: &'a EnvelopeJson, waveforms: &[Waveform], slopes: &[f64], si: Si) -> Report<'a, EnvelopeJson> {
+    let (first, last) = (slopes[0], slopes[slopes.len() - 1]);
+    let span = match (si.degrees(first), si.degrees(last)) {
+        (Some(from), Some(to)) => format!("critical voltage (V) at beta = {from:.2} .. {to:.2} deg"),
+        _ => format!("critical voltage at beta = {first:.4} .. {last:.4}"),
+    };
+    let mut report = Report::new("envelope", outcome).line("waveform", span);
     let mut columns = Columns::new().with("beta", slopes);
     let mut chart = Chart::new("Whirl limits", "slope beta (rad)", "critical voltage U");
     for (waveform, rows) in waveforms.iter().zip(outcome.rows.chunks(slopes.len())) {
-        let values: Vec<f64> = rows.iter().map(|r| r.critical.unwrap_or(f64::NAN)).collect();
+        let values: Vec<f64> = rows.iter().map(|r| r.point.critical.unwrap_or(f64::NAN)).collect();
         let few = values
             .iter()
             .step_by(values.len().div_ceil(6))
-            .map(|v| format!("{v:.4}"))
+            .map(|v| match si.volts(*v) {
+                Some(volts) => format!("{v:.4} ({volts:.2})"),
+                None => format!("{v:.4}"),
+            })
             .collect::<Vec<_>>();
         report = report.line(waveform.name(), few.join("  "));
         chart = chart.with(Series::new(waveform.name(), slopes, &values));

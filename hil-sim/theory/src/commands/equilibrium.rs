@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::analysis::equilibrium::{poles, static_phi, steady_theta_rate};
 use crate::commands::planar_arguments::{LawArguments, PlanarArguments};
+use crate::commands::si::{Si, beside};
 use crate::commands::values::{LARGEST_INPUT, finite, require, within};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
@@ -35,14 +36,29 @@ Examples:
 struct EquilibriumJson {
     /// Stable equilibrium angle, rad; null if there is none.
     phi: Option<f64>,
+    /// The same in degrees, where a vehicle is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    phi_deg: Option<f64>,
     /// Steady wheel rate, rad per time unit; null if there is none.
     theta_rate: Option<f64>,
+    /// The same as the speed of the axle, m/s, where a vehicle is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    speed_m_s: Option<f64>,
+    /// The voltage of both motors, V, where a vehicle is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    voltage_v: Option<f64>,
     /// Whether the slope is within the static limit.
     exists: bool,
     /// Open-loop poles of (phi, theta', phi'), `[re, im]`.
     poles: Vec<[f64; 2]>,
+    /// The same, 1/s, where a vehicle is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    poles_per_s: Option<Vec<[f64; 2]>>,
     /// Poles under the speed law.
     poles_closed: Vec<[f64; 2]>,
+    /// The same, 1/s, where a vehicle is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    poles_closed_per_s: Option<Vec<[f64; 2]>>,
 }
 
 /// Runs the command.
@@ -50,7 +66,8 @@ struct EquilibriumJson {
 /// # Errors
 /// [`CommandError::Input`] on bad parameters.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let p = arguments.vehicle.resolve()?.parameters;
+    let vehicle = arguments.vehicle.resolve()?;
+    let (p, si) = (vehicle.parameters, Si::of(&vehicle.source));
     let law = arguments.law.resolve(&p)?;
     let hold = p.beta.sin();
     let voltage = within("--voltage", arguments.voltage.unwrap_or(hold), LARGEST_INPUT)?;
@@ -60,12 +77,20 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         require("--voltage", voltage, voltage == hold, &allowed)?;
     }
     let phi = static_phi(&p);
+    let theta_rate = phi.map(|_| steady_theta_rate(&p, voltage));
+    let of = |law| phi.map_or_else(Vec::new, |phi| poles(&p, phi, law).to_vec());
+    let (poles_open, poles_closed) = (of(None), of(Some(&law)));
     let outcome = EquilibriumJson {
         phi,
-        theta_rate: phi.map(|_| steady_theta_rate(&p, voltage)),
+        phi_deg: phi.and_then(|phi| si.degrees(phi)),
+        theta_rate,
+        speed_m_s: theta_rate.and_then(|rate| si.speed_m_s(rate)),
+        voltage_v: si.volts(voltage),
         exists: phi.is_some(),
-        poles: phi.map_or_else(Vec::new, |phi| poles(&p, phi, None).to_vec()),
-        poles_closed: phi.map_or_else(Vec::new, |phi| poles(&p, phi, Some(&law)).to_vec()),
+        poles_per_s: si.poles_per_s(&poles_open),
+        poles: poles_open,
+        poles_closed_per_s: si.poles_per_s(&poles_closed),
+        poles_closed,
     };
     let text = |poles: &[[f64; 2]]| {
         let one = |z: &[f64; 2]| {
@@ -94,12 +119,28 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         ),
         Some(phi) => report
             .line("phi", format!("{phi:.6} rad ({:.3} deg)", phi.to_degrees()))
-            .line("theta_rate", format!("{:.6}", steady_theta_rate(&p, voltage)))
+            .line(
+                "theta_rate",
+                beside(
+                    format!("{:.6}", steady_theta_rate(&p, voltage)),
+                    outcome.speed_m_s,
+                    "m/s",
+                ),
+            )
+            .line("voltage", beside(format!("{voltage:.6}"), outcome.voltage_v, "V"))
             .line("poles, open loop", text(&outcome.poles))
             .line(
                 format!("poles, kp {} kd {}", law.kp, law.kd),
                 text(&outcome.poles_closed),
             ),
     };
+    for (name, poles) in [
+        ("poles, open loop (1/s)", &outcome.poles_per_s),
+        ("poles under the law (1/s)", &outcome.poles_closed_per_s),
+    ] {
+        if let Some(poles) = poles.as_deref().filter(|poles| !poles.is_empty()) {
+            report = report.line(name, text(poles));
+        }
+    }
     arguments.output.emit(&report)
 }

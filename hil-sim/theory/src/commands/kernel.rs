@@ -29,7 +29,7 @@ pub struct Arguments {
     /// Speed at which the arm is to be stopped, m/s: the faster, the less voltage is left
     #[arg(long, value_name = "M_S", default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
     speed: f64,
-    /// Points of the grid to either side, 41 to 801
+    /// Points of the grid to either side, 41 to 321
     #[arg(long, value_name = "N", default_value_t = 161)]
     grid: usize,
     #[command(flatten)]
@@ -44,7 +44,7 @@ Examples:
 /// Share of the supply that the bridges give at most.
 const DUTY_MAX: f64 = DUTY_MAX_PERCENT as f64 / 100.0;
 /// Least and most points of the grid.
-const GRID: std::ops::RangeInclusive<usize> = 41..=801;
+const GRID: std::ops::RangeInclusive<usize> = 41..=321;
 
 /// What the command prints with `--json`.
 #[derive(Debug, Serialize)]
@@ -85,7 +85,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     )?;
     if !GRID.contains(&arguments.grid) {
         return Err(CommandError::Input(format!(
-            "--grid is {}: must be 41 to 801",
+            "--grid is {}: must be 41 to 321",
             arguments.grid
         )));
     }

@@ -11,6 +11,7 @@ pub mod figures;
 pub mod kernel;
 pub mod lqr;
 pub mod planar_arguments;
+pub mod si;
 pub mod simulate;
 pub mod slip_limit;
 pub mod span;

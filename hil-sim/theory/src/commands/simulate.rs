@@ -7,14 +7,15 @@ use crate::analysis::input::Input;
 use crate::analysis::series::last;
 use crate::analysis::simulate::{PlanarRun, simulate, simulate_f32};
 use crate::commands::planar_arguments::{LawArguments, PlanarArguments, StartArguments, WaveformArguments};
+use crate::commands::si::{Si, WithUnits, beside};
 use crate::commands::span::SpanArguments;
 use crate::commands::values::{LARGEST_INPUT, LARGEST_START, available, finite, require, within};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
 use report::plot::{Chart, Columns, Series};
 
-/// The most fixed steps of a run.
-const MOST_FIXED_STEPS: f64 = 1e8;
+/// The most fixed steps of a run: the longest run in the vehicle's own ticks, and seconds of work.
+const MOST_FIXED_STEPS: f64 = 2e7;
 
 /// Flags of `simulate`.
 #[derive(Debug, Args)]
@@ -84,7 +85,12 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         }
         None => simulate(&p, &input, start, t_end, sample).map_err(|e| CommandError::Other(e.to_string()))?,
     };
-    arguments.output.emit(&report(&run))
+    let si = Si::of(&vehicle.source);
+    let outcome = WithUnits {
+        result: &run,
+        units: si.units(),
+    };
+    arguments.output.emit(&report(&outcome, si))
 }
 
 fn input(arguments: &Arguments, p: &PlanarParameters<f64>) -> Result<Input, CommandError> {
@@ -104,7 +110,8 @@ fn input(arguments: &Arguments, p: &PlanarParameters<f64>) -> Result<Input, Comm
     })
 }
 
-fn report(run: &PlanarRun) -> Report<'_, PlanarRun> {
+fn report<'a>(outcome: &'a WithUnits<'a, PlanarRun>, si: Si) -> Report<'a, WithUnits<'a, PlanarRun>> {
+    let run = outcome.result;
     let columns = Columns::named(&[
         ("t", &run.t),
         ("theta", &run.theta),
@@ -126,7 +133,8 @@ fn report(run: &PlanarRun) -> Report<'_, PlanarRun> {
         Some(c) => format!("{c:.6}"),
         None => "no grip is enough: the wheel lifts".to_owned(),
     };
-    Report::new("simulate", run)
+    let (end_rate, end_voltage) = (last(&run.theta_rate), last(&run.voltage));
+    Report::new("simulate", outcome)
         .line("whirled", run.whirled)
         .line(
             "phi_max",
@@ -138,7 +146,14 @@ fn report(run: &PlanarRun) -> Report<'_, PlanarRun> {
         )
         .line("friction_coefficient_required", coefficient)
         .line("lifted", run.lifted)
-        .line("theta_rate at the end", format!("{:.6}", last(&run.theta_rate)))
+        .line(
+            "theta_rate at the end",
+            beside(format!("{end_rate:.6}"), si.speed_m_s(end_rate), "m/s"),
+        )
+        .line(
+            "voltage at the end",
+            beside(format!("{end_voltage:.6}"), si.volts(end_voltage), "V"),
+        )
         .line("phi at the end", format!("{:.6} rad", last(&run.phi)))
         .columns(columns)
         .chart("motion", motion)

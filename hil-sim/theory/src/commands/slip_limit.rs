@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::analysis::slip::slip_limit;
 use crate::commands::planar_arguments::PlanarArguments;
+use crate::commands::si::{Si, beside};
 use crate::commands::values::{finite, not_negative};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
@@ -33,8 +34,14 @@ Examples:
 struct SlipLimitJson {
     /// The largest step without slip; null if the vehicle slides even when it stands.
     critical_voltage: Option<f64>,
+    /// The same as the voltage of both motors, V, where a vehicle is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    critical_voltage_v: Option<f64>,
     /// The smallest step that whirls.
     whirl_voltage: f64,
+    /// The same as the voltage of both motors, V, where a vehicle is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    whirl_voltage_v: Option<f64>,
     /// "slip" or "whirl".
     first: &'static str,
     /// The friction coefficient from which whirl comes first; null if the wheel lifts first.
@@ -46,12 +53,15 @@ struct SlipLimitJson {
 /// # Errors
 /// [`CommandError::Input`] on bad parameters.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let p = arguments.vehicle.resolve()?.in_equilibrium()?;
+    let vehicle = arguments.vehicle.resolve()?;
+    let (p, si) = (vehicle.in_equilibrium()?, Si::of(&vehicle.source));
     let mu_s = not_negative("--mu-s", arguments.mu_s)?;
     let limit = slip_limit(&p, mu_s).map_err(|e| CommandError::Input(format!("{e} (--zeta is {:?})", p.zeta)))?;
     let outcome = SlipLimitJson {
         critical_voltage: limit.critical_voltage,
+        critical_voltage_v: limit.critical_voltage.and_then(|voltage| si.volts(voltage)),
         whirl_voltage: limit.whirl_voltage,
+        whirl_voltage_v: si.volts(limit.whirl_voltage),
         first: if limit.slips_first { "slip" } else { "whirl" },
         mu_s_where_whirl_comes_first: limit.mu_s_where_whirl_comes_first,
     };
@@ -59,9 +69,16 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let report = Report::new("slip-limit", &outcome)
         .line(
             "largest step without slip",
-            number(outcome.critical_voltage, "none: the vehicle slides even when it stands"),
+            beside(
+                number(outcome.critical_voltage, "none: the vehicle slides even when it stands"),
+                outcome.critical_voltage_v,
+                "V",
+            ),
         )
-        .line("whirl limit", format!("{:.6}", outcome.whirl_voltage))
+        .line(
+            "whirl limit",
+            beside(format!("{:.6}", outcome.whirl_voltage), outcome.whirl_voltage_v, "V"),
+        )
         .line("comes first", outcome.first)
         .line(
             "whirl comes first above mu_s",

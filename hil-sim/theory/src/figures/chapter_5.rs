@@ -4,7 +4,7 @@ use model::dynamics::planar::PlanarParameters;
 
 use super::figure::{Entry, Figure, FigureError, Verdict};
 use super::planar_vehicle::{limit, vehicle};
-use crate::analysis::envelope::{envelope, slopes};
+use crate::analysis::envelope::{EnvelopeBudget, envelope, slopes};
 use crate::analysis::equilibrium::sustained_acceleration_limit;
 use crate::analysis::input::Input;
 use crate::analysis::jumps::{Jumps, critical_voltage};
@@ -46,7 +46,8 @@ fn waveforms() -> Result<Figure, FigureError> {
 fn envelopes() -> Result<Figure, FigureError> {
     let beta = slopes(-0.7, 0.78, 75);
     let p = vehicle();
-    let rows = envelope(&p, &Waveform::ALL, RAMP_TIME, &beta, || ()).map_err(FigureError::from_error)?;
+    let rows = envelope(EnvelopeBudget::default(), &p, &Waveform::ALL, RAMP_TIME, &beta, || ())
+        .map_err(FigureError::from_error)?;
     let mut chart = Chart::new(
         "Critical voltage above the hold voltage, T = 5",
         "slope beta (rad)",

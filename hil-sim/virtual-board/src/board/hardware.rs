@@ -56,6 +56,7 @@ pub enum SecondContact {
 
 /// The plant and everything of the board that is not the firmware.
 #[derive(Debug)]
+#[allow(clippy::struct_excessive_bools)] // Independent facts, not the states of one thing.
 pub struct World {
     /// The physical vehicle.
     pub plant: Plant,
@@ -67,6 +68,8 @@ pub struct World {
     pub lamps: (bool, bool),
     /// The records of the ticks, if they are kept.
     pub records: Option<FirstRecords>,
+    /// A host may read the stream of records or the look back.
+    pub records_for_host: bool,
     synced_us: u64,
     bridges: [BridgeState; MOTORS],
     break_tripped: bool,
@@ -83,6 +86,7 @@ impl World {
             second_contact: SecondContact::Follows,
             lamps: (false, false),
             records: None,
+            records_for_host: true,
             synced_us: 0,
             bridges: [BridgeState::Open; MOTORS],
             break_tripped: false,
@@ -106,6 +110,19 @@ impl World {
                 self.bridges = [BridgeState::Open; MOTORS];
             }
         }
+    }
+
+    /// Converts the analogue inputs as they are now. The plant need not follow to half a tick for that.
+    fn analog(&mut self, now_us: u64) -> Analog<u16> {
+        if self.break_input() {
+            self.trip();
+        }
+        let since_s = now_us.saturating_sub(self.synced_us) as f64 * 1e-6;
+        if let Some(converted) = self.plant.analog_after(since_s, &self.bridges) {
+            return converted;
+        }
+        self.sync(now_us);
+        self.plant.analog()
     }
 
     /// Whether the supply has failed the board since it last booted.
@@ -175,7 +192,7 @@ impl AnalogInputs for Hardware {
     type Error = Infallible;
 
     async fn read(&mut self) -> Result<Analog<u16>, Infallible> {
-        Ok(self.now(|world| world.plant.analog()))
+        Ok(self.0.borrow_mut().analog(Instant::now().as_micros()))
     }
 }
 
@@ -234,6 +251,10 @@ impl Recorder for Hardware {
                 records.add(record);
             }
         });
+    }
+
+    fn for_host(&self) -> bool {
+        self.0.borrow().records_for_host
     }
 }
 

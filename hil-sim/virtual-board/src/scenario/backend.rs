@@ -26,6 +26,8 @@ pub trait Backend {
     fn now_us(&self) -> u64;
     /// Runs through instants since the start, in us and in order, and is observed at each.
     fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation));
+    /// Nobody will read the records of the ticks over the link: a board that can save the cost of making them does.
+    fn make_no_records(&mut self) {}
     /// Sends bytes to the board's link.
     fn send(&mut self, bytes: &[u8]);
     /// Does something with the plant as it is now.
@@ -70,6 +72,10 @@ impl Backend for VirtualBackend {
                 received,
             }));
         }
+    }
+
+    fn make_no_records(&mut self) {
+        self.board.world(|world| world.records_for_host = false);
     }
 
     fn send(&mut self, bytes: &[u8]) {

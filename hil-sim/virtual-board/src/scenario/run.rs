@@ -87,6 +87,8 @@ pub fn run_into(
         last_drive: Vec::new(),
     };
     let mut observer = Observer::new(LinkClient::new(scenario.seed as u32), to_host);
+    // The observer reads statuses only.
+    backend.make_no_records();
     let start_us = backend.now_us();
     let mut chocked = scenario.chocked_until_armed;
     if chocked {

@@ -183,6 +183,11 @@ impl Story {
         }
     }
 
+    /// Takes what is over by now.
+    pub fn take(&mut self) -> Vec<StoryEvent> {
+        std::mem::take(&mut self.events)
+    }
+
     /// What happened, with what is still under way.
     pub fn told(mut self) -> RunStory {
         for (spell, spans) in SPELLS.iter().zip(self.spells) {

@@ -7,6 +7,7 @@ use super::governor::{Barrier, Interval, grip};
 use super::limits::Limits;
 use super::observer::{RateObserver, TorqueObserver};
 use super::obstacle::{Obstacle, PushState, Told};
+use super::refusal::SlopeRefusal;
 use super::standing::Unrest;
 use crate::bounded::Bounded;
 use crate::control::LawOutput;
@@ -55,6 +56,7 @@ pub struct LandingLaw {
     /// Time since the law started, in time units.
     age: f32,
     slope_limited: bool,
+    refusal: SlopeRefusal,
 }
 
 impl LandingLaw {
@@ -96,6 +98,7 @@ impl LandingLaw {
             started: false,
             age: 0.0,
             slope_limited: false,
+            refusal: SlopeRefusal::default(),
         }
     }
 
@@ -103,6 +106,7 @@ impl LandingLaw {
     pub fn reset(&mut self, speed_m_s: f32) {
         self.command.reset(speed_m_s / self.scales.speed_m_s);
         self.obstacle = Obstacle::default();
+        self.refusal = SlopeRefusal::default();
         self.pace = 1.0;
         self.acceleration = 0.0;
         self.started = false;
@@ -121,6 +125,11 @@ impl LandingLaw {
     /// The slope is beyond what the arm's weight can carry or the configured grip can hold.
     pub fn slope_limited(&self) -> bool {
         self.slope_limited
+    }
+
+    /// The vehicle was armed on a slope on which it cannot stand.
+    pub fn refuses_slope(&self) -> bool {
+        self.refusal.refuses()
     }
 
     /// The vehicle's inertias as the law has them.
@@ -188,7 +197,12 @@ impl LandingLaw {
             room.backward = room.forward;
             excess = self.obstacle.excess();
         }
-        self.slope_limited = self.limits.too_steep(slope.0, &home);
+        self.slope_limited = self.limits.too_steep(slope.0);
+        self.refusal.update(
+            self.limits.excess(slope.0),
+            input.target_m_s != 0.0 || input.turns,
+            self.tick,
+        );
         let voltage_max = self.scales.voltage_from_si(input.voltage_max_v);
         let target = self.target(input, slope.0, voltage_max, wheel_rate);
         let speed_pole = self.pace * self.design.speed;

@@ -43,8 +43,10 @@ pub(super) struct Limits {
     grip_mu: f32,
     working_sin_phi: f32,
     standing_sin_phi: f32,
+    /// Sine of the steepest slope that the vehicle stands on, its arm within its limits and its wheels gripping.
+    sin_slope_stood: f32,
     /// Sine of the steepest slope that is driven up.
-    sin_slope_max: f32,
+    sin_slope_driven: f32,
     /// The arm's barrier.
     pub(super) barrier: Barrier,
 }
@@ -61,12 +63,15 @@ impl Limits {
         // The slope that the arm's whole weight carries, and the one that grip holds.
         let carried = libm::asinf((balance.alpha_l / balance.mass).bounded(0.0, 1.0));
         let held = libm::atanf(p.control.grip_mu);
+        let standing_sin_phi = sine(phi_max - STANDING_MARGIN_RAD);
+        let sin_slope_stood = (standing_sin_phi * balance.alpha_l / balance.mass).bounded(0.0, sine(held));
         Self {
             acceleration,
             grip_mu: p.control.grip_mu,
             working_sin_phi: sine(WORKING_SHARE * phi_max),
-            standing_sin_phi: sine(phi_max - STANDING_MARGIN_RAD),
-            sin_slope_max: sine(SLOPE_SHARE * carried.bounded(0.0, held)),
+            standing_sin_phi,
+            sin_slope_stood,
+            sin_slope_driven: sine(SLOPE_SHARE * carried.bounded(0.0, held)).bounded(0.0, sin_slope_stood),
             barrier: Barrier::new(balance, phi_max - BARRIER_MARGIN_RAD, torque),
         }
     }
@@ -76,9 +81,14 @@ impl Limits {
         GRIP_SHARE * self.grip_mu
     }
 
-    /// Whether a slope, on which the arm stands at `home`, is steeper than the vehicle drives up.
-    pub(super) fn too_steep(&self, sin_slope: f32, home: &ArmAngle<f32>) -> bool {
-        !home.exists || home.sin.abs() > self.standing_sin_phi || sin_slope.abs() > self.sin_slope_max
+    /// Whether a slope is steeper than the vehicle drives up.
+    pub(super) fn too_steep(&self, sin_slope: f32) -> bool {
+        sin_slope.abs() > self.sin_slope_driven
+    }
+
+    /// By how much the sine of a slope, without its sign, is more than that of the steepest one the vehicle stands on.
+    pub(super) fn excess(&self, sin_slope: f32) -> f32 {
+        sin_slope.abs() - self.sin_slope_stood
     }
 
     /// The largest sine of the arm's angle that is commanded: to accelerate the working limit, or a little more than
@@ -113,4 +123,43 @@ impl Limits {
 /// Sine of an angle within a quarter turn.
 fn sine(angle: f32) -> f32 {
     libm::sinf(angle.bounded(0.0, core::f32::consts::FRAC_PI_2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::landing::LandingLaw;
+    use crate::vehicle::test_vehicle;
+
+    /// The limits of the reference vehicle on ground of the grip `grip_mu`.
+    fn limits(grip_mu: f32) -> Limits {
+        let mut parameters = *test_vehicle::reference().parameters();
+        parameters.control.grip_mu = grip_mu;
+        let vehicle = Vehicle::new(parameters).expect("valid");
+        Limits::new(&vehicle, LandingLaw::new(&vehicle, 0.001).balance(), 0.2)
+    }
+
+    /// Slopes are driven up to 0.95 of the steepest that grip holds, and stood on up to that one.
+    #[test]
+    fn grip_bounds_the_slopes_that_are_driven_and_stood_on() {
+        let limits = limits(0.6);
+        let held = libm::atanf(0.6);
+        for way in [1.0, -1.0] {
+            let sin = |share: f32| way * libm::sinf(share * held);
+            assert!(!limits.too_steep(sin(0.94)) && limits.too_steep(sin(0.96)));
+            assert!(limits.excess(sin(0.999)) < 0.0 && limits.excess(sin(1.001)) > 0.0);
+        }
+    }
+
+    /// Where the ground grips, the arm at its largest standing angle bounds both: alpha L sin(phi) = (1 + S) sin(beta).
+    #[test]
+    fn the_arm_s_weight_bounds_the_slopes_that_are_stood_on() {
+        let limits = limits(1.5);
+        let vehicle = test_vehicle::reference();
+        let standing_rad = vehicle.parameters().safety.phi_max_rad - 0.12;
+        let planar = vehicle.planar(0.0);
+        let stood = planar.alpha * planar.l * libm::sinf(standing_rad) / (1.0 + vehicle.spar_mass_ratio());
+        assert!(limits.excess(0.999 * stood) < 0.0 && limits.excess(1.001 * stood) > 0.0);
+        assert!(limits.too_steep(1.001 * stood));
+    }
 }

@@ -14,6 +14,7 @@ mod law;
 mod limits;
 mod observer;
 mod obstacle;
+mod refusal;
 mod standing;
 
 pub use balance::{Affine, Balance, MotionByTorque};

@@ -1,5 +1,7 @@
 //! Obstacles: whether the vehicle pushes against something that does not move, and how hard it may.
 
+use crate::bounded::Bounded;
+
 /// Advance, m, that counts as progress; and a way back, m, that is no rebound any more.
 const PROGRESS_M: f32 = 0.01;
 const RETREAT_M: f32 = 0.03;
@@ -11,6 +13,9 @@ const TOLD: f32 = 0.03;
 const MISSING: f32 = 0.02;
 /// Time without progress, in time units, after which a vehicle is stuck, besides what a start takes.
 const STUCK_TIME: f32 = 2.0;
+/// Share of the time after which it counts as stuck from which on a vehicle that is told to turn back was stuck: it has taken
+/// the push of its own arm for a hill by then.
+const TURNED_BACK_SHARE: f32 = 0.5;
 /// Time after which a stuck vehicle gives up to push hard, in time units.
 const PUSH_TIME: f32 = 14.0;
 /// Acceleration, g, whose arm angle a stuck vehicle takes: pushing hard, and after it has given up. The latter keeps the
@@ -61,6 +66,9 @@ pub(super) struct Obstacle {
 impl Obstacle {
     /// One tick, for wheels of the radius `length_m`.
     pub(super) fn update(&mut self, told: &Told, tick: f32, length_m: f32) {
+        if self.direction * told.speed < -TOLD && self.time > TURNED_BACK_SHARE * self.stuck_time() {
+            self.time = self.time.bounded(self.stuck_time() + tick, f32::MAX);
+        }
         // Told to back off, a stuck vehicle first lowers its arm, and as long it pushes on.
         let direction = if self.push() == PushState::Stuck && self.direction * (told.reference - told.wheels) > MISSING
         {
@@ -80,13 +88,19 @@ impl Obstacle {
                 start: told.lag + libm::sqrtf(4.0 * PROGRESS_M / (length_m * told.acceleration)),
                 furthest_m: told.distance_m,
             };
-        } else if direction * told.wheels < MOVES_SHARE * direction * told.speed {
+        } else if direction * told.reference > 0.0 && direction * told.wheels < MOVES_SHARE * direction * told.speed {
+            // While the reference is still on its way from the other direction, nothing pushes in this one.
             self.time += tick;
         }
     }
 
+    /// Time without progress after which the vehicle is stuck.
+    fn stuck_time(&self) -> f32 {
+        STUCK_TIME + self.start
+    }
+
     pub(super) fn push(&self) -> PushState {
-        if self.time > STUCK_TIME + self.start {
+        if self.time > self.stuck_time() {
             PushState::Stuck
         } else if self.direction != 0.0 {
             PushState::Perhaps

@@ -5,6 +5,7 @@ use crate::sample::{ImuRaw, ImuSample};
 use crate::vehicle::test_vehicle::reference;
 
 mod blocking;
+mod heat;
 
 /// A supervisor with what a healthy vehicle at rest would show it.
 struct Bench {
@@ -150,6 +151,19 @@ fn a_sensor_with_a_present_fault_is_not_believed() {
     assert_eq!(bench.supervisor.believed(), Believed::ALL);
 }
 
+/// 30 V turn the drive motor 158.5 times per second without load: 162.3 counts of a tick, twice that, and 16.
+#[test]
+fn an_encoder_jumps_beyond_twice_what_the_supply_can_turn_it() {
+    let motor = reference().parameters().drive_motor;
+    assert_eq!(jump_counts(&motor, 30.0), 324 + 16);
+    assert_eq!(jump_counts(&motor, 15.0), 162 + 16);
+    let finer = MotorParameters {
+        encoder_counts_per_rev: 4096.0,
+        ..motor
+    };
+    assert_eq!(jump_counts(&finer, 30.0), 1298 + 16);
+}
+
 /// Every fault that a sensor or a limit shows: what causes it, and after how many ticks it is called one.
 #[test]
 fn each_cause_shows_its_fault_in_time_and_not_before() {
@@ -197,7 +211,7 @@ fn what_a_limit_just_allows_is_no_fault() {
         |b| b.sensed.battery_v = 30.0,
         |b| b.sensed.current_a[1] = -30.0,
         |b| b.estimate.phi_rad = -1.4,
-        |b| b.estimate.spar_rad = 1.0,
+        |b| b.estimate.spar_rad = reference().parameters().safety.spar_max_rad,
         |b| b.command.age_us = 250_000,
         |b| b.sensed.encoder_counts[0] -= 324,
     ];
@@ -309,6 +323,8 @@ fn what_the_boards_self_test_found_blocks_arming() {
         Blocker::BoardOptions,
         Blocker::PartRevision,
         Blocker::Image,
+        Blocker::Unsealed,
+        Blocker::Ram,
     ] {
         let mut bench = Bench::new();
         let mut found = BlockerSet::EMPTY;

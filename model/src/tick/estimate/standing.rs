@@ -77,13 +77,13 @@ impl Standing {
         let [left, right, _] = sensed.relative_rate_rad_s;
         let [left_count, right_count, _] = sensed.encoder_counts;
         let wheels_stand = self.wheels.stand([left_count, right_count], [left, right]) && believed.encoders;
+        let arm = sensed.arm.rate_rad_s;
+        let [arm_bias, ..] = biases_rad_s;
         let [x, z] = sensed.arm_gyro_xz_rad_s;
-        let rates = [sensed.arm.rate_rad_s, x, z];
-        if !believed.arm_imu || self.is_a_bias_wrong(rates, biases_rad_s, wheels_stand && disarmed) {
+        let rates = [arm, x, z];
+        if !believed.arm_imu || disarmed && self.is_a_bias_wrong(rates, biases_rad_s, wheels_stand) {
             self.calibration = Calibration::default();
         }
-        let [arm, ..] = rates;
-        let [arm_bias, ..] = biases_rad_s;
         let arm_stands = if self.calibration.is_done() {
             (arm - arm_bias).abs() < REST_ARM_RAD_S
         } else {
@@ -101,9 +101,12 @@ impl Standing {
             settled: self.settled.update(idle),
             calibrating,
         };
-        let found = self
-            .calibration
-            .update(rates, still && disarmed && is_new(&sensed.arm_imu));
+        let found = if self.calibration.is_done() {
+            None
+        } else {
+            self.calibration
+                .update(rates, still && disarmed && is_new(&sensed.arm_imu))
+        };
         (posture, found)
     }
 

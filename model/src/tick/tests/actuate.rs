@@ -42,7 +42,7 @@ fn each_current_limit_bounds_its_motor_and_raises_its_flag_only() {
     ] {
         for rate_rad_s in [0.0, 3.0, -3.0] {
             let mut sensed = sensed_at_rest();
-            sensed.battery_v = 60.0;
+            sensed.battery_v = 27.5;
             sensed.relative_rate_rad_s[motor] = rate_rad_s;
             for (share, bound) in [(0.99_f32, false), (1.01, true), (-0.99, false), (-1.01, true)] {
                 // What the other motors get is within their limits.
@@ -62,7 +62,7 @@ fn each_current_limit_bounds_its_motor_and_raises_its_flag_only() {
                     output
                         .status
                         .voltage_v
-                        .map(|v| duty(v, 60.0, BoardScales::EXAMPLE.duty_max))
+                        .map(|v| duty(v, 27.5, BoardScales::EXAMPLE.duty_max))
                 );
                 assert!(output.actuation.enable);
             }

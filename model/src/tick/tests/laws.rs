@@ -83,6 +83,22 @@ fn a_turn_to_the_left_drives_the_right_wheel_on_and_the_left_one_back() {
     }
 }
 
+/// A vehicle that stands is slower by the standing law's two thirds: its gears have play. One that turns on the spot has none,
+/// and is as fast as one that drives.
+#[test]
+fn a_vehicle_that_turns_on_the_spot_is_not_as_slow_as_one_that_stands() {
+    let swing_damping_v = |yaw_rate_rad_s: f32| {
+        let mut bench = Bench::new();
+        bench.command.drive.yaw_rate_rad_s = yaw_rate_rad_s;
+        bench.estimate.phi_rad = 0.01;
+        (0..5).fold(0.0, |_, _| bench.tick(ARMED).terms.speed.swing_damping_v)
+    };
+    let (stands_v, turns_v) = (swing_damping_v(0.0), swing_damping_v(0.8));
+    assert!(stands_v < 0.0 && turns_v < 0.0, "{stands_v} V, {turns_v} V");
+    assert!(stands_v / turns_v < 0.6, "{stands_v} V, {turns_v} V");
+    assert!((swing_damping_v(-0.8) / turns_v - 1.0).abs() < 1e-3);
+}
+
 /// Half of the supply at most is steering's: 0.94 of 25 V, halved. Driving has what steering leaves.
 #[test]
 fn steering_takes_half_of_the_supply_and_driving_the_rest() {

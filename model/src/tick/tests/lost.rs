@@ -108,6 +108,18 @@ fn an_imu_that_is_back_on_a_rolling_vehicle_is_aligned_and_shows_no_slide() {
     }
 }
 
+/// A bias that was found stays found, however long the vehicle stands: what it explains is no turn.
+#[test]
+fn a_bias_that_explains_what_the_gyro_shows_is_not_sought_again() {
+    let mut bench = Bench::new();
+    bench.sensed.arm.rate_rad_s = 0.04;
+    bench.sensed.arm_gyro_xz_rad_s = [0.08, -0.07];
+    assert!(bench.ticks(600).calibrated);
+    for tick in 0..5000 {
+        assert!(bench.tick().calibrated, "{tick}");
+    }
+}
+
 /// Encoders that are not believed show no rest: nothing is learnt beside them.
 #[test]
 fn wheels_whose_encoders_are_lost_do_not_stand() {

@@ -327,6 +327,37 @@ fn a_blocked_vehicle_tells_so_and_keeps_the_slope_of_the_ground() {
     }
 }
 
+/// The ground before an obstacle is noted along the way: on a hill that was driven up, it is the hill.
+#[test]
+fn an_obstacle_on_a_hill_stands_on_the_hill() {
+    for way in [1.0_f32, -1.0] {
+        let mut bench = Bench::driving();
+        bench.intent.target_m_s = 0.0;
+        bench.ticks(100);
+        bench.intent = Intent {
+            target_m_s: 0.5 * way,
+            reference_m_s: 0.5 * way,
+            ..Intent::default()
+        };
+        bench.sensed.relative_rate_rad_s = [2.0 * way, 2.0 * way, 0.0];
+        bench.sensed.relative_advance_rad = [0.002 * way, 0.002 * way, 0.0];
+        bench.sensed.arm.rate_rad_s = way * 0.3 / 0.1;
+        bench.ticks(100);
+        bench.sensed.arm = feels([way * libm::sinf(0.3), libm::cosf(0.3)]);
+        let hill_rad = bench.ticks(3000).slope_rad;
+        assert!(hill_rad * way > 0.1, "{hill_rad}");
+        bench.sensed.relative_rate_rad_s = [0.0; 3];
+        bench.sensed.relative_advance_rad = [0.0; 3];
+        let estimate = bench.ticks(1000);
+        assert!(estimate.stalled);
+        assert!(
+            (estimate.slope_rad - hill_rad).abs() < 0.02,
+            "{} of {hill_rad}",
+            estimate.slope_rad
+        );
+    }
+}
+
 /// Pose and heading are those of the estimator before; the calibration is not.
 #[test]
 fn an_estimator_takes_over_the_pose_of_another_one() {
@@ -353,6 +384,11 @@ fn an_estimator_takes_over_the_pose_of_another_one() {
     // The next advance goes along the heading that was taken over, not along half of it.
     bench.sensed.relative_advance_rad = [0.04, 0.04, 0.0];
     let on = bench.tick();
-    let along = libm::atan2f(on.y_m - after.y_m, on.x_m - after.x_m);
-    assert!((along - before.heading_rad).abs() < 1e-3, "{along}");
+    // Nor does the advance of the very first tick.
+    bench.estimator = Estimator::new(&reference()).with_pose_of(&bench.estimator);
+    let first = bench.tick();
+    for (from, to) in [(after, on), (on, first)] {
+        let along = libm::atan2f(to.y_m - from.y_m, to.x_m - from.x_m);
+        assert!((along - before.heading_rad).abs() < 1e-3, "{along}");
+    }
 }

@@ -99,3 +99,32 @@ fn a_vehicle_without_a_spar_senses_no_ballast() {
         );
     }
 }
+
+/// What the counters stood at is the vehicle's, not the parameters': the way of the tick in which they change is not lost.
+#[test]
+fn another_vehicle_takes_over_counts_and_supply() {
+    let mut core = VehicleCore::new(&reference(), &BoardScales::EXAMPLE);
+    let mut sample = resting();
+    sample.encoder_counts = [-7000, 5000, 9000];
+    core.sense(&sample);
+    sample.encoder_counts = [100, -200, 9300];
+    let turned_rad = core.sense(&sample).ballast_turned_rad;
+    core = core.with_vehicle(&reference());
+    sample.encoder_counts = [140, -260, 9310];
+    sample.analog.battery = (20.0 / BoardScales::EXAMPLE.analog.battery.per_count) as u16;
+    let sensed = core.sense(&sample);
+    let rad_per_count = 2.0 * core::f32::consts::PI / (1024.0 * 43.0);
+    for (found, counts) in sensed.relative_advance_rad.into_iter().zip([40.0, -60.0]) {
+        assert!(
+            (found - counts * rad_per_count).abs() < 1e-6,
+            "{found} rad for {counts} counts"
+        );
+    }
+    let ballast_rad = sensed.ballast_turned_rad / turned_rad;
+    assert!((ballast_rad - 310.0 / 300.0).abs() < 1e-5, "{ballast_rad}");
+    assert!(
+        sensed.battery_v > 24.0,
+        "the supply is filtered on: {} V",
+        sensed.battery_v
+    );
+}

@@ -35,6 +35,7 @@ pub mod crash;
 mod cycle_counter;
 mod encoders;
 mod flight_record;
+mod image;
 mod lamps;
 pub mod link;
 mod ram;

@@ -4,7 +4,8 @@ use embassy_stm32::pac;
 use firmware::drive_board::{HISTORY_SECTORS, PARAMETER_SECTORS, SECTORS_PER_BANK};
 use model::supervise::codes::{Blocker, BlockerSet};
 
-use super::storage;
+use super::image::{self, ImageState};
+use super::ram;
 
 /// Brown-out level 3 of the option bytes: the part is held in reset below 2.7 V. The factory's level 0 lets the core run
 /// down to 1.7 V, below what its clock and the bridges' drivers need.
@@ -18,17 +19,25 @@ pub fn run(break_works: bool) -> BlockerSet {
     let mut blockers = BlockerSet::EMPTY;
     let revision = pac::DBGMCU.idc().read().rev_id();
     defmt::info!("self-test: silicon revision {=u16:#06x}", revision);
+    let image = image::check();
     for (blocker, passed) in [
         (Blocker::BreakPath, break_works),
         (Blocker::BoardOptions, options_are_right()),
         (Blocker::PartRevision, revision >= FIRST_REVISION),
-        (Blocker::Image, storage::image_is_readable()),
+        (Blocker::Image, image != ImageState::Damaged),
+        (Blocker::Unsealed, image != ImageState::Unsealed),
+        (Blocker::Ram, ram::keeps_what_is_written()),
     ] {
         if passed {
             defmt::info!("self-test: {=str} passed", blocker.name());
         } else {
             blockers.insert(blocker);
-            defmt::error!("self-test: {=str}: {=str}", blocker.name(), blocker.meaning());
+            defmt::error!(
+                "self-test: {=str}: {=str} {=str}",
+                blocker.name(),
+                blocker.meaning(),
+                blocker.remedy()
+            );
         }
     }
     blockers

@@ -207,6 +207,17 @@ fn a_current_follows_by_half_and_is_dead_below_a_quarter() {
     assert_eq!(following(0.5, 1.0, 3), CurrentResponse::Follows);
 }
 
+/// Steady loads, offsets and ramps are no changes, and the first two values tell nothing.
+#[test]
+fn a_second_difference_leaves_steady_values_and_ramps_out() {
+    let mut difference = SecondDifference::default();
+    let seconds = [3.0, 4.0, 5.0, 6.0, 6.0, 6.0, 10.0].map(|value| difference.update(value));
+    assert_eq!(
+        seconds,
+        [None, None, Some(0.0), Some(0.0), Some(-1.0), Some(0.0), Some(4.0)]
+    );
+}
+
 /// One jump, as of a sensor that dies, outweighs nothing.
 #[test]
 fn one_jump_of_the_current_does_not_hide_a_dead_sensor() {
@@ -266,9 +277,14 @@ fn a_stuck_encoder_is_found_by_the_way_that_the_motor_has_surely_gone() {
 /// Five counts away the encoder has moved on, four it has not: one of its two lines may be dead.
 #[test]
 fn an_encoder_moves_on_by_more_than_four_counts() {
-    for (counts, silent) in [(4, true), (-4, true), (5, false), (-5, false)] {
-        let mut silence = Silence::default();
-        let found = (1..=1000).any(|tick| silence.update(tick % 2 * counts, 0.001, CurrentResponse::Follows));
-        assert_eq!(found, silent, "{counts}");
+    for place in [0, 70_000, -70_000, i64::MAX] {
+        for (counts, silent) in [(4, true), (-4, true), (5, false), (-5, false)] {
+            let mut silence = Silence::default();
+            let found = (1..=1000).any(|tick| {
+                let count = place.wrapping_add(tick % 2 * counts);
+                silence.update(count, 0.001, CurrentResponse::Follows)
+            });
+            assert_eq!(found, silent, "{counts} at {place}");
+        }
     }
 }

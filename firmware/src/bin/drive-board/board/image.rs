@@ -1,0 +1,99 @@
+//! The image of the firmware in the flash: whether every word of it can be read, and is the one that was built.
+
+use core::mem::offset_of;
+
+use crc::{CRC_32_ISCSI, Crc};
+use firmware::built_in::BUILD_HASH;
+use firmware::drive_board::FLASH_WORD_BYTES;
+use firmware::image_seal::{
+    BUILD_AT, ERASED, FLASH_START, IMAGE_MAX, MARKER, MISSING, NUMBERS_AT, NUMBERS_BYTES, VERSION_AT,
+};
+use firmware::link::VERSION;
+
+use super::storage::{StorageError, read_guarded};
+
+/// The seal. Marker and numbers lie within one word of the flash.
+#[repr(C, align(32))]
+struct Seal {
+    marker: [u32; 4],
+    length: u32,
+    checksum: u32,
+    build: u32,
+    version: [u16; 3],
+}
+
+const _: () = assert!(offset_of!(Seal, length) == NUMBERS_AT && align_of::<Seal>() == FLASH_WORD_BYTES);
+const _: () = assert!(offset_of!(Seal, build) == BUILD_AT && offset_of!(Seal, version) == VERSION_AT);
+
+/// Linked without its numbers, which `seal-image` writes into the ELF: read as the flash has it, never as it is written
+/// here.
+#[used]
+static SEAL: Seal = Seal {
+    marker: MARKER,
+    length: MISSING,
+    checksum: MISSING,
+    build: BUILD_HASH,
+    version: VERSION,
+};
+
+const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
+
+/// What the flash holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ImageState {
+    /// The firmware that was built.
+    Whole,
+    /// A firmware without the numbers of its seal.
+    Unsealed,
+    /// A word that cannot be read, or another firmware than the one that was built.
+    Damaged,
+}
+
+/// Reads the image, constants and the initial values of variables included: a word that no longer can be read would
+/// fault when the firmware comes to it, perhaps while driving.
+pub fn check() -> ImageState {
+    match try_check() {
+        Ok(state) => state,
+        Err(_) => ImageState::Damaged,
+    }
+}
+
+fn try_check() -> Result<ImageState, StorageError> {
+    let seal = &raw const SEAL as usize;
+    let mut word = [0; FLASH_WORD_BYTES];
+    read_guarded(seal, &mut word)?;
+    let number = |at: usize| {
+        let bytes = word.get(at..at + 4).and_then(|bytes| bytes.try_into().ok());
+        bytes.map_or(MISSING, u32::from_le_bytes)
+    };
+    let (length, checksum) = (number(offset_of!(Seal, length)), number(offset_of!(Seal, checksum)));
+    if length == MISSING {
+        return Ok(ImageState::Unsealed);
+    }
+    defmt::info!(
+        "self-test: image of {=u32} bytes, checksum {=u32:08x}",
+        length,
+        checksum
+    );
+    if length > IMAGE_MAX {
+        return Ok(ImageState::Damaged);
+    }
+    let start = FLASH_START as usize;
+    let end = start + length as usize;
+    let mut digest = CHECKSUM.digest();
+    for address in (start..end).step_by(FLASH_WORD_BYTES) {
+        read_guarded(address, &mut word)?;
+        if address == seal
+            && let Some(numbers) = word.get_mut(NUMBERS_AT..NUMBERS_AT + NUMBERS_BYTES)
+        {
+            numbers.fill(ERASED);
+        }
+        let left = (end - address).min(FLASH_WORD_BYTES);
+        digest.update(word.get(..left).unwrap_or_default());
+    }
+    Ok(if digest.finalize() == checksum {
+        ImageState::Whole
+    } else {
+        ImageState::Damaged
+    })
+}

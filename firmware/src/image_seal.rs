@@ -1,0 +1,27 @@
+//! The seal of a firmware's image: its length and checksum, written into the image after linking.
+//!
+//! The board's build links a seal whose numbers are still missing. `seal-image` (in `hil-sim/hil-elf/`, which includes
+//! this file too) finds the seal by its marker in what the ELF puts into the flash, and writes the numbers. At each boot
+//! the board computes them anew. Beside the numbers the seal tells who the firmware is, for whoever has its image alone.
+//!
+//! The checksum is CRC-32C (ISCSI) over every byte from the start of the flash to the end of the image, gaps as the
+//! erased flash has them ([`ERASED`]), and the numbers themselves as if they were missing.
+
+/// What a seal begins with: sixteen bytes that nothing else in an image has.
+pub const MARKER: [u32; 4] = [0x9B1D_55E3, 0x4C0A_F7A1, 0xD26E_813B, 0x37F4_2C90];
+/// Bytes from the start of a seal to its numbers: the length of the image in bytes, and the checksum.
+pub const NUMBERS_AT: usize = 16;
+/// Bytes of the numbers.
+pub const NUMBERS_BYTES: usize = 8;
+/// Bytes from the start of a seal to the build's hash, which the link does write: 32 bits.
+pub const BUILD_AT: usize = 24;
+/// Bytes from the start of a seal to the firmware's version, which the link does write: major, minor, patch, 16 bits each.
+pub const VERSION_AT: usize = 28;
+/// A number that is missing.
+pub const MISSING: u32 = u32::MAX;
+/// A byte of the erased flash.
+pub const ERASED: u8 = 0xFF;
+/// Where the image begins in the part's memory.
+pub const FLASH_START: u32 = 0x0800_0000;
+/// Longest image, bytes: the bank that holds it.
+pub const IMAGE_MAX: u32 = 1024 * 1024;

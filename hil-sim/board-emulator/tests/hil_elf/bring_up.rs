@@ -1,0 +1,95 @@
+//! The bring-up procedure over the link of the emulated board: what it needs of the real protocol, at the real ELF.
+
+use std::io;
+use std::sync::Arc;
+
+use board_emulator::run::Emulation;
+use board_emulator::time::MS;
+use hil_sim::cli::bring_up::carry_out;
+use hil_sim::cli::bring_up::person::Person;
+use hil_sim::cli::bring_up::procedure::BringUpExtent;
+use hil_sim::cli::bring_up::verdict::StepVerdict;
+use hil_sim::cli::link::console::Console;
+use hil_sim::cli::link::session::Link;
+use hil_sim::cli::link::wire::Wire;
+use report::error::CommandError;
+
+use crate::support::ready;
+
+/// How long one read of the tool waits, ms.
+const READ_MS: u64 = 5;
+
+/// The emulated board's host link.
+struct EmulatedWire {
+    emulation: Emulation,
+    /// What has come and has not been read yet.
+    waiting: Vec<u8>,
+}
+
+impl Wire for EmulatedWire {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.emulation.send(bytes).map_err(io::Error::other)
+    }
+
+    fn receive(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        if self.waiting.is_empty() {
+            self.emulation.run_for(READ_MS * MS).map_err(io::Error::other)?;
+            self.waiting = self.emulation.receive();
+        }
+        let length = bytes.len().min(self.waiting.len());
+        for (slot, byte) in bytes.iter_mut().zip(self.waiting.drain(..length)) {
+            *slot = byte;
+        }
+        Ok(length)
+    }
+
+    fn now_us(&self) -> u64 {
+        self.emulation.now() * 1000 / MS
+    }
+}
+
+/// Nobody's hands reach the emulated vehicle.
+struct NoHands;
+
+impl Person for NoHands {
+    fn reply(&mut self, _: &str) -> Result<Option<String>, CommandError> {
+        Ok(Some("s".into()))
+    }
+}
+
+/// Every step that needs no hands passes; the others are not shown, and the vehicle is not armed.
+#[test]
+fn the_bring_up_procedure_runs_on_the_board() {
+    let mut wire = Some(EmulatedWire {
+        emulation: ready().emulation,
+        waiting: Vec::new(),
+    });
+    let mut reopen = || {
+        let wire = wire
+            .take()
+            .ok_or_else(|| CommandError::Other("the wire is gone".into()))?;
+        Ok(Link::new(wire, 77, Arc::default()))
+    };
+    let extent = BringUpExtent {
+        simulated: true,
+        cold_starts: 1,
+        power_cuts: 1,
+    };
+    let mut console = Console(Vec::new());
+    let report = carry_out(&mut reopen, NoHands, &mut console, extent).expect("carried out");
+    let passed: Vec<&str> = report
+        .steps
+        .iter()
+        .filter(|line| line.finding.verdict == StepVerdict::Passed)
+        .map(|line| line.title)
+        .collect();
+    assert_eq!(
+        passed,
+        ["identity", "clock", "current zeros", "store"],
+        "{}",
+        report.text()
+    );
+    assert_eq!(report.count(StepVerdict::Failed), 0, "{}", report.text());
+    let told = String::from_utf8(console.0).expect("text");
+    assert!(!told.contains("Armed after Enter"), "{told}");
+}

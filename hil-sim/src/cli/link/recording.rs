@@ -1,0 +1,192 @@
+//! The stream of records, and the look back after a fault, into a file.
+
+use std::io::Write;
+
+use firmware::events::{Line, LogBlock};
+use firmware::protocol::message::{Order, Read, Reading};
+use firmware::records::codec::{RecordBlock, Records};
+use report::error::CommandError;
+use virtual_board::words::{event_words, is_trouble};
+
+use super::memory::{beyond, strange};
+use super::session::Link;
+use super::wire::Wire;
+use crate::cli::record_file::run::StatusStory;
+use crate::cli::record_file::writer::RecordWriter;
+
+/// How often the board is asked for the new lines of its log, us.
+const LOG_US: u64 = 500_000;
+
+/// What was recorded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Recorded {
+    /// Blocks written.
+    pub blocks: u32,
+    /// Ticks in them.
+    pub ticks: u64,
+    /// Blocks that the board made and that did not arrive.
+    pub lost: u32,
+}
+
+impl Recorded {
+    /// One line for the user.
+    pub fn line(&self) -> String {
+        let Self { blocks, ticks, lost } = self;
+        format!("{ticks} ticks in {blocks} blocks, {lost} blocks lost")
+    }
+
+    /// Writes a block.
+    fn write<O: Write>(&mut self, block: RecordBlock, out: &mut RecordWriter<O>) -> Result<(), CommandError> {
+        self.blocks += 1;
+        self.ticks += Records::new(&block.bytes).flatten().count() as u64;
+        out.block(block)
+    }
+}
+
+/// The board's log, asked for while something else goes on.
+#[derive(Debug, Default)]
+struct LogFollower {
+    /// The number of the next line.
+    from: u32,
+    /// The number of the question that is not answered yet, and when the last one was asked, us.
+    asked: Option<u32>,
+    asked_us: u64,
+}
+
+impl LogFollower {
+    /// Asks for new lines if it is time to, and writes those that have come.
+    fn follow<W: Wire, O: Write>(&mut self, link: &mut Link<W>, out: &mut RecordWriter<O>) -> Result<(), CommandError> {
+        let now_us = link.wire.now_us();
+        if let Some(sequence) = self.asked
+            && let Some(reading) = link.client.reading_of(sequence)
+        {
+            self.asked = None;
+            let Reading::Log(block) = reading else {
+                return Err(strange());
+            };
+            self.write(&block, out)?;
+        }
+        // A question whose answer got lost is asked again.
+        if now_us - self.asked_us >= LOG_US {
+            self.asked = Some(link.give(Order::Read(Read::Log { from: self.from }))?);
+            self.asked_us = now_us;
+        }
+        Ok(())
+    }
+
+    fn write<O: Write>(&mut self, block: &LogBlock, out: &mut RecordWriter<O>) -> Result<(), CommandError> {
+        for (number, Line { time_us, event }) in (block.first..).zip(&block.lines) {
+            if let Some(next) = beyond(number, self.from) {
+                let level = if is_trouble(*event) { "WARN" } else { "INFO" };
+                out.log(*time_us, level, &event_words(*event))?;
+                self.from = next;
+            }
+        }
+        Ok(())
+    }
+}
+
+impl<W: Wire> Link<W> {
+    /// Writes the stream of records to `out`, behind the board's identity, for `seconds` or until the user asks to stop;
+    /// beside it, where the file keeps them, parameters, statuses, events and log. A board that boots meanwhile is asked
+    /// for its records from the first tick on.
+    ///
+    /// # Errors
+    /// Silence, or `out` takes no more.
+    pub fn record<O: Write>(&mut self, seconds: f64, out: &mut RecordWriter<O>) -> Result<Recorded, CommandError> {
+        let from_us = self.wire.now_us();
+        let length_us = (seconds * 1e6) as u64;
+        let mut recorded = Recorded::default();
+        let mut story = StatusStory::default();
+        let mut log = LogFollower::default();
+        let mut started = false;
+        // Who the board is stands in front of its records; a file without a record stays empty.
+        let mut unwritten = None;
+        // The parameters in force go behind it.
+        let mut untold_vehicle = false;
+        // Number of the next block, once there has been one: what went before the first is no loss.
+        let mut next: Option<u32> = None;
+        while self.wire.now_us() - from_us < length_us && self.interrupts() == 0 {
+            let Some(identity) = self.client.identity().copied() else {
+                self.identify()?;
+                started = false;
+                continue;
+            };
+            if !started {
+                unwritten = Some(identity);
+                self.client.records.clear();
+                self.order(Order::Recording { from: Some(0) })?;
+                (started, next) = (true, None);
+                log = LogFollower::default();
+            }
+            self.listen()?;
+            while let Some(block) = self.client.records.pop_front() {
+                recorded.lost += next.map_or(0, |next| block.number.wrapping_sub(next));
+                next = Some(block.number.wrapping_add(1));
+                if let Some(identity) = unwritten.take() {
+                    out.identity(&identity)?;
+                    untold_vehicle = out.keeps_all();
+                }
+                recorded.write(block, out)?;
+            }
+            if std::mem::take(&mut untold_vehicle) {
+                // Meanwhile the client keeps the blocks. A board of other parameters is recorded without them.
+                if let Ok(parameters) = self.parameters() {
+                    out.vehicle(vehicle_file::to_toml(&parameters))?;
+                }
+            }
+            if !out.keeps_all() || unwritten.is_some() || self.client.identity().is_none() {
+                continue;
+            }
+            if let Some(status) = self.client.status.take() {
+                out.status(&status.vehicle)?;
+                story
+                    .add(&status.vehicle)
+                    .iter()
+                    .try_for_each(|event| out.event(event))?;
+            }
+            log.follow(self, out)?;
+        }
+        self.order(Order::Recording { from: None })?;
+        if out.keeps_all() && unwritten.is_none() {
+            story.ended().iter().try_for_each(|event| out.event(event))?;
+            self.log_from(log.from, |block, _| log.write(block, out))?;
+        }
+        Ok(recorded)
+    }
+
+    /// Writes the look back to `out`, behind the board's identity.
+    ///
+    /// # Errors
+    /// There is none: no fault has occurred since the vehicle was last armed. Silence, or `out` takes no more.
+    pub fn look_back<O: Write>(&mut self, out: &mut RecordWriter<O>) -> Result<Recorded, CommandError> {
+        let mut unwritten = self.client.identity().copied();
+        let mut recorded = Recorded::default();
+        let mut from = 0;
+        loop {
+            match self.read_memory(Read::LookBack { from })? {
+                Reading::LookBack { frozen: false, .. } => {
+                    return Err(CommandError::Checks(
+                        "no fault has occurred since the vehicle was last armed: there is nothing to look back at"
+                            .into(),
+                    ));
+                }
+                Reading::LookBack { block: Some(block), .. } => {
+                    let Some(after) = beyond(block.number, from) else {
+                        return Err(strange());
+                    };
+                    if recorded.blocks > 0 {
+                        recorded.lost += block.number.wrapping_sub(from);
+                    }
+                    from = after;
+                    if let Some(identity) = unwritten.take() {
+                        out.identity(&identity)?;
+                    }
+                    recorded.write(block, out)?;
+                }
+                Reading::LookBack { block: None, .. } => return Ok(recorded),
+                Reading::Log(_) | Reading::Faults(_) => return Err(strange()),
+            }
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Records out of an MCAP file, also out of one that breaks off or has spoilt bytes in it.
+//!
+//! The library's readers drop the chunk in which a file breaks off; here every whole message in it counts. What a
+//! record of MCAP means the library says.
+
+use mcap::MAGIC;
+use mcap::parse_record;
+use mcap::records::{Record, op};
+
+use super::mcap_writer::{FRAMES_TOPIC, VEHICLE_KEY, VEHICLE_METADATA};
+
+/// Bytes of a record before its body: its kind and its length.
+const HEAD: usize = 1 + 8;
+/// Bytes of a chunk before the records in it, if they are not compressed: begin, end, length, checksum, the compression's
+/// empty name, length.
+const CHUNK_HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
+
+/// What an MCAP file holds of a drive.
+#[derive(Debug, Default)]
+pub struct McapContents {
+    /// The link's own frames, one after the other.
+    pub frames: Vec<u8>,
+    /// The text of the vehicle file of the set in force.
+    pub vehicle: Option<String>,
+    /// How the chunks are compressed, where they are: no record in them is read.
+    pub compression: Option<String>,
+}
+
+/// The contents of a file, as far as it goes; `None` if it is no MCAP file.
+pub fn contents(bytes: &[u8]) -> Option<McapContents> {
+    let mut contents = McapContents::default();
+    let mut channel = None;
+    contents.read(bytes.strip_prefix(MAGIC)?, &mut channel, false);
+    Some(contents)
+}
+
+impl McapContents {
+    /// Reads records one after the other; `channel` is the number of the channel of frames, once it is known.
+    fn read(&mut self, mut rest: &[u8], channel: &mut Option<u16>, in_chunk: bool) {
+        while let Some((head, after)) = rest.split_first_chunk::<HEAD>() {
+            let [kind, length @ ..] = *head;
+            let length = usize::try_from(u64::from_le_bytes(length)).unwrap_or(usize::MAX);
+            let (body, next) = after.split_at(length.min(after.len()));
+            rest = next;
+            match kind {
+                op::CHUNK if !in_chunk => self.read_chunk(body, channel),
+                // The last record of a file that breaks off.
+                _ if body.len() < length => {}
+                op::CHANNEL | op::MESSAGE | op::METADATA => match parse_record(kind, body) {
+                    Ok(Record::Channel(found)) if found.topic == FRAMES_TOPIC => *channel = Some(found.id),
+                    Ok(Record::Message { header, data }) if Some(header.channel_id) == *channel => {
+                        self.frames.extend_from_slice(&data);
+                    }
+                    Ok(Record::Metadata(mut found)) if found.name == VEHICLE_METADATA => {
+                        self.vehicle = found.metadata.remove(VEHICLE_KEY);
+                    }
+                    // Of no concern here, or spoilt.
+                    _ => {}
+                },
+                _ => {}
+            }
+        }
+    }
+
+    fn read_chunk(&mut self, body: &[u8], channel: &mut Option<u16>) {
+        if let Ok(Record::Chunk { header, .. }) = parse_record(op::CHUNK, body)
+            && !header.compression.is_empty()
+        {
+            self.compression = Some(header.compression);
+        } else if let Some(records) = body.get(CHUNK_HEAD..) {
+            self.read(records, channel, true);
+        }
+    }
+}

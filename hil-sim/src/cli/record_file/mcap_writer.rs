@@ -1,0 +1,174 @@
+//! Records as an MCAP file (<https://mcap.dev>), which the field's tools open: typed channels of JSON, and beside them
+//! the record of every tick as the link's own frames.
+
+use std::collections::BTreeMap;
+use std::io::Write;
+
+use mcap::records::MessageHeader;
+use mcap::write::{Metadata, NoSeek};
+use mcap::{McapError, WriteOptions, Writer};
+use report::error::CommandError;
+use serde::Serialize;
+
+use super::messages::TypedChannel;
+
+/// The channel of the link's own frames.
+pub const FRAMES_TOPIC: &str = "/records";
+/// How its messages are encoded: each is one frame.
+const FRAMES_ENCODING: &str = "biplanar-frame";
+/// The metadata with the vehicle file of the set in force, and the key of its text.
+pub const VEHICLE_METADATA: &str = "vehicle";
+/// The key of the vehicle file's text.
+pub const VEHICLE_KEY: &str = "vehicle.toml";
+
+/// Time after which what was written must be readable whatever happens, us of the board's time.
+const FLUSH_US: u64 = 500_000;
+
+/// An MCAP file that is being written. It begins with its first message: a file without one stays empty.
+pub struct McapWriter<W: Write> {
+    /// Until the file begins.
+    out: Option<W>,
+    begun: Option<Box<BegunFile<W>>>,
+}
+
+struct BegunFile<W: Write> {
+    writer: Writer<NoSeek<W>>,
+    frames: Sequence,
+    typed: [Sequence; TypedChannel::ALL.len()],
+    flushed_us: u64,
+}
+
+/// A channel's number and that of its next message.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sequence {
+    id: u16,
+    next: u32,
+}
+
+impl<W: Write> McapWriter<W> {
+    /// A file that goes to `out`.
+    pub fn new(out: W) -> Self {
+        Self {
+            out: Some(out),
+            begun: None,
+        }
+    }
+
+    fn begun(&mut self) -> Result<&mut BegunFile<W>, CommandError> {
+        if let Some(out) = self.out.take() {
+            self.begun = Some(Box::new(BegunFile::begin(out).map_err(not_written)?));
+        }
+        self.begun
+            .as_deref_mut()
+            .ok_or_else(|| CommandError::Other("output: the file has failed before".into()))
+    }
+
+    /// Writes one frame of the link, of the time `time_us`, us since the board's boot.
+    ///
+    /// # Errors
+    /// [`CommandError::Other`]: the output takes no more.
+    pub fn frame(&mut self, time_us: u64, frame: &[u8]) -> Result<(), CommandError> {
+        let begun = self.begun()?;
+        let header = begun.frames.header(time_us);
+        begun.message(&header, time_us, frame).map_err(not_written)
+    }
+
+    /// Writes a message of a typed channel.
+    ///
+    /// # Errors
+    /// As [`McapWriter::frame`].
+    pub fn typed(&mut self, channel: TypedChannel, time_us: u64, message: &impl Serialize) -> Result<(), CommandError> {
+        let json = serde_json::to_vec(message).map_err(|error| CommandError::Other(error.to_string()))?;
+        let begun = self.begun()?;
+        let header = begun.typed[channel as usize].header(time_us);
+        begun.message(&header, time_us, &json).map_err(not_written)
+    }
+
+    /// Writes what belongs to the file as a whole: words by their names.
+    ///
+    /// # Errors
+    /// As [`McapWriter::frame`].
+    pub fn metadata(&mut self, name: &str, words: BTreeMap<String, String>) -> Result<(), CommandError> {
+        let metadata = Metadata {
+            name: name.to_owned(),
+            metadata: words,
+        };
+        self.begun()?.writer.write_metadata(&metadata).map_err(not_written)
+    }
+
+    /// Writes the index of the file; the output.
+    ///
+    /// # Errors
+    /// As [`McapWriter::frame`].
+    pub fn finish(self) -> Result<W, CommandError> {
+        match (self.out, self.begun) {
+            (Some(out), _) => Ok(out),
+            (None, Some(mut begun)) => {
+                begun.writer.finish().map_err(not_written)?;
+                Ok(begun.writer.into_inner().into_inner())
+            }
+            (None, None) => Err(CommandError::Other("output: the file has failed before".into())),
+        }
+    }
+}
+
+impl<W: Write> BegunFile<W> {
+    /// Chunks are cut by time, and kept in memory until they are whole: what was flushed stays readable.
+    fn begin(out: W) -> Result<Self, McapError> {
+        let options = WriteOptions::new()
+            .compression(None)
+            .chunk_size(None)
+            .disable_seeking(true)
+            .library("hil-sim");
+        let mut writer = options.create(NoSeek::new(out))?;
+        let none = BTreeMap::new();
+        let frames = Sequence::of(writer.add_channel(0, FRAMES_TOPIC, FRAMES_ENCODING, &none)?);
+        let mut typed = [Sequence::default(); TypedChannel::ALL.len()];
+        for (slot, channel) in typed.iter_mut().zip(TypedChannel::ALL) {
+            let schema = channel.schema().map_err(std::io::Error::from)?.to_string();
+            let schema = writer.add_schema(channel.schema_name(), "jsonschema", schema.as_bytes())?;
+            *slot = Sequence::of(writer.add_channel(schema, channel.topic(), "json", &none)?);
+        }
+        Ok(Self {
+            writer,
+            frames,
+            typed,
+            flushed_us: 0,
+        })
+    }
+
+    fn message(&mut self, header: &MessageHeader, time_us: u64, bytes: &[u8]) -> Result<(), McapError> {
+        // Either way: a board that boots anew begins with 0 again.
+        if time_us.abs_diff(self.flushed_us) >= FLUSH_US {
+            self.writer.flush()?;
+            self.flushed_us = time_us;
+        }
+        self.writer.write_to_known_channel(header, bytes)
+    }
+}
+
+impl Sequence {
+    fn of(id: u16) -> Self {
+        Self { id, next: 0 }
+    }
+
+    /// The header of the channel's next message. MCAP counts in ns; here since the board's boot.
+    fn header(&mut self, time_us: u64) -> MessageHeader {
+        let sequence = self.next;
+        self.next = sequence.wrapping_add(1);
+        let time_ns = time_us.saturating_mul(1000);
+        MessageHeader {
+            channel_id: self.id,
+            sequence,
+            log_time: time_ns,
+            publish_time: time_ns,
+        }
+    }
+}
+
+fn not_written(error: McapError) -> CommandError {
+    match error {
+        McapError::Io(error) => CommandError::Other(format!("output: {error}")),
+        error => CommandError::Other(format!("output: {error}")),
+    }
+}

@@ -1,0 +1,82 @@
+//! What a command says in SI units beside its nondimensional numbers, where a vehicle file gives the scales.
+
+use model::vehicle::Scales;
+use serde::Serialize;
+use vehicle_file::VehicleFile;
+
+use crate::commands::vehicle_argument::Source;
+
+/// The scales of a whole vehicle; without one, there is nothing to say in SI. No flag that overrides a nondimensional
+/// parameter changes them: they are those of radius, mass and motors (3.10), (3.11).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Si(Option<Scales<f64>>);
+
+impl Si {
+    /// The scales of the vehicle that the parameters come from.
+    pub fn of(source: &Source) -> Self {
+        Self(match source {
+            Source::File(_, VehicleFile::Vehicle(vehicle)) => Some(vehicle.scales()),
+            Source::Thesis | Source::File(_, VehicleFile::Planar(_)) => None,
+        })
+    }
+
+    /// A nondimensional voltage as that of both drive motors, V.
+    pub fn volts(self, voltage: f64) -> Option<f64> {
+        self.0.map(|scales| scales.voltage_to_si(voltage))
+    }
+
+    /// A wheel rate theta' as the speed of the axle, m/s.
+    pub fn speed_m_s(self, theta_rate: f64) -> Option<f64> {
+        self.0.map(|scales| theta_rate * scales.speed_m_s)
+    }
+
+    /// An angle in degrees, where anything is said in SI.
+    pub fn degrees(self, angle: f64) -> Option<f64> {
+        self.0.map(|_| angle.to_degrees())
+    }
+
+    /// Poles in 1/s.
+    pub fn poles_per_s(self, poles: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
+        let per_s = |scales: Scales<f64>| poles.iter().map(|pole| pole.map(|part| part / scales.time_s)).collect();
+        self.0.map(per_s)
+    }
+
+    /// One nondimensional unit of each kind.
+    pub fn units(self) -> Option<SiUnits> {
+        self.0.map(|scales| SiUnits {
+            time_unit_s: scales.time_s,
+            speed_unit_m_s: scales.speed_m_s,
+            voltage_unit_v: scales.voltage_v,
+        })
+    }
+}
+
+/// A number in words, with what it is in SI behind it.
+pub fn beside(number: String, si: Option<f64>, unit: &str) -> String {
+    match si {
+        Some(si) => format!("{number} ({si:.3} {unit})"),
+        None => number,
+    }
+}
+
+/// What one nondimensional unit is in SI.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SiUnits {
+    /// The unit of time, s.
+    time_unit_s: f64,
+    /// The speed of the axle at theta' = 1, m/s.
+    speed_unit_m_s: f64,
+    /// The voltage of both drive motors at U = 1, V.
+    voltage_unit_v: f64,
+}
+
+/// A result with the units of its numbers, where they are known.
+#[derive(Debug, Serialize)]
+pub struct WithUnits<'a, R> {
+    /// The result.
+    #[serde(flatten)]
+    pub result: &'a R,
+    /// The units.
+    #[serde(flatten)]
+    pub units: Option<SiUnits>,
+}

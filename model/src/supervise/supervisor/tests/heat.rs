@@ -1,0 +1,67 @@
+use super::*;
+
+/// 29 A through a drive motor, below the overcurrent: its winding is too hot within 2 s. The vehicle stops, and cools before
+/// it may be armed again. A ballast motor that is too hot ends the levelling alone.
+#[test]
+fn a_motor_that_no_limit_holds_becomes_too_hot() {
+    for (motor, fault, bound_s) in [
+        (0, Fault::DriveMotorHot, 2.1_f32),
+        (1, Fault::DriveMotorHot, 2.1),
+        (2, Fault::BallastMotorHot, 0.3),
+    ] {
+        let mut bench = Bench::new();
+        bench.tick();
+        bench.sensed.current_a[motor] = 29.0;
+        let ticks = bench.ticks_until(fault, 10_000).expect("too hot");
+        assert!(ticks as f32 * TICK_S < bound_s, "{motor}: {ticks}");
+        let blocked = motor < 2;
+        assert_eq!(
+            bench.supervisor.blocking().contains(Blocker::MotorHot),
+            blocked,
+            "{motor}"
+        );
+        let shares = bench.supervisor.motor_shares();
+        for (n, share) in shares.into_iter().enumerate() {
+            // Beyond heat 1 the limit lies below the continuous current.
+            assert_eq!(share < 0.5, n == motor, "{motor}: {shares:?}");
+        }
+        bench.sensed.current_a[motor] = 0.0;
+        for _ in 0..60_000 {
+            bench.tick();
+        }
+        assert!(!bench.supervisor.blocking().contains(Blocker::MotorHot), "{motor}");
+        assert_eq!(bench.supervisor.motor_shares(), [1.0; MOTORS]);
+    }
+}
+
+#[test]
+fn a_motor_too_hot_while_armed_stops_the_vehicle() {
+    let mut bench = Bench::new();
+    bench.tick();
+    bench.arm();
+    bench.estimate.stopped = false;
+    // As driven, so that the current sensor is no fault of its own.
+    bench.sensed.current_a[0] = 29.0;
+    let found = (0..3000).map(|_| bench.tick()).find(|found| found.mode != Mode::Armed);
+    let found = found.expect("it stops");
+    assert!(found.faults.contains(Fault::DriveMotorHot), "{}", found.faults);
+    assert_eq!(found.mode, Mode::Stopping);
+}
+
+/// New parameters do not cool a motor.
+#[test]
+fn a_change_of_the_parameters_leaves_the_motors_as_warm_as_they_are() {
+    let mut bench = Bench::new();
+    bench.sensed.current_a[1] = 17.0;
+    for _ in 0..5000 {
+        bench.tick();
+    }
+    assert!(bench.supervisor.motor_shares()[1] < 0.6);
+    let vehicle = reference();
+    bench.supervisor = Supervisor::new(&vehicle, &BoardScales::EXAMPLE).with_record_of(&bench.supervisor, &vehicle);
+    bench.sensed.current_a[1] = 0.0;
+    bench.tick();
+    let after = bench.supervisor.motor_shares();
+    assert!(after[1] < 0.6, "{after:?}");
+    assert_eq!((after[0], after[2]), (1.0, 1.0));
+}

@@ -1,0 +1,173 @@
+//! Slopes near and beyond the steepest on which the vehicle stands: held, driven, refused.
+
+use model::supervise::arming::Mode;
+use model::supervise::codes::{Fault, FaultSet, Limit};
+use model::vehicle::Vehicle;
+use virtual_board::scenario::trace::TraceRow;
+
+mod support;
+use support::flights::{first, last};
+use support::reference;
+use support::slopes::{changed, drive, from, most};
+
+/// Ground that grips with 0.9, in TOML.
+const GRIPPY_GROUND: &str = "terrain.friction = { left = 0.9, right = 0.9 }";
+
+/// The reference vehicle, which knows of that grip.
+fn grippy() -> Vehicle<f64> {
+    changed(|p| p.control.grip_mu = 0.9)
+}
+
+fn told(row: &TraceRow) -> bool {
+    row.status.limits.contains(Limit::SlopeLimit)
+}
+
+/// On 31 deg, facing uphill and downhill, the vehicle catches itself, holds, and drives up and down. To stop going downhill
+/// it has what 33.6 deg, less what the arm keeps free, leave over 31 deg: 0.15 m/s^2.
+#[test]
+fn the_steepest_slopes_are_held_and_driven_up_and_down() {
+    for (slope_deg, speed_m_s) in [(31.0, 0.5), (31.0, -0.5), (-31.0, 0.5), (-31.0, -0.5)] {
+        let steps = format!(
+            "{{ at_s = 12.0, action = 'drive', speed_m_s = {speed_m_s:?} }}, {{ at_s = 17.0, action = 'drive' }}"
+        );
+        let outcome = drive(&grippy(), 24.0, slope_deg, GRIPPY_GROUND, &steps);
+        let speed = |at_s: f64| from(&outcome, at_s)[0].truth.speed_m_s;
+        let story = format!("{slope_deg} deg, told {speed_m_s} m/s");
+        println!("{story}: {:.3} m/s, told 0: {:.3} m/s", speed(16.5), speed(23.5));
+        assert!((speed(16.5) - speed_m_s).abs() < 0.02, "{story}");
+        assert!(
+            most(from(&outcome, 23.0), |row| row.truth.speed_m_s.abs()) < 0.02,
+            "{story}"
+        );
+        let status = last(&outcome).status;
+        assert_eq!((status.mode, status.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
+    }
+}
+
+/// How far raising the arm pushes the axle back against the common centre of mass, m: alpha L sin(phi) r / (1 + S + mu) at the
+/// arm's largest standing angle, 1.28 rad.
+const PUSHED_BACK_M: f64 = 0.126;
+
+/// Armed on a slope on which it cannot stand, the vehicle says so within a second of its wheels being let go and begins a
+/// controlled stop, which ends with open bridges. Until then it comes no further at any time than it would have come by
+/// then with its bridges open from the start, but for what raising the arm pushes it back, and ends well short of that.
+/// Until the supply no longer holds it, which it does for the four seconds of the stop up to 35 deg, the arm stays below the
+/// fault's angle.
+#[test]
+fn armed_where_it_cannot_stand_the_vehicle_refuses() {
+    for slope_deg in [33.0, 35.0, 38.0, -33.0, -35.0, -38.0] {
+        let outcome = drive(&grippy(), 8.0, slope_deg, GRIPPY_GROUND, "");
+        let open = drive(
+            &grippy(),
+            8.0,
+            slope_deg,
+            GRIPPY_GROUND,
+            "{ at_s = 2.02, action = 'disarm' }",
+        );
+        let has = |row: &TraceRow, fault: Fault| row.status.faults.contains(fault);
+        let refused_s = first(&outcome, 2.0, |row| has(row, Fault::SteepSlope)).expect("refused");
+        let stops = |row: &TraceRow| row.status.mode == Mode::Stopping;
+        let stops_s = first(&outcome, 2.0, stops).expect("a controlled stop");
+        let opens_s = first(&outcome, 2.5, |row| row.status.mode == Mode::Disarmed).expect("opened") + 2.5;
+        assert!(refused_s > 0.1 && refused_s <= 1.0, "{slope_deg} deg: {refused_s} s");
+        assert!((stops_s - refused_s).abs() < 0.015, "{slope_deg} deg: {stops_s} s");
+
+        let down = |row: &TraceRow| -f64::signum(slope_deg) * row.truth.x_m;
+        let pairs = outcome.trace.rows.iter().zip(&open.trace.rows);
+        let beyond_m = pairs
+            .take_while(|(row, _)| row.time_s() <= opens_s)
+            .map(|(row, open)| down(row) - down(open))
+            .fold(f64::NEG_INFINITY, f64::max);
+        let saved_m = down(&from(&open, opens_s)[0]) - down(&from(&outcome, opens_s)[0]);
+        let before = &outcome.trace.rows[..outcome.trace.rows.partition_point(|row| row.time_s() < opens_s)];
+        let arm_rad = most(before, |row| row.truth.phi_rad.abs());
+        println!(
+            "{slope_deg} deg: refused after {refused_s:.2} s, open after {:.2} s; at most {beyond_m:.3} m beyond open bridges, in the end {saved_m:.2} m less; arm {arm_rad:.2} rad",
+            opens_s - 2.0
+        );
+        assert!(
+            beyond_m < PUSHED_BACK_M && saved_m > 0.5,
+            "{slope_deg} deg: {beyond_m} m, {saved_m} m"
+        );
+        assert!(arm_rad > 1.0 && arm_rad < 1.45, "{slope_deg} deg: {arm_rad} rad");
+        let faults = last(&outcome).status.faults;
+        let expected = if f64::abs(slope_deg) < 36.0 {
+            Fault::StopTimeout
+        } else {
+            Fault::ArmAngle
+        };
+        assert!(
+            faults.contains(Fault::SteepSlope) && faults.contains(expected),
+            "{slope_deg} deg: {faults}"
+        );
+    }
+}
+
+/// On 35 deg an arm at 1.28 rad leaves 0.68 m/s^2 by the balance of forces: the stop loses no more than that.
+#[test]
+fn where_it_cannot_stand_it_slides_as_slowly_as_the_arm_s_weight_allows() {
+    let outcome = drive(&grippy(), 6.0, 35.0, GRIPPY_GROUND, "");
+    let rows = from(&outcome, 3.5);
+    let lost_m_s2 = (rows[0].truth.speed_m_s - rows[rows.len() - 1].truth.speed_m_s) / 2.5;
+    println!("{lost_m_s2:.2} m/s^2 downhill");
+    assert!(rows.iter().all(told), "the limit stays told");
+    assert!(lost_m_s2 > 0.3 && lost_m_s2 < 0.75, "{lost_m_s2} m/s^2");
+}
+
+/// Driven up onto a slope on which it cannot stand, the vehicle says so, comes no further up, and rolls nowhere: it stays
+/// where the ramp begins to be too steep, and drives back when told. Forward and backward.
+#[test]
+fn driven_onto_a_slope_beyond_its_own_it_stays_at_its_foot_and_drives_back() {
+    for (slope_deg, speed_m_s) in [(33.0_f64, 1.0), (35.0, -1.0), (38.0, 1.0), (38.0, -1.0)] {
+        let way = f64::signum(speed_m_s);
+        // The ramp begins 2 m ahead and bends upwards over the first half metre.
+        let from_m = if way > 0.0 { 2.0 } else { -8.0 };
+        let ground = format!(
+            "{GRIPPY_GROUND}\nterrain.profile = [{{ kind = 'ramp', from_m = {from_m:?}, length_m = 6.0, slope_rad = {:?}, transition_m = 0.5 }}]",
+            way * slope_deg.to_radians()
+        );
+        let steps = format!(
+            "{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?} }}, {{ at_s = 12.0, action = 'drive', speed_m_s = {:?} }}",
+            -speed_m_s
+        );
+        let outcome = drive(&grippy(), 16.0, 0.0, &ground, &steps);
+        let place = |row: &TraceRow| way * row.truth.x_m;
+        let story = format!("{slope_deg} deg, {speed_m_s} m/s");
+        let up = &from(&outcome, 8.0)[..400];
+        let (least_m, most_m) = (-most(up, |row| -place(row)), most(up, place));
+        let told_s = first(&outcome, 6.0, told).expect("told") + 6.0;
+        println!("{story}: told at {told_s:.1} s, stays at {least_m:.2} to {most_m:.2} m");
+        assert!(least_m > 2.0 && most_m < 2.5, "{story}: {least_m} {most_m}");
+        assert!(
+            most(from(&outcome, 4.0), |row| row.truth.speed_m_s.abs()) < 1.5,
+            "{story}"
+        );
+        let end = last(&outcome);
+        assert!(
+            place(end) < 1.0 && (way * end.truth.speed_m_s + 1.0).abs() < 0.05,
+            "{story}: back"
+        );
+        assert_eq!(
+            (end.status.mode, end.status.faults),
+            (Mode::Armed, FaultSet::EMPTY),
+            "{story}"
+        );
+    }
+}
+
+/// The limit SlopeLimit lies at 0.95 of what grip or the arm's weight holds. With `grip_mu` 0.6 that is 29.4 deg of 30.96:
+/// below, the vehicle takes commands uphill, and above, it says that it does not.
+#[test]
+fn a_slope_beyond_the_grip_is_told() {
+    for (slope_deg, expected) in [
+        (20.0, false),
+        (28.8, false),
+        (30.1, true),
+        (-28.8, false),
+        (-30.1, true),
+    ] {
+        let outcome = drive(&reference(), 7.0, slope_deg, GRIPPY_GROUND, "");
+        let rows = from(&outcome, 5.5);
+        assert!(rows.iter().all(|row| told(row) == expected), "{slope_deg} deg");
+    }
+}

@@ -1,0 +1,75 @@
+//! A forced whirl: told, come to rest, and driven on from.
+
+use model::supervise::arming::Mode;
+use model::supervise::codes::{Fault, FaultSet};
+use virtual_board::scenario::trace::TraceRow;
+
+mod support;
+use support::flights::{first, fly, last};
+use support::slopes::{from, most};
+
+/// When the push comes, s, and within which time after it the vehicle is at rest again, s.
+const PUSHED_S: f64 = 6.0;
+const REST_WITHIN_S: f64 = 14.0;
+
+/// Pushes of the axle that no law can keep the arm through: at 150 N for a second the vehicle is faster than its motors turn.
+/// Forward and backward, at rest and at speed, off a patch of ice and
+/// over a kerb of 50 mm, the arm turns over or comes near it. The status tells
+/// ArmAngle within the push, the bridges open, and the vehicle comes to rest by its friction alone. There it knows its
+/// angles; once the faults are cleared it can be armed, and drives as told.
+#[test]
+fn a_forced_whirl_is_told_and_ends_at_rest_from_which_the_vehicle_drives_on() {
+    let mut whirled = 0;
+    let ice = "terrain.patch = [{ from_m = -2.0, to_m = 4.0, left = 0.1, right = 0.1 }]";
+    let kerb = "terrain.profile = [{ kind = 'step', at_m = 4.0, height_m = 0.05 }]";
+    for (push_n, for_s, speed_m_s, ground) in [
+        (150.0, 1.0, 0.0, ""),
+        (-200.0, 1.0, 0.0, ""),
+        (400.0, 0.5, 0.0, ""),
+        (300.0, 0.6, -1.5, ""),
+        (250.0, 0.6, 1.0, ice),
+        (200.0, 0.6, 1.0, kerb),
+    ] {
+        let steps = format!(
+            "{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?} }},
+             {{ at_s = {PUSHED_S:?}, action = 'push', on = 'axle', forward_n = {push_n:?}, for_s = {for_s:?} }},
+             {{ at_s = {:?}, action = 'drive' }}, {{ at_s = 22.0, action = 'clear-faults' }},
+             {{ at_s = 23.0, action = 'arm' }}, {{ at_s = 25.0, action = 'drive', speed_m_s = 0.5 }}",
+            PUSHED_S + 2.0
+        );
+        let outcome = fly(31.0, 1, ground, &steps);
+        let story = format!("{push_n} N for {for_s} s at {speed_m_s} m/s, ground {ground:?}");
+        let arm_rad = most(&outcome.trace.rows, |row| row.truth.phi_rad.abs());
+        let fault = |row: &TraceRow| row.status.faults.contains(Fault::ArmAngle);
+        let told_s = first(&outcome, PUSHED_S, fault);
+        let rests = |row: &TraceRow| row.status.estimate.at_rest && row.truth.speed_m_s.abs() < 0.05;
+        let rests_s = first(&outcome, PUSHED_S + 2.0, rests).map(|late_s| late_s + 2.0);
+        println!("{story}: arm {arm_rad:.1} rad, told after {told_s:?} s, at rest after {rests_s:?} s");
+        assert!(arm_rad > 1.4, "{story}: {arm_rad} rad");
+        assert!(told_s.expect("told") < for_s + 0.5, "{story}: {told_s:?} s");
+        assert!(
+            rests_s.expect("comes to rest") < REST_WITHIN_S,
+            "{story}: {rests_s:?} s"
+        );
+        whirled += u32::from(arm_rad > core::f64::consts::PI);
+
+        let before = &from(&outcome, 21.5)[0];
+        let turns = core::f64::consts::TAU;
+        let off_rad = (f64::from(before.status.estimate.phi_rad) - before.truth.phi_rad + 0.5 * turns)
+            .rem_euclid(turns)
+            - 0.5 * turns;
+        assert!(off_rad.abs() < 0.02, "{story}: the arm's angle is off by {off_rad} rad");
+        let end = last(&outcome);
+        assert_eq!(
+            (end.status.mode, end.status.faults),
+            (Mode::Armed, FaultSet::EMPTY),
+            "{story}"
+        );
+        assert!(
+            (end.truth.speed_m_s - 0.5).abs() < 0.02,
+            "{story}: {} m/s",
+            end.truth.speed_m_s
+        );
+    }
+    assert!(whirled >= 4, "the arm turns over: {whirled}");
+}
