@@ -24,8 +24,8 @@ const MEAN_STATUSES: usize = STATUS_RATE_HZ as usize / 5;
 /// How long the vehicle is armed, s: for the tool, for a person with an oscilloscope.
 const ARMED_S: f64 = 3.0;
 const LOOK_S: f64 = 20.0;
-/// Speed of the wheels, m/s.
-const FORWARD_M_S: f32 = 0.2;
+/// Speed of the wheels, m/s: well above what heading hold turns them apart by in the air, where no wheel turns the vehicle.
+const FORWARD_M_S: f32 = 0.5;
 /// Least turn of a wheel while it drives, rad.
 const TURNS_RAD: f64 = 0.5;
 /// Budget of a tick, cycles.

@@ -305,7 +305,7 @@ pub const STEPS: &[BringUpStep] = &[
         "forward",
         StepKind::Forward,
         [
-            "The tool drives forward at 0.2 m/s for 3 s.",
+            "The tool drives forward at 0.5 m/s for 3 s.",
             "both encoders count forward; no fault; the person sees both wheels turn forward",
             "motor leads exchanged",
         ],
