@@ -87,7 +87,7 @@ impl Backend for EmulatedBackend<'_> {
         let result = self.emulation.run_through(instants, move |stopped| {
             let observation = Observation {
                 now_us: stopped.now() / US,
-                booted_us: stopped.started_at() / US,
+                booted_us: stopped.clock_start() / US,
                 truth: vehicle.plant().truth(),
                 bridges_on: stopped.bridges().iter().any(|bridge| bridge.duty().is_some()),
                 received: stopped.receive(),

@@ -33,9 +33,8 @@ const RANGE_US: u64 = 1 << 16;
 /// plant moves with the bridges as the previous tick left them.
 const STEP_BEFORE_TICK: u64 = 20 * US;
 
-/// The first instant in ns after `at` that lies just before a tick of the firmware; `None` while the firmware's clock does
-/// not run yet.
-pub(super) fn next_step(session: &mut Session<DriveBoard>, at: VirtualNanos) -> Result<Option<u64>, Error> {
+/// When the firmware's clock started, in ns, at the latest start of the board; `None` while the clock does not run yet.
+pub(super) fn started_at(session: &mut Session<DriveBoard>, at: VirtualNanos) -> Result<Option<u64>, Error> {
     let started = session.resets().last().map_or(0, |reset| reset.at.0);
     match session.mcu().read(at, CONTROL, Width::W32) {
         Ok(control) if control & RUNS != 0 => {}
@@ -46,17 +45,20 @@ pub(super) fn next_step(session: &mut Session<DriveBoard>, at: VirtualNanos) -> 
         .mcu()
         .read(at, COUNT, Width::W32)
         .map_err(|fault| Error::access(&fault))?;
-    Ok(Some(just_before_tick(at.0, count_us % RANGE_US, started)))
+    Ok(Some(clock_start(at.0, count_us % RANGE_US, started)))
 }
 
-/// The first instant after `now` that lies just before a tick of a firmware that started at `started` and whose
-/// clock's low 16 bits read `count_us`. The clock shows the time since the start, less the time that the start-up
-/// code took before it started the clock (less than the counter's range).
-fn just_before_tick(now: u64, count_us: u64, started: u64) -> u64 {
+/// When the clock of a firmware that started at `started` started, if its low 16 bits read `count_us` at `now`. The clock
+/// shows the time since the start, less the time that the start-up code took before it started the clock (less than the
+/// counter's range).
+fn clock_start(now: u64, count_us: u64, started: u64) -> u64 {
     let elapsed_us = (now - started) / US;
-    let lag_us = (elapsed_us - count_us) % RANGE_US;
-    let first_tick = started + lag_us * US;
-    let before = first_tick + MS - STEP_BEFORE_TICK;
+    started + (elapsed_us - count_us) % RANGE_US * US
+}
+
+/// The first instant after `now`, in ns, that lies just before a tick of a clock that started at `started`.
+pub(super) fn just_before_tick(now: u64, started: u64) -> u64 {
+    let before = started + MS - STEP_BEFORE_TICK;
     before + now.saturating_sub(before).div_ceil(MS) * MS
 }
 

@@ -52,8 +52,8 @@ pub(super) struct EmulationState {
     /// When the plant is stepped next. Steps are an interval apart from here on: an instruction that runs past a
     /// stop does not delay the steps after it.
     next_step: u64,
-    /// The steps are aligned with the clock of the firmware as it has run since its last start.
-    aligned: bool,
+    /// When the firmware's clock started, in ns, once it runs after the last start: the steps are aligned with it.
+    clock_start: Option<u64>,
     /// Restarts seen so far.
     resets: usize,
     next_drain: u64,
@@ -91,7 +91,7 @@ impl EmulationState {
             rtt_block,
             stepped_at: 0,
             next_step: 0,
-            aligned: false,
+            clock_start: None,
             resets: 0,
             next_drain: 0,
             log: Vec::new(),
@@ -123,6 +123,11 @@ impl EmulationState {
     /// When the plant is stepped next, in ns.
     pub(super) fn next_step(&self) -> u64 {
         self.next_step
+    }
+
+    /// When the firmware's clock started, in ns, once it runs after the last start.
+    pub(super) fn clock_start(&self) -> Option<u64> {
+        self.clock_start
     }
 
     /// Whether the run has failed.
@@ -179,15 +184,31 @@ impl EmulationState {
         }
     }
 
-    /// Drains the log; [`EmulationState::log`] holds it. Until the firmware has initialised its RAM there is none: the
-    /// test of the RAM leaves its patterns in the block's place.
+    /// Drains the log; [`EmulationState::log`] holds it. Until the firmware has initialised its RAM there is none.
     pub(super) fn drain_log(&mut self, host: &mut dyn Host) -> Result<(), Error> {
+        if self.ram_is_initialised(host)? {
+            log::drain(self.rtt_block, host, &mut self.log)?;
+        }
+        Ok(())
+    }
+
+    /// Whether the firmware has initialised its RAM since its start, as the log's block shows: until then the test of the
+    /// RAM leaves its patterns everywhere.
+    fn ram_is_initialised(&self, host: &mut dyn Host) -> Result<bool, Error> {
         for (at, byte) in (self.rtt_block..).zip(LOG_IDENTITY) {
             if host.read(at, Width::W8)? != u64::from(*byte) {
-                return Ok(());
+                return Ok(false);
             }
         }
-        Ok(log::drain(self.rtt_block, host, &mut self.log)?)
+        Ok(true)
+    }
+
+    /// Lets the probe, if there is one, read its words.
+    fn read_probe(&mut self, host: &mut dyn Host) -> Result<(), Error> {
+        if self.probe.is_some() && self.ram_is_initialised(host)? {
+            self.probe.as_mut().map_or(Ok(()), |probe| probe.read(host))?;
+        }
+        Ok(())
     }
 
     /// The log as far as it is drained, as encoded by the firmware.
@@ -205,10 +226,8 @@ impl EmulationState {
         let sensed = self.plant.step(seconds, &bridges);
         board.sense(at, &sensed);
         self.stepped_at = at.0;
-        if let Some(probe) = &mut self.probe {
-            let read = probe.read(host);
-            self.note(read);
-        }
+        let read = self.read_probe(host);
+        self.note(read);
         !sensed.unpowered
     }
 
@@ -221,13 +240,13 @@ impl EmulationState {
         self.next_step = due + ((at.0 - due) / interval + 1) * interval;
         if session.resets().len() != self.resets {
             self.resets = session.resets().len();
-            self.aligned = false;
+            self.clock_start = None;
         }
-        if !self.aligned {
-            match clock::next_step(session, at) {
-                Ok(Some(next)) => {
-                    self.aligned = true;
-                    self.next_step = next;
+        if self.clock_start.is_none() {
+            match clock::started_at(session, at) {
+                Ok(Some(started)) => {
+                    self.clock_start = Some(started);
+                    self.next_step = clock::just_before_tick(at.0, started);
                 }
                 Ok(None) => {}
                 Err(failure) => self.note(Err(failure)),

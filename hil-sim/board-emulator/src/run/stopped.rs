@@ -63,9 +63,10 @@ impl Stopped<'_> {
         }
     }
 
-    /// When the part last started, in ns.
-    pub fn started_at(&self) -> u64 {
-        self.session.resets().last().map_or(0, |reset| reset.at.0)
+    /// When the firmware's clock last started, in ns; until it runs, when the part did.
+    pub fn clock_start(&self) -> u64 {
+        let part = self.session.resets().last().map_or(0, |reset| reset.at.0);
+        self.state.clock_start().unwrap_or(part)
     }
 
     /// Restarts of the part so far: instant in ns, and cause.

@@ -21,8 +21,6 @@ const SPEED_RMS_M_S: f64 = 0.003;
 const PHI_PEAK_RAD: f64 = 0.01;
 const PHI_RMS_RAD: f64 = 0.001;
 const POSITION_PEAK_M: f64 = 0.05;
-/// The two boards send their status at different phases of the tick.
-const ROW_TIME_TOLERANCE_S: f64 = 0.006;
 
 fn scenario(name: &str) -> Scenario {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/scenarios");
@@ -80,20 +78,17 @@ fn the_slope_drive_is_the_virtual_boards() {
     let last = emulated.trace.rows.last().expect("a trace");
     assert_eq!(last.status.late_ticks, 0, "over {} s", scenario.duration_s);
 
-    let mut rows = virtual_one.trace.rows.iter().peekable();
+    let rows = &virtual_one.trace.rows;
     let (mut speed, mut phi, mut position) = (Vec::new(), Vec::new(), Vec::new());
     for row in &emulated.trace.rows {
-        while rows
-            .next_if(|other| other.time_s() < row.time_s() - ROW_TIME_TOLERANCE_S)
-            .is_some()
-        {}
-        let Some(other) = rows
-            .peek()
-            .filter(|other| other.time_s() < row.time_s() + ROW_TIME_TOLERANCE_S)
-        else {
+        // Between the virtual board's rows before and after: the two boards send their status at different phases.
+        let after = rows.partition_point(|other| other.time_s() < row.time_s());
+        let Some([before, after]) = after.checked_sub(1).and_then(|before| rows.get(before..=after)) else {
             continue;
         };
-        let difference = |value: fn(&TraceRow) -> f64| value(row) - value(other);
+        let share = (row.time_s() - before.time_s()) / (after.time_s() - before.time_s());
+        let difference =
+            |value: fn(&TraceRow) -> f64| value(row) - (value(before) + share * (value(after) - value(before)));
         speed.push(difference(|row| row.truth.speed_m_s));
         phi.push(difference(|row| row.truth.phi_rad));
         position.push(difference(|row| row.truth.x_m).hypot(difference(|row| row.truth.y_m)));
@@ -148,7 +143,7 @@ fn a_vehicle_of_another_kind_is_not_taken() {
         outcome
             .log
             .iter()
-            .any(|line| line.contains("set of another firmware, read by name: 20 new ones as built in")),
+            .any(|line| line.contains("set of another firmware, read by name: 22 new ones as built in")),
         "{:#?}",
         outcome.log
     );

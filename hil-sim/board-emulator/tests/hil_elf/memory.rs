@@ -14,7 +14,7 @@ use virtual_board::link_client::LinkClient;
 use crate::support::{Operator, firmware, open, powered_part};
 
 /// Where a text or a marker stands in the flash.
-fn place(board: &mut Operator, sought: Vec<u8>) -> u64 {
+fn place(board: &mut Operator, sought: &[u8]) -> u64 {
     let start = u64::from(FLASH_START);
     let flash = board.emulation.at(move |stopped| stopped.read_block(start, 192 * 1024));
     let flash = flash.expect("it runs").expect("it is memory");
@@ -47,7 +47,7 @@ fn blocked(board: &mut Operator, blocker: Blocker) {
 #[test]
 fn an_image_without_its_checksum_does_not_arm() {
     let mut board = powered_part(PartSetup::default(), &[]);
-    let seal = place(&mut board, MARKER.map(u32::to_le_bytes).concat());
+    let seal = place(&mut board, &MARKER.map(u32::to_le_bytes).concat());
     write(&mut board, seal + NUMBERS_AT as u64, MISSING.to_le_bytes().to_vec());
     blocked(&mut board, Blocker::Unsealed);
 }
@@ -56,7 +56,7 @@ fn an_image_without_its_checksum_does_not_arm() {
 #[test]
 fn an_image_of_which_a_bit_has_changed_does_not_arm() {
     let mut board = powered_part(PartSetup::default(), &[]);
-    let at = place(&mut board, b"non-maskable interrupt".to_vec());
+    let at = place(&mut board, b"non-maskable interrupt");
     write(&mut board, at, vec![b'n' ^ 1]);
     blocked(&mut board, Blocker::Image);
 }
@@ -78,7 +78,7 @@ fn resets(board: &mut Operator) -> usize {
 #[test]
 fn a_word_of_the_image_that_cannot_be_read_does_not_arm() {
     let mut sound = powered_part(PartSetup::default(), &[]);
-    let at = place(&mut sound, b"non-maskable interrupt".to_vec());
+    let at = place(&mut sound, b"non-maskable interrupt");
     let word = at - at % FLASH_WORD_BYTES as u64;
     let mut board = with_fault(MemoryFault::unreadable(word, FLASH_WORD_BYTES as u64));
     blocked(&mut board, Blocker::Image);
@@ -91,7 +91,7 @@ fn a_word_of_the_image_that_cannot_be_read_does_not_arm() {
 fn no_unreadable_word_of_the_image_lets_the_board_arm() {
     const PLACES: u64 = 8;
     let mut sound = powered_part(PartSetup::default(), &[]);
-    let seal = place(&mut sound, MARKER.map(u32::to_le_bytes).concat());
+    let seal = place(&mut sound, &MARKER.map(u32::to_le_bytes).concat());
     let length = sound
         .emulation
         .at(move |stopped| stopped.read_word(seal + NUMBERS_AT as u64));

@@ -10,7 +10,7 @@ use plant::{Plant, Truth};
 pub struct Observation {
     /// Time since the start, us.
     pub now_us: u64,
-    /// When the board last booted, us since the start.
+    /// When the board's clock last started, with its last boot, us since the start.
     pub booted_us: u64,
     /// The true state of the vehicle.
     pub truth: Truth,
