@@ -53,7 +53,7 @@ const fn sector_field(offset: usize) -> Option<u32> {
     }
 }
 
-// The sectors at both ends, by the reference manual's table; the small ones before them, and the end of bank 1.
+// Sectors 17 and 23, the ends of what can be erased; a small sector of bank 2, and the end of bank 1, which cannot.
 const _: () = assert!(matches!(sector_field(0x12_0000), Some(0b1_0101)));
 const _: () = assert!(matches!(sector_field(0x1F_FFE0), Some(0b1_1011)));
 const _: () = assert!(sector_field(0x11_FFE0).is_none() && sector_field(0x0F_FFE0).is_none());
