@@ -1,5 +1,5 @@
-//! Turns the vehicle file into constants, hashes what the firmware is built from, and for the target gives the linker the memory layout and the
-//! scripts of the start-up code and of defmt.
+//! Turns the vehicle file into constants, hashes what the firmware is built from, and for the target gives the linker
+//! the board's memory layout and the scripts of the start-up code and of defmt.
 //!
 //! The vehicle file is `vehicles/reference.toml`, or the file that the environment variable `VEHICLE` names,
 //! relative to the workspace root. A wrong file ends the build with the reader's message.
@@ -7,29 +7,44 @@
 use std::path::{Path, PathBuf};
 use std::{env, fs};
 
-#[path = "src/drive_board/analog.rs"]
-mod analog;
+use model::board::SensorRanges;
 
-fn main() {
-    println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rerun-if-changed=src/drive_board/analog.rs");
-    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    vehicle(&out);
-    if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
-        linker(&out);
+#[path = "src/drive_board/nucleo_f767zi/analog.rs"]
+mod nucleo_f767zi;
+#[path = "src/drive_board/nucleo_h743zi/analog.rs"]
+mod nucleo_h743zi;
+
+/// The board that a feature chose: what its inputs measure, and the folder of its program, which has its memory layout.
+/// With no board, or two, the library's own message ends the build.
+fn board() -> (SensorRanges, &'static str) {
+    if env::var_os("CARGO_FEATURE_NUCLEO_F767ZI").is_some() {
+        (nucleo_f767zi::RANGES, "drive-board-f767")
+    } else {
+        (nucleo_h743zi::RANGES, "drive-board")
     }
 }
 
-fn vehicle(out: &Path) {
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    println!("cargo::rerun-if-changed=src/drive_board");
+    let (ranges, program) = board();
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    vehicle(&out, ranges, program);
+    if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
+        linker(&out, program);
+    }
+}
+
+fn vehicle(out: &Path, ranges: SensorRanges, program: &str) {
     println!("cargo::rerun-if-env-changed=VEHICLE");
     let name = env::var("VEHICLE").unwrap_or_else(|_| "vehicles/reference.toml".to_owned());
     let path = Path::new("..").join(name);
     println!("cargo::rerun-if-changed={}", path.display());
-    match vehicle_file::read_vehicle_for(&path, &analog::RANGES) {
+    match vehicle_file::read_vehicle_for(&path, &ranges) {
         Ok(vehicle) => {
             let text = vehicle_file::to_rust(&vehicle);
             fs::write(out.join("vehicle.rs"), &text).expect("OUT_DIR is writable");
-            let hash = build_hash(&text);
+            let hash = build_hash(&text, program);
             fs::write(out.join("build_hash.rs"), format!("{hash}")).expect("OUT_DIR is writable");
         }
         Err(error) => {
@@ -39,16 +54,16 @@ fn vehicle(out: &Path) {
     }
 }
 
-/// FNV-1a hash of the built-in vehicle and of every source file of firmware and model, in order of their paths: equal
-/// sources give equal hashes, whatever machine builds them.
-fn build_hash(vehicle: &str) -> u32 {
+/// FNV-1a hash of the board's program, the built-in vehicle and every source file of firmware and model, in order of
+/// their paths: equal sources give equal hashes for one board, whatever machine builds them.
+fn build_hash(vehicle: &str, program: &str) -> u32 {
     let mut paths = Vec::new();
     for directory in ["src", "../model/src"] {
         println!("cargo::rerun-if-changed={directory}");
         sources(Path::new(directory), &mut paths);
     }
     paths.sort();
-    let mut hash = fnv_1a(FNV_OFFSET, vehicle.as_bytes());
+    let mut hash = fnv_1a(fnv_1a(FNV_OFFSET, program.as_bytes()), vehicle.as_bytes());
     for path in paths {
         // A checkout may end lines in its own way.
         let text = fs::read_to_string(&path)
@@ -82,9 +97,10 @@ fn fnv_1a(hash: u32, bytes: &[u8]) -> u32 {
         .fold(hash, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(FNV_PRIME))
 }
 
-fn linker(out: &Path) {
-    println!("cargo::rerun-if-changed=../memory.x");
-    fs::copy("../memory.x", out.join("memory.x")).expect("memory.x stands at the workspace root");
+fn linker(out: &Path, program: &str) {
+    let memory = Path::new("src/bin").join(program).join("memory.x");
+    println!("cargo::rerun-if-changed={}", memory.display());
+    fs::copy(&memory, out.join("memory.x")).expect("the board's memory layout stands beside its program");
     println!("cargo::rustc-link-search={}", out.display());
     // --nmagic: the sections are not page aligned, which the linker would otherwise pad in flash.
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {

@@ -18,6 +18,8 @@ use virtual_board::scenario::wire::LinkStep;
 use virtual_board::scenario::world::WorldStep;
 use virtual_board::scenario::{Action, Scenario, metrics};
 
+#[path = "support/boards.rs"]
+mod boards;
 #[path = "support/files.rs"]
 mod files;
 #[path = "support/generated.rs"]
@@ -245,6 +247,11 @@ fn the_power_stage_page_has_the_ripple() {
         );
     }
     generated::check("power-stage.md", "ripple", &text);
+}
+
+#[test]
+fn the_porting_page_counts_a_boards_lines() {
+    generated::check("porting.md", "lines", &boards::table(&root()));
 }
 
 #[test]

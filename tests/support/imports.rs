@@ -70,11 +70,15 @@ impl Crate {
             if let Some((_, items)) = &module.content {
                 self.read_items(items, &below, &place);
             } else {
-                // A path of its own is relative to the folder of the crate's root, the only file that names one.
-                let own = path_of(&module.attrs).map(|path| folder.join(path));
-                let file = own
+                // A path of its own is relative to the folder of the file that names it: a crate's root or a `mod.rs`. The
+                // modules in that module stand beside its file.
+                if let Some(own) = path_of(&module.attrs).map(|path| folder.join(path)) {
+                    let beside = own.parent().expect("a file stands in a folder");
+                    self.read_file(&own, beside, &place);
+                    continue;
+                }
+                let file = [below.with_extension("rs"), below.join("mod.rs")]
                     .into_iter()
-                    .chain([below.with_extension("rs"), below.join("mod.rs")])
                     .find(|file| file.exists())
                     .unwrap_or_else(|| panic!("{}: no file of this module", below.display()));
                 self.read_file(&file, &below, &place);

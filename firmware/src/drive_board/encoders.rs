@@ -2,15 +2,20 @@
 
 use model::vehicle::MotorParameters;
 
-/// Kernel clock of the encoders' timers, Hz.
-const CLOCK_HZ: u32 = 200_000_000;
-/// Clock periods between two samples of an input.
-const DIVIDER: u32 = 32;
-/// Samples in a row that must agree before the timer takes a level: the part's longest filter.
+use super::nucleo_h743zi;
+
+/// Samples in a row that must agree before the timer takes a level: the longest filter of every board's timers.
 const SAMPLES: u32 = 8;
-/// Shortest pulse that passes the filter, ns. Shorter ones are noise: the ringing that an edge of the bridges' PWM
-/// couples into an encoder's cable ends within some hundred nanoseconds.
-pub const FILTER_NS: u32 = SAMPLES * DIVIDER * (1_000_000_000 / CLOCK_HZ);
+
+/// Shortest pulse that passes the filter of a board, ns, by the clock of its timers and the periods between two samples.
+/// Shorter ones are noise: the ringing that an edge of the bridges' PWM couples into an encoder's cable ends within some
+/// hundred nanoseconds.
+pub const fn filter_ns(clock_hz: u32, divider: u32) -> u32 {
+    (SAMPLES * divider * 1000).div_ceil(clock_hz / 1_000_000)
+}
+
+/// Shortest pulse that passes the filter of the NUCLEO-H743ZI2, ns.
+pub const FILTER_NS: u32 = filter_ns(nucleo_h743zi::ENCODER_CLOCK_HZ, nucleo_h743zi::ENCODER_DIVIDER);
 
 /// Time between two edges of a motor's encoder at its no-load speed, ns. A level of one channel lasts for two of these.
 ///
@@ -22,6 +27,7 @@ pub fn edge_interval_ns(motor: &MotorParameters<f32>, supply_max_v: f32) -> f32 
 
 #[cfg(test)]
 mod tests {
+    use super::super::nucleo_f767zi;
     use super::*;
     use crate::built_in::PARAMETERS;
 
@@ -29,10 +35,13 @@ mod tests {
     /// filter's time: half of it is left for an encoder whose channels are unequal.
     #[test]
     fn the_fastest_encoder_passes_the_filter() {
+        let f767zi = filter_ns(nucleo_f767zi::ENCODER_CLOCK_HZ, nucleo_f767zi::ENCODER_DIVIDER);
         let ballast = PARAMETERS.spar.as_ref().map(|(_, motor)| motor);
         for motor in ballast.into_iter().chain([&PARAMETERS.drive_motor]) {
             let level_ns = 2.0 * edge_interval_ns(motor, PARAMETERS.battery.maximum_v) / 2.0;
-            assert!(level_ns > 2.0 * FILTER_NS as f32, "{level_ns} ns");
+            for filter_ns in [FILTER_NS, f767zi] {
+                assert!(level_ns > 2.0 * filter_ns as f32, "{level_ns} ns, {filter_ns} ns");
+            }
         }
     }
 }

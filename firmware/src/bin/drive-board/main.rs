@@ -2,6 +2,7 @@
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
+#[path = "../stm32/application.rs"]
 mod application;
 #[cfg(target_os = "none")]
 mod board;

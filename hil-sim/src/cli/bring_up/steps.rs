@@ -144,7 +144,7 @@ pub const STEPS: &[BringUpStep] = &[
         [
             "Switch the board's supply off for 1 s, 100 times.",
             "each start by power-on; no run ended in a panic or a fault",
-            "`firmware/src/bin/drive-board/board/ram.rs`",
+            "`firmware/src/bin/stm32/ram.rs`",
         ],
     ),
     bench(off(
@@ -190,7 +190,7 @@ pub const STEPS: &[BringUpStep] = &[
             "Feed 2 to 5 A from a bench supply through each drive motor's current sensor, in place of the motor, one at \
              a time, in the direction that drives forward.",
             "that motor's current, as the supply's meter says within 10 %",
-            "the sensor's gain and sign in `firmware/src/drive_board/analog.rs`; left and right exchanged",
+            "the sensor's gain and sign in `firmware/src/drive_board/nucleo_h743zi/analog.rs`; left and right exchanged",
         ],
     ),
     off(

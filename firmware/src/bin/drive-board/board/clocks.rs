@@ -3,6 +3,7 @@
 
 use embassy_stm32::Config;
 use embassy_stm32::pac;
+use embassy_stm32::pac::timer::vals::FilterValue;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, LsConfig, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk,
     VoltageScale, mux,
@@ -12,6 +13,9 @@ use firmware::hardware::ClockSource;
 
 /// Kernel clock of TIM1 to TIM8: twice the APB clock.
 pub const TIMER_HZ: u32 = 200_000_000;
+
+/// The encoders' filter: eight samples, 32 periods of their timers' 200 MHz apart.
+pub const ENCODER_FILTER: FilterValue = FilterValue::FDTS_DIV32_N8;
 
 /// Most reads of the external clock's ready flag before the internal oscillator takes its place. At the 64 MHz after a
 /// reset they take between 10 and 50 ms; a clock that is there is ready within 2 ms.
@@ -71,7 +75,7 @@ pub fn config() -> (Config, ClockSource) {
 }
 
 /// Switches the clock security system on, for good: when the external clock stops, the part goes on with its own
-/// oscillator, trips the bridges' break and calls the non-maskable interrupt ([`super::crash`]).
+/// oscillator, trips the bridges' break and calls the non-maskable interrupt (`NonMaskableInt` in `stm32/crash.rs`).
 pub fn watch_external_clock() {
     pac::RCC.cr().modify(|w| w.set_hsecsson(true));
 }

@@ -3,6 +3,11 @@
 use embassy_stm32::pac;
 use firmware::hardware::ResetCause;
 
+/// Address of the register that holds the causes, RCC_RSR.
+pub const REGISTER: u32 = 0x5802_44D0;
+/// Its bits that tell that the supply came up: PORRSTF and BORRSTF.
+pub const SUPPLY_CAME_UP: u32 = 1 << 23 | 1 << 21;
+
 /// Reads why the part started, and clears the flags for the next start. An internal reset pulls the reset
 /// pin too, so the pin is the cause only if no other flag is set.
 pub fn take() -> ResetCause {

@@ -1,22 +1,25 @@
 //! The RAM after power-up, before anything reads it.
 //!
-//! Every word of the AXI SRAM (64 bits) and of the DTCM (32 bits) has check bits for error correction. Power-up leaves
-//! words and check bits at random, so a read of a word that nothing wrote, and a write of a part of such a word, find
-//! an uncorrectable error. The board ties these errors to the bridges' break and locks the tie
-//! ([`super::guard_outputs`]): one speculative read of such a word would trip the break. Therefore every word is
-//! written in full before the first one is read, by the first instructions after the reset. A reset that keeps the
-//! supply keeps the RAM, and with it what the last run left ([`super::crash`], [`super::boot_number`]).
+//! On the STM32H7 every word of the AXI SRAM (64 bits) and of the DTCM (32 bits) has check bits for error correction.
+//! Power-up leaves words and check bits at random, so a read of a word that nothing wrote, and a write of a part of
+//! such a word, find an uncorrectable error. The board ties these errors to the bridges' break and locks the tie
+//! (`guard_outputs`): one speculative read of such a word would trip the break. Therefore every word is written in full
+//! before the first one is read, by the first instructions after the reset. A reset that keeps the supply keeps the
+//! RAM, and with it what the last run left ([`super::crash`], [`super::boot_number`]).
 //!
 //! On the way every word is tested, which is possible only now, while nothing lives in the RAM: a march in three passes
-//! writes a pattern that differs from word to word, finds it and writes its complement, and finds that from the end to the
-//! start. This finds bits that stick, and address lines that reach the wrong word. It takes two million instructions, some
-//! 0.1 s at the 64 MHz after a reset. The result stands in [`RAM_TEST`], until the supply goes.
+//! writes a pattern that differs from word to word, finds it and writes its complement, and finds that from the end to
+//! the start. This finds bits that stick, and address lines that reach the wrong word. It takes two million
+//! instructions, some 0.1 s at the 64 MHz after a reset of the STM32H7, less than a second at the 16 MHz of the
+//! STM32F7. The result stands in [`RAM_TEST`], until the supply goes.
 //!
-//! This is assembly because no Rust may run before the RAM is initialised. The stack is part of what is tested: nothing is
-//! pushed.
+//! This is assembly because no Rust may run before the RAM is initialised. The stack is part of what is tested: nothing
+//! is pushed.
 
 use core::arch::global_asm;
 use core::mem::MaybeUninit;
+
+use crate::board::reset_cause;
 
 /// What [`RAM_TEST`] holds after a test that found every word as it was written. Anything else is a failure, also if
 /// the word itself is the one that fails.
@@ -33,8 +36,8 @@ static mut RAM_TEST: TestResult = TestResult(MaybeUninit::uninit());
 
 /// Whether each word of the RAM kept what was written to it when the supply came up.
 pub fn keeps_what_is_written() -> bool {
-    // SAFETY: only the first instructions after a reset write it. It consists of plain integers, for which any bits are a
-    // value, and power-up wrote it.
+    // SAFETY: only the first instructions after a reset write it. It consists of plain integers, for which any bits are
+    // a value, and power-up wrote it.
     let result = unsafe { core::ptr::read_volatile((&raw const RAM_TEST).cast::<[u32; 2]>()) };
     result == PASSED
 }
@@ -45,11 +48,11 @@ global_asm!(
     ".type __pre_init, %function",
     ".thumb_func",
     "__pre_init:",
-    // RCC_RSR: PORRSTF (bit 23) and BORRSTF (bit 21) tell that the supply came up. Start-up clears them later.
-    "movw r0, #0x44D0",
-    "movt r0, #0x5802",
+    // The register of the reset's causes. Start-up clears its bits later.
+    "movw r0, #({register} & 0xFFFF)",
+    "movt r0, #({register} >> 16)",
     "ldr r0, [r0]",
-    "tst r0, #0x00A00000",
+    "tst r0, #{supply_came_up}",
     "beq 9f",
     "mov r12, lr",
     // The pattern of a word is its address, turned by this; what differs gathers in r9.
@@ -115,6 +118,8 @@ global_asm!(
     "cmp r4, r0",
     "bhi 7b",
     "bx lr",
+    register = const reset_cause::REGISTER,
+    supply_came_up = const reset_cause::SUPPLY_CAME_UP,
     passed_0 = const PASSED[0],
     passed_1 = const PASSED[1],
 );

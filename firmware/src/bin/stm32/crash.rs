@@ -9,7 +9,8 @@ use cortex_m_rt::{ExceptionFrame, exception};
 use crc::{CRC_32_ISCSI, Crc, NoTable};
 use firmware::hardware::ResetCause;
 
-use super::{bridges, clocks};
+use super::bridges;
+use crate::board::clocks;
 
 /// Bytes of the longest message that is kept.
 const TEXT_BYTES: usize = 240;
@@ -125,8 +126,8 @@ unsafe fn HardFault(frame: &ExceptionFrame) -> ! {
     ))
 }
 
-/// The clock security system calls this when the external clock stops. The part then runs at 64 MHz, every time is
-/// wrong, and the next start takes the internal oscillator.
+/// The clock security system calls this when the external clock stops. The part then runs on its own oscillator, every
+/// time is wrong, and the next start takes the internal oscillator.
 #[exception]
 unsafe fn NonMaskableInt() -> ! {
     bridges::open_all();

@@ -22,7 +22,7 @@ pub struct FlightRecorder(());
 
 impl FlightRecorder {
     /// To be called once, when the board is taken.
-    pub(super) fn new() -> Self {
+    pub fn new() -> Self {
         Self(())
     }
 }

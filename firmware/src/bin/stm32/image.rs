@@ -10,7 +10,7 @@ use firmware::image_seal::{
 };
 use firmware::link::VERSION;
 
-use super::storage::{StorageError, read_guarded};
+use super::storage::{StorageError, read};
 
 /// The seal. Marker and numbers lie within one word of the flash.
 #[repr(C, align(32))]
@@ -61,7 +61,7 @@ pub fn check() -> ImageState {
 fn try_check() -> Result<ImageState, StorageError> {
     let seal = &raw const SEAL as usize;
     let mut word = [0; FLASH_WORD_BYTES];
-    read_guarded(seal, &mut word)?;
+    read(seal, &mut word)?;
     let number = |at: usize| {
         let bytes = word.get(at..at + 4).and_then(|bytes| bytes.try_into().ok());
         bytes.map_or(MISSING, u32::from_le_bytes)
@@ -82,7 +82,7 @@ fn try_check() -> Result<ImageState, StorageError> {
     let end = start + length as usize;
     let mut digest = CHECKSUM.digest();
     for address in (start..end).step_by(FLASH_WORD_BYTES) {
-        read_guarded(address, &mut word)?;
+        read(address, &mut word)?;
         if address == seal
             && let Some(numbers) = word.get_mut(NUMBERS_AT..NUMBERS_AT + NUMBERS_BYTES)
         {

@@ -1,12 +1,14 @@
 //! Quadrature counters of the three motors on TIM2, TIM3 and TIM4.
 
+use embassy_stm32::gpio::Pull;
 use embassy_stm32::pac;
 use embassy_stm32::pac::timer::regs::CcmrInput2ch;
-use embassy_stm32::pac::timer::vals::FilterValue;
 use embassy_stm32::peripherals::{TIM2, TIM3, TIM4};
-use embassy_stm32::timer::qei::Qei;
+use embassy_stm32::timer::qei::{self, Qei};
 use firmware::hardware::EncoderCounters;
 use model::sample::MOTORS;
+
+use crate::board::clocks::ENCODER_FILTER;
 
 /// The hardware counters, in the order of the motors.
 pub struct QuadratureCounters {
@@ -19,7 +21,7 @@ pub struct QuadratureCounters {
 }
 
 impl QuadratureCounters {
-    /// The counters, with the filter of [`firmware::drive_board::encoders`] at every input.
+    /// The counters, with the board's filter at every input.
     pub fn new(left: Qei<'static, TIM2>, right: Qei<'static, TIM3>, ballast: Qei<'static, TIM4>) -> Self {
         filter(pac::TIM2.ccmr_input(0));
         filter(pac::TIM3.ccmr_input(0));
@@ -28,12 +30,21 @@ impl QuadratureCounters {
     }
 }
 
-/// Sets the filter of both channels: eight samples, 32 clock periods apart.
+/// Sets the filter of both channels to the one of [`firmware::drive_board::encoders`].
 fn filter(inputs: pac::common::Reg<CcmrInput2ch, pac::common::RW>) {
     inputs.modify(|w| {
-        w.set_icf(0, FilterValue::FDTS_DIV32_N8);
-        w.set_icf(1, FilterValue::FDTS_DIV32_N8);
+        w.set_icf(0, ENCODER_FILTER);
+        w.set_icf(1, ENCODER_FILTER);
     });
+}
+
+/// The counters count both edges of both channels; pull-ups keep the inputs of an unplugged encoder still.
+pub fn config() -> qei::Config {
+    qei::Config {
+        ch1_pull: Pull::Up,
+        ch2_pull: Pull::Up,
+        ..qei::Config::default()
+    }
 }
 
 impl EncoderCounters for QuadratureCounters {

@@ -9,8 +9,8 @@
 //! the break clears it in hardware, even if the CPU hangs.
 
 use embassy_stm32::Peri;
-use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull};
-use embassy_stm32::pac::timer::vals::{Bkp, FilterValue, Lock, OcmGp, Ossi, Ossr};
+use embassy_stm32::gpio::Flex;
+use embassy_stm32::pac::timer::vals::{Bkp, FilterValue, Lock, Ossi, Ossr};
 use embassy_stm32::pac::{self, TIM1};
 use embassy_stm32::peripherals;
 use embassy_stm32::timer::complementary_pwm::ComplementaryPwmPin;
@@ -20,7 +20,8 @@ use firmware::drive_board::{DUTY_MAX_PERCENT, PULSE_MIN_PERCENT};
 use firmware::hardware::Bridges;
 use model::sample::{Actuation, MOTORS};
 
-use super::clocks::TIMER_HZ;
+use crate::board::clocks::TIMER_HZ;
+use crate::board::part;
 
 /// PWM frequency: above hearing, and slow enough for the bridges' drivers.
 const PWM_HZ: u32 = 20_000;
@@ -29,10 +30,13 @@ const PERIOD_COUNTS: u32 = TIMER_HZ / PWM_HZ;
 /// Compare value for zero volts.
 const CENTRE_COUNTS: i32 = (PERIOD_COUNTS / 2).cast_signed();
 /// 500 ns at [`TIMER_HZ`]: longer than a power MOSFET takes to turn off.
-const DEAD_TIME_COUNTS: u8 = 100;
+const DEAD_TIME_COUNTS: u8 = (TIMER_HZ / 2_000_000) as u8;
 
 const _: () = assert!(TIMER_HZ.is_multiple_of(PWM_HZ) && PERIOD_COUNTS <= 0xFFFF);
-const _: () = assert!(DEAD_TIME_COUNTS < 128, "the linear range of the dead-time field");
+const _: () = assert!(
+    TIMER_HZ.is_multiple_of(2_000_000) && TIMER_HZ / 2_000_000 < 128,
+    "linear range of the dead time"
+);
 // At the largest duty, the shorter side of the period still exceeds the dead time on both edges.
 const _: () = assert!(MARGIN_COUNTS > 2 * DEAD_TIME_COUNTS as i32);
 const _: () = assert!(CENTRE_COUNTS - FULL_COUNTS == MARGIN_COUNTS);
@@ -42,26 +46,23 @@ const MARGIN_COUNTS: i32 = (PERIOD_COUNTS * PULSE_MIN_PERCENT / 100).cast_signed
 /// Largest duty: beyond it the bridges give no more, below it a duty is that share of the supply.
 const FULL_COUNTS: i32 = CENTRE_COUNTS * DUTY_MAX_PERCENT.cast_signed() / 100;
 
-/// The pins of the bridges and of the break.
+/// The pins of the bridges and of the break, connected to the timer.
 pub struct BridgePins {
-    /// Left bridge, forward.
-    pub left: Peri<'static, peripherals::PE9>,
-    /// Left bridge, reverse.
-    pub left_n: Peri<'static, peripherals::PE8>,
-    /// Right bridge, forward.
-    pub right: Peri<'static, peripherals::PE11>,
-    /// Right bridge, reverse.
-    pub right_n: Peri<'static, peripherals::PE10>,
-    /// Ballast bridge, forward.
-    pub ballast: Peri<'static, peripherals::PE13>,
-    /// Ballast bridge, reverse.
-    pub ballast_n: Peri<'static, peripherals::PE12>,
-    /// Break input.
-    pub break_input: Peri<'static, peripherals::PE15>,
+    /// Left, right and ballast bridge, forward.
+    pub forward: (
+        PwmPin<'static, peripherals::TIM1, Ch1>,
+        PwmPin<'static, peripherals::TIM1, Ch2>,
+        PwmPin<'static, peripherals::TIM1, Ch3>,
+    ),
+    /// Left, right and ballast bridge, reverse.
+    pub reverse: (
+        ComplementaryPwmPin<'static, peripherals::TIM1, Ch1>,
+        ComplementaryPwmPin<'static, peripherals::TIM1, Ch2>,
+        ComplementaryPwmPin<'static, peripherals::TIM1, Ch3>,
+    ),
+    /// Break input, pulled up.
+    pub break_input: Flex<'static>,
 }
-
-/// TIM1's alternate function on its break pin.
-const BREAK_FUNCTION: u8 = 1;
 
 /// TIM1, configured once and locked, and its pins.
 pub struct Tim1Bridges {
@@ -85,9 +86,9 @@ pub struct Tim1Bridges {
 
 impl Tim1Bridges {
     /// Configures the timer with its outputs off, locks dead time, polarities and the break against
-    /// any later write until reset, tries the break, and only then connects the pins to the timer. Returns the bridges
-    /// and whether the break, asked for by software, switched the outputs off.
-    pub fn new(timer: Peri<'static, peripherals::TIM1>, pins: BridgePins) -> (Self, bool) {
+    /// any later write until reset, tries the break, and only then lets `connect` connect the pins to the timer. Returns
+    /// the bridges and whether the break, asked for by software, switched the outputs off.
+    pub fn new(timer: Peri<'static, peripherals::TIM1>, connect: impl FnOnce() -> BridgePins) -> (Self, bool) {
         critical_section::with(|_| {
             pac::RCC.apb2enr().modify(|w| w.set_tim1en(true));
             pac::RCC.apb2rstr().modify(|w| w.set_tim1rst(true));
@@ -98,7 +99,7 @@ impl Tim1Bridges {
         for n in 0..MOTORS {
             TIM1.ccr(n).write(|w| w.set_ccr(CENTRE_COUNTS as u16));
             TIM1.ccmr_output(n / 2).modify(|w| {
-                w.set_ocm(n % 2, OcmGp::PWM_MODE1);
+                w.set_ocm(n % 2, part::PWM_MODE);
                 w.set_ocpe(n % 2, true);
             });
         }
@@ -129,21 +130,12 @@ impl Tim1Bridges {
         TIM1.cr1().modify(|w| w.set_cen(true));
         let break_works = try_break();
         clear_break_flags();
-        let mut break_input = Flex::new(pins.break_input);
-        break_input.set_as_af_unchecked(BREAK_FUNCTION, AfType::input(Pull::Up));
+        let pins = connect();
         let bridges = Self {
             _timer: timer,
-            _forward: (
-                PwmPin::new(pins.left, OutputType::PushPull),
-                PwmPin::new(pins.right, OutputType::PushPull),
-                PwmPin::new(pins.ballast, OutputType::PushPull),
-            ),
-            _reverse: (
-                ComplementaryPwmPin::new(pins.left_n, OutputType::PushPull),
-                ComplementaryPwmPin::new(pins.right_n, OutputType::PushPull),
-                ComplementaryPwmPin::new(pins.ballast_n, OutputType::PushPull),
-            ),
-            break_input,
+            _forward: pins.forward,
+            _reverse: pins.reverse,
+            break_input: pins.break_input,
             enabled: false,
             lost: false,
         };

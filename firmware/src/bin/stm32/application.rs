@@ -17,10 +17,11 @@ use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use static_cell::StaticCell;
 
-use crate::board::link::{LinkReceiver, LinkSender};
-use crate::board::{
-    self, AnalogSequence, Board, CoreCycles, FlightRecorder, ImuDevice, Lamps, QuadratureCounters, Region,
-    RunningWatchdog, StopContact, Tim1Bridges, UserButton,
+use crate::board::AnalogSequence;
+use crate::board::stm32::link::{LinkReceiver, LinkSender};
+use crate::board::stm32::{
+    self, Board, CoreCycles, FlightRecorder, ImuDevice, Lamps, QuadratureCounters, Region, RunningWatchdog,
+    StopContact, Tim1Bridges, UserButton,
 };
 
 /// What the tasks share: the tasks of the control executor interrupt those of the thread.
@@ -70,7 +71,7 @@ async fn main(spawner: Spawner) {
     // A vehicle without a spar has no IMU there, and nobody looks for one.
     let with_spar = built_in::PARAMETERS.spar.is_some();
     // In the order in which the tasks run within a tick.
-    let control = board::start_control_executor();
+    let control = stm32::start_control_executor();
     control.spawn(started(imu_task(Place::Arm, board.arm_imu)));
     if with_spar {
         control.spawn(started(imu_task(Place::Spar, board.spar_imu)));

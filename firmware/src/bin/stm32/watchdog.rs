@@ -1,19 +1,20 @@
 //! The part's independent watchdog.
 
 use embassy_stm32::Peri;
-use embassy_stm32::peripherals::IWDG1;
 use embassy_stm32::wdg::IndependentWatchdog;
 use firmware::drive_board::WATCHDOG_US;
 use firmware::hardware::Watchdog;
 
+use crate::board::BoardWatchdog;
+
 /// The independent watchdog, on its own oscillator, not started yet. Until the tasks run, the bridges are
 /// open, and the slow parts of the start-up (the converter's calibration takes 10 ms) must not end in one
 /// reset after another.
-pub struct WatchdogAtRest(Peri<'static, IWDG1>);
+pub struct WatchdogAtRest(Peri<'static, BoardWatchdog>);
 
 impl WatchdogAtRest {
     /// The watchdog as it is after a reset.
-    pub(super) fn new(peripheral: Peri<'static, IWDG1>) -> Self {
+    pub fn new(peripheral: Peri<'static, BoardWatchdog>) -> Self {
         Self(peripheral)
     }
 
@@ -27,7 +28,7 @@ impl WatchdogAtRest {
 }
 
 /// The independent watchdog, running.
-pub struct RunningWatchdog(IndependentWatchdog<'static, IWDG1>);
+pub struct RunningWatchdog(IndependentWatchdog<'static, BoardWatchdog>);
 
 impl Watchdog for RunningWatchdog {
     fn feed(&mut self) {

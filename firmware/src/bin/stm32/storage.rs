@@ -2,8 +2,7 @@
 //! Erasing them does not stall the code, which runs from bank 1.
 
 use embassy_futures::yield_now;
-use embassy_stm32::flash::{Async, Error as DriverError, Flash};
-use embassy_stm32::pac;
+use embassy_stm32::flash::Error as DriverError;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, TimeoutError, with_timeout};
@@ -14,22 +13,20 @@ use firmware::drive_board::{
 use firmware::flash_region::FlashRegion;
 use static_cell::StaticCell;
 
+use super::supply;
+use crate::board::PartFlash;
+use crate::board::flash::{FLASH_BASE, clean_up, read_guarded};
+
 /// Sectors of the part's flash.
 const SECTORS: usize = 2 * SECTORS_PER_BANK;
-/// Where the flash appears to the core.
-const FLASH_BASE: usize = 0x0800_0000;
-
-/// Bit of the system control block's `CCR`: the core ignores data bus faults while FAULTMASK is set.
-const CCR_BFHFNMIGN: u32 = 1 << 8;
-/// Bits of the system control block's `CFSR` that report bus faults.
-const CFSR_BUS_FAULTS: u32 = 0x0000_FF00;
 
 /// Why an access failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum StorageError {
     /// The access does not lie in the region.
     Bounds,
-    /// A word has two bit errors or more, as a power cut during a write can leave.
+    /// The part cannot read a word: it has two bit errors or more, as a power cut during a write can leave, or it is
+    /// protected.
     Unreadable,
     /// The flash failed to program or to erase.
     Program(DriverError),
@@ -54,7 +51,7 @@ const WORDS_WITHOUT_PAUSE: u32 = 16;
 
 /// The part's flash.
 pub struct BoardFlash {
-    flash: Flash<'static, Async>,
+    flash: PartFlash,
     words_since_pause: u32,
 }
 
@@ -62,7 +59,7 @@ pub struct BoardFlash {
 pub type Region = FlashRegion<'static, CriticalSectionRawMutex, BoardFlash>;
 
 /// Takes the flash driver, and returns the regions of the parameters and of the fault history. To be called once.
-pub fn regions(flash: Flash<'static, Async>) -> (Region, Region) {
+pub fn regions(flash: PartFlash) -> (Region, Region) {
     static FLASH: StaticCell<Mutex<CriticalSectionRawMutex, BoardFlash>> = StaticCell::new();
     let flash: &'static _ = FLASH.init(Mutex::new(BoardFlash {
         flash,
@@ -98,7 +95,7 @@ impl ReadNorFlash for BoardFlash {
             // Interrupts are off for one word at most.
             let length = rest.len().min(FLASH_WORD_BYTES - address % FLASH_WORD_BYTES);
             let (piece, after) = rest.split_at_mut(length);
-            read_guarded(address, piece)?;
+            read(address, piece)?;
             self.words_since_pause += 1;
             if self.words_since_pause >= WORDS_WITHOUT_PAUSE {
                 self.words_since_pause = 0;
@@ -124,7 +121,7 @@ impl NorFlash for BoardFlash {
         supply_allows()?;
         for (word, at) in bytes.chunks(FLASH_WORD_BYTES).zip((offset..).step_by(FLASH_WORD_BYTES)) {
             clean_up();
-            let written = with_timeout(WRITE_TIME, self.flash.write(at, word)).await;
+            let written = with_timeout(WRITE_TIME, self.flash.write_word(at, word)).await;
             finish(written)?;
         }
         Ok(())
@@ -135,8 +132,7 @@ impl NorFlash for BoardFlash {
         for sector in (from..to).step_by(FLASH_SECTOR_BYTES) {
             supply_allows()?;
             clean_up();
-            let end = sector + FLASH_SECTOR_BYTES as u32;
-            let erased = with_timeout(ERASE_TIME, self.flash.erase(sector, end)).await;
+            let erased = with_timeout(ERASE_TIME, self.flash.erase_sector(sector)).await;
             finish(erased)?;
         }
         Ok(())
@@ -157,110 +153,15 @@ fn finish(result: Result<Result<(), DriverError>, TimeoutError>) -> Result<(), S
     result.map_err(StorageError::Program)
 }
 
-/// Clears the error flags of both banks and empties their write buffers.
-///
-/// The part clears these flags through its clear registers alone. The HAL writes the status registers, which changes
-/// nothing: without this function the first error of a bank, a corrected single error of a read among them, fails every
-/// write after it. A write that was given up leaves the bank in its programming mode, with what it had written in the
-/// buffer; leaving that mode drops it.
-fn clean_up() {
-    for bank in [0, 1].map(|n| pac::FLASH.bank(n)) {
-        // The end of an operation is no error: the driver waits for it.
-        bank.ccr().write(|w| {
-            w.set_clr_wrperr(true);
-            w.set_clr_pgserr(true);
-            w.set_clr_strberr(true);
-            w.set_clr_incerr(true);
-            w.set_clr_operr(true);
-            w.set_clr_rdperr(true);
-            w.set_clr_rdserr(true);
-            w.set_clr_sneccerr(true);
-            w.set_clr_dbeccerr(true);
-        });
-        if bank.cr().read().pg() {
-            if bank.cr().read().lock() {
-                bank.keyr().write_value(UNLOCK_KEYS[0]);
-                bank.keyr().write_value(UNLOCK_KEYS[1]);
-            }
-            bank.cr().modify(|w| w.set_pg(false));
-            bank.cr().modify(|w| w.set_lock(true));
-        }
-    }
-}
-
-/// What unlocks the control register of a bank, in this order.
-const UNLOCK_KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
-
-/// Level 6 of the supply's detector: 2.85 V at the falling edge.
-const SUPPLY_LEVEL: u8 = 6;
-
-/// Switches the detector of the part's supply on.
-pub fn watch_supply() {
-    pac::PWR.cr1().modify(|w| {
-        w.set_pls(SUPPLY_LEVEL);
-        w.set_pvde(true);
-    });
-}
-
-/// Refuses a write while the supply is below the detector's level: it is about to fail, and the write with it.
+/// Refuses a write while the supply is about to fail, and the write with it.
 fn supply_allows() -> Result<(), StorageError> {
-    if pac::PWR.csr1().read().pvdo() {
+    if supply::is_low() {
         return Err(StorageError::LowSupply);
     }
     Ok(())
 }
 
-/// The bank of the flash that holds an address.
-fn bank_of(address: usize) -> pac::flash::Bank {
-    pac::FLASH.bank(usize::from(
-        address >= FLASH_BASE + SECTORS_PER_BANK * FLASH_SECTOR_BYTES,
-    ))
-}
-
-/// Copies bytes out of one flash word. Reading a word with an uncorrectable error raises a bus fault, which
-/// would end every boot anew; this function masks the bus fault and returns an error.
-pub(super) fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), StorageError> {
-    let bank = bank_of(address);
-    bank.ccr().write(|w| w.set_clr_dbeccerr(true));
-    // SAFETY: the system control block is a device of the core, and nothing else in this program writes
-    // CCR after start-up nor reads CFSR outside a fault handler, which cannot run while FAULTMASK is set.
-    let scb = unsafe { &*cortex_m::peripheral::SCB::PTR };
-    let (damaged, faulted);
-    // SAFETY: FAULTMASK raises the priority above every handler but NMI and is lowered again below; with
-    // BFHFNMIGN a data bus fault is then ignored. The address lies in the flash, checked by the caller.
-    unsafe {
-        cortex_m::asm::dsb();
-        core::arch::asm!("cpsid f", options(nomem, nostack));
-        scb.ccr.modify(|w| w | CCR_BFHFNMIGN);
-        cortex_m::asm::dsb();
-        cortex_m::asm::isb();
-        // Every read goes to the bus, because the data cache is off: where it can, one read takes four bytes.
-        let (words, rest) = if address.is_multiple_of(4) {
-            bytes.as_chunks_mut()
-        } else {
-            ([].as_mut_slice(), bytes)
-        };
-        let mut at = address;
-        for word in words {
-            *word = core::ptr::read_volatile(at as *const u32).to_le_bytes();
-            at += 4;
-        }
-        for byte in rest {
-            *byte = core::ptr::read_volatile(at as *const u8);
-            at += 1;
-        }
-        cortex_m::asm::dsb();
-        faulted = scb.cfsr.read() & CFSR_BUS_FAULTS != 0;
-        // Writing ones clears the flags.
-        scb.cfsr.write(CFSR_BUS_FAULTS);
-        scb.ccr.modify(|w| w & !CCR_BFHFNMIGN);
-        cortex_m::asm::dsb();
-        core::arch::asm!("cpsie f", options(nomem, nostack));
-    }
-    damaged = bank.sr().read().dbeccerr();
-    bank.ccr().write(|w| w.set_clr_dbeccerr(true));
-    if damaged || faulted {
-        return Err(StorageError::Unreadable);
-    }
-    Ok(())
+/// Copies bytes out of one flash word.
+pub fn read(address: usize, bytes: &mut [u8]) -> Result<(), StorageError> {
+    read_guarded(address, bytes).map_err(|_| StorageError::Unreadable)
 }

@@ -1,0 +1,83 @@
+//! Clock tree: 216 MHz core and TIM1, 108 MHz encoders' timers, from the debugger's 8 MHz clock, or from the part's own
+//! oscillator if that clock is missing.
+
+use embassy_stm32::Config;
+use embassy_stm32::pac;
+use embassy_stm32::pac::timer::vals::FilterValue;
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, Hse, HseMode, LsConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk,
+};
+use embassy_stm32::time::Hertz;
+use firmware::hardware::ClockSource;
+
+/// Kernel clock of TIM1: twice the clock of its bus.
+pub const TIMER_HZ: u32 = 216_000_000;
+
+/// The encoders' filter: eight samples, 16 periods of their timers' 108 MHz apart.
+pub const ENCODER_FILTER: FilterValue = FilterValue::FDTS_DIV16_N8;
+
+/// Most reads of the external clock's ready flag before the internal oscillator takes its place. At the 16 MHz after a
+/// reset they take between 40 and 200 ms; a clock that is there is ready within 2 ms.
+const READY_READS: u32 = 100_000;
+
+/// Whether the debugger gives its clock: switches the clock's input on, and off again if no clock comes.
+fn external_clock_comes() -> bool {
+    // The board has no crystal: the debugger drives OSC_IN.
+    pac::RCC.cr().modify(|w| w.set_hsebyp(true));
+    pac::RCC.cr().modify(|w| w.set_hseon(true));
+    let comes = (0..READY_READS).any(|_| pac::RCC.cr().read().hserdy());
+    if !comes {
+        pac::RCC.cr().modify(|w| w.set_hseon(false));
+        pac::RCC.cr().modify(|w| w.set_hsebyp(false));
+    }
+    comes
+}
+
+/// Looks for the external clock and returns the configuration of the clocks and of the drivers' interrupt priorities
+/// for the clock that is there. Every frequency is the same from either.
+///
+/// The HAL waits for the external clock without limit. A clock that came here is there for the HAL too.
+pub fn config() -> (Config, ClockSource) {
+    let mut config = Config::default();
+    let (clock, source, prediv) = if external_clock_comes() {
+        config.rcc.hse = Some(Hse {
+            freq: Hertz(8_000_000),
+            mode: HseMode::Bypass,
+        });
+        (ClockSource::External, PllSource::HSE, PllPreDiv::DIV4)
+    } else {
+        // 16 MHz, within 1 % at room temperature.
+        (ClockSource::Internal, PllSource::HSI, PllPreDiv::DIV8)
+    };
+    config.rcc.pll_src = source;
+    // 2 MHz in, 432 MHz inside, 216 MHz out, and the 48 MHz of the random number generator.
+    config.rcc.pll = Some(Pll {
+        prediv,
+        mul: PllMul::MUL216,
+        divp: Some(PllPDiv::DIV2),
+        divq: Some(PllQDiv::DIV9),
+        divr: None,
+    });
+    config.rcc.sys = Sysclk::PLL1_P;
+    config.rcc.ahb_pre = AHBPrescaler::DIV1;
+    config.rcc.apb1_pre = APBPrescaler::DIV4;
+    config.rcc.apb2_pre = APBPrescaler::DIV2;
+    // The firmware uses no calendar, whose clock source could be chosen only once per power-up.
+    config.rcc.ls = LsConfig::off();
+    (config, clock)
+}
+
+/// Switches the clock security system on, for good: when the external clock stops, the part goes on with its own
+/// oscillator, trips the bridges' break and calls the non-maskable interrupt (`NonMaskableInt` in `stm32/crash.rs`).
+pub fn watch_external_clock() {
+    pac::RCC.cr().modify(|w| w.set_csson(true));
+}
+
+/// Whether the external clock stopped. Clears the flag, which would otherwise call the non-maskable interrupt again.
+pub fn external_clock_stopped() -> bool {
+    let stopped = pac::RCC.cir().read().cssf();
+    if stopped {
+        pac::RCC.cir().modify(|w| w.set_cssc(true));
+    }
+    stopped
+}

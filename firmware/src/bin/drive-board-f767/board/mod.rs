@@ -1,0 +1,205 @@
+//! The drive board on the NUCLEO-F767ZI: every pin, timer, DMA channel and interrupt, in one place.
+//!
+//! The wiring is that of the NUCLEO-H743ZI2, pin by pin, so that one power stage fits both; converter channels, DMA
+//! streams and clocks are this part's own.
+//!
+//! | Function | Part | Pins | DMA | Interrupt |
+//! |---|---|---|---|---|
+//! | Left bridge | TIM1 CH1, CH1N | PE9, PE8 | | |
+//! | Right bridge | TIM1 CH2, CH2N | PE11, PE10 | | |
+//! | Ballast bridge | TIM1 CH3, CH3N | PE13, PE12 | | |
+//! | Hardware break: stop's second contact, bridge fault | TIM1 BKIN | PE15, pull-up, open = break | | |
+//! | Emergency stop, first contact | GPIO | PG2, pull-up, open = pressed | | |
+//! | Left encoder | TIM2 CH1, CH2 | PA15, PB3 | | |
+//! | Right encoder | TIM3 CH1, CH2 | PC6, PC7 | | |
+//! | Ballast encoder | TIM4 CH1, CH2 | PD12, PD13 | | |
+//! | Arm IMU, ICM-42688-P | SPI1 | PA5 SCK, PA6 MISO, PB5 MOSI, PD14 CS | DMA2 stream 2 in, 5 out | DMA2_STREAM2, 5 |
+//! | Spar IMU, ICM-42688-P | SPI4 | PE2 SCK, PE5 MISO, PE6 MOSI, PE4 CS | DMA2 stream 0 in, 1 out | DMA2_STREAM0, 1 |
+//! | Battery voltage | ADC1 channel 3 | PA3 | DMA2 stream 4 | DMA2_STREAM4 |
+//! | Motor currents left, right, ballast | ADC1 channels 10, 9, 4 | PC0, PB1, PA4 | as above | as above |
+//! | Host link | USART3 | PD8 out, PD9 in | DMA1 stream 1 in, 3 out | USART3, DMA1_STREAM1, 3 |
+//! | Parameters | flash bank 2, last two sectors | | | |
+//! | Fault history | flash bank 2, the two sectors before | | | |
+//! | Watchdog | IWDG | | | |
+//! | Clock of the tasks, 1 MHz | TIM5 | | | TIM5 |
+//! | Executor of the control task | | | | UART5, as a software interrupt |
+//! | Lamps: armed (green), faulted (red) | GPIO | PB0, PB14 | | |
+//! | User button: disarm | GPIO | PC13, high = pressed | | |
+//!
+//! Of two DMA streams of one controller the lower wins: input has the lower one, or the SPI's FIFO would overrun. The
+//! buffers lie in SRAM1. The power stage needs pull-downs at the inputs of its bridges: the pins float until this code
+//! runs.
+
+mod analog;
+pub mod clocks;
+pub mod flash;
+pub mod part;
+pub mod reset_cause;
+#[path = "../../stm32/mod.rs"]
+pub mod stm32;
+
+use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
+use embassy_stm32::spi::Spi;
+use embassy_stm32::time::Hertz;
+use embassy_stm32::timer::complementary_pwm::ComplementaryPwmPin;
+use embassy_stm32::timer::qei::Qei;
+use embassy_stm32::timer::simple_pwm::PwmPin;
+use embassy_stm32::usart::Uart;
+use embassy_stm32::{bind_interrupts, dma, pac, peripherals, usart};
+use firmware::drive_board::analog::INPUTS;
+use firmware::hardware::ClockSource;
+
+pub use analog::LeftAlignedSequence as AnalogSequence;
+pub use embassy_stm32::peripherals::IWDG as BoardWatchdog;
+pub use flash::TwoBankFlash as PartFlash;
+use stm32::{
+    Board, BridgePins, CoreCycles, FlightRecorder, Lamps, QuadratureCounters, StopContact, Tim1Bridges, UserButton,
+    WatchdogAtRest, boot_number, crash, encoders, imu, link, self_test, storage, supply,
+};
+
+bind_interrupts!(struct Interrupts {
+    DMA1_STREAM1 => dma::InterruptHandler<peripherals::DMA1_CH1>;
+    DMA1_STREAM3 => dma::InterruptHandler<peripherals::DMA1_CH3>;
+    DMA2_STREAM0 => dma::InterruptHandler<peripherals::DMA2_CH0>;
+    DMA2_STREAM1 => dma::InterruptHandler<peripherals::DMA2_CH1>;
+    DMA2_STREAM2 => dma::InterruptHandler<peripherals::DMA2_CH2>;
+    DMA2_STREAM4 => dma::InterruptHandler<peripherals::DMA2_CH4>;
+    DMA2_STREAM5 => dma::InterruptHandler<peripherals::DMA2_CH5>;
+    USART3 => usart::InterruptHandler<peripherals::USART3>;
+});
+
+/// TIM1's alternate function on its break pin.
+const BREAK_FUNCTION: u8 = 1;
+
+/// Bus clock of the IMUs, a sixteenth of the buses' 108 MHz and less than a third of what the IMUs allow, for a cable
+/// of some decimetres. One tick's burst takes 19 us.
+pub const IMU_CLOCK: Hertz = Hertz(6_750_000);
+
+impl Board {
+    /// Starts the board: the bridges first, open.
+    ///
+    /// # Panics
+    /// When called twice.
+    pub fn take() -> Self {
+        let reset_cause = reset_cause::take();
+        let (config, clock) = clocks::config();
+        let p = embassy_stm32::init(config);
+        if clock == ClockSource::External {
+            clocks::watch_external_clock();
+        }
+        let mut core = cortex_m::Peripherals::take().expect("the board is taken once");
+        core.SCB.enable_icache();
+        guard_outputs();
+
+        let (bridges, break_works) = Tim1Bridges::new(p.TIM1, || {
+            let mut break_input = Flex::new(p.PE15);
+            break_input.set_as_af_unchecked(BREAK_FUNCTION, AfType::input(Pull::Up));
+            BridgePins {
+                forward: (
+                    PwmPin::new(p.PE9, OutputType::PushPull),
+                    PwmPin::new(p.PE11, OutputType::PushPull),
+                    PwmPin::new(p.PE13, OutputType::PushPull),
+                ),
+                reverse: (
+                    ComplementaryPwmPin::new(p.PE8, OutputType::PushPull),
+                    ComplementaryPwmPin::new(p.PE10, OutputType::PushPull),
+                    ComplementaryPwmPin::new(p.PE12, OutputType::PushPull),
+                ),
+                break_input,
+            }
+        });
+        let blockers = self_test::run(break_works);
+        let last_words = crash::take(reset_cause);
+        let boot_number = boot_number::take();
+
+        let encoder_counters = QuadratureCounters::new(
+            Qei::new(p.TIM2, p.PA15, p.PB3, encoders::config()),
+            Qei::new(p.TIM3, p.PC6, p.PC7, encoders::config()),
+            Qei::new(p.TIM4, p.PD12, p.PD13, encoders::config()),
+        );
+        let arm_imu = imu::device(
+            Spi::new(
+                p.SPI1,
+                p.PA5,
+                p.PB5,
+                p.PA6,
+                p.DMA2_CH5,
+                p.DMA2_CH2,
+                Interrupts,
+                imu::config(),
+            ),
+            Output::new(p.PD14, Level::High, Speed::VeryHigh),
+        );
+        let spar_imu = imu::device(
+            Spi::new(
+                p.SPI4,
+                p.PE2,
+                p.PE6,
+                p.PE5,
+                p.DMA2_CH1,
+                p.DMA2_CH0,
+                Interrupts,
+                imu::config(),
+            ),
+            Output::new(p.PE4, Level::High, Speed::VeryHigh),
+        );
+        let pins = [p.PA3.into(), p.PC0.into(), p.PB1.into(), p.PA4.into()];
+        let analog = AnalogSequence::new(p.ADC1, p.DMA2_CH4, Interrupts, INPUTS.channels(), pins);
+        let uart = Uart::new(
+            p.USART3,
+            p.PD9,
+            p.PD8,
+            p.DMA1_CH3,
+            p.DMA1_CH1,
+            Interrupts,
+            link::config(),
+        )
+        .expect("the part supports the link's settings");
+        let (link_sender, link_receiver) = link::split(uart);
+        let (parameters, fault_history) = storage::regions(PartFlash::new(p.FLASH));
+
+        Self {
+            reset_cause,
+            clock,
+            boot_number,
+            last_words,
+            bridges,
+            encoders: encoder_counters,
+            arm_imu,
+            spar_imu,
+            analog,
+            emergency_stop: StopContact(Input::new(p.PG2, Pull::Up)),
+            cycles: CoreCycles::start(&mut core.DCB, &mut core.DWT),
+            lamps: Lamps {
+                armed: Output::new(p.PB0, Level::Low, Speed::Low),
+                faulted: Output::new(p.PB14, Level::Low, Speed::Low),
+            },
+            flight_recorder: FlightRecorder::new(),
+            user_button: UserButton::new(Input::new(p.PC13, Pull::None)),
+            link_sender,
+            link_receiver,
+            parameters,
+            fault_history,
+            blockers,
+            watchdog: WatchdogAtRest::new(p.IWDG),
+        }
+    }
+}
+
+/// Makes a locked-up core and a supply below 2.8 V trip the hardware break: they would leave the bridges driven with
+/// nothing in control. The clock security system needs no switch. A debugger that halts the core stops TIM1, which
+/// switches its outputs off, and the watchdog.
+///
+/// The RAM of this part has no error correction, so nothing trips the break when a word of it loses a bit.
+fn guard_outputs() {
+    /// SYSCFG's class B register, which the HAL's register description leaves out, and its lock bits.
+    const SYSCFG_CBR: *mut u32 = 0x4001_381C as *mut u32;
+    const SUPPLY_LOCK: u32 = 1 << 2;
+    const CORE_LOCKUP_LOCK: u32 = 1 << 0;
+    supply::watch();
+    pac::RCC.apb2enr().modify(|w| w.set_syscfgen(true));
+    // SAFETY: this is a register of this part; start-up writes it once, and its bits can only be set.
+    unsafe { SYSCFG_CBR.write_volatile(CORE_LOCKUP_LOCK | SUPPLY_LOCK) };
+    pac::DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
+    pac::DBGMCU.apb1fzr().modify(|w| w.set_iwdg(true));
+}

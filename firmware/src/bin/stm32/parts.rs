@@ -1,0 +1,61 @@
+//! What every board hands to the application.
+
+use firmware::hardware::{ClockSource, ResetCause};
+use model::supervise::codes::BlockerSet;
+
+use super::bridges::Tim1Bridges;
+use super::crash::LastWords;
+use super::cycle_counter::CoreCycles;
+use super::encoders::QuadratureCounters;
+use super::flight_record::FlightRecorder;
+use super::imu::ImuDevice;
+use super::lamps::Lamps;
+use super::link::{LinkReceiver, LinkSender};
+use super::storage::Region;
+use super::switches::{StopContact, UserButton};
+use super::watchdog::WatchdogAtRest;
+use crate::board::AnalogSequence;
+
+/// Everything the application runs on.
+pub struct Board {
+    /// Why the part started.
+    pub reset_cause: ResetCause,
+    /// What the part's clocks run from.
+    pub clock: ClockSource,
+    /// A number that differs from boot to boot.
+    pub boot_number: u32,
+    /// The message of the last run, if a panic or a fault ended it.
+    pub last_words: Option<LastWords>,
+    /// Motor bridges, open.
+    pub bridges: Tim1Bridges,
+    /// Motor encoders.
+    pub encoders: QuadratureCounters,
+    /// IMU on the arm.
+    pub arm_imu: ImuDevice,
+    /// IMU on the camera spar.
+    pub spar_imu: ImuDevice,
+    /// Battery and currents.
+    pub analog: AnalogSequence,
+    /// Emergency stop.
+    pub emergency_stop: StopContact,
+    /// Watchdog, not started: the task that feeds it starts with it.
+    pub watchdog: WatchdogAtRest,
+    /// Cycle counter, running.
+    pub cycles: CoreCycles,
+    /// Armed and faulted lamps.
+    pub lamps: Lamps,
+    /// Keeper of the last tick's record.
+    pub flight_recorder: FlightRecorder,
+    /// The board's button.
+    pub user_button: UserButton,
+    /// Host link, out.
+    pub link_sender: LinkSender,
+    /// Host link, in.
+    pub link_receiver: LinkReceiver,
+    /// Stored parameters.
+    pub parameters: Region,
+    /// Fault history.
+    pub fault_history: Region,
+    /// What the self-test found.
+    pub blockers: BlockerSet,
+}

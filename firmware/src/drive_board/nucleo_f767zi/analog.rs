@@ -1,0 +1,38 @@
+//! The analogue inputs on the NUCLEO-F767ZI. The build script reads this file too: a vehicle whose limits the inputs
+//! cannot measure does not become firmware.
+
+use model::analog::{Analog, AnalogInput, AnalogScale};
+use model::board::SensorRanges;
+
+/// A conversion of 12 bits, at the top of a word of 16, of an amplifier of +-60 A around mid-scale: steps of 0.03 A.
+const CURRENT: AnalogScale = AnalogScale {
+    per_count: 120.0 / 65536.0,
+    zero_count: 32768,
+};
+
+/// Channels of ADC1, and what their counts stand for.
+pub const INPUTS: Analog<AnalogInput> = Analog {
+    battery: AnalogInput {
+        channel: 3,
+        // A conversion of 12 bits, at the top of a word of 16, of 0 to 3.3 V behind a divider of 1:20.
+        scale: AnalogScale {
+            per_count: 66.0 / 65536.0,
+            zero_count: 0,
+        },
+    },
+    left_current: AnalogInput {
+        channel: 10,
+        scale: CURRENT,
+    },
+    right_current: AnalogInput {
+        channel: 9,
+        scale: CURRENT,
+    },
+    ballast_current: AnalogInput {
+        channel: 4,
+        scale: CURRENT,
+    },
+};
+
+/// What the inputs measure.
+pub const RANGES: SensorRanges = SensorRanges::of(&INPUTS.scales());

@@ -1,0 +1,23 @@
+//! Facts of the drive board on the NUCLEO-F767ZI.
+
+pub mod analog;
+
+/// Time after which the watchdog resets a part that has not fed it, us, at its oscillator's 32 kHz. Within the
+/// oscillator's 17 to 47 kHz (data sheet) that is 8.2 to 22.6 ms: more than the 5 ms between two feeds, and with the 15
+/// ms after which a hung control task stops them short of the 40 ms within which a hung part must be back in its safe
+/// state.
+pub const WATCHDOG_US: u32 = 12_000;
+
+/// Kernel clock of the encoders' timers, Hz.
+pub const ENCODER_CLOCK_HZ: u32 = 108_000_000;
+/// Periods of that clock between two samples of an encoder's input.
+pub const ENCODER_DIVIDER: u32 = 16;
+
+/// One sector of the parameters' flash, bytes: what an erase clears. The flash has smaller ones too, five at the start
+/// of each bank, which take the room of one.
+pub const FLASH_SECTOR_BYTES: usize = 128 * 1024;
+/// Room of each of the flash's two banks, in sectors of [`FLASH_SECTOR_BYTES`].
+pub const SECTORS_PER_BANK: usize = 8;
+/// One word of the stores, bytes: eight of what the part programs at once, so that a stored set looks the same on each
+/// board.
+pub const FLASH_WORD_BYTES: usize = 32;

@@ -1,0 +1,20 @@
+//! Facts of the drive board on the NUCLEO-H743ZI2.
+
+pub mod analog;
+
+/// Time after which the watchdog resets a part that has not fed it, us: long enough for a control task that is late
+/// by many ticks, and with the reset itself short of the 40 ms within which a hung part must be back in its safe
+/// state.
+pub const WATCHDOG_US: u32 = 20_000;
+
+/// Kernel clock of the encoders' timers, Hz.
+pub const ENCODER_CLOCK_HZ: u32 = 200_000_000;
+/// Periods of that clock between two samples of an encoder's input.
+pub const ENCODER_DIVIDER: u32 = 32;
+
+/// One sector of the parameters' flash, bytes: what an erase clears.
+pub const FLASH_SECTOR_BYTES: usize = 128 * 1024;
+/// Sectors of each of the flash's two banks.
+pub const SECTORS_PER_BANK: usize = 8;
+/// One word of the parameters' flash, bytes: what is programmed, and what errors are corrected over.
+pub const FLASH_WORD_BYTES: usize = 32;
