@@ -14,37 +14,54 @@ mod nucleo_f767zi;
 #[path = "src/drive_board/nucleo_h743zi/analog.rs"]
 mod nucleo_h743zi;
 
-/// The board that a feature chose: what its inputs measure, and the folder of its program, which has its memory layout.
-/// With no board, or two, the library's own message ends the build.
-fn board() -> (SensorRanges, &'static str) {
+/// What the build needs to know of a board.
+struct BuiltBoard {
+    /// What its inputs measure.
+    ranges: SensorRanges,
+    /// The name of its program.
+    program: &'static str,
+    /// Its memory layout.
+    memory: &'static str,
+}
+
+/// The board that a feature chose. With no board, or two, the library's own message ends the build.
+fn board() -> BuiltBoard {
     if env::var_os("CARGO_FEATURE_NUCLEO_F767ZI").is_some() {
-        (nucleo_f767zi::RANGES, "drive-board-f767")
+        BuiltBoard {
+            ranges: nucleo_f767zi::RANGES,
+            program: "drive-board-f767",
+            memory: "src/bin/drive-board-f767/memory.x",
+        }
     } else {
-        (nucleo_h743zi::RANGES, "drive-board")
+        BuiltBoard {
+            ranges: nucleo_h743zi::RANGES,
+            program: "drive-board",
+            memory: "../memory.x",
+        }
     }
 }
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
     println!("cargo::rerun-if-changed=src/drive_board");
-    let (ranges, program) = board();
+    let board = board();
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    vehicle(&out, ranges, program);
+    vehicle(&out, &board);
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
-        linker(&out, program);
+        linker(&out, board.memory);
     }
 }
 
-fn vehicle(out: &Path, ranges: SensorRanges, program: &str) {
+fn vehicle(out: &Path, board: &BuiltBoard) {
     println!("cargo::rerun-if-env-changed=VEHICLE");
     let name = env::var("VEHICLE").unwrap_or_else(|_| "vehicles/reference.toml".to_owned());
     let path = Path::new("..").join(name);
     println!("cargo::rerun-if-changed={}", path.display());
-    match vehicle_file::read_vehicle_for(&path, &ranges) {
+    match vehicle_file::read_vehicle_for(&path, &board.ranges) {
         Ok(vehicle) => {
             let text = vehicle_file::to_rust(&vehicle);
             fs::write(out.join("vehicle.rs"), &text).expect("OUT_DIR is writable");
-            let hash = build_hash(&text, program);
+            let hash = build_hash(&text, board.program);
             fs::write(out.join("build_hash.rs"), format!("{hash}")).expect("OUT_DIR is writable");
         }
         Err(error) => {
@@ -97,10 +114,9 @@ fn fnv_1a(hash: u32, bytes: &[u8]) -> u32 {
         .fold(hash, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(FNV_PRIME))
 }
 
-fn linker(out: &Path, program: &str) {
-    let memory = Path::new("src/bin").join(program).join("memory.x");
-    println!("cargo::rerun-if-changed={}", memory.display());
-    fs::copy(&memory, out.join("memory.x")).expect("the board's memory layout stands beside its program");
+fn linker(out: &Path, memory: &str) {
+    println!("cargo::rerun-if-changed={memory}");
+    fs::copy(memory, out.join("memory.x")).expect("the board's memory layout is there");
     println!("cargo::rustc-link-search={}", out.display());
     // --nmagic: the sections are not page aligned, which the linker would otherwise pad in flash.
     for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {

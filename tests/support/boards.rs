@@ -15,6 +15,9 @@ const FOLDERS: [[&str; 2]; 2] = [
     ],
 ];
 
+/// The first board's memory layout, which stands at the top as the workspace's.
+const FIRST_MEMORY: &str = "memory.x";
+
 fn lines(file: &Path) -> usize {
     fs::read_to_string(file).map_or(0, |text| text.lines().count())
 }
@@ -26,7 +29,12 @@ pub fn table(root: &Path) -> String {
     for [first, second] in FOLDERS.map(|pair| pair.map(|folder| root.join(folder))) {
         for file in files(&second, &["rs", "x"]) {
             let name = file.strip_prefix(&second).expect("below the folder");
-            let counts = [lines(&file), lines(&first.join(name))];
+            let first = if name == Path::new(FIRST_MEMORY) {
+                root.join(name)
+            } else {
+                first.join(name)
+            };
+            let counts = [lines(&file), lines(&first)];
             sums = [sums[0] + counts[0], sums[1] + counts[1]];
             let shown = file.strip_prefix(root).expect("below the root").display();
             let _ = writeln!(text, "| `{shown}` | {} | {} |", counts[0], counts[1]);
