@@ -38,6 +38,8 @@ pub struct Shown {
     pub vertical_m_s2: f32,
     /// It feels about the weight of a vehicle that stands on its wheels.
     pub weighs: bool,
+    /// The wheels are known to slide.
+    pub slides: bool,
 }
 
 /// Watches which way the IMU faces.
@@ -74,6 +76,9 @@ const MIRRORED_TICKS: u16 = 60;
 const OVERTURNED_M_S2: f32 = -0.5 * G;
 const OVERTURNED_TICKS: u16 = 40;
 
+/// What is left unexplained, over g, when wheels that slid grip again: the ground turns them, and through the gears the arm,
+/// with more than any law asks for. That tells nothing of the IMU.
+const REGAINS: f32 = 1.0;
 /// Share of each tick in the mean squares.
 const MEAN_GAIN: f32 = TICK_S / MEAN_TIME_CONSTANT_S;
 
@@ -99,7 +104,8 @@ impl Facing {
         let [forward, backward] = [shown.unexplained, shown.unexplained + 2.0 * relative];
         self.steady_forward.update(forward);
         self.steady_backward.update(backward);
-        if shown.weighs {
+        let regains = shown.slides && shown.unexplained.abs() > REGAINS;
+        if shown.weighs && !regains {
             let [forward, backward] = [
                 forward - self.steady_forward.value(),
                 backward - self.steady_backward.value(),
@@ -149,6 +155,7 @@ mod tests {
         ticks: u16,
         axle: LowPass,
         weighs: bool,
+        slides: bool,
         vertical_g: f32,
     }
 
@@ -159,6 +166,7 @@ mod tests {
                 ticks: 0,
                 axle: LowPass::new(TICK_S, AXLE_S),
                 weighs: true,
+                slides: false,
                 vertical_g: 1.0,
             }
         }
@@ -171,6 +179,7 @@ mod tests {
                 unexplained: share * relative_g + offset_g,
                 vertical_m_s2: self.vertical_g * G,
                 weighs: self.weighs,
+                slides: self.slides,
             })
         }
 
@@ -243,6 +252,18 @@ mod tests {
         assert!(told.is_some());
         bench.facing.reset();
         assert_eq!(bench.facing, Facing::new(RADIUS_M, AXLE_S));
+    }
+
+    /// Wheels that grip again look mirrored with more than 1 g; a mirrored IMU is found in what looks like a slide too.
+    #[test]
+    fn in_a_slide_only_what_is_below_1_g_tells() {
+        for (amplitude_m_s2, slides, expected) in [(30.0, true, false), (30.0, false, true), (4.0, true, true)] {
+            let mut bench = Bench::new();
+            // Until then the largest acceleration falls to no less than 1 g.
+            bench.slides = slides;
+            let told = bench.told(amplitude_m_s2, -2.0, 110);
+            assert_eq!(told.is_some(), expected, "{amplitude_m_s2}, {slides}");
+        }
     }
 
     /// An angle of the arm that is wrong by 17 degrees while the vehicle speeds up steadily: the same steady error.

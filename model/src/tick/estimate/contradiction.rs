@@ -24,6 +24,7 @@ impl Estimator {
             unexplained: self.arm.unexplained(),
             vertical_m_s2: self.arm.vertical_m_s2(),
             weighs: self.weighs.stands(),
+            slides: self.traction.slides(),
         });
         apart || faces_elsewhere
     }
