@@ -265,7 +265,7 @@ fn a_failed_arm_imu_opens_the_bridges() {
         (SensorFault::Off, Expect::Open(15)),
         (SensorFault::Stuck, Expect::Open(40)),
         (SensorFault::Garbage, Expect::Open(150)),
-        (SensorFault::WrongSign, Expect::Open(700)),
+        (SensorFault::WrongSign, Expect::Open(50)),
         (SensorFault::Slow, Expect::OpenOrHarmless),
         (SensorFault::Delayed, Expect::OpenOrHarmless),
         (SensorFault::Intermittent, Expect::Open(60)),

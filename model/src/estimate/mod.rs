@@ -5,6 +5,7 @@
 //! taken out of it. The slope is not sensed at all: it follows from the balance of forces.
 
 pub mod alignment;
+pub mod facing;
 pub mod heading;
 pub mod odometry;
 pub mod rate_filter;

@@ -78,6 +78,8 @@ pub struct TiltEstimator {
     acceleration_rad_s2: f32,
     error: f32,
     unfiltered_error: f32,
+    unexplained: f32,
+    vertical_m_s2: f32,
 }
 
 /// Largest error, as a sine, that corrects the angle while driving: the start of a slide looks like a wrong angle, and
@@ -112,6 +114,8 @@ impl TiltEstimator {
             acceleration_rad_s2: 0.0,
             error: 0.0,
             unfiltered_error: 0.0,
+            unexplained: 0.0,
+            vertical_m_s2: 0.0,
         }
     }
 
@@ -140,6 +144,7 @@ impl TiltEstimator {
         let x = reading.force_x_m_s2 - self.radius_m * (self.acceleration_rad_s2 - turn * cos);
         let z = reading.force_z_m_s2 - self.radius_m * (swing * swing + turn * sin);
         let horizontal = x * cos - z * sin;
+        self.vertical_m_s2 = x * sin + z * cos;
         let stands = trust.stands();
         if stands {
             // Nothing accelerates: no lag in the faster correction's loop.
@@ -149,8 +154,8 @@ impl TiltEstimator {
         }
         // g sin(phi_measured - phi): no inverse function, and bounded for any reading.
         self.unfiltered_error = ((horizontal - a * cos_slope) / G).bounded(-1.0, 1.0);
-        let error = (self.horizontal.value() - a * cos_slope) / G;
-        let error = error.bounded(-1.0, 1.0);
+        self.unexplained = (self.horizontal.value() - a * cos_slope) / G;
+        let error = self.unexplained.bounded(-1.0, 1.0);
         self.error = error;
         let (factor, bias_factor) = trust.factors();
         self.bias_rad_s -= bias_factor * self.bias_gain_per_s2 * error * self.dt_s;
@@ -222,6 +227,17 @@ impl TiltEstimator {
     /// The same without the filter that makes the accelerometer as late as the axle's acceleration.
     pub fn unfiltered_error(&self) -> f32 {
         self.unfiltered_error
+    }
+
+    /// What the accelerometer felt along the horizontal beyond the axle's acceleration in the last update, over g: the error
+    /// without its bounds.
+    pub fn unexplained(&self) -> f32 {
+        self.unexplained
+    }
+
+    /// What the accelerometer felt along the vertical in the last update, m/s^2: g at rest.
+    pub fn vertical_m_s2(&self) -> f32 {
+        self.vertical_m_s2
     }
 
     /// The learnt gyro bias, rad/s.

@@ -38,8 +38,8 @@ faults! {
     ),
     /// The arm IMU repeats one reading, or its readings cannot be true.
     ImuImplausible = 3 => Opens(
-        "one reading repeated for 20 ticks (`REPEATED_TICKS`); a value at the end of its range for 10 ticks (`SATURATED_TICKS`); a force beyond 6 g, or a rate jumping 200 deg/s in a tick, in most of 40 ticks (`IMPOSSIBLE_TICKS`, `Suspicion`); a force below 0.2 g for 300 ticks, which is a fall of 0.44 m (`FORCELESS_TICKS`); integrated gyro and accelerometer differ by a sine of 0.7 for 300 ticks (`CONTRADICTION`)",
-        "stuck 40 ms; noise 150 ms; intermittent 60 ms; without its accelerometer 320 ms; mounted the wrong way round 700 ms"
+        "one reading repeated for 20 ticks (`REPEATED_TICKS`); a value at the end of its range for 10 ticks (`SATURATED_TICKS`); a force beyond 6 g, or a rate jumping 200 deg/s in a tick, in most of 40 ticks (`IMPOSSIBLE_TICKS`, `Suspicion`); a force below 0.2 g for 300 ticks, which is a fall of 0.44 m (`FORCELESS_TICKS`); integrated gyro and accelerometer differ by a sine of 0.7 for 300 ticks (`CONTRADICTION`); the accelerometer feels less than -0.5 g along the estimated vertical for 40 ticks (`OVERTURNED_TICKS`); wheels and accelerometer contradict each other as a mirrored IMU makes them, for 60 ticks (`MIRRORED_TICKS` in [`facing.rs`](../model/src/estimate/facing.rs))",
+        "stuck 40 ms; noise 150 ms; intermittent 60 ms; without its accelerometer 320 ms; every sign wrong 50 ms; mounted facing backward 300 ms from the first motion of the arm, and not found while the arm hangs still"
     ),
     /// The encoders gave no sample in time.
     EncoderStale = 4 => Opens(

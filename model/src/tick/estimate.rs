@@ -3,6 +3,7 @@
 use crate::bounded::Bounded;
 use crate::estimate::Estimate;
 use crate::estimate::alignment::Alignment;
+use crate::estimate::facing::Facing;
 use crate::estimate::heading::{HeadingEstimator, YawReading};
 use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
@@ -18,10 +19,12 @@ use crate::supervise::supervisor::Believed;
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
 mod calibration;
+mod contradiction;
 mod ground;
 mod standing;
 
 use calibration::{Calibration, is_new};
+use contradiction::CONTRADICTION_TICKS;
 use ground::{SLOPE_RATE_TIME_CONSTANT_S, Trail};
 use standing::{Posture, Standing};
 
@@ -52,6 +55,7 @@ pub(super) struct Estimator {
     arm_lost: bool,
     spar_lost: bool,
     contradicted: Persistence,
+    facing: Facing,
     spar_calibration: Calibration<1>,
     ballast_offset_rad: f32,
     last_heading_rad: f32,
@@ -91,9 +95,6 @@ const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
 const ROLL_TIME_CONSTANT_S: f32 = 0.2;
 /// Ticks for which the accelerometer must feel the vehicle's weight before it is trusted again: the wheels rebound.
 const WEIGHT_TICKS: u16 = 30;
-/// Sine of the angle between integrated gyro and accelerometer that cannot last: one of the two is wrong.
-const CONTRADICTION: f32 = 0.7;
-const CONTRADICTION_TICKS: u16 = 300;
 
 impl Estimator {
     pub(super) fn new(vehicle: &Vehicle<f32>) -> Self {
@@ -136,6 +137,7 @@ impl Estimator {
             arm_lost: true,
             spar_lost: true,
             contradicted: Persistence::new(CONTRADICTION_TICKS),
+            facing: Facing::new(vehicle.scales().length_m, AXLE_ACCELERATION_TIME_CONSTANT_S),
             spar_calibration: Calibration::default(),
             ballast_offset_rad: 0.0,
             last_heading_rad: 0.0,
@@ -187,9 +189,7 @@ impl Estimator {
             // An angle that is still to be found looks like a slide.
             self.traction.stand();
         }
-        let contradicted = self
-            .contradicted
-            .update(self.arm.unfiltered_error().abs() > CONTRADICTION);
+        let contradicted = self.contradicts(&motion, believed, disarmed);
         let stuck = self.climb(&motion, disarmed, intent);
         self.advance(sensed, &motion);
 

@@ -10,6 +10,26 @@ const ARM_LOST: Believed = Believed {
     ..Believed::ALL
 };
 
+/// An IMU that feels its weight from above contradicts itself in 40 ticks, though the sine of 180 degrees is 0; of a vehicle
+/// that is disarmed, which hands may turn over, it shows how it lies.
+#[test]
+fn an_imu_that_is_upside_down_is_told_while_the_vehicle_is_armed() {
+    for (disarmed, expected) in [(false, Some(40)), (true, None)] {
+        let mut bench = Bench::driving();
+        bench.disarmed = disarmed;
+        bench.sensed.arm = feels([0.0, -1.0]);
+        let told = (1..=100).find(|_| bench.tick().contradicted);
+        assert_eq!(told, expected, "disarmed: {disarmed}");
+    }
+    let mut bench = Bench::driving();
+    bench.sensed.arm = feels([0.0, -1.0]);
+    bench.ticks(39);
+    bench.believed = ARM_LOST;
+    bench.tick();
+    bench.believed = Believed::ALL;
+    assert!(!bench.tick().contradicted, "what was not believed is forgotten");
+}
+
 /// What an IMU last gave of a moving arm is no rest, and teaches neither bias nor angle, however long it stays; the
 /// heading follows the wheels. When the IMU is back, it is calibrated anew in the time that a boot takes.
 #[test]

@@ -38,6 +38,8 @@ struct Ride {
     sensed: Sensed,
     /// Angle of the IMU about its x axis.
     mounted_rad: f64,
+    /// It is mounted half a turn about its z axis.
+    mirrored: bool,
     turned_rad: [f64; 2],
 }
 
@@ -50,6 +52,7 @@ impl Ride {
             estimator: Estimator::new(&vehicle),
             sensed: sensed_at_rest(),
             mounted_rad: 0.0,
+            mirrored: false,
             turned_rad: [0.0; 2],
         };
         let rested = (0..600).fold(Estimate::default(), |_, _| ride.tick(motion, true));
@@ -124,6 +127,18 @@ impl Ride {
             (yaw * normal.sin() + x_bias) as f32,
             (yaw * normal.cos() + z_bias) as f32,
         ];
+        if self.mirrored {
+            let [x_rad_s, _] = &mut self.sensed.arm_gyro_xz_rad_s;
+            let arm = &mut self.sensed.arm;
+            for value in [
+                &mut arm.rate_rad_s,
+                &mut arm.force_x_m_s2,
+                &mut self.sensed.arm_force_y_m_s2,
+                x_rad_s,
+            ] {
+                *value = -*value;
+            }
+        }
         let speed_m_s = motion.speed_m_s as f32;
         let intent = Intent {
             target_m_s: speed_m_s,
@@ -146,6 +161,46 @@ impl Ride {
 fn near(what: &str, found: f32, expected: f64, tolerance: f64) {
     let error = f64::from(found) - expected;
     assert!(error.abs() < tolerance, "{what}: {found} instead of {expected}");
+}
+
+/// The arm swings below wheels that drive on: a mirrored IMU is told by the wheels of a vehicle that is armed.
+#[test]
+fn a_mirrored_imu_contradicts_the_wheels_once_they_turn_against_the_arm() {
+    for (mirrored, disarmed, slope_rad) in [
+        (true, false, 0.0),
+        (true, false, 0.15),
+        (true, true, 0.0),
+        (false, false, 0.0),
+        (false, false, -0.15),
+    ] {
+        let hangs = Motion {
+            slope_rad,
+            phi_rad: slope_rad,
+            ..Motion::default()
+        };
+        let mut ride = Ride::from(hangs);
+        ride.mirrored = mirrored;
+        for _ in 0..1000 {
+            assert!(!ride.tick(hangs, true).contradicted);
+        }
+        let told = (1..=600).find(|k| {
+            let (omega, size_rad) = (12.0, 0.08);
+            let angle = omega * f64::from(TICK_S) * f64::from(*k);
+            let motion = Motion {
+                phi_rad: slope_rad + size_rad * (1.0 - angle.cos()),
+                swing_rad_s: size_rad * omega * angle.sin(),
+                swing_rad_s2: size_rad * omega * omega * angle.cos(),
+                ..hangs
+            };
+            ride.tick(motion, disarmed).contradicted
+        });
+        assert_eq!(
+            told.is_some(),
+            mirrored && !disarmed,
+            "{mirrored}, {disarmed}, {slope_rad}"
+        );
+        assert!(told.is_none_or(|ticks| ticks <= 250), "{slope_rad}: {told:?}");
+    }
 }
 
 /// A vehicle that obeys the equations of motion up and down a slope, under a voltage that swings its arm: arm, slope,

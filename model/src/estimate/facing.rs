@@ -1,0 +1,297 @@
+//! Whether the arm IMU faces forward: a mirrored IMU agrees with itself, but not with the wheels' encoders.
+//!
+//! An IMU that is mounted half a turn about its z axis shows -phi' and -f_x. Its gyro and its accelerometer agree with each
+//! other, and the law that believes them throws the arm. The encoders do not share the mistake: they measure the rate
+//! `w = theta' + phi'` of the wheels relative to the arm. Of wheels that roll, the axle accelerates by
+//!
+//! ```text
+//! a = r theta'' = r (w' - phi'')
+//! ```
+//!
+//! The estimate takes this acceleration out of what the accelerometer feels along the horizontal. What is left is `e`: next to
+//! nothing, if the IMU faces forward. A mirrored one shows -a where a is, and takes w' + phi'' for theta'':
+//!
+//! ```text
+//! e = -a - r (w' + phi'') = -2 r w'
+//! ```
+//!
+//! So `e` should be 0 or `-2 r w'`: the watch compares the mean squares of the two errors, `e` and `e + 2 r w'`. Neither
+//! voltage, inertia, load nor slope are in this: whatever turns the wheels against the arm, a motor, a hand or the ground,
+//! tells which way the IMU faces. Wheels that slide obey neither equation: both errors are large then. Steady errors, of an
+//! angle that is known to some degrees, are filtered out of both.
+//!
+//! Of an IMU that is upside down as well, `e` is the sine of an angle of 180 degrees: 0. The vertical tells: what holds the
+//! vehicle up pushes it up, and a vehicle that falls feels nothing.
+
+use super::rate_filter::LowPass;
+use crate::sample::TICK_S;
+use crate::vehicle::GRAVITY_M_S2;
+
+/// What one tick of an armed vehicle shows of its IMU.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shown {
+    /// Mean rate of the wheels relative to the arm, of their encoders, rad/s.
+    pub relative_rad_s: f32,
+    /// What the accelerometer feels along the horizontal beyond the axle's acceleration, over g.
+    pub unexplained: f32,
+    /// What it feels along the vertical, m/s^2: g at rest.
+    pub vertical_m_s2: f32,
+    /// It feels about the weight of a vehicle that stands on its wheels.
+    pub weighs: bool,
+    /// The wheels are known to slide.
+    pub slides: bool,
+}
+
+/// Watches which way the IMU faces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Facing {
+    /// Wheel radius over g, s^2.
+    radius_s2: f32,
+    relative: LowPass,
+    steady_forward: LowPass,
+    steady_backward: LowPass,
+    /// Mean squares of the errors of an IMU that faces forward, and backward.
+    forward: f32,
+    backward: f32,
+    /// Ticks for which the IMU has looked mirrored, and upside down.
+    mirrored_ticks: u16,
+    overturned_ticks: u16,
+}
+
+const G: f32 = GRAVITY_M_S2 as f32;
+/// Time constant of what is steady: several times that of the tilt estimate's filters, and less than a manoeuvre.
+const STEADY_TIME_CONSTANT_S: f32 = 0.2;
+/// Time constant of the mean squares: longer than the blow of a kerb.
+const MEAN_TIME_CONSTANT_S: f32 = 0.1;
+/// Mean square, over g, of what an IMU that faces forward would have to leave unexplained: of 1.4 m/s^2, six times the
+/// difference that may be a slide. Half of it is what the wheels accelerate against the arm.
+const UNEXPLAINED_MIN: f32 = 1.4 / G * (1.4 / G);
+/// Share of it that an IMU that faces backward may leave unexplained: two fifths of the amplitude, for scales, radii and lags
+/// that are known to some percent, and for wheels that slip meanwhile.
+const MIRRORED_SHARE: f32 = 0.15;
+/// Ticks for which the one must explain what the other does not.
+const MIRRORED_TICKS: u16 = 60;
+/// What the accelerometer feels along the vertical, m/s^2, below which it is upside down, and ticks for which that lasts:
+/// gravity alone takes it to 0 only, and nothing pulls a vehicle down at 1.5 g for that long.
+const OVERTURNED_M_S2: f32 = -0.5 * G;
+const OVERTURNED_TICKS: u16 = 40;
+
+/// What is left unexplained, over g, beyond which wheels that slide tell nothing: when they grip again, the ground turns them,
+/// and through the gears the arm.
+const REGAINS: f32 = 0.5;
+/// Share of each tick in the mean squares.
+const MEAN_GAIN: f32 = TICK_S / MEAN_TIME_CONSTANT_S;
+
+impl Facing {
+    /// A watch for wheels of `wheel_radius_m`, whose acceleration the tilt estimate takes from a filter of
+    /// `axle_time_constant_s`.
+    pub fn new(wheel_radius_m: f32, axle_time_constant_s: f32) -> Self {
+        Self {
+            radius_s2: wheel_radius_m / G,
+            relative: LowPass::new(TICK_S, axle_time_constant_s),
+            steady_forward: LowPass::new(TICK_S, STEADY_TIME_CONSTANT_S),
+            steady_backward: LowPass::new(TICK_S, STEADY_TIME_CONSTANT_S),
+            forward: 0.0,
+            backward: 0.0,
+            mirrored_ticks: 0,
+            overturned_ticks: 0,
+        }
+    }
+
+    /// Takes one tick; whether the IMU has shown for a while that it is mirrored or upside down.
+    pub fn update(&mut self, shown: &Shown) -> bool {
+        let relative = self.radius_s2 * self.relative.update(shown.relative_rad_s);
+        let [forward, backward] = [shown.unexplained, shown.unexplained + 2.0 * relative];
+        self.steady_forward.update(forward);
+        self.steady_backward.update(backward);
+        let regains = shown.slides && shown.unexplained.abs() > REGAINS;
+        if shown.weighs && !regains {
+            let [forward, backward] = [
+                forward - self.steady_forward.value(),
+                backward - self.steady_backward.value(),
+            ];
+            self.forward += MEAN_GAIN * (forward * forward - self.forward);
+            self.backward += MEAN_GAIN * (backward * backward - self.backward);
+        }
+        let mirrored = self.forward > UNEXPLAINED_MIN && self.backward < MIRRORED_SHARE * self.forward;
+        self.mirrored_ticks = if mirrored {
+            self.mirrored_ticks.saturating_add(1)
+        } else {
+            0
+        };
+        let overturned = shown.vertical_m_s2 < OVERTURNED_M_S2;
+        self.overturned_ticks = if overturned {
+            self.overturned_ticks.saturating_add(1)
+        } else {
+            0
+        };
+        self.mirrored_ticks >= MIRRORED_TICKS || self.overturned_ticks >= OVERTURNED_TICKS
+    }
+
+    /// Begins anew with wheels that stand: nothing drives them, or the IMU is not believed.
+    pub fn reset(&mut self) {
+        self.relative.reset(0.0);
+        self.steady_forward.reset(0.0);
+        self.steady_backward.reset(0.0);
+        self.forward = 0.0;
+        self.backward = 0.0;
+        self.mirrored_ticks = 0;
+        self.overturned_ticks = 0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RADIUS_M: f32 = 0.25;
+    const AXLE_S: f32 = 0.02;
+    /// Turns the wheels against the arm to and fro by 2 Hz.
+    const OMEGA_RAD_S: f32 = 12.6;
+
+    /// A watch, and wheels that an IMU answers to.
+    struct Bench {
+        facing: Facing,
+        ticks: u16,
+        axle: LowPass,
+        weighs: bool,
+        slides: bool,
+        vertical_g: f32,
+    }
+
+    impl Bench {
+        fn new() -> Self {
+            Self {
+                facing: Facing::new(RADIUS_M, AXLE_S),
+                ticks: 0,
+                axle: LowPass::new(TICK_S, AXLE_S),
+                weighs: true,
+                slides: false,
+                vertical_g: 1.0,
+            }
+        }
+
+        /// One tick at a relative rate, with an error of this share of the wheels' relative acceleration, and of `offset_g`.
+        fn tick(&mut self, relative_rad_s: f32, share: f32, offset_g: f32) -> bool {
+            let relative_g = RADIUS_M / G * self.axle.update(relative_rad_s);
+            self.facing.update(&Shown {
+                relative_rad_s,
+                unexplained: share * relative_g + offset_g,
+                vertical_m_s2: self.vertical_g * G,
+                weighs: self.weighs,
+                slides: self.slides,
+            })
+        }
+
+        /// The tick in which the watch first tells of wheels that swing by `amplitude_m_s2`.
+        fn told(&mut self, amplitude_m_s2: f32, share: f32, ticks: u16) -> Option<u16> {
+            (1..=ticks).find(|_| {
+                self.ticks += 1;
+                let angle = OMEGA_RAD_S * TICK_S * f32::from(self.ticks);
+                let relative_rad_s = amplitude_m_s2 / (RADIUS_M * OMEGA_RAD_S) * libm::sinf(angle);
+                self.tick(relative_rad_s, share, 0.0)
+            })
+        }
+    }
+
+    #[test]
+    fn a_mirrored_imu_is_told_within_a_quarter_of_a_second_of_motion_and_an_upright_one_never() {
+        for amplitude_m_s2 in [2.0_f32, 6.0, -4.0] {
+            let told = Bench::new().told(amplitude_m_s2, -2.0, 1000);
+            assert!(
+                told.is_some_and(|tick| (MIRRORED_TICKS..=250).contains(&tick)),
+                "{amplitude_m_s2}: {told:?}"
+            );
+            // Exact, of wheels that spin on ice or hardly slip, of an accelerometer that shows twice as much, and of the
+            // wrong sign.
+            for share in [0.0, -1.0, -1.3, 0.3, 2.0] {
+                assert_eq!(
+                    Bench::new().told(amplitude_m_s2, share, 3000),
+                    None,
+                    "{amplitude_m_s2}, {share}"
+                );
+            }
+        }
+        // Scales and radii that are wrong by a fifth hide nothing.
+        for share in [-1.6, -2.4] {
+            assert!(Bench::new().told(3.0, share, 1000).is_some(), "{share}");
+        }
+    }
+
+    /// The mean square of 1.4 m/s^2 is that of an amplitude of 2 m/s^2, and twice the wheels' relative one.
+    #[test]
+    fn little_motion_tells_nothing() {
+        assert_eq!(Bench::new().told(0.8, -2.0, 3000), None);
+        assert!(Bench::new().told(1.25, -2.0, 3000).is_some());
+    }
+
+    /// A blow that looks mirrored for 40 ticks is none: it is known as such before 60 have passed.
+    #[test]
+    fn what_does_not_last_tells_nothing() {
+        let mut bench = Bench::new();
+        assert_eq!(bench.told(5.0, -2.0, MIRRORED_TICKS - 1), None);
+        assert!(
+            bench.facing.mirrored_ticks > 20,
+            "it looks mirrored: {}",
+            bench.facing.mirrored_ticks
+        );
+        assert_eq!(bench.told(5.0, 0.0, 1000), None);
+        // Nor do the ticks of two blows add up.
+        bench.facing.mirrored_ticks = MIRRORED_TICKS - 1;
+        assert_eq!(bench.told(5.0, 0.0, 1000), None);
+        assert!(bench.told(5.0, -2.0, 600).is_some());
+    }
+
+    #[test]
+    fn without_weight_and_after_a_reset_nothing_is_told_of_what_was() {
+        let mut bench = Bench::new();
+        bench.weighs = false;
+        assert_eq!(bench.told(5.0, -2.0, 2000), None);
+        bench.weighs = true;
+        let told = bench.told(5.0, -2.0, 1000);
+        assert!(told.is_some());
+        bench.facing.reset();
+        assert_eq!(bench.facing, Facing::new(RADIUS_M, AXLE_S));
+    }
+
+    /// Wheels that grip again look mirrored with more than half a g; a mirrored IMU is found in what looks like a slide too.
+    #[test]
+    fn in_a_slide_only_what_is_below_half_a_g_tells() {
+        for (amplitude_m_s2, slides, expected) in [(30.0, true, false), (30.0, false, true), (2.0, true, true)] {
+            let mut bench = Bench::new();
+            // Until then the largest acceleration falls to no less than half a g.
+            bench.slides = slides;
+            let told = bench.told(amplitude_m_s2, -2.0, 110);
+            assert_eq!(told.is_some(), expected, "{amplitude_m_s2}, {slides}");
+        }
+    }
+
+    /// An angle of the arm that is wrong by 17 degrees while the vehicle speeds up steadily: the same steady error.
+    #[test]
+    fn what_is_steady_tells_nothing() {
+        let mut bench = Bench::new();
+        let mut relative_rad_s = 0.0;
+        for k in 0..4000_u16 {
+            let grown = (f32::from(k) * 0.0005).min(1.0);
+            relative_rad_s += 0.15 * grown * G / RADIUS_M * TICK_S;
+            assert!(!bench.tick(relative_rad_s, 0.0, -0.3 * grown), "{k}");
+        }
+    }
+
+    #[test]
+    fn an_imu_that_is_upside_down_is_told_in_40_ticks() {
+        for (vertical_g, told) in [(-0.51, Some(40)), (-1.0, Some(40)), (-0.49, None), (1.0, None)] {
+            let mut bench = Bench::new();
+            bench.vertical_g = vertical_g;
+            let found = (1..=1000_u16).find(|_| bench.tick(0.0, 0.0, 0.0));
+            assert_eq!(found, told, "{vertical_g} g");
+        }
+        let mut bench = Bench::new();
+        for k in 1..=200_u16 {
+            bench.vertical_g = if k.is_multiple_of(40) { 0.0 } else { -1.0 };
+            assert!(!bench.tick(0.0, 0.0, 0.0), "{k}");
+        }
+        bench.facing.reset();
+        assert_eq!(bench.facing, Facing::new(RADIUS_M, AXLE_S));
+    }
+}
