@@ -280,7 +280,7 @@ fn the_adding_page_counts_its_places() {
     let page = page("adding.md");
     // For a command there are two lists: of a quantity and of a request.
     for (what, places, lists) in [
-        ("parameter", 3, 1),
+        ("parameter", 2, 1),
         ("fault", 2, 1),
         ("sensor", 4, 1),
         ("command", 2, 2),

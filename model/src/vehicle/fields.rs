@@ -14,6 +14,9 @@ pub struct Field {
     pub min: f64,
     /// Largest allowed value.
     pub max: f64,
+    /// The value of a vehicle file that leaves the field out; `None` for what only the vehicle itself tells, which a file
+    /// must give.
+    pub default: Option<f64>,
     /// Names of the values 0, 1, ... of a choice, in order; empty for a number. Vehicle files write the name.
     pub choices: &'static [&'static str],
 }
@@ -93,12 +96,15 @@ pub(crate) trait Group<T> {
     fn value_mut(&mut self, place: usize) -> Option<&mut T>;
 }
 
-/// Defines a group of parameters: a plain struct over the number type, and the table of its fields.
+/// Defines a group of parameters: a plain struct over the number type, and the table of its fields. A field that a vehicle file
+/// may leave out has its value after `or`.
 macro_rules! parameter_group {
+    (@default) => { None };
+    (@default $default:literal) => { Some($default as f64) };
     (
         $(#[doc = $doc:literal])*
         $name:ident {
-            $( $(#[doc = $meaning:literal])+ $field:ident: $min:literal to $max:literal $(: $($choice:literal),+)?, )+
+            $( $(#[doc = $meaning:literal])+ $field:ident: $min:literal to $max:literal $(or $default:literal)? $(: $($choice:literal),+)?, )+
         }
     ) => {
         $(#[doc = $doc])*
@@ -115,6 +121,7 @@ macro_rules! parameter_group {
                     meaning: concat!($($meaning),+),
                     min: $min as f64,
                     max: $max as f64,
+                    default: parameter_group!(@default $($default)?),
                     choices: &[$($($choice),+)?],
                 }, )+
             ];

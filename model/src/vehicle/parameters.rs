@@ -111,7 +111,7 @@ parameter_group! {
     /// Which speed law drives, its limits and gains.
     ControlParameters {
         /// Speed law: Eq. 3.25 with what surrounds it (0), or the landing law (1), whose gains follow from the vehicle.
-        law: 0.0 to 1.0: "eq-3.25", "landing",
+        law: 0.0 to 1.0 or 1.0: "eq-3.25", "landing",
         /// Largest forward or backward speed.
         speed_max_m_s: 0.0 to 20.0,
         /// Largest commanded acceleration of the axle.
@@ -119,17 +119,17 @@ parameter_group! {
         /// Friction coefficient of the tyres on the ground; the landing law plans with three quarters of it.
         grip_mu: 0.05 to 2.0,
         /// Time constant that smooths the commanded speed, for the camera; longer is softer and slower.
-        comfort_s: 0.0 to 2.0,
+        comfort_s: 0.0 to 2.0 or 0.2,
         /// Position hold at rest: speed per metre of displacement; 0 holds the speed only.
-        hold_kp_per_s: 0.0 to 2.0,
+        hold_kp_per_s: 0.0 to 2.0 or 0.4,
         /// Eq. 3.25: speed gain, nondimensional; it multiplies theta' - reference (+0.8 in the thesis).
-        kp: -20.0 to 5.0,
+        kp: -20.0 to 5.0 or 0.8,
         /// Eq. 3.25: gain on the arm's rate phi', nondimensional.
-        kd: 0.0 to 25.0,
+        kd: 0.0 to 25.0 or 10.0,
         /// Eq. 3.25: slow integral gain on the speed error against unmodelled friction, nondimensional.
-        ki: 0.0 to 1.0,
+        ki: 0.0 to 1.0 or 0.06,
         /// Eq. 3.25: swing damping, gain on phi less its equilibrium, nondimensional; 0 leaves Eq. 3.25 alone.
-        swing_gain: 0.0 to 10.0,
+        swing_gain: 0.0 to 10.0 or 4.0,
         /// Yaw-rate gain: voltage per rad/s of error.
         yaw_kp_v_s_per_rad: 0.0 to 200.0,
         /// Integral yaw-rate gain: voltage per rad of integrated error.
@@ -149,13 +149,13 @@ parameter_group! {
     /// Time constants of the estimator.
     EstimatorParameters {
         /// Time constant with which the accelerometer corrects the integrated gyro.
-        tilt_time_constant_s: 0.05 to 60.0,
+        tilt_time_constant_s: 0.05 to 60.0 or 2.0,
         /// Time constant with which the gyro bias is learnt.
-        bias_time_constant_s: 20.0 to 10000.0,
+        bias_time_constant_s: 20.0 to 10000.0 or 60.0,
         /// Time constant of the wheel-rate filter.
-        wheel_rate_time_constant_s: 0.002 to 0.01,
+        wheel_rate_time_constant_s: 0.002 to 0.01 or 0.004,
         /// Time constant of the slope estimate.
-        slope_time_constant_s: 0.05 to 60.0,
+        slope_time_constant_s: 0.05 to 60.0 or 1.0,
     }
 }
 
@@ -163,16 +163,16 @@ parameter_group! {
     /// Limits whose crossing is a fault, and the largest ages of commands and samples.
     SafetyParameters {
         /// Dead-man time: when the newest drive command is older, the vehicle stops and disarms.
-        command_timeout_s: 0.02 to 5.0,
+        command_timeout_s: 0.02 to 5.0 or 0.25,
         /// Longest time that a controlled stop may take before the bridges open.
-        stop_timeout_s: 0.1 to 30.0,
+        stop_timeout_s: 0.1 to 30.0 or 4.0,
         /// Arm angle beyond which the vehicle is about to whirl (a fault).
-        phi_max_rad: 0.2 to 3.1,
+        phi_max_rad: 0.2 to 3.1 or 1.4,
         /// Spar angle beyond which the ballast motor is switched off.
         spar_max_rad: 0.1 to 3.1,
         /// Measured motor current beyond which there is a fault.
         overcurrent_a: 0.1 to 1000.0,
         /// Largest age of a sensor sample that is used.
-        sensor_timeout_s: 0.002 to 0.1,
+        sensor_timeout_s: 0.002 to 0.1 or 0.005,
     }
 }

@@ -57,7 +57,7 @@ fn the_page_names_every_field() {
             last = table;
             let _ = writeln!(
                 text,
-                "\n### [{table}]\n\n| No. | Field | Unit | Allowed | Reference | Meaning |\n|---|---|---|---|---|---|"
+                "\n### [{table}]\n\n| No. | Field | Unit | Allowed | Left out | Reference | Meaning |\n|---|---|---|---|---|---|---|"
             );
         }
         let Field {
@@ -65,16 +65,24 @@ fn the_page_names_every_field() {
             meaning,
             min,
             max,
+            default,
             choices,
         } = field;
         let (unit, meaning) = (unit(name), meaning.trim());
-        let (allowed, value) = match field.choice(value) {
-            Some(choice) => (quoted(choices), format!("{choice:?}")),
-            None => (format!("{min} to {max}"), value.to_string()),
+        let allowed = if choices.is_empty() {
+            format!("{min} to {max}")
+        } else {
+            quoted(choices)
         };
+        let shown = |value| {
+            field
+                .choice(value)
+                .map_or_else(|| value.to_string(), |choice| format!("{choice:?}"))
+        };
+        let (value, default) = (shown(value), default.map(shown).unwrap_or_default());
         let _ = writeln!(
             text,
-            "| {number} | `{name}` | {unit} | {allowed} | {value} | {meaning} |"
+            "| {number} | `{name}` | {unit} | {allowed} | {default} | {value} | {meaning} |"
         );
     }
     generated::check("vehicle-file.md", "fields", &text);
@@ -82,16 +90,18 @@ fn the_page_names_every_field() {
 
 #[test]
 fn the_page_names_every_planar_field() {
-    let mut text = String::from("| Field | Allowed | Meaning |\n|---|---|---|\n");
+    let mut text = String::from("| Field | Allowed | Left out | Meaning |\n|---|---|---|---|\n");
     for Field {
         name,
         meaning,
         min,
         max,
+        default,
         ..
     } in &PLANAR_FIELDS
     {
-        let _ = writeln!(text, "| `{name}` | {min} to {max} | {meaning} |");
+        let default = default.map(|value| value.to_string()).unwrap_or_default();
+        let _ = writeln!(text, "| `{name}` | {min} to {max} | {default} | {meaning} |");
     }
     generated::check("vehicle-file.md", "planar", &text);
 }

@@ -175,24 +175,25 @@ fn rename(root: &mut Table) -> Vec<(&'static str, &'static str)> {
     met
 }
 
-/// The nondimensional planar vehicle; `beta` may be left out (0).
+/// The nondimensional planar vehicle.
 const PLANAR_FIELDS: [Field; 6] = {
-    const fn field(name: &'static str, meaning: &'static str, min: f64, max: f64) -> Field {
+    const fn field(name: &'static str, meaning: &'static str, [min, max]: [f64; 2], default: Option<f64>) -> Field {
         Field {
             name,
             meaning,
             min,
             max,
+            default,
             choices: &[],
         }
     }
     [
-        field("l", "l / r", 0.001, 100.0),
-        field("alpha", "m / (M + m)", 0.000_001, 0.999_999),
-        field("zeta", "total damping", 0.0, 1000.0),
-        field("mu", "wheel inertia", 0.0, 100.0),
-        field("nu", "reflected rotor inertia", 0.0, 100.0),
-        field("beta", "slope, rad", -1.5, 1.5),
+        field("l", "l / r", [0.001, 100.0], None),
+        field("alpha", "m / (M + m)", [0.000_001, 0.999_999], None),
+        field("zeta", "total damping", [0.0, 1000.0], None),
+        field("mu", "wheel inertia", [0.0, 100.0], None),
+        field("nu", "reflected rotor inertia", [0.0, 100.0], Some(0.0)),
+        field("beta", "slope, rad", [-1.5, 1.5], Some(0.0)),
     ]
 };
 
@@ -228,8 +229,11 @@ impl Reader<'_> {
         }
     }
 
-    /// Refuses a missing table, and names in it that are no fields.
+    /// Refuses a missing table, unless every field of it may be left out, and names in it that are no fields.
     fn only_known_fields(&self, table: &'static str, fields: &[Field]) -> Result<(), VehicleFileError> {
+        if !self.root.contains_key(table) && fields.iter().all(|field| field.default.is_some()) {
+            return Ok(());
+        }
         let values = self.table(table)?;
         match values.keys().find(|key| !fields.iter().any(|f| f.name == key.as_str())) {
             None => Ok(()),
@@ -260,7 +264,15 @@ impl Reader<'_> {
             ..
         } = *field;
         let file = || self.file.to_owned();
-        match self.table(table)?.get(name) {
+        let written = self
+            .root
+            .get(table)
+            .and_then(Value::as_table)
+            .and_then(|values| values.get(name));
+        if let (None, Some(default)) = (written, field.default) {
+            return Ok(default);
+        }
+        match written {
             value if !choices.is_empty() => value
                 .and_then(Value::as_str)
                 .and_then(|value| field.value_of(value))
@@ -294,9 +306,6 @@ impl Reader<'_> {
     fn planar(&self) -> Result<PlanarParameters<f64>, VehicleFileError> {
         self.only_known_fields(PLANAR, &PLANAR_FIELDS)?;
         let value = |field: &'static Field| match self.value(PLANAR, field) {
-            Err(VehicleFileError::MissingField {
-                name: "beta" | "nu", ..
-            }) => Ok(0.0),
             Ok(value) if !field.allows(value) => Err(VehicleFileError::Parameter {
                 file: self.file.to_owned(),
                 error: model::vehicle::OutOfRange {

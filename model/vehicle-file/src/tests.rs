@@ -1,4 +1,4 @@
-use super::{VehicleFile, parse, to_rust};
+use super::{TABLES, Table, Value, VehicleFile, parse, to_rust};
 use model::dynamics::coupled::Bearing;
 use model::vehicle::Vehicle;
 
@@ -182,6 +182,51 @@ fn bad_files_are_refused_with_file_field_and_range() {
             assert!(message.contains(part), "{to:?}: {message:?} lacks {part:?}");
         }
     }
+}
+
+/// The reference file, each field in turn left out: its stated value is read, or the field is named as missing.
+#[test]
+fn a_field_that_is_left_out_has_its_stated_value_or_is_missing() {
+    let root: Table = REFERENCE.parse().expect("it is TOML");
+    let (mut stated, mut missing) = (0, 0);
+    for table in TABLES {
+        for field in table.fields {
+            let mut root = root.clone();
+            let values = root.get_mut(table.name).and_then(Value::as_table_mut);
+            let removed = values.expect("every table").remove(field.name);
+            assert!(removed.is_some(), "{}.{}", table.name, field.name);
+            let read = parse("vehicle.toml", &root.to_string());
+            let name = format!("{}.{}", table.name, field.name);
+            match (field.default, read) {
+                (Some(default), Ok(VehicleFile::Vehicle(vehicle))) => {
+                    let parameters = vehicle.parameters();
+                    let number = (0..parameters.count())
+                        .find(|number| parameters.field(*number) == Some((table.name, field)))
+                        .expect("a field");
+                    assert_eq!(parameters.value(number), Some(default), "{name}");
+                    assert!(field.allows(default), "{name}");
+                    stated += 1;
+                }
+                (None, Err(error)) => {
+                    assert!(error.to_string().contains(&name), "{error}");
+                    missing += 1;
+                }
+                (_, read) => panic!("{name}: {read:?}"),
+            }
+        }
+    }
+    assert!(stated > 10 && missing > 30, "{stated} stated, {missing} missing");
+}
+
+#[test]
+fn a_table_that_may_be_left_out_as_a_whole_is_still_a_table() {
+    let (head, rest) = REFERENCE.split_once("[estimator]").expect("table");
+    let (_, tail) = rest.split_once("[safety]").expect("table");
+    let without = vehicle(&format!("{head}[safety]{tail}"));
+    assert_eq!(without.parameters().estimator.tilt_time_constant_s, 2.0);
+    let number = parse("vehicle.toml", &format!("estimator = 3\n{head}[safety]{tail}"));
+    let message = number.expect_err("must be refused").to_string();
+    assert_eq!(message, "vehicle.toml: table [estimator] is missing");
 }
 
 #[test]
