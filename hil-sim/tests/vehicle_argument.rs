@@ -314,6 +314,7 @@ fn a_whole_vehicle_gives_volts_speeds_and_degrees() {
     for line in [
         "simulate --voltage 0.5 --t-end 1 --sample 1",
         "coupled --t-end 1 --sample 1",
+        "spatial --t-end 1 --sample 1",
     ] {
         let run = json(line, Some(REFERENCE));
         near(&run["voltage_unit_v"], volts);
@@ -322,4 +323,41 @@ fn a_whole_vehicle_gives_volts_speeds_and_degrees() {
     }
     let text = String::from_utf8(hil_sim("critical", Some(REFERENCE)).stdout).unwrap();
     assert!(text.contains(" V)"), "{text}");
+}
+
+/// The same of the spar: time over sqrt(l_c / g), and the voltage at which the ballast motor gives m_c g l_c.
+#[test]
+fn a_whole_vehicle_gives_the_regulator_in_volts() {
+    let near = |value: &Value, want: f64| {
+        let value = value.as_f64().unwrap();
+        assert!((value - want).abs() < 1e-3 * want.abs(), "{value} {want}");
+    };
+    let text = std::fs::read_to_string(REFERENCE).unwrap();
+    let number = |table: &str, name: &str| -> f64 {
+        let table = text.split(&format!("\n[{table}]")).nth(1).unwrap();
+        let line = table
+            .lines()
+            .find(|line| line.starts_with(&format!("{name} =")))
+            .unwrap();
+        let value = line.split('=').nth(1).unwrap().split('#').next().unwrap();
+        value.trim().parse().unwrap()
+    };
+    let motor = |name| number("ballast_motor", name);
+    let (length, mass) = (number("spar", "spar_length_m"), number("spar", "camera_mass_kg"));
+    let torque_per_volt = motor("torque_constant_n_m_per_a") * motor("gear_ratio") / motor("resistance_ohm");
+    let (time, volts) = ((length / 9.81).sqrt(), mass * 9.81 * length / torque_per_volt);
+
+    let lqr = json("lqr", Some(REFERENCE));
+    near(&lqr["time_unit_s"], time);
+    near(&lqr["voltage_unit_v"], volts);
+    for (place, scale) in [volts, volts, volts * time, volts * time].into_iter().enumerate() {
+        near(&lqr["gains_v"][place], scale * lqr["gains"][place].as_f64().unwrap());
+    }
+    near(&lqr["poles_per_s"][0][0], lqr["poles"][0][0].as_f64().unwrap() / time);
+    near(&json("camera --tilt0-deg 5", Some(REFERENCE))["voltage_unit_v"], volts);
+    for line in ["lqr", "camera --tilt0-deg 5"] {
+        assert!(json(line, None).get("voltage_unit_v").is_none(), "{line} of no vehicle");
+        let text = String::from_utf8(hil_sim(line, Some(REFERENCE)).stdout).unwrap();
+        assert!(text.contains(" V"), "{text}");
+    }
 }

@@ -4,8 +4,9 @@ use clap::Args;
 
 use crate::analysis::camera::Experiment;
 use crate::analysis::lqr::regulator;
-use crate::analysis::series::degrees;
+use crate::analysis::series::{degrees, largest};
 use crate::commands::camera_arguments::{CameraArguments, WeightArguments};
+use crate::commands::si::{WithUnits, beside};
 use crate::commands::span::SpanArguments;
 use crate::commands::values::{LARGEST_INPUT, available, finite, numbers, require, within};
 use report::error::CommandError;
@@ -70,7 +71,7 @@ fn gains(text: &str) -> Result<Gains, String> {
 /// # Errors
 /// [`CommandError::Input`] on bad parameters, [`CommandError::Other`] where the motion cannot be followed.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let camera = arguments.camera.resolve()?;
+    let (camera, si) = arguments.camera.resolve()?;
     let weights = arguments.weights.resolve()?;
     let gains = match arguments.gains {
         Gains::Optimal => Some(regulator(&camera, &weights)?.gains),
@@ -102,12 +103,21 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let angles = Chart::new("Camera spar", "time (1/w_c)", "angle (deg)")
         .with(Series::new("spar", &result.t, &degrees(&result.theta)))
         .with(Series::new("ballast", &result.t, &degrees(&result.phi)));
-    let report = Report::new("camera", &result)
+    let outcome = WithUnits {
+        result: &result,
+        units: si.units(),
+    };
+    let voltage = largest(&result.v);
+    let report = Report::new("camera", &outcome)
         .line(
             "amplitude in the last third (deg)",
             format!("{:.6}", result.theta_amplitude_deg.unwrap_or(f64::NAN)),
         )
         .line("recovered", result.recovered)
+        .line(
+            "largest voltage",
+            beside(format!("{voltage:.6}"), si.volts(voltage), "V"),
+        )
         .columns(Columns::named(&[
             ("t", &result.t),
             ("theta", &result.theta),

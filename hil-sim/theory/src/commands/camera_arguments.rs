@@ -4,6 +4,7 @@ use clap::Args;
 use model::dynamics::camera::CameraParameters;
 
 use crate::analysis::lqr::{NoRegulator, Weights};
+use crate::commands::si::SparSi;
 use crate::commands::values::{finite, not_negative, numbers, positive, require};
 use crate::commands::vehicle_argument::SparVehicleArgument;
 use report::error::CommandError;
@@ -35,20 +36,22 @@ pub struct CameraArguments {
 }
 
 impl CameraArguments {
-    /// The spar that these flags describe, every range checked.
+    /// The spar that these flags describe, every range checked, and its scales.
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the file and field or the flag, the value and the allowed range.
-    pub fn resolve(&self) -> Result<CameraParameters<f64>, CommandError> {
-        let default = self.vehicle.read()?.camera()?;
-        Ok(CameraParameters {
+    pub fn resolve(&self) -> Result<(CameraParameters<f64>, SparSi), CommandError> {
+        let source = self.vehicle.read()?;
+        let default = source.camera()?;
+        let camera = CameraParameters {
             lm: not_negative("--lm", self.lm.unwrap_or(default.lm))?,
             lr: positive("--lr", self.lr.unwrap_or(default.lr))?,
             mm: not_negative("--mm", self.mm.unwrap_or(default.mm))?,
             mr: positive("--mr", self.mr.unwrap_or(default.mr))?,
             zeta: not_negative("--zeta", self.zeta.unwrap_or(default.zeta))?,
             xi: not_negative("--xi", self.xi.unwrap_or(default.xi))?,
-        })
+        };
+        Ok((camera, SparSi::of(&source)))
     }
 }
 

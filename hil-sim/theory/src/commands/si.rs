@@ -1,6 +1,6 @@
 //! What a command says in SI units beside its nondimensional numbers, where a vehicle file gives the scales.
 
-use model::vehicle::Scales;
+use model::vehicle::{Scales, SparScales};
 use serde::Serialize;
 use vehicle_file::VehicleFile;
 
@@ -30,6 +30,21 @@ impl Si {
         self.0.map(|scales| theta_rate * scales.speed_m_s)
     }
 
+    /// A time, s.
+    pub fn seconds(self, time: f64) -> Option<f64> {
+        self.0.map(|scales| time * scales.time_s)
+    }
+
+    /// A length over the wheel radius, m.
+    pub fn metres(self, length: f64) -> Option<f64> {
+        self.0.map(|scales| length * scales.length_m)
+    }
+
+    /// An angular rate, rad/s.
+    pub fn rate_rad_s(self, rate: f64) -> Option<f64> {
+        self.0.map(|scales| rate / scales.time_s)
+    }
+
     /// An angle in degrees, where anything is said in SI.
     pub fn degrees(self, angle: f64) -> Option<f64> {
         self.0.map(|_| angle.to_degrees())
@@ -49,6 +64,56 @@ impl Si {
             voltage_unit_v: scales.voltage_v,
         })
     }
+}
+
+/// The scales of a whole vehicle's camera spar (ch. 7); without one, there is nothing to say in SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SparSi(Option<SparScales<f64>>);
+
+impl SparSi {
+    /// The scales of the spar that the parameters come from.
+    pub fn of(source: &Source) -> Self {
+        Self(match source {
+            Source::File(_, VehicleFile::Vehicle(vehicle)) => vehicle.spar_scales(),
+            Source::Thesis | Source::File(_, VehicleFile::Planar(_)) => None,
+        })
+    }
+
+    /// The gains of v = -g . x as those of the ballast motor's voltage: on two angles, V/rad, and two rates, V s/rad.
+    pub fn gains_v(self, gains: [f64; 4]) -> Option<[f64; 4]> {
+        let [spar, ballast, spar_rate, ballast_rate] =
+            gains.map(|gain| self.0.map(|scales| scales.voltage_to_si(gain)));
+        let time_s = self.0?.time_s;
+        Some([spar?, ballast?, spar_rate? * time_s, ballast_rate? * time_s])
+    }
+
+    /// A voltage of the ballast motor, V.
+    pub fn volts(self, voltage: f64) -> Option<f64> {
+        self.0.map(|scales| scales.voltage_to_si(voltage))
+    }
+
+    /// Poles in 1/s.
+    pub fn poles_per_s(self, poles: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
+        let time_s = self.0?.time_s;
+        Some(poles.iter().map(|pole| pole.map(|part| part / time_s)).collect())
+    }
+
+    /// One nondimensional unit of each kind.
+    pub fn units(self) -> Option<SparSiUnits> {
+        self.0.map(|scales| SparSiUnits {
+            time_unit_s: scales.time_s,
+            voltage_unit_v: scales.voltage_v,
+        })
+    }
+}
+
+/// What one nondimensional unit of the camera spar is in SI.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SparSiUnits {
+    /// The unit of time, s.
+    time_unit_s: f64,
+    /// The voltage of the ballast motor at v = 1, V.
+    voltage_unit_v: f64,
 }
 
 /// A number in words, with what it is in SI behind it.
@@ -72,11 +137,11 @@ pub struct SiUnits {
 
 /// A result with the units of its numbers, where they are known.
 #[derive(Debug, Serialize)]
-pub struct WithUnits<'a, R> {
+pub struct WithUnits<'a, R, U = SiUnits> {
     /// The result.
     #[serde(flatten)]
     pub result: &'a R,
     /// The units.
     #[serde(flatten)]
-    pub units: Option<SiUnits>,
+    pub units: Option<U>,
 }

@@ -7,6 +7,7 @@ use model::dynamics::spatial::SpatialParameters;
 use crate::analysis::series::{largest, last};
 use crate::analysis::spatial;
 use crate::commands::body_arguments::BodyArguments;
+use crate::commands::si::{Si, WithUnits, beside};
 use crate::commands::span::SpanArguments;
 use crate::commands::values::{LARGEST_INPUT, LARGEST_START, finite, not_negative, numbers, positive, slope, within};
 use crate::commands::vehicle_argument::VehicleArgument;
@@ -55,11 +56,11 @@ Examples:
   hil-sim spatial --slope-x 0.1 --t-end 20 --out out/spatial";
 
 impl Arguments {
-    /// The vehicle these flags describe, every range checked.
+    /// The vehicle these flags describe, every range checked, and its scales.
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the flag, the value and the allowed range.
-    fn resolve(&self) -> Result<SpatialParameters<f64>, CommandError> {
+    fn resolve(&self) -> Result<(SpatialParameters<f64>, Si), CommandError> {
         let source = self.vehicle.read()?;
         let default = source.spatial();
         let PlanarParameters {
@@ -72,7 +73,7 @@ impl Arguments {
             nu: default.nu,
             beta: default.slope_x,
         })?;
-        Ok(SpatialParameters {
+        let parameters = SpatialParameters {
             l,
             alpha,
             zeta,
@@ -82,7 +83,8 @@ impl Arguments {
             j0: not_negative("--j0", self.j0.unwrap_or(default.j0))?,
             slope_x: slope("--slope-x", self.slope_x.unwrap_or(default.slope_x))?,
             slope_y: slope("--slope-y", self.slope_y.unwrap_or(default.slope_y))?,
-        })
+        };
+        Ok((parameters, Si::of(&source)))
     }
 }
 
@@ -91,7 +93,7 @@ impl Arguments {
 /// # Errors
 /// [`CommandError::Input`] on bad parameters, [`CommandError::Other`] where the motion cannot be followed.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let parameters = arguments.resolve()?;
+    let (parameters, si) = arguments.resolve()?;
     let (t_end, sample) = arguments.span.resolve(10.0)?;
     let u = [
         within("--u-right", arguments.u_right, LARGEST_INPUT)?,
@@ -117,9 +119,20 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         ("energy_residual", &result.energy_residual),
         ("constraint_residual", &result.constraint_residual),
     ];
-    let mut report = Report::new("spatial", &result).columns(Columns::named(&named));
+    let outcome = WithUnits {
+        result: &result,
+        units: si.units(),
+    };
+    let mut report = Report::new("spatial", &outcome).columns(Columns::named(&named));
     for (name, values) in &named[..10] {
-        report = report.line(format!("{name} at the end"), format!("{:.6}", last(values)));
+        let value = last(values);
+        let (in_si, unit) = match *name {
+            "t" => (si.seconds(value), "s"),
+            "x" | "y" => (si.metres(value), "m"),
+            "rate_r" | "rate_l" | "phi_rate" => (si.rate_rad_s(value), "rad/s"),
+            _ => (si.degrees(value), "deg"),
+        };
+        report = report.line(format!("{name} at the end"), beside(format!("{value:.6}"), in_si, unit));
     }
     report = report
         .line("largest energy residual", worst(&result.energy_residual))
