@@ -24,139 +24,170 @@ faults! {
     /// The emergency stop was pressed.
     EmergencyStop = 0 => Opens(
         "first contact, sampled each tick",
-        "1 tick; the second contact opens the bridges [in hardware](#emergency-stop-and-hardware-break) before it"
+        "1 tick; the second contact opens the bridges [in hardware](#emergency-stop-and-hardware-break) before it",
+        "Find out why somebody pressed it, then release it."
     ),
     /// The bridges' hardware break tripped.
     BridgeBreak = 1 => Opens(
         "flag of the hardware break, sampled each tick",
-        "the bridges are open before the firmware reads the flag"
+        "the bridges are open before the firmware reads the flag",
+        "Look for an overcurrent or a fault of a bridge, and for an open stop contact."
     ),
     /// The arm IMU gave no sample in time.
     ImuStale = 2 => Opens(
         "newest sample of the arm IMU older than `sensor_timeout_s` (5 ms)",
-        "15 ms for an IMU that goes dead"
+        "15 ms for an IMU that goes dead",
+        "Check the arm IMU's supply and its SPI cable."
     ),
     /// The arm IMU repeats one reading, or its readings cannot be true.
     ImuImplausible = 3 => Opens(
         "one reading repeated for 20 ticks (`REPEATED_TICKS`); a value at the end of its range for 10 ticks (`SATURATED_TICKS`); a force beyond 6 g, or a rate jumping 200 deg/s in a tick, in most of 40 ticks (`IMPOSSIBLE_TICKS`, `Suspicion`); a force below 0.2 g for 300 ticks, which is a fall of 0.44 m (`FORCELESS_TICKS`); integrated gyro and accelerometer differ by a sine of 0.7 for 300 ticks (`CONTRADICTION`); the accelerometer feels less than -0.5 g along the estimated vertical for 40 ticks (`OVERTURNED_TICKS`); wheels and accelerometer contradict each other as a mirrored IMU makes them, for 60 ticks (`MIRRORED_TICKS` in [`facing.rs`](../model/src/estimate/facing.rs))",
-        "stuck 40 ms; noise 150 ms; intermittent 60 ms; without its accelerometer 320 ms; every sign wrong 50 ms; mounted facing backward 300 ms from the first motion of the arm, and not found while the arm hangs still"
+        "stuck 40 ms; noise 150 ms; intermittent 60 ms; without its accelerometer 320 ms; every sign wrong 50 ms; mounted facing backward 300 ms from the first motion of the arm, and not found while the arm hangs still",
+        "Check the arm IMU's mounting and its cable; the log tells when the fault began."
     ),
     /// The encoders gave no sample in time.
     EncoderStale = 4 => Opens(
         "counts older than `sensor_timeout_s` (5 ms); the control task reads the drive board's counters itself, so only another board's can be",
-        "1 tick"
+        "1 tick",
+        "Check the encoders' supply."
     ),
     /// A wheel's encoder contradicts its motor's voltage and current, or jumped.
     EncoderImplausible = 5 => Opens(
         "a tick's advance beyond twice the no-load speed; or voltage less resistance drop less back-EMF beyond 0.35 V plus half the drop plus a quarter of the back-EMF (`RESIDUAL_V`, `RESIDUAL_SHARE`, `BACK_EMF_SHARE`) for 250 ticks (`RESIDUAL_TICKS`) while the current follows the voltage",
-        "noise 100 ms; dead, stuck or reversed 600 ms from 0.15 m/s to 2.5 m/s (260 ms found); not found while the wheel stands"
+        "noise 100 ms; dead, stuck or reversed 600 ms from 0.15 m/s to 2.5 m/s (260 ms found); not found while the wheel stands",
+        "Check the encoder's cable, its direction, and that its disc sits tight."
     ),
     /// A drive motor's current exceeded the largest allowed.
     Overcurrent = 6 => Opens(
         "the current of either drive motor beyond `overcurrent_a` for 3 ticks (`OVERCURRENT_TICKS`)",
-        "3 ticks; a bridge that reports a fault of its own acts through the break"
+        "3 ticks; a bridge that reports a fault of its own acts through the break",
+        "Check the motor and its leads for a short, and free a blocked wheel."
     ),
     /// The battery is below its lowest voltage.
     BatteryLow = 7 => Stops(
         "filtered supply (5 ms) below `minimum_v` for 50 ticks (`BATTERY_TICKS`)",
-        "the stop begins within 300 ms"
+        "the stop begins within 300 ms",
+        "Charge or change the battery; check its contacts."
     ),
     /// The battery is above its highest voltage.
     BatteryHigh = 8 => Opens(
         "the same above `maximum_v`",
-        "150 ms"
+        "150 ms",
+        "Use a battery within `battery.maximum_v`; brake less on long descents."
     ),
     /// The analogue inputs gave no reading in time.
     AnalogStale = 9 => Stops(
         "reading older than `sensor_timeout_s` (5 ms)",
-        "the stop begins within 6 ms"
+        "the stop begins within 6 ms",
+        "Check the board's analogue supply."
     ),
     /// The arm swung beyond its largest angle: the vehicle is about to whirl.
     ArmAngle = 10 => Opens(
         "estimated arm angle beyond `phi_max_rad` (1.4 rad)",
-        "1 tick"
+        "1 tick",
+        "Accelerate less, or take a gentler slope; let the arm hang still before arming again."
     ),
     /// No drive command came in time.
     CommandTimeout = 11 => Stops(
         "newest command older than `command_timeout_s` (0.25 s), or not a number",
-        "the stop begins within 252 ms of the giving of the last command"
+        "the stop begins within 252 ms of the giving of the last command",
+        "Check the link and the operator's program; keep the page in front while driving."
     ),
     /// A controlled stop did not come to rest in time.
     StopTimeout = 12 => Opens(
         "`stop_timeout_s` (4 s) in Stopping",
-        "4 s after the stop began"
+        "4 s after the stop began",
+        "Bring the vehicle to level ground; something kept it from coming to rest."
     ),
     /// A computed value was not a number.
     NotFinite = 13 => Opens(
         "an estimate, or a voltage about to be applied, is not a number",
-        "the same tick: the value is not applied"
+        "the same tick: the value is not applied",
+        "Check the parameters that were changed last; keep the records and report them."
     ),
     /// A tick came far too late.
     DeadlineMissed = 14 => Opens(
         "more than 5 ms from one tick to the next (`MISSED_US`); more than 1.5 ms counts in `late_ticks` (`LATE_US`)",
-        "the late tick itself; if the core hangs altogether, the watchdog acts"
+        "the late tick itself; if the core hangs altogether, the watchdog acts",
+        "Keep the records and report them: the board was too busy."
     ),
     /// The spar tilted beyond its largest angle: the ballast motor is off.
     SparAngle = 15 => Spar(
         "estimated spar angle beyond `spar_max_rad` (1.3 rad)",
-        "1 tick"
+        "1 tick",
+        "Lift the spar upright; drive more gently with a camera."
     ),
     /// The spar IMU gave no believable sample: the ballast motor is off.
     SparImu = 16 => Spar(
         "as ImuStale and ImuImplausible, but for the contradiction",
-        "as there"
+        "as there",
+        "Check the spar IMU's cable; the vehicle drives without levelling meanwhile."
     ),
     /// The ballast's encoder contradicts its motor's voltage and current, or jumped: the ballast motor is off.
     BallastEncoder = 17 => Spar(
         "as EncoderImplausible",
-        "noise 200 ms; dead, stuck or reversed only while the ballast turns faster than half its residual allows"
+        "noise 200 ms; dead, stuck or reversed only while the ballast turns faster than half its residual allows",
+        "Check the ballast encoder's cable; the vehicle drives without levelling meanwhile."
     ),
     /// The ballast motor's current exceeded the largest allowed: the ballast motor is off.
-    BallastOvercurrent = 18 => Spar("as Overcurrent", "3 ticks"),
+    BallastOvercurrent = 18 => Spar(
+        "as Overcurrent",
+        "3 ticks",
+        "Free the ballast; check its motor and leads for a short."
+    ),
     /// No current follows the ballast motor's voltage: a lead is open, and the ballast motor is off.
     BallastMotorOpen = 19 => Spar(
         "as LeftMotorOpen",
-        "as there, once levelling asks for 1.6 A"
+        "as there, once levelling asks for 1.6 A",
+        "Check the ballast motor's leads and plug."
     ),
     /// The ballast motor's current sensor does not follow the current, or showed one at an open bridge: the ballast motor is off.
     BallastCurrentSensor = 20 => Spar(
         "as CurrentSensor, and the offset that blocks arming for a drive motor",
-        "only while levelling works the motor"
+        "only while levelling works the motor",
+        "Check the ballast motor's current sensor."
     ),
     /// No current follows the left motor's voltage: a lead is open.
     LeftMotorOpen = 21 => Opens(
         "the voltage should drive 40 % of `current_limit_a` (`OPEN_SHARE`), less than a tenth of that flows, and the current does not follow the voltage, for 100 ticks (`OPEN_TICKS`)",
-        "400 ms while driving (180 ms found); a vehicle that stands still on the level shows CurrentSensor instead"
+        "400 ms while driving (180 ms found); a vehicle that stands still on the level shows CurrentSensor instead",
+        "Check the left motor's leads and plug."
     ),
     /// No current follows the right motor's voltage: a lead is open.
     RightMotorOpen = 22 => Opens(
         "the same on the right",
-        "as there"
+        "as there",
+        "Check the right motor's leads and plug."
     ),
     /// A drive motor's current sensor does not follow the current.
     CurrentSensor = 23 => Stops(
         "changes of the measured current follow less than a quarter of those that the voltage makes (`DEAD_SHARE`) for 150 ticks (`DEAD_TICKS`)",
-        "the stop begins within 1 s from a stand to 2 m/s (630 ms found); not found while the voltage rests at a limit"
+        "the stop begins within 1 s from a stand to 2 m/s (630 ms found); not found while the voltage rests at a limit",
+        "Check the drive motors' current sensors."
     ),
     /// The emergency stop's two contacts disagree.
     StopContacts = 24 => Opens(
         "first contact and break input differ for 100 ticks (`CONTACTS_TICKS`)",
-        "100 ms; the contact that did open has opened the bridges before"
+        "100 ms; the contact that did open has opened the bridges before",
+        "Check both contacts of the emergency stop and their wires."
     ),
     /// The vehicle was armed on a slope on which it cannot stand.
     SteepSlope = 25 => Stops(
         "not told to drive since it was armed, the slope is beyond what the arm's weight carries or `grip_mu` holds: excess of its sine over 0.06 time units (`EXCESS_TIME`)",
-        "the stop begins within 1 s of its wheels being let go; until then a hanging arm shows no slope"
+        "the stop begins within 1 s of its wheels being let go; until then a hanging arm shows no slope",
+        "Arm the vehicle on a gentler slope; keep chocks at hand when it stops."
     ),
     /// A drive motor's winding is hotter than its continuous current makes it.
     DriveMotorHot = 26 => Stops(
         "the measured current has heated a drive motor's winding, by its `continuous_current_a` and `winding_time_constant_s`, to 1.2 times what the continuous current keeps up (`HEAT_FAULT`)",
-        "from cold 6 s at 17 A, 2 s at 30 A; the limit MotorHeat holds a motor that obeys it below"
+        "from cold 6 s at 17 A, 2 s at 30 A; the limit MotorHeat holds a motor that obeys it below",
+        "Let the drive motors cool for a minute; take a gentler slope or a lighter load."
     ),
     /// The ballast motor's winding is hotter than its continuous current makes it: the ballast motor is off.
     BallastMotorHot = 27 => Spar(
         "the same of the ballast motor",
-        "from cold 14 s at 4 A"
+        "from cold 14 s at 4 A",
+        "Let the ballast motor cool for a minute; check that the ballast turns freely."
     ),
 }
 

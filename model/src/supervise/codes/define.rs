@@ -129,13 +129,13 @@ macro_rules! codes {
     };
 }
 
-/// Defines [`Fault`] as [`codes!`] does, each with its class, with what shows it, and within which time: the row of
-/// the safety page.
+/// Defines [`Fault`] as [`codes!`] does, each with its class, with what shows it, within which time, and what an operator does
+/// about it: the row of the safety page.
 macro_rules! faults {
     (
         $(#[doc = $doc:literal])* $code:ident;
         $(#[doc = $set_doc:literal])* $set:ident;
-        $( $(#[doc = $meaning:literal])+ $name:ident = $number:literal => $class:ident($by:literal, $bound:literal), )+
+        $( $(#[doc = $meaning:literal])+ $name:ident = $number:literal => $class:ident($by:literal, $bound:literal, $remedy:literal), )+
     ) => {
         codes! {
             $(#[doc = $doc])* $code;
@@ -148,6 +148,11 @@ macro_rules! faults {
             /// reaction.
             pub const DETECTION: &'static [(FaultClass, &'static str, &'static str)] =
                 &[$((FaultClass::$class, $by, $bound)),+];
+
+            /// What to do before the fault is cleared.
+            pub fn remedy(self) -> &'static str {
+                match self { $(Self::$name => $remedy),+ }
+            }
         }
     };
 }
