@@ -214,7 +214,12 @@ fn what_a_file_says_acts_on_no_terminal_and_on_no_page() {
     let shown = hil_sim(&["drive", "tests/cases/title-escape.toml", "--out", utf8(&folder)]);
     let page = std::fs::read(folder.join("index.html")).expect("a page");
     let json = hil_sim(&["drive", "tests/cases/title-escape.toml", "--json"]);
+    let spreads = hil_sim(&["drive", "tests/cases/title-escape.toml", "--seeds", "1:2"]);
+    let renamed = own("title\u{1b}[2J.toml", include_str!("cases/title-escape.toml"));
+    let group = hil_sim(&["campaign", "run", utf8(&renamed), "--seeds", "1:1"]);
     for (what, bytes) in [
+        ("spreads", &spreads.stdout),
+        ("campaign", &group.stdout),
         ("table", &shown.stdout),
         ("errors", &shown.stderr),
         ("JSON", &json.stdout),

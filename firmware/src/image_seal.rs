@@ -5,7 +5,7 @@
 //! the board computes them anew. Beside the numbers the seal tells who the firmware is, for whoever has its image alone.
 //!
 //! The checksum is CRC-32C (ISCSI) over every byte from the start of the flash to the end of the image, gaps as the
-//! erased flash has them ([`ERASED`]), and the numbers themselves as if they were missing.
+//! erased flash has them (`ERASED`), and the numbers themselves as if they were missing.
 
 /// What a seal begins with: sixteen bytes that nothing else in an image has.
 pub const MARKER: [u32; 4] = [0x9B1D_55E3, 0x4C0A_F7A1, 0xD26E_813B, 0x37F4_2C90];

@@ -1,6 +1,7 @@
 //! How results reach a person: charts, tables, pages, JSON, progress bars, and errors with exit codes.
 #![forbid(unsafe_code)]
 
+pub mod colour;
 pub mod columns;
 pub mod error;
 pub mod files;

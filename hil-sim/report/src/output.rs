@@ -8,6 +8,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
+use crate::colour::bad_on_stderr;
 use crate::error::CommandError;
 use crate::files::write_whole;
 use crate::html::escaped;
@@ -143,6 +144,15 @@ pub fn print(text: &str) -> Result<(), CommandError> {
     write_out(&visible(text))
 }
 
+/// Prints text of the tool's own on stdout, with its [colours](crate::colour): what files, paths and boards say in it must
+/// have been made [visible] before.
+///
+/// # Errors
+/// As [`print()`].
+pub fn print_coloured(text: &str) -> Result<(), CommandError> {
+    write_out(text)
+}
+
 /// Prints `value` as one JSON object on one line of stdout.
 ///
 /// # Errors
@@ -162,7 +172,12 @@ fn write_out(text: &str) -> Result<(), CommandError> {
 /// Tells a command's failure on standard error.
 pub fn tell(error: &CommandError) {
     // Not `eprintln!`, which panics when nobody reads any more.
-    let _ = writeln!(std::io::stderr(), "error: {}", visible(&error.to_string()));
+    let _ = writeln!(
+        std::io::stderr(),
+        "{} {}",
+        bad_on_stderr("error:"),
+        visible(&error.to_string())
+    );
 }
 
 /// Creates `directory` and its parents.

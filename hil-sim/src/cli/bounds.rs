@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use report::error::CommandError;
-use report::output::{print, print_json};
+use report::output::{print, print_coloured, print_json};
 
 use super::drive::seeds::{Spread, Spreads, spreads, table};
 use super::{campaign, drive};
@@ -53,7 +53,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     } else if arguments.suggest {
         print(&suggestion(&spreads))?;
     } else {
-        print(&table(&spreads))?;
+        print_coloured(&table(&spreads))?;
     }
     if spreads.stopped == 0 {
         Ok(())

@@ -8,9 +8,11 @@ use std::time::Instant;
 
 use clap::{Args, Subcommand};
 use rayon::prelude::*;
+use report::colour::bad;
 use report::error::CommandError;
 use report::files::NewFile;
-use report::output::{print, print_json, progress_bar};
+use report::output::{print_coloured, print_json, progress_bar};
+use report::visible::visible_line;
 use serde::Serialize;
 use virtual_board::campaign::{Axis, Campaign, RunResult};
 use virtual_board::scenario::RunVerdict;
@@ -228,7 +230,7 @@ fn run_campaign(arguments: &RunArguments) -> Result<(), CommandError> {
     if arguments.json {
         print_json(&summary)?;
     } else {
-        print(&table(&summary, out.as_deref()))?;
+        print_coloured(&table(&summary, out.as_deref()))?;
     }
     match summary.failed + summary.stopped {
         0 => Ok(()),
@@ -271,12 +273,17 @@ fn group_name(result: &RunResult) -> String {
 fn table(summary: &Summary, out: Option<&Path>) -> String {
     let mut text = String::new();
     for (name, group) in &summary.groups {
-        _ = write!(text, "{:>6} of {:<6} {name}", group.passed, group.runs);
+        _ = write!(text, "{:>6} of {:<6} {}", group.passed, group.runs, visible_line(name));
         if group.not_judged > 0 {
             _ = write!(text, "   not judged: {}", group.not_judged);
         }
         if let Some((seed, reasons)) = &group.first_failure {
-            _ = write!(text, "   FAILED, first with seed {seed}: {reasons}");
+            _ = write!(
+                text,
+                "   {}, first with seed {seed}: {}",
+                bad("FAILED"),
+                visible_line(reasons)
+            );
         }
         text.push('\n');
     }
@@ -295,7 +302,7 @@ fn table(summary: &Summary, out: Option<&Path>) -> String {
         summary.simulated_s_per_wall_s,
     );
     if let Some(out) = out {
-        _ = writeln!(text, "results {}", out.display());
+        _ = writeln!(text, "results {}", visible_line(&out.display().to_string()));
     }
     text
 }

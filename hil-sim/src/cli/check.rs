@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use clap::Args;
+use report::colour::{bad, doubtful};
 use report::error::CommandError;
-use report::output::{print, print_json};
+use report::output::{print_coloured, print_json};
 use serde::Serialize;
 use theory::analysis::design_check::{DesignCheck, DesignFinding, Severity, check};
 
@@ -49,7 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             ok: errors.is_empty(),
         })?;
     } else {
-        print(&table(&checked))?;
+        print_coloured(&table(&checked))?;
     }
     if errors.is_empty() {
         Ok(())
@@ -95,10 +96,13 @@ fn table(checked: &DesignCheck) -> String {
         "\npoles of Eq. 3.25 with the file's kp and kd, on the level: {} 1/s",
         poles.join(", ")
     );
-    let both = [(Severity::Error, "error"), (Severity::Warning, "warning")];
+    let both = [
+        (Severity::Error, bad("error:")),
+        (Severity::Warning, doubtful("warning:")),
+    ];
     for (severity, name) in both {
         for finding in of(checked, severity) {
-            _ = writeln!(text, "\n{name}: {}: {}", finding.field, finding.text);
+            _ = writeln!(text, "\n{name} {}: {}", finding.field, finding.text);
         }
     }
     if checked.findings.is_empty() {

@@ -13,7 +13,8 @@ use serde::Serialize;
 use crate::cli::emulated;
 use plant::Plant;
 use report::error::CommandError;
-use report::output::{print, print_json, progress_bar};
+use report::output::{print_coloured, print_json, progress_bar};
+use report::visible::{visible, visible_line};
 use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
 use virtual_board::scenario::{
@@ -245,15 +246,16 @@ pub fn run_on<B: Backend>(
         })?;
     } else {
         let tick_ns = replay_ns(&vehicle, &records)?;
-        print(&format!(
+        print_coloured(&format!(
             "{}\ntick on this host      {tick_ns:.0} ns (replaying {} recorded ticks)\n\
              simulated              {} s in {wall_s:.2} s, {:.1} times real time\n\
-             page, plots, trace, log {}{record}\n",
+             page, plots, trace, log {}{}\n",
             table::table(&summary),
             records.len(),
             scenario.duration_s,
             scenario.duration_s / wall_s,
-            out.display()
+            visible_line(&out.display().to_string()),
+            visible(&record)
         ))?;
     }
     if verdict == RunVerdict::Failed {

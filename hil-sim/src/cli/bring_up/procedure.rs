@@ -6,6 +6,7 @@ use firmware::flight_record::FlightRecord;
 use firmware::protocol::message::{Identity, Order};
 use firmware::records::codec::Records;
 use report::error::CommandError;
+use report::visible::visible_line;
 
 use super::person::{Person, Reply};
 use super::steps::{BringUpStep, STEPS, StepKind};
@@ -104,8 +105,11 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
             if let Some(identity) = self.link.client.identity() {
                 report.board = who(identity);
             }
-            self.console
-                .line(&format!("   {}: {}", finding.verdict.name(), finding.seen))?;
+            self.console.coloured_line(&format!(
+                "   {}: {}",
+                finding.verdict.coloured(),
+                visible_line(&finding.seen)
+            ))?;
             if finding.verdict == StepVerdict::Failed {
                 self.console.line(&format!("   look at: {}", step.look_at))?;
             }

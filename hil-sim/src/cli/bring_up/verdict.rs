@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use report::colour::{bad, doubtful, good};
 use serde::Serialize;
 
 /// What became of one step.
@@ -23,6 +24,15 @@ impl StepVerdict {
             Self::Passed => "passed",
             Self::Failed => "FAILED",
             Self::NotShown => "not shown",
+        }
+    }
+
+    /// The verdict in words, and in the colour of its meaning.
+    pub fn coloured(self) -> String {
+        match self {
+            Self::Passed => good(self.name()),
+            Self::Failed => bad(self.name()),
+            Self::NotShown => doubtful(self.name()),
         }
     }
 }

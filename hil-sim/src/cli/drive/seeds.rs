@@ -4,8 +4,9 @@ use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 
 use rayon::prelude::*;
+use report::colour::bad;
 use report::error::CommandError;
-use report::output::{print, print_json, progress_bar};
+use report::output::{print_coloured, print_json, progress_bar};
 use report::visible::visible_line;
 use serde::Serialize;
 use virtual_board::scenario::{self, JudgedRun, RunVerdict, VirtualBackend, run_judged};
@@ -63,7 +64,7 @@ pub fn run(arguments: &Arguments, seeds: RangeInclusive<u64>) -> Result<(), Comm
     if arguments.json {
         print_json(&spreads)?;
     } else {
-        print(&table(&spreads))?;
+        print_coloured(&table(&spreads))?;
     }
     match spreads.failures.first() {
         None => Ok(()),
@@ -165,7 +166,13 @@ fn spread(name: &'static str, mut values: Vec<f64>, bounds: Option<[f64; 2]>) ->
 pub fn table(spreads: &Spreads) -> String {
     let mut text = format!(
         "{} (seeds {} to {})\n\n{:<30} {:>11} {:>11} {:>11}   bounds\n",
-        spreads.scenario, spreads.seeds[0], spreads.seeds[1], "metric", "least", "median", "most"
+        visible_line(&spreads.scenario),
+        spreads.seeds[0],
+        spreads.seeds[1],
+        "metric",
+        "least",
+        "median",
+        "most"
     );
     for Spread {
         name,
@@ -181,7 +188,7 @@ pub fn table(spreads: &Spreads) -> String {
             _ = write!(text, "   {from} to {to}");
         }
         if *out_of_bounds > 0 {
-            _ = write!(text, "   FAILED in {out_of_bounds} of {}", spreads.runs);
+            _ = write!(text, "   {} in {out_of_bounds} of {}", bad("FAILED"), spreads.runs);
         }
         text.push('\n');
     }

@@ -2,8 +2,9 @@
 
 use std::fmt::Write as _;
 
+use report::colour::{bad, doubtful, good};
 use report::visible::visible_line;
-use virtual_board::scenario::{Check, RunVerdict};
+use virtual_board::scenario::{Check, EventKind, RunVerdict};
 
 use super::page::RunSummary;
 
@@ -50,14 +51,18 @@ pub fn table(summary: &RunSummary<'_>) -> String {
         RunVerdict::NotJudged => ": the scenario states no bounds",
         _ => "",
     };
-    _ = writeln!(text, "\n{}{why}", verdict.name());
+    _ = writeln!(text, "\n{}{why}", coloured(verdict));
     if told.events.is_empty() {
         return text;
     }
     text.push_str("\nwhat happened\n");
     let most = told.events.len().min(EVENTS_SHOWN);
     for event in &told.events[..most] {
-        _ = writeln!(text, "{event}");
+        _ = match event.kind {
+            EventKind::Fault | EventKind::Whirl => writeln!(text, "{}", bad(event)),
+            EventKind::Mode => writeln!(text, "{event}"),
+            _ => writeln!(text, "{}", doubtful(event)),
+        };
     }
     let more = (told.events.len() - most) as u64 + told.dropped;
     if more > 0 {
@@ -66,12 +71,21 @@ pub fn table(summary: &RunSummary<'_>) -> String {
     text
 }
 
+/// The verdict in words, and in the colour of its meaning.
+fn coloured(verdict: RunVerdict) -> String {
+    match verdict {
+        RunVerdict::Passed => good(verdict.name()),
+        RunVerdict::Failed | RunVerdict::Stopped => bad(verdict.name()),
+        RunVerdict::NotJudged => doubtful(verdict.name()),
+    }
+}
+
 fn bounds(checks: &[Check], name: &str) -> String {
     checks
         .iter()
         .find(|check| check.name == name)
         .map_or_else(String::new, |check| {
-            let verdict = if check.ok { "ok" } else { "FAILED" };
+            let verdict = if check.ok { good("ok") } else { bad("FAILED") };
             format!("   {verdict}, bounds {} to {}", check.least, check.most)
         })
 }

@@ -15,7 +15,15 @@ impl<O: Write> Console<O> {
     /// # Errors
     /// The output is closed or full.
     pub fn line(&mut self, text: &str) -> Result<(), CommandError> {
-        writeln!(self.0, "{}", visible_line(text))
+        self.coloured_line(&visible_line(text))
+    }
+
+    /// Writes one line of the tool's own with its colours: what a board or a file says must have been made visible.
+    ///
+    /// # Errors
+    /// The output is closed or full.
+    pub fn coloured_line(&mut self, text: &str) -> Result<(), CommandError> {
+        writeln!(self.0, "{text}")
             .and_then(|()| self.0.flush())
             .map_err(|error| CommandError::Other(format!("output: {error}")))
     }

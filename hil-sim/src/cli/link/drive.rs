@@ -86,7 +86,7 @@ impl<W: Wire> Link<W> {
     /// output is closed; the user asks to stop twice.
     pub fn drive<O: Write>(&mut self, drive: &DriveJob, console: &mut Console<O>) -> Result<(), CommandError> {
         let status = self.drive_watching(drive, |_| {})?;
-        console.line(&line(&status))
+        console.coloured_line(&line(&status))
     }
 
     /// As [`Link::drive`]; `watch` sees the newest status all the while that the vehicle is armed. Returns the last

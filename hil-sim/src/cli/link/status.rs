@@ -5,6 +5,7 @@ use std::io::Write;
 use firmware::hardware::ClockSource;
 use firmware::protocol::message::{BoardStatus, Identity};
 use model::status::Terms;
+use report::colour::{bad, doubtful};
 use report::error::CommandError;
 
 use super::console::Console;
@@ -40,7 +41,7 @@ impl<W: Wire> Link<W> {
         while self.wire.now_us() < until_us && self.interrupts() == 0 {
             let status = self.fresh_status()?;
             if self.wire.now_us() >= next_us {
-                console.line(&line(&status))?;
+                console.coloured_line(&line(&status))?;
                 if detail == StatusDetail::All {
                     for line in more_lines(&status) {
                         console.line(&line)?;
@@ -76,8 +77,16 @@ pub(super) fn line(status: &BoardStatus) -> String {
         vehicle.estimate.phi_rad.to_degrees(),
         vehicle.estimate.slope_rad.to_degrees(),
         vehicle.battery_v,
-        vehicle.faults,
-        vehicle.blockers,
+        if vehicle.faults.is_empty() {
+            vehicle.faults.to_string()
+        } else {
+            bad(vehicle.faults)
+        },
+        if vehicle.blockers.is_empty() {
+            vehicle.blockers.to_string()
+        } else {
+            doubtful(vehicle.blockers)
+        },
         link.frames,
         link.unreadable_frames(),
         link.uart_errors,
