@@ -52,10 +52,7 @@ pub enum ImageState {
 /// Reads the image, constants and the initial values of variables included: a word that no longer can be read would
 /// fault when the firmware comes to it, perhaps while driving.
 pub fn check() -> ImageState {
-    match try_check() {
-        Ok(state) => state,
-        Err(_) => ImageState::Damaged,
-    }
+    try_check().unwrap_or(ImageState::Damaged)
 }
 
 fn try_check() -> Result<ImageState, StorageError> {

@@ -15,7 +15,8 @@ use static_cell::StaticCell;
 
 use super::supply;
 use crate::board::PartFlash;
-use crate::board::flash::{FLASH_BASE, clean_up, read_guarded};
+use crate::board::flash::{clean_up, read_guarded};
+use crate::board::stm32_registers::flash_map::FLASH_BASE;
 
 /// Sectors of the part's flash.
 const SECTORS: usize = 2 * SECTORS_PER_BANK;

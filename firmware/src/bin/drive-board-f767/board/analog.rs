@@ -5,7 +5,7 @@
 
 use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, RxDma};
-use embassy_stm32::dma::{self, Channel, TransferOptions};
+use embassy_stm32::dma;
 use embassy_stm32::gpio::{AnyPin, Flex};
 use embassy_stm32::interrupt::typelevel::Binding;
 use embassy_stm32::pac::adc::vals::{Align, Dds, SampleTime};
@@ -15,20 +15,15 @@ use firmware::hardware::AnalogInputs;
 use model::analog::{ANALOG_INPUTS, Analog};
 
 use super::clocks::TIMER_HZ;
+use super::stm32_registers::conversions::{Conversions, LostWord};
 
 /// The converter's registers.
 const REGISTERS: pac::adc::Adc = pac::ADC1;
 
-/// The DMA lost a word of the converter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
-pub struct LostWord;
-
 /// ADC1, set up for the sequence.
 pub struct LeftAlignedSequence {
     _adc: Adc<'static, ADC1>,
-    dma: Channel<'static>,
-    request: dma::Request,
-    words: [u16; ANALOG_INPUTS],
+    conversions: Conversions,
     /// A sequence was started whose words did not all come.
     under_way: bool,
 }
@@ -74,12 +69,9 @@ impl LeftAlignedSequence {
             w.set_dds(Dds::CONTINUOUS);
             w.set_dma(true);
         });
-        let request = dma.request();
         Self {
             _adc: adc,
-            dma: Channel::new(dma, interrupts),
-            request,
-            words: [0; ANALOG_INPUTS],
+            conversions: Conversions::new(dma, interrupts),
             under_way: false,
         }
     }
@@ -112,19 +104,12 @@ impl AnalogInputs for LeftAlignedSequence {
     async fn read(&mut self) -> Result<Analog<u16>, LostWord> {
         self.settle();
         self.under_way = true;
-        let data = REGISTERS.dr().as_ptr().cast::<u16>();
-        // SAFETY: the buffer lives in `self`, which this future borrows; dropping the transfer stops the
-        // stream. `self` lies in a task's static storage, which the DMA reaches.
-        let transfer = unsafe {
-            self.dma
-                .read(self.request, data, &mut self.words, TransferOptions::default())
-        };
-        REGISTERS.cr2().modify(|w| w.set_swstart(true));
-        transfer.await;
+        let start = || REGISTERS.cr2().modify(|w| w.set_swstart(true));
+        let readings = self.conversions.take(start).await;
         if REGISTERS.sr().read().ovr() {
             return Err(LostWord);
         }
         self.under_way = false;
-        Ok(Analog::from_values(self.words))
+        Ok(readings)
     }
 }

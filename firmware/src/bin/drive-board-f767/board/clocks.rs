@@ -5,10 +5,11 @@ use embassy_stm32::Config;
 use embassy_stm32::pac;
 use embassy_stm32::pac::timer::vals::FilterValue;
 use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, HseMode, LsConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk,
+    AHBPrescaler, APBPrescaler, LsConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk,
 };
-use embassy_stm32::time::Hertz;
 use firmware::hardware::ClockSource;
+
+use super::stm32_registers::external_clock;
 
 /// Kernel clock of TIM1: twice the clock of its bus.
 pub const TIMER_HZ: u32 = 216_000_000;
@@ -16,34 +17,12 @@ pub const TIMER_HZ: u32 = 216_000_000;
 /// The encoders' filter: eight samples, 16 periods of their timers' 108 MHz apart.
 pub const ENCODER_FILTER: FilterValue = FilterValue::FDTS_DIV16_N8;
 
-/// Most reads of the external clock's ready flag before the internal oscillator takes its place. At the 16 MHz after a
-/// reset they take between 40 and 200 ms; a clock that is there is ready within 2 ms.
-const READY_READS: u32 = 100_000;
-
-/// Whether the debugger gives its clock: switches the clock's input on, and off again if no clock comes.
-fn external_clock_comes() -> bool {
-    // The board has no crystal: the debugger drives OSC_IN.
-    pac::RCC.cr().modify(|w| w.set_hsebyp(true));
-    pac::RCC.cr().modify(|w| w.set_hseon(true));
-    let comes = (0..READY_READS).any(|_| pac::RCC.cr().read().hserdy());
-    if !comes {
-        pac::RCC.cr().modify(|w| w.set_hseon(false));
-        pac::RCC.cr().modify(|w| w.set_hsebyp(false));
-    }
-    comes
-}
-
 /// Looks for the external clock and returns the configuration of the clocks and of the drivers' interrupt priorities
 /// for the clock that is there. Every frequency is the same from either.
-///
-/// The HAL waits for the external clock without limit. A clock that came here is there for the HAL too.
 pub fn config() -> (Config, ClockSource) {
     let mut config = Config::default();
-    let (clock, source, prediv) = if external_clock_comes() {
-        config.rcc.hse = Some(Hse {
-            freq: Hertz(8_000_000),
-            mode: HseMode::Bypass,
-        });
+    config.rcc.hse = external_clock::start();
+    let (clock, source, prediv) = if config.rcc.hse.is_some() {
         (ClockSource::External, PllSource::HSE, PllPreDiv::DIV4)
     } else {
         // 16 MHz, within 1 % at room temperature.

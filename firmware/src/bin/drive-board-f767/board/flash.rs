@@ -15,8 +15,7 @@ use embassy_stm32::peripherals::FLASH;
 use embassy_time::Timer;
 use firmware::drive_board::{FLASH_SECTOR_BYTES, SECTORS_PER_BANK};
 
-/// Where the flash appears to the core.
-pub const FLASH_BASE: usize = 0x0800_0000;
+use super::stm32_registers::flash_map::{FLASH_BASE, UNLOCK_KEYS};
 
 /// The option bytes keep a word from being read.
 pub struct ProtectedWord;
@@ -28,8 +27,6 @@ pub struct TwoBankFlash {
 
 /// Bytes that the flash programs at once at 2.7 V or more.
 const PROGRAM_BYTES: usize = 4;
-/// What unlocks the control register, in this order.
-const UNLOCK_KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 /// Sectors of bank 2 in front of its first one of 128 KiB, which take the room of one.
 const SMALL_SECTORS: usize = 5;
 /// The sector field of the control register: where it begins, and its five bits.

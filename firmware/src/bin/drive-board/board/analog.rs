@@ -3,7 +3,7 @@
 
 use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, RxDma};
-use embassy_stm32::dma::{self, Channel, TransferOptions};
+use embassy_stm32::dma;
 use embassy_stm32::interrupt::typelevel::Binding;
 use embassy_stm32::pac::adc::vals::{Adstp, Dmngt, Pcsel, Res, SampleTime};
 use embassy_stm32::pac::{self};
@@ -11,19 +11,15 @@ use embassy_stm32::peripherals::ADC1;
 use firmware::hardware::AnalogInputs;
 use model::analog::{ANALOG_INPUTS, Analog};
 
+use super::stm32_registers::conversions::{Conversions, LostWord};
+
 /// The converter's registers.
 const REGISTERS: pac::adc::Adc = pac::ADC1;
-
-/// The DMA lost a word of the converter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
-pub struct Overrun;
 
 /// ADC1, set up for the sequence.
 pub struct AnalogSequence {
     _adc: Adc<'static, ADC1>,
-    dma: Channel<'static>,
-    request: dma::Request,
-    words: [u16; ANALOG_INPUTS],
+    conversions: Conversions,
 }
 
 impl AnalogSequence {
@@ -59,12 +55,9 @@ impl AnalogSequence {
             // The converter keeps requesting after a transfer's last word; each sequence starts a new transfer.
             w.set_dmngt(Dmngt::DMA_CIRCULAR);
         });
-        let request = dma.request();
         Self {
             _adc: adc,
-            dma: Channel::new(dma, interrupts),
-            request,
-            words: [0; ANALOG_INPUTS],
+            conversions: Conversions::new(dma, interrupts),
         }
     }
 
@@ -86,22 +79,15 @@ impl AnalogSequence {
 }
 
 impl AnalogInputs for AnalogSequence {
-    type Error = Overrun;
+    type Error = LostWord;
 
-    async fn read(&mut self) -> Result<Analog<u16>, Overrun> {
+    async fn read(&mut self) -> Result<Analog<u16>, LostWord> {
         Self::settle();
-        let data = REGISTERS.dr().as_ptr().cast::<u16>();
-        // SAFETY: the buffer lives in `self`, which this future borrows; dropping the transfer stops the
-        // stream. `self` lies in a task's static storage, which the DMA reaches.
-        let transfer = unsafe {
-            self.dma
-                .read(self.request, data, &mut self.words, TransferOptions::default())
-        };
-        REGISTERS.cr().modify(|w| w.set_adstart(true));
-        transfer.await;
+        let start = || REGISTERS.cr().modify(|w| w.set_adstart(true));
+        let readings = self.conversions.take(start).await;
         if REGISTERS.isr().read().ovr() {
-            return Err(Overrun);
+            return Err(LostWord);
         }
-        Ok(Analog::from_values(self.words))
+        Ok(readings)
     }
 }

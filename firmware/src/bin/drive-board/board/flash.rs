@@ -4,8 +4,7 @@ use embassy_stm32::flash::{Async, Error as DriverError, Flash};
 use embassy_stm32::pac;
 use firmware::drive_board::{FLASH_SECTOR_BYTES, SECTORS_PER_BANK};
 
-/// Where the flash appears to the core.
-pub const FLASH_BASE: usize = 0x0800_0000;
+use super::stm32_registers::flash_map::{FLASH_BASE, UNLOCK_KEYS};
 
 /// Bit of the system control block's `CCR`: the core ignores data bus faults while FAULTMASK is set.
 const CCR_BFHFNMIGN: u32 = 1 << 8;
@@ -65,9 +64,6 @@ pub fn clean_up() {
         }
     }
 }
-
-/// What unlocks the control register of a bank, in this order.
-const UNLOCK_KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 
 /// The bank of the flash that holds an address.
 fn bank_of(address: usize) -> pac::flash::Bank {

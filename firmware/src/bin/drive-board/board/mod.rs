@@ -34,6 +34,8 @@ pub mod part;
 pub mod reset_cause;
 #[path = "../../stm32/mod.rs"]
 pub mod stm32;
+#[path = "../../stm32_registers/mod.rs"]
+pub mod stm32_registers;
 
 use embassy_stm32::flash::Flash;
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};

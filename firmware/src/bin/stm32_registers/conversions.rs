@@ -1,0 +1,49 @@
+//! One sequence of conversions of ADC1, moved by the DMA.
+
+use embassy_stm32::Peri;
+use embassy_stm32::adc::RxDma;
+use embassy_stm32::dma::{self, Channel, TransferOptions};
+use embassy_stm32::interrupt::typelevel::Binding;
+use embassy_stm32::pac;
+use embassy_stm32::peripherals::ADC1;
+use model::analog::{ANALOG_INPUTS, Analog};
+
+/// The DMA lost a word of the converter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
+pub struct LostWord;
+
+/// The DMA's end of the sequence.
+pub struct Conversions {
+    dma: Channel<'static>,
+    request: dma::Request,
+    words: [u16; ANALOG_INPUTS],
+}
+
+impl Conversions {
+    /// Takes the channel.
+    pub fn new<D: RxDma<ADC1>>(
+        dma: Peri<'static, D>,
+        interrupts: impl Binding<D::Interrupt, dma::InterruptHandler<D>> + 'static,
+    ) -> Self {
+        let request = dma.request();
+        Self {
+            dma: Channel::new(dma, interrupts),
+            request,
+            words: [0; ANALOG_INPUTS],
+        }
+    }
+
+    /// The words of the sequence that `start` starts, once the channel waits for them.
+    pub async fn take(&mut self, start: impl FnOnce()) -> Analog<u16> {
+        let data = pac::ADC1.dr().as_ptr().cast::<u16>();
+        // SAFETY: the buffer lives in `self`, which this future borrows; dropping the transfer stops the
+        // stream. `self` lies in a task's static storage, which the DMA reaches.
+        let transfer = unsafe {
+            self.dma
+                .read(self.request, data, &mut self.words, TransferOptions::default())
+        };
+        start();
+        transfer.await;
+        Analog::from_values(self.words)
+    }
+}
