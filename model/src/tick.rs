@@ -55,9 +55,7 @@ impl VehicleCore {
     /// The core for a checked vehicle on a board of the given scales: disarmed, uncalibrated, every blocker set.
     pub fn new(vehicle: &Vehicle<f32>, scales: &BoardScales) -> Self {
         let p = vehicle.parameters();
-        // Without a spar the third bridge has no motor, and any limits will do.
-        let ballast_motor = p.spar.as_ref().map_or(&p.drive_motor, |(_, motor)| motor);
-        let motors = [&p.drive_motor, &p.drive_motor, ballast_motor];
+        let motors = p.motors();
         Self {
             scales: *scales,
             sensing: Sensing::new(vehicle, scales),

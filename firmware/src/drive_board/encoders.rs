@@ -36,7 +36,7 @@ mod tests {
     #[test]
     fn the_fastest_encoder_passes_the_filter() {
         let f767zi = filter_ns(nucleo_f767zi::ENCODER_CLOCK_HZ, nucleo_f767zi::ENCODER_DIVIDER);
-        let ballast = PARAMETERS.spar.as_ref().map(|(_, motor)| motor);
+        let ballast = PARAMETERS.ballast_motor();
         for motor in ballast.into_iter().chain([&PARAMETERS.drive_motor]) {
             let level_ns = 2.0 * edge_interval_ns(motor, PARAMETERS.battery.maximum_v) / 2.0;
             for filter_ns in [FILTER_NS, f767zi] {

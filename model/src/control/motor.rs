@@ -13,7 +13,7 @@ pub struct MotorLimits {
     back_emf_v_s_per_rad: f32,
     /// Voltage across the armature at the current limit.
     current_v: f32,
-    resistance_ohm: f32,
+    pub(super) resistance_ohm: f32,
 }
 
 /// A voltage within a motor's limits, and whether a limit bound it.
@@ -38,8 +38,8 @@ impl MotorLimits {
     /// Bounds `wanted_v` so that the steady current at the output rate `rate_rad_s` stays within the
     /// limit. Inductance is neglected: its time constant is a quarter of a tick.
     pub fn limit(&self, wanted_v: f32, rate_rad_s: f32) -> LimitedVoltage {
-        let back_emf = self.back_emf_v_s_per_rad * rate_rad_s;
-        let voltage_v = wanted_v.bounded(back_emf - self.current_v, back_emf + self.current_v);
+        let back_emf_v = self.back_emf_v(rate_rad_s);
+        let voltage_v = wanted_v.bounded(back_emf_v - self.current_v, back_emf_v + self.current_v);
         LimitedVoltage {
             voltage_v,
             by_current: voltage_v != wanted_v,
@@ -84,7 +84,7 @@ impl MotorLimits {
     /// Residual of the armature equation: applied voltage less resistance drop and back-EMF, V. Near 0 while
     /// encoder and current sensor are right.
     pub fn residual_v(&self, voltage_v: f32, current_a: f32, rate_rad_s: f32) -> f32 {
-        voltage_v - self.resistance_ohm * current_a - self.back_emf_v_s_per_rad * rate_rad_s
+        voltage_v - self.drop_v(current_a) - self.back_emf_v(rate_rad_s)
     }
 
     /// Back-EMF at the output rate `rate_rad_s`, V.

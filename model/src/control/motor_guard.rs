@@ -16,7 +16,7 @@ use crate::vehicle::MotorParameters;
 /// Heat below 1 from which on the limit falls, in proportion, to the continuous current at heat 1.
 const HEAT_BAND: f32 = 0.1;
 /// Heat beyond which the limit does not hold the motor: a fault.
-pub const HEAT_FAULT: f32 = 1.2;
+const HEAT_FAULT: f32 = 1.2;
 /// Measured current, as a share of what the motor may use, that the armature equation may be wrong by: an armature that is
 /// cold, and the sensor's gain.
 const EXCESS_ALLOWED: f32 = 1.1;
@@ -84,11 +84,6 @@ impl MotorGuard {
         self.share
     }
 
-    /// Heat of the winding: 1 is what the continuous current keeps up.
-    pub fn heat(&self) -> f32 {
-        self.heat
-    }
-
     /// Whether the winding is so hot that the limit cannot have held.
     pub fn is_overheated(&self) -> bool {
         self.heat > HEAT_FAULT
@@ -127,12 +122,12 @@ mod tests {
             let mut guard = MotorGuard::new(&motor());
             let end = (current_a / 5.8) * (current_a / 5.8);
             let expected_s = -40.0 * libm::logf(1.0 - 1.0 / end);
-            let found_s = seconds_until(&mut guard, current_a, |guard| guard.heat() >= 1.0);
+            let found_s = seconds_until(&mut guard, current_a, |guard| guard.heat >= 1.0);
             assert!(
                 (found_s - expected_s).abs() < 0.01 * expected_s,
                 "{found_s} {expected_s}"
             );
-            let cooled_s = seconds_until(&mut guard, 0.0, |guard| guard.heat() <= 0.5);
+            let cooled_s = seconds_until(&mut guard, 0.0, |guard| guard.heat <= 0.5);
             assert!((cooled_s - 40.0 * libm::logf(2.0)).abs() < 0.3, "{cooled_s}");
         }
     }
@@ -143,7 +138,7 @@ mod tests {
         for _ in 0..600_000 {
             guard.update(5.8);
         }
-        assert!((guard.heat() - 1.0).abs() < 1e-2 && !guard.is_overheated());
+        assert!((guard.heat - 1.0).abs() < 1e-2 && !guard.is_overheated());
         assert!((guard.share() * 17.0 - 5.8).abs() < 1.0, "{}", guard.share());
         let mut guard = MotorGuard::new(&motor());
         for _ in 0..600_000 {
@@ -162,8 +157,8 @@ mod tests {
             for tick in 0..600_000 {
                 last_a = gain * guard.share() * 17.0;
                 guard.update(last_a);
-                if guard.heat() > hottest {
-                    hottest = guard.heat();
+                if guard.heat > hottest {
+                    hottest = guard.heat;
                 }
                 if tick == 500 {
                     // The measured current counts, not the modelled one.
@@ -213,9 +208,9 @@ mod tests {
             ..motor()
         });
         let mut after = other.as_warm_as(&warm);
-        assert_eq!(after.heat(), warm.heat());
+        assert_eq!(after.heat, warm.heat);
         after.update(0.0);
-        assert!(after.share() < 1.0, "{}", after.heat());
-        assert_eq!(MotorGuard::new(&motor()).heat(), 0.0);
+        assert!(after.share() < 1.0, "{}", after.heat);
+        assert_eq!(MotorGuard::new(&motor()).heat, 0.0);
     }
 }

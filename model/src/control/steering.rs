@@ -61,6 +61,9 @@ const HOLD_BELOW_RAD_S: f32 = 0.05;
 /// Largest yaw rate that the heading hold asks for, as a share of the largest yaw rate.
 const HOLD_SHARE: f32 = 0.5;
 
+/// Share of the supply that steering may take from driving.
+pub const STEERING_SHARE: f32 = 0.5;
+
 /// Share of the yaw rate at which spinning becomes unstable (erratum E26) that the vehicle turns with at most.
 const SPIN_SHARE: f32 = 0.8;
 

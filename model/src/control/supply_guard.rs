@@ -5,6 +5,7 @@
 //! the battery's nominal and its highest one, the motors may return less and less: the vehicle then brakes less. At the
 //! highest voltage they may return nothing. What rises all the same opens the bridges (BatteryHigh).
 
+use super::motor::MotorLimits;
 use crate::bounded::Bounded;
 use crate::vehicle::{BatteryParameters, MotorParameters};
 
@@ -19,8 +20,7 @@ pub struct SupplyGuard {
     start_v: f32,
     maximum_v: f32,
     w_per_v: f32,
-    back_emf_v_s_per_rad: f32,
-    resistance_ohm: f32,
+    motor: MotorLimits,
 }
 
 impl SupplyGuard {
@@ -32,8 +32,7 @@ impl SupplyGuard {
             start_v,
             maximum_v: battery.maximum_v,
             w_per_v: return_max_w / (battery.maximum_v - start_v),
-            back_emf_v_s_per_rad: motor.back_emf_constant_v_s_per_rad * motor.gear_ratio,
-            resistance_ohm: motor.resistance_ohm,
+            motor: MotorLimits::new(motor),
         }
     }
 
@@ -44,14 +43,14 @@ impl SupplyGuard {
             return voltage_v;
         }
         let return_max_w = (self.w_per_v * (self.maximum_v - battery_v)).bounded(0.0, f32::MAX);
-        let back_emf_v = self.back_emf_v_s_per_rad * rate_rad_s;
-        let returned_w = voltage_v * (back_emf_v - voltage_v) / self.resistance_ohm;
+        let (back_emf_v, resistance_ohm) = (self.motor.back_emf_v(rate_rad_s), self.motor.resistance_ohm);
+        let returned_w = voltage_v * (back_emf_v - voltage_v) / resistance_ohm;
         if returned_w <= return_max_w {
             return voltage_v;
         }
         // The root of V (e - V) = R P that brakes less. There is one: the wanted voltage returns more.
         let half_v = 0.5 * back_emf_v;
-        let square = half_v * half_v - self.resistance_ohm * return_max_w;
+        let square = half_v * half_v - resistance_ohm * return_max_w;
         let aside_v = libm::sqrtf(square.bounded(0.0, f32::MAX));
         if back_emf_v < 0.0 {
             half_v - aside_v
@@ -64,7 +63,6 @@ impl SupplyGuard {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::motor::MotorLimits;
     use crate::vehicle::test_vehicle::reference;
 
     /// Back-EMF of the reference's drive motors, V s per rad at the output.

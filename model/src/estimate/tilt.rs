@@ -76,7 +76,6 @@ pub struct TiltEstimator {
     acceleration: LowPass,
     horizontal: LowPass,
     acceleration_rad_s2: f32,
-    error: f32,
     unfiltered_error: f32,
     unexplained: f32,
     vertical_m_s2: f32,
@@ -112,7 +111,6 @@ impl TiltEstimator {
             acceleration: LowPass::new(dt_s, ACCELERATION_TIME_CONSTANT_S),
             horizontal: LowPass::new(dt_s, axle_lag_s),
             acceleration_rad_s2: 0.0,
-            error: 0.0,
             unfiltered_error: 0.0,
             unexplained: 0.0,
             vertical_m_s2: 0.0,
@@ -155,8 +153,7 @@ impl TiltEstimator {
         // g sin(phi_measured - phi): no inverse function, and bounded for any reading.
         self.unfiltered_error = ((horizontal - a * cos_slope) / G).bounded(-1.0, 1.0);
         self.unexplained = (self.horizontal.value() - a * cos_slope) / G;
-        let error = self.unexplained.bounded(-1.0, 1.0);
-        self.error = error;
+        let error = self.error();
         let (factor, bias_factor) = trust.factors();
         self.bias_rad_s -= bias_factor * self.bias_gain_per_s2 * error * self.dt_s;
         let correction = if stands {
@@ -173,7 +170,7 @@ impl TiltEstimator {
         self.acceleration.reset(0.0);
         self.acceleration_rad_s2 = 0.0;
         self.horizontal.reset(0.0);
-        self.error = 0.0;
+        self.unexplained = 0.0;
         self.unfiltered_error = 0.0;
     }
 
@@ -221,7 +218,7 @@ impl TiltEstimator {
 
     /// Sine of the angle between accelerometer and estimate in the last update, bounded to +-1.
     pub fn error(&self) -> f32 {
-        self.error
+        self.unexplained.bounded(-1.0, 1.0)
     }
 
     /// The same without the filter that makes the accelerometer as late as the axle's acceleration.

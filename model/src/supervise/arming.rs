@@ -97,8 +97,8 @@ impl Arming {
 
         self.mode = match self.mode {
             Mode::Disarmed => self.disarmed(request),
-            _ if request == Request::Disarm || !faults.intersection(FaultSet::OPENING).is_empty() => Mode::Disarmed,
-            Mode::Armed if !faults.intersection(FaultSet::STOPPING).is_empty() => self.begin_stop(),
+            _ if request == Request::Disarm || faults.has_any(FaultSet::OPENING) => Mode::Disarmed,
+            Mode::Armed if faults.has_any(FaultSet::STOPPING) => self.begin_stop(),
             Mode::Armed => Mode::Armed,
             Mode::Stopping => self.stopping(stopped),
         };
@@ -298,9 +298,9 @@ mod tests {
             let mode = arming.step(&fault(code));
             let mut only = FaultSet::EMPTY;
             only.insert(code);
-            let expected = if !only.intersection(FaultSet::SPAR).is_empty() {
+            let expected = if only.has_any(FaultSet::SPAR) {
                 Mode::Armed
-            } else if !only.intersection(FaultSet::STOPPING).is_empty() {
+            } else if only.has_any(FaultSet::STOPPING) {
                 Mode::Stopping
             } else {
                 Mode::Disarmed
@@ -389,7 +389,7 @@ mod tests {
                 }
                 if before.mode() != Mode::Disarmed
                     && (conditions.request == Request::Disarm
-                        || !conditions.faults.intersection(FaultSet::OPENING).is_empty())
+                        || conditions.faults.has_any(FaultSet::OPENING))
                 {
                     prop_assert_eq!(mode, Mode::Disarmed);
                 }

@@ -191,55 +191,55 @@ faults! {
     ),
 }
 
-codes! {
+blockers! {
     /// Why the vehicle may not be armed. All are present at boot.
     Blocker;
     /// A set of blockers; full at boot.
     BlockerSet;
     /// The gyros are not calibrated yet: keep the vehicle at rest.
-    NotCalibrated = 0,
+    NotCalibrated = 0 => "Keep the vehicle at rest for some seconds.",
     /// A latched fault has not been cleared.
-    FaultLatched = 1,
+    FaultLatched = 1 => "Remove the cause of each fault, then clear the faults.",
     /// The emergency stop is pressed.
-    EmergencyStop = 2,
+    EmergencyStop = 2 => "Release the emergency stop.",
     /// The bridges' hardware break has tripped.
-    BridgeBreak = 3,
+    BridgeBreak = 3 => "Remove the cause of the break, then clear the faults.",
     /// The arm IMU gives no believable samples.
-    Imu = 4,
+    Imu = 4 => "Check the arm IMU's supply and cable.",
     /// The encoders give no samples.
-    Encoder = 5,
+    Encoder = 5 => "Check the encoders' supply and cables.",
     /// The analogue inputs give no readings.
-    Analog = 6,
+    Analog = 6 => "Check the board's analogue supply.",
     /// The battery is outside its range.
-    Battery = 7,
+    Battery = 7 => "Charge or change the battery.",
     /// The vehicle moves.
-    NotAtRest = 8,
+    NotAtRest = 8 => "Let the vehicle and its arm come to rest; put chocks to the wheels on a slope.",
     /// The arm hangs beyond half its largest angle.
-    ArmAngle = 9,
+    ArmAngle = 9 => "Let the arm hang down.",
     /// No fresh drive command.
-    NoCommand = 10,
+    NoCommand = 10 => "Let the operator's program send a drive command.",
     /// The drive command asks for motion.
-    CommandNotNeutral = 11,
+    CommandNotNeutral = 11 => "Let go of keys, pad and gamepad.",
     /// Stored parameters are not in force: a change is being stored, or the stored set cannot be believed.
-    Parameters = 12,
+    Parameters = 12 => "Wait until the set is stored; if the stored set was lost, store one.",
     /// A drive motor's current sensor shows a current though every bridge is open.
-    CurrentSensor = 13,
+    CurrentSensor = 13 => "Check the drive motors' current sensors.",
     /// The emergency stop's two contacts have disagreed since faults were last cleared.
-    StopContacts = 14,
+    StopContacts = 14 => "Check both contacts of the emergency stop, then clear the faults.",
     /// The break that the self-test asked for did not switch the bridges off.
-    BreakPath = 15,
+    BreakPath = 15 => "Check the wiring of the bridges' break; boot the board again.",
     /// The part's option bytes are not those that the board needs.
-    BoardOptions = 16,
+    BoardOptions = 16 => "Set the part's option bytes as the bring-up page says.",
     /// The part's silicon is of a revision that the board is not made for.
-    PartRevision = 17,
+    PartRevision = 17 => "Use a board with a supported part.",
     /// The firmware in the flash cannot be read, or is not the one that was built.
-    Image = 18,
+    Image = 18 => "Flash the firmware again.",
     /// The firmware in the flash has no checksum: nothing of the project flashed it.
-    Unsealed = 19,
+    Unsealed = 19 => "Flash the firmware by `cargo flash-board`, which writes its checksum.",
     /// A word of the RAM did not keep what was written to it when the supply came up.
-    Ram = 20,
+    Ram = 20 => "Switch the board's supply off and on; if the RAM fails again, use another board.",
     /// A drive motor is too hot.
-    MotorHot = 21,
+    MotorHot = 21 => "Let the drive motors cool for a minute.",
 }
 
 codes! {
@@ -307,5 +307,19 @@ mod tests {
         assert_eq!(faults.to_string(), "SparImu");
         faults.insert(Fault::ImuStale);
         assert_eq!(faults.to_string(), "ImuStale, SparImu");
+    }
+
+    /// Each code's remedy is a sentence of its own.
+    #[test]
+    fn each_code_has_a_remedy_of_its_own() {
+        let faults: std::vec::Vec<_> = Fault::ALL.iter().map(|code| (code.name(), code.remedy())).collect();
+        let blockers = Blocker::ALL.iter().map(|code| (code.name(), code.remedy())).collect();
+        for codes in [faults, blockers] {
+            for (name, remedy) in &codes {
+                assert!(remedy.contains(' ') && remedy.ends_with('.'), "{name}");
+                let same = codes.iter().filter(|(_, other)| other == remedy);
+                assert_eq!(same.count(), 1, "{name}");
+            }
+        }
     }
 }

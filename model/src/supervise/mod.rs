@@ -8,5 +8,4 @@ pub mod arming;
 pub mod codes;
 pub mod motor_watch;
 pub mod plausibility;
-pub mod remedies;
 pub mod supervisor;

@@ -120,7 +120,6 @@ impl Supervisor {
         let sensor_timeout_us = us(p.safety.sensor_timeout_s);
         let motor_watch =
             |motor: &MotorParameters<f32>| MotorWatch::new(motor, jump_counts(motor, p.battery.maximum_v));
-        let ballast_motor = p.spar.as_ref().map_or(&p.drive_motor, |(_, motor)| motor);
         let imu_watch = ImuWatch::new(sensor_timeout_us, &scales.imu);
         Self {
             arming: Arming::new(stop_timeout_ticks(vehicle)),
@@ -135,12 +134,8 @@ impl Supervisor {
             },
             arm_watch: imu_watch,
             spar_watch: p.spar.as_ref().map(|_| imu_watch),
-            motor_watches: [
-                motor_watch(&p.drive_motor),
-                motor_watch(&p.drive_motor),
-                motor_watch(ballast_motor),
-            ],
-            motor_guards: [&p.drive_motor, &p.drive_motor, ballast_motor].map(MotorGuard::new),
+            motor_watches: p.motors().map(motor_watch),
+            motor_guards: p.motors().map(MotorGuard::new),
             overcurrent: Persistence::new(OVERCURRENT_TICKS),
             ballast_overcurrent: Persistence::new(OVERCURRENT_TICKS),
             current_offset: false,
@@ -238,8 +233,7 @@ impl Supervisor {
 
     /// Share of its current limit that each motor may use, 0 to 1.
     pub fn motor_shares(&self) -> [f32; MOTORS] {
-        let [left, right, ballast] = &self.motor_guards;
-        [left.share(), right.share(), ballast.share()]
+        self.motor_guards.each_ref().map(MotorGuard::share)
     }
 
     /// Ticks that came late.
@@ -300,7 +294,9 @@ impl Supervisor {
         // Without a spar the third bridge has no motor.
         let with_ballast = self.spar_watch.is_some();
         let motors = if with_ballast { MOTORS } else { Motor::Ballast as usize };
-        for (i, (watch, health)) in self.motor_watches.iter_mut().zip(&mut health).enumerate().take(motors) {
+        let watches = self.motor_watches.iter_mut().zip(&mut self.motor_guards);
+        for (i, ((watch, guard), health)) in watches.zip(&mut health).enumerate().take(motors) {
+            guard.update(sensed.current_a[i]);
             // The ballast's idle bridge holds 0 V, which is as good a test as any other voltage.
             *health = watch.update(&MotorReading {
                 count: sensed.encoder_counts[i],
@@ -312,15 +308,7 @@ impl Supervisor {
         let [left, right, ballast] = health;
         self.current_offset = left.current_offset || right.current_offset;
         let [left_a, right_a, ballast_a] = sensed.current_a.map(f32::abs);
-        let [left_guard, right_guard, ballast_guard] = &mut self.motor_guards;
-        let [left_current_a, right_current_a, ballast_current_a] = sensed.current_a;
-        left_guard.update(left_current_a);
-        right_guard.update(right_current_a);
-        if with_ballast {
-            ballast_guard.update(ballast_current_a);
-        }
-        let drive_hot = left_guard.is_overheated() || right_guard.is_overheated();
-        let ballast_hot = ballast_guard.is_overheated();
+        let [left_hot, right_hot, ballast_hot] = self.motor_guards.each_ref().map(MotorGuard::is_overheated);
         let limit_a = self.thresholds.overcurrent_a;
         let over = self.overcurrent.update(left_a > limit_a || right_a > limit_a);
         let ballast_over = self.ballast_overcurrent.update(with_ballast && ballast_a > limit_a);
@@ -330,7 +318,7 @@ impl Supervisor {
         faults.set(Fault::LeftMotorOpen, left.open);
         faults.set(Fault::RightMotorOpen, right.open);
         faults.set(Fault::CurrentSensor, left.current_sensor || right.current_sensor);
-        faults.set(Fault::DriveMotorHot, drive_hot);
+        faults.set(Fault::DriveMotorHot, left_hot || right_hot);
         faults.set(Fault::BallastEncoder, ballast.encoder);
         faults.set(Fault::BallastOvercurrent, ballast_over);
         faults.set(Fault::BallastMotorOpen, ballast.open);

@@ -5,7 +5,7 @@ use crate::control::LawOutput;
 use crate::control::spar::{SparController, SparState, SparTerms};
 use crate::control::speed::SpeedInput;
 use crate::control::speed_controller::SpeedController;
-use crate::control::steering::{SteeringController, SteeringInput};
+use crate::control::steering::{STEERING_SHARE, SteeringController, SteeringInput};
 use crate::estimate::Estimate;
 use crate::estimate::stall::Intent;
 use crate::sample::MOTORS;
@@ -19,8 +19,6 @@ use crate::vehicle::Vehicle;
 
 use super::estimate::Sines;
 
-/// Share of the supply that steering may take from driving.
-const STEERING_SHARE: f32 = 0.5;
 /// Voltage that probes the drive motors' current sensors, V, up for two ticks and down for two: what a current sensor
 /// must follow, however quietly the laws hold the vehicle. It moves the current by 60 mA and the vehicle by nothing.
 const PROBE_V: f32 = 0.02;
@@ -117,7 +115,7 @@ impl Laws {
                 spar.reset(&spar_state(estimate));
             }
         }
-        self.spar_off |= !verdict.faults.intersection(FaultSet::SPAR).is_empty();
+        self.spar_off |= verdict.faults.has_any(FaultSet::SPAR);
 
         let wanted = if verdict.mode == Mode::Armed {
             command.drive

@@ -6,6 +6,7 @@ use super::parameters::{
     SafetyParameters, SparParameters,
 };
 use crate::real::Real;
+use crate::sample::MOTORS;
 
 /// One table of the vehicle file.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -132,6 +133,18 @@ vehicle_parameters! {
 }
 
 impl<T: Real> VehicleParameters<T> {
+    /// The motors, in the order of [`Motor`](crate::sample::Motor). Without a spar the third bridge has no motor, and the
+    /// drive motors' numbers stand there.
+    pub fn motors(&self) -> [&MotorParameters<T>; MOTORS] {
+        let ballast_motor = self.ballast_motor().unwrap_or(&self.drive_motor);
+        [&self.drive_motor, &self.drive_motor, ballast_motor]
+    }
+
+    /// The ballast motor; `None` without a spar.
+    pub fn ballast_motor(&self) -> Option<&MotorParameters<T>> {
+        self.spar.as_ref().map(|(_, motor)| motor)
+    }
+
     /// How many parameters this vehicle has.
     pub fn count(&self) -> u16 {
         let fields = |group: &(_, Option<&dyn Group<T>>)| group.1.map_or(0, |group| group.fields().len());

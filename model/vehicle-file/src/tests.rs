@@ -200,9 +200,7 @@ fn a_field_that_is_left_out_has_its_stated_value_or_is_missing() {
             match (field.default, read) {
                 (Some(default), Ok(VehicleFile::Vehicle(vehicle))) => {
                     let parameters = vehicle.parameters();
-                    let number = (0..parameters.count())
-                        .find(|number| parameters.field(*number) == Some((table.name, field)))
-                        .expect("a field");
+                    let number = parameters.number_of(table.name, field.name).expect("a field");
                     assert_eq!(parameters.value(number), Some(default), "{name}");
                     assert!(field.allows(default), "{name}");
                     stated += 1;

@@ -102,11 +102,6 @@ macro_rules! codes {
                 self.0 & other.0 != 0
             }
 
-            /// The codes of both sets.
-            pub const fn intersection(self, other: Self) -> Self {
-                Self(self.0 & other.0)
-            }
-
             /// The codes in the set, in order.
             pub fn iter(self) -> impl Iterator<Item = $code> {
                 $code::ALL.iter().copied().filter(move |code| self.contains(*code))
@@ -150,6 +145,28 @@ macro_rules! faults {
                 &[$((FaultClass::$class, $by, $bound)),+];
 
             /// What to do before the fault is cleared.
+            pub fn remedy(self) -> &'static str {
+                match self { $(Self::$name => $remedy),+ }
+            }
+        }
+    };
+}
+
+/// Defines [`Blocker`] as [`codes!`] does, each with what an operator does so that the vehicle can be armed.
+macro_rules! blockers {
+    (
+        $(#[doc = $doc:literal])* $code:ident;
+        $(#[doc = $set_doc:literal])* $set:ident;
+        $( $(#[doc = $meaning:literal])+ $name:ident = $number:literal => $remedy:literal, )+
+    ) => {
+        codes! {
+            $(#[doc = $doc])* $code;
+            $(#[doc = $set_doc])* $set;
+            $( $(#[doc = $meaning])+ $name = $number, )+
+        }
+
+        impl $code {
+            /// What to do so that the vehicle can be armed.
             pub fn remedy(self) -> &'static str {
                 match self { $(Self::$name => $remedy),+ }
             }

@@ -265,7 +265,7 @@ fn an_encoder_that_denies_its_motors_voltage_is_implausible() {
         let mut only = FaultSet::EMPTY;
         only.insert(fault);
         assert_eq!(bench.tick().faults, only);
-        assert_eq!(only.intersection(class), only);
+        assert!(class.has_any(only));
     }
     // An open bridge says nothing of its encoder.
     let mut bench = Bench::new();

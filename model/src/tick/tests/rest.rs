@@ -41,6 +41,24 @@ impl Bench {
         bench
     }
 
+    /// Stood still, then told to drive `way`.
+    fn told(&mut self, way: f32) {
+        self.intent.target_m_s = 0.0;
+        self.ticks(100);
+        self.intent = Intent {
+            target_m_s: 0.5 * way,
+            reference_m_s: 0.5 * way,
+            ..Intent::default()
+        };
+    }
+
+    /// Swings the arm out by a sine of 0.3: as on a slope of 0.3 * 0.72 / (1 + S).
+    fn arm_out(&mut self, way: f32) {
+        self.sensed.arm.rate_rad_s = way * 0.3 / 0.1;
+        self.ticks(100);
+        self.sensed.arm = feels([way * libm::sinf(0.3), libm::cosf(0.3)]);
+    }
+
     pub(super) fn tick(&mut self) -> Estimate {
         if self.sensed.relative_rate_rad_s[0] != 0.0 {
             // Wheels that turn count on.
@@ -284,18 +302,9 @@ fn gyro_and_accelerometer_contradict_each_other_in_300_ticks() {
 fn a_blocked_vehicle_tells_so_and_keeps_the_slope_of_the_ground() {
     for way in [1.0_f32, -1.0] {
         let mut bench = Bench::driving();
-        bench.intent.target_m_s = 0.0;
-        bench.ticks(100);
-        bench.intent = Intent {
-            target_m_s: 0.5 * way,
-            reference_m_s: 0.5 * way,
-            ..Intent::default()
-        };
+        bench.told(way);
         bench.sensed.relative_rate_rad_s = [0.0; 3];
-        // The arm stands out by a sine of 0.3: as on a slope of 0.3 * 0.72 / (1 + S).
-        bench.sensed.arm.rate_rad_s = way * 0.3 / 0.1;
-        bench.ticks(100);
-        bench.sensed.arm = feels([way * libm::sinf(0.3), libm::cosf(0.3)]);
+        bench.arm_out(way);
         let mut stalled_after = None;
         for tick in 101..=1500 {
             let estimate = bench.tick();
@@ -332,18 +341,10 @@ fn a_blocked_vehicle_tells_so_and_keeps_the_slope_of_the_ground() {
 fn an_obstacle_on_a_hill_stands_on_the_hill() {
     for way in [1.0_f32, -1.0] {
         let mut bench = Bench::driving();
-        bench.intent.target_m_s = 0.0;
-        bench.ticks(100);
-        bench.intent = Intent {
-            target_m_s: 0.5 * way,
-            reference_m_s: 0.5 * way,
-            ..Intent::default()
-        };
+        bench.told(way);
         bench.sensed.relative_rate_rad_s = [2.0 * way, 2.0 * way, 0.0];
         bench.sensed.relative_advance_rad = [0.002 * way, 0.002 * way, 0.0];
-        bench.sensed.arm.rate_rad_s = way * 0.3 / 0.1;
-        bench.ticks(100);
-        bench.sensed.arm = feels([way * libm::sinf(0.3), libm::cosf(0.3)]);
+        bench.arm_out(way);
         let hill_rad = bench.ticks(3000).slope_rad;
         assert!(hill_rad * way > 0.1, "{hill_rad}");
         bench.sensed.relative_rate_rad_s = [0.0; 3];
