@@ -180,7 +180,6 @@ pub struct ImuSensor {
     errors: ImuErrors,
     bias: [f64; 6],
     filter: Butterworth,
-    filtered: [f64; 6],
     settled: bool,
     noise: Noise,
     faults: Faults,
@@ -202,7 +201,6 @@ impl ImuSensor {
             errors,
             bias,
             filter: Butterworth::new(corner_hz),
-            filtered: [0.0; 6],
             settled: false,
             noise,
             faults: Faults::new(),
@@ -280,15 +278,15 @@ impl ImuSensor {
             self.settled = true;
             self.filter.settle(&input);
         }
-        self.filtered = self.filter.advance(h, &input);
+        self.filter.advance(h, &input);
     }
 
     /// Measures: the filtered motion as the sensor sees it, with bias and fresh noise.
     fn measure(&mut self, now_s: f64) -> ImuChannels {
         let seen = match &self.imperfection {
-            None => self.filtered,
+            None => self.filter.output,
             Some(imperfection) => imperfection.apply(
-                &self.filtered,
+                &self.filter.output,
                 now_s,
                 self.temperature.at(now_s),
                 self.filter.corner_hz(),

@@ -14,7 +14,7 @@ use crate::cli::emulated;
 use plant::Plant;
 use report::error::CommandError;
 use report::output::{print_coloured, print_json, progress_bar};
-use report::visible::{visible, visible_line};
+use report::visible::visible_line;
 use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
 use virtual_board::scenario::{
@@ -211,7 +211,7 @@ pub fn run_on<B: Backend>(
             // What led to a run that could not go on is worth its record most.
             let log = end.as_ref().map_or(&[][..], |end| &end.log);
             let path = record.write(&vehicle_f32(&vehicle)?, &records, log, &told.events)?;
-            format!("\nrecord                 {}", path.display())
+            format!("\nrecord                 {}", visible_line(&path.display().to_string()))
         }
         None => String::new(),
     };
@@ -249,13 +249,12 @@ pub fn run_on<B: Backend>(
         print_coloured(&format!(
             "{}\ntick on this host      {tick_ns:.0} ns (replaying {} recorded ticks)\n\
              simulated              {} s in {wall_s:.2} s, {:.1} times real time\n\
-             page, plots, trace, log {}{}\n",
+             page, plots, trace, log {}{record}\n",
             table::table(&summary),
             records.len(),
             scenario.duration_s,
             scenario.duration_s / wall_s,
-            visible_line(&out.display().to_string()),
-            visible(&record)
+            visible_line(&out.display().to_string())
         ))?;
     }
     if verdict == RunVerdict::Failed {

@@ -7,9 +7,9 @@ use theory::analysis::critical::{Direction, NoLimit, critical_within};
 use theory::analysis::envelope::{EnvelopeBudget, NoEnvelope, envelope, slopes};
 use theory::analysis::equilibrium::static_phi;
 use theory::analysis::input::Input;
-use theory::analysis::response::StepBudget;
 use theory::analysis::simulate::simulate_within;
 use theory::analysis::slip::{slip_limit, slip_limit_within};
+use theory::analysis::step_budget::StepBudget;
 use theory::analysis::waveform::Waveform;
 
 /// A budget for one search, a quarter of what the thesis's vehicle needs on average.
@@ -93,9 +93,9 @@ fn a_run_makes_no_more_steps_than_its_budget() {
     for (name, p) in extremes() {
         let phi = static_phi(&p).unwrap_or(0.0);
         for (u, start) in [(1.0, [0.0, phi, 0.0, 0.0]), (1e5, [0.0, 1e3, 1e3, 0.0])] {
-            let mut steps = STEPS;
-            let run = simulate_within(&mut steps, &p, &Input::voltage_step(&p, u), start, 1e5, 1e4);
-            if steps == 0 {
+            let budget = StepBudget::of(STEPS);
+            let run = simulate_within(&budget, &p, &Input::voltage_step(&p, u), start, 1e5, 1e4);
+            if budget.spent() == STEPS {
                 spent += 1;
                 assert!(run.is_err(), "{name}, {u}: a run that is not at its end is none");
             }

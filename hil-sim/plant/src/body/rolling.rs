@@ -6,7 +6,7 @@
 //! wheel, the ballast, the spar and the speed to the left, each of which couples to few others; then forward speed,
 //! yaw rate and arm together.
 
-use model::sample::{MOTORS, Motor};
+use model::sample::MOTORS;
 
 use super::contact::{ContactMode, GEAR_BAND_RAD_S, Linear, WHEEL_BAND_M_S};
 use super::inertia::Inertia;
@@ -16,6 +16,9 @@ use super::motion::Configuration;
 use super::paths::Contacts;
 use super::step::{NEWTON_MAX, Solution, Substep, joint_rates};
 use super::{BALLAST, Body, FORWARD, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW};
+
+/// No motor's current passes through a diode.
+const LINEAR: [Branch; MOTORS] = [Branch::Linear; MOTORS];
 
 impl Body {
     /// Solves the substep of a vehicle that goes on rolling on a plane as it did, but for its gearboxes, which may stick or
@@ -38,7 +41,7 @@ impl Body {
         if !joints.iter().zip(rates).all(linear) {
             return None;
         }
-        let (u, viscous, bearing) = (self.speed, self.viscous(), self.spar_bearing(h));
+        let (u, bearing) = (self.speed, self.spar_bearing(h));
         let mut normals = self.wheels.map(|wheel| wheel.normal_n);
         let mut gears = self.gear_modes;
         let mut change = *foretold;
@@ -46,20 +49,12 @@ impl Body {
             if normals[0] <= 0.0 || normals[1] <= 0.0 {
                 return None;
             }
-            let mut terms = [JointTerm::default(); MOTORS];
-            for (i, term) in terms.iter_mut().enumerate() {
-                if i != Motor::Ballast as usize || self.inertia.has_spar {
-                    let dry = gears[i].linear(joints[i].coulomb_n_m, GEAR_BAND_RAD_S, false);
-                    let law = (joints[i].constant_n_m, joints[i].damping_n_m_s + viscous[i]);
-                    *term = JointTerm::new(h, law, dry, rates[i], weights[i]);
-                }
-            }
             let mean: Speeds = core::array::from_fn(|i| u[i] + 0.5 * change[i]);
             let substep = Substep {
                 h,
                 configuration: c,
                 contacts,
-                joints: terms,
+                joints: self.joint_terms(h, joints, rates, weights, (&LINEAR, &gears), false),
                 bearing,
                 impulse: c.forces(&self.inertia, &mean, &self.gravity).map(|force| h * force),
             };

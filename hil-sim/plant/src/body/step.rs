@@ -107,7 +107,7 @@ impl Body {
                 h,
                 configuration: &c,
                 contacts: &contacts,
-                joints: self.joint_terms(h, joints, &rates, weights, &assumed, secant),
+                joints: self.joint_terms(h, joints, &rates, weights, (&assumed.branches, &assumed.gears), secant),
                 bearing: self.spar_bearing(h),
                 impulse: c.forces(&self.inertia, &mean, &self.gravity).map(|force| h * force),
             };
@@ -185,21 +185,21 @@ impl Body {
 
     /// The motors' joints in a substep: torques, viscous and dry friction, linearised about what is assumed.
     #[inline]
-    fn joint_terms(
+    pub(super) fn joint_terms(
         &self,
         h: f64,
         joints: &[JointTorque; MOTORS],
         rates: &[f64; MOTORS],
         weights: [f64; MOTORS],
-        assumed: &Assumed,
+        (branches, gears): (&[Branch; MOTORS], &[GearMode; MOTORS]),
         secant: bool,
     ) -> [JointTerm; MOTORS] {
         let viscous = self.viscous();
         let mut terms = [JointTerm::default(); MOTORS];
         let count = if self.inertia.has_spar { MOTORS } else { MOTORS - 1 };
         for (i, term) in terms.iter_mut().enumerate().take(count) {
-            let (constant, damping) = joints[i].on(assumed.branches[i]);
-            let dry = assumed.gears[i].linear(joints[i].coulomb_n_m, GEAR_BAND_RAD_S, secant);
+            let (constant, damping) = joints[i].on(branches[i]);
+            let dry = gears[i].linear(joints[i].coulomb_n_m, GEAR_BAND_RAD_S, secant);
             *term = JointTerm::new(h, (constant, damping + viscous[i]), dry, rates[i], weights[i]);
         }
         terms

@@ -4,8 +4,9 @@ use std::io::Write;
 
 use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
-use firmware::protocol::message::{Identity, LinkCounters, PROTOCOL_VERSION};
+use firmware::protocol::message::{Identity, LinkCounters, PROTOCOL_VERSION, STATUS_RATE_HZ};
 use firmware::records::codec::{BlockEncoder, RecordBlock};
+use model::sample::TICK_US;
 use model::status::Status;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
@@ -17,7 +18,7 @@ use virtual_board::scenario::{Story, StoryEvent};
 use super::writer::RecordWriter;
 
 /// Ticks from status to status, as on the link.
-const STATUS_TICKS: u32 = 10;
+const STATUS_TICKS: u32 = 1_000_000 / TICK_US / STATUS_RATE_HZ as u32;
 
 /// A run that is recorded.
 #[derive(Debug, Clone, Copy)]

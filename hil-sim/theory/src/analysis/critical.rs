@@ -13,8 +13,9 @@ use model::dynamics::planar::PlanarParameters;
 
 use super::equilibrium::poles;
 use super::input::Input;
-use super::response::{Fate, Judge, OutOfSteps, PlanarPoint, Response, StepBudget};
+use super::response::{Fate, Judge, PlanarPoint, Response};
 use super::roots::maximum_between;
+use super::step_budget::{OutOfSteps, StepBudget};
 
 /// Which way the final value is searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]

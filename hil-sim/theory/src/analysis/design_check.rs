@@ -195,10 +195,7 @@ impl Inspector<'_> {
         let p = self.vehicle.parameters();
         let motors = [
             ("drive_motor.torque_constant_n_m_per_a", Some(&p.drive_motor)),
-            (
-                "ballast_motor.torque_constant_n_m_per_a",
-                p.spar.as_ref().map(|(_, motor)| motor),
-            ),
+            ("ballast_motor.torque_constant_n_m_per_a", p.ballast_motor()),
         ];
         for (field, motor) in motors {
             let Some(motor) = motor else { continue };

@@ -3,6 +3,7 @@
 use core::f64::consts::{PI, TAU};
 
 use model::control::landing::Design;
+use model::control::steering::STEERING_SHARE;
 use model::sample::TICK_US;
 use model::vehicle::{GRAVITY_M_S2, MotorParameters, Vehicle};
 use serde::Serialize;
@@ -13,8 +14,6 @@ use super::slip::slip_limit;
 
 /// Share of the supply that the governor leaves to the speed (`SUPPLY_SHARE` of the law).
 pub const SUPPLY_SHARE: f64 = 0.97;
-/// Share of the supply that steering may take (`STEERING_SHARE` of the tick).
-const STEERING_SHARE: f64 = 0.5;
 /// Slope at which the hold is told.
 const HOLD_DEG: f64 = 10.0;
 
@@ -68,7 +67,7 @@ impl SteeringLimits {
         let spin = vehicle.spatial(0.0, 0.0).spin_stability_limit();
         Self {
             spin_rad_s: spin.map_or(f64::NAN, |limit| limit / vehicle.scales().time_s),
-            voltage_rad_s: STEERING_SHARE * p.battery.nominal_v / volts_per_rad_s,
+            voltage_rad_s: f64::from(STEERING_SHARE) * p.battery.nominal_v / volts_per_rad_s,
             grip_rad_s: control.grip_mu * GRAVITY_M_S2 / control.speed_max_m_s,
             grip_rad_s2: control.grip_mu * weight * track / inertia,
             current_rad_s2: 2.0 * motor.current_limit_a * constant * track / (radius * inertia),

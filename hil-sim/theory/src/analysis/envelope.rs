@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::critical::{Direction, NoLimit, critical_within};
 use super::equilibrium::static_phi;
 use super::input::Input;
-use super::response::StepBudget;
+use super::step_budget::StepBudget;
 use super::waveform::Waveform;
 
 /// One point of an envelope.

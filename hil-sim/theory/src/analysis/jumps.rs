@@ -6,7 +6,8 @@ use model::dynamics::planar::{Planar, PlanarParameters};
 use super::dop853::integrate;
 use super::equilibrium::static_phi;
 use super::input::Input;
-use super::response::{Fate, Judge, StepBudget};
+use super::response::{Fate, Judge};
+use super::step_budget::StepBudget;
 
 /// The shares of the move that jump at the start and at the end; a ramp covers the rest.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -27,6 +27,7 @@ pub mod simulate;
 pub mod slip;
 pub mod spatial;
 pub mod speed_response;
+pub mod step_budget;
 pub mod trajectory;
 pub mod waveform;
 pub mod whirl;

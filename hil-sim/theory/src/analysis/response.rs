@@ -6,7 +6,6 @@
 //! `W = T + V` obeys `W' = -zeta (theta' + phi')^2` (erratum E9): once W is below the lower edge of a well, the
 //! response stays in it for good. That makes the verdict exact and early.
 
-use std::cell::Cell;
 use std::f64::consts::{PI, TAU};
 
 use model::dynamics::planar::{Planar, PlanarParameters};
@@ -15,6 +14,7 @@ use super::dop853::{Dense, Dop853};
 use super::equilibrium::{saddle_growth, static_phi};
 use super::input::Input;
 use super::roots::root_between;
+use super::step_budget::{OutOfSteps, StepBudget};
 
 /// State of the response: phi, theta', phi' (theta is cyclic).
 pub type PlanarPoint = [f64; 3];
@@ -40,52 +40,6 @@ pub struct Response {
     pub manifold_distance: Option<f64>,
     /// When the verdict was certain.
     pub decided_at: f64,
-}
-
-/// The most integration steps of a search. The longest search of the thesis and its errata needs 531,542; with this
-/// bound every search ends after seconds, whatever the parameters.
-pub const SEARCH_STEPS_MAX: u64 = 3_000_000;
-
-/// What is left of the integration steps that a search may make.
-#[derive(Debug)]
-pub struct StepBudget {
-    allowed: u64,
-    left: Cell<u64>,
-}
-
-/// A search has made all the integration steps that it may make.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("the search ended after {allowed} integration steps")]
-pub struct OutOfSteps {
-    /// How many it may make.
-    pub allowed: u64,
-}
-
-impl Default for StepBudget {
-    fn default() -> Self {
-        Self::of(SEARCH_STEPS_MAX)
-    }
-}
-
-impl StepBudget {
-    /// A budget of `steps`.
-    pub fn of(steps: u64) -> Self {
-        Self {
-            allowed: steps,
-            left: Cell::new(steps),
-        }
-    }
-
-    /// The steps made so far.
-    pub fn spent(&self) -> u64 {
-        self.allowed - self.left.get()
-    }
-
-    fn take(&self) -> Result<(), OutOfSteps> {
-        let left = self.left.get().checked_sub(1);
-        self.left.set(left.ok_or(OutOfSteps { allowed: self.allowed })?);
-        Ok(())
-    }
 }
 
 /// Half width in phi of a saddle's neighbourhood. The length of a response's stay there is measured.

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::dop853::{Dense, Dop853, MOST_STEPS, StepTooSmall};
 use super::input::Input;
 use super::roots::{maximum_between, root_between};
+use super::step_budget::StepBudget;
 
 /// Tolerance of the integration: errors stay below 1e-9 over the spans of the thesis.
 const TOLERANCE: f64 = 1e-12;
@@ -101,16 +102,15 @@ pub fn simulate(
     t_end: f64,
     sample: f64,
 ) -> Result<PlanarRun, StepTooSmall> {
-    let mut steps = MOST_STEPS;
-    simulate_within(&mut steps, p, input, start, t_end, sample)
+    simulate_within(&StepBudget::of(MOST_STEPS), p, input, start, t_end, sample)
 }
 
-/// [`simulate()`], with its integration steps taken from `steps`.
+/// [`simulate()`], with its integration steps taken from `budget`.
 ///
 /// # Errors
 /// [`StepTooSmall`] as there.
 pub fn simulate_within(
-    steps: &mut u64,
+    budget: &StepBudget,
     p: &PlanarParameters<f64>,
     input: &Input,
     start: PlanarState<f64>,
@@ -128,7 +128,7 @@ pub fn simulate_within(
     let u = input.voltage(0.0, &start);
     extremes.forces(&planar.contact_forces(&start, u));
     let rate = |t: f64, x: &PlanarState<f64>| planar.rate(x, input.voltage(t, x));
-    let mut integration = Dop853::new(rate, 0.0, start, TOLERANCE).limited(*steps);
+    let mut integration = Dop853::new(rate, 0.0, start, TOLERANCE).limited(budget.left());
     let arrival = input.arrival();
     let mut next = 1;
     while integration.time() < t_end {
@@ -138,7 +138,7 @@ pub fn simulate_within(
             t_end
         };
         let advanced = integration.advance(limit);
-        *steps = integration.steps_left();
+        budget.leave(integration.steps_left());
         advanced?;
         let dense = integration.dense();
         search(&planar, input, &dense, &mut extremes);

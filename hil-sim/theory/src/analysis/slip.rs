@@ -1,16 +1,15 @@
 //! How large a step the tyre's grip allows, and how long a pulse the whirl limit allows (chapter 4).
 
-use std::cell::Cell;
-
 use model::dynamics::planar::{Planar, PlanarParameters};
 
 use super::critical::{Direction, NoLimit, critical};
 use super::dop853::{MOST_STEPS, StepTooSmall, integrate};
 use super::equilibrium::static_phi;
 use super::input::Input;
-use super::response::{Fate, Judge, OutOfSteps, StepBudget};
+use super::response::{Fate, Judge};
 use super::roots::{maximum_between, root_between};
 use super::simulate::simulate_within;
+use super::step_budget::{OutOfSteps, StepBudget};
 
 /// Time units within which a step's response makes its largest swing.
 const SPAN: f64 = 40.0;
@@ -58,23 +57,15 @@ pub enum NoSlipLimit {
 /// # Errors
 /// [`NoSlipLimit`] beyond the static limit.
 pub fn required_by_step(p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlipLimit> {
-    required_within(&Cell::new(MOST_STEPS), p, u)
+    required_within(&StepBudget::of(MOST_STEPS), p, u)
 }
 
-/// [`required_by_step`], with the integration steps taken from `steps`.
-fn required_within(steps: &Cell<u64>, p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlipLimit> {
+/// [`required_by_step`], with the integration steps taken from `budget`.
+fn required_within(budget: &StepBudget, p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlipLimit> {
     let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
-    let mut left = steps.get();
-    let run = simulate_within(
-        &mut left,
-        p,
-        &Input::voltage_step(p, u),
-        [0.0, phi, 0.0, 0.0],
-        SPAN,
-        SPAN,
-    );
-    steps.set(left);
-    Ok(run?.friction_coefficient_required.unwrap_or(f64::INFINITY))
+    let start = [0.0, phi, 0.0, 0.0];
+    let run = simulate_within(budget, p, &Input::voltage_step(p, u), start, SPAN, SPAN)?;
+    Ok(run.friction_coefficient_required.unwrap_or(f64::INFINITY))
 }
 
 /// The slip limit for the static friction coefficient `mu_s`.
@@ -97,11 +88,12 @@ pub fn slip_limit_within(allowed: u64, p: &PlanarParameters<f64>, mu_s: f64) -> 
     // Just inside the whirl limit, so that the last response returns.
     let (hold, end) = (p.beta.sin(), whirl - 1e-9 * (1.0 + whirl.abs()));
     let at = |k: usize| hold + (end - hold) * k as f64 / WALK as f64;
-    let steps = Cell::new(allowed);
-    let needed = (0..=WALK)
-        .map(|k| required_within(&steps, p, at(k)))
-        .collect::<Result<Vec<f64>, _>>()?;
-    let of_step = |u: f64| required_within(&steps, p, u).unwrap_or(f64::INFINITY);
+    let budget = StepBudget::of(allowed);
+    let needed: Result<Vec<f64>, _> = (0..=WALK).map(|k| required_within(&budget, p, at(k))).collect();
+    // A response that the budget cut short is none that cannot be followed.
+    budget.check()?;
+    let needed = needed?;
+    let of_step = |u: f64| required_within(&budget, p, u).unwrap_or(f64::INFINITY);
     let worst = needed
         .iter()
         .copied()
@@ -120,9 +112,7 @@ pub fn slip_limit_within(allowed: u64, p: &PlanarParameters<f64>, mu_s: f64) -> 
         Some(k) => Some(root_between(|u| of_step(u) - mu_s, at(k - 1), at(k), 1e-12)),
         None => Some(whirl),
     };
-    if steps.get() == 0 {
-        return Err(OutOfSteps { allowed }.into());
-    }
+    budget.check()?;
     Ok(SlipLimit {
         critical_voltage,
         whirl_voltage: whirl,

@@ -109,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         .with("pole_closed_re", part(&outcome.poles_closed, 0))
         .with("pole_closed_im", part(&outcome.poles_closed, 1));
     let mut report = Report::new("equilibrium", &outcome).columns(columns);
-    report = match phi {
+    report = match phi.zip(theta_rate) {
         None => report.line(
             "equilibrium",
             format!(
@@ -117,15 +117,11 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
                 (p.alpha * p.l).asin()
             ),
         ),
-        Some(phi) => report
+        Some((phi, theta_rate)) => report
             .line("phi", format!("{phi:.6} rad ({:.3} deg)", phi.to_degrees()))
             .line(
                 "theta_rate",
-                beside(
-                    format!("{:.6}", steady_theta_rate(&p, voltage)),
-                    outcome.speed_m_s,
-                    "m/s",
-                ),
+                beside(format!("{theta_rate:.6}"), outcome.speed_m_s, "m/s"),
             )
             .line("voltage", beside(format!("{voltage:.6}"), outcome.voltage_v, "V"))
             .line("poles, open loop", text(&outcome.poles))

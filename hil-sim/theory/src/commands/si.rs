@@ -1,8 +1,7 @@
 //! What a command says in SI units beside its nondimensional numbers, where a vehicle file gives the scales.
 
-use model::vehicle::{Scales, SparScales};
+use model::vehicle::{Scales, SparScales, Vehicle};
 use serde::Serialize;
-use vehicle_file::VehicleFile;
 
 use crate::commands::vehicle_argument::Source;
 
@@ -14,10 +13,7 @@ pub struct Si(Option<Scales<f64>>);
 impl Si {
     /// The scales of the vehicle that the parameters come from.
     pub fn of(source: &Source) -> Self {
-        Self(match source {
-            Source::File(_, VehicleFile::Vehicle(vehicle)) => Some(vehicle.scales()),
-            Source::Thesis | Source::File(_, VehicleFile::Planar(_)) => None,
-        })
+        Self(source.whole_vehicle().map(Vehicle::scales))
     }
 
     /// A nondimensional voltage as that of both drive motors, V.
@@ -52,8 +48,7 @@ impl Si {
 
     /// Poles in 1/s.
     pub fn poles_per_s(self, poles: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
-        let per_s = |scales: Scales<f64>| poles.iter().map(|pole| pole.map(|part| part / scales.time_s)).collect();
-        self.0.map(per_s)
+        self.0.map(|scales| per_s(poles, scales.time_s))
     }
 
     /// One nondimensional unit of each kind.
@@ -66,6 +61,10 @@ impl Si {
     }
 }
 
+fn per_s(poles: &[[f64; 2]], time_s: f64) -> Vec<[f64; 2]> {
+    poles.iter().map(|pole| pole.map(|part| part / time_s)).collect()
+}
+
 /// The scales of a whole vehicle's camera spar (ch. 7); without one, there is nothing to say in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparSi(Option<SparScales<f64>>);
@@ -73,10 +72,7 @@ pub struct SparSi(Option<SparScales<f64>>);
 impl SparSi {
     /// The scales of the spar that the parameters come from.
     pub fn of(source: &Source) -> Self {
-        Self(match source {
-            Source::File(_, VehicleFile::Vehicle(vehicle)) => vehicle.spar_scales(),
-            Source::Thesis | Source::File(_, VehicleFile::Planar(_)) => None,
-        })
+        Self(source.whole_vehicle().and_then(Vehicle::spar_scales))
     }
 
     /// The gains of v = -g . x as those of the ballast motor's voltage: on two angles, V/rad, and two rates, V s/rad.
@@ -94,8 +90,7 @@ impl SparSi {
 
     /// Poles in 1/s.
     pub fn poles_per_s(self, poles: &[[f64; 2]]) -> Option<Vec<[f64; 2]>> {
-        let time_s = self.0?.time_s;
-        Some(poles.iter().map(|pole| pole.map(|part| part / time_s)).collect())
+        self.0.map(|scales| per_s(poles, scales.time_s))
     }
 
     /// One nondimensional unit of each kind.

@@ -7,6 +7,7 @@ use model::dynamics::camera::CameraParameters;
 use model::dynamics::coupled::{Bearing, CoupledParameters};
 use model::dynamics::planar::PlanarParameters;
 use model::dynamics::spatial::SpatialParameters;
+use model::vehicle::Vehicle;
 use vehicle_file::VehicleFile;
 
 use crate::analysis::coupled::with_thesis_spar;
@@ -75,6 +76,14 @@ fn read(path: Option<&Path>) -> Result<Source, CommandError> {
 }
 
 impl Source {
+    /// The whole vehicle of the file; `None` without a file, or if it has nondimensional numbers only.
+    pub fn whole_vehicle(&self) -> Option<&Vehicle<f64>> {
+        match self {
+            Self::File(_, VehicleFile::Vehicle(vehicle)) => Some(vehicle),
+            Self::Thesis | Self::File(_, VehicleFile::Planar(_)) => None,
+        }
+    }
+
     /// The name in messages of the planar parameter `name`: its flag if the user gave the flag or no file
     /// gives the parameter, else its field in the file.
     pub fn name(&self, name: &str, flag_given: bool) -> String {
