@@ -8,7 +8,7 @@ use virtual_board::scenario::Scenario;
 use virtual_board::scenario::trace::TraceRow;
 
 mod support;
-use support::flights::{at_speed, drive, fly, last, recorded};
+use support::flights::{at_speed, drive, first, fly, last, recorded};
 
 fn heading_error_deg(row: &TraceRow) -> f64 {
     (f64::from(row.status.estimate.heading_rad) - row.truth.heading_rad).to_degrees()
@@ -278,10 +278,7 @@ fn a_slide_is_told_within_a_quarter_of_a_second() {
                     .position(slides)
                     .map(|at| rows[at].time_s())
                     .expect("it slides");
-                let told = rows
-                    .iter()
-                    .find(|row| row.time_s() >= began && row.status.limits.contains(Limit::Slip))
-                    .map(|row| row.time_s() - began);
+                let told = first(&outcome, began, |row| row.status.limits.contains(Limit::Slip));
                 let story = format!("{friction:.3} on {slope_deg} deg at {speed_m_s} m/s, seed {seed}");
                 println!("{story}: after {told:.2?} s");
                 assert!(told.is_some_and(|s| s <= 0.25), "{story}: {told:?}");

@@ -284,13 +284,18 @@ fn a_limit_beyond_the_sensors_is_refused_by_the_file_reader_and_by_the_board() {
 /// Half of the angle at which fault ArmAngle opens the bridges, rad: the arm is not thrown.
 const NOT_THROWN_RAD: f64 = 0.7;
 
+/// The arm's largest angle while a bridge was on, rad.
+fn thrown_rad(outcome: &DriveOutcome) -> f64 {
+    let rows = outcome.trace.rows.iter().filter(|row| row.bridges_on);
+    rows.map(|row| row.truth.phi_rad.abs()).fold(0.0, f64::max)
+}
+
 /// Opened by ImuImplausible, and only by it, within `limit_s` of `from_s`, with the arm not thrown.
 fn judged_by_its_imu(outcome: &DriveOutcome, from_s: f64, limit_s: f64, story: &str) {
     let opened = first(outcome, from_s, |row| !row.bridges_on);
     println!("{story}: {opened:?} s");
     assert!(opened.is_some_and(|s| s <= limit_s), "{story}: {opened:?} s");
-    let phi_rad = outcome.trace.rows.iter().filter(|row| row.bridges_on);
-    let phi_rad = phi_rad.map(|row| row.truth.phi_rad.abs()).fold(0.0, f64::max);
+    let phi_rad = thrown_rad(outcome);
     assert!(phi_rad < NOT_THROWN_RAD, "{story}: {phi_rad} rad");
     assert_eq!(
         last(outcome).status.faults,
@@ -339,8 +344,7 @@ fn a_mirrored_imu_is_found_in_300_ms_of_the_first_motion() {
             }
         }
         let outcome = fly(12.0, seed, MIRRORED, &at_speed(0.0));
-        let phi_rad = outcome.trace.rows.iter().filter(|row| row.bridges_on);
-        let phi_rad = phi_rad.map(|row| row.truth.phi_rad.abs()).fold(0.0, f64::max);
+        let phi_rad = thrown_rad(&outcome);
         assert!(phi_rad < NOT_THROWN_RAD, "standing, seed {seed}: {phi_rad} rad");
     }
 }

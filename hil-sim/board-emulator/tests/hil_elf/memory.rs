@@ -11,7 +11,7 @@ use model::supervise::codes::Blocker;
 
 use virtual_board::link_client::LinkClient;
 
-use crate::support::{Operator, firmware, open, powered_part};
+use crate::support::{Operator, blocks_alone, firmware, open, powered_part};
 
 /// Where a text or a marker stands in the flash.
 fn place(board: &mut Operator, sought: &[u8]) -> u64 {
@@ -27,29 +27,13 @@ fn write(board: &mut Operator, at: u64, bytes: Vec<u8>) {
     written.expect("it runs").expect("it is memory");
 }
 
-/// The board boots, says what is wrong, and does not arm for this reason alone.
-fn blocked(board: &mut Operator, blocker: Blocker) {
-    board.command = Some((0.0, 0.0));
-    board.run(800);
-    let told = format!("self-test: {}: ", blocker.name());
-    assert!(
-        board.log().iter().any(|line| line.contains(&told)),
-        "{:#?}",
-        board.log()
-    );
-    board.request(Request::Arm);
-    let status = &board.status().vehicle;
-    assert_eq!(status.mode, Mode::Disarmed);
-    assert_eq!(status.blockers.iter().collect::<Vec<_>>(), [blocker]);
-}
-
 /// A firmware whose seal has no numbers, as a plain build leaves it, boots and talks, and does not arm.
 #[test]
 fn an_image_without_its_checksum_does_not_arm() {
     let mut board = powered_part(PartSetup::default(), &[]);
     let seal = place(&mut board, &MARKER.map(u32::to_le_bytes).concat());
     write(&mut board, seal + NUMBERS_AT as u64, MISSING.to_le_bytes().to_vec());
-    blocked(&mut board, Blocker::Unsealed);
+    blocks_alone(&mut board, Blocker::Unsealed);
 }
 
 /// One bit of a message that is never shown: the board does not arm with a firmware that is not the one that was built.
@@ -58,7 +42,7 @@ fn an_image_of_which_a_bit_has_changed_does_not_arm() {
     let mut board = powered_part(PartSetup::default(), &[]);
     let at = place(&mut board, b"non-maskable interrupt");
     write(&mut board, at, vec![b'n' ^ 1]);
-    blocked(&mut board, Blocker::Image);
+    blocks_alone(&mut board, Blocker::Image);
 }
 
 /// A board whose memory has gone bad.
@@ -81,7 +65,7 @@ fn a_word_of_the_image_that_cannot_be_read_does_not_arm() {
     let at = place(&mut sound, b"non-maskable interrupt");
     let word = at - at % FLASH_WORD_BYTES as u64;
     let mut board = with_fault(MemoryFault::unreadable(word, FLASH_WORD_BYTES as u64));
-    blocked(&mut board, Blocker::Image);
+    blocks_alone(&mut board, Blocker::Image);
     assert_eq!(resets(&mut board), 0);
 }
 
@@ -167,6 +151,6 @@ fn bits_of_the_ram_that_stick_do_not_arm() {
         (0x2000_0000, 1 << 7),
     ] {
         let mut board = with_fault(MemoryFault::Stuck { address, bits });
-        blocked(&mut board, Blocker::Ram);
+        blocks_alone(&mut board, Blocker::Ram);
     }
 }

@@ -11,6 +11,7 @@ use board_emulator::vehicle::BenchVehicle;
 use firmware::protocol::message::{Answer, BoardStatus, Order, ParameterAnswer, ParameterRequest};
 use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
+use model::supervise::codes::Blocker;
 use virtual_board::link_client::LinkClient;
 
 /// Battery voltage of the vehicle on the bench in V.
@@ -195,4 +196,22 @@ impl Operator {
             .expect("the log is in RAM");
         firmware().decode(&bytes).expect("the log decodes")
     }
+}
+
+/// Whether a line of the log holds `text`.
+pub fn log_has(board: &mut Operator, text: &str) -> bool {
+    board.log().iter().any(|line| line.contains(text))
+}
+
+/// The board boots, says what is wrong, and does not arm for this reason alone.
+pub fn blocks_alone(board: &mut Operator, blocker: Blocker) {
+    board.command = Some((0.0, 0.0));
+    board.run(800);
+    let told = format!("self-test: {}: ", blocker.name());
+    assert!(log_has(board, &told), "{:#?}", board.log());
+    board.request(Request::Arm);
+    let status = &board.status().vehicle;
+    assert_eq!(status.mode, Mode::Disarmed);
+    assert_eq!(status.blockers.iter().collect::<Vec<_>>(), [blocker]);
+    assert_eq!(status.refused_arms, 1);
 }
