@@ -105,8 +105,8 @@ async function disconnect() {
   const { link } = app;
   operator.speaks = false;
   Object.assign(app, { link: null, transport: null, status: null, host: null, seen: null, statuses: 0, parametersRead: 0 });
+  records.stopped(link);
   if (link) await link.close();
-  records.stopped();
   history.clear();
   top_.forget();
   parameters.forget();

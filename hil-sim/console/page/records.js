@@ -49,8 +49,9 @@ export class Records {
     else download(bytes, "console.records", "application/octet-stream");
   }
 
-  /** The board is gone: what was recorded until then is saved. */
-  stopped() {
+  /** The board is gone: saves what this link recorded until then. */
+  stopped(link) {
+    if (this.on && link) this.save(link);
     this.on = false;
     element("record").setAttribute("aria-pressed", "false");
     element("record").textContent = "Record";

@@ -4,6 +4,19 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
+const pause = () => new Promise((resolve) => setTimeout(resolve, 50));
+
+/** What `find` finds, as soon as it finds something; an error with what `state` tells otherwise. */
+export async function until(find, state, seconds = 60) {
+  const end = Date.now() + seconds * 1000;
+  while (Date.now() < end) {
+    const found = await find();
+    if (found) return found;
+    await pause();
+  }
+  throw new Error(`not within ${seconds} s: ${await state()}`);
+}
+
 const BROWSERS = ["chromium", "chromium-browser", "google-chrome"];
 
 export class Browser {
@@ -114,13 +127,8 @@ class Page {
 
   /** Waits until an expression is true. */
   async until(expression, seconds = 60) {
-    const end = Date.now() + seconds * 1000;
-    while (Date.now() < end) {
-      if (await this.value(expression)) return;
-      await new Promise((resolve) => setTimeout(resolve, 50));
-    }
-    const state = await this.value("[document.getElementById('mode').textContent, document.getElementById('bar-note').textContent, document.getElementById('connection-error').textContent, document.getElementById('log').textContent].join('\\n')");
-    throw new Error(`not within ${seconds} s: ${expression}\n${state}`);
+    const state = () => this.value("[document.getElementById('mode').textContent, document.getElementById('bar-note').textContent, document.getElementById('connection-error').textContent, document.getElementById('log').textContent].join('\\n')");
+    await until(() => this.value(expression), async () => `${expression}\n${await state()}`, seconds);
   }
 
   key(type, code) {
@@ -133,11 +141,33 @@ class Page {
     await this.key("keyUp", code);
   }
 
-  /** Clicks in the middle of an element, with the mouse, once it is enabled. */
+  /**
+   * Clicks in the middle of an element, with the mouse, once it is enabled, stands still and lies on top. A page that is
+   * being filled may move it away before the mouse comes down; then the click is made again.
+   */
   async click(id) {
-    await this.until(`!document.getElementById("${id}").disabled`);
-    const [x, y] = await this.value(`(() => { const e = document.getElementById("${id}"); e.scrollIntoView({ block: "center" }); const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()`);
-    for (const type of ["mousePressed", "mouseReleased"]) await this.send("Input.dispatchMouseEvent", { type, x, y, button: "left", clickCount: 1 });
+    for (let n = 0; n < 20; n += 1) {
+      await this.until(`!document.getElementById("${id}").disabled`);
+      const place = await this.value(`(async () => {
+        const e = document.getElementById("${id}");
+        e.scrollIntoView({ block: "center" });
+        const middle = () => { const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; };
+        const before = middle();
+        await new Promise((resolve) => setTimeout(resolve, 50));
+        const now = middle();
+        if (String(before) !== String(now) || !e.contains(document.elementFromPoint(...now))) return null;
+        globalThis.clicked_ = false;
+        e.addEventListener("click", () => (globalThis.clicked_ = true), { once: true });
+        return now;
+      })()`);
+      if (place) {
+        const [x, y] = place;
+        for (const type of ["mousePressed", "mouseReleased"]) await this.send("Input.dispatchMouseEvent", { type, x, y, button: "left", clickCount: 1 });
+        if (await this.value("clicked_")) return;
+      }
+      await pause();
+    }
+    throw new Error(`no click reaches ${id}`);
   }
 
   /** Writes a picture of the window, or of the whole page. */

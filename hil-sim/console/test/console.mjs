@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { execFileSync, spawn } from "node:child_process";
 import { mkdirSync, readdirSync, rmSync } from "node:fs";
 import { join, resolve } from "node:path";
-import { Browser } from "./browser.mjs";
+import { Browser, until } from "./browser.mjs";
 
 const [tool, module, hash, pictures] = process.argv.slice(2);
 const DESKTOP = { width: 1400, height: 900 };
@@ -25,13 +25,8 @@ class Server {
     this.process.stdout.on("data", (bytes) => (this.printed += bytes));
   }
 
-  async until(pattern) {
-    for (let n = 0; n < 600; n += 1) {
-      const found = this.printed.match(pattern);
-      if (found) return found;
-      await pause(50);
-    }
-    throw new Error(`the server does not say ${pattern}:\n${this.printed}`);
+  until(pattern) {
+    return until(() => this.printed.match(pattern), () => `the server says ${pattern}:\n${this.printed}`);
   }
 
   end() {
@@ -171,16 +166,18 @@ async function records() {
   const folder = resolve(pictures, "records");
   rmSync(folder, { recursive: true, force: true });
   await browser.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: folder });
+  const saved = () => until(() => found(folder)[0], () => "a saved record");
   const page = await open();
   await page.until("console_.app.status !== null");
   await page.click("record");
+  assert.equal(await page.value('document.getElementById("record").ariaPressed'), "true");
   await arm(page);
   await drive(page);
   await page.click("record");
-  for (let n = 0; n < 100 && !find(folder); n += 1) await pause(50);
-  const file = join(folder, find(folder));
   // The host's tool drives the page's records again, bit for bit.
-  assert.match(execFileSync(tool, ["replay", file], { encoding: "utf8" }), /every actuation is the recorded one/);
+  const replayed = (file) => assert.match(execFileSync(tool, ["replay", file], { encoding: "utf8" }), /every actuation is the recorded one/);
+  const file = await saved();
+  replayed(file);
   const { root } = await page.send("DOM.getDocument");
   const { nodeId } = await page.send("DOM.querySelector", { nodeId: root.nodeId, selector: "#replay" });
   await page.send("DOM.setFileInputFiles", { nodeId, files: [file] });
@@ -188,13 +185,22 @@ async function records() {
   await page.value('(() => { const s = document.getElementById("scrub"); s.value = s.max; s.dispatchEvent(new Event("input")); })()');
   await page.until(`${MODE} === "armed"`);
   await page.click("end-replay");
+  // A board that is lost while its ticks are recorded leaves what came until then.
+  rmSync(file);
+  await page.click("record");
+  await page.until(`/^[1-9]/.test(${text("recording")})`);
+  await page.value('document.getElementById("connection").open = true');
+  await page.click("disconnect");
+  replayed(await saved());
+  assert.equal(await page.value('document.getElementById("record").ariaPressed'), "false");
 }
 
-function find(folder) {
+/** The records that the browser has saved whole: it gives them their name at the end. */
+function found(folder) {
   try {
-    return readdirSync(folder).find((name) => name.endsWith(".records"));
+    return readdirSync(folder).filter((name) => name.endsWith(".records")).map((name) => join(folder, name));
   } catch {
-    return undefined;
+    return [];
   }
 }
 
