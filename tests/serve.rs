@@ -130,6 +130,18 @@ fn every_link_command_works_on_a_pseudo_terminal() {
     every_command(&served, "pty");
 }
 
+/// A clock that runs slower or faster than this machine's is followed: no order is dated in the board's future.
+#[test]
+fn a_board_at_another_rate_drives() {
+    for rate in ["0.3", "0.7", "0.97", "3"] {
+        let served = Served::new(&["--tcp", "127.0.0.1:0", "--rate", rate]);
+        served.wait_for("calibrated");
+        let (code, text, error) = served.link(&["drive", "--speed-m-s", "0.3", "--seconds", "4"]);
+        assert_eq!(code, Some(0), "rate {rate}: {text} {error}");
+        assert!(text.contains(" 0 late"), "rate {rate}: {text}");
+    }
+}
+
 /// A second client hears the board and may stop it, but its orders are refused while the first one drives.
 #[test]
 fn a_second_client_watches_and_disarms_but_does_not_drive() {

@@ -54,27 +54,37 @@ async function tabTo(page, id) {
   throw new Error(`the Tab key does not reach ${id}`);
 }
 
+/** Arms by the keyboard; again where the vehicle, which still rocked after a drive, was not at rest in that instant. */
 async function arm(page) {
-  await page.until(READY, 90);
-  await tabTo(page, "arm");
-  assert.ok(await page.value("document.activeElement.matches(':focus-visible')"), "the focus is visible");
-  await page.press("Enter");
-  await page.until(`${MODE} === "armed"`, 15);
+  const refusals = `${text("log")}.split("not armed: blocked by NotAtRest").length`;
+  for (let n = 0; n < 10; n += 1) {
+    await page.until(READY, 120);
+    await tabTo(page, "arm");
+    assert.ok(await page.value("document.activeElement.matches(':focus-visible')"), "the focus is visible");
+    const before = await page.value(refusals);
+    await page.press("Enter");
+    await page.until(`${MODE} === "armed" || ${refusals} > ${before}`);
+    if (await page.value(`${MODE} === "armed"`)) return;
+  }
+  throw new Error("the vehicle does not come to rest");
 }
 
-/** Whether the vehicle fell out of the operator's hands: a machine too busy for the dead-man time of a board in real time. */
-const silenced = (page) => page.value(`${text("faults")}.includes("CommandTimeout")`);
-
-/** Does something with a board in real time; again, with faults cleared, if the machine was too busy meanwhile. */
-async function inTime(page, act) {
-  for (let n = 0; ; n += 1) {
+/**
+ * Runs a part with a board in real time. On a machine that is too busy for the operator's dead-man time the vehicle
+ * stops; then the part runs again with a board that takes longer for its second, and the check says so.
+ */
+async function inTime(part) {
+  for (const rate of ["1", "0.3", "0.1"]) {
+    const server = new Server("serve", "--websocket", "127.0.0.1:0", "--rate", rate);
     try {
-      return await act();
+      const [, address] = await server.until(/board at (ws:\S+)/);
+      return await part(server, address);
     } catch (error) {
-      if (n === 4 || !(await silenced(page))) throw error;
-      await page.key("keyUp", "ArrowUp");
-      await page.until(`${MODE} === "disarmed"`);
-      await page.click("clear");
+      if (rate === "0.1" || !server.printed.includes("CommandTimeout")) throw error;
+      console.log(`check-console: too busy for ${rate} s a second: ${error.message.split("\n")[0]}`);
+      for (const page of pages.splice(0)) await page.close().catch(() => {});
+    } finally {
+      server.end();
     }
   }
 }
@@ -82,9 +92,9 @@ async function inTime(page, act) {
 /** Drives by a held key, and lets go. */
 async function drive(page) {
   await page.key("keyDown", "ArrowUp");
-  await page.until(`${SPEED} > 0.4`, 15);
+  await page.until(`${SPEED} > 0.4`);
   await page.key("keyUp", "ArrowUp");
-  await page.until(`Math.abs(${SPEED}) < 0.05`, 15);
+  await page.until(`Math.abs(${SPEED}) < 0.05`);
 }
 
 async function simulated() {
@@ -162,6 +172,20 @@ async function parameters() {
   await page.until("/comfort_s = 0\\.2\\n/.test(console_.app.link.vehicleFile())");
 }
 
+/**
+ * Starts the page's vehicle anew and records it. The board remembers its first ticks for two seconds: a vehicle that
+ * takes ten for them waits for the mouse of a busy machine.
+ */
+async function recordFromBoot(page) {
+  const rate = (value) => page.value(`(() => { const rate = document.getElementById("rate"); rate.value = ${value}; rate.dispatchEvent(new Event("change")); })()`);
+  await rate(0.2);
+  await page.value("(console_.app.status = null, document.getElementById('simulate').requestSubmit())");
+  await page.until("console_.app.status !== null");
+  await page.click("record");
+  assert.equal(await page.value('document.getElementById("record").ariaPressed'), "true");
+  await rate(1);
+}
+
 async function records() {
   const folder = resolve(pictures, "records");
   rmSync(folder, { recursive: true, force: true });
@@ -169,8 +193,7 @@ async function records() {
   const saved = () => until(() => found(folder)[0], () => "a saved record");
   const page = await open();
   await page.until("console_.app.status !== null");
-  await page.click("record");
-  assert.equal(await page.value('document.getElementById("record").ariaPressed'), "true");
+  await recordFromBoot(page);
   await arm(page);
   await drive(page);
   await page.click("record");
@@ -187,7 +210,7 @@ async function records() {
   await page.click("end-replay");
   // A board that is lost while its ticks are recorded leaves what came until then.
   rmSync(file);
-  await page.click("record");
+  await recordFromBoot(page);
   await page.until(`/^[1-9]/.test(${text("recording")})`);
   await page.value('document.getElementById("connection").open = true');
   await page.click("disconnect");
@@ -213,78 +236,62 @@ async function connectTo(page, address) {
   await page.until(`${text("way")} === "served: connected" && console_.app.status !== null`);
 }
 
-async function served() {
-  const server = new Server("serve", "--websocket", "127.0.0.1:0");
-  try {
-    const [, address] = await server.until(/board at (ws:\S+)/);
-    const first = await open();
-    await connectTo(first, address);
-    await inTime(first, () => arm(first));
-    await server.until(/drives/);
-    // A second page watches: it sees the vehicle drive, cannot drive it, and can stop it.
-    const second = await open();
-    await connectTo(second, address);
-    await second.until("console_.app.operates === false");
-    await inTime(first, async () => {
-      if ((await first.value(MODE)) !== "armed") await arm(first);
-      await drive(first);
-    });
-    assert.match(await second.value(text("operator")), /watches/);
-    assert.equal(await second.value("document.getElementById('arm').getAttribute('aria-disabled')"), "true");
-    await second.press("Space");
-    await first.until(`${MODE} === "disarmed"`);
-    // A page that is closed is an operator who fell silent; the one who watches then takes the wheel.
-    await inTime(first, () => arm(first));
-    await first.close();
-    await server.until(/left, and has driven/);
-    await server.until(/CommandTimeout/);
-    await second.until(`${MODE} === "disarmed" && ${text("log")}.length > 0`);
-    await second.click("wheel");
-    await second.until("console_.app.operates === true");
-    await second.click("clear");
-    await second.until(READY);
-    return address;
-  } finally {
-    server.end();
-  }
+async function served(server, address) {
+  const first = await open();
+  await connectTo(first, address);
+  await arm(first);
+  await server.until(/drives/);
+  // A second page watches: it sees the vehicle drive, cannot drive it, and can stop it.
+  const second = await open();
+  await connectTo(second, address);
+  await second.until("console_.app.operates === false");
+  await drive(first);
+  assert.match(await second.value(text("operator")), /watches/);
+  assert.equal(await second.value("document.getElementById('arm').getAttribute('aria-disabled')"), "true");
+  await second.press("Space");
+  await first.until(`${MODE} === "disarmed"`);
+  // A page that is closed is an operator who fell silent; the one who watches then takes the wheel.
+  await arm(first);
+  assert.ok(!server.printed.includes("CommandTimeout"), "the operator was never silent");
+  await first.close();
+  await server.until(/left, and has driven/);
+  await server.until(/CommandTimeout/);
+  await second.until(`${MODE} === "disarmed" && ${text("log")}.length > 0`);
+  await second.click("wheel");
+  await second.until("console_.app.operates === true");
+  await second.click("clear");
+  await second.until(READY);
 }
 
 /** The page's WebSerial with a port that leads to a served board: everything but the browser's own driver. */
-async function serial() {
-  const server = new Server("serve", "--websocket", "127.0.0.1:0");
-  try {
-    const [, address] = await server.until(/board at (ws:\S+)/);
-    const page = await open();
-    // The page begins with its own vehicle; what is connected before that would be replaced by it.
-    await page.until(`${text("way")} === "simulated: connected"`);
-    await page.value(`(async () => {
-      const socket = new WebSocket("${address}");
-      socket.binaryType = "arraybuffer";
-      await new Promise((resolve) => (socket.onopen = resolve));
-      const port = {
-        open: async ({ baudRate }) => { port.baudRate = baudRate; },
-        close: async () => socket.close(),
-        writable: new WritableStream({ write: (bytes) => socket.send(bytes) }),
-      };
-      port.readable = new ReadableStream({ start: (out) => {
-        port.pull = () => { port.readable = null; out.error(new Error("the device has been lost")); };
-        socket.onmessage = ({ data }) => out.enqueue(new Uint8Array(data));
-      } });
-      globalThis.port = port;
-      await console_.connect("drive board", new console_.SerialTransport({ requestPort: async () => port }, console_.BAUD));
-    })()`);
-    assert.equal(await page.value("port.baudRate"), 921600);
-    await inTime(page, async () => {
-      await arm(page);
-      await drive(page);
-    });
-    await page.value("port.pull()");
-    await page.until(`${text("connection-error")}.includes("the device has been lost")`);
-    await page.until(`${MODE} === "no board"`);
-    await server.until(/CommandTimeout/);
-  } finally {
-    server.end();
-  }
+async function serial(server, address) {
+  const page = await open();
+  // The page begins with its own vehicle; what is connected before that would be replaced by it.
+  await page.until(`${text("way")} === "simulated: connected"`);
+  await page.value(`(async () => {
+    const socket = new WebSocket("${address}");
+    socket.binaryType = "arraybuffer";
+    await new Promise((resolve) => (socket.onopen = resolve));
+    const port = {
+      open: async ({ baudRate }) => { port.baudRate = baudRate; },
+      close: async () => socket.close(),
+      writable: new WritableStream({ write: (bytes) => socket.send(bytes) }),
+    };
+    port.readable = new ReadableStream({ start: (out) => {
+      port.pull = () => { port.readable = null; out.error(new Error("the device has been lost")); };
+      socket.onmessage = ({ data }) => out.enqueue(new Uint8Array(data));
+    } });
+    globalThis.port = port;
+    await console_.connect("drive board", new console_.SerialTransport({ requestPort: async () => port }, console_.BAUD));
+  })()`);
+  assert.equal(await page.value("port.baudRate"), 921600);
+  await arm(page);
+  await drive(page);
+  assert.ok(!server.printed.includes("CommandTimeout"), "the operator was never silent");
+  await page.value("port.pull()");
+  await page.until(`${text("connection-error")}.includes("the device has been lost")`);
+  await page.until(`${MODE} === "no board"`);
+  await server.until(/CommandTimeout/);
 }
 
 async function views() {
@@ -316,9 +323,10 @@ mkdirSync(pictures, { recursive: true });
 let failure;
 try {
   const parts = [simulated, parameters, records, served, serial, views];
+  const realTime = [served, serial];
   for (const part of parts.filter(({ name }) => !process.env.ONLY || process.env.ONLY.includes(name))) {
     const begin = Date.now();
-    await part();
+    await (realTime.includes(part) ? inTime(part) : part());
     console.log(`check-console: ${part.name} (${((Date.now() - begin) / 1000).toFixed(1)} s)`);
     for (const page of pages) assert.deepEqual(page.errors, [], "no errors in the page's console");
     pages.length = 0;

@@ -1,6 +1,8 @@
 //! The host's end of the link: messages out, statuses and answers in. Knows frames and the time it is told, not
 //! wires: the bytes travel over the virtual board's line, the emulated board's USART or a serial port alike.
 
+mod board_clock;
+
 use std::collections::VecDeque;
 
 use firmware::parameters;
@@ -12,52 +14,19 @@ use firmware::protocol::message::{
 use firmware::records::codec::RecordBlock;
 use model::vehicle::VehicleParameters;
 
+use board_clock::BoardClock;
+
 /// Answers that are kept for whoever asks for them; older ones go first.
 const ANSWERS_MAX: usize = 32;
 /// Blocks of records that are kept for whoever takes them; older ones go first.
 pub const RECORDS_MAX: usize = 1000;
-/// How much faster the board's clock may run than the host's, parts per million.
-const DRIFT_PPM: u64 = 200;
-
-/// What the host knows of the board's clock.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct BoardClock {
-    /// Board's time less host's time, us: too small by what the fastest message took, never too large.
-    offset_us: i64,
-    /// The host's time of the last observation, us.
-    at_us: u64,
-}
-
-impl BoardClock {
-    /// A message that the board sent at or after `board_us` has arrived at `now_us`.
-    fn observe(clock: Option<Self>, now_us: u64, board_us: u64) -> Self {
-        let seen = board_us.cast_signed().saturating_sub(now_us.cast_signed());
-        Self {
-            // What was true some time ago is true now but for the drift.
-            offset_us: clock.map_or(seen, |clock| seen.max(clock.offset_at(now_us))),
-            at_us: now_us,
-        }
-    }
-
-    /// Board's time less host's time, us, at the least.
-    fn offset_at(&self, now_us: u64) -> i64 {
-        let drift_us = now_us.saturating_sub(self.at_us).saturating_mul(DRIFT_PPM) / 1_000_000 + 1;
-        self.offset_us.saturating_sub(drift_us.cast_signed())
-    }
-
-    /// The board's time, at the latest.
-    fn board_us(&self, now_us: u64) -> u64 {
-        u64::try_from(now_us.cast_signed().saturating_add(self.offset_at(now_us))).unwrap_or(0)
-    }
-}
-
 /// The host's end of the link. Times are the host's, in us from any fixed start.
 #[derive(Debug)]
 pub struct LinkClient {
     decoder: Decoder,
     nonce: u32,
     sequence: u32,
-    clock: Option<BoardClock>,
+    clock: BoardClock,
     identity: Option<Identity>,
     /// The last identity that was of another protocol.
     foreign: Option<Identity>,
@@ -89,7 +58,7 @@ impl LinkClient {
             decoder: Decoder::new(),
             nonce,
             sequence: 0,
-            clock: None,
+            clock: BoardClock::default(),
             identity: None,
             foreign: None,
             answers: VecDeque::new(),
@@ -132,7 +101,7 @@ impl LinkClient {
     /// The frame of an order given at `now_us`, with its number; `None` before the board has said who it is.
     pub fn order(&mut self, now_us: u64, order: Order) -> Option<(u32, Vec<u8>)> {
         let session = self.identity?.session;
-        let given_at_us = self.clock?.board_us(now_us);
+        let given_at_us = self.clock.board_us(now_us)?;
         self.sequence += 1;
         let sequence = self.sequence;
         let envelope = Envelope {
@@ -219,11 +188,11 @@ impl LinkClient {
             .identity
             .is_none_or(|known| known.about.boot != identity.about.boot)
         {
-            self.clock = None;
+            self.clock = BoardClock::default();
             self.last_status = None;
             self.status = None;
         }
-        self.clock = Some(BoardClock::observe(self.clock, now_us, identity.time_us));
+        self.clock.observe(now_us, identity.time_us);
         self.sequence = self.sequence.max(identity.sequence);
         self.identity = Some(identity);
     }
@@ -241,7 +210,7 @@ impl LinkClient {
         }
         self.heard_us = Some(now_us);
         self.last_status = Some(status.sequence);
-        self.clock = Some(BoardClock::observe(self.clock, now_us, status.vehicle.time_us));
+        self.clock.observe(now_us, status.vehicle.time_us);
         self.status = Some(*status);
     }
 }

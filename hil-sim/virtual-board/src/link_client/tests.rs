@@ -89,15 +89,15 @@ fn nothing_is_ordered_before_the_board_has_said_who_it_is() {
 #[test]
 fn an_order_is_dated_by_the_fastest_message_and_never_in_the_future() {
     let mut client = LinkClient::new(5);
-    // True offset 1 s; the messages take 40 ms, 5 ms, 90 ms.
-    for (sent_us, took_us) in [(0, 40_000), (100_000, 5_000), (200_000, 90_000)] {
+    // True offset 1 s; the messages take 40 ms, 5 ms, 90 ms. Two fast ones show the clock's rate.
+    for (sent_us, took_us) in (0..6).map(|n| (n * 100_000, [40_000, 5_000, 90_000][n as usize % 3])) {
         hear(
             &mut client,
             sent_us + took_us,
             &BoardMessage::Identity(identity(5, 1_000_000 + sent_us)),
         );
     }
-    let at_us = 300_000;
+    let at_us = 600_000;
     let dated_us = given_at(&mut client, at_us);
     assert!(dated_us <= 1_000_000 + at_us - 5_000, "{dated_us}");
     assert!(dated_us > 1_000_000 + at_us - 5_100, "{dated_us}");
