@@ -10,10 +10,8 @@ use std::collections::VecDeque;
 
 /// How long an observation counts, us of the host.
 const WINDOW_US: u64 = 2_000_000;
-/// Observations that are kept at most; older ones go first.
-const OBSERVATIONS_MAX: usize = 256;
-/// Observations within a shorter time show no rate, us of the host: the clock counts as standing still.
-const APART_US: u64 = 40_000;
+/// Of so long a time one observation is kept, us of the host.
+const BETWEEN_US: u64 = 100_000;
 /// How much slower the board's clock may run than it seems, as a share.
 const DRIFT: f64 = 200e-6;
 
@@ -37,12 +35,11 @@ impl TimeHeard {
 /// What the host knows of the board's clock.
 #[derive(Debug, Clone, Default)]
 pub(super) struct BoardClock {
-    /// The last observations, the newest last.
-    observations: VecDeque<TimeHeard>,
-    /// Seconds of the board's clock per second of the host's, 0 to 1.
-    rate: f64,
-    /// What the board's clock shows at least when the newest observation arrives, less what that says, us.
-    ahead_us: f64,
+    /// The best of each [`BETWEEN_US`], in order.
+    kept: VecDeque<TimeHeard>,
+    /// When the time of the last one that is kept began, us of the host.
+    since_us: u64,
+    newest: Option<TimeHeard>,
 }
 
 impl BoardClock {
@@ -52,33 +49,45 @@ impl BoardClock {
             host_us: now_us,
             board_us,
         };
-        if self.observations.len() == OBSERVATIONS_MAX {
-            self.observations.pop_front();
+        self.newest = Some(newest);
+        match self.kept.back_mut() {
+            Some(last) if now_us.saturating_sub(self.since_us) < BETWEEN_US => {
+                let (host_us, board_us) = newest.after(*last);
+                if board_us >= host_us {
+                    *last = newest;
+                }
+            }
+            _ => {
+                while let Some(oldest) = self.kept.front()
+                    && now_us.saturating_sub(oldest.host_us) > WINDOW_US
+                {
+                    self.kept.pop_front();
+                }
+                self.kept.push_back(newest);
+                self.since_us = now_us;
+            }
         }
-        self.observations
-            .retain(|each| now_us.saturating_sub(each.host_us) <= WINDOW_US);
-        self.observations.push_back(newest);
-        self.rate = self.slope(newest).clamp(0.0, 1.0);
-        self.ahead_us = self.observations.iter().fold(0.0, |ahead_us: f64, each| {
-            let (host_us, board_us) = each.after(newest);
-            ahead_us.max(board_us - self.rate * host_us)
-        });
     }
 
     /// The board's time at the latest, us; none before anything was heard.
     pub fn board_us(&self, now_us: u64) -> Option<u64> {
-        let newest = self.observations.back()?;
+        let newest = self.newest?;
+        let rate = self.slope(newest).clamp(0.0, 1.0);
+        let ahead_us = self.kept.iter().fold(0.0, |ahead_us: f64, each| {
+            let (host_us, board_us) = each.after(newest);
+            ahead_us.max(board_us - rate * host_us)
+        });
         let passed_us = now_us.saturating_sub(newest.host_us) as f64;
-        let after_us = self.ahead_us + passed_us * (self.rate - DRIFT).max(0.0) - 1.0;
+        let after_us = ahead_us + passed_us * (rate - DRIFT).max(0.0) - 1.0;
         Some(newest.board_us.saturating_add_signed(after_us as i64))
     }
 
-    /// The slope of the upper hull's edge over the mean time of the observations, which are in order; times count from
-    /// `origin`.
+    /// Seconds of the board's clock per second of the host's: the slope of the upper hull's edge over the mean time of
+    /// the observations; 0 while one edge cannot be told from another. Times count from `origin`.
     fn slope(&self, origin: TimeHeard) -> f64 {
-        let mut hull: Vec<(f64, f64)> = Vec::new();
+        let mut hull: Vec<(f64, f64)> = Vec::with_capacity(self.kept.len());
         let mut sum_us = 0.0;
-        for (host_us, board_us) in self.observations.iter().map(|each| each.after(origin)) {
+        for (host_us, board_us) in self.kept.iter().map(|each| each.after(origin)) {
             sum_us += host_us;
             while let [.., a, b] = hull[..]
                 && (b.0 - a.0) * (board_us - a.1) >= (b.1 - a.1) * (host_us - a.0)
@@ -90,10 +99,10 @@ impl BoardClock {
         let (Some(first), Some(last)) = (hull.first(), hull.last()) else {
             return 0.0;
         };
-        if last.0 - first.0 < APART_US as f64 {
+        if last.0 - first.0 < BETWEEN_US as f64 {
             return 0.0;
         }
-        let mean_us = sum_us / self.observations.len() as f64;
+        let mean_us = sum_us / self.kept.len() as f64;
         hull.windows(2)
             .find(|edge| edge[1].0 >= mean_us)
             .map_or(0.0, |edge| (edge[1].1 - edge[0].1) / (edge[1].0 - edge[0].0).max(1.0))
