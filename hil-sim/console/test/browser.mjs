@@ -4,7 +4,7 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
-const pause = () => new Promise((resolve) => setTimeout(resolve, 50));
+export const pause = (ms = 50) => new Promise((resolve) => setTimeout(resolve, ms));
 
 /** What `find` finds, as soon as it finds something; an error with what `state` tells otherwise. */
 export async function until(find, state, seconds = 60) {

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { execFileSync, spawn } from "node:child_process";
 import { mkdirSync, readdirSync, rmSync } from "node:fs";
 import { join, resolve } from "node:path";
-import { Browser, until } from "./browser.mjs";
+import { Browser, pause, until } from "./browser.mjs";
 
 const [tool, module, hash, pictures] = process.argv.slice(2);
 const DESKTOP = { width: 1400, height: 900 };
@@ -15,7 +15,6 @@ const MODE = text("mode-word");
 const NOTE = text("bar-note");
 const READY = `${NOTE} === "ready to be armed"`;
 const SPEED = "console_.app.status.vehicle.estimate.speed_m_s";
-const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
 /** A server of the tool: its address, and what it prints. */
 class Server {
@@ -192,7 +191,6 @@ async function records() {
   await browser.send("Browser.setDownloadBehavior", { behavior: "allow", downloadPath: folder });
   const saved = () => until(() => found(folder)[0], () => "a saved record");
   const page = await open();
-  await page.until("console_.app.status !== null");
   await recordFromBoot(page);
   await arm(page);
   await drive(page);

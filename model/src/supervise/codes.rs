@@ -191,7 +191,7 @@ faults! {
     ),
 }
 
-blockers! {
+remedied_codes! {
     /// Why the vehicle may not be armed. All are present at boot.
     Blocker;
     /// A set of blockers; full at boot.

@@ -124,36 +124,8 @@ macro_rules! codes {
     };
 }
 
-/// Defines [`Fault`] as [`codes!`] does, each with its class, with what shows it, within which time, and what an operator does
-/// about it: the row of the safety page.
-macro_rules! faults {
-    (
-        $(#[doc = $doc:literal])* $code:ident;
-        $(#[doc = $set_doc:literal])* $set:ident;
-        $( $(#[doc = $meaning:literal])+ $name:ident = $number:literal => $class:ident($by:literal, $bound:literal, $remedy:literal), )+
-    ) => {
-        codes! {
-            $(#[doc = $doc])* $code;
-            $(#[doc = $set_doc])* $set;
-            $( $(#[doc = $meaning])+ $name = $number, )+
-        }
-
-        impl $code {
-            /// Of each fault, in order: its class, what shows the fault, and the time from the cause to the bridges'
-            /// reaction.
-            pub const DETECTION: &'static [(FaultClass, &'static str, &'static str)] =
-                &[$((FaultClass::$class, $by, $bound)),+];
-
-            /// What to do before the fault is cleared.
-            pub fn remedy(self) -> &'static str {
-                match self { $(Self::$name => $remedy),+ }
-            }
-        }
-    };
-}
-
-/// Defines [`Blocker`] as [`codes!`] does, each with what an operator does so that the vehicle can be armed.
-macro_rules! blockers {
+/// Defines codes as [`codes!`] does, each with what an operator does about it.
+macro_rules! remedied_codes {
     (
         $(#[doc = $doc:literal])* $code:ident;
         $(#[doc = $set_doc:literal])* $set:ident;
@@ -166,10 +138,33 @@ macro_rules! blockers {
         }
 
         impl $code {
-            /// What to do so that the vehicle can be armed.
+            /// What to do before the fault is cleared, or so that what blocks arming is gone.
             pub fn remedy(self) -> &'static str {
                 match self { $(Self::$name => $remedy),+ }
             }
+        }
+    };
+}
+
+/// Defines [`Fault`] as [`remedied_codes!`] does, each with its class, with what shows it, and within which time: the
+/// row of the safety page.
+macro_rules! faults {
+    (
+        $(#[doc = $doc:literal])* $code:ident;
+        $(#[doc = $set_doc:literal])* $set:ident;
+        $( $(#[doc = $meaning:literal])+ $name:ident = $number:literal => $class:ident($by:literal, $bound:literal, $remedy:literal), )+
+    ) => {
+        remedied_codes! {
+            $(#[doc = $doc])* $code;
+            $(#[doc = $set_doc])* $set;
+            $( $(#[doc = $meaning])+ $name = $number => $remedy, )+
+        }
+
+        impl $code {
+            /// Of each fault, in order: its class, what shows the fault, and the time from the cause to the bridges'
+            /// reaction.
+            pub const DETECTION: &'static [(FaultClass, &'static str, &'static str)] =
+                &[$((FaultClass::$class, $by, $bound)),+];
         }
     };
 }
