@@ -8,6 +8,8 @@ pub mod analog;
 /// state.
 pub const WATCHDOG_US: u32 = 12_000;
 
+/// Clock of the core, Hz, as the board's clock tree sets it.
+pub const CORE_CLOCK_HZ: u32 = 216_000_000;
 /// Kernel clock of the encoders' timers, Hz.
 pub const ENCODER_CLOCK_HZ: u32 = 108_000_000;
 /// Periods of that clock between two samples of an encoder's input.

@@ -7,6 +7,8 @@ pub mod analog;
 /// state.
 pub const WATCHDOG_US: u32 = 20_000;
 
+/// Clock of the core, Hz, as the board's clock tree sets it.
+pub const CORE_CLOCK_HZ: u32 = 400_000_000;
 /// Kernel clock of the encoders' timers, Hz.
 pub const ENCODER_CLOCK_HZ: u32 = 200_000_000;
 /// Periods of that clock between two samples of an encoder's input.

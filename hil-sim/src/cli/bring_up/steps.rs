@@ -315,7 +315,7 @@ pub const STEPS: &[BringUpStep] = &[
         StepKind::TickCost,
         [
             "The tool reads the cost of the ticks so far.",
-            "worst below 24,000 cycles, no late tick",
+            "worst below 40,000 cycles, a tenth of the tick; no late tick",
             "caches, wait states",
         ],
     ),

@@ -7,12 +7,13 @@ use embassy_stm32::pac::timer::vals::FilterValue;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, LsConfig, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk,
 };
+use firmware::drive_board::nucleo_f767zi::CORE_CLOCK_HZ;
 use firmware::hardware::ClockSource;
 
 use super::stm32_registers::external_clock;
 
-/// Kernel clock of TIM1: twice the clock of its bus.
-pub const TIMER_HZ: u32 = 216_000_000;
+/// Kernel clock of TIM1: twice the clock of its bus, which is half of the core's.
+pub const TIMER_HZ: u32 = CORE_CLOCK_HZ;
 
 /// The encoders' filter: eight samples, 16 periods of their timers' 108 MHz apart.
 pub const ENCODER_FILTER: FilterValue = FilterValue::FDTS_DIV16_N8;

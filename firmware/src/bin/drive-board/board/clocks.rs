@@ -7,12 +7,13 @@ use embassy_stm32::pac::timer::vals::FilterValue;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, LsConfig, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk, VoltageScale, mux,
 };
+use firmware::drive_board::nucleo_h743zi::CORE_CLOCK_HZ;
 use firmware::hardware::ClockSource;
 
 use super::stm32_registers::external_clock;
 
-/// Kernel clock of TIM1 to TIM8: twice the APB clock.
-pub const TIMER_HZ: u32 = 200_000_000;
+/// Kernel clock of TIM1 to TIM8: twice the APB clock, which is a quarter of the core's.
+pub const TIMER_HZ: u32 = CORE_CLOCK_HZ / 2;
 
 /// The encoders' filter: eight samples, 32 periods of their timers' 200 MHz apart.
 pub const ENCODER_FILTER: FilterValue = FilterValue::FDTS_DIV32_N8;
