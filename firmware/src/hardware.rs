@@ -97,7 +97,41 @@ pub enum ResetCause {
     Other,
 }
 
+/// What the part noted about its resets since its flags were cleared last, as its reset register has it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ResetFlags {
+    /// The supply came up from nothing.
+    pub power_on: bool,
+    /// The supply came up through the brown-out level.
+    pub brown_out: bool,
+    /// The independent watchdog's time ran out.
+    pub watchdog: bool,
+    /// Software asked for the reset.
+    pub software: bool,
+    /// The reset pin was low.
+    pub pin: bool,
+}
+
 impl ResetCause {
+    /// The cause that `flags` tell of. Where they tell of several, the supply goes first: it is what the RAM did not
+    /// outlive, whatever happened before. A supply that comes up from nothing passes the brown-out level too. Every
+    /// internal reset pulls the pin, so that the pin is the cause only if nothing else is.
+    pub fn of(flags: ResetFlags) -> Self {
+        if flags.power_on {
+            Self::PowerOn
+        } else if flags.brown_out {
+            Self::BrownOut
+        } else if flags.watchdog {
+            Self::Watchdog
+        } else if flags.software {
+            Self::Software
+        } else if flags.pin {
+            Self::Pin
+        } else {
+            Self::Other
+        }
+    }
+
     /// The cause in words.
     pub fn name(self) -> &'static str {
         match self {
@@ -129,5 +163,42 @@ impl ClockSource {
             Self::External => "the external clock",
             Self::Internal => "its own oscillator",
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_reset_has_its_deepest_cause() {
+        let pin = ResetFlags {
+            pin: true,
+            ..ResetFlags::default()
+        };
+        let software = ResetFlags { software: true, ..pin };
+        let watchdog = ResetFlags {
+            watchdog: true,
+            ..software
+        };
+        let brown_out = ResetFlags {
+            brown_out: true,
+            ..watchdog
+        };
+        let power_on = ResetFlags {
+            power_on: true,
+            ..brown_out
+        };
+        assert_eq!(
+            [ResetFlags::default(), pin, software, watchdog, brown_out, power_on].map(ResetCause::of),
+            [
+                ResetCause::Other,
+                ResetCause::Pin,
+                ResetCause::Software,
+                ResetCause::Watchdog,
+                ResetCause::BrownOut,
+                ResetCause::PowerOn,
+            ]
+        );
     }
 }
