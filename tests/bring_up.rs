@@ -23,8 +23,6 @@ use plant::fault::SensorFault;
 use plant::wiring::Leads;
 use report::error::CommandError;
 
-#[path = "support/generated.rs"]
-mod generated;
 #[path = "support/hands.rs"]
 mod hands;
 mod support;
@@ -32,6 +30,7 @@ mod support;
 mod wires;
 use hands::{Hands, Otherwise, Script, Shared, act};
 use support::Bench;
+use support::generated;
 use wires::{BoardWire, messages, ready};
 
 struct Done {

@@ -121,6 +121,13 @@ fn a_run_out_of_bounds_ends_with_1_and_tells_seed_and_reason() {
     assert_eq!((&summary["passed"], &summary["not_judged"]), (&0.into(), &2.into()));
 }
 
+/// Ends with 2, and tells why.
+fn refused(arguments: &[&str]) {
+    let output = hil_sim(arguments);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
+    assert!(output.stdout.is_empty() && !stderr(&output).is_empty(), "{arguments:?}");
+}
+
 #[test]
 fn what_cannot_run_is_refused_before_the_first_run() {
     let kerb = "tests/scenarios/kerb.toml";
@@ -136,12 +143,97 @@ fn what_cannot_run_is_refused_before_the_first_run() {
         &["--vehicle", "missing.toml"],
         &["--out", "missing/results.jsonl"],
     ] {
-        let arguments: Vec<&str> = ["campaign", "run", kerb]
-            .into_iter()
-            .chain(flags.iter().copied())
-            .collect();
-        let output = hil_sim(&arguments);
-        assert_eq!(output.status.code(), Some(2), "{flags:?}: {}", stderr(&output));
-        assert!(output.stdout.is_empty() && !stderr(&output).is_empty());
+        refused(&[&["campaign", "run", kerb][..], flags].concat());
     }
+    for flags in [
+        &["--drives", "100000001"][..],
+        &["--climbs", "1001"],
+        &["--first-seed", "18446744073709551615"],
+        &["--shard", "0/3"],
+        &["--jobs", "0"],
+        &["--law", "eq-3.26"],
+        &["--vehicle", "missing.toml"],
+        &["--out", "missing/results.jsonl"],
+    ] {
+        refused(&[&["campaign", "search"][..], flags].concat());
+    }
+}
+
+/// Three thousands of drives, the last not full, under the law that turns arms over: the file is the same from one thread and
+/// from shards of two threads, and the exit code and the summary tell of the whirls.
+#[test]
+fn a_search_tells_its_whirls_and_is_the_same_from_any_threads_and_shards() {
+    let folder = folder("search");
+    let file = |name: &str| folder.join(name).to_str().expect("utf-8").to_owned();
+    let search = |more: &[&str]| {
+        let flags = [
+            "campaign", "search", "--law", "eq-3.25", "--drives", "2100", "--climbs", "0",
+        ];
+        let output = hil_sim(&[&flags[..], &["--plants", "2", "--first-seed", "7"], more].concat());
+        assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+        assert!(stderr(&output).contains("turned over"), "{}", stderr(&output));
+        output
+    };
+    let whole = search(&["--out", &file("whole.jsonl"), "--jobs", "1", "--json"]);
+    let summary: serde_json::Value = serde_json::from_slice(&whole.stdout).expect("one object");
+    assert_eq!(summary["random"]["drives"], 2100);
+    assert_eq!(summary["plants"]["plants"], 2);
+    let whirls = summary["random"]["whirls"].as_u64().expect("a number");
+    assert!(whirls > 1050 && whirls < 2100, "{whirls}");
+    let worst = summary["random"]["worst"]["seed"].as_u64().expect("a seed");
+    assert!((7..2107).contains(&worst), "{worst}");
+
+    let mut arguments = vec!["campaign".to_owned(), "merge".to_owned()];
+    for part in ["3", "1", "2"] {
+        let out = file(&format!("part-{part}.jsonl"));
+        search(&["--out", &out, "--shard", &format!("{part}/3"), "--jobs", "2"]);
+        arguments.push(out);
+    }
+    arguments.extend(["--out".to_owned(), file("merged.jsonl")]);
+    let merged = hil_sim(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(merged.status.success(), "{}", stderr(&merged));
+    let told = String::from_utf8_lossy(&merged.stdout).into_owned();
+    assert!(
+        told.contains(&format!("worst seed {worst}")) && told.contains(&format!("{whirls} turn over")),
+        "{told}"
+    );
+    let read = |name: &str| std::fs::read_to_string(folder.join(name)).expect(name);
+    assert_eq!(read("merged.jsonl"), read("whole.jsonl"));
+    assert_eq!(read("whole.jsonl").lines().count(), 1 + 3);
+}
+
+/// A line that is no result of a search is told by its file and number, and nothing is written; a drive alone is the one that
+/// it was among others, and the optimiser takes it no less far.
+#[test]
+fn one_seed_of_a_search_drives_alone_as_among_others() {
+    let folder = folder("one-seed");
+    let out = folder.join("part.jsonl");
+    let swings = |flags: &[&str]| {
+        let output = hil_sim(&[&["campaign", "search", "--json"][..], flags].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).expect("one object")
+    };
+    let among = swings(&["--drives", "20", "--climbs", "0", "--out", out.to_str().expect("utf-8")]);
+    let worst = &among["random"]["worst"];
+    let seed = worst["seed"].to_string();
+    let alone = swings(&["--drives", "1", "--climbs", "1", "--first-seed", &seed]);
+    assert_eq!(&alone["random"]["worst"], worst);
+    let angle = |counts: &serde_json::Value| counts["worst"]["phi_max_rad"].as_f64();
+    assert!(angle(&alone["climbed"]) >= angle(&alone["random"]), "{alone}");
+
+    let text = std::fs::read_to_string(&out).expect("written");
+    let wrong = text.replace("\"random\"", "\"other\"");
+    assert_ne!(wrong, text);
+    std::fs::write(&out, wrong).expect("writable");
+    let merged = folder.join("merged.jsonl");
+    let output = hil_sim(&[
+        "campaign",
+        "merge",
+        out.to_str().expect("utf-8"),
+        "--out",
+        merged.to_str().expect("utf-8"),
+    ]);
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("line 2"), "{}", stderr(&output));
+    assert!(!merged.exists());
 }

@@ -7,6 +7,7 @@ use virtual_board::scenario::trace::TraceRow;
 
 mod support;
 use support::flights::{fly, last};
+use support::generated::shown;
 use support::slopes::{from, most};
 
 /// Root mean square of the larger current of the two motors in each row, A.
@@ -34,6 +35,8 @@ fn assert_armed(outcome: &DriveOutcome, story: &str) {
 /// take 0.3 A rms at most, and the arm swings by no more than 0.05 deg.
 #[test]
 fn play_of_the_gears_keeps_no_swing_going() {
+    // Rms current at rest on the level and there after a drive, A, and the arm's swing in every case, deg.
+    let [mut rest_a, mut after_a, mut worst_deg] = [0.0_f64; 3];
     let drive = "{ at_s = 4.0, action = 'drive', speed_m_s = 0.5 }, { at_s = 8.0, action = 'drive' }";
     for (play_deg, slope_rad, steps) in [
         (0.3, 0.0, ""),
@@ -59,7 +62,18 @@ fn play_of_the_gears_keeps_no_swing_going() {
         let allowed_a = if slope_rad == 0.0 { 0.3 } else { 0.9 };
         assert!(current_a <= allowed_a, "{story}: {current_a} A");
         assert!(swing_deg <= 0.05, "{story}: {swing_deg} deg");
+        worst_deg = worst_deg.max(swing_deg);
+        if slope_rad == 0.0 {
+            let worst_a = if steps.is_empty() { &mut rest_a } else { &mut after_a };
+            *worst_a = worst_a.max(current_a);
+        }
     }
+    shown(
+        "gears with 0.3, 0.6, 1, 1.5 deg of play",
+        &format!(
+            "on the level {rest_a:.2} A rms at most, {after_a:.2} A after a drive; there and on 2 deg the arm swings by at most {worst_deg:.3} deg"
+        ),
+    );
 }
 
 /// The arm IMU turned by 2 deg about each of its axes, both ways: turning on the spot at 1 rad/s, the vehicle creeps by
@@ -68,6 +82,7 @@ fn play_of_the_gears_keeps_no_swing_going() {
 fn a_mounting_error_does_not_make_a_turn_creep() {
     let turn_s = 2.0 * std::f64::consts::PI;
     let turn = "{ at_s = 6.0, action = 'drive', yaw_rate_rad_s = 1.0 }";
+    let mut worst_m = 0.0_f64;
     for axis in ["x", "y", "z"] {
         for degrees in [-2.0, 2.0] {
             let tables = format!("plant.arm_imu.misalignment_{axis}_deg = {degrees:?}");
@@ -89,14 +104,23 @@ fn a_mounting_error_does_not_make_a_turn_creep() {
                 creeps_m.iter().all(|creep_m| *creep_m < 0.05),
                 "{axis} {degrees}: {creeps_m:?}"
             );
+            worst_m = creeps_m.iter().copied().fold(worst_m, f64::max);
         }
     }
+    shown(
+        "arm IMU turned by +-2 deg",
+        &format!(
+            "creeps by at most {:.1} cm a turn, from the first turn on",
+            100.0 * worst_m
+        ),
+    );
 }
 
 /// Turning on the spot on a slope, forward and backward of which change places: the vehicle creeps by less than 5 cm a turn,
 /// and its slope is right while it turns.
 #[test]
 fn turning_on_a_slope_does_not_make_the_vehicle_creep() {
+    let mut worst_m = [0.0_f64; 2];
     for (slope_deg, yaw_rad_s) in [(5.0_f64, 1.0_f64), (5.0, -1.9), (10.0, 0.5), (-10.0, 1.5)] {
         let turn_s = 2.0 * std::f64::consts::PI / yaw_rad_s.abs();
         let steps = format!("{{ at_s = 6.0, action = 'drive', yaw_rate_rad_s = {yaw_rad_s:?} }}");
@@ -124,5 +148,12 @@ fn turning_on_a_slope_does_not_make_the_vehicle_creep() {
         assert!(creeps_m.iter().all(|m| *m < 0.05), "{story}: {creeps_m:?} m");
         // The accelerometer's bias alone is 0.27 deg of tilt, which (1 + S) / alpha L make 0.15 deg of slope.
         assert!(error_deg < 0.5, "{story}: {error_deg} deg");
+        let worst_m = &mut worst_m[usize::from(slope_deg.abs() > 7.5)];
+        *worst_m = creeps_m.into_iter().fold(*worst_m, f64::max);
     }
+    let [on_5_cm, on_10_cm] = worst_m.map(|creep_m| 100.0 * creep_m);
+    shown(
+        "turning on the spot on slopes",
+        &format!("creeps by at most {on_5_cm:.1} cm a turn on 5 deg, {on_10_cm:.1} cm on 10"),
+    );
 }

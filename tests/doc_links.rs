@@ -1,4 +1,4 @@
-//! Every link of the docs leads somewhere.
+//! What the docs point at is there: the target of every link, the test of every number that a test is to find.
 #![allow(dead_code)] // Of the shared helpers it uses its part.
 
 #[path = "support/files.rs"]
@@ -36,4 +36,25 @@ fn every_link_leads_somewhere() {
         }
     }
     assert!(followed > 40, "{followed} links found");
+}
+
+/// Every row of the control page's table "What is shown" is compared with what a test finds.
+#[test]
+fn a_test_compares_every_row_of_what_is_shown() {
+    let sources: String = files::files(&root(), &["rs"])
+        .iter()
+        .map(|path| std::fs::read_to_string(path).expect("a source"))
+        .collect();
+    let calls: Vec<&str> = sources
+        .split("shown(")
+        .filter_map(|rest| rest.trim_start().strip_prefix('"')?.split('"').next())
+        .collect();
+    let pages = pages::all(&root());
+    let page = pages.iter().find(|page| page.name == "control.md").expect("there");
+    let rows = page.first_cells("## What is shown");
+    assert!(rows.len() > 20, "{rows:?}");
+    for row in rows {
+        let times = calls.iter().filter(|what| row.starts_with(**what)).count();
+        assert_eq!(times, 1, "{row}: {times} tests compare it");
+    }
 }

@@ -6,6 +6,7 @@ use virtual_board::scenario::trace::TraceRow;
 
 mod support;
 use support::flights::{fly, last};
+use support::generated::shown;
 use support::reference;
 use support::slopes::{drive, from, most};
 
@@ -26,6 +27,7 @@ fn settles_s(rows: &[TraceRow], aim_rad_s: f64) -> f64 {
 #[test]
 fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
     let ramp_s = STEP_RAD_S / ACCELERATION_RAD_S2;
+    let [mut worst_over, mut latest_s] = [0.0_f64; 2];
     for (name, drives) in [
         ("sound", ""),
         (
@@ -80,8 +82,17 @@ fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
             assert!(off_deg < 0.6, "{story}: {off_deg} deg");
             let status = last(&outcome).status;
             assert_eq!((status.mode, status.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
+            worst_over = worst_over.max(over).max(under);
+            latest_s = latest_s.max(to_s).max(from_s);
         }
     }
+    shown(
+        "steps of the yaw rate",
+        &format!(
+            "settles within {latest_s:.2} s, of which its ramp takes {ramp_s:.2} s; overshoot {:.1} %",
+            100.0 * worst_over
+        ),
+    );
 }
 
 /// One wheel on ice and one on rubber, level and on 5 deg: the vehicle keeps its heading to 2 deg while it speeds up and
@@ -91,6 +102,7 @@ fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
 /// 0.12 m/s^2 without a moment about the vertical.
 #[test]
 fn split_friction_keeps_the_heading() {
+    let [mut most_deg, mut last_deg] = [0.0_f64; 2];
     for (left, right, slope_deg, reaches_m_s) in [
         (0.1, 0.9, 0.0, 1.4),
         (0.9, 0.1, 0.0, 1.4),
@@ -114,5 +126,13 @@ fn split_friction_keeps_the_heading() {
         );
         let last = last(&outcome).status;
         assert_eq!((last.mode, last.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
+        most_deg = most_deg.max(worst_deg);
+        last_deg = last_deg.max(end_deg);
     }
+    shown(
+        "friction of 0.1 and 0.9",
+        &format!(
+            "heading within {most_deg:.1} deg while it speeds up to 1.5 m/s and stops, then back to {last_deg:.2} deg"
+        ),
+    );
 }

@@ -1,5 +1,6 @@
-//! Parts of pages that are written by a test: the block between `<!-- generated: NAME -->` and
-//! `<!-- end -->`.
+//! Parts of pages that are written by a test: the block between `<!-- generated: NAME -->` and `<!-- end -->`, and what the
+//! table "What is shown" of docs/control.md says that a test finds.
+#![allow(dead_code)] // Each uses its part.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -25,7 +26,7 @@ pub fn check(page: &str, name: &str, text: &str) {
     let start = committed.find(&begin).expect("the block begins") + begin.len();
     let length = committed[start..].find("<!-- end -->").expect("the block ends");
     let block = format!("\n{}\n\n", text.trim());
-    if std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1") {
+    if updates() {
         let page = [&committed[..start], &block, &committed[start + length..]].concat();
         std::fs::write(&path, page).expect("the page is writable");
     } else {
@@ -35,4 +36,39 @@ pub fn check(page: &str, name: &str, text: &str) {
             "docs/{page}, block {name}, is not what the sources say; UPDATE_DOCS=1 writes it anew"
         );
     }
+}
+
+/// Compares the second cell of the row of docs/control.md's table "What is shown" that begins with `what` with `found`; with
+/// `UPDATE_DOCS=1` writes it instead. tests/docs.rs sees to it that every row has a test that calls this.
+pub fn shown(what: &str, found: &str) {
+    let _alone = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
+    let path = root().join("docs/control.md");
+    // Tests of other files may write the page at the same time.
+    let lock = std::fs::File::open(&path).expect("the page is readable");
+    lock.lock().expect("the page can be locked");
+    let committed = std::fs::read_to_string(&path).expect("the page is readable");
+    let start = committed.find("\n## What is shown\n").expect("the table");
+    let begin = format!("\n| {what}");
+    let row = start
+        + committed[start..]
+            .find(&begin)
+            .unwrap_or_else(|| panic!("no row begins with {what:?}"))
+        + 1;
+    let cell = row + committed[row + 2..].find(" | ").expect("a second cell") + 5;
+    let end = cell + committed[cell..].find(" | ").expect("a third cell");
+    if updates() {
+        let page = [&committed[..cell], found, &committed[end..]].concat();
+        std::fs::write(&path, page).expect("the page is writable");
+    } else {
+        assert_eq!(
+            &committed[cell..end],
+            found,
+            "docs/control.md, row {what:?}, is not what the test finds; UPDATE_DOCS=1 writes it anew"
+        );
+    }
+}
+
+/// Whether the pages are to be written anew.
+fn updates() -> bool {
+    std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1")
 }

@@ -42,10 +42,20 @@ pub fn unforeseen_deg(blow_m_s: f64) -> f64 {
     }
 }
 
+/// What a drive over a kerb or ledge comes to.
+pub struct KerbDrive {
+    /// What is wrong with it.
+    pub complaints: Vec<String>,
+    /// How much too fast it comes to be, but for the fall itself, m/s.
+    pub excess_m_s: f64,
+    /// It ends behind the kerb.
+    pub comes_over: bool,
+}
+
 /// Drives the reference vehicle at `speed_m_s` up a slope of `slope_deg` over a step of `height_m`, and tells what is wrong
 /// with it: nothing, if the vehicle comes over it or stops before it and says so, without a fault, no more than 0.5 m/s
 /// too fast, but for what the fall over a ledge gives by itself, and with its spar within what blows allow.
-pub fn complaints(speed_m_s: f64, height_m: f64, slope_deg: f64) -> Vec<String> {
+pub fn drive_over(speed_m_s: f64, height_m: f64, slope_deg: f64) -> KerbDrive {
     let vehicle = reference();
     let kerb = format!("terrain.profile = [{{ kind = 'step', at_m = {KERB_M:?}, height_m = {height_m:?} }}]");
     let steps = format!("{{ at_s = 6.0, action = 'drive', speed_m_s = {speed_m_s:?} }}");
@@ -103,5 +113,9 @@ pub fn complaints(speed_m_s: f64, height_m: f64, slope_deg: f64) -> Vec<String> 
         spar_deg <= unforeseen_deg(blow_m_s),
         format!("spar {spar_deg:.1} deg after a blow of {blow_m_s:.2} m/s"),
     );
-    complaints
+    KerbDrive {
+        complaints,
+        excess_m_s: fastest_m_s,
+        comes_over: place_m > KERB_M + 0.3,
+    }
 }

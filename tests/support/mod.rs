@@ -2,6 +2,7 @@
 #![allow(dead_code)] // Each test binary uses its part.
 
 pub mod flights;
+pub mod generated;
 pub mod kerbs;
 pub mod slopes;
 

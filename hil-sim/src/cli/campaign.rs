@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::ops::{Range, RangeInclusive};
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -17,9 +17,15 @@ use serde::Serialize;
 use virtual_board::campaign::{Axis, Campaign, RunResult};
 use virtual_board::scenario::RunVerdict;
 
+mod merge;
 mod results;
+mod search;
+mod shard;
 
-use results::{Header, MergeArguments, merge, write_line};
+use merge::{MergeArguments, merge};
+use results::{CampaignKind, Header, write_line};
+use search::{SearchArguments, search};
+use shard::{Shard, batches, shard, threads};
 
 /// Flags of `campaign`.
 #[derive(Debug, Args)]
@@ -34,6 +40,9 @@ enum What {
     /// Runs every scenario with every override and every seed
     #[command(after_help = EXAMPLES)]
     Run(RunArguments),
+    /// Searches for a drive in which the arm turns over: random drives on the planar vehicle, and from the worst an optimiser
+    #[command(after_help = search::EXAMPLES)]
+    Search(SearchArguments),
     /// Joins the results of all shards into the file that one run of the whole campaign writes
     #[command(after_help = "Examples:\n  hil-sim campaign merge part-1.jsonl part-2.jsonl --out whole.jsonl")]
     Merge(MergeArguments),
@@ -45,6 +54,7 @@ Examples:
   hil-sim campaign run tests/scenarios/kerb.toml --seeds 1:24 --set scenario.terrain.profile.0.height_m=0.01,0.02,0.03
   hil-sim campaign run tests/scenarios/slope-drive.toml --set plant-vehicle.body.arm_mass_kg=9.6,12,14.4 --out mass.jsonl
   hil-sim campaign run tests/scenarios/*.toml --seeds 1:1000 --shard 3/8 --out part-3.jsonl
+  hil-sim campaign search --drives 100000
   hil-sim campaign merge part-*.jsonl --out whole.jsonl";
 
 #[derive(Debug, Args)]
@@ -78,13 +88,6 @@ struct RunArguments {
     json: bool,
 }
 
-/// Part `index` of `count`, counted from 1.
-#[derive(Debug, Clone, Copy)]
-struct Shard {
-    index: u64,
-    count: u64,
-}
-
 /// First and last seed of `FIRST:LAST`, or of a single one.
 ///
 /// # Errors
@@ -103,16 +106,6 @@ pub fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
 pub fn seed(text: &str) -> Result<u64, String> {
     text.parse()
         .map_err(|_| format!("must be a whole number from 0 to {}", u64::MAX))
-}
-
-fn shard(text: &str) -> Result<Shard, String> {
-    let parts = text
-        .split_once('/')
-        .map(|(index, count)| (index.parse(), count.parse()));
-    match parts {
-        Some((Ok(index), Ok(count))) if 1 <= index && index <= count => Ok(Shard { index, count }),
-        _ => Err("must be I/N, two whole numbers from 1 on, I at most N".to_owned()),
-    }
 }
 
 /// The runs of one scenario with one set of overrides.
@@ -149,6 +142,7 @@ struct Summary {
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     match &arguments.what {
         What::Run(arguments) => run_campaign(arguments),
+        What::Search(arguments) => search(arguments),
         What::Merge(arguments) => merge(arguments),
     }
 }
@@ -167,24 +161,20 @@ fn run_campaign(arguments: &RunArguments) -> Result<(), CommandError> {
         arguments.seeds.clone(),
     )
     .map_err(input)?;
-    let Shard { index, count } = arguments.shard.unwrap_or(Shard { index: 1, count: 1 });
-    let range = campaign.shard(index, count);
+    let range = arguments.shard.unwrap_or(Shard::WHOLE).of(campaign.runs());
     let mut file = arguments
         .out
         .as_deref()
         .map(|path| NewFile::create("--out", path))
         .transpose()?;
     let header = Header {
-        campaign: campaign.identity(),
+        campaign: CampaignKind::Scenarios(campaign.identity()),
         range: [range.start, range.end],
     };
     if let Some(file) = &mut file {
         write_line(file, &header)?;
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(arguments.jobs.map_or(0, usize::from))
-        .build()
-        .map_err(|error| CommandError::Other(error.to_string()))?;
+    let pool = threads(arguments.jobs)?;
 
     let bar = progress_bar((range.end - range.start) as usize, "runs");
     let started = Instant::now();
@@ -239,14 +229,6 @@ fn run_campaign(arguments: &RunArguments) -> Result<(), CommandError> {
             summary.runs
         ))),
     }
-}
-
-/// `range` in pieces of at most `size`.
-fn batches(range: Range<u64>, size: u64) -> impl Iterator<Item = Range<u64>> {
-    let end = range.end;
-    range
-        .step_by(size.max(1) as usize)
-        .map(move |start| start..(start + size.max(1)).min(end))
 }
 
 impl SummaryGroup {

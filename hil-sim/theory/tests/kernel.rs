@@ -5,6 +5,10 @@ use model::sample::TICK_S;
 use model::vehicle::Vehicle;
 use theory::analysis::kernel::{Comparison, TorqueLimits, compare};
 
+#[path = "../../../tests/support/generated.rs"]
+mod generated;
+use generated::shown;
+
 /// The reference vehicle at a supply of U = 5.9, with the kernel's grid of `count` points to either side.
 fn compared(theta_rate: f32, beta: f32, count: usize) -> Comparison {
     let file = vehicle_file::reference().expect("the reference vehicle");
@@ -26,6 +30,7 @@ fn compared(theta_rate: f32, beta: f32, count: usize) -> Comparison {
 /// A grid twice as fine finds the same shares.
 #[test]
 fn the_flown_barrier_avoids_every_avoidable_whirl() {
+    let mut least = f64::INFINITY;
     for (theta_rate, beta) in [(0.0, 0.0873), (1.6, 0.0873), (0.0, -0.35)] {
         let (coarse, fine) = (compared(theta_rate, beta, 81), compared(theta_rate, beta, 161));
         println!(
@@ -40,6 +45,7 @@ fn the_flown_barrier_avoids_every_avoidable_whirl() {
             fine.kept_share
         );
         for found in [&coarse, &fine] {
+            least = least.min(found.avoided_share);
             assert!(found.avoided_share >= 0.995, "{}", found.avoided_share);
             // There are states beyond help, and the kernel within grip is smaller.
             assert!(found.avoidable_share < 1.0 && found.viable_share < found.avoidable_share);
@@ -52,4 +58,11 @@ fn the_flown_barrier_avoids_every_avoidable_whirl() {
             assert!((one - other).abs() < 0.03, "{one} {other}");
         }
     }
+    shown(
+        "whirls that current and voltage can avoid",
+        &format!(
+            "the flown barrier avoids {:.1} % of them, on either grid",
+            100.0 * least
+        ),
+    );
 }

@@ -2,6 +2,7 @@
 
 use plant::noise::Noise;
 use theory::analysis::optimum::StepTask;
+use theory::analysis::random_drive::SearchedLaw;
 use theory::analysis::sampled::{Factors, SampledPlant};
 
 #[path = "support/sampled.rs"]
@@ -9,7 +10,7 @@ mod sampled;
 use sampled::thesis_vehicle;
 
 fn task(grip_mu: f64) -> StepTask {
-    let mut plant = SampledPlant::new(&thesis_vehicle(), &Factors::NONE, 0.0873);
+    let mut plant = SampledPlant::new(&thesis_vehicle(SearchedLaw::Landing), &Factors::NONE, 0.0873);
     plant.voltage_max = 5.9;
     StepTask {
         plant,

@@ -95,6 +95,12 @@ fn plant(scenario: &Scenario, simulated: &Vehicle<f64>) -> Result<Plant, Campaig
         .map_err(|error| CampaignError::Setup(scenario.title.clone(), error))
 }
 
+/// The numbers of part `index` of `count` of `runs`, counted from 1: parts follow each other without gap and overlap.
+pub fn part(runs: u64, index: u64, count: u64) -> Range<u64> {
+    let edge = |i: u64| (u128::from(runs) * u128::from(i) / u128::from(count.max(1))) as u64;
+    edge(index.saturating_sub(1))..edge(index)
+}
+
 impl Campaign {
     /// Reads the files of a campaign and checks every combination of overrides.
     ///
@@ -144,12 +150,6 @@ impl Campaign {
     pub fn runs(&self) -> u64 {
         let combinations: u64 = self.axes.iter().map(|axis| axis.values.len() as u64).product();
         self.scenarios.len() as u64 * combinations * self.seed_count()
-    }
-
-    /// The numbers of shard `index` of `count`, counted from 1: shards follow each other without gap and overlap.
-    pub fn shard(&self, index: u64, count: u64) -> Range<u64> {
-        let edge = |i: u64| (u128::from(self.runs()) * u128::from(i) / u128::from(count.max(1))) as u64;
-        edge(index.saturating_sub(1))..edge(index)
     }
 
     /// What makes this campaign the same as another.

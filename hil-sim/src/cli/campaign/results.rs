@@ -1,31 +1,18 @@
-//! Files of results: written by a campaign, joined from shards.
+//! Files of results: what their lines tell.
 
-use std::io::{BufRead as _, BufReader, Write as _};
-use std::path::{Path, PathBuf};
+use std::io::Write as _;
 
-use clap::Args;
 use report::error::CommandError;
 use report::files::NewFile;
-use report::output::print;
 use serde::{Deserialize, Serialize};
+use theory::analysis::random_drive::SearchedLaw;
 use virtual_board::campaign::CampaignIdentity;
-
-/// Flags of `campaign merge`.
-#[derive(Debug, Args)]
-pub(super) struct MergeArguments {
-    /// Results of the shards, in any order
-    #[arg(required = true, value_name = "FILE")]
-    shards: Vec<PathBuf>,
-    /// File for the results of the whole campaign; must not exist
-    #[arg(long, value_name = "FILE")]
-    out: PathBuf,
-}
 
 /// The first line of a file of results.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Header {
     /// What was run.
-    pub(super) campaign: CampaignIdentity,
+    pub(super) campaign: CampaignKind,
     /// The numbers of the runs that follow: from the first, up to but without the second.
     pub(super) range: [u64; 2],
 }
@@ -36,104 +23,45 @@ pub(super) fn write_line(file: &mut NewFile, value: &impl Serialize) -> Result<(
     Ok(writeln!(file, "{text}")?)
 }
 
-/// A file of results, its first line read.
-struct ResultsPart {
-    name: String,
-    header: Header,
-    lines: std::io::Lines<BufReader<std::fs::File>>,
+/// What was run: the two have no field in common but `version`, `files` and `runs`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub(super) enum CampaignKind {
+    /// Scenarios.
+    Scenarios(CampaignIdentity),
+    /// A search.
+    Search(SearchIdentity),
 }
 
-fn part(path: &Path) -> Result<ResultsPart, CommandError> {
-    let name = path.display().to_string();
-    let file = std::fs::File::open(path).map_err(|error| CommandError::Input(format!("{name}: {error}")))?;
-    let mut lines = BufReader::new(file).lines();
-    let first = lines
-        .next()
-        .transpose()
-        .map_err(|error| CommandError::Input(format!("{name}: {error}")))?;
-    let header = first
-        .and_then(|line| serde_json::from_str(&line).ok())
-        .ok_or_else(|| CommandError::Input(format!("{name}: no results of a campaign: the first line must tell it")))?;
-    Ok(ResultsPart { name, header, lines })
+impl CampaignKind {
+    /// Number of lines that follow the first.
+    pub(super) fn runs(&self) -> u64 {
+        match self {
+            Self::Scenarios(campaign) => campaign.runs,
+            Self::Search(search) => search.runs,
+        }
+    }
 }
 
-/// Joins the results of all shards.
-///
-/// # Errors
-/// [`CommandError::Input`] naming the file that is missing, given twice, cut off, or of another campaign.
-pub(super) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
-    let mut parts = arguments
-        .shards
-        .iter()
-        .map(|path| part(path))
-        .collect::<Result<Vec<_>, _>>()?;
-    parts.sort_by_key(|part| part.header.range);
-    let Some(campaign) = parts.first().map(|part| part.header.campaign.clone()) else {
-        return Err(CommandError::Input("no file to merge".to_owned()));
-    };
-    let mut next = 0;
-    for part in &parts {
-        if part.header.campaign != campaign {
-            return Err(CommandError::Input(format!(
-                "{}: results of another campaign than {}: files, overrides, seeds or version differ",
-                part.name, parts[0].name
-            )));
-        }
-        let [start, end] = part.header.range;
-        if start != next {
-            return Err(CommandError::Input(format!(
-                "{}: begins with run {start}, but run {next} comes next: a shard is missing or given twice",
-                part.name
-            )));
-        }
-        next = end;
-    }
-    if next != campaign.runs {
-        return Err(CommandError::Input(format!(
-            "the last shards are missing: {next} of {} runs are there",
-            campaign.runs
-        )));
-    }
-    let mut file = NewFile::create("--out", &arguments.out)?;
-    let runs = campaign.runs;
-    write_line(
-        &mut file,
-        &Header {
-            campaign,
-            range: [0, runs],
-        },
-    )?;
-    for part in parts {
-        let [start, end] = part.header.range;
-        let mut count = 0;
-        for line in part.lines {
-            let line = line.map_err(|error| CommandError::Input(format!("{}: {error}", part.name)))?;
-            let told = serde_json::from_str::<RunNumber>(&line).map(|number| number.run);
-            if told.ok() != Some(start + count) {
-                return Err(CommandError::Input(format!(
-                    "{}: line {} must be the result of run {}",
-                    part.name,
-                    count + 2,
-                    start + count
-                )));
-            }
-            writeln!(file, "{line}")?;
-            count += 1;
-        }
-        if count != end - start {
-            return Err(CommandError::Input(format!(
-                "{}: {count} of {} results are there: the run did not end",
-                part.name,
-                end - start
-            )));
-        }
-    }
-    let out = file.finish()?;
-    print(&format!("{runs} runs in {}\n", out.display()))
-}
-
-/// A result's line as far as a merge reads it.
-#[derive(Debug, Deserialize)]
-struct RunNumber {
-    run: u64,
+/// What makes two searches the same.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct SearchIdentity {
+    /// Version of the program.
+    pub(super) version: String,
+    /// The vehicle's file.
+    pub(super) vehicle: String,
+    /// FNV-1a hash of its text.
+    pub(super) files: String,
+    /// The law.
+    pub(super) law: SearchedLaw,
+    /// Seed of the first drive.
+    pub(super) first_seed: u64,
+    /// Random drives.
+    pub(super) drives: u64,
+    /// Climbs of each thousand.
+    pub(super) climbs: u16,
+    /// Vehicles of +-20 %.
+    pub(super) plants: u64,
+    /// Thousands.
+    pub(super) runs: u64,
 }

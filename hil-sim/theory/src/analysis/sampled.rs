@@ -10,6 +10,9 @@ use model::control::speed_controller::SpeedController;
 use model::sample::TICK_S;
 use model::vehicle::Vehicle;
 
+/// Arm angle, rad, beyond which it has turned over: past upright nothing brings it back.
+pub const WHIRL_RAD: f64 = core::f64::consts::PI;
+
 /// The vehicle as it truly is, where its law knows only its file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledPlant {

@@ -43,7 +43,7 @@ fn shards_follow_each_other_without_gap_and_overlap() {
     for count in [1, 2, 3, 7, 99, 100, 101, 1000] {
         let mut next = 0;
         for index in 1..=count {
-            let range = campaign.shard(index, count);
+            let range = part(campaign.runs(), index, count);
             assert_eq!(range.start, next);
             next = range.end;
         }
