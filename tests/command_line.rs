@@ -13,6 +13,19 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
+/// A report in a folder of the scenario's name does not hide the scenario.
+#[test]
+fn a_folder_is_no_scenario() {
+    let place = folder("a-folder-is-no-scenario");
+    std::fs::create_dir_all(place.join("kerb")).expect("a folder");
+    let output = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+        .args(["drive", "kerb", "--json"])
+        .current_dir(&place)
+        .output()
+        .expect("runs");
+    assert!(output.status.success(), "{}", stderr(&output));
+}
+
 #[test]
 fn drive_writes_its_report_and_says_where() {
     let out = folder("drive");

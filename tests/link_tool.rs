@@ -13,6 +13,7 @@ use hil_sim::cli::link::drive::{DriveJob, check_seconds};
 use hil_sim::cli::link::session::{Link, SILENCE_US};
 use hil_sim::cli::link::status::StatusDetail;
 use hil_sim::cli::link::wire::Wire;
+use hil_sim::cli::record_file::writer::{RecordFormat, RecordWriter};
 use model::command::Request;
 use report::error::CommandError;
 
@@ -111,7 +112,7 @@ fn a_fault_is_told_within_300_ms_and_named() {
 fn a_drive_that_something_else_ends_is_told_within_300_ms() {
     type End = fn(&mut Bench);
     let ends: [(&str, End); 3] = [
-        ("disarmed by itself: none", |bench| bench.board.press_button()),
+        ("disarmed, without a fault", |bench| bench.board.press_button()),
         ("by itself: BatteryHigh", |bench| {
             bench
                 .board
@@ -161,6 +162,56 @@ fn an_arm_that_is_refused_is_told_with_its_blockers() {
     let told = drive(&mut link, 4.0).expect_err("blocked").to_string();
     assert!(told.contains("blocked by EmergencyStop"), "{told}");
     last_is_disarm(&sent);
+}
+
+/// The gyros are calibrated half a second after the boot: a drive that is asked for before waits for them.
+#[test]
+fn a_drive_waits_for_gyros_that_are_being_calibrated() {
+    let wire = BoardWire::new(Bench::new(5));
+    let (mut link, _) = link(wire);
+    let shown = drive(&mut link, 1.0).expect("drives");
+    assert!(shown.starts_with("armed: "), "{shown}");
+}
+
+/// A disk that is full while the vehicle drives: it stops, then it is disarmed, and the reason is told.
+#[test]
+fn a_record_that_takes_no_more_stops_the_vehicle() {
+    struct Disk(usize);
+    impl Write for Disk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0 = self.0.checked_sub(bytes.len()).ok_or(io::ErrorKind::StorageFull)?;
+            Ok(bytes.len())
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+    let mut wire = BoardWire::new(ready(6));
+    let speeds = Rc::new(RefCell::new(Vec::new()));
+    let seen = speeds.clone();
+    wire.world = Box::new(move |bench, us| {
+        bench
+            .board
+            .world(|world| seen.borrow_mut().push((us, world.plant.truth().speed_m_s)));
+    });
+    let sent = wire.sent.clone();
+    let (mut link, _) = link(wire);
+    link.identify().expect("answers");
+    let mut out = RecordWriter::new(RecordFormat::Frames, Disk(60_000));
+    let job = DriveJob::new(0.5, 0.0, 60.0).expect("good");
+    let told = link
+        .drive_recorded(&job, &mut out, &mut Console(Vec::new()))
+        .expect_err("full")
+        .to_string();
+    assert!(told.contains("storage"), "{told}");
+    last_is_disarm(&sent);
+    let speeds = speeds.borrow();
+    assert!(speeds.iter().any(|(_, speed)| *speed > 0.4), "it drove");
+    let (ended_us, speed) = speeds.last().expect("some");
+    assert!(
+        *ended_us < 15_000_000 && speed.abs() < 0.05,
+        "{ended_us} us, {speed} m/s"
+    );
 }
 
 #[test]

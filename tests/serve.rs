@@ -113,6 +113,66 @@ fn every_command(served: &Served, name: &str) {
     ok(&["parameters", "dump", &set]);
     ok(&["parameters", "diff", &set]);
     ok(&["parameters", "load", &set]);
+    ok(&["parameters", "set", "control.comfort_s=0.3"]);
+    let (code, text, _) = served.link(&["parameters", "diff", &set]);
+    assert!(
+        code == Some(1) && text.contains("control.comfort_s: 0.3 -> 0.2"),
+        "{text}"
+    );
+    ok(&["parameters", "defaults"]);
+    ok(&["parameters", "diff", &set]);
+    let (code, _, error) = served.link(&["look-back", "--out", &new_file(&format!("{name}-back.rec"))]);
+    assert!(code == Some(1) && error.contains("no fault has occurred"), "{error}");
+}
+
+/// A drive over the link that is recorded from the boot on replays, bit for bit.
+#[test]
+fn a_drive_is_recorded_from_the_boot_on_and_replays() {
+    let served = Served::new(&["--tcp", "127.0.0.1:0", "--wait"]);
+    for (name, whole) in [("served-drive.mcap", true), ("later-drive.mcap", false)] {
+        let file = new_file(name);
+        let (code, text, error) = served.link(&["drive", "--speed-m-s", "0.3", "--seconds", "3", "--record", &file]);
+        assert_eq!(code, Some(0), "{text} {error}");
+        assert!(text.contains(" 0 blocks lost"), "{text}");
+        let replay = hil_sim(&["replay", &file]);
+        let text = String::from_utf8_lossy(&replay.stdout).into_owned();
+        if whole {
+            assert!(text.contains("bit for bit"), "{text} {}", stderr(&replay));
+            assert_eq!(replay.status.code(), Some(0), "{text}");
+        } else {
+            // What the vehicle knew by then is not in it, and it says so.
+            assert_eq!(replay.status.code(), Some(2), "{text}");
+            assert!(stderr(&replay).contains("boot"), "{}", stderr(&replay));
+        }
+        let read = hil_sim::cli::record_file::read(Path::new(&file)).expect("readable");
+        // It arms, drives for 3 s and stops in this record.
+        assert!(read.file.records.len() > 3000, "{}", read.file.records.len());
+    }
+}
+
+/// What is no port of a board says what would be one.
+#[test]
+fn a_wrong_port_is_told_with_what_would_be_right() {
+    let served = Served::new(&["--websocket", "127.0.0.1:0"]);
+    let address = served
+        .port
+        .strip_prefix("ws://")
+        .expect("a WebSocket's address")
+        .to_owned();
+    let web = format!("tcp:{address}");
+    for (port, part) in [
+        ("tcp:127.0.0.1:9", "nobody listens there: `hil-sim serve`"),
+        (&served.port[..], "takes a serial port, or tcp:HOST:PORT"),
+        (&web, "is a board served at this port?"),
+        (&address, &web),
+        ("/dev/null", "is no serial port"),
+        (WORKSPACE, "is no serial port"),
+        ("/dev/ttyNone", "this machine has"),
+    ] {
+        let output = hil_sim(&["link", "--port", port, "status"]);
+        assert_ne!(output.status.code(), Some(0), "{port}");
+        assert!(stderr(&output).contains(part), "{port}: {}", stderr(&output));
+    }
 }
 
 #[test]
@@ -166,7 +226,10 @@ fn a_second_client_watches_and_disarms_but_does_not_drive() {
     let (code, _, error) = served.link(&["drive", "--speed-m-s", "0.5", "--seconds", "1"]);
     assert_eq!(code, Some(1));
     assert!(error.contains("another host"), "{error}");
-    // The vehicle of the first one was not disturbed by what the second one asked, until it disarms.
+    // The vehicle of the first one is not disturbed by what the second one asked, until it disarms.
+    let (code, text, error) = served.link(&["status", "--seconds", "1"]);
+    assert_eq!(code, Some(0), "{error}");
+    assert!(text.lines().skip(1).all(|line| line.starts_with("armed: ")), "{text}");
     let (code, _, error) = served.link(&["disarm"]);
     assert_eq!(code, Some(0), "{error}");
     let output = first.join().expect("ended");

@@ -15,6 +15,8 @@ const PLOTS = [
 const NAMES = [...new Set(PLOTS.flatMap(([, , lines]) => lines.map(([, column]) => column)))];
 // Rows that a live history keeps: two minutes.
 const ROWS_MAX = 12_000;
+/** A number at an axis: as many digits as it needs, however small the axis is. */
+const tickText = (value) => String(Number(value.toPrecision(6)));
 
 /** What was, column by column. */
 export class History {
@@ -98,12 +100,12 @@ export class Plots {
           },
         },
         scales: { x: { time: false } },
-        axes: [{ ...axis, values: (_, ticks) => ticks.map((tick) => `${tick} s`) }, { ...axis, size: 52 }],
+        axes: [{ ...axis, values: (_, ticks) => ticks.map((tick) => `${tick} s`) }, { ...axis, size: 52, values: (_, ticks) => ticks.map(tickText) }],
         series: [
           { label: "t", value: (_, value) => (value == null ? "–" : `${value.toFixed(2)} s`) },
           ...lines.map(([label, , name, dash]) => ({
             label, stroke: colour(name), dash, width: 1.8, spanGaps: false, points: { show: false },
-            value: (_, value) => (value == null ? "–" : value.toFixed(2)),
+            value: (_, value) => (value == null ? "–" : value.toFixed(Math.abs(value) < 0.1 ? 4 : 2)),
           })),
         ],
       };

@@ -87,12 +87,26 @@ impl<'a, R: Serialize> Report<'a, R> {
         tail.push_str("</table></section>\n");
         let page = InteractivePage {
             title: self.command,
+            head: format!(
+                "<p class=\"quiet\">hil-sim {}<br><code>{}</code></p>\n",
+                env!("CARGO_PKG_VERSION"),
+                escaped(&command_line())
+            ),
             charts: self.charts.iter().map(|(_, chart)| chart.clone()).collect(),
             tail,
             ..InteractivePage::default()
         };
         page.to_html().map_err(CommandError::Other)
     }
+}
+
+/// The command line that this program was given, for the pages that come of it.
+pub fn command_line() -> String {
+    let given: Vec<String> = std::env::args_os()
+        .skip(1)
+        .map(|argument| argument.to_string_lossy().into_owned())
+        .collect();
+    format!("hil-sim {}", given.join(" "))
 }
 
 impl OutputArguments {

@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::cli::emulated;
 use plant::Plant;
 use report::error::CommandError;
-use report::output::{print_coloured, print_json, progress_bar};
+use report::output::{command_line, print_coloured, print_json, progress_bar};
 use report::visible::visible_line;
 use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
@@ -286,17 +286,13 @@ fn file_name(arguments: &Arguments) -> std::path::Display<'_> {
 fn origin(arguments: &Arguments, scenario: &Scenario) -> RunOrigin {
     let named = [&arguments.plant_vehicle, &arguments.vehicle, &scenario.vehicle];
     let vehicle = named.into_iter().flatten().next();
-    let given: Vec<String> = std::env::args_os()
-        .skip(1)
-        .map(|argument| argument.to_string_lossy().into_owned())
-        .collect();
     RunOrigin {
         scenario: file_name(arguments).to_string(),
         vehicle: vehicle.map_or_else(
             || vehicle_file::REFERENCE_NAME.to_owned(),
             |path| path.display().to_string(),
         ),
-        command: format!("hil-sim {}", given.join(" ")),
+        command: command_line(),
     }
 }
 

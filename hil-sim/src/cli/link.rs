@@ -59,6 +59,7 @@ Examples:
 const DRIVE_EXAMPLES: &str = "\
 Examples:
   hil-sim link --port /dev/ttyACM0 drive --speed-m-s 0.3 --seconds 5
+  hil-sim link --port /dev/ttyACM0 drive --speed-m-s 0.3 --seconds 5 --record drive.mcap
   hil-sim link --port /dev/ttyACM0 drive --speed-m-s 0 --yaw-rate-rad-s -0.5 --seconds 3";
 
 const RECORD_EXAMPLES: &str = "\
@@ -104,6 +105,10 @@ enum LinkCommand {
         /// How long, s
         #[arg(long, allow_negative_numbers = true)]
         seconds: f64,
+        /// Record every tick meanwhile: NAME.mcap for other tools, any other name for the link's own frames; must not
+        /// exist
+        #[arg(long, value_name = "FILE")]
+        record: Option<PathBuf>,
     },
     /// Opens the bridges at once
     #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 disarm")]
@@ -230,7 +235,7 @@ pub(in crate::cli) fn interrupts() -> Result<Arc<AtomicU32>, CommandError> {
 /// A checked action.
 enum Job<'a> {
     Status(f64, StatusDetail),
-    Drive(DriveJob),
+    Drive(DriveJob, Option<&'a Path>),
     Disarm,
     ClearFaults,
     Log,
@@ -251,7 +256,13 @@ impl<'a> Job<'a> {
                 speed_m_s,
                 yaw_rate_rad_s,
                 seconds,
-            } => Self::Drive(DriveJob::new(*speed_m_s, *yaw_rate_rad_s, *seconds)?),
+                record,
+            } => {
+                if let Some(file) = record {
+                    refuse_existing("--record", file)?;
+                }
+                Self::Drive(DriveJob::new(*speed_m_s, *yaw_rate_rad_s, *seconds)?, record.as_deref())
+            }
             LinkCommand::Disarm => Self::Disarm,
             LinkCommand::ClearFaults => Self::ClearFaults,
             LinkCommand::Log => Self::Log,
@@ -280,16 +291,20 @@ impl<'a> Job<'a> {
                 console.line(&who(&identity))?;
                 link.show(seconds, detail, console)
             }
-            Self::Drive(drive) => link.drive(&drive, console),
+            Self::Drive(drive, None) => link.drive(&drive, console),
+            Self::Drive(drive, Some(file)) => {
+                let recorded = into_new_record("--record", file, |out| link.drive_recorded(&drive, out, console))?;
+                console.line(&recorded.line())
+            }
             Self::ClearFaults => link.order(Order::Request(Request::ClearFaults)),
             Self::Log => link.show_log(console),
             Self::Faults => link.show_faults(console),
             Self::Record(file, seconds) => {
-                let recorded = into_new_record(file, |out| link.record(seconds, out))?;
+                let recorded = into_new_record("--out", file, |out| link.record(seconds, out))?;
                 console.line(&recorded.line())
             }
             Self::LookBack(file) => {
-                let recorded = into_new_record(file, |out| link.look_back(out))?;
+                let recorded = into_new_record("--out", file, |out| link.look_back(out))?;
                 console.line(&recorded.line())
             }
             Self::Parameters(action) => parameters_of(&mut link, action, console),

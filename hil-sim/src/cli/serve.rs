@@ -55,6 +55,9 @@ pub struct Arguments {
     /// Simulated seconds per second
     #[arg(long, default_value_t = 1.0, value_parser = rate)]
     rate: f64,
+    /// Boot the board when the first client comes: its record then begins with the boot, and can be replayed
+    #[arg(long)]
+    wait: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -62,7 +65,8 @@ Examples:
   hil-sim serve --pty
   hil-sim serve --tcp 127.0.0.1:5760 --scenario kerb
   hil-sim serve --websocket 127.0.0.1:5761
-  hil-sim link --port tcp:127.0.0.1:5760 status";
+  hil-sim serve --wait
+  hil-sim link --port tcp:127.0.0.1:5760 drive --speed-m-s 0.3 --seconds 5 --record drive.mcap";
 
 /// Where the board listens if nothing else is said.
 const DEFAULT_TCP: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 5760);
@@ -138,6 +142,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         next_step: 0,
         hub: Hub::default(),
         outputs: BTreeMap::new(),
+        off: arguments.wait,
     };
     server.serve(&happened, arguments.rate, &ended)
 }
@@ -155,6 +160,8 @@ struct Server {
     next_step: usize,
     hub: Hub,
     outputs: BTreeMap<ClientId, (String, ClientOutput)>,
+    /// The board has not booted yet: it waits for the first client.
+    off: bool,
 }
 
 impl Server {
@@ -178,6 +185,10 @@ impl Server {
             let now = Instant::now();
             due_us += now.duration_since(last).as_secs_f64() * 1e6 * rate;
             last = now;
+            if self.off {
+                due_us = 0.0;
+                continue;
+            }
             let stride_us = (due_us as u64).min(STRIDE_MAX_US) / 1000 * 1000;
             due_us = (due_us - stride_us as f64).min(STRIDE_MAX_US as f64);
             self.advance(stride_us / 1000)?;
@@ -213,6 +224,7 @@ impl Server {
         match event {
             PortEvent::Came(client, name, output) => {
                 print(&format!("{name}: came\n"))?;
+                self.off = false;
                 self.outputs.insert(client, (name, output));
             }
             PortEvent::Said(client, bytes) => {

@@ -7,7 +7,7 @@ use model::supervise::codes::Fault;
 /// What a refusal means to the user.
 pub fn refusal_words(refusal: Refusal) -> String {
     match refusal {
-        Refusal::UnknownSession => "refused: the board has booted since, or another host has taken over".into(),
+        Refusal::UnknownSession => "refused: another host drives the board, or the board has booted since".into(),
         Refusal::Late => "refused: the order reached the board too late; the link is slow".into(),
         Refusal::Busy => "refused: the board is busy with earlier orders".into(),
         Refusal::Blocked(blockers) => format!("not armed: blocked by {blockers}"),

@@ -50,6 +50,16 @@ pub enum VehicleFileError {
         /// Largest allowed value.
         max: f64,
     },
+    /// Fields are missing, in more tables than one or several in one.
+    #[error("{file}: {count} fields are missing; vehicles/small.toml is a whole file to start from:\n{skeleton}")]
+    MissingFields {
+        /// The file.
+        file: String,
+        /// How many.
+        count: usize,
+        /// The fields under their tables, each with its range and meaning.
+        skeleton: String,
+    },
     /// A field is not a number.
     #[error("{file}: {table}.{name} = {value} is not a number: allowed is {min} to {max}")]
     NotANumber {

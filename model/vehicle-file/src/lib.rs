@@ -6,6 +6,7 @@
 //! `l, alpha, zeta, mu, nu, beta`.
 #![forbid(unsafe_code)]
 
+use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
@@ -137,7 +138,13 @@ pub fn parse(file: &str, text: &str) -> Result<VehicleFile, VehicleFileError> {
     let with_spar = TABLES
         .iter()
         .any(|table| table.of_spar && root.contains_key(table.name));
-    for table in TABLES.iter().filter(|table| with_spar || !table.of_spar) {
+    let tables = || TABLES.iter().filter(|table| with_spar || !table.of_spar);
+    // A name that means nothing may be one that is missing, misspelt.
+    for table in tables().filter(|table| root.contains_key(table.name)) {
+        reader.only_known_fields(table.name, table.fields)?;
+    }
+    reader.whole(tables())?;
+    for table in tables() {
         reader.only_known_fields(table.name, table.fields)?;
     }
     let parameters = VehicleParameters::try_from_source(with_spar, |table, field| reader.value(table, field))?;
@@ -242,6 +249,44 @@ impl Reader<'_> {
                 Err(self.unknown(format!("{table}.{name}"), &known))
             }
         }
+    }
+
+    /// Names everything that is missing at once. One table alone, or one field, is told by whoever reads it.
+    fn whole<'t>(&self, tables: impl Iterator<Item = &'t model::vehicle::Table>) -> Result<(), VehicleFileError> {
+        let (mut count, mut single, mut skeleton) = (0, true, String::new());
+        for table in tables {
+            let values = self.root.get(table.name).and_then(Value::as_table);
+            let required = table.fields.iter().filter(|field| field.default.is_none());
+            let missing: Vec<&Field> = required
+                .filter(|field| values.is_none_or(|values| !values.contains_key(field.name)))
+                .collect();
+            if missing.is_empty() {
+                continue;
+            }
+            single = count == 0 && (values.is_none() || missing.len() == 1);
+            count += missing.len();
+            let _ = writeln!(skeleton, "  [{}]", table.name);
+            for field in missing {
+                let Field { name, min, max, .. } = field;
+                let _ = match field.choices {
+                    [] => writeln!(skeleton, "  {name} =    # {min} to {max}: {}", field.meaning.trim()),
+                    choices => writeln!(
+                        skeleton,
+                        "  {name} =    # {}: {}",
+                        error::quoted(choices),
+                        field.meaning.trim()
+                    ),
+                };
+            }
+        }
+        if single {
+            return Ok(());
+        }
+        Err(VehicleFileError::MissingFields {
+            file: self.file.to_owned(),
+            count,
+            skeleton: skeleton.trim_end().to_owned(),
+        })
     }
 
     fn table(&self, table: &'static str) -> Result<&Table, VehicleFileError> {

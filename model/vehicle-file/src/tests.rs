@@ -1,6 +1,7 @@
 use super::{TABLES, Table, Value, VehicleFile, parse, to_rust};
 use model::dynamics::coupled::Bearing;
 use model::vehicle::Vehicle;
+use std::fmt::Write as _;
 
 const REFERENCE: &str = include_str!("../../../vehicles/reference.toml");
 
@@ -232,6 +233,49 @@ fn a_missing_table_is_named() {
     let (head, _) = REFERENCE.split_once("[safety]").expect("table");
     let message = parse("vehicle.toml", head).expect_err("must be refused").to_string();
     assert_eq!(message, "vehicle.toml: table [safety] is missing");
+}
+
+/// From nothing to a whole file: everything that is missing is told at once, and nothing that may be left out.
+#[test]
+fn everything_that_is_missing_is_named_at_once() {
+    let message = parse("my.toml", "[body]\nwheel_radius_m = 0.1\n")
+        .expect_err("must be refused")
+        .to_string();
+    for part in [
+        "[imu]",
+        "  [battery]",
+        "  arm_mass_kg =    # 0.01 to 2000: Mass m",
+        "vehicles/small.toml",
+    ] {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+    for part in [
+        "wheel_radius_m",
+        "[spar]",
+        "[estimator]",
+        "[safety]\n  [",
+        "tilt_time_constant_s",
+    ] {
+        assert!(!message.contains(part), "{part}: {message}");
+    }
+    // Filled in with the values of a whole file, what it names makes one.
+    let mut text = String::new();
+    let small: Table = include_str!("../../../vehicles/small.toml").parse().expect("TOML");
+    let mut table = String::new();
+    for line in parse("my.toml", "").expect_err("nothing").to_string().lines().skip(1) {
+        if let Some(name) = line.trim().strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
+            table = name.to_owned();
+            let _ = writeln!(text, "[{table}]");
+        } else if let Some((name, _)) = line.trim().split_once(" =") {
+            let _ = writeln!(text, "{name} = {}", small[&table][name]);
+        }
+    }
+    parse("my.toml", &text).expect("whole");
+    // A misspelt name is told as such, though what it should be is missing too.
+    let message = parse("my.toml", "[body]\nwheel_radus_m = 0.1\n")
+        .expect_err("misspelt")
+        .to_string();
+    assert!(message.contains("unknown name `body.wheel_radus_m`"), "{message}");
 }
 
 #[test]

@@ -59,6 +59,7 @@
       grid: { stroke: () => css("--grid"), width: 1 },
       ticks: { stroke: () => css("--grid"), width: 1 },
     });
+    const lines = looks(chart.series);
     const plot = new uPlot(
       {
         width: Math.max(holder.clientWidth, 240),
@@ -74,9 +75,21 @@
             value: (_, value) => number(value),
             points: { show: false },
             spanGaps: !shared,
-            ...looks(chart.series)[k],
+            ...lines[k],
           })),
         ],
+        // The legend shows a curve's line as well as its colour.
+        legend: {
+          markers: {
+            width: 3,
+            fill: () => "transparent",
+            stroke: (_, k) => (k ? lines[k - 1].stroke() : "transparent"),
+            dash: (_, k) => {
+              const [stroke] = lines[k - 1]?.dash ?? [];
+              return stroke === undefined ? "solid" : stroke > 4 ? "dashed" : "dotted";
+            },
+          },
+        },
         axes: [axis(chart.x_label), { ...axis(chart.y_label), size: 58 }],
         cursor: { sync: shared ? { key: "run" } : undefined, drag: { x: true, y: false, uni: 20 } },
         hooks: {

@@ -1,16 +1,22 @@
 //! Driving over the link: arms, drives, stops, and always disarms.
 
 use std::io::Write;
+use std::ops::ControlFlow;
 
-use firmware::protocol::message::{Answer, BoardStatus, COMMAND_PERIOD_MS, Order, ParameterAnswer, ParameterRequest};
+use firmware::protocol::message::{
+    Answer, BoardStatus, COMMAND_PERIOD_MS, Order, ParameterAnswer, ParameterRequest, Refusal,
+};
 use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
+use model::supervise::codes::Blocker;
 use report::error::CommandError;
 
 use super::console::Console;
+use super::recording::{LinkRecording, Recorded};
 use super::session::{Link, refused};
-use super::status::line;
+use super::status::{SHOW_US, line};
 use super::wire::Wire;
+use crate::cli::record_file::writer::RecordWriter;
 
 /// Largest speed and yaw rate of any vehicle, m/s and rad/s: the ends of the ranges of `speed_max_m_s` and
 /// `yaw_rate_max_rad_s`.
@@ -21,6 +27,10 @@ pub const SECONDS_MAX: f64 = 3600.0;
 
 /// How long the tool commands standstill before it arms, us: the vehicle arms only under a fresh command of 0.
 const NEUTRAL_US: u64 = 100_000;
+/// How long the tool waits for gyros that are still being calibrated, us: half a second after a boot at rest.
+const CALIBRATION_US: u64 = 2_000_000;
+/// How long a drive waits for the first record and the parameters, us; a board without records drives all the same.
+const RECORD_BEGINS_US: u64 = 1_000_000;
 /// Longest time that a stop at the end of a drive may take, us.
 const STOP_US: u64 = 4_000_000;
 /// Speed below which the vehicle counts as stopped, m/s, and for how long it must be below it, us.
@@ -78,71 +88,203 @@ fn within(flag: &str, value: f32, max: f32) -> Result<(), CommandError> {
     }
 }
 
+/// Why the vehicle is not armed.
+enum NotArmed {
+    /// The board takes no orders of this host: if somebody drives it, it is another one, whose vehicle stays as it is.
+    Stranger(CommandError),
+    /// Anything else; the vehicle may be armed all the same.
+    Failed(CommandError),
+}
+
+/// The status in one line each half second. A closed output does not end a drive; it is told afterwards.
+struct Lines<'a, O> {
+    console: &'a mut Console<O>,
+    next_us: u64,
+    shown: Result<(), CommandError>,
+}
+
+impl<'a, O: Write> Lines<'a, O> {
+    fn new(console: &'a mut Console<O>) -> Self {
+        Self {
+            console,
+            next_us: 0,
+            shown: Ok(()),
+        }
+    }
+
+    fn show(&mut self, now_us: u64, status: Option<&BoardStatus>) {
+        if let Some(status) = status.filter(|_| now_us >= self.next_us && self.shown.is_ok()) {
+            self.next_us = now_us + SHOW_US;
+            self.shown = self.console.coloured_line(&line(status));
+        }
+    }
+
+    fn end(self, last: &BoardStatus) -> Result<(), CommandError> {
+        self.shown?;
+        self.console.coloured_line(&line(last))
+    }
+}
+
 impl<W: Wire> Link<W> {
-    /// Arms, drives, stops. Whatever happens, a Disarm is the last thing sent, and the board must confirm it.
+    /// Arms, drives, stops, and shows the status all the while. Whatever happens to a vehicle that this host may have
+    /// armed, a Disarm is the last thing sent, and the board must confirm it.
     ///
     /// # Errors
     /// A speed beyond the vehicle's largest; the board refuses to arm, falls silent, or leaves the armed state; the
     /// output is closed; the user asks to stop twice.
     pub fn drive<O: Write>(&mut self, drive: &DriveJob, console: &mut Console<O>) -> Result<(), CommandError> {
-        let status = self.drive_watching(drive, |_| {})?;
-        console.coloured_line(&line(&status))
+        let mut lines = Lines::new(console);
+        let status = self.drive_attended(drive, |link| {
+            lines.show(link.wire.now_us(), link.client.status.as_ref());
+            ControlFlow::Continue(())
+        })?;
+        lines.end(&status)
     }
 
-    /// As [`Link::drive`]; `watch` sees the newest status all the while that the vehicle is armed. Returns the last
-    /// status before the Disarm.
+    /// As [`Link::drive`], and writes the record of every tick to `out`, from the oldest that the board still has. An
+    /// output that takes no more stops the vehicle.
+    ///
+    /// # Errors
+    /// As [`Link::drive`]; `out` takes no more.
+    pub fn drive_recorded<R: Write, O: Write>(
+        &mut self,
+        drive: &DriveJob,
+        out: &mut RecordWriter<R>,
+        console: &mut Console<O>,
+    ) -> Result<Recorded, CommandError> {
+        let identity = match self.client.identity() {
+            Some(identity) => *identity,
+            None => self.identify()?,
+        };
+        let mut recorder = LinkRecording::default();
+        recorder.begin(self, identity)?;
+        // To ask for the parameters takes its time, in which no command would be sent: it is done before the vehicle arms.
+        let from_us = self.wire.now_us();
+        while !recorder.is_under_way() && self.wire.now_us() - from_us < RECORD_BEGINS_US {
+            self.listen()?;
+            recorder.take(self, out)?;
+        }
+        let mut lines = Lines::new(console);
+        let mut written = Ok(());
+        let driven = self.drive_attended(drive, |link| {
+            lines.show(link.wire.now_us(), link.client.status.as_ref());
+            if written.is_ok() {
+                written = recorder.take(link, out);
+            }
+            if written.is_ok() {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
+        });
+        written?;
+        let recorded = recorder.take(self, out).and_then(|()| recorder.end(self, out));
+        lines.end(&driven?)?;
+        recorded
+    }
+
+    /// As [`Link::drive`] without a word; `watch` sees the newest status all the while that the vehicle is armed. Returns
+    /// the last status before the Disarm.
     ///
     /// # Errors
     /// As [`Link::drive`].
     pub fn drive_watching(
         &mut self,
         drive: &DriveJob,
-        watch: impl FnMut(&BoardStatus),
+        mut watch: impl FnMut(&BoardStatus),
     ) -> Result<BoardStatus, CommandError> {
-        let driven = self.armed_drive(drive, watch);
+        self.drive_attended(drive, |link| {
+            if let Some(status) = &link.client.status {
+                watch(status);
+            }
+            ControlFlow::Continue(())
+        })
+    }
+
+    /// As [`Link::drive`]; `attend` is called all the while that the vehicle is armed, and may end the drive by a
+    /// controlled stop. Returns the last status before the Disarm.
+    fn drive_attended(
+        &mut self,
+        drive: &DriveJob,
+        attend: impl FnMut(&mut Self) -> ControlFlow<()>,
+    ) -> Result<BoardStatus, CommandError> {
+        let mut sent_us = None;
+        let driven = match self.arm(drive, &mut sent_us) {
+            Err(NotArmed::Stranger(error)) => return Err(error),
+            Err(NotArmed::Failed(error)) => Err(error),
+            Ok(()) => self.armed_drive(drive, &mut sent_us, attend),
+        };
         let disarmed = self.disarm();
         let status = driven?;
         disarmed?;
         Ok(status)
     }
 
-    /// Everything but the Disarm; returns the last status before it.
+    /// Commands standstill, and arms.
+    fn arm(&mut self, drive: &DriveJob, sent_us: &mut Option<u64>) -> Result<(), NotArmed> {
+        if let Err(error) = self.prepare(drive, sent_us) {
+            // The client forgets a board that does not know it.
+            return Err(match self.client.identity() {
+                None => NotArmed::Stranger(error),
+                Some(_) => NotArmed::Failed(error),
+            });
+        }
+        let answer = self.ask_while(Order::Request(Request::Arm), |link| link.command(0.0, 0.0, sent_us));
+        match answer.map_err(NotArmed::Failed)? {
+            Answer::Refused(Refusal::UnknownSession) => Err(NotArmed::Stranger(refused(Refusal::UnknownSession))),
+            Answer::Refused(refusal) => Err(NotArmed::Failed(refused(refusal))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Everything before the wish to arm.
+    fn prepare(&mut self, drive: &DriveJob, sent_us: &mut Option<u64>) -> Result<(), CommandError> {
+        self.check_limits(drive)?;
+        let from_us = self.wire.now_us();
+        loop {
+            let waited_us = self.wire.now_us() - from_us;
+            let calibrates = self
+                .client
+                .status
+                .is_some_and(|status| status.vehicle.blockers.contains(Blocker::NotCalibrated));
+            if waited_us >= NEUTRAL_US && !(calibrates && waited_us < CALIBRATION_US) {
+                return Ok(());
+            }
+            self.command(0.0, 0.0, sent_us)?;
+            self.listen()?;
+        }
+    }
+
+    /// Everything between Arm and Disarm; returns the last status before it.
     fn armed_drive(
         &mut self,
         drive: &DriveJob,
-        mut watch: impl FnMut(&BoardStatus),
+        sent_us: &mut Option<u64>,
+        mut attend: impl FnMut(&mut Self) -> ControlFlow<()>,
     ) -> Result<BoardStatus, CommandError> {
-        self.check_limits(drive)?;
-        let mut sent_us = None;
-        let neutral_from_us = self.wire.now_us();
-        while self.wire.now_us() - neutral_from_us < NEUTRAL_US {
-            self.command(0.0, 0.0, &mut sent_us)?;
-            self.listen()?;
-        }
-        let answer = self.ask_while(Order::Request(Request::Arm), |link| {
-            link.command(0.0, 0.0, &mut sent_us)
-        })?;
-        if let Answer::Refused(refusal) = answer {
-            return Err(refused(refusal));
-        }
         // What the board said before it armed is over.
         self.client.status = None;
         let from_us = self.wire.now_us();
         let drive_us = (drive.seconds * 1e6) as u64;
         while self.wire.now_us() - from_us < drive_us && self.interrupts() == 0 {
-            self.command(drive.speed_m_s, drive.yaw_rate_rad_s, &mut sent_us)?;
+            self.command(drive.speed_m_s, drive.yaw_rate_rad_s, sent_us)?;
             self.listen()?;
-            if let Some(status) = &self.client.status {
-                watch(status);
-            }
+            let goes_on = attend(self);
             self.check_armed()?;
+            if goes_on.is_break() {
+                break;
+            }
         }
-        self.stop(&mut sent_us, watch)?;
+        self.stop(sent_us, attend)?;
         self.fresh_status()
     }
 
     /// A controlled stop, which a second wish to stop cuts short.
-    fn stop(&mut self, sent_us: &mut Option<u64>, mut watch: impl FnMut(&BoardStatus)) -> Result<(), CommandError> {
+    fn stop(
+        &mut self,
+        sent_us: &mut Option<u64>,
+        mut attend: impl FnMut(&mut Self) -> ControlFlow<()>,
+    ) -> Result<(), CommandError> {
         let from_us = self.wire.now_us();
         let interrupts = self.interrupts();
         let mut moving_us = from_us;
@@ -152,9 +294,8 @@ impl<W: Wire> Link<W> {
             }
             self.command(0.0, 0.0, sent_us)?;
             self.listen()?;
-            if let Some(status) = &self.client.status {
-                watch(status);
-            }
+            // The vehicle stops already.
+            let _ = attend(self);
             self.check_armed()?;
             let stopped = self
                 .client
@@ -186,11 +327,12 @@ impl<W: Wire> Link<W> {
         if vehicle.mode == Mode::Armed {
             return Ok(());
         }
-        Err(CommandError::Checks(format!(
-            "the vehicle is {} by itself: {}",
-            vehicle.mode.name(),
-            vehicle.faults
-        )))
+        let mode = vehicle.mode.name();
+        Err(CommandError::Checks(if vehicle.faults.is_empty() {
+            format!("the vehicle is {mode}, without a fault: by the button on the board, or by another host")
+        } else {
+            format!("the vehicle is {mode} by itself: {}", vehicle.faults)
+        }))
     }
 
     /// The vehicle's own limits must allow the drive.

@@ -14,10 +14,11 @@ use crate::cli::record_file::writer::{RecordFormat, RecordWriter};
 /// # Errors
 /// As [`into_new_file`].
 pub fn into_new_record<R>(
+    flag: &str,
     path: &Path,
     record: impl FnOnce(&mut RecordWriter<&mut BufWriter<File>>) -> Result<R, CommandError>,
 ) -> Result<R, CommandError> {
-    into_new_file("--out", path, |out| {
+    into_new_file(flag, path, |out| {
         let mut writer = RecordWriter::new(RecordFormat::of(path), out);
         let recorded = record(&mut writer);
         let finished = writer.finish();

@@ -3,7 +3,7 @@
 use std::io::Write;
 
 use firmware::events::{Line, LogBlock};
-use firmware::protocol::message::{Order, Read, Reading};
+use firmware::protocol::message::{Identity, Order, Read, Reading};
 use firmware::records::codec::{RecordBlock, Records};
 use report::error::CommandError;
 use virtual_board::words::{event_words, is_trouble};
@@ -86,6 +86,99 @@ impl LogFollower {
     }
 }
 
+/// A recording under way: what of the board's words goes into the file, and what is still to be told there.
+#[derive(Debug, Default)]
+pub(super) struct LinkRecording {
+    recorded: Recorded,
+    story: StatusStory,
+    log: LogFollower,
+    /// Who the board is stands in front of its records; a file without a record stays empty.
+    unwritten: Option<Identity>,
+    /// The parameters in force go behind it.
+    untold_vehicle: bool,
+    /// Number of the next block, once there has been one: what went before the first is no loss.
+    next: Option<u32>,
+    /// Boot and number of the last status written.
+    last_status: Option<(u32, u32)>,
+}
+
+impl LinkRecording {
+    /// Asks the board that has just said who it is for its records, from the oldest that it still has.
+    ///
+    /// # Errors
+    /// The board refuses, or is silent.
+    pub(super) fn begin<W: Wire>(&mut self, link: &mut Link<W>, identity: Identity) -> Result<(), CommandError> {
+        self.unwritten = Some(identity);
+        link.client.records.clear();
+        link.order(Order::Recording { from: Some(0) })?;
+        self.next = None;
+        self.log = LogFollower::default();
+        Ok(())
+    }
+
+    /// Whether a record has come, and all that must stand before the next one.
+    pub(super) fn is_under_way(&self) -> bool {
+        self.unwritten.is_none() && !self.untold_vehicle
+    }
+
+    /// Writes what has come since the last time.
+    ///
+    /// # Errors
+    /// `out` takes no more.
+    pub(super) fn take<W: Wire, O: Write>(
+        &mut self,
+        link: &mut Link<W>,
+        out: &mut RecordWriter<O>,
+    ) -> Result<(), CommandError> {
+        while let Some(block) = link.client.records.pop_front() {
+            self.recorded.lost += self.next.map_or(0, |next| block.number.wrapping_sub(next));
+            self.next = Some(block.number.wrapping_add(1));
+            if let Some(identity) = self.unwritten.take() {
+                out.identity(&identity)?;
+                self.untold_vehicle = out.keeps_all();
+            }
+            self.recorded.write(block, out)?;
+        }
+        if std::mem::take(&mut self.untold_vehicle) {
+            // Meanwhile the client keeps the blocks. A board of other parameters is recorded without them.
+            if let Ok(parameters) = link.parameters() {
+                out.vehicle(vehicle_file::to_toml(&parameters))?;
+            }
+        }
+        if !out.keeps_all() || self.unwritten.is_some() || link.client.identity().is_none() {
+            return Ok(());
+        }
+        // The status stays where it is: others look at it too.
+        if let Some(status) = link.client.status
+            && self.last_status.replace((status.boot, status.sequence)) != Some((status.boot, status.sequence))
+        {
+            out.status(&status.vehicle)?;
+            self.story
+                .add(&status.vehicle)
+                .iter()
+                .try_for_each(|event| out.event(event))?;
+        }
+        self.log.follow(link, out)
+    }
+
+    /// Tells the board to send no more records, and writes the last lines of its log.
+    ///
+    /// # Errors
+    /// The board refuses or is silent, or `out` takes no more.
+    pub(super) fn end<W: Wire, O: Write>(
+        mut self,
+        link: &mut Link<W>,
+        out: &mut RecordWriter<O>,
+    ) -> Result<Recorded, CommandError> {
+        link.order(Order::Recording { from: None })?;
+        if out.keeps_all() && self.unwritten.is_none() {
+            self.story.ended().iter().try_for_each(|event| out.event(event))?;
+            link.log_from(self.log.from, |block, _| self.log.write(block, out))?;
+        }
+        Ok(self.recorded)
+    }
+}
+
 impl<W: Wire> Link<W> {
     /// Writes the stream of records to `out`, behind the board's identity, for `seconds` or until the user asks to stop;
     /// beside it, where the file keeps them, parameters, statuses, events and log. A board that boots meanwhile is asked
@@ -96,16 +189,8 @@ impl<W: Wire> Link<W> {
     pub fn record<O: Write>(&mut self, seconds: f64, out: &mut RecordWriter<O>) -> Result<Recorded, CommandError> {
         let from_us = self.wire.now_us();
         let length_us = (seconds * 1e6) as u64;
-        let mut recorded = Recorded::default();
-        let mut story = StatusStory::default();
-        let mut log = LogFollower::default();
+        let mut recorder = LinkRecording::default();
         let mut started = false;
-        // Who the board is stands in front of its records; a file without a record stays empty.
-        let mut unwritten = None;
-        // The parameters in force go behind it.
-        let mut untold_vehicle = false;
-        // Number of the next block, once there has been one: what went before the first is no loss.
-        let mut next: Option<u32> = None;
         while self.wire.now_us() - from_us < length_us && self.interrupts() == 0 {
             let Some(identity) = self.client.identity().copied() else {
                 self.identify()?;
@@ -113,46 +198,13 @@ impl<W: Wire> Link<W> {
                 continue;
             };
             if !started {
-                unwritten = Some(identity);
-                self.client.records.clear();
-                self.order(Order::Recording { from: Some(0) })?;
-                (started, next) = (true, None);
-                log = LogFollower::default();
+                recorder.begin(self, identity)?;
+                started = true;
             }
             self.listen()?;
-            while let Some(block) = self.client.records.pop_front() {
-                recorded.lost += next.map_or(0, |next| block.number.wrapping_sub(next));
-                next = Some(block.number.wrapping_add(1));
-                if let Some(identity) = unwritten.take() {
-                    out.identity(&identity)?;
-                    untold_vehicle = out.keeps_all();
-                }
-                recorded.write(block, out)?;
-            }
-            if std::mem::take(&mut untold_vehicle) {
-                // Meanwhile the client keeps the blocks. A board of other parameters is recorded without them.
-                if let Ok(parameters) = self.parameters() {
-                    out.vehicle(vehicle_file::to_toml(&parameters))?;
-                }
-            }
-            if !out.keeps_all() || unwritten.is_some() || self.client.identity().is_none() {
-                continue;
-            }
-            if let Some(status) = self.client.status.take() {
-                out.status(&status.vehicle)?;
-                story
-                    .add(&status.vehicle)
-                    .iter()
-                    .try_for_each(|event| out.event(event))?;
-            }
-            log.follow(self, out)?;
+            recorder.take(self, out)?;
         }
-        self.order(Order::Recording { from: None })?;
-        if out.keeps_all() && unwritten.is_none() {
-            story.ended().iter().try_for_each(|event| out.event(event))?;
-            self.log_from(log.from, |block, _| log.write(block, out))?;
-        }
-        Ok(recorded)
+        recorder.end(self, out)
     }
 
     /// Writes the look back to `out`, behind the board's identity.

@@ -13,7 +13,7 @@ use super::session::Link;
 use super::wire::Wire;
 
 /// How often the status is shown, us.
-const SHOW_US: u64 = 500_000;
+pub(super) const SHOW_US: u64 = 500_000;
 
 /// How much of the status is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

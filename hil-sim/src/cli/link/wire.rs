@@ -46,35 +46,66 @@ impl Port {
     /// # Errors
     /// [`CommandError::Input`]: there is no such port, or it is taken.
     pub fn open(name: &str) -> Result<Self, CommandError> {
-        let wrong = |error: &dyn std::fmt::Display| CommandError::Input(format!("--port {name}: {error}"));
+        let wrong = |why: &str| CommandError::Input(format!("--port {name}: {why}"));
         let port: Box<dyn Stream> = if let Some(address) = name.strip_prefix(TCP) {
             if !is_host_and_port(address) {
-                return Err(wrong(&"allowed is tcp:HOST:PORT, as tcp:127.0.0.1:5760"));
+                return Err(wrong("allowed is tcp:HOST:PORT, as tcp:127.0.0.1:5760"));
             }
-            let stream = TcpStream::connect(address).map_err(|error| wrong(&error))?;
+            let stream = TcpStream::connect(address).map_err(|error| match error.kind() {
+                ErrorKind::ConnectionRefused => {
+                    wrong("nobody listens there: `hil-sim serve` must run, and prints its ports")
+                }
+                _ => wrong(&error.to_string()),
+            })?;
             stream
                 .set_nodelay(true)
                 .and_then(|()| stream.set_read_timeout(Some(PATIENCE)))
                 .and_then(|()| stream.set_write_timeout(Some(PATIENCE)))
-                .map_err(|error| wrong(&error))?;
+                .map_err(|error| wrong(&error.to_string()))?;
             Box::new(stream)
         } else {
-            // What the system says of a file that is no terminal ("Not a typewriter") helps nobody.
-            if std::fs::metadata(name).is_ok_and(|there| there.is_file() || there.is_dir()) {
-                return Err(wrong(&"is no serial port"));
-            }
             let port = serialport::new(name, LINK_BAUD)
                 .timeout(PATIENCE)
                 .open()
-                .map_err(|error| wrong(&error))?;
+                .map_err(|error| wrong(&not_opened(name, &error)))?;
             // What came before the tool did is old.
-            port.clear(ClearBuffer::Input).map_err(|error| wrong(&error))?;
+            port.clear(ClearBuffer::Input)
+                .map_err(|error| wrong(&error.to_string()))?;
             Box::new(port)
         };
         Ok(Self {
             port,
             opened: Instant::now(),
         })
+    }
+}
+
+/// Why a name is no port that opens, and what to do about it.
+fn not_opened(name: &str, error: &serialport::Error) -> String {
+    if name.starts_with("ws:") {
+        return "a WebSocket is the console's way; this tool takes a serial port, or tcp:HOST:PORT".into();
+    }
+    // What the system says of a thing that is no terminal ("Not a typewriter") helps nobody.
+    if std::fs::metadata(name).is_ok() {
+        return match error.kind() {
+            serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
+                format!("{error}; on Linux, serial ports belong to a group, often `dialout`")
+            }
+            serialport::ErrorKind::NoDevice => format!("{error}; another program may have opened it"),
+            _ => "is no serial port".into(),
+        };
+    }
+    if is_host_and_port(name) {
+        return format!("no such port; a served board is {TCP}{name}");
+    }
+    let there: Vec<String> = serialport::available_ports()
+        .unwrap_or_default()
+        .into_iter()
+        .map(|port| port.port_name)
+        .collect();
+    match &there[..] {
+        [] => format!("{error}; this machine has no serial port"),
+        there => format!("{error}; this machine has {}", there.join(", ")),
     }
 }
 
@@ -93,12 +124,20 @@ fn is_passing(error: &io::Error) -> bool {
     )
 }
 
+/// What the system says of a port that is no more ("Broken pipe"), and what it means.
+fn gone(error: &io::Error) -> io::Error {
+    io::Error::new(
+        error.kind(),
+        format!("the port is gone ({error}): is the cable in, and the board powered?"),
+    )
+}
+
 impl Wire for Port {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         match self.port.write_all(bytes) {
             // A wire that takes nothing loses the frame; what that means, the board's silence tells.
             Err(error) if is_passing(&error) => Ok(()),
-            result => result,
+            result => result.map_err(|error| gone(&error)),
         }
     }
 
@@ -106,8 +145,11 @@ impl Wire for Port {
         match self.port.read(bytes) {
             Err(error) if is_passing(&error) => Ok(0),
             // A port that is read without waiting has nothing; a connection that has nothing to give is closed.
-            Ok(0) => Err(ErrorKind::UnexpectedEof.into()),
-            result => result,
+            Ok(0) => Err(io::Error::new(
+                ErrorKind::UnexpectedEof,
+                "the other end has closed the connection: is a board served at this port?",
+            )),
+            result => result.map_err(|error| gone(&error)),
         }
     }
 

@@ -90,12 +90,12 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         Quantity::Voltage => Input::voltage_step(&p, 0.0),
         Quantity::Reference => Input {
             u_max,
-            ..Input::reference_step(arguments.law.resolve(&p)?, 0.0)
+            ..Input::reference_step(arguments.law.resolve(&p, &vehicle.source)?, 0.0)
         },
     };
     let input = step.shaped(waveform, ramp_time);
     let found = critical(&p, &input, [phi, arguments.start.theta_rate0, 0.0], arguments.direction).map_err(|e| {
-        let (kp, kd) = (arguments.law.kp, arguments.law.kd);
+        let (kp, kd) = arguments.law.gains(&vehicle.source);
         CommandError::Input(format!("{e} (--zeta is {:?}, --kp is {kp}, --kd is {kd})", p.zeta))
     })?;
     let (si, value) = (Si::of(&vehicle.source), found.map(|c| c.value));

@@ -25,9 +25,10 @@ pub struct Arguments {
     /// Time the waveform takes to arrive, in time units
     #[arg(long, value_name = "T", default_value_t = 5.0, value_parser = finite, allow_hyphen_values = true)]
     ramp_time: f64,
-    /// Slopes in rad: first, last and how many (--beta is ignored)
-    #[arg(long, value_name = "MIN:MAX:N", default_value = "-0.4:0.7:41", value_parser = slope_range, allow_hyphen_values = true)]
-    slopes: SlopeRange,
+    /// Slopes in rad: first, last and how many (--beta is ignored); -0.4:0.7:41, as far as the vehicle can stand there, if
+    /// not given
+    #[arg(long, value_name = "MIN:MAX:N", value_parser = slope_range, allow_hyphen_values = true)]
+    slopes: Option<SlopeRange>,
     #[command(flatten)]
     output: OutputArguments,
 }
@@ -43,6 +44,19 @@ struct SlopeRange {
     first: f64,
     last: f64,
     count: usize,
+}
+
+impl SlopeRange {
+    /// The slopes of the thesis's figures, as far as the vehicle `p` can stand there (3.16).
+    fn of(p: &PlanarParameters<f64>) -> Self {
+        // On the limit itself the arm is level and any voltage turns it over.
+        let steepest = 0.95 * (p.alpha * p.l).min(1.0).asin();
+        Self {
+            first: (-0.4_f64).max(-steepest),
+            last: 0.7_f64.min(steepest),
+            count: 41,
+        }
+    }
 }
 
 /// The most slopes of one envelope.
@@ -85,7 +99,6 @@ struct EnvelopeRow {
 /// # Errors
 /// [`CommandError::Input`] on bad parameters.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let SlopeRange { first, last, count } = arguments.slopes;
     // The slopes stand in for --beta and for the slope of a [planar] file.
     let vehicle = PlanarArguments {
         beta: Some(0.0),
@@ -93,6 +106,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     };
     let vehicle = vehicle.resolve()?;
     let (p, si) = (vehicle.parameters, Si::of(&vehicle.source));
+    let SlopeRange { first, last, count } = arguments.slopes.unwrap_or_else(|| SlopeRange::of(&p));
     for beta in [first, last] {
         slope("--slopes", beta)?;
         require_static_equilibrium("--slopes", &PlanarParameters { beta, ..p })?;

@@ -68,7 +68,7 @@ struct EquilibriumJson {
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let vehicle = arguments.vehicle.resolve()?;
     let (p, si) = (vehicle.parameters, Si::of(&vehicle.source));
-    let law = arguments.law.resolve(&p)?;
+    let law = arguments.law.resolve(&p, &vehicle.source)?;
     let hold = p.beta.sin();
     let voltage = within("--voltage", arguments.voltage.unwrap_or(hold), LARGEST_INPUT)?;
     if p.zeta == 0.0 {
@@ -100,7 +100,12 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
                 format!("{:.6}{:+.6}i", z[0], z[1])
             }
         };
-        poles.iter().map(one).collect::<Vec<_>>().join(", ")
+        let all = poles.iter().map(one).collect::<Vec<_>>().join(", ");
+        if poles.iter().any(|z| z[0] > 0.0) {
+            format!("{all}: unstable")
+        } else {
+            all
+        }
     };
     let part = |poles: &[[f64; 2]], i: usize| poles.iter().map(|z| z[i]).collect::<Vec<f64>>();
     let columns = Columns::new()
@@ -132,7 +137,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     };
     for (name, poles) in [
         ("poles, open loop (1/s)", &outcome.poles_per_s),
-        ("poles under the law (1/s)", &outcome.poles_closed_per_s),
+        ("poles of Eq. 3.25 (1/s)", &outcome.poles_closed_per_s),
     ] {
         if let Some(poles) = poles.as_deref().filter(|poles| !poles.is_empty()) {
             report = report.line(name, text(poles));

@@ -86,29 +86,36 @@ pub fn require_static_equilibrium(name: &str, p: &PlanarParameters<f64>) -> Resu
 /// The gains of the speed law (3.25), corrected.
 #[derive(Debug, Clone, Args)]
 pub struct LawArguments {
-    /// Gain on theta' - theta'_ref
-    #[arg(long, default_value_t = 0.8, value_parser = finite, allow_hyphen_values = true)]
-    pub kp: f64,
-    /// Gain on phi', entering with a minus sign
-    #[arg(long, default_value_t = 10.0, value_parser = finite, allow_hyphen_values = true)]
-    pub kd: f64,
+    /// Gain on theta' - theta'_ref [default: the vehicle's, or 0.8]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    kp: Option<f64>,
+    /// Gain on phi', entering with a minus sign [default: the vehicle's, or 10]
+    #[arg(long, value_parser = finite, allow_hyphen_values = true)]
+    kd: Option<f64>,
     /// Damping assumed in the feed-forward; the vehicle's own if not given
     #[arg(long, value_name = "ZETA", value_parser = finite, allow_hyphen_values = true)]
     pub feed_forward: Option<f64>,
 }
 
 impl LawArguments {
-    /// The law for the vehicle `p`.
+    /// kp and kd, unchecked.
+    pub fn gains(&self, source: &Source) -> (f64, f64) {
+        let (kp, kd) = source.gains();
+        (self.kp.unwrap_or(kp), self.kd.unwrap_or(kd))
+    }
+
+    /// The law for the vehicle `p`, with the gains of the file where no flag gives them.
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the flag of a gain beyond the largest; unstable gains are allowed.
-    pub fn resolve(&self, p: &PlanarParameters<f64>) -> Result<SpeedLaw<f64>, CommandError> {
+    pub fn resolve(&self, p: &PlanarParameters<f64>, source: &Source) -> Result<SpeedLaw<f64>, CommandError> {
+        let (kp, kd) = self.gains(source);
         let feed_forward_zeta = gain("--feed-forward", self.feed_forward.unwrap_or(p.zeta))?;
         Ok(SpeedLaw {
             feed_forward_zeta,
             alpha_l: p.alpha * p.l,
-            kp: gain("--kp", self.kp)?,
-            kd: gain("--kd", self.kd)?,
+            kp: gain("--kp", kp)?,
+            kd: gain("--kd", kd)?,
         })
     }
 }

@@ -10,6 +10,7 @@ use crate::commands::planar_arguments::{LawArguments, PlanarArguments, StartArgu
 use crate::commands::si::{Si, WithUnits, beside};
 use crate::commands::span::SpanArguments;
 use crate::commands::values::{LARGEST_INPUT, LARGEST_START, available, finite, require, within};
+use crate::commands::vehicle_argument::Source;
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
 use report::plot::{Chart, Columns, Series};
@@ -63,7 +64,7 @@ Examples:
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let vehicle = arguments.vehicle.resolve()?;
     let p = vehicle.parameters;
-    let input = input(arguments, &p)?;
+    let input = input(arguments, &p, &vehicle.source)?;
     let start = [
         0.0,
         within("--phi0", arguments.start.phi(&vehicle)?, LARGEST_START)?,
@@ -93,12 +94,12 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     arguments.output.emit(&report(&outcome, si))
 }
 
-fn input(arguments: &Arguments, p: &PlanarParameters<f64>) -> Result<Input, CommandError> {
+fn input(arguments: &Arguments, p: &PlanarParameters<f64>, source: &Source) -> Result<Input, CommandError> {
     let (waveform, ramp_time) = arguments.shape.resolve()?;
     let u_max = available("--u-max", arguments.u_max)?;
     let step = match (arguments.voltage, arguments.reference) {
         (_, Some(reference)) => Input::reference_step(
-            arguments.law.resolve(p)?,
+            arguments.law.resolve(p, source)?,
             within("--reference", reference, LARGEST_INPUT)?,
         ),
         (Some(voltage), None) => Input::voltage_step(p, within("--voltage", voltage, LARGEST_INPUT)?),
@@ -122,11 +123,11 @@ fn report<'a>(outcome: &'a WithUnits<'a, PlanarRun>, si: Si) -> Report<'a, WithU
         ("friction", &run.friction),
         ("normal", &run.normal),
     ]);
-    let motion = Chart::new("Motion", "time", "rad, rad per time unit")
+    let motion = Chart::new("Motion", "time (1/w)", "rad, rad per time unit")
         .with(Series::new("phi", &run.t, &run.phi))
         .with(Series::new("theta'", &run.t, &run.theta_rate))
         .with(Series::new("phi'", &run.t, &run.phi_rate));
-    let forces = Chart::new("Contact forces over (M+m) g", "time", "force")
+    let forces = Chart::new("Contact forces", "time (1/w)", "force over (M+m) g")
         .with(Series::new("friction", &run.t, &run.friction))
         .with(Series::new("normal", &run.t, &run.normal));
     let coefficient = match run.friction_coefficient_required {

@@ -103,6 +103,14 @@ impl Source {
         }
     }
 
+    /// The gains kp and kd of Eq. 3.25: a whole vehicle's own, else those of the thesis's figures.
+    pub fn gains(&self) -> (f64, f64) {
+        self.whole_vehicle().map_or((0.8, 10.0), |vehicle| {
+            let control = vehicle.parameters().control;
+            (control.kp, control.kd)
+        })
+    }
+
     /// The vehicle in space, on the level, or with the slope of a `[planar]` file along the first axis.
     pub fn spatial(&self) -> SpatialParameters<f64> {
         let level = PlanarParameters {

@@ -223,7 +223,7 @@ impl Scenario {
             let reason = wrong_step(text).unwrap_or_else(|| error.to_string().trim_end().replace('\n', "\n  "));
             ScenarioError::Syntax { file, reason }
         })?;
-        scenario.check(file)?;
+        scenario.check(file).map_err(|error| error.at_line_of_step(text))?;
         Ok(scenario)
     }
 
@@ -313,16 +313,39 @@ impl Scenario {
     }
 }
 
-/// What is wrong with the first step that is none, with its line and its place among the steps.
-fn wrong_step(text: &str) -> Option<String> {
+/// The steps of a scenario, as they stand in its text.
+fn raw_steps(text: &str) -> Option<Vec<toml::Spanned<toml::Table>>> {
     #[derive(Deserialize)]
     struct Raw {
         #[serde(default)]
         step: Vec<toml::Spanned<toml::Table>>,
     }
-    let raw: Raw = toml::from_str(text).ok()?;
-    raw.step.into_iter().enumerate().find_map(|(i, step)| {
-        let line = 1 + text.get(..step.span().start)?.matches('\n').count();
+    Some(toml::from_str::<Raw>(text).ok()?.step)
+}
+
+/// The line in which a step begins, from 1.
+fn line_of(text: &str, step: &toml::Spanned<toml::Table>) -> Option<usize> {
+    Some(1 + text.get(..step.span().start)?.matches('\n').count())
+}
+
+impl ScenarioError {
+    /// With the line of the step that it is about, if it is about one.
+    fn at_line_of_step(mut self, text: &str) -> Self {
+        if let Self::Value { field, .. } = &mut self
+            && let Some((number, _)) = field.strip_prefix("step[").and_then(|rest| rest.split_once(']'))
+            && let Ok(number) = number.parse::<usize>()
+            && let Some(line) = raw_steps(text).and_then(|steps| line_of(text, steps.get(number)?))
+        {
+            *field = format!("line {line}: {field}");
+        }
+        self
+    }
+}
+
+/// What is wrong with the first step that is none, with its line and its place among the steps.
+fn wrong_step(text: &str) -> Option<String> {
+    raw_steps(text)?.into_iter().enumerate().find_map(|(i, step)| {
+        let line = line_of(text, &step)?;
         let reason = Step::try_from(step.into_inner()).err()?;
         Some(format!("line {line}: step[{i}]: {reason}"))
     })

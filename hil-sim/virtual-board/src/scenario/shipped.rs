@@ -41,13 +41,14 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     SHIPPED.iter().map(|(name, _)| *name)
 }
 
-/// The scenario in the file at `path`, or, if there is no such file, the shipped one of this name.
+/// The scenario in the file at `path`, or, if there is none, the shipped one of this name. A folder
+/// of that name, as `--out` makes it, is no file.
 ///
 /// # Errors
 /// The first thing wrong with it; for what is neither a file nor a name, the names.
 pub fn find(path: &Path) -> Result<Scenario, ScenarioError> {
     let name = path.to_str().unwrap_or_default();
-    if path.exists() || name.contains(['/', '\\', '.']) {
+    if (path.exists() && !path.is_dir()) || name.contains(['/', '\\', '.']) {
         return Scenario::read(path);
     }
     match SHIPPED.iter().find(|(shipped, _)| *shipped == name) {

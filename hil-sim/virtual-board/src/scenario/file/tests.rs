@@ -20,7 +20,11 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
         (&format!("{base}wings = 2\n"), vec!["unknown field `wings`"]),
         (
             &format!("{base}[[step]]\nat_s = 11.0\naction = \"arm\"\n"),
-            vec!["step[0].at_s = 11", "0 to 10"],
+            vec!["line 3: step[0].at_s = 11", "0 to 10"],
+        ),
+        (
+            &format!("{base}[[step]]\nat_s = 3.0\naction = \"arm\"\n\n[[step]]\nat_s = 1.0\naction = \"disarm\"\n"),
+            vec!["line 7: step[1].at_s = 1", "3 to 10"],
         ),
         (&format!("{base}[[step]]\nat_s = 1.0\naction = \"fly\"\n"), vec!["fly"]),
         (
