@@ -1,8 +1,12 @@
 //! Frames: `COBS(postcard(message) ++ CRC-16) ++ 0`.
 
+use core::ffi::CStr;
+
 use crc::{CRC_16_IBM_3740, Crc, Table};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+
+use super::stuffing::{stuff, unstuff};
 
 /// Longest frame on the wire, final zero included.
 pub const FRAME_MAX: usize = 512;
@@ -26,9 +30,7 @@ pub struct TooLong;
 /// # Errors
 /// [`TooLong`] if the message does not fit.
 pub fn encode(message: &impl Serialize) -> Result<Frame, TooLong> {
-    let mut room = [0; PAYLOAD_MAX];
-    let message = postcard::to_slice(message, &mut room).map_err(|_| TooLong)?;
-    frame(message)
+    framed(|room| Some(postcard::to_slice(message, room).ok()?.len()))
 }
 
 /// Puts the bytes of a message into a frame.
@@ -36,15 +38,31 @@ pub fn encode(message: &impl Serialize) -> Result<Frame, TooLong> {
 /// # Errors
 /// [`TooLong`] if they do not fit.
 pub fn frame(message: &[u8]) -> Result<Frame, TooLong> {
-    let mut payload = [0; PAYLOAD_MAX];
-    let body = payload.get_mut(..message.len() + CHECKSUM_LEN).ok_or(TooLong)?;
-    let (start, checksum) = body.split_at_mut_checked(message.len()).ok_or(TooLong)?;
-    start.copy_from_slice(message);
-    checksum.copy_from_slice(&CHECKSUM.checksum(message).to_le_bytes());
-    let mut wire = [0; FRAME_MAX];
-    let length = cobs::try_encode(body, wire.get_mut(..FRAME_MAX - 1).ok_or(TooLong)?).map_err(|_| TooLong)?;
-    // The byte after the encoding is the final zero.
-    Frame::from_slice(wire.get(..=length).ok_or(TooLong)?).map_err(|_| TooLong)
+    framed(|room| {
+        room.get_mut(..message.len())?.copy_from_slice(message);
+        Some(message.len())
+    })
+}
+
+/// The frame of the message that `write` puts into the room for it; `write` returns the message's length.
+fn framed(write: impl FnOnce(&mut [u8]) -> Option<usize>) -> Result<Frame, TooLong> {
+    let mut frame = Frame::from_array([0; FRAME_MAX]);
+    let length = fill(&mut frame, write).ok_or(TooLong)?;
+    frame.truncate(length);
+    Ok(frame)
+}
+
+/// Fills `wire` with a frame, as [`framed`]; returns the frame's length.
+fn fill(wire: &mut [u8], write: impl FnOnce(&mut [u8]) -> Option<usize>) -> Option<usize> {
+    // The byte before the message is the stuffing's.
+    let payload = wire.get_mut(1..=PAYLOAD_MAX)?;
+    let length = write(payload.get_mut(..PAYLOAD_MAX - CHECKSUM_LEN)?)?;
+    let (message, rest) = payload.split_at_mut_checked(length)?;
+    let checksum = CHECKSUM.checksum(message).to_le_bytes();
+    *rest.first_chunk_mut()? = checksum;
+    let end = stuff(wire, length + CHECKSUM_LEN)?;
+    *wire.get_mut(end)? = 0;
+    Some(end + 1)
 }
 
 /// What a byte completed.
@@ -113,7 +131,11 @@ impl Decoder {
     /// ```
     pub fn next_of<T: DeserializeOwned>(&mut self, bytes: &mut &[u8]) -> Option<Received<T>> {
         loop {
-            let part = bytes.split_inclusive(|byte| *byte == 0).next()?;
+            if bytes.is_empty() {
+                return None;
+            }
+            // A C string ends with a zero too, and its search looks at whole words.
+            let part = CStr::from_bytes_until_nul(bytes).map_or(*bytes, CStr::to_bytes_with_nul);
             *bytes = bytes.get(part.len()..).unwrap_or_default();
             let (begun, finished) = match part {
                 [begun @ .., 0] => (begun, true),
@@ -161,10 +183,8 @@ impl Default for Decoder {
 /// The message of one frame (without its final zero), if it is good: right stuffing, right checksum,
 /// and nothing left over.
 fn decode<T: DeserializeOwned>(frame: &mut [u8]) -> Option<T> {
-    let length = cobs::decode_in_place(frame).ok()?;
-    let (message, checksum) = frame
-        .get(..length)?
-        .split_at_checked(length.checked_sub(CHECKSUM_LEN)?)?;
+    let payload = unstuff(frame)?;
+    let (message, checksum) = payload.split_at_checked(payload.len().checked_sub(CHECKSUM_LEN)?)?;
     if CHECKSUM.checksum(message).to_le_bytes() != checksum {
         return None;
     }

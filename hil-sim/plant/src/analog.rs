@@ -97,10 +97,14 @@ impl AnalogConverter {
                 }
             }
         }
-        values.with(&self.scales, |value, scale| {
+        // A stream of its own while the numbers are drawn: its state stays in registers.
+        let mut noise = self.noise.clone();
+        let counts = values.with(&self.scales, |value, scale| {
             // Rounded to the nearest: cut after half a count, which a negative number saturates to 0.
-            (scale.counts(value) + NOISE_COUNTS * self.noise.normal() + 0.5) as u16
-        })
+            (scale.counts(value) + NOISE_COUNTS * noise.normal() + 0.5) as u16
+        });
+        self.noise = noise;
+        counts
     }
 }
 

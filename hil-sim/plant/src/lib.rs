@@ -144,6 +144,7 @@ impl Plant {
     }
 
     /// The bridges as the motors feel them.
+    #[inline]
     fn connected(&self, bridges: &[BridgeState; MOTORS]) -> [BridgeState; MOTORS] {
         let mut bridges = *bridges;
         if !self.has_spar {

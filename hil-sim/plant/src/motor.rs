@@ -80,6 +80,31 @@ struct Armature {
     mean_conductance: f64,
 }
 
+impl Armature {
+    /// E and P of a substep of `step` seconds.
+    fn over(step: f64, resistance: f64, inductance: f64) -> Self {
+        let (decay, share) = if inductance > 0.0 {
+            let ratio = step * resistance / inductance;
+            (libm::exp(-ratio), -libm::expm1(-ratio) / ratio)
+        } else {
+            (0.0, 0.0)
+        };
+        Self {
+            step,
+            decay,
+            share,
+            end_conductance: (1.0 - decay) / resistance,
+            mean_conductance: (1.0 - share) / resistance,
+        }
+    }
+
+    /// The mean current from `current` on, at `volts` against a back-EMF of `emf`.
+    #[inline]
+    fn average(&self, current: f64, volts: f64, emf: f64) -> f64 {
+        (volts - emf) * self.mean_conductance + current * self.share
+    }
+}
+
 /// How the motor behaves within one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum CurrentLaw {
@@ -143,37 +168,34 @@ impl DcMotor {
         }
     }
 
-    /// Works out E and P of a substep of `h` seconds.
+    /// Makes the armature that of a substep of `h` seconds.
     #[inline]
     fn prepare(&mut self, h: f64) {
-        if self.armature.step == h {
-            return;
+        if self.armature.step != h {
+            self.look_ahead(h);
+            core::mem::swap(&mut self.armature, &mut self.other);
         }
-        // Two lengths may take turns: that of the substeps, and that of a look ahead.
-        core::mem::swap(&mut self.armature, &mut self.other);
+    }
+
+    /// The armature over `h`. Two lengths may take turns: that of the substeps, and that of a look ahead.
+    #[inline]
+    fn look_ahead(&mut self, h: f64) -> &Armature {
         if self.armature.step == h {
-            return;
+            return &self.armature;
         }
-        let (decay, share) = if self.inductance > 0.0 {
-            let ratio = h * self.resistance / self.inductance;
-            (libm::exp(-ratio), -libm::expm1(-ratio) / ratio)
-        } else {
-            (0.0, 0.0)
-        };
-        self.armature = Armature {
-            step: h,
-            decay,
-            share,
-            end_conductance: (1.0 - decay) / self.resistance,
-            mean_conductance: (1.0 - share) / self.resistance,
-        };
+        if self.other.step != h {
+            self.other = Armature::over(h, self.resistance, self.inductance);
+        }
+        &self.other
     }
 
     /// Mean current through the bridge over the next `h` seconds, if the joint's mean rate is `rate`. What
     /// [`Battery::terminal_v`] worked out for the same `h` is used.
-    pub fn mean_current_after(&self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> f64 {
+    #[inline]
+    pub fn mean_current_after(&mut self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> f64 {
         if let BridgeState::Duty(duty) = bridge {
-            let mean = self.average_current(duty * battery_v, self.back_emf * rate);
+            let (current, emf) = (self.current, self.back_emf * rate);
+            let mean = self.look_ahead(h).average(current, duty * battery_v, emf);
             return mean.max(-self.chop_a).min(self.chop_a);
         }
         let mut ahead = self.clone();
@@ -186,7 +208,11 @@ impl DcMotor {
     /// the joint's rate `rate`; `last_v` tells whether the bridge will chop.
     #[inline]
     fn battery_load(&mut self, h: f64, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
-        self.prepare(h);
+        let Armature {
+            share,
+            mean_conductance: conductance,
+            ..
+        } = *self.look_ahead(h);
         let duty = match bridge {
             BridgeState::Duty(duty) => duty,
             BridgeState::Shorted(duty) if duty != 0.0 => {
@@ -194,14 +220,13 @@ impl DcMotor {
             }
             _ => return (0.0, 0.0),
         };
-        let conductance = self.armature.mean_conductance;
         let emf = self.back_emf * rate;
-        let rest = self.current * self.armature.share - emf * conductance;
+        let rest = self.current * share - emf * conductance;
         let mean = rest + duty * last_v * conductance;
         if mean.abs() > self.chop_a {
             let limit = self.chop_a.copysign(mean);
-            let share = ((emf + self.resistance * limit) / last_v).clamp(-1.0, 1.0);
-            return (share * limit, 0.0);
+            let through = ((emf + self.resistance * limit) / last_v).clamp(-1.0, 1.0);
+            return (through * limit, 0.0);
         }
         (duty * rest, duty * duty * conductance)
     }
@@ -312,6 +337,6 @@ impl DcMotor {
     }
 
     fn average_current(&self, volts: f64, emf: f64) -> f64 {
-        (volts - emf) * self.armature.mean_conductance + self.current * self.armature.share
+        self.armature.average(self.current, volts, emf)
     }
 }

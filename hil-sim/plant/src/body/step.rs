@@ -86,11 +86,29 @@ impl Body {
 
         let rates = joint_rates(&u);
         // The forces act at the mean speeds, foretold by the change in the substep before.
-        let mut change: Speeds = core::array::from_fn(|i| h * self.acceleration[i]);
-        if let Some(change) = self.roll(h, (&c, &contacts), joints, weights, &rates, &change) {
-            self.finish(h, ground, heading.sin_cos, &change, true);
-            return;
-        }
+        let foretold: Speeds = core::array::from_fn(|i| h * self.acceleration[i]);
+        let rolled = self.roll(h, (&c, &contacts), joints, weights, &rates, &foretold);
+        let (change, grounded) = match rolled {
+            Some(change) => (change, true),
+            None => self.find_contacts(h, (&c, &contacts), joints, weights, &rates, &foretold),
+        };
+        self.finish(h, ground, heading.sin_cos, &change, grounded);
+    }
+
+    /// The changes of the speeds for any vehicle on any ground, and whether the axle is on it.
+    // Apart from the way of a vehicle that rolls, which nearly every substep goes.
+    #[inline(never)]
+    fn find_contacts(
+        &mut self,
+        h: f64,
+        (c, contacts): (&Configuration, &Contacts),
+        joints: &[JointTorque; MOTORS],
+        weights: [f64; MOTORS],
+        rates: &[f64; MOTORS],
+        foretold: &Speeds,
+    ) -> (Speeds, bool) {
+        let u = self.speed;
+        let mut change = *foretold;
         self.rolled = false;
         let predicted = self.position[LIFT] + h * u[LIFT];
         let mut assumed = Assumed {
@@ -105,9 +123,9 @@ impl Body {
             let mean: Speeds = core::array::from_fn(|i| u[i] + 0.5 * change[i]);
             let substep = Substep {
                 h,
-                configuration: &c,
-                contacts: &contacts,
-                joints: self.joint_terms(h, joints, &rates, weights, (&assumed.branches, &assumed.gears), secant),
+                configuration: c,
+                contacts,
+                joints: self.joint_terms(h, joints, rates, weights, (&assumed.branches, &assumed.gears), secant),
                 bearing: self.spar_bearing(h),
                 impulse: c.forces(&self.inertia, &mean, &self.gravity).map(|force| h * force),
             };
@@ -143,7 +161,7 @@ impl Body {
                 assumed.branches[i] = branch;
             }
             let forces: [[f64; 2]; 2] = core::array::from_fn(|i| laws[i].force(slip[i]));
-            let found = self.share_normal(h, &c, &contacts, push, forces, &change, &u);
+            let found = self.share_normal(h, c, contacts, push, forces, &change, &u);
             for i in 0..2 {
                 // A bound that was wrong matters to a wheel that slides, or had none.
                 let slides = assumed.wheels[i] != ContactMode::Stick;
@@ -166,7 +184,7 @@ impl Body {
         }
         self.wheel_modes = assumed.wheels;
         self.gear_modes = assumed.gears;
-        self.finish(h, ground, heading.sin_cos, &change, assumed.grounded);
+        (change, assumed.grounded)
     }
 
     /// Viscous damping of each motor's joint that is not the motor's.

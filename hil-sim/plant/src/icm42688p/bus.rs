@@ -38,6 +38,8 @@ impl Icm42688pModel {
     }
 
     /// Bytes each way while the chip is selected: as [`Self::exchange`] one after the other.
+    // A call, so that a caller's bytes are bytes in memory and not one register each.
+    #[inline(never)]
     pub fn exchange_all(&mut self, bytes: &mut [u8]) {
         let Some((first, rest)) = bytes.split_first_mut() else {
             return;

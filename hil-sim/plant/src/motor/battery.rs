@@ -17,6 +17,7 @@ impl Battery {
     /// Terminal voltage over a substep of `h` seconds while `motors` take what their `bridges` let
     /// through at the joints' `rates`: solved together, so that regeneration and sag of any resistance
     /// are stable. `last_v` is that of the substep before.
+    #[inline]
     pub fn terminal_v<const N: usize>(
         &self,
         h: f64,

@@ -96,19 +96,26 @@ impl World {
     }
 
     /// Lets the plant catch up with the clock, the bridges held as they are.
+    #[inline]
     pub fn sync(&mut self, now_us: u64) {
         if self.break_input() {
             self.trip();
         }
         if now_us > self.synced_us {
-            self.plant
-                .advance((now_us - self.synced_us) as f64 * 1e-6, &self.bridges);
-            self.synced_us = now_us;
-            if !self.plant.powers_board() {
-                // A bridge without its controller is open.
-                self.unpowered = true;
-                self.bridges = [BridgeState::Open; MOTORS];
-            }
+            self.catch_up(now_us);
+        }
+    }
+
+    /// Advances the plant. Apart, as of the hardware's many calls within one instant only the first gets here.
+    #[inline(never)]
+    fn catch_up(&mut self, now_us: u64) {
+        self.plant
+            .advance((now_us - self.synced_us) as f64 * 1e-6, &self.bridges);
+        self.synced_us = now_us;
+        if !self.plant.powers_board() {
+            // A bridge without its controller is open.
+            self.unpowered = true;
+            self.bridges = [BridgeState::Open; MOTORS];
         }
     }
 
@@ -286,23 +293,30 @@ impl ErrorType for VirtualImu {
     type Error = Infallible;
 }
 
-/// Frames that go through the bus at once: no burst of the firmware is longer.
+/// Frames that go through the bus at once: the firmware's burst.
 const BURST_FRAMES: usize = 8;
 
-/// Exchanges frames with the part; a bus without a part floats high. A frame's high byte goes first.
-fn exchange_frames(mut chip: Option<&mut Icm42688pModel>, frames: &mut [u16]) {
-    for frames in frames.chunks_mut(BURST_FRAMES) {
-        let mut bytes = [0xFF; 2 * BURST_FRAMES];
-        if let Some(chip) = &mut chip {
-            for (pair, frame) in bytes.chunks_exact_mut(2).zip(&*frames) {
-                pair.copy_from_slice(&frame.to_be_bytes());
-            }
-            chip.exchange_all(&mut bytes[..2 * frames.len()]);
-        }
-        for (pair, frame) in bytes.chunks_exact(2).zip(frames) {
-            *frame = u16::from_be_bytes([pair[0], pair[1]]);
-        }
+/// Exchanges frames with the part; a bus without a part floats high.
+fn exchange_frames(chip: Option<&mut Icm42688pModel>, frames: &mut [u16]) {
+    let Some(chip) = chip else {
+        frames.fill(u16::MAX);
+        return;
+    };
+    let (bursts, rest) = frames.as_chunks_mut::<BURST_FRAMES>();
+    for burst in bursts {
+        exchange_burst(chip, burst);
     }
+    for frame in rest {
+        exchange_burst(chip, std::array::from_mut(frame));
+    }
+}
+
+/// Exchanges so many frames; a frame's high byte goes first.
+#[inline]
+fn exchange_burst<const FRAMES: usize>(chip: &mut Icm42688pModel, frames: &mut [u16; FRAMES]) {
+    let mut bytes = frames.map(u16::to_be_bytes);
+    chip.exchange_all(bytes.as_flattened_mut());
+    *frames = bytes.map(u16::from_be_bytes);
 }
 
 impl SpiDevice<u16> for VirtualImu {

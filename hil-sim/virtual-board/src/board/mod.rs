@@ -138,6 +138,10 @@ impl VirtualBoard {
     }
 
     /// Starts the firmware's tasks as a reset does.
+    // A call of its own, as the tasks and topics pass 100 KiB through its frame: within a run's every millisecond that
+    // would touch each page of them.
+    #[cold]
+    #[inline(never)]
     fn start(&mut self, cause: ResetCause) -> Result<(), VirtualBoardError> {
         let (topics, hardware) = (self.topics.clone(), self.hardware.clone());
         let (to_board, from_board) = (self.to_board.clone(), self.from_board.clone());
@@ -191,6 +195,8 @@ impl VirtualBoard {
 
     /// Holds the board in reset until its supply is back and then boots it, or until `until_us`; says
     /// whether it runs.
+    #[cold]
+    #[inline(never)]
     fn wait_for_supply(&mut self, until_us: u64) -> bool {
         // The tasks stop where they are; the clock and the world go on.
         self.executor = Executor::default();

@@ -25,8 +25,6 @@ struct Clock {
     taken: Cell<bool>,
     /// One for each task that has ever waited: some ten.
     alarms: RefCell<Vec<Alarm>>,
-    /// When the first alarm is due, or earlier.
-    next_us: Cell<u64>,
 }
 
 impl Clock {
@@ -49,14 +47,23 @@ thread_local! {
     /// The time: apart from the clock's other parts because it is read some forty times each millisecond, and a number
     /// needs no destructor, which every access would look for.
     static NOW_US: Cell<u64> = const { Cell::new(0) };
+    /// When the first alarm is due, or earlier; apart for the same reason.
+    static NEXT_US: Cell<u64> = const { Cell::new(u64::MAX) };
     static CLOCK: Clock =
         const {
             Clock {
                 taken: Cell::new(false),
                 alarms: RefCell::new(Vec::new()),
-                next_us: Cell::new(u64::MAX),
             }
         };
+}
+
+/// A task waits for the first time.
+#[cold]
+#[inline(never)]
+fn add_alarm(alarms: &mut Vec<Alarm>, waker: &Waker, due_us: u64) {
+    let waker = waker.clone();
+    alarms.push(Alarm { waker, due_us });
 }
 
 struct ThreadClock;
@@ -71,13 +78,10 @@ impl Driver for ThreadClock {
             let mut alarms = clock.alarms.borrow_mut();
             match alarms.iter_mut().find(|alarm| alarm.waker.will_wake(waker)) {
                 Some(alarm) => alarm.due_us = alarm.due_us.min(at),
-                None => alarms.push(Alarm {
-                    waker: waker.clone(),
-                    due_us: at,
-                }),
+                None => add_alarm(&mut alarms, waker, at),
             }
-            clock.next_us.set(clock.next_us.get().min(at));
         });
+        NEXT_US.set(NEXT_US.get().min(at));
     }
 }
 
@@ -119,22 +123,19 @@ impl VirtualTime {
     }
 
     /// Wakes what is due and returns when the next alarm is due (`u64::MAX` if none is set).
+    #[inline]
     pub fn next_alarm_us(&self) -> u64 {
-        CLOCK.with(|clock| {
-            if clock.next_us.get() <= NOW_US.get() {
-                clock.next_us.set(clock.ring());
-            }
-            clock.next_us.get()
-        })
+        if NEXT_US.get() <= NOW_US.get() {
+            NEXT_US.set(CLOCK.with(Clock::ring));
+        }
+        NEXT_US.get()
     }
 
     /// Sets the clock to 0 and forgets every alarm, as a reset does: whoever set one is gone.
     pub fn restart(&self) {
         NOW_US.set(0);
-        CLOCK.with(|clock| {
-            clock.next_us.set(u64::MAX);
-            clock.alarms.borrow_mut().clear();
-        });
+        NEXT_US.set(u64::MAX);
+        CLOCK.with(|clock| clock.alarms.borrow_mut().clear());
     }
 
     /// Moves the clock forward.

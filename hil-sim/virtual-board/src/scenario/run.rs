@@ -177,7 +177,7 @@ impl Observer {
             client,
             modes: [Mode::Disarmed; 3],
             commanded: [0.0; 2],
-            truths: VecDeque::with_capacity(TRUTHS + 1),
+            truths: VecDeque::with_capacity(TRUTHS),
             last_tick: None,
             mode: None,
         }
@@ -188,14 +188,14 @@ impl Observer {
         let Observation {
             now_us,
             booted_us,
-            truth,
+            ref truth,
             bridges_on,
             received,
         } = observation;
-        self.truths.push_back((now_us, truth));
-        if self.truths.len() > TRUTHS {
+        if self.truths.len() == TRUTHS {
             self.truths.pop_front();
         }
+        self.truths.push_back((now_us, *truth));
         self.client.receive(now_us, &self.wire.pass(ms, received));
         let counts = &mut self.counts;
         if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, counts.emergency_stop_ms) {
@@ -210,7 +210,7 @@ impl Observer {
             self.mode = Some(status.mode);
             // The board's clock starts at each of its boots; a run has one time.
             status.time_us += booted_us;
-            let truth = truth_at(&self.truths, status.time_us).unwrap_or(truth);
+            let truth = truth_at(&self.truths, status.time_us).unwrap_or(*truth);
             self.modes = [self.modes[1], self.modes[2], status.mode];
             sink(&TraceRow {
                 commanded: self.commanded,

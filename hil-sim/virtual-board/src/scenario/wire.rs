@@ -146,7 +146,8 @@ impl FaultyWire {
 
     /// Takes bytes in at `now_ms` and gives those that come out.
     pub fn pass(&mut self, now_ms: u64, bytes: Vec<u8>) -> Vec<u8> {
-        if self.is_clear() {
+        let idle = bytes.is_empty() && self.under_way.is_empty();
+        if idle || self.is_clear() {
             return bytes;
         }
         for byte in bytes {

@@ -1,0 +1,142 @@
+//! Byte stuffing without moving bytes: COBS (Cheshire and Baker 1999, "Consistent Overhead Byte Stuffing"), in place.
+//!
+//! A stuffed message is the message with a byte before it. Every zero, and the byte before the message, holds the
+//! distance to the next zero or to the end. So only the zeros are written, either way. The exception is a run of 254
+//! bytes without a zero: its distance is 255, and one byte more follows it, which was no zero.
+
+/// The distance that ends at no zero.
+const FULL: u8 = 255;
+
+/// Stuffs the message in `wire[1..=length]`; the bytes after it take what stuffing adds. Returns the length of the
+/// stuffed message, which begins at `wire[0]`; `None` if there is no room.
+pub fn stuff(wire: &mut [u8], length: usize) -> Option<usize> {
+    let mut end = length.checked_add(1)?;
+    let mut start = 0;
+    while let Some(full) = chain(wire.get_mut(start..end)?) {
+        start += full;
+        if start == end {
+            break;
+        }
+        end += 1;
+        let rest = wire.get_mut(start..end)?;
+        rest.copy_within(..rest.len().checked_sub(1)?, 1);
+    }
+    Some(end)
+}
+
+/// Writes the distances of the first byte and of the zeros; stops after a run of 254 bytes and returns its end.
+fn chain(bytes: &mut [u8]) -> Option<usize> {
+    let (mut holder, rest) = bytes.split_first_mut()?;
+    let mut distance = 1;
+    for (passed, byte) in rest.iter_mut().enumerate() {
+        if *byte == 0 {
+            *holder = distance;
+            holder = byte;
+            distance = 1;
+        } else {
+            distance += 1;
+            if distance == FULL {
+                *holder = FULL;
+                return Some(passed + 2);
+            }
+        }
+    }
+    *holder = distance;
+    None
+}
+
+/// The message of a stuffed one, in its place; `None` if a distance leads nowhere.
+pub fn unstuff(stuffed: &mut [u8]) -> Option<&mut [u8]> {
+    let mut distance = *stuffed.first()?;
+    let (mut at, mut end) = (0, stuffed.len());
+    loop {
+        let next = at + usize::from(distance);
+        if distance == 0 || next > end {
+            return None;
+        }
+        if next == end {
+            return stuffed.get_mut(1..end);
+        }
+        let holder = stuffed.get_mut(next)?;
+        let full = distance == FULL;
+        distance = *holder;
+        if full {
+            stuffed.get_mut(next..end)?.copy_within(1.., 0);
+            end -= 1;
+            at = next - 1;
+        } else {
+            *holder = 0;
+            at = next;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn stuffed(message: &[u8]) -> Vec<u8> {
+        let mut wire = std::vec![0; cobs::max_encoding_length(message.len()) + 1];
+        wire[1..=message.len()].copy_from_slice(message);
+        let length = stuff(&mut wire, message.len()).expect("room");
+        wire.truncate(length);
+        wire
+    }
+
+    /// Messages with few zeros or many, around the lengths at which a run is full.
+    fn messages() -> impl Strategy<Value = Vec<u8>> {
+        let byte = prop_oneof![
+            Just(prop_oneof![3 => Just(0_u8), 1 => any::<u8>()].boxed()),
+            Just(prop_oneof![1 => Just(0_u8), 300 => 1..=255_u8].boxed()),
+            Just((1..=255_u8).boxed()),
+        ];
+        (byte, prop_oneof![0..12_usize, 250..260_usize, 500..520_usize])
+            .prop_flat_map(|(byte, length)| proptest::collection::vec(byte, length))
+    }
+
+    proptest! {
+        /// As the crate `cobs` stuffs, and back.
+        #[test]
+        fn a_message_is_stuffed_as_another_program_stuffs_it(message in messages()) {
+            let mut wire = stuffed(&message);
+            let mut other = std::vec![0; cobs::max_encoding_length(message.len())];
+            let length = cobs::encode(&message, &mut other);
+            prop_assert_eq!(&wire[..], &other[..length]);
+            prop_assert_eq!(unstuff(&mut wire), Some(&mut message.clone()[..]));
+        }
+
+        /// Any bytes without a zero: the crate's message or the crate's refusal.
+        #[test]
+        fn bytes_are_taken_as_another_program_takes_them(
+            mut bytes in proptest::collection::vec(prop_oneof![3 => 1..8_u8, 1 => 1..=255_u8], 0..700),
+        ) {
+            let mut other = bytes.clone();
+            let found = cobs::decode_in_place(&mut other).ok();
+            let message = unstuff(&mut bytes).map(|message| message.to_vec());
+            prop_assert_eq!(message, found.map(|length| other[..length].to_vec()));
+        }
+    }
+
+    #[test]
+    fn a_run_of_254_bytes_takes_a_byte_more_unless_it_ends_the_message() {
+        for (length, added) in [(253, 1), (254, 1), (255, 2), (508, 2), (509, 3)] {
+            let mut wire = stuffed(&std::vec![7; length]);
+            assert_eq!(wire.len(), length + added, "{length}");
+            assert_eq!(unstuff(&mut wire), Some(&mut std::vec![7; length][..]));
+        }
+    }
+
+    #[test]
+    fn a_message_without_room_and_a_zero_among_the_distances_are_refused() {
+        assert_eq!(stuff(&mut [0, 7, 7], 3), None);
+        assert_eq!(stuff(&mut [7; 256], 255), None);
+        assert_eq!(stuff(&mut [7; 8], usize::MAX), None);
+        assert_eq!(unstuff(&mut []), None);
+        assert_eq!(unstuff(&mut [2, 7, 0, 1]), None);
+        assert_eq!(unstuff(&mut [3, 7]), None);
+    }
+}
