@@ -26,6 +26,37 @@ fn a_folder_is_no_scenario() {
     assert!(output.status.success(), "{}", stderr(&output));
 }
 
+/// A disk that is full ends the record of a run; what is there replays.
+#[cfg(unix)]
+#[test]
+fn what_a_full_disk_took_of_a_record_replays() {
+    let place = folder("full-disk");
+    for name in ["run.mcap", "run.records"] {
+        let file = place.join(name);
+        let _ = std::fs::remove_file(&file);
+        // No file may grow beyond 200 blocks here, which a write is told as an error.
+        let limits = "trap '' XFSZ; ulimit -f 200; exec \"$0\" drive kerb --no-bounds --json --record \"$1\"";
+        let output = Command::new("sh")
+            .args(["-c", limits, env!("CARGO_BIN_EXE_hil-sim"), name])
+            .current_dir(&place)
+            .output()
+            .expect("runs");
+        assert_ne!(output.status.code(), Some(0), "{name}");
+        assert!(
+            stderr(&output).contains("File too large"),
+            "{name}: {}",
+            stderr(&output)
+        );
+        let replay = hil_sim(&["replay", file.to_str().expect("utf-8")]);
+        let text = String::from_utf8_lossy(&replay.stdout).into_owned();
+        assert!(
+            replay.status.success() && text.contains("bit for bit"),
+            "{name}: {text} {}",
+            stderr(&replay)
+        );
+    }
+}
+
 #[test]
 fn drive_writes_its_report_and_says_where() {
     let out = folder("drive");

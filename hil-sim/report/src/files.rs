@@ -80,6 +80,22 @@ impl NewFile {
     }
 }
 
+impl NewFile {
+    /// Gives the file its name although it could not be completed: what a full disk has taken is kept. A file without a
+    /// byte leaves nothing behind.
+    pub fn keep(mut self) {
+        let _ = self.part.flush();
+        let (part, _) = self.part.into_parts();
+        if part.as_file().metadata().is_ok_and(|file| file.len() > 0) {
+            let _ = if self.replaces {
+                part.persist(&self.path)
+            } else {
+                part.persist_noclobber(&self.path)
+            };
+        }
+    }
+}
+
 impl Write for NewFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         self.part.write(bytes)

@@ -45,29 +45,34 @@ impl RunRecord {
         Ok(Some(Self { file, format }))
     }
 
-    /// Writes the whole record of a board that was told of `vehicle`; the file.
+    /// Writes the whole record of a board that was told of `vehicle`; the file. What a full disk took of it is kept.
     ///
     /// # Errors
     /// [`CommandError`]: what cannot be written.
     pub fn write(
-        self,
+        mut self,
         vehicle: &Vehicle<f32>,
         records: &[FlightRecord],
         log: &[String],
         events: &[StoryEvent],
     ) -> Result<PathBuf, CommandError> {
-        let mut out = RecordWriter::new(self.format, self.file);
-        write_run(
-            &mut out,
-            &RecordedRun {
-                vehicle,
-                identity: None,
-                records,
-                log,
-                events: Some(events),
-            },
-        )?;
-        out.finish()?.finish()
+        let run = RecordedRun {
+            vehicle,
+            identity: None,
+            records,
+            log,
+            events: Some(events),
+        };
+        let mut out = RecordWriter::new(self.format, &mut self.file);
+        let written = write_run(&mut out, &run);
+        let finished = out.finish().map(|_| ());
+        match written.and(finished) {
+            Ok(()) => self.file.finish(),
+            Err(error) => {
+                self.file.keep();
+                Err(error)
+            }
+        }
     }
 }
 
