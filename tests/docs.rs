@@ -234,16 +234,21 @@ fn the_power_stage_page_has_the_ripple() {
         pwm_hz: 20_000.0,
     };
     let mut text = String::from(
-        "| PWM | Ripple, A peak to peak, at 0 V | at 25 % | at 50 % | at 94 % | Heat of the ripple at 0 V, W |\n|---|---|---|---|---|---|\n",
+        "| PWM | Ripple, A peak to peak, at 0 V | at 25 % | at 50 % | at 94 % | Heat of the ripple at 0 V, W | Share of the asked current, motor still, at 10 % | at 25 % |\n|---|---|---|---|---|---|---|---|\n",
     );
     for modulation in Modulation::ALL {
         let at = |duty: f64| motor.periodic(modulation, duty, duty * motor.supply_v);
         let [none, quarter, half, most] = [0.0, 0.25, 0.5, 0.94].map(|duty| at(duty).ripple_a);
         let heat_w = at(0.0).ripple_heat_w(motor.resistance_ohm);
+        let share = |duty: f64| {
+            let asked_a = duty * motor.supply_v / motor.resistance_ohm;
+            100.0 * motor.periodic(modulation, duty, 0.0).mean_a / asked_a
+        };
+        let (tenth, fourth) = (share(0.1), share(0.25));
         let name = modulation.name();
         let _ = writeln!(
             text,
-            "| {name} | {none:.1} | {quarter:.1} | {half:.1} | {most:.1} | {heat_w:.1} |"
+            "| {name} | {none:.1} | {quarter:.1} | {half:.1} | {most:.1} | {heat_w:.1} | {tenth:.0} % | {fourth:.0} % |"
         );
     }
     generated::check("power-stage.md", "ripple", &text);

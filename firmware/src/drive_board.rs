@@ -23,11 +23,6 @@ compile_error!("a firmware is built for one board: leave the default features ou
 #[cfg(not(any(feature = "nucleo-h743zi", feature = "nucleo-f767zi")))]
 compile_error!("choose a board: the feature nucleo-h743zi or nucleo-f767zi");
 
-/// Shortest pulse of either side of a bridge, in percent of the PWM period: both diagonals always switch, and the
-/// drivers' bootstrap capacitors stay charged. The largest duty leaves room for two of them: the bridges give no more,
-/// and the controller asks for no more.
-pub const PULSE_MIN_PERCENT: u32 = (100 - DUTY_MAX_PERCENT) / 2;
-
 /// What the board's raw counts stand for.
 pub const SCALES: BoardScales = BoardScales {
     analog: analog::INPUTS.scales(),

@@ -22,6 +22,7 @@
 mod logging;
 
 pub mod analog;
+pub mod bridge_legs;
 pub mod built_in;
 pub mod checkins;
 pub mod drive;

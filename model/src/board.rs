@@ -2,8 +2,9 @@
 
 use crate::analog::{Analog, AnalogScale};
 
-/// Largest duty of a bridge either way, in percent of the supply, with the drivers that the project is made for: what two
-/// shortest pulses of 3 % leave. What has no board to ask, the analysis of a vehicle, reckons with this one too.
+/// Largest duty of a bridge either way, in percent of the supply, with the drivers that the project is made for: the rest
+/// of each period brakes, so that the switching half of the bridge visits the low side and charges the capacitor of a
+/// bootstrapped high side. What has no board to ask, the analysis of a vehicle, reckons with this one too.
 pub const DUTY_MAX_PERCENT: u32 = 94;
 
 /// Scales of an IMU's registers at the ranges it is configured to.

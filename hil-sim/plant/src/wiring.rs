@@ -18,7 +18,8 @@ pub enum Leads {
     Shorted,
 }
 
-/// A bridge that drives one way only: half of it is dead.
+/// A bridge that drives one way only: the high side of one leg is dead. For the driven share of each period it is open, and
+/// so it is here for the whole of it: the little that a turning motor brakes in the other share goes out through the diodes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DeadHalf {

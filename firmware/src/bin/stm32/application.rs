@@ -20,15 +20,15 @@ use static_cell::StaticCell;
 use crate::board::AnalogSequence;
 use crate::board::stm32::link::{LinkReceiver, LinkSender};
 use crate::board::stm32::{
-    self, Board, CoreCycles, FlightRecorder, ImuDevice, Lamps, QuadratureCounters, Region, RunningWatchdog,
-    StopContact, Tim1Bridges, UserButton,
+    self, Board, CoreCycles, FlightRecorder, ImuDevice, Lamps, MotorBridges, QuadratureCounters, Region,
+    RunningWatchdog, StopContact, UserButton,
 };
 
 /// What the tasks share: the tasks of the control executor interrupt those of the thread.
 type Topics = topics::Topics<CriticalSectionRawMutex>;
 static TOPICS: Topics = Topics::new();
 
-type BoardDrive = DriveHardware<QuadratureCounters, Tim1Bridges, StopContact, CoreCycles, FlightRecorder>;
+type BoardDrive = DriveHardware<QuadratureCounters, MotorBridges, StopContact, CoreCycles, FlightRecorder>;
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {

@@ -1,22 +1,25 @@
-//! The three motor bridges on TIM1: locked anti-phase PWM at 20 kHz with dead time and a hardware break.
+//! The three motor bridges on TIM1 and TIM8: drive and brake at 20 kHz on two lines a motor, with a hardware break.
 //!
-//! One complementary pair of outputs drives each H-bridge: `CHx` high turns on the forward diagonal, `CHxN`
-//! high the reverse diagonal. With both low the bridge is open, so switching the outputs off opens the
-//! bridges. At half duty the motor gets zero volts.
+//! Each bridge has two inputs, each a compare channel of its own ([`firmware::bridge_legs`]): TIM1's four drive the left
+//! and the right motor, two of TIM8's the ballast motor. Both low is an open bridge, so switching the outputs off opens
+//! the bridges. The drivers make their own dead time.
 //!
-//! This file writes the timer's registers itself, because the HAL's driver enables the outputs while it
-//! configures the timer. Here nothing sets the main output enable before the first enabled [`Actuation`], and
-//! the break clears it in hardware, even if the CPU hangs.
+//! This file writes the timers' registers itself, because the HAL's driver enables the outputs while it configures a
+//! timer. Here nothing sets a main output enable before the first enabled [`Actuation`], and the break clears it in
+//! hardware, even if the CPU hangs. One wire reaches the break input of both timers, and the part's own faults reach both:
+//! either opens all bridges without software. A timer whose outputs are off for another reason has the other one switched
+//! off by the next tick.
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::Flex;
+use embassy_stm32::pac::timer::TimAdv;
+use embassy_stm32::pac::timer::regs::{Cr1Gp16, SrAdv};
 use embassy_stm32::pac::timer::vals::{Bkp, FilterValue, Lock, Ossi, Ossr};
-use embassy_stm32::pac::{self, TIM1};
+use embassy_stm32::pac::{self, TIM1, TIM8};
 use embassy_stm32::peripherals;
-use embassy_stm32::timer::complementary_pwm::ComplementaryPwmPin;
 use embassy_stm32::timer::simple_pwm::PwmPin;
-use embassy_stm32::timer::{Ch1, Ch2, Ch3};
-use firmware::drive_board::{DUTY_MAX_PERCENT, PULSE_MIN_PERCENT};
+use embassy_stm32::timer::{Ch1, Ch2, Ch3, Ch4};
+use firmware::bridge_legs::leg_counts;
 use firmware::hardware::Bridges;
 use model::sample::{Actuation, MOTORS};
 
@@ -26,162 +29,144 @@ use crate::board::part;
 /// PWM frequency: above hearing, and slow enough for the bridges' drivers.
 const PWM_HZ: u32 = 20_000;
 /// Timer counts in one PWM period.
-const PERIOD_COUNTS: u32 = TIMER_HZ / PWM_HZ;
-/// Compare value for zero volts.
-const CENTRE_COUNTS: i32 = (PERIOD_COUNTS / 2).cast_signed();
-/// 500 ns at [`TIMER_HZ`]: longer than a power MOSFET takes to turn off.
-const DEAD_TIME_COUNTS: u8 = (TIMER_HZ / 2_000_000) as u8;
+const PERIOD_COUNTS: u16 = (TIMER_HZ / PWM_HZ) as u16;
 
-const _: () = assert!(TIMER_HZ.is_multiple_of(PWM_HZ) && PERIOD_COUNTS <= 0xFFFF);
-const _: () = assert!(
-    TIMER_HZ.is_multiple_of(2_000_000) && TIMER_HZ / 2_000_000 < 128,
-    "linear range of the dead time"
-);
-// At the largest duty, the shorter side of the period still exceeds the dead time on both edges.
-const _: () = assert!(MARGIN_COUNTS > 2 * DEAD_TIME_COUNTS as i32);
-const _: () = assert!(CENTRE_COUNTS - FULL_COUNTS == MARGIN_COUNTS);
+const _: () = assert!(TIMER_HZ.is_multiple_of(PWM_HZ) && TIMER_HZ / PWM_HZ <= 0xFFFF);
 
-/// Shortest pulse of either side.
-const MARGIN_COUNTS: i32 = (PERIOD_COUNTS * PULSE_MIN_PERCENT / 100).cast_signed();
-/// Largest duty: beyond it the bridges give no more, below it a duty is that share of the supply.
-const FULL_COUNTS: i32 = CENTRE_COUNTS * DUTY_MAX_PERCENT.cast_signed() / 100;
+/// Channels of TIM1: left IN1, left IN2, right IN1, right IN2. Numbered from 0, as the registers are.
+const DRIVE_CHANNELS: [usize; 4] = [0, 1, 2, 3];
+/// Channels of TIM8: ballast IN1, IN2. The first two have their pins at an encoder.
+const BALLAST_CHANNELS: [usize; 2] = [2, 3];
 
-/// The pins of the bridges and of the break, connected to the timer.
+/// The breaks that each timer listens to, numbered from 0. The part's own faults act on the first one.
+const DRIVE_BREAKS: &[usize] = &[0];
+/// TIM8's wire comes in at the second break: no pin of its first one is free on either board. The second one switches the
+/// outputs to their inactive level, low, just as the first one does here.
+const BALLAST_BREAKS: &[usize] = &[0, 1];
+
+/// The pins of the bridges and of the breaks, connected to the timers.
+#[expect(
+    dead_code,
+    reason = "the bridges' pins are held: a pin that is dropped leaves its timer"
+)]
 pub struct BridgePins {
-    /// Left, right and ballast bridge, forward.
-    pub forward: (
+    /// Left bridge, IN1 and IN2.
+    pub left: (
         PwmPin<'static, peripherals::TIM1, Ch1>,
         PwmPin<'static, peripherals::TIM1, Ch2>,
+    ),
+    /// Right bridge, IN1 and IN2.
+    pub right: (
         PwmPin<'static, peripherals::TIM1, Ch3>,
+        PwmPin<'static, peripherals::TIM1, Ch4>,
     ),
-    /// Left, right and ballast bridge, reverse.
-    pub reverse: (
-        ComplementaryPwmPin<'static, peripherals::TIM1, Ch1>,
-        ComplementaryPwmPin<'static, peripherals::TIM1, Ch2>,
-        ComplementaryPwmPin<'static, peripherals::TIM1, Ch3>,
+    /// Ballast bridge, IN1 and IN2.
+    pub ballast: (
+        PwmPin<'static, peripherals::TIM8, Ch3>,
+        PwmPin<'static, peripherals::TIM8, Ch4>,
     ),
-    /// Break input, pulled up.
-    pub break_input: Flex<'static>,
+    /// Break inputs of TIM1 and TIM8, pulled up, on one wire.
+    pub break_inputs: [Flex<'static>; 2],
 }
 
-/// TIM1, configured once and locked, and its pins.
-pub struct Tim1Bridges {
-    _timer: Peri<'static, peripherals::TIM1>,
-    _forward: (
-        PwmPin<'static, peripherals::TIM1, Ch1>,
-        PwmPin<'static, peripherals::TIM1, Ch2>,
-        PwmPin<'static, peripherals::TIM1, Ch3>,
-    ),
-    _reverse: (
-        ComplementaryPwmPin<'static, peripherals::TIM1, Ch1>,
-        ComplementaryPwmPin<'static, peripherals::TIM1, Ch2>,
-        ComplementaryPwmPin<'static, peripherals::TIM1, Ch3>,
-    ),
-    break_input: Flex<'static>,
+/// TIM1 and TIM8, configured once and locked, and their pins.
+pub struct MotorBridges {
+    _timers: (Peri<'static, peripherals::TIM1>, Peri<'static, peripherals::TIM8>),
+    pins: BridgePins,
     /// The last tick enabled the outputs.
     enabled: bool,
     /// The outputs went off by themselves since the break was last cleared.
     lost: bool,
 }
 
-impl Tim1Bridges {
-    /// Configures the timer with its outputs off, locks dead time, polarities and the break against
-    /// any later write until reset, tries the break, and only then lets `connect` connect the pins to the timer. Returns
-    /// the bridges and whether the break, asked for by software, switched the outputs off.
-    pub fn new(timer: Peri<'static, peripherals::TIM1>, connect: impl FnOnce() -> BridgePins) -> (Self, bool) {
+impl MotorBridges {
+    /// Configures the timers with their outputs off, locks polarities and breaks against any later write until reset,
+    /// tries each break, and only then lets `connect` connect the pins to the timers. Returns the bridges and whether each
+    /// break, asked for by software, switched its timer's outputs off.
+    pub fn new(
+        drives: Peri<'static, peripherals::TIM1>,
+        ballast: Peri<'static, peripherals::TIM8>,
+        connect: impl FnOnce() -> BridgePins,
+    ) -> (Self, bool) {
         critical_section::with(|_| {
-            pac::RCC.apb2enr().modify(|w| w.set_tim1en(true));
-            pac::RCC.apb2rstr().modify(|w| w.set_tim1rst(true));
-            pac::RCC.apb2rstr().modify(|w| w.set_tim1rst(false));
-        });
-        TIM1.psc().write_value(0);
-        TIM1.arr().write(|w| w.set_arr((PERIOD_COUNTS - 1) as u16));
-        for n in 0..MOTORS {
-            TIM1.ccr(n).write(|w| w.set_ccr(CENTRE_COUNTS as u16));
-            TIM1.ccmr_output(n / 2).modify(|w| {
-                w.set_ocm(n % 2, part::PWM_MODE);
-                w.set_ocpe(n % 2, true);
+            pac::RCC.apb2enr().modify(|w| {
+                w.set_tim1en(true);
+                w.set_tim8en(true);
             });
-        }
-        TIM1.ccer().modify(|w| {
-            for n in 0..MOTORS {
-                w.set_cce(n, true);
-                w.set_ccne(n, true);
+            for reset in [true, false] {
+                pac::RCC.apb2rstr().modify(|w| {
+                    w.set_tim1rst(reset);
+                    w.set_tim8rst(reset);
+                });
             }
         });
-        TIM1.bdtr().write(|w| {
-            w.set_dtg(DEAD_TIME_COUNTS);
-            // Off means driven to the idle level, which is low, not floating.
-            w.set_ossi(Ossi::IDLE_LEVEL);
-            w.set_ossr(Ossr::IDLE_LEVEL);
-            // A closed contact pulls the input down, a resistor pulls it up: an open wire is a break.
-            w.set_bkp(0, Bkp::ACTIVE_HIGH);
-            w.set_bke(0, true);
-            // No filter, which would need the timer's clock: the break acts with every clock stopped. Against the
-            // motors' noise the wire has a filter of its own (docs/power-stage.md).
-            w.set_bkf(0, FilterValue::NO_FILTER);
-            w.set_aoe(false);
-            w.set_moe(false);
-            w.set_lock(Lock::LEVEL2);
+        configure(TIM1, &DRIVE_CHANNELS, DRIVE_BREAKS);
+        configure(TIM8, &BALLAST_CHANNELS, BALLAST_BREAKS);
+        // One after the other with nothing in between: the two periods begin some clocks apart, and stay so, because
+        // both timers count the same clock. Nothing needs them closer.
+        critical_section::with(|_| {
+            TIM1.cr1().write_value(counting(false));
+            TIM8.cr1().write_value(counting(false));
         });
-        TIM1.cr1().modify(|w| w.set_arpe(true));
-        // The update event loads the preloaded period and duties.
-        TIM1.egr().write(|w| w.set_ug(true));
-        TIM1.cr1().modify(|w| w.set_cen(true));
-        let break_works = try_break();
+        let drives_work = DRIVE_BREAKS.iter().all(|n| try_break(TIM1, *n));
+        let ballast_works = BALLAST_BREAKS.iter().all(|n| try_break(TIM8, *n));
         clear_break_flags();
-        let pins = connect();
         let bridges = Self {
-            _timer: timer,
-            _forward: pins.forward,
-            _reverse: pins.reverse,
-            break_input: pins.break_input,
+            _timers: (drives, ballast),
+            pins: connect(),
             enabled: false,
             lost: false,
         };
-        (bridges, break_works)
+        (bridges, drives_work && ballast_works)
     }
 
-    /// Whether the timer holds its outputs off, though the last tick enabled them.
+    /// Whether a timer holds its outputs off, though the last tick enabled them.
     fn lost(&mut self) -> bool {
-        self.lost |= self.enabled && !TIM1.bdtr().read().moe();
+        self.lost |= self.enabled && !(TIM1.bdtr().read().moe() && TIM8.bdtr().read().moe());
         self.lost
     }
 
-    fn set_counts(duty: [i16; MOTORS]) {
-        for (n, duty) in duty.into_iter().enumerate() {
-            let counts = i32::from(duty) * CENTRE_COUNTS / i32::from(i16::MAX);
-            let counts = CENTRE_COUNTS + counts.clamp(-FULL_COUNTS, FULL_COUNTS);
-            TIM1.ccr(n).write(|w| w.set_ccr(counts as u16));
-        }
+    /// Sets the mean voltages. The timers take all six values together, at the end of a period: a pair of which one half is
+    /// of the tick before could be low at once.
+    fn set_duties(duty: [i16; MOTORS]) {
+        let [left, right, ballast] = duty;
+        TIM1.cr1().write_value(counting(true));
+        TIM8.cr1().write_value(counting(true));
+        set_legs(TIM1, [0, 1], left);
+        set_legs(TIM1, [2, 3], right);
+        set_legs(TIM8, BALLAST_CHANNELS, ballast);
+        TIM1.cr1().write_value(counting(false));
+        TIM8.cr1().write_value(counting(false));
     }
 }
 
-impl Bridges for Tim1Bridges {
+impl Bridges for MotorBridges {
     fn apply(&mut self, actuation: &Actuation) {
         if !actuation.enable || self.break_tripped() {
             open_all();
             // The next enable starts at zero volts, not at the last duty driven.
-            Self::set_counts([0; MOTORS]);
+            Self::set_duties([0; MOTORS]);
             self.enabled = false;
             return;
         }
-        Self::set_counts(actuation.duty);
+        Self::set_duties(actuation.duty);
         // Written once: what switches the outputs off later is a break, which no write may undo.
         if !self.enabled {
             TIM1.bdtr().modify(|w| w.set_moe(true));
+            TIM8.bdtr().modify(|w| w.set_moe(true));
             self.enabled = true;
         }
     }
 
     fn break_tripped(&mut self) -> bool {
-        let flags = TIM1.sr().read();
-        // The pin's break, the second break, the system's: clock, memory, supply, core.
-        flags.bif(0) || flags.bif(1) || flags.sbif() || self.lost()
+        (TIM1.sr().read().0 | TIM8.sr().read().0) & break_flags().0 != 0 || self.lost()
     }
 
+    /// The wire as both timers' pins show it: a pin that is shorted to ground does not follow when the stop is pressed, and
+    /// the stop's contacts then disagree. One that is open has its timer's break tripped.
     fn break_input_active(&mut self) -> bool {
-        self.break_input.is_high()
+        let [drives, ballast] = &self.pins.break_inputs;
+        drives.is_high() && ballast.is_high()
     }
 
     fn clear_break(&mut self) {
@@ -190,29 +175,85 @@ impl Bridges for Tim1Bridges {
     }
 }
 
-/// Clears the flags of every break and no others: writing a zero clears a flag, writing a one leaves it.
-fn clear_break_flags() {
-    TIM1.sr().write(|w| {
-        w.0 = !0;
-        w.set_bif(0, false);
-        w.set_bif(1, false);
-        w.set_sbif(false);
+/// Sets a timer up with its counter stopped and its outputs off, and locks its break.
+fn configure(timer: TimAdv, channels: &[usize], breaks: &[usize]) {
+    timer.psc().write_value(0);
+    timer.arr().write(|w| w.set_arr(PERIOD_COUNTS - 1));
+    for channel in channels.iter().copied() {
+        timer.ccr(channel).write(|w| w.set_ccr(PERIOD_COUNTS));
+        timer.ccmr_output(channel / 2).modify(|w| {
+            w.set_ocm(channel % 2, part::PWM_MODE);
+            w.set_ocpe(channel % 2, true);
+        });
+        timer.ccer().modify(|w| w.set_cce(channel, true));
+    }
+    timer.bdtr().write(|w| {
+        // Off means driven to the idle level, which is low, not floating.
+        w.set_ossi(Ossi::IDLE_LEVEL);
+        w.set_ossr(Ossr::IDLE_LEVEL);
+        for n in breaks.iter().copied() {
+            // A closed contact pulls the input down, a resistor pulls it up: an open wire is a break.
+            w.set_bkp(n, Bkp::ACTIVE_HIGH);
+            w.set_bke(n, true);
+            // No filter, which would need the timer's clock: the break acts with every clock stopped. Against the
+            // motors' noise the wire has a filter of its own (docs/power-stage.md).
+            w.set_bkf(n, FilterValue::NO_FILTER);
+        }
+        w.set_aoe(false);
+        w.set_moe(false);
+        w.set_lock(Lock::LEVEL2);
     });
+    // The update event loads the preloaded period and duties.
+    timer.egr().write(|w| w.set_ug(true));
 }
 
-/// Asks for a break by software and returns whether the outputs, which were on, went off and the flag rose. To be called
-/// before the pins are connected to the timer.
-fn try_break() -> bool {
-    TIM1.bdtr().modify(|w| w.set_moe(true));
-    let on = TIM1.bdtr().read().moe();
-    TIM1.egr().write(|w| w.set_bg(0, true));
-    let flagged = TIM1.sr().read().bif(0);
-    let off = !TIM1.bdtr().read().moe();
+/// Control register of a counting timer. While `held` the end of a period does not load the values written.
+fn counting(held: bool) -> Cr1Gp16 {
+    let mut value = Cr1Gp16(0);
+    value.set_arpe(true);
+    value.set_cen(true);
+    value.set_udis(held);
+    value
+}
+
+#[expect(clippy::inline_always, reason = "the registers' addresses are constants then")]
+#[inline(always)]
+fn set_legs(timer: TimAdv, channels: [usize; 2], duty: i16) {
+    let counts = leg_counts(duty, PERIOD_COUNTS);
+    timer.ccr(channels[0]).write(|w| w.set_ccr(counts.in1));
+    timer.ccr(channels[1]).write(|w| w.set_ccr(counts.in2));
+}
+
+/// The flags of the pins' breaks and of the system's: clock, memory, supply, core.
+fn break_flags() -> SrAdv {
+    let mut flags = SrAdv(0);
+    flags.set_bif(0, true);
+    flags.set_bif(1, true);
+    flags.set_sbif(true);
+    flags
+}
+
+/// Clears the flags of every break and no others: writing a zero clears a flag, writing a one leaves it.
+fn clear_break_flags() {
+    for timer in [TIM1, TIM8] {
+        timer.sr().write_value(SrAdv(!break_flags().0));
+    }
+}
+
+/// Asks a timer for its `nth` break by software and returns whether the outputs, which were on, went off and the flag
+/// rose. To be called before the pins are connected to the timer.
+fn try_break(timer: TimAdv, nth: usize) -> bool {
+    timer.bdtr().modify(|w| w.set_moe(true));
+    let on = timer.bdtr().read().moe();
+    timer.egr().write(|w| w.set_bg(nth, true));
+    let flagged = timer.sr().read().bif(nth);
+    let off = !timer.bdtr().read().moe();
     open_all();
     on && off && flagged
 }
 
-/// Opens every bridge at once. A fault handler may call this: it writes one register and needs no state.
+/// Opens every bridge at once. A fault handler may call this: it writes two registers and needs no state.
 pub fn open_all() {
     TIM1.bdtr().modify(|w| w.set_moe(false));
+    TIM8.bdtr().modify(|w| w.set_moe(false));
 }

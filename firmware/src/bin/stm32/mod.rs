@@ -25,7 +25,7 @@ pub mod supply;
 mod switches;
 mod watchdog;
 
-pub use bridges::{BridgePins, Tim1Bridges};
+pub use bridges::{BridgePins, MotorBridges};
 pub use control_executor::start as start_control_executor;
 pub use cycle_counter::CoreCycles;
 pub use encoders::QuadratureCounters;

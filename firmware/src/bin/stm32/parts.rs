@@ -3,7 +3,7 @@
 use firmware::hardware::{ClockSource, ResetCause};
 use model::supervise::codes::BlockerSet;
 
-use super::bridges::Tim1Bridges;
+use super::bridges::MotorBridges;
 use super::crash::LastWords;
 use super::cycle_counter::CoreCycles;
 use super::encoders::QuadratureCounters;
@@ -27,7 +27,7 @@ pub struct Board {
     /// The message of the last run, if a panic or a fault ended it.
     pub last_words: Option<LastWords>,
     /// Motor bridges, open.
-    pub bridges: Tim1Bridges,
+    pub bridges: MotorBridges,
     /// Motor encoders.
     pub encoders: QuadratureCounters,
     /// IMU on the arm.

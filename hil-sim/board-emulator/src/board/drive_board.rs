@@ -8,14 +8,14 @@ use rigless::machine::{Board, Crystal, Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Error;
 use rigless::soc::stm32h743::generated::pwr;
-use rigless::soc::stm32h743::peripherals::gpio::Pin;
+use rigless::soc::stm32h743::peripherals::adc;
 use rigless::soc::stm32h743::peripherals::spi::Select;
 use rigless::soc::stm32h743::peripherals::tim::Channel;
-use rigless::soc::stm32h743::peripherals::{adc, gpio};
 use rigless::time::VirtualNanos;
 
+use super::bridges::{self, BridgeWiring};
 use super::imu::EmulatedImu;
-use super::pins::{BridgeOutput, MOTORS, SensedAtPins};
+use super::pins::{BridgeOutput, MOTORS, SensedAtPins, pin};
 use super::wire::LinkLine;
 use crate::part::{Part, PartSetup};
 
@@ -35,8 +35,6 @@ mod at {
     pub const LINK: usize = 2;
     /// ADC1.
     pub const CONVERTER: usize = 0;
-    /// GPIOE.
-    pub const PORT_E: usize = 4;
     /// GPIOG.
     pub const PORT_G: usize = 6;
 }
@@ -50,14 +48,8 @@ const ANALOG_CHANNELS: Analog<u8> = Analog {
     right_current: 5,
     ballast_current: 18,
 };
-/// The break input, PE15.
-const BREAK_PIN: u8 = 15;
 /// The emergency stop's first contact, PG2.
 const STOP_PIN: u8 = 2;
-/// Pins of the bridges on port E: forward, reverse.
-const BRIDGE_PINS: [(u8, u8); MOTORS] = [(9, 8), (11, 10), (13, 12)];
-/// Alternate function that connects TIM1 to the bridges' pins.
-const BRIDGE_FUNCTION: u8 = 1;
 
 /// Levels of A and B in the four phases of a quadrature encoder that turns forward: A leads B.
 const PHASES: [(Level, Level); 4] = [
@@ -76,23 +68,12 @@ pub struct DriveBoard {
     fed_counts: [i64; MOTORS],
     /// IMUs that do not answer.
     silent_imus: [bool; 2],
-    /// Both contacts of the emergency stop open.
-    stop_pressed: bool,
-    /// The stop's second contact is welded shut.
-    second_contact_welded: bool,
-    /// A bridge driver reports a fault.
-    driver_fault: bool,
+    /// The lines between board and bridges.
+    wiring: BridgeWiring,
 }
 
 rigless::store!(DriveBoard {
-    values: [
-        instructions_per_second,
-        fed_counts,
-        silent_imus,
-        stop_pressed,
-        second_contact_welded,
-        driver_fault
-    ],
+    values: [instructions_per_second, fed_counts, silent_imus, wiring],
     parts: [mcu],
     built: []
 });
@@ -130,9 +111,7 @@ impl DriveBoard {
             instructions_per_second,
             fed_counts: [0; MOTORS],
             silent_imus: [false; 2],
-            stop_pressed: false,
-            second_contact_welded: false,
-            driver_fault: false,
+            wiring: BridgeWiring::default(),
         };
         board.set_stop(VirtualNanos(0), false);
         Ok(board)
@@ -140,44 +119,12 @@ impl DriveBoard {
 
     /// State of each bridge.
     pub fn bridges(&mut self, now: VirtualNanos) -> [BridgeOutput; MOTORS] {
-        let break_level = self.timer_break_level();
-        self.mcu.with_bridge_timer(now, |timer, registers, context| {
-            timer.drive_break(break_level, registers, context);
-            let timer = &timer.model;
-            std::array::from_fn(|n| {
-                let channel = Channel::new(n as u8 + 1).expect("a timer has six channels");
-                match (
-                    timer.pulse(channel, registers),
-                    timer.complementary_pulse(channel, registers),
-                ) {
-                    (Some(forward), Some(reverse)) => BridgeOutput::Switching {
-                        forward_ns: forward.width.0,
-                        reverse_ns: reverse.width.0,
-                        period_ns: forward.period.0,
-                    },
-                    (None, None) => {
-                        let low = |level: Option<Level>| level != Some(Level::High);
-                        let forward = timer.output(channel, registers);
-                        if low(forward) && low(timer.complementary_output(channel, registers)) {
-                            BridgeOutput::Open
-                        } else {
-                            BridgeOutput::Held
-                        }
-                    }
-                    _ => BridgeOutput::Held,
-                }
-            })
-        })
+        self.wiring.outputs(&mut self.mcu, now)
     }
 
-    /// Whether TIM1 drives the bridges' pins; until it does, pull-downs hold them low.
+    /// Whether the timers drive the bridges' pins; until they do, pull-downs hold them low.
     pub fn bridge_pins_connected(&mut self) -> bool {
-        let port = self.mcu.h7.bus().slot("GPIOE").expect("the part has port E");
-        let registers = self.mcu.h7.bus_mut().slot_mut(port).registers_mut();
-        BRIDGE_PINS
-            .into_iter()
-            .flat_map(|(forward, reverse)| [forward, reverse])
-            .all(|number| gpio::Gpio::function(pin(number), registers) == Some(BRIDGE_FUNCTION))
+        bridges::all_connected(&mut self.mcu)
     }
 
     /// What the drivers wrote to INTF_CONFIG1 of the IMUs: arm, spar.
@@ -218,9 +165,7 @@ impl DriveBoard {
     /// Presses or releases the emergency stop, which moves both of its contacts.
     pub fn set_stop(&mut self, now: VirtualNanos, pressed: bool) {
         self.set_stop_contact(now, pressed);
-        let before = self.break_level();
-        self.stop_pressed = pressed;
-        self.drive_break(now, before);
+        self.rewire(now, |wiring| wiring.stop_pressed = pressed);
     }
 
     /// Opens or closes the stop's first contact alone, which software reads.
@@ -234,7 +179,7 @@ impl DriveBoard {
 
     /// Welds the stop's second contact shut: it no longer opens when the stop is pressed.
     pub fn weld_second_contact(&mut self) {
-        self.second_contact_welded = true;
+        self.wiring.second_contact_welded = true;
     }
 
     /// Stops the external clock.
@@ -248,8 +193,11 @@ impl DriveBoard {
         let power = self.mcu.h7.bus().slot("PWR").expect("the part has a power controller");
         let registers = self.mcu.h7.bus_mut().slot_mut(power).registers_mut();
         if pwr::csr1::PVDO.is_set(registers.get(pwr::Register::Csr1)) {
-            self.mcu
-                .with_bridge_timer(now, |timer, registers, context| timer.supply_fell(registers, context));
+            for nth in [0, 1] {
+                self.mcu.with_bridge_timer(now, nth, |timer, registers, context| {
+                    timer.supply_fell(registers, context)
+                });
+            }
         }
     }
 
@@ -258,11 +206,19 @@ impl DriveBoard {
         &mut self.mcu
     }
 
-    /// Raises or clears the fault output of the bridges' drivers, which shares the break input's wire.
+    /// Raises or clears the fault output of the bridges' drivers, which shares the break inputs' wire.
     pub fn set_driver_fault(&mut self, now: VirtualNanos, fault: bool) {
-        let before = self.break_level();
-        self.driver_fault = fault;
-        self.drive_break(now, before);
+        self.rewire(now, |wiring| wiring.driver_fault = fault);
+    }
+
+    /// Shorts the break input of a bridges' timer to ground: that of TIM1 for 0, of TIM8 for 1.
+    pub fn ground_break(&mut self, now: VirtualNanos, nth: usize) {
+        self.rewire(now, |wiring| wiring.grounded[nth] = true);
+    }
+
+    /// Breaks a line to a bridge: IN1 for 0, IN2 for 1. The bridge's pull-down holds the input low from then on.
+    pub fn cut_line(&mut self, motor: usize, input: usize) {
+        self.wiring.cut[motor][input] = true;
     }
 
     /// The host's end of the link.
@@ -294,49 +250,12 @@ impl DriveBoard {
         });
     }
 
-    /// Whether the break's pin is connected to the timer, which sees a low level until then.
-    fn break_pin_connected(&mut self) -> bool {
-        let port = self.mcu.h7.bus().slot("GPIOE").expect("the part has port E");
-        let registers = self.mcu.h7.bus_mut().slot_mut(port).registers_mut();
-        gpio::Gpio::function(pin(BREAK_PIN), registers) == Some(BRIDGE_FUNCTION)
+    /// Changes the wiring and puts the break's wire on the break inputs.
+    fn rewire(&mut self, now: VirtualNanos, change: impl FnOnce(&mut BridgeWiring)) {
+        let before = self.wiring;
+        change(&mut self.wiring);
+        self.wiring.drive_breaks(&mut self.mcu, now, before);
     }
-
-    /// Level that the timer sees on its break input.
-    fn timer_break_level(&mut self) -> Level {
-        if self.break_pin_connected() {
-            self.break_level()
-        } else {
-            Level::Low
-        }
-    }
-
-    /// Level of the break input's wire: high while the stop's second contact is open or a driver reports a fault.
-    fn break_level(&self) -> Level {
-        if (self.stop_pressed && !self.second_contact_welded) || self.driver_fault {
-            Level::High
-        } else {
-            Level::Low
-        }
-    }
-
-    /// Puts the wire's level, which was `before`, on the break input.
-    fn drive_break(&mut self, now: VirtualNanos, before: Level) {
-        let level = self.break_level();
-        self.mcu.h7.drive_port(now, at::PORT_E, |port, registers, context| {
-            port.drive(pin(BREAK_PIN), Some(level), registers, context);
-        });
-        let at_timer = self.timer_break_level();
-        self.mcu.with_bridge_timer(now, |timer, registers, context| {
-            if level != before {
-                timer.time_break_filter(now);
-            }
-            timer.drive_break(at_timer, registers, context);
-        });
-    }
-}
-
-fn pin(number: u8) -> Pin {
-    Pin::new(number).expect("a port has sixteen pins")
 }
 
 impl Board for DriveBoard {

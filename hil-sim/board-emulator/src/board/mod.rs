@@ -1,5 +1,6 @@
 //! What is wired to the part's pins.
 
+mod bridges;
 mod drive_board;
 pub mod gaps;
 mod imu;

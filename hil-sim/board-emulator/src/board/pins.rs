@@ -1,28 +1,91 @@
 //! What the board's pins tell the vehicle and what the vehicle's sensors put on them.
 
 use model::analog::Analog;
+use rigless::device::Level;
+use rigless::soc::stm32h743::peripherals::gpio::Pin;
+
 /// Number of motors, in the order of the firmware's arrays: left, right, ballast.
 pub use model::sample::MOTORS;
 
-/// State of a motor's bridge.
+/// A pin of a port.
+pub(super) fn pin(number: u8) -> Pin {
+    Pin::new(number).expect("a port has sixteen pins")
+}
+
+/// What a timer puts on an input of a bridge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum BridgeInput {
+    /// One level throughout.
+    Level(Level),
+    /// High from the begin of each period on.
+    Pulse {
+        /// Time for which it is high in each period, in ns.
+        high_ns: u64,
+        /// The period in ns.
+        period_ns: u64,
+    },
+}
+
+impl BridgeInput {
+    /// Time for which it is high in a period of so many ns.
+    fn high_ns(self, period_ns: u64) -> u64 {
+        match self {
+            Self::Level(Level::Low) => 0,
+            Self::Level(Level::High) => period_ns,
+            Self::Pulse { high_ns, .. } => high_ns,
+        }
+    }
+
+    /// The period in ns, of a line that has one.
+    fn period_ns(self) -> Option<u64> {
+        match self {
+            Self::Level(_) => None,
+            Self::Pulse { period_ns, .. } => Some(period_ns),
+        }
+    }
+}
+
+/// State of a motor's bridge, a driver with two inputs: both low open, both high brake.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BridgeOutput {
     /// No transistor conducts.
     Open,
-    /// The two diagonals conduct in turn, with dead time between them.
+    /// The bridge drives and brakes in turn. What the times leave of the period it is open; the firmware never leaves any.
     Switching {
-        /// Time for which the forward diagonal conducts in each period, in ns.
+        /// Time for which it drives forward in each period, in ns.
         forward_ns: u64,
-        /// Time for which the reverse diagonal conducts in each period, in ns.
+        /// Time for which it drives in reverse in each period, in ns.
         reverse_ns: u64,
+        /// Time for which it brakes in each period, in ns.
+        brake_ns: u64,
         /// The period in ns.
         period_ns: u64,
     },
-    /// A diagonal conducts without switching. The firmware never commands this.
+    /// It drives or brakes without switching. The firmware never commands this.
     Held,
 }
 
 impl BridgeOutput {
+    /// What the driver's table makes of its two inputs, whose pulses begin together.
+    pub(super) fn of(in1: BridgeInput, in2: BridgeInput) -> Self {
+        match (in1, in2) {
+            (BridgeInput::Level(Level::Low), BridgeInput::Level(Level::Low)) => Self::Open,
+            _ => match in1.period_ns().or(in2.period_ns()) {
+                Some(period_ns) => {
+                    let (high1, high2) = (in1.high_ns(period_ns), in2.high_ns(period_ns));
+                    let brake_ns = high1.min(high2);
+                    Self::Switching {
+                        forward_ns: high1 - brake_ns,
+                        reverse_ns: high2 - brake_ns,
+                        brake_ns,
+                        period_ns,
+                    }
+                }
+                None => Self::Held,
+            },
+        }
+    }
+
     /// Mean voltage as a fraction of the supply, -1 to 1, or `None` while the motor is disconnected.
     pub fn duty(self) -> Option<f64> {
         match self {
@@ -30,8 +93,23 @@ impl BridgeOutput {
                 forward_ns,
                 reverse_ns,
                 period_ns,
+                ..
             } if period_ns > 0 => Some((forward_ns as f64 - reverse_ns as f64) / period_ns as f64),
             _ => None,
+        }
+    }
+
+    /// Whether it drives and brakes in turn and is open at no time.
+    pub fn never_open(self) -> bool {
+        match self {
+            Self::Open => false,
+            Self::Switching {
+                forward_ns,
+                reverse_ns,
+                brake_ns,
+                period_ns,
+            } => forward_ns + reverse_ns + brake_ns == period_ns,
+            Self::Held => true,
         }
     }
 }

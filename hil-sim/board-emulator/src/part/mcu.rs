@@ -19,10 +19,9 @@ use super::timer::{BridgeTimer, GeneralTimer};
 use super::watchdog::IndependentWatchdog;
 
 /// Instances left out: those that listen to request lines and that the firmware never accesses.
-const LEFT_OUT: [&str; 18] = [
+const LEFT_OUT: [&str; 17] = [
     "TIM6",
     "TIM7",
-    "TIM8",
     "TIM12",
     "TIM13",
     "TIM14",
@@ -39,6 +38,8 @@ const LEFT_OUT: [&str; 18] = [
     "ADC3",
     "ADC3_Common",
 ];
+/// The bridges' timers, in the order in which [`Part::with_bridge_timer`] numbers them.
+const BRIDGE_TIMERS: [&str; 2] = ["TIM1", "TIM8"];
 /// General-purpose timers, in the order in which [`Part::with_timer`] numbers them.
 const TIMERS: [&str; 4] = ["TIM2", "TIM3", "TIM4", "TIM5"];
 
@@ -50,7 +51,7 @@ enum Model {
     /// No model: the registers alone.
     LeftOut,
     Watchdog,
-    BridgeTimer,
+    BridgeTimer(usize),
     Timer(usize),
     Multiplexer,
 }
@@ -60,8 +61,8 @@ enum Model {
 pub struct Part {
     /// Every peripheral but those below.
     pub h7: Stm32h743,
-    /// TIM1.
-    bridge_timer: BridgeTimer,
+    /// TIM1 and TIM8.
+    bridge_timers: [BridgeTimer; BRIDGE_TIMERS.len()],
     /// TIM2 to TIM5.
     timers: [GeneralTimer; TIMERS.len()],
     /// DMAMUX1.
@@ -70,7 +71,7 @@ pub struct Part {
     watchdog: IndependentWatchdog,
     /// The model of each slot.
     models: Vec<Model>,
-    bridge_timer_slot: usize,
+    bridge_timer_slots: [usize; BRIDGE_TIMERS.len()],
     timer_slots: [usize; TIMERS.len()],
     link_slot: usize,
     clocks_slot: usize,
@@ -79,8 +80,8 @@ pub struct Part {
 
 rigless::store!(Part {
     values: [watchdog],
-    parts: [h7, bridge_timer, timers, multiplexer],
-    built: [models, bridge_timer_slot, timer_slots, link_slot, clocks_slot, setup]
+    parts: [h7, bridge_timers, timers, multiplexer],
+    built: [models, bridge_timer_slots, timer_slots, link_slot, clocks_slot, setup]
 });
 
 impl Part {
@@ -99,8 +100,11 @@ impl Part {
         for instance in LEFT_OUT {
             models[bus.slot(instance)?] = Model::LeftOut;
         }
-        let bridge_timer_slot = bus.slot("TIM1")?;
-        models[bridge_timer_slot] = Model::BridgeTimer;
+        let mut bridge_timer_slots = [0; BRIDGE_TIMERS.len()];
+        for (nth, instance) in BRIDGE_TIMERS.into_iter().enumerate() {
+            bridge_timer_slots[nth] = bus.slot(instance)?;
+            models[bridge_timer_slots[nth]] = Model::BridgeTimer(nth);
+        }
         let mut timer_slots = [0; TIMERS.len()];
         for (nth, instance) in TIMERS.into_iter().enumerate() {
             timer_slots[nth] = bus.slot(instance)?;
@@ -112,12 +116,12 @@ impl Part {
         let clocks_slot = bus.slot("RCC")?;
         Ok(Self {
             h7,
-            bridge_timer: BridgeTimer::bridges(),
+            bridge_timers: std::array::from_fn(BridgeTimer::bridges),
             timers: std::array::from_fn(GeneralTimer::general),
             multiplexer: RequestMultiplexer::new()?,
             watchdog: IndependentWatchdog::new(),
             models,
-            bridge_timer_slot,
+            bridge_timer_slots,
             timer_slots,
             link_slot,
             clocks_slot,
@@ -150,14 +154,15 @@ impl Part {
         spec
     }
 
-    /// Acts on TIM1 from outside the part, at an instant.
+    /// Acts on a bridges' timer from outside the part, at an instant: TIM1 for 0, TIM8 for 1.
     pub fn with_bridge_timer<T>(
         &mut self,
         at: VirtualNanos,
+        nth: usize,
         action: impl FnOnce(&mut BridgeTimer, &mut RegisterFile, &mut DeviceContext<'_>) -> T,
     ) -> T {
-        let (registers, mut context) = self.h7.bus_mut().drive(at, self.bridge_timer_slot);
-        action(&mut self.bridge_timer, registers, &mut context)
+        let (registers, mut context) = self.h7.bus_mut().drive(at, self.bridge_timer_slots[nth]);
+        action(&mut self.bridge_timers[nth], registers, &mut context)
     }
 
     /// Filters of the inputs of an encoder's timer, TIM2 for 0, as the firmware set them: bits 4 to 7 of channel 1, 12 to
@@ -189,7 +194,9 @@ impl Mcu for Part {
 
     fn reset(&mut self, at: VirtualNanos, cause: ResetCause) {
         ErasedDevice::reset(&mut self.watchdog);
-        ErasedDevice::reset(&mut self.bridge_timer);
+        for timer in &mut self.bridge_timers {
+            ErasedDevice::reset(timer);
+        }
         for timer in &mut self.timers {
             ErasedDevice::reset(timer);
         }
@@ -212,7 +219,7 @@ impl Mcu for Part {
             Model::Own => return self.h7.split(slot),
             Model::LeftOut => return (self.h7.bus_mut(), None),
             Model::Watchdog => &mut self.watchdog,
-            Model::BridgeTimer => &mut self.bridge_timer,
+            Model::BridgeTimer(nth) => &mut self.bridge_timers[nth],
             Model::Timer(nth) => &mut self.timers[nth],
             Model::Multiplexer => &mut self.multiplexer,
         };

@@ -1,15 +1,14 @@
-//! TIM1 to TIM5, without the calls that nothing on this board needs.
+//! TIM1 to TIM5 and TIM8, without the calls that nothing on this board needs.
 //!
 //! None of these timers moves data by DMA or follows another timer, so none of them hears a request line but those
-//! that trip TIM1's break: the clock security system's, and the supply's detector, for which the part has no line
-//! ([`BridgeTimer::supply_fell`]).
+//! that trip the break of the bridges' timers, TIM1 and TIM8: the clock security system's, and the supply's detector, for
+//! which the part has no line ([`BridgeTimer::supply_fell`]).
 //!
-//! The part's model of a timer with outputs asks for control at every edge of every channel: 80,000 times per
-//! second for the three channels of the bridges' timer (TIM1) at 20 kHz, most of what a run costs. Nothing on
-//! this board looks at an edge, and the model catches up in one pass whenever it is accessed. TIM1's events are
-//! therefore dropped, except around a change of the break input, because they time the break's filter; whoever
-//! reads TIM1's outputs drives its break input first, which makes the model catch up.
-
+//! The part's model of a timer with outputs asks for control at every edge of every channel: tens of thousands of times
+//! per second for each of the bridges' timers at 20 kHz, most of what a run costs. Nothing on this board looks at an edge,
+//! and the model catches up in one pass whenever it is accessed. The events of the bridges' timers are therefore dropped,
+//! except around a change of the break input, because they time the break's filter; whoever reads their outputs drives
+//! their break inputs first, which makes the models catch up.
 //!
 //! The emulated encoders move all the edges of a step at one instant, which a filter would take for noise: the inputs of
 //! the general timers are not filtered, and what the firmware sets is kept beside the model.
@@ -22,11 +21,11 @@ use rigless::soc::stm32h743::peripherals::tim::{
 };
 use rigless::time::{EventId, VirtualNanos};
 
-/// How long after a change of the break input TIM1's events are let through, in ns: longer than any setting of
+/// How long after a change of the break input the events of the bridges' timers are let through, in ns: longer than any setting of
 /// the break's filter at this board's clock (15 samples of 32 periods of 5 ns: 2.4 us).
 const BREAK_FILTER_NS: u64 = 5_000;
 
-/// Instance whose request line trips TIM1's break when the external clock fails.
+/// Instance whose request line trips the bridges' breaks when the external clock fails.
 const CLOCKS: &str = "RCC";
 /// The line that stands for the supply's detector: the power controller has fewer.
 const SUPPLY: (&str, usize) = ("PWR", usize::MAX);
@@ -51,7 +50,7 @@ pub struct Timer<F: Family> {
     pub filters: u64,
 }
 
-/// TIM1, which switches the bridges.
+/// TIM1 or TIM8, which switch the bridges.
 pub type BridgeTimer = Timer<Advanced>;
 /// One of TIM2 to TIM5.
 pub type GeneralTimer = Timer<General>;
@@ -80,10 +79,10 @@ impl GeneralTimer {
 }
 
 impl BridgeTimer {
-    /// TIM1, out of reset.
-    pub fn bridges() -> Self {
+    /// TIM1 for 0, TIM8 for 1, out of reset.
+    pub fn bridges(nth: usize) -> Self {
         Self {
-            model: Tim::with_clock(UNSET_CLOCK_HZ, ADVANCED_TIMERS[0])
+            model: Tim::with_clock(UNSET_CLOCK_HZ, ADVANCED_TIMERS[nth])
                 .breaks_on(CLOCKS, CLOCK_FAILURE)
                 .breaks_on(SUPPLY.0, SUPPLY.1),
             events_until: 0,
@@ -108,10 +107,16 @@ impl BridgeTimer {
         self.model.on_request(change, registers, context);
     }
 
-    /// Puts a level on the break pin, which makes the model catch up.
-    pub fn drive_break(&mut self, level: Level, registers: &mut RegisterFile, context: &mut DeviceContext<'_>) {
+    /// Puts a level on the pin of a break, which makes the model catch up.
+    pub fn drive_break(
+        &mut self,
+        input: BreakInput,
+        level: Level,
+        registers: &mut RegisterFile,
+        context: &mut DeviceContext<'_>,
+    ) {
         self.model
-            .drive_break_source(BreakInput::First, BreakSource::Pin, level, registers, context);
+            .drive_break_source(input, BreakSource::Pin, level, registers, context);
     }
 }
 

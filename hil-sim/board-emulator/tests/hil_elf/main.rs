@@ -2,6 +2,7 @@
 
 mod ages;
 mod boot;
+mod bridges;
 mod bring_up;
 mod budget;
 mod cases;

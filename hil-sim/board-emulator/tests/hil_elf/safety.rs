@@ -16,7 +16,9 @@ fn open(bridges: [BridgeOutput; 3]) -> bool {
 }
 
 fn switching(bridges: [BridgeOutput; 3]) -> bool {
-    bridges.iter().all(|bridge| bridge.duty().is_some())
+    bridges
+        .iter()
+        .all(|bridge| bridge.duty().is_some() && bridge.never_open())
 }
 
 fn bridges(emulation: &mut Emulation) -> [BridgeOutput; 3] {

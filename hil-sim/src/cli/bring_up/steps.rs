@@ -162,7 +162,7 @@ pub const STEPS: &[BringUpStep] = &[
         [
             "Release and press the emergency stop; open one contact at a time.",
             "each input follows its own contact; the second contact trips the break",
-            "wiring of PG2 and PE15",
+            "wiring of PG2, PE15 and PA8",
         ],
     ),
     bench(off(
@@ -240,10 +240,12 @@ pub const STEPS: &[BringUpStep] = &[
     )),
     bench(off(
         "bridges low",
-        StepKind::Look("Oscilloscope on PE9 and PE8: are both low, also while you hold the reset button?"),
+        StepKind::Look(
+            "Oscilloscope on PE9 and PE11, PE13 and PE14, PC8 and PC9: are all low, also while you hold the reset button?",
+        ),
         [
-            "Oscilloscope on PE9 and PE8, disarmed.",
-            "both low; both stay low in reset",
+            "Oscilloscope on the bridges' lines, two at a time: PE9 and PE11, PE13 and PE14, PC8 and PC9, disarmed.",
+            "all low; all stay low in reset",
             "pull-downs of the power stage",
         ],
     )),
@@ -275,12 +277,12 @@ pub const STEPS: &[BringUpStep] = &[
         ],
     ),
     bench(on(
-        "dead time",
-        StepKind::ArmedLook("Did PE9 and PE8 look like the picture, with 500 ns both low at each change?"),
+        "drive and brake",
+        StepKind::ArmedLook("Did PE9 and PE11 look like the picture, never both low?"),
         [
-            "Oscilloscope on PE9 and PE8; the tool arms at speed 0 for 20 s.",
-            "the picture below",
-            "dead time and polarity: supply off at once",
+            "Oscilloscope on PE9 and PE11; the tool arms at speed 0 for 20 s. Then the same on PE13 and PE14, PC8 and PC9.",
+            "the picture below, on either line; never both low",
+            "polarity, a line that is cut: supply off at once",
         ],
     )),
     on(
@@ -289,16 +291,16 @@ pub const STEPS: &[BringUpStep] = &[
         [
             "The tool arms; press the emergency stop.",
             "EmergencyStop and BridgeBreak, disarmed",
-            "wiring of PG2 and PE15",
+            "wiring of PG2, PE15 and PA8",
         ],
     ),
     bench(on(
         "stop, in hardware",
-        StepKind::ArmedLook("Triggered on PE15, pressing the stop: were both lines low within 10 us of the edge?"),
+        StepKind::ArmedLook("Triggered on PE15, pressing the stop: were PE9 and PC8 low within 10 us of the edge?"),
         [
-            "Oscilloscope triggered on PE15; the tool arms for 20 s; press the stop.",
-            "both lines low within 10 us of the edge",
-            "the break's wire and its filter",
+            "Oscilloscope on PE9 and PC8, triggered on PE15; the tool arms for 20 s; press the stop.",
+            "both timers' lines low within 10 us of the edge",
+            "the break's wire, to PE15 and to PA8, and its filter",
         ],
     )),
     on(
@@ -352,9 +354,9 @@ pub const STEPS: &[BringUpStep] = &[
     )),
 ];
 
-/// What an oscilloscope shows on the left motor's lines at zero volts.
+/// What an oscilloscope shows on the left motor's lines while it drives forward a little.
 pub const PICTURE: &str = "\
         |<------------ 50 us ------------>|
-PE9   __/''''''''''''''\\__________________/''''
-PE8   __________________/''''''''''''''\\_______
-                      ->||<- 500 ns, both low";
+PE9   '''''''''''''''''''''''''''''''''''''''''
+PE11  __/''''''''''''''''''''''''''''\\____/''''
+        |<---- both high: brake ---->|<-->| drive";

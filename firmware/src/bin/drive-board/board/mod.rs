@@ -2,10 +2,10 @@
 //!
 //! | Function | Part | Pins | DMA | Interrupt |
 //! |---|---|---|---|---|
-//! | Left bridge | TIM1 CH1, CH1N | PE9, PE8 | | |
-//! | Right bridge | TIM1 CH2, CH2N | PE11, PE10 | | |
-//! | Ballast bridge | TIM1 CH3, CH3N | PE13, PE12 | | |
-//! | Hardware break: stop's second contact, bridge fault | TIM1 BKIN | PE15, pull-up, open = break | | |
+//! | Left bridge, IN1 and IN2 | TIM1 CH1, CH2 | PE9, PE11 | | |
+//! | Right bridge, IN1 and IN2 | TIM1 CH3, CH4 | PE13, PE14 | | |
+//! | Ballast bridge, IN1 and IN2 | TIM8 CH3, CH4 | PC8, PC9 | | |
+//! | Hardware break: stop's second contact, bridge fault | TIM1 BKIN, TIM8 BKIN2 | PE15 and PA8 on one wire, pull-ups, open = break | | |
 //! | Emergency stop, first contact | GPIO | PG2, pull-up, open = pressed | | |
 //! | Left encoder | TIM2 CH1, CH2 | PA15, PB3 | | |
 //! | Right encoder | TIM3 CH1, CH2 | PC6, PC7 | | |
@@ -41,7 +41,6 @@ use embassy_stm32::flash::Flash;
 use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::spi::Spi;
 use embassy_stm32::time::Hertz;
-use embassy_stm32::timer::complementary_pwm::ComplementaryPwmPin;
 use embassy_stm32::timer::qei::Qei;
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::usart::Uart;
@@ -53,7 +52,7 @@ pub use analog::AnalogSequence;
 pub use embassy_stm32::peripherals::IWDG1 as BoardWatchdog;
 pub use flash::DriverFlash as PartFlash;
 use stm32::{
-    Board, BridgePins, CoreCycles, FlightRecorder, Lamps, QuadratureCounters, StopContact, Tim1Bridges, UserButton,
+    Board, BridgePins, CoreCycles, FlightRecorder, Lamps, MotorBridges, QuadratureCounters, StopContact, UserButton,
     WatchdogAtRest, boot_number, crash, encoders, imu, link, self_test, storage, supply,
 };
 
@@ -70,7 +69,9 @@ bind_interrupts!(struct Interrupts {
 });
 
 /// TIM1's alternate function on its break pin.
-const BREAK_FUNCTION: u8 = 1;
+const DRIVE_BREAK_FUNCTION: u8 = 1;
+/// TIM8's alternate function on its break pin.
+const BALLAST_BREAK_FUNCTION: u8 = 3;
 
 /// Bus clock of the IMUs, a quarter of the largest that they allow, for a cable of some decimetres: the answer has half
 /// a period, 80 ns, for the way there and back and for the IMU's own delay. One tick's burst takes 20 us.
@@ -92,21 +93,25 @@ impl Board {
         core.SCB.enable_icache();
         guard_outputs();
 
-        let (bridges, break_works) = Tim1Bridges::new(p.TIM1, || {
-            let mut break_input = Flex::new(p.PE15);
-            break_input.set_as_af_unchecked(BREAK_FUNCTION, AfType::input(Pull::Up));
+        let (bridges, break_works) = MotorBridges::new(p.TIM1, p.TIM8, || {
+            let mut drive_break = Flex::new(p.PE15);
+            drive_break.set_as_af_unchecked(DRIVE_BREAK_FUNCTION, AfType::input(Pull::Up));
+            let mut ballast_break = Flex::new(p.PA8);
+            ballast_break.set_as_af_unchecked(BALLAST_BREAK_FUNCTION, AfType::input(Pull::Up));
             BridgePins {
-                forward: (
+                left: (
                     PwmPin::new(p.PE9, OutputType::PushPull),
                     PwmPin::new(p.PE11, OutputType::PushPull),
+                ),
+                right: (
                     PwmPin::new(p.PE13, OutputType::PushPull),
+                    PwmPin::new(p.PE14, OutputType::PushPull),
                 ),
-                reverse: (
-                    ComplementaryPwmPin::new(p.PE8, OutputType::PushPull),
-                    ComplementaryPwmPin::new(p.PE10, OutputType::PushPull),
-                    ComplementaryPwmPin::new(p.PE12, OutputType::PushPull),
+                ballast: (
+                    PwmPin::new(p.PC8, OutputType::PushPull),
+                    PwmPin::new(p.PC9, OutputType::PushPull),
                 ),
-                break_input,
+                break_inputs: [drive_break, ballast_break],
             }
         });
         let blockers = self_test::run(break_works);
@@ -188,7 +193,7 @@ impl Board {
 
 /// Makes a locked-up core, uncorrectable errors of the memory and a supply below 2.85 V trip the hardware break: they
 /// would leave the bridges driven with nothing in control. The clock security system needs no switch. A debugger that
-/// halts the core stops TIM1, which switches its outputs off, and the watchdog.
+/// halts the core stops TIM1 and TIM8, which switches their outputs off, and the watchdog.
 fn guard_outputs() {
     /// SYSCFG's configuration register, which the HAL's register description leaves out, and its lock bits.
     const SYSCFG_CFGR: *mut u32 = 0x5800_0418 as *mut u32;
@@ -200,6 +205,9 @@ fn guard_outputs() {
     pac::RCC.apb4enr().modify(|w| w.set_syscfgen(true));
     // SAFETY: this is a register of this part; start-up writes it once, and its bits can only be set.
     unsafe { SYSCFG_CFGR.write_volatile(CORE_LOCKUP_LOCK | DTCM_LOCK | AXI_SRAM_LOCK | SUPPLY_LOCK) };
-    pac::DBGMCU.apb2fzr1().modify(|w| w.set_tim1(true));
+    pac::DBGMCU.apb2fzr1().modify(|w| {
+        w.set_tim1(true);
+        w.set_tim8(true);
+    });
     pac::DBGMCU.apb4fzr1().modify(|w| w.set_iwdg1(true));
 }

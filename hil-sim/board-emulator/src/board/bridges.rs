@@ -1,0 +1,140 @@
+//! The bridges' lines and the break's wire: what the timers put on the inputs of each bridge, and what trips them.
+
+use rigless::device::Level;
+use rigless::mcu::Mcu;
+use rigless::soc::stm32h743::peripherals::gpio;
+use rigless::soc::stm32h743::peripherals::tim::{BreakInput, Channel};
+use rigless::time::VirtualNanos;
+use serde::{Deserialize, Serialize};
+
+use super::pins::{BridgeInput, BridgeOutput, MOTORS, pin};
+use crate::part::Part;
+
+/// A pin: port's index, number, and the alternate function that connects it to its timer.
+#[derive(Debug, Clone, Copy)]
+struct TimerPin {
+    port: usize,
+    number: u8,
+    function: u8,
+}
+
+/// GPIOA, GPIOC, GPIOE.
+const PORTS: [(usize, &str); 3] = [(0, "GPIOA"), (2, "GPIOC"), (4, "GPIOE")];
+
+const fn timer_pin(port: usize, number: u8, function: u8) -> TimerPin {
+    TimerPin { port, number, function }
+}
+
+/// Timer, as [`Part::with_bridge_timer`] numbers them, channel and pin of an input of a bridge.
+type LineSource = (usize, u8, TimerPin);
+
+/// IN1 and IN2 of each bridge.
+const LINES: [[LineSource; 2]; MOTORS] = [
+    [(0, 1, timer_pin(4, 9, 1)), (0, 2, timer_pin(4, 11, 1))],
+    [(0, 3, timer_pin(4, 13, 1)), (0, 4, timer_pin(4, 14, 1))],
+    [(1, 3, timer_pin(2, 8, 3)), (1, 4, timer_pin(2, 9, 3))],
+];
+/// The break input of each of the bridges' timers: PE15, PA8.
+const BREAKS: [(BreakInput, TimerPin); 2] = [
+    (BreakInput::First, timer_pin(4, 15, 1)),
+    (BreakInput::Second, timer_pin(0, 8, 3)),
+];
+
+/// What the lines between board and bridges do beside what the timers ask for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub(super) struct BridgeWiring {
+    /// The stop's second contact is open.
+    pub(super) stop_pressed: bool,
+    /// The stop's second contact is welded shut.
+    pub(super) second_contact_welded: bool,
+    /// A bridge driver reports a fault.
+    pub(super) driver_fault: bool,
+    /// The pin of each timer's break input is shorted to ground.
+    pub(super) grounded: [bool; BREAKS.len()],
+    /// Broken lines: the bridge's pull-down holds the input low.
+    pub(super) cut: [[bool; 2]; MOTORS],
+}
+
+impl BridgeWiring {
+    /// Level of the break's pin of a timer: high while the stop's second contact is open or a driver reports a fault.
+    fn break_level(self, nth: usize) -> Level {
+        let wire = (self.stop_pressed && !self.second_contact_welded) || self.driver_fault;
+        Level::from(wire && !self.grounded[nth])
+    }
+
+    /// Puts the wire's level on the break inputs, of which those that differ from `before` are filtered anew.
+    pub(super) fn drive_breaks(self, part: &mut Part, now: VirtualNanos, before: Self) {
+        for (nth, (input, at)) in BREAKS.into_iter().enumerate() {
+            let level = self.break_level(nth);
+            part.h7.drive_port(now, at.port, |port, registers, context| {
+                port.drive(pin(at.number), Some(level), registers, context);
+            });
+            let at_timer = self.break_at_timer(part, nth);
+            part.with_bridge_timer(now, nth, |timer, registers, context| {
+                if level != before.break_level(nth) {
+                    timer.time_break_filter(now);
+                }
+                timer.drive_break(input, at_timer, registers, context);
+            });
+        }
+    }
+
+    /// Level that a timer sees on its break input: low until the pin is connected to it.
+    fn break_at_timer(self, part: &mut Part, nth: usize) -> Level {
+        if connected(part, BREAKS[nth].1) {
+            self.break_level(nth)
+        } else {
+            Level::Low
+        }
+    }
+
+    /// State of each bridge.
+    pub(super) fn outputs(self, part: &mut Part, now: VirtualNanos) -> [BridgeOutput; MOTORS] {
+        for (nth, (input, _)) in BREAKS.into_iter().enumerate() {
+            let level = self.break_at_timer(part, nth);
+            part.with_bridge_timer(now, nth, |timer, registers, context| {
+                timer.drive_break(input, level, registers, context);
+            });
+        }
+        std::array::from_fn(|motor| {
+            let [in1, in2] = [0, 1].map(|leg| {
+                if self.cut[motor][leg] {
+                    BridgeInput::Level(Level::Low)
+                } else {
+                    input(part, now, LINES[motor][leg])
+                }
+            });
+            BridgeOutput::of(in1, in2)
+        })
+    }
+}
+
+/// What a timer puts on a bridge's input. A line that it does not drive is held low by the bridge's pull-down.
+fn input(part: &mut Part, now: VirtualNanos, (timer, channel, _): LineSource) -> BridgeInput {
+    let channel = Channel::new(channel).expect("a timer has six channels");
+    part.with_bridge_timer(now, timer, |timer, registers, _| {
+        match timer.model.pulse(channel, registers) {
+            Some(pulse) => BridgeInput::Pulse {
+                high_ns: pulse.width.0,
+                period_ns: pulse.period.0,
+            },
+            None => BridgeInput::Level(timer.model.output(channel, registers).unwrap_or(Level::Low)),
+        }
+    })
+}
+
+/// Whether every input of the bridges belongs to its timer; until it does, pull-downs hold it low.
+pub(super) fn all_connected(part: &mut Part) -> bool {
+    LINES.into_iter().flatten().all(|(.., at)| connected(part, at))
+}
+
+/// Whether a pin is connected to its timer.
+fn connected(part: &mut Part, at: TimerPin) -> bool {
+    let (_, name) = PORTS
+        .into_iter()
+        .find(|(port, _)| *port == at.port)
+        .expect("the ports of the bridges' pins are listed");
+    let port = part.h7.bus().slot(name).expect("the part has the port");
+    let registers = part.h7.bus_mut().slot_mut(port).registers_mut();
+    gpio::Gpio::function(pin(at.number), registers) == Some(at.function)
+}

@@ -1,0 +1,127 @@
+use super::*;
+
+/// A drive motor of the reference vehicle at a full battery.
+const DRIVE: SwitchedMotor = SwitchedMotor {
+    resistance_ohm: 0.316,
+    inductance_h: 80e-6,
+    supply_v: 25.2,
+    pwm_hz: 20_000.0,
+};
+
+/// The modulations that hold the motor at a voltage throughout the period.
+const NEVER_OPEN: [Modulation; 3] = [
+    Modulation::LockedAntiPhase,
+    Modulation::DriveBrake,
+    Modulation::Unipolar,
+];
+
+/// The plant's motors see the mean voltage alone: right for what is never open.
+#[test]
+fn the_mean_is_that_of_the_averaged_motor() {
+    for modulation in NEVER_OPEN {
+        for duty in [-0.9, -0.3, 0.0, 0.5, 0.94] {
+            for back_emf_v in [-10.0, 0.0, 7.0] {
+                let mean_a = DRIVE.periodic(modulation, duty, back_emf_v).mean_a;
+                let averaged_a = (duty * DRIVE.supply_v - back_emf_v) / DRIVE.resistance_ohm;
+                assert!(
+                    (mean_a - averaged_a).abs() < 1e-9,
+                    "{modulation:?} {duty} {back_emf_v}: {mean_a}"
+                );
+            }
+        }
+    }
+}
+
+/// Without resistance the ripple is the textbook's: 2 V d (1 - d) / (L f) between the rails with d the share of the
+/// forward diagonal, V d (1 - d) / (L f) against zero, and half of that at twice the frequency at most.
+#[test]
+fn the_ripple_is_the_textbooks() {
+    let motor = SwitchedMotor {
+        resistance_ohm: 1e-3,
+        ..DRIVE
+    };
+    let unit_a = motor.supply_v / (motor.inductance_h * motor.pwm_hz);
+    for duty in [0.0, 0.1, 0.5, 0.94] {
+        let d = f64::midpoint(1.0, duty);
+        for (modulation, expected_a) in [
+            (Modulation::LockedAntiPhase, 2.0 * unit_a * d * (1.0 - d)),
+            (Modulation::DriveBrake, unit_a * duty * (1.0 - duty)),
+            (Modulation::Unipolar, unit_a * duty * (1.0 - duty) / 2.0),
+        ] {
+            let ripple_a = motor.periodic(modulation, duty, duty * motor.supply_v).ripple_a;
+            assert!(
+                (ripple_a - expected_a).abs() < 1e-3 * unit_a,
+                "{modulation:?} {duty}: {ripple_a}"
+            );
+        }
+    }
+}
+
+/// A still motor whose bridge drives for a share d < 1/2 and is open for the rest: the current rises for d and falls for d,
+/// a triangle of height V d / (L f), and none flows for the rest. Its mean is d times its height.
+#[test]
+fn an_open_bridge_lets_the_current_go_out() {
+    let motor = SwitchedMotor {
+        resistance_ohm: 1e-3,
+        ..DRIVE
+    };
+    let unit_a = motor.supply_v / (motor.inductance_h * motor.pwm_hz);
+    for duty in [-0.3_f64, 0.1, 0.25, 0.45] {
+        let current = motor.periodic(Modulation::DriveOpen, duty, 0.0);
+        assert!(
+            (current.ripple_a - unit_a * duty.abs()).abs() < 1e-3 * unit_a,
+            "{duty}: {current:?}"
+        );
+        let mean_a = unit_a * duty * duty.abs();
+        assert!((current.mean_a - mean_a).abs() < 1e-3 * unit_a, "{duty}: {current:?}");
+    }
+    // An armed vehicle at rest: an open bridge lets the wheel turn, a braking one holds it.
+    assert!(motor.periodic(Modulation::DriveOpen, 0.0, 5.0).mean_a.abs() < 1e-12);
+    assert!(motor.periodic(Modulation::DriveBrake, 0.0, 5.0).mean_a < -1.0);
+}
+
+/// Against the current stepped through the period in ten thousand steps.
+#[test]
+fn mean_and_root_mean_square_are_those_of_the_stepped_current() {
+    const STEPS: usize = 10_000;
+    for modulation in Modulation::ALL {
+        let step_s = 1.0 / (DRIVE.pwm_hz * STEPS as f64);
+        let (duty, back_emf_v) = (0.4, 8.0);
+        let mut current_a: f64 = 0.0;
+        let (mut sum, mut square) = (0.0, 0.0);
+        // After 60 periods, 12 time constants, each is like the one before.
+        for _ in 0..60 {
+            (sum, square) = (0.0, 0.0);
+            for step in 0..STEPS {
+                let at = (step as f64 + 0.5) / STEPS as f64;
+                let mut end = 0.0;
+                let (_, held) = modulation
+                    .stretches(duty)
+                    .into_iter()
+                    .find(|(share, _)| {
+                        end += share;
+                        at < end
+                    })
+                    .expect("the stretches fill the period");
+                let change = |voltage: f64| {
+                    (voltage * DRIVE.supply_v - DRIVE.resistance_ohm * current_a - back_emf_v) / DRIVE.inductance_h
+                        * step_s
+                };
+                current_a = match held {
+                    BridgeHold::At(voltage) => current_a + change(voltage),
+                    // Diodes let no current turn round.
+                    BridgeHold::Open if current_a > 0.0 => (current_a + change(-1.0)).max(0.0),
+                    BridgeHold::Open => (current_a + change(1.0)).min(0.0).max(current_a),
+                };
+                sum += current_a / STEPS as f64;
+                square += current_a * current_a / STEPS as f64;
+            }
+        }
+        let exact = DRIVE.periodic(modulation, duty, back_emf_v);
+        assert!((exact.mean_a - sum).abs() < 0.01, "{modulation:?}: {sum}, {exact:?}");
+        assert!(
+            (exact.rms_a - square.sqrt()).abs() < 0.01,
+            "{modulation:?}: {square}, {exact:?}"
+        );
+    }
+}
