@@ -267,7 +267,7 @@ impl Supervisor {
         );
         if let Some(watch) = &mut self.spar_watch {
             let good = watch.update(&sensed.spar_imu) == ImuHealth::Good;
-            faults.set(Fault::SparImu, !good);
+            faults.set(Fault::SparImu, !good || estimate.spar_contradicted);
             faults.set(Fault::SparAngle, estimate.spar_rad.abs() > limits.spar_max_rad);
         }
 
