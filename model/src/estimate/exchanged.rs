@@ -11,11 +11,11 @@
 
 use super::facing::{INTERVAL_S, MEAN_GAIN, STEADY_TIME_CONSTANT_S};
 use super::rate_filter::LowPass;
-use crate::supervise::plausibility::Persistence;
+use crate::persistence::Persistence;
 
 /// What one tick of an armed vehicle shows of the rates of one body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Rates {
+pub struct BodyRates {
     /// Rate of what its motor turns against it, of the encoder, rad/s: of the wheels relative to the arm, or of the ballast
     /// relative to the spar.
     pub relative_rad_s: f32,
@@ -74,7 +74,7 @@ impl Default for Exchanged {
 
 impl Exchanged {
     /// Takes what one interval shows; whether the IMU has shown for a while that its axes are exchanged.
-    pub fn update(&mut self, rates: &Rates) -> bool {
+    pub fn update(&mut self, rates: &BodyRates) -> bool {
         let mut motion = [rates.relative_rad_s, rates.swing_rad_s, rates.roll_rad_s];
         for (rate, steady) in motion.iter_mut().zip(&mut self.steady) {
             steady.update(*rate);
@@ -118,7 +118,7 @@ mod tests {
 
     /// The tick, in intervals, in which the watch first tells of a body that swings by `swing_rad_s` at `hertz`: `shown` makes
     /// the rates of the relative rate and the swing.
-    fn told(hertz: f32, swing_rad_s: f32, shown: impl Fn(f32, f32) -> Rates) -> Option<u16> {
+    fn told(hertz: f32, swing_rad_s: f32, shown: impl Fn(f32, f32) -> BodyRates) -> Option<u16> {
         let mut watch = Exchanged::default();
         (1..=1000).find(|k| {
             let angle = 2.0 * core::f32::consts::PI * hertz * INTERVAL_S * f32::from(*k);
@@ -127,7 +127,7 @@ mod tests {
         })
     }
 
-    const STEADY: Rates = Rates {
+    const STEADY: BodyRates = BodyRates {
         relative_rad_s: 0.0,
         swing_rad_s: 0.0,
         roll_rad_s: 0.01,
@@ -139,7 +139,7 @@ mod tests {
         for hertz in [0.7_f32, 2.0, 6.0] {
             for size in [0.5_f32, -2.0] {
                 let turned = |way: f32| {
-                    move |relative, swing: f32| Rates {
+                    move |relative, swing: f32| BodyRates {
                         relative_rad_s: relative,
                         swing_rad_s: 0.1 * swing,
                         roll_rad_s: way * swing,
@@ -155,7 +155,7 @@ mod tests {
                     );
                 }
                 // The right way round, with a third of the swing as roll: an IMU that is mounted 20 degrees off.
-                let upright = |relative, swing: f32| Rates {
+                let upright = |relative, swing: f32| BodyRates {
                     relative_rad_s: relative,
                     swing_rad_s: swing,
                     roll_rad_s: 0.36 * swing,
@@ -169,7 +169,7 @@ mod tests {
     /// One wheel drives over waves: the vehicle rolls, and its wheels turn on evenly, or in another rhythm.
     #[test]
     fn a_vehicle_that_rolls_is_no_exchanged_imu() {
-        let rolls = |_, swing| Rates {
+        let rolls = |_, swing| BodyRates {
             roll_rad_s: swing,
             ..STEADY
         };
@@ -177,7 +177,7 @@ mod tests {
         let mut watch = Exchanged::default();
         for k in 0..2000_u16 {
             let angle = 12.0 * INTERVAL_S * f32::from(k);
-            let rates = Rates {
+            let rates = BodyRates {
                 relative_rad_s: libm::cosf(angle),
                 roll_rad_s: libm::sinf(angle),
                 ..STEADY
@@ -200,7 +200,7 @@ mod tests {
             let (omega, intervals) = (core::f32::consts::PI / 0.4, 100_u16);
             let found = (1..=intervals).find(|k| {
                 let roll_rad_s = 0.5 * size_rad * omega * libm::sinf(omega * INTERVAL_S * f32::from(*k));
-                watch.update(&Rates {
+                watch.update(&BodyRates {
                     swing_rad_s: swing_share * roll_rad_s,
                     roll_rad_s,
                     ..STEADY
@@ -215,7 +215,7 @@ mod tests {
     #[test]
     fn a_turn_tells_nothing() {
         for (yaw_rad_s, expected) in [(0.49, true), (0.51, false), (-0.51, false)] {
-            let turns = |relative, swing| Rates {
+            let turns = |relative, swing| BodyRates {
                 relative_rad_s: relative,
                 roll_rad_s: swing,
                 yaw_rad_s,
@@ -227,7 +227,7 @@ mod tests {
 
     #[test]
     fn little_motion_and_what_was_before_a_reset_tell_nothing() {
-        let turned = |relative, swing| Rates {
+        let turned = |relative, swing| BodyRates {
             relative_rad_s: relative,
             roll_rad_s: swing,
             ..STEADY

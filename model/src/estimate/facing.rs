@@ -24,8 +24,8 @@
 //! vehicle up pushes it up, and a vehicle that falls feels nothing (`tick/estimate/contradiction.rs`).
 
 use super::rate_filter::LowPass;
+use crate::persistence::Persistence;
 use crate::sample::TICK_S;
-use crate::supervise::plausibility::Persistence;
 use crate::vehicle::GRAVITY_M_S2;
 
 /// Ticks from one update of a watch of mountings to its next: the arm's two, the spar's two and the slow means of

@@ -18,7 +18,7 @@
 
 use super::facing::{INTERVAL_S, MEAN_GAIN, STEADY_TIME_CONSTANT_S};
 use super::rate_filter::LowPass;
-use crate::supervise::plausibility::Persistence;
+use crate::persistence::Persistence;
 use crate::vehicle::Vehicle;
 
 /// What one tick of an armed vehicle shows of its spar.

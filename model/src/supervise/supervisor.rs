@@ -3,12 +3,13 @@
 use super::arming::{Arming, Conditions, Mode};
 use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use super::motor_watch::{MotorHealth, MotorReading, MotorWatch};
-use super::plausibility::{ImuHealth, ImuWatch, Persistence};
+use super::plausibility::{ImuHealth, ImuWatch};
 use crate::board::BoardScales;
 use crate::command::{Command, Request};
 use crate::control::motor::voltage;
 use crate::control::motor_guard::MotorGuard;
 use crate::estimate::Estimate;
+use crate::persistence::Persistence;
 use crate::sample::TICK_S;
 use crate::sample::{Actuation, MOTORS, Motor};
 use crate::sensed::Sensed;

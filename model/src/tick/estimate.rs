@@ -11,9 +11,9 @@ use crate::estimate::stall::{Intent, Stall};
 use crate::estimate::tilt::{Disturbance, TiltEstimator, TiltReading};
 use crate::estimate::traction::{Evidence, Traction};
 use crate::estimate::trust::Trust;
+use crate::persistence::Persistence;
 use crate::sample::{Motor, TICK_S};
 use crate::sensed::Sensed;
-use crate::supervise::plausibility::Persistence;
 use crate::supervise::supervisor::Believed;
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 

@@ -1,12 +1,12 @@
 //! Whether what the IMUs show can be true, judged by gravity, by the wheels and by the ballast.
 
 use super::{Estimator, MeasuredMotion};
-use crate::estimate::exchanged::{Exchanged, Rates};
+use crate::estimate::exchanged::{BodyRates, Exchanged};
 use crate::estimate::facing::{Facing, INTERVAL_TICKS, Shown};
 use crate::estimate::spar_facing::{SparFacing, SparShown};
 use crate::estimate::tilt::TiltReading;
+use crate::persistence::Persistence;
 use crate::sensed::Sensed;
-use crate::supervise::plausibility::Persistence;
 use crate::supervise::supervisor::Believed;
 use crate::vehicle::{GRAVITY_M_S2, Vehicle};
 
@@ -106,7 +106,7 @@ impl Estimator {
                 }),
                 1 => {
                     let [roll_rad_s, _] = sensed.arm_gyro_xz_rad_s;
-                    arm_exchanged.update(&Rates {
+                    arm_exchanged.update(&BodyRates {
                         relative_rad_s,
                         swing_rad_s: motion.phi_rate_rad_s,
                         roll_rad_s,
@@ -135,7 +135,7 @@ impl Estimator {
                     axle_g: motion.wheels_m_s2 * self.slope.cos() / GRAVITY_M_S2 as f32,
                     unexplained: self.arm.unexplained(),
                 }),
-                3 => spar_exchanged.update(&Rates {
+                3 => spar_exchanged.update(&BodyRates {
                     relative_rad_s: ballast_rate_rad_s,
                     swing_rad_s: spar.rate_rad_s(),
                     roll_rad_s: sensed.spar_gyro_x_rad_s,
