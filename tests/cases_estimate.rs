@@ -287,6 +287,36 @@ fn a_slide_is_told_within_a_quarter_of_a_second() {
     }
 }
 
+/// Where the ground carries most of the slope's weight the wheels hunt. What it lacks slows the vehicle, or speeds it up, by
+/// `g (sin(beta) - mu cos(beta))`: 0.59 m/s^2 with a friction of 0.3 on 20 degrees.
+#[test]
+fn a_slide_near_the_limit_of_grip_is_told_within_a_second() {
+    for (friction, slope_deg) in [(0.3, 20.0_f64), (0.3, -20.0), (0.2, 15.0), (0.2, -15.0)] {
+        let slope_rad = slope_deg.to_radians();
+        let lacks_m_s2 = 9.81 * (slope_rad.abs().sin() - friction * slope_rad.cos());
+        assert!(lacks_m_s2 > 0.5, "{friction} on {slope_deg}: {lacks_m_s2}");
+        for (speed_m_s, seed) in [(0.3, 1), (0.8, 2), (1.5, 3)] {
+            let from_m = 1.0 + 2.0 * speed_m_s;
+            let tables = format!(
+                "chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}\n\
+                 terrain.patch = [{{ from_m = {from_m:?}, to_m = 60.0, right = {friction:?}, left = {friction:?} }}]"
+            );
+            let outcome = fly(8.0 + from_m / speed_m_s, seed, &tables, &at_speed(speed_m_s));
+            let rows = &outcome.trace.rows;
+            let slides = |rows: &[TraceRow]| rows.iter().all(|row| row.truth.sliding.contains(&true));
+            let began = rows
+                .windows(10)
+                .position(slides)
+                .map(|at| rows[at].time_s())
+                .expect("it slides");
+            let told = first(&outcome, began, |row| row.status.limits.contains(Limit::Slip));
+            let story = format!("{friction} on {slope_deg} deg at {speed_m_s} m/s, seed {seed}");
+            println!("{story}: after {told:.2?} s");
+            assert!(told.is_some_and(|s| s <= 1.0), "{story}: {told:?}");
+        }
+    }
+}
+
 /// Two degrees of mounting error are learnt in the first turn on the spot; once what they did has faded, the vehicle stays
 /// where it is. Taken for a swing of the arm, they would roll the wheels by 2 pi r sin 2 deg in every turn, 5.5 cm, on a
 /// circle that ends where it began.

@@ -4,7 +4,7 @@
 use firmware::drive_board::SCALES;
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, Fault, FaultSet};
-use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
+use virtual_board::scenario::{self, Scenario, VirtualBackend};
 
 mod support;
 use support::flights::{at_speed, drive, first, fly, last, only, recorded, scenario};
@@ -278,73 +278,5 @@ fn a_limit_beyond_the_sensors_is_refused_by_the_file_reader_and_by_the_board() {
             .plant(&reference())
             .expect("a plant");
         assert!(VirtualBackend::boot(&vehicle, plant).is_err(), "{name}");
-    }
-}
-
-/// Half of the angle at which fault ArmAngle opens the bridges, rad: the arm is not thrown.
-const NOT_THROWN_RAD: f64 = 0.7;
-
-/// The arm's largest angle while a bridge was on, rad.
-fn thrown_rad(outcome: &DriveOutcome) -> f64 {
-    let rows = outcome.trace.rows.iter().filter(|row| row.bridges_on);
-    rows.map(|row| row.truth.phi_rad.abs()).fold(0.0, f64::max)
-}
-
-/// Opened by ImuImplausible, and only by it, within `limit_s` of `from_s`, with the arm not thrown.
-fn judged_by_its_imu(outcome: &DriveOutcome, from_s: f64, limit_s: f64, story: &str) {
-    let opened = first(outcome, from_s, |row| !row.bridges_on);
-    println!("{story}: {opened:?} s");
-    assert!(opened.is_some_and(|s| s <= limit_s), "{story}: {opened:?} s");
-    let phi_rad = thrown_rad(outcome);
-    assert!(phi_rad < NOT_THROWN_RAD, "{story}: {phi_rad} rad");
-    assert_eq!(
-        last(outcome).status.faults,
-        only(&[Fault::ImuImplausible]),
-        "{story}: {:?}",
-        outcome.log
-    );
-}
-
-/// Every axis of the arm IMU changes its sign while the vehicle drives: 40 ticks upside down.
-#[test]
-fn an_imu_that_turns_over_is_found_in_50_ms_whatever_the_vehicle_does() {
-    for (seed, slope_rad) in [(1, 0.0), (2, 0.1745), (3, -0.1745)] {
-        for speed_m_s in [0.0, 0.3, 1.0, 2.0, 2.5, -0.3, -1.0, -2.5] {
-            let outcome = fly(
-                8.2,
-                seed,
-                &format!("chocked_until_armed = true\nterrain.plane.slope_x_rad = {slope_rad:?}"),
-                &format!(
-                    "{}, {{ at_s = 8.0, action = \"sensor-fault\", sensor = \"arm-imu\", fault = \"wrong-sign\" }}",
-                    at_speed(speed_m_s)
-                ),
-            );
-            let story = format!("{speed_m_s} m/s on {slope_rad}, seed {seed}");
-            judged_by_its_imu(&outcome, 8.0, 0.05, &story);
-        }
-    }
-}
-
-/// Mounted half a turn about its z axis, the IMU agrees with itself from the boot on, and nothing blocks arming. On a slope
-/// the arm must move as soon as the vehicle is armed; on the level it does when the vehicle is told to drive. A vehicle that
-/// stands on the level does not move its arm, and then a mirrored IMU does no harm.
-#[test]
-fn a_mirrored_imu_is_found_in_300_ms_of_the_first_motion() {
-    const MIRRORED: &str = "chocked_until_armed = true\nplant.arm_imu.misalignment_z_deg = 180.0";
-    for seed in [1, 2, 3] {
-        for speed_m_s in [0.3, 1.0, 2.0, 2.5, -0.3, -1.0, -2.5] {
-            for (slope_rad, moves_s) in [(0.0, 2.1), (0.1745, 2.0), (-0.1745, 2.0)] {
-                let plane = format!("{MIRRORED}\nterrain.plane.slope_x_rad = {slope_rad:?}");
-                let step = format!("{{ at_s = 2.1, action = \"drive\", speed_m_s = {speed_m_s:?} }}");
-                let outcome = fly(6.0, seed, &plane, &step);
-                let story = format!("{speed_m_s} m/s on {slope_rad}, seed {seed}");
-                let armed = first(&outcome, 0.0, |row| row.status.mode == Mode::Armed);
-                assert!(armed.is_some(), "{story}: not armed");
-                judged_by_its_imu(&outcome, moves_s + 0.02, 0.28, &story);
-            }
-        }
-        let outcome = fly(12.0, seed, MIRRORED, &at_speed(0.0));
-        let phi_rad = thrown_rad(&outcome);
-        assert!(phi_rad < NOT_THROWN_RAD, "standing, seed {seed}: {phi_rad} rad");
     }
 }

@@ -16,6 +16,7 @@ pub mod dynamics;
 pub mod estimate;
 pub mod integrate;
 pub mod linear;
+pub mod persistence;
 pub mod real;
 pub mod sample;
 pub mod sensed;

@@ -25,6 +25,10 @@ pub struct Sensed {
     pub arm_gyro_xz_rad_s: [f32; 2],
     /// Spar IMU in the plane of the wheels.
     pub spar: TiltReading,
+    /// Specific force at the spar IMU to the left, m/s^2.
+    pub spar_force_y_m_s2: f32,
+    /// Angular rate of the spar about its x axis, rad/s.
+    pub spar_gyro_x_rad_s: f32,
     /// Filtered battery voltage, V.
     pub battery_v: f32,
     /// Motor currents, A; 0 for a motor that the vehicle does not have.

@@ -21,11 +21,18 @@
 //! angle that is known to some degrees, are filtered out of both.
 //!
 //! Of an IMU that is upside down as well, `e` is the sine of an angle of 180 degrees: 0. The vertical tells: what holds the
-//! vehicle up pushes it up, and a vehicle that falls feels nothing.
+//! vehicle up pushes it up, and a vehicle that falls feels nothing (`tick/estimate/contradiction.rs`).
 
 use super::rate_filter::LowPass;
+use crate::persistence::Persistence;
 use crate::sample::TICK_S;
 use crate::vehicle::GRAVITY_M_S2;
+
+/// Ticks from one update of a watch of mountings to its next: the arm's two, the spar's two and the slow means of
+/// [`traction`](super::traction) take turns, because a swing of some hertz needs no more, and a tick has time for one of them.
+pub const INTERVAL_TICKS: u8 = 5;
+/// The same, s.
+pub(super) const INTERVAL_S: f32 = INTERVAL_TICKS as f32 * TICK_S;
 
 /// What one tick of an armed vehicle shows of its IMU.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,8 +41,8 @@ pub struct Shown {
     pub relative_rad_s: f32,
     /// What the accelerometer feels along the horizontal beyond the axle's acceleration, over g.
     pub unexplained: f32,
-    /// What it feels along the vertical, m/s^2: g at rest.
-    pub vertical_m_s2: f32,
+    /// What it feels to the left, m/s^2.
+    pub sideways_m_s2: f32,
     /// It feels about the weight of a vehicle that stands on its wheels.
     pub weighs: bool,
     /// The wheels are known to slide.
@@ -50,17 +57,18 @@ pub struct Facing {
     relative: LowPass,
     steady_forward: LowPass,
     steady_backward: LowPass,
+    steady_sideways: LowPass,
     /// Mean squares of the errors of an IMU that faces forward, and backward.
     forward: f32,
     backward: f32,
-    /// Ticks for which the IMU has looked mirrored, and upside down.
-    mirrored_ticks: u16,
-    overturned_ticks: u16,
+    /// Mean square of what shakes it sideways, over g.
+    sideways: f32,
+    mirrored: Persistence,
 }
 
 const G: f32 = GRAVITY_M_S2 as f32;
 /// Time constant of what is steady: several times that of the tilt estimate's filters, and less than a manoeuvre.
-const STEADY_TIME_CONSTANT_S: f32 = 0.2;
+pub(super) const STEADY_TIME_CONSTANT_S: f32 = 0.2;
 /// Time constant of the mean squares: longer than the blow of a kerb.
 const MEAN_TIME_CONSTANT_S: f32 = 0.1;
 /// Mean square, over g, of what an IMU that faces forward would have to leave unexplained: of 1.4 m/s^2, six times the
@@ -69,18 +77,17 @@ const UNEXPLAINED_MIN: f32 = 1.4 / G * (1.4 / G);
 /// Share of it that an IMU that faces backward may leave unexplained: two fifths of the amplitude, for scales, radii and lags
 /// that are known to some percent, and for wheels that slip meanwhile.
 const MIRRORED_SHARE: f32 = 0.15;
-/// Ticks for which the one must explain what the other does not.
-const MIRRORED_TICKS: u16 = 60;
-/// What the accelerometer feels along the vertical, m/s^2, below which it is upside down, and ticks for which that lasts:
-/// gravity alone takes it to 0 only, and nothing pulls a vehicle down at 1.5 g for that long.
-const OVERTURNED_M_S2: f32 = -0.5 * G;
-const OVERTURNED_TICKS: u16 = 40;
+/// Share of it that may shake the IMU sideways: what swings the arm does not, and a vibration, to which the law answers through
+/// the gyro, does as much as forward.
+const SIDEWAYS_SHARE: f32 = 0.3;
+/// Intervals for which the one must explain what the other does not: 60 ms.
+const MIRRORED_INTERVALS: u16 = 12;
 
 /// What is left unexplained, over g, beyond which wheels that slide tell nothing: when they grip again, the ground turns them,
 /// and through the gears the arm.
 const REGAINS: f32 = 0.5;
-/// Share of each tick in the mean squares.
-const MEAN_GAIN: f32 = TICK_S / MEAN_TIME_CONSTANT_S;
+/// Share of each interval in the mean squares.
+pub(super) const MEAN_GAIN: f32 = INTERVAL_S / MEAN_TIME_CONSTANT_S;
 
 impl Facing {
     /// A watch for wheels of `wheel_radius_m`, whose acceleration the tilt estimate takes from a filter of
@@ -88,22 +95,25 @@ impl Facing {
     pub fn new(wheel_radius_m: f32, axle_time_constant_s: f32) -> Self {
         Self {
             radius_s2: wheel_radius_m / G,
-            relative: LowPass::new(TICK_S, axle_time_constant_s),
-            steady_forward: LowPass::new(TICK_S, STEADY_TIME_CONSTANT_S),
-            steady_backward: LowPass::new(TICK_S, STEADY_TIME_CONSTANT_S),
+            relative: LowPass::new(INTERVAL_S, axle_time_constant_s),
+            steady_forward: LowPass::new(INTERVAL_S, STEADY_TIME_CONSTANT_S),
+            steady_backward: LowPass::new(INTERVAL_S, STEADY_TIME_CONSTANT_S),
+            steady_sideways: LowPass::new(INTERVAL_S, STEADY_TIME_CONSTANT_S),
             forward: 0.0,
             backward: 0.0,
-            mirrored_ticks: 0,
-            overturned_ticks: 0,
+            sideways: 0.0,
+            mirrored: Persistence::new(MIRRORED_INTERVALS),
         }
     }
 
-    /// Takes one tick; whether the IMU has shown for a while that it is mirrored or upside down.
+    /// Takes what one interval shows; whether the IMU has shown for a while that it is mirrored.
     pub fn update(&mut self, shown: &Shown) -> bool {
         let relative = self.radius_s2 * self.relative.update(shown.relative_rad_s);
         let [forward, backward] = [shown.unexplained, shown.unexplained + 2.0 * relative];
         self.steady_forward.update(forward);
         self.steady_backward.update(backward);
+        let sideways = shown.sideways_m_s2 / G;
+        self.steady_sideways.update(sideways);
         let regains = shown.slides && shown.unexplained.abs() > REGAINS;
         if shown.weighs && !regains {
             let [forward, backward] = [
@@ -112,31 +122,24 @@ impl Facing {
             ];
             self.forward += MEAN_GAIN * (forward * forward - self.forward);
             self.backward += MEAN_GAIN * (backward * backward - self.backward);
+            let sideways = sideways - self.steady_sideways.value();
+            self.sideways += MEAN_GAIN * (sideways * sideways - self.sideways);
         }
-        let mirrored = self.forward > UNEXPLAINED_MIN && self.backward < MIRRORED_SHARE * self.forward;
-        self.mirrored_ticks = if mirrored {
-            self.mirrored_ticks.saturating_add(1)
-        } else {
-            0
-        };
-        let overturned = shown.vertical_m_s2 < OVERTURNED_M_S2;
-        self.overturned_ticks = if overturned {
-            self.overturned_ticks.saturating_add(1)
-        } else {
-            0
-        };
-        self.mirrored_ticks >= MIRRORED_TICKS || self.overturned_ticks >= OVERTURNED_TICKS
+        self.mirrored.update(
+            self.forward > UNEXPLAINED_MIN
+                && self.backward < MIRRORED_SHARE * self.forward
+                && self.sideways < SIDEWAYS_SHARE * self.forward,
+        )
     }
 
-    /// Begins anew with wheels that stand: nothing drives them, or the IMU is not believed.
-    pub fn reset(&mut self) {
+    /// Begins anew with wheels that stand: nothing drives them, or the IMU is not believed. It feels `sideways_m_s2` to the left.
+    pub fn reset(&mut self, sideways_m_s2: f32) {
         self.relative.reset(0.0);
         self.steady_forward.reset(0.0);
         self.steady_backward.reset(0.0);
-        self.forward = 0.0;
-        self.backward = 0.0;
-        self.mirrored_ticks = 0;
-        self.overturned_ticks = 0;
+        self.steady_sideways.reset(sideways_m_s2 / G);
+        [self.forward, self.backward, self.sideways] = [0.0; 3];
+        self.mirrored.update(false);
     }
 }
 
@@ -146,6 +149,7 @@ mod tests {
 
     const RADIUS_M: f32 = 0.25;
     const AXLE_S: f32 = 0.02;
+    const MIRRORED_TICKS: u16 = MIRRORED_INTERVALS * INTERVAL_TICKS as u16;
     /// Turns the wheels against the arm to and fro by 2 Hz.
     const OMEGA_RAD_S: f32 = 12.6;
 
@@ -156,28 +160,32 @@ mod tests {
         axle: LowPass,
         weighs: bool,
         slides: bool,
-        vertical_g: f32,
+        /// Share of the wheels' relative acceleration that shakes the IMU sideways.
+        sideways: f32,
     }
 
     impl Bench {
         fn new() -> Self {
+            let mut facing = Facing::new(RADIUS_M, AXLE_S);
+            // As on a side slope.
+            facing.reset(3.0);
             Self {
-                facing: Facing::new(RADIUS_M, AXLE_S),
+                facing,
                 ticks: 0,
-                axle: LowPass::new(TICK_S, AXLE_S),
+                axle: LowPass::new(INTERVAL_S, AXLE_S),
                 weighs: true,
                 slides: false,
-                vertical_g: 1.0,
+                sideways: 0.0,
             }
         }
 
-        /// One tick at a relative rate, with an error of this share of the wheels' relative acceleration, and of `offset_g`.
-        fn tick(&mut self, relative_rad_s: f32, share: f32, offset_g: f32) -> bool {
+        /// One interval at a relative rate, with an error of this share of the wheels' relative acceleration, and of `offset_g`.
+        fn interval(&mut self, relative_rad_s: f32, share: f32, offset_g: f32) -> bool {
             let relative_g = RADIUS_M / G * self.axle.update(relative_rad_s);
             self.facing.update(&Shown {
                 relative_rad_s,
                 unexplained: share * relative_g + offset_g,
-                vertical_m_s2: self.vertical_g * G,
+                sideways_m_s2: 3.0 + self.sideways * relative_g * G,
                 weighs: self.weighs,
                 slides: self.slides,
             })
@@ -185,11 +193,12 @@ mod tests {
 
         /// The tick in which the watch first tells of wheels that swing by `amplitude_m_s2`.
         fn told(&mut self, amplitude_m_s2: f32, share: f32, ticks: u16) -> Option<u16> {
-            (1..=ticks).find(|_| {
-                self.ticks += 1;
+            let step = u16::from(INTERVAL_TICKS);
+            (step..=ticks).step_by(usize::from(step)).find(|_| {
+                self.ticks += step;
                 let angle = OMEGA_RAD_S * TICK_S * f32::from(self.ticks);
                 let relative_rad_s = amplitude_m_s2 / (RADIUS_M * OMEGA_RAD_S) * libm::sinf(angle);
-                self.tick(relative_rad_s, share, 0.0)
+                self.interval(relative_rad_s, share, 0.0)
             })
         }
     }
@@ -231,13 +240,12 @@ mod tests {
         let mut bench = Bench::new();
         assert_eq!(bench.told(5.0, -2.0, MIRRORED_TICKS - 1), None);
         assert!(
-            bench.facing.mirrored_ticks > 20,
-            "it looks mirrored: {}",
-            bench.facing.mirrored_ticks
+            bench.facing.backward < MIRRORED_SHARE * bench.facing.forward,
+            "it looks mirrored"
         );
         assert_eq!(bench.told(5.0, 0.0, 1000), None);
-        // Nor do the ticks of two blows add up.
-        bench.facing.mirrored_ticks = MIRRORED_TICKS - 1;
+        // Nor do two blows add up.
+        assert_eq!(bench.told(5.0, -2.0, MIRRORED_TICKS - 1), None);
         assert_eq!(bench.told(5.0, 0.0, 1000), None);
         assert!(bench.told(5.0, -2.0, 600).is_some());
     }
@@ -250,7 +258,7 @@ mod tests {
         bench.weighs = true;
         let told = bench.told(5.0, -2.0, 1000);
         assert!(told.is_some());
-        bench.facing.reset();
+        bench.facing.reset(0.0);
         assert_eq!(bench.facing, Facing::new(RADIUS_M, AXLE_S));
     }
 
@@ -266,32 +274,25 @@ mod tests {
         }
     }
 
+    /// What shakes it sideways as much as forward is a vibration; a side force that stays, as in a bend, is none.
+    #[test]
+    fn a_vibration_that_the_law_answers_tells_nothing() {
+        for (sideways, expected) in [(0.0, true), (0.9, true), (1.3, false), (-2.0, false)] {
+            let mut bench = Bench::new();
+            bench.sideways = sideways;
+            assert_eq!(bench.told(5.0, -2.0, 2000).is_some(), expected, "{sideways}");
+        }
+    }
+
     /// An angle of the arm that is wrong by 17 degrees while the vehicle speeds up steadily: the same steady error.
     #[test]
     fn what_is_steady_tells_nothing() {
         let mut bench = Bench::new();
         let mut relative_rad_s = 0.0;
-        for k in 0..4000_u16 {
-            let grown = (f32::from(k) * 0.0005).min(1.0);
-            relative_rad_s += 0.15 * grown * G / RADIUS_M * TICK_S;
-            assert!(!bench.tick(relative_rad_s, 0.0, -0.3 * grown), "{k}");
+        for k in 0..1000_u16 {
+            let grown = (f32::from(k) * 0.002).min(1.0);
+            relative_rad_s += 0.15 * grown * G / RADIUS_M * INTERVAL_S;
+            assert!(!bench.interval(relative_rad_s, 0.0, -0.3 * grown), "{k}");
         }
-    }
-
-    #[test]
-    fn an_imu_that_is_upside_down_is_told_in_40_ticks() {
-        for (vertical_g, told) in [(-0.51, Some(40)), (-1.0, Some(40)), (-0.49, None), (1.0, None)] {
-            let mut bench = Bench::new();
-            bench.vertical_g = vertical_g;
-            let found = (1..=1000_u16).find(|_| bench.tick(0.0, 0.0, 0.0));
-            assert_eq!(found, told, "{vertical_g} g");
-        }
-        let mut bench = Bench::new();
-        for k in 1..=200_u16 {
-            bench.vertical_g = if k.is_multiple_of(40) { 0.0 } else { -1.0 };
-            assert!(!bench.tick(0.0, 0.0, 0.0), "{k}");
-        }
-        bench.facing.reset();
-        assert_eq!(bench.facing, Facing::new(RADIUS_M, AXLE_S));
     }
 }

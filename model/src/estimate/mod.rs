@@ -5,12 +5,14 @@
 //! taken out of it. The slope is not sensed at all: it follows from the balance of forces.
 
 pub mod alignment;
+pub mod exchanged;
 pub mod facing;
 pub mod heading;
 pub mod odometry;
 pub mod rate_filter;
 mod result;
 pub mod slope;
+pub mod spar_facing;
 pub mod stall;
 pub mod stillness;
 pub mod tilt;

@@ -44,8 +44,10 @@ pub struct Estimate {
     pub at_rest: bool,
     /// The vehicle has come to a stop, though it may still balance about its place.
     pub stopped: bool,
-    /// Gyro and accelerometer have contradicted each other for a while.
+    /// Gyro and accelerometer of the arm IMU have contradicted each other, or both the wheels or gravity, for a while.
     pub contradicted: bool,
+    /// The spar's IMU has contradicted gravity, or the ballast and the axle, for a while.
+    pub spar_contradicted: bool,
     /// The wheels slide: speed and distance come from the accelerometer.
     pub sliding: bool,
     /// Something blocks the vehicle, which is told to drive.

@@ -4,7 +4,12 @@
 //! the gyro's yaw rate (6.12). Wheels that slide break one of the two. While they slide, the speed over the ground
 //! follows from the acceleration alone; it is exact at the start of the slide and drifts with 0.02 m/s^2 per tenth of a
 //! degree by which the arm's angle is wrong.
+//!
+//! Near the limit of grip the wheels hunt: they let go and grip again some times a second, with accelerations of which the
+//! filters' lags leave more than the slide itself does. But what a lag leaves has the mean 0, and the ground takes
+//! `g (sin(beta) - mu cos(beta))` of the vehicle's speed all the time: means over half a second tell.
 
+use super::facing::INTERVAL_S;
 use super::rate_filter::LowPass;
 use crate::bounded::Bounded;
 use crate::vehicle::GRAVITY_M_S2;
@@ -26,6 +31,8 @@ pub struct Evidence {
     pub wheels_yaw_rad_s: f32,
     /// The accelerometer feels about the weight of a vehicle that stands on its wheels.
     pub weighs: bool,
+    /// This is the tick of an interval ([`INTERVAL_TICKS`](super::facing::INTERVAL_TICKS)) in which slow means are taken.
+    pub slow: bool,
 }
 
 /// Watches for sliding wheels.
@@ -36,6 +43,9 @@ pub struct Traction {
     difference: LowPass,
     motion: LowPass,
     yaw_difference: LowPass,
+    slow_difference: LowPass,
+    slow_wheels: LowPass,
+    slow_intervals: u8,
     /// Ticks for which the wheels have contradicted the other sensors, and for which they have agreed since.
     apart_ticks: u16,
     agreed_ticks: u16,
@@ -47,6 +57,9 @@ pub struct Traction {
 const G: f32 = GRAVITY_M_S2 as f32;
 /// Time constant of the differences' filters.
 const DIFFERENCE_TIME_CONSTANT_S: f32 = 0.05;
+/// Time constant of the slow means, and intervals for which they must differ: 0.2 s.
+const SLOW_TIME_CONSTANT_S: f32 = 0.5;
+const SLOW_INTERVALS: u8 = 40;
 /// Difference of the accelerations, m/s^2, beyond which the wheels slide, and below which they roll again.
 const SLIDES_M_S2: f32 = 0.25;
 const ROLLS_M_S2: f32 = 0.12;
@@ -57,8 +70,9 @@ const MOTION_SHARE: f32 = 0.2;
 /// share, that is no slide.
 const SLIDES_RAD_S: f32 = 0.1;
 const RADIUS_SHARE: f32 = 0.03;
-/// Ticks for which the sensors must differ, or agree, before that is believed: longer than a kerb's or a joint's blow.
-const SLIDES_TICKS: u16 = 150;
+/// Ticks for which the sensors must differ, or agree, before that is believed: longer than a kerb's or a joint's blow, and than
+/// the first half period of what begins to shake the vehicle by 4 Hz or faster.
+const SLIDES_TICKS: u16 = 170;
 const ROLLS_TICKS: u16 = 300;
 /// Distance of the wheels' speed from that over the ground, m/s, at which they may roll again, and what the latter drifts
 /// by in every second of a slide.
@@ -78,6 +92,9 @@ impl Traction {
             difference: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
             motion: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
             yaw_difference: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
+            slow_difference: LowPass::new(INTERVAL_S, SLOW_TIME_CONSTANT_S),
+            slow_wheels: LowPass::new(INTERVAL_S, SLOW_TIME_CONSTANT_S),
+            slow_intervals: 0,
             apart_ticks: 0,
             agreed_ticks: 0,
             sliding_ticks: 0,
@@ -100,12 +117,23 @@ impl Traction {
         self.motion
             .update(evidence.wheels_m_s2.abs() + evidence.swing_m_s2.abs());
         let along = self.difference.value().abs() - MOTION_SHARE * self.motion.value();
+        if evidence.slow {
+            // The filtered one: what shakes it in the intervals' rhythm would look steady.
+            self.slow_difference.update(self.difference.value());
+            self.slow_wheels.update(evidence.wheels_m_s2);
+            self.slow_intervals = if self.slow_along() > SLIDES_M_S2 {
+                self.slow_intervals.saturating_add(1)
+            } else {
+                0
+            };
+        }
+        let hunts = self.slow_intervals >= SLOW_INTERVALS;
         let yaw = self.yaw_difference.value().abs();
         let yaw_max = SLIDES_RAD_S + RADIUS_SHARE * evidence.wheels_m_s.abs() / (2.0 * self.half_track_m);
         let apart = along > SLIDES_M_S2 || yaw > yaw_max;
         let sliding_s = f32::from(self.sliding_ticks) * self.dt_s;
         let regained = (self.speed_m_s - evidence.wheels_m_s).abs() < REGAINED_M_S + DRIFT_M_S2 * sliding_s;
-        let agreed = along < ROLLS_M_S2 && yaw < 0.5 * yaw_max && regained;
+        let agreed = along < ROLLS_M_S2 && !hunts && yaw < 0.5 * yaw_max && regained;
         self.apart_ticks = if apart { self.apart_ticks.saturating_add(1) } else { 0 };
         self.agreed_ticks = if agreed { self.agreed_ticks.saturating_add(1) } else { 0 };
         if self.sliding {
@@ -113,7 +141,7 @@ impl Traction {
             self.sliding = self.agreed_ticks < ROLLS_TICKS && self.sliding_ticks < SLIDE_MAX_TICKS;
         } else {
             self.sliding_ticks = 0;
-            self.sliding = self.apart_ticks >= SLIDES_TICKS;
+            self.sliding = hunts || self.apart_ticks >= SLIDES_TICKS;
         }
         // The speed of the slide begins with the first sign of it.
         if self.sliding || apart {
@@ -121,6 +149,11 @@ impl Traction {
         } else {
             self.speed_m_s = evidence.wheels_m_s;
         }
+    }
+
+    /// What the slow means leave of the difference beyond what may be between wheels that roll, m/s^2.
+    fn slow_along(&self) -> f32 {
+        self.slow_difference.value().abs() - MOTION_SHARE * self.slow_wheels.value().abs()
     }
 
     /// Ends a slide, if there was one: the vehicle stands.
@@ -160,6 +193,7 @@ mod tests {
         yaw_rate_rad_s: 0.0,
         wheels_yaw_rad_s: 0.0,
         weighs: true,
+        slow: false,
     };
 
     fn after(evidence: &Evidence, ticks: usize) -> Traction {
@@ -168,6 +202,36 @@ mod tests {
             traction.update(evidence);
         }
         traction
+    }
+
+    /// Wheels that let go and grip again 4 times a second: a difference of `difference_m_s2` below a swing of 3 m/s^2, of which
+    /// a lag leaves a third. Ticks until a slide is told.
+    fn hunting(difference_m_s2: f32) -> Option<u16> {
+        let mut traction = Traction::new(0.001, 0.25);
+        (0..3000_u16).find(|k| {
+            let angle = 2.0 * core::f32::consts::PI * 4.0 * 0.001 * f32::from(*k);
+            traction.update(&Evidence {
+                wheels_m_s2: 3.0 * libm::sinf(angle),
+                swing_m_s2: 1.0,
+                tilt_error: (difference_m_s2 + libm::cosf(angle)) / G,
+                slow: k.is_multiple_of(u16::from(super::super::facing::INTERVAL_TICKS)),
+                ..ROLLING
+            });
+            traction.slides()
+        })
+    }
+
+    /// As much as friction that is 0.06 short of the slope leaves, within 0.8 s; not what an arm's angle of a degree would.
+    #[test]
+    fn wheels_that_hunt_at_the_limit_of_grip_are_told_by_their_mean() {
+        for (difference_m_s2, expected) in [(0.59, true), (-0.59, true), (0.17, false), (-0.2, false), (0.0, false)] {
+            let told = hunting(difference_m_s2);
+            assert_eq!(told.is_some(), expected, "{difference_m_s2}: {told:?}");
+            assert!(
+                told.is_none_or(|ticks| (300..800).contains(&ticks)),
+                "{difference_m_s2}: {told:?}"
+            );
+        }
     }
 
     #[test]

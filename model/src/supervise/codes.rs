@@ -41,8 +41,8 @@ faults! {
     ),
     /// The arm IMU repeats one reading, or its readings cannot be true.
     ImuImplausible = 3 => Opens(
-        "one reading repeated for 20 ticks (`REPEATED_TICKS`); a value at the end of its range for 10 ticks (`SATURATED_TICKS`); a force beyond 6 g, or a rate jumping 200 deg/s in a tick, in most of 40 ticks (`IMPOSSIBLE_TICKS`, `Suspicion`); a force below 0.2 g for 300 ticks, which is a fall of 0.44 m (`FORCELESS_TICKS`); integrated gyro and accelerometer differ by a sine of 0.7 for 300 ticks (`CONTRADICTION`); the accelerometer feels less than -0.5 g along the estimated vertical for 40 ticks (`OVERTURNED_TICKS`); wheels and accelerometer contradict each other as a mirrored IMU makes them, for 60 ticks (`MIRRORED_TICKS` in [`facing.rs`](../model/src/estimate/facing.rs))",
-        "stuck 40 ms; noise 150 ms; intermittent 60 ms; without its accelerometer 320 ms; every sign wrong 50 ms; mounted facing backward 300 ms from the first motion of the arm, and not found while the arm hangs still",
+        "one reading repeated for 20 ticks (`REPEATED_TICKS`); a value at the end of its range for 10 ticks (`SATURATED_TICKS`); a force beyond 6 g, or a rate jumping 200 deg/s in a tick, in most of 40 ticks (`IMPOSSIBLE_TICKS`, `Suspicion`); a force below 0.2 g for 300 ticks, which is a fall of 0.44 m (`FORCELESS_TICKS`); integrated gyro and accelerometer differ by a sine of 0.7 for 300 ticks (`CONTRADICTION`); the accelerometer feels less than -0.5 g along the estimated vertical for 40 ticks (`OVERTURNED_TICKS`); it feels more along the axle than across it for 400 ticks, while disarmed (`ON_ITS_SIDE_TICKS`); wheels and accelerometer contradict each other as a mirrored IMU makes them, for 60 ms (`MIRRORED_INTERVALS` in [`facing.rs`](../model/src/estimate/facing.rs)); the arm stands still and the vehicle rolls, in the rhythm of its wheels for 60 ms, or by 0.15 rad ([`exchanged.rs`](../model/src/estimate/exchanged.rs))",
+        "stuck 40 ms; noise 150 ms; intermittent 60 ms; without its accelerometer 320 ms; every sign wrong 50 ms; mounted facing backward 300 ms from the first motion of the arm, a quarter of a turn aside 300 ms, and neither found while the arm hangs still; on its side before it can be armed",
         "Check the arm IMU's mounting and its cable; the log tells when the fault began."
     ),
     /// The encoders gave no sample in time.
@@ -115,13 +115,13 @@ faults! {
     SparAngle = 15 => Spar(
         "estimated spar angle beyond `spar_max_rad` (1.3 rad)",
         "1 tick",
-        "Lift the spar upright; drive more gently with a camera."
+        "Lift the spar upright, or check how its IMU is mounted; drive more gently with a camera."
     ),
     /// The spar IMU gave no believable sample: the ballast motor is off.
     SparImu = 16 => Spar(
-        "as ImuStale and ImuImplausible, but for the contradiction",
-        "as there",
-        "Check the spar IMU's cable; the vehicle drives without levelling meanwhile."
+        "as ImuStale and ImuImplausible, but for the contradiction and the wheels; ballast and spar contradict each other as a mirrored IMU makes them, for 45 ms ([`spar_facing.rs`](../model/src/estimate/spar_facing.rs)), or as one that is mounted a quarter of a turn aside ([`exchanged.rs`](../model/src/estimate/exchanged.rs))",
+        "as there; mounted facing backward or a quarter of a turn aside 120 ms after the ballast's first motion; on its side 1 tick after arming",
+        "Check the spar IMU's mounting and its cable; the vehicle drives without levelling meanwhile."
     ),
     /// The ballast's encoder contradicts its motor's voltage and current, or jumped: the ballast motor is off.
     BallastEncoder = 17 => Spar(
@@ -205,7 +205,7 @@ remedied_codes! {
     /// The bridges' hardware break has tripped.
     BridgeBreak = 3 => "Remove the cause of the break, then clear the faults.",
     /// The arm IMU gives no believable samples.
-    Imu = 4 => "Check the arm IMU's supply and cable.",
+    Imu = 4 => "Check the arm IMU's mounting, supply and cable.",
     /// The encoders give no samples.
     Encoder = 5 => "Check the encoders' supply and cables.",
     /// The analogue inputs give no readings.
@@ -215,7 +215,7 @@ remedied_codes! {
     /// The vehicle moves.
     NotAtRest = 8 => "Let the vehicle and its arm come to rest; put chocks to the wheels on a slope.",
     /// The arm hangs beyond half its largest angle.
-    ArmAngle = 9 => "Let the arm hang down.",
+    ArmAngle = 9 => "Let the arm hang down; if it does, check how its IMU is mounted.",
     /// No fresh drive command.
     NoCommand = 10 => "Let the operator's program send a drive command.",
     /// The drive command asks for motion.

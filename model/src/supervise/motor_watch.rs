@@ -6,10 +6,11 @@
 //! and its load, a current that is measured follows within a fraction of a tick. A sensor that is dead or stuck, and a
 //! motor whose lead is open, follow nothing.
 
-use super::plausibility::{Persistence, Suspicion};
+use super::plausibility::Suspicion;
 use crate::bounded::Bounded;
 use crate::control::motor::MotorLimits;
 use crate::estimate::rate_filter::LowPass;
+use crate::persistence::Persistence;
 use crate::sample::TICK_S;
 use crate::vehicle::MotorParameters;
 

@@ -1,32 +1,8 @@
 //! Whether a sensor's reading can be true.
 
 use crate::board::ImuScales;
+use crate::persistence::Persistence;
 use crate::sample::{ImuRaw, ImuSample};
-
-/// Counts consecutive bad ticks: one glitch is no fault, a run of them is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Persistence {
-    bad: u16,
-    limit: u16,
-}
-
-impl Persistence {
-    /// Trips after `limit` bad ticks in a row.
-    pub const fn new(limit: u16) -> Self {
-        Self { bad: 0, limit }
-    }
-
-    /// Takes one tick's verdict; true once the run of bad ticks is long enough.
-    pub fn update(&mut self, bad: bool) -> bool {
-        self.bad = if bad { self.bad.saturating_add(1) } else { 0 };
-        self.stands()
-    }
-
-    /// What the last update gave.
-    pub fn stands(&self) -> bool {
-        self.bad >= self.limit
-    }
-}
 
 /// Weighs bad ticks against good ones: trips on a sensor that is bad most of the time, though not always.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,12 +3,13 @@
 use super::arming::{Arming, Conditions, Mode};
 use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use super::motor_watch::{MotorHealth, MotorReading, MotorWatch};
-use super::plausibility::{ImuHealth, ImuWatch, Persistence};
+use super::plausibility::{ImuHealth, ImuWatch};
 use crate::board::BoardScales;
 use crate::command::{Command, Request};
 use crate::control::motor::voltage;
 use crate::control::motor_guard::MotorGuard;
 use crate::estimate::Estimate;
+use crate::persistence::Persistence;
 use crate::sample::TICK_S;
 use crate::sample::{Actuation, MOTORS, Motor};
 use crate::sensed::Sensed;
@@ -267,7 +268,7 @@ impl Supervisor {
         );
         if let Some(watch) = &mut self.spar_watch {
             let good = watch.update(&sensed.spar_imu) == ImuHealth::Good;
-            faults.set(Fault::SparImu, !good);
+            faults.set(Fault::SparImu, !good || estimate.spar_contradicted);
             faults.set(Fault::SparAngle, estimate.spar_rad.abs() > limits.spar_max_rad);
         }
 

@@ -3,7 +3,6 @@
 use crate::bounded::Bounded;
 use crate::estimate::Estimate;
 use crate::estimate::alignment::Alignment;
-use crate::estimate::facing::Facing;
 use crate::estimate::heading::{HeadingEstimator, YawReading};
 use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
@@ -12,9 +11,9 @@ use crate::estimate::stall::{Intent, Stall};
 use crate::estimate::tilt::{Disturbance, TiltEstimator, TiltReading};
 use crate::estimate::traction::{Evidence, Traction};
 use crate::estimate::trust::Trust;
+use crate::persistence::Persistence;
 use crate::sample::{Motor, TICK_S};
 use crate::sensed::Sensed;
-use crate::supervise::plausibility::Persistence;
 use crate::supervise::supervisor::Believed;
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
@@ -24,7 +23,7 @@ mod ground;
 mod standing;
 
 use calibration::{Calibration, is_new};
-use contradiction::CONTRADICTION_TICKS;
+use contradiction::Mountings;
 use ground::{SLOPE_RATE_TIME_CONSTANT_S, Trail};
 use standing::{Posture, Standing};
 
@@ -54,8 +53,7 @@ pub(super) struct Estimator {
     /// The IMU was lost in the last tick, or has not been there yet.
     arm_lost: bool,
     spar_lost: bool,
-    contradicted: Persistence,
-    facing: Facing,
+    mountings: Mountings,
     spar_calibration: Calibration<1>,
     ballast_offset_rad: f32,
     last_heading_rad: f32,
@@ -93,8 +91,9 @@ const STOPPED_ARM_RAD_S: f32 = 0.2;
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
 /// Time constant of the axle's roll.
 const ROLL_TIME_CONSTANT_S: f32 = 0.2;
-/// Ticks for which the accelerometer must feel the vehicle's weight before it is trusted again: the wheels rebound.
-const WEIGHT_TICKS: u16 = 30;
+/// Ticks for which the accelerometer must feel the vehicle's weight before it is trusted again: the wheels rebound. It is most
+/// of a period of 3 Hz: a vibration of about g would else be felt in one half of its periods only, as an acceleration.
+const WEIGHT_TICKS: u16 = 270;
 
 impl Estimator {
     pub(super) fn new(vehicle: &Vehicle<f32>) -> Self {
@@ -136,8 +135,7 @@ impl Estimator {
             standing: Standing::default(),
             arm_lost: true,
             spar_lost: true,
-            contradicted: Persistence::new(CONTRADICTION_TICKS),
-            facing: Facing::new(vehicle.scales().length_m, AXLE_ACCELERATION_TIME_CONSTANT_S),
+            mountings: Mountings::new(vehicle, AXLE_ACCELERATION_TIME_CONSTANT_S),
             spar_calibration: Calibration::default(),
             ballast_offset_rad: 0.0,
             last_heading_rad: 0.0,
@@ -189,7 +187,7 @@ impl Estimator {
             // An angle that is still to be found looks like a slide.
             self.traction.stand();
         }
-        let contradicted = self.contradicts(&motion, believed, disarmed);
+        let [contradicted, spar_contradicted] = self.contradicts(sensed, &motion, believed, disarmed);
         let stuck = self.climb(&motion, disarmed, intent);
         self.advance(sensed, &motion);
 
@@ -232,6 +230,7 @@ impl Estimator {
                 && motion.phi_rate_rad_s.abs() < STOPPED_ARM_RAD_S
                 && self.lowered(),
             contradicted,
+            spar_contradicted,
             sliding: self.traction.slides(),
             stalled: self.stall.stalls(),
         }
@@ -326,6 +325,7 @@ impl Estimator {
             yaw_rate_rad_s: motion.yaw_rate_rad_s,
             wheels_yaw_rad_s: motion.wheels_yaw_rad_s,
             weighs,
+            slow: self.mountings.rest_next(),
         });
         if let Some(spar) = &mut self.spar {
             if believed.spar_imu {

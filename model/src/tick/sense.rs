@@ -91,6 +91,8 @@ impl Sensing {
             arm_force_y_m_s2: self.imu.force_m_s2(arm, 1),
             arm_gyro_xz_rad_s: [self.imu.rate_rad_s(arm, 0), self.imu.rate_rad_s(arm, 2)],
             spar: self.imu.tilt(&sample.spar_imu.raw),
+            spar_force_y_m_s2: self.imu.force_m_s2(&sample.spar_imu.raw, 1),
+            spar_gyro_x_rad_s: self.imu.rate_rad_s(&sample.spar_imu.raw, 0),
             battery_v: self.battery.value(),
             current_a,
             analog,

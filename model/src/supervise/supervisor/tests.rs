@@ -31,6 +31,8 @@ impl Bench {
                 arm_force_y_m_s2: 0.0,
                 arm_gyro_xz_rad_s: [0.0; 2],
                 spar: TiltReading::default(),
+                spar_force_y_m_s2: 0.0,
+                spar_gyro_x_rad_s: 0.0,
                 battery_v: 25.0,
                 current_a: [0.0; MOTORS],
                 analog: crate::analog::Analog::default(),
@@ -168,7 +170,7 @@ fn an_encoder_jumps_beyond_twice_what_the_supply_can_turn_it() {
 #[test]
 fn each_cause_shows_its_fault_in_time_and_not_before() {
     type Cause = fn(&mut Bench);
-    let causes: [(Fault, u32, Cause); 20] = [
+    let causes: [(Fault, u32, Cause); 21] = [
         (Fault::EmergencyStop, 1, |b| b.sensed.emergency_stop = true),
         (Fault::BridgeBreak, 1, |b| b.sensed.bridge_break = true),
         (Fault::StopContacts, 100, |b| b.sensed.emergency_stop = true),
@@ -177,6 +179,7 @@ fn each_cause_shows_its_fault_in_time_and_not_before() {
         (Fault::ImuImplausible, 20, |b| b.alive[0] = false),
         (Fault::ImuImplausible, 1, |b| b.estimate.contradicted = true),
         (Fault::SparImu, 20, |b| b.alive[1] = false),
+        (Fault::SparImu, 1, |b| b.estimate.spar_contradicted = true),
         (Fault::SparAngle, 1, |b| b.estimate.spar_rad = -1.4),
         (Fault::EncoderStale, 1, |b| b.sensed.encoder_age_us = 5001),
         (Fault::AnalogStale, 1, |b| b.sensed.analog_age_us = 5001),

@@ -1,31 +1,149 @@
-//! Whether what the arm IMU shows can be true, judged by itself and by the wheels.
+//! Whether what the IMUs show can be true, judged by gravity, by the wheels and by the ballast.
 
 use super::{Estimator, MeasuredMotion};
-use crate::estimate::facing::Shown;
+use crate::estimate::exchanged::{BodyRates, Exchanged};
+use crate::estimate::facing::{Facing, INTERVAL_TICKS, Shown};
+use crate::estimate::spar_facing::{SparFacing, SparShown};
+use crate::estimate::tilt::TiltReading;
+use crate::persistence::Persistence;
+use crate::sensed::Sensed;
 use crate::supervise::supervisor::Believed;
+use crate::vehicle::{GRAVITY_M_S2, Vehicle};
 
 /// Sine of the angle between integrated gyro and accelerometer that cannot last: one of the two is wrong.
 const CONTRADICTION: f32 = 0.7;
-pub(super) const CONTRADICTION_TICKS: u16 = 300;
+const CONTRADICTION_TICKS: u16 = 300;
+/// What an accelerometer feels along the vertical, m/s^2, below which it is upside down, and ticks for which that lasts:
+/// gravity alone takes it to 0 only, and nothing pulls a vehicle down at 1.5 g for that long.
+const OVERTURNED_M_S2: f32 = -0.5 * GRAVITY_M_S2 as f32;
+const OVERTURNED_TICKS: u16 = 40;
+/// Ticks for which an IMU must feel more along the axle than across it to lie on its side: less than those of a calibration,
+/// without which nothing arms, and more than half a period of what shakes it by 1.3 Hz or faster.
+const ON_ITS_SIDE_TICKS: u16 = 400;
+
+/// What watches the mountings of the IMUs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Mountings {
+    /// Which of the watches has its turn.
+    turn: u8,
+    facing: Facing,
+    exchanged: [Exchanged; 2],
+    spar: Option<SparFacing>,
+    apart: Persistence,
+    overturned: [Persistence; 2],
+    on_its_side: [Persistence; 2],
+}
+
+impl Mountings {
+    /// Whether no watch has its turn in the coming tick: that of the slow means.
+    pub(super) fn rest_next(&self) -> bool {
+        self.turn + 2 == INTERVAL_TICKS
+    }
+
+    /// Watches for `vehicle`, whose axle's acceleration comes from a filter of `axle_time_constant_s`.
+    pub(super) fn new(vehicle: &Vehicle<f32>, axle_time_constant_s: f32) -> Self {
+        Self {
+            turn: 0,
+            facing: Facing::new(vehicle.scales().length_m, axle_time_constant_s),
+            exchanged: [Exchanged::default(); 2],
+            spar: SparFacing::new(vehicle),
+            apart: Persistence::new(CONTRADICTION_TICKS),
+            overturned: [Persistence::new(OVERTURNED_TICKS); 2],
+            on_its_side: [Persistence::new(ON_ITS_SIDE_TICKS); 2],
+        }
+    }
+}
+
+/// Whether a standing IMU feels more along the axle than in the plane of the wheels.
+fn on_its_side(reading: &TiltReading, force_y_m_s2: f32) -> bool {
+    let TiltReading {
+        force_x_m_s2: x,
+        force_z_m_s2: z,
+        ..
+    } = *reading;
+    force_y_m_s2 * force_y_m_s2 > x * x + z * z
+}
 
 impl Estimator {
-    /// Whether gyro and accelerometer have contradicted each other, or both the wheels, for a while. Only wheels that a motor
-    /// holds or drives are asked: hands turn a disarmed vehicle upside down.
-    pub(super) fn contradicts(&mut self, motion: &MeasuredMotion, believed: Believed, disarmed: bool) -> bool {
-        let apart = self
-            .contradicted
-            .update(self.arm.unfiltered_error().abs() > CONTRADICTION);
-        if disarmed || !believed.arm_imu {
-            self.facing.reset();
-            return apart;
+    /// Whether the arm's IMU and the spar's have contradicted themselves, gravity, the wheels or the ballast for a while. Only
+    /// wheels that a motor holds or drives are asked: hands turn a disarmed vehicle upside down.
+    pub(super) fn contradicts(
+        &mut self,
+        sensed: &Sensed,
+        motion: &MeasuredMotion,
+        believed: Believed,
+        disarmed: bool,
+    ) -> [bool; 2] {
+        let watch = &mut self.mountings;
+        let apart = watch.apart.update(self.arm.unfiltered_error().abs() > CONTRADICTION);
+        let [arm_lies, spar_lies] = &mut watch.on_its_side;
+        if disarmed {
+            arm_lies.update(on_its_side(&sensed.arm, sensed.arm_force_y_m_s2));
+            spar_lies.update(on_its_side(&sensed.spar, sensed.spar_force_y_m_s2));
         }
-        let faces_elsewhere = self.facing.update(&Shown {
-            relative_rad_s: motion.theta_rate_rad_s + motion.phi_rate_rad_s,
-            unexplained: self.arm.unexplained(),
-            vertical_m_s2: self.arm.vertical_m_s2(),
-            weighs: self.weighs.stands(),
-            slides: self.traction.slides(),
-        });
-        apart || faces_elsewhere
+        watch.turn = if watch.turn + 1 < INTERVAL_TICKS {
+            watch.turn + 1
+        } else {
+            0
+        };
+        let mut found = [apart || arm_lies.stands(), spar_lies.stands()];
+        let [arm_exchanged, spar_exchanged] = &mut watch.exchanged;
+        let [arm_overturned, spar_overturned] = &mut watch.overturned;
+        if disarmed || !believed.arm_imu {
+            arm_overturned.update(false);
+            watch.facing.reset(sensed.arm_force_y_m_s2);
+            arm_exchanged.reset();
+        } else {
+            found[0] |= arm_overturned.update(self.arm.vertical_m_s2() < OVERTURNED_M_S2);
+            let relative_rad_s = motion.theta_rate_rad_s + motion.phi_rate_rad_s;
+            found[0] |= match watch.turn {
+                0 => watch.facing.update(&Shown {
+                    relative_rad_s,
+                    unexplained: self.arm.unexplained(),
+                    sideways_m_s2: sensed.arm_force_y_m_s2,
+                    weighs: self.weighs.stands(),
+                    slides: self.traction.slides(),
+                }),
+                1 => {
+                    let [roll_rad_s, _] = sensed.arm_gyro_xz_rad_s;
+                    arm_exchanged.update(&BodyRates {
+                        relative_rad_s,
+                        swing_rad_s: motion.phi_rate_rad_s,
+                        roll_rad_s,
+                        yaw_rad_s: motion.yaw_rate_rad_s,
+                    })
+                }
+                _ => false,
+            };
+        }
+        let (Some(spar), Some(facing)) = (&self.spar, &mut watch.spar) else {
+            return found;
+        };
+        if disarmed || !believed.spar_imu {
+            spar_overturned.update(false);
+            facing.reset();
+            spar_exchanged.reset();
+        } else {
+            found[1] |= spar_overturned.update(spar.vertical_m_s2() < OVERTURNED_M_S2);
+            let [.., ballast_rate_rad_s] = sensed.relative_rate_rad_s;
+            found[1] |= match watch.turn {
+                2 => facing.update(&SparShown {
+                    spar_rad: spar.angle_rad(),
+                    spar_rad_s2: spar.acceleration_rad_s2(),
+                    ballast_rad: sensed.ballast_turned_rad + self.ballast_offset_rad,
+                    ballast_rate_rad_s,
+                    axle_g: motion.wheels_m_s2 * self.slope.cos() / GRAVITY_M_S2 as f32,
+                    unexplained: self.arm.unexplained(),
+                }),
+                3 => spar_exchanged.update(&BodyRates {
+                    relative_rad_s: ballast_rate_rad_s,
+                    swing_rad_s: spar.rate_rad_s(),
+                    roll_rad_s: sensed.spar_gyro_x_rad_s,
+                    yaw_rad_s: motion.yaw_rate_rad_s,
+                }),
+                _ => false,
+            };
+        }
+        found
     }
 }

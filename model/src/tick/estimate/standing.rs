@@ -8,8 +8,8 @@
 use super::calibration::{BIAS_MAX_RAD_S, Calibration, is_new};
 use crate::estimate::heading::AGREEMENT_RAD_S;
 use crate::estimate::stillness::Stillness;
+use crate::persistence::Persistence;
 use crate::sensed::Sensed;
-use crate::supervise::plausibility::Persistence;
 use crate::supervise::supervisor::Believed;
 
 /// Arm rate below which the vehicle stands still, rad/s.

@@ -30,6 +30,64 @@ fn an_imu_that_is_upside_down_is_told_while_the_vehicle_is_armed() {
     assert!(!bench.tick().contradicted, "what was not believed is forgotten");
 }
 
+/// The same of the spar's.
+#[test]
+fn a_spar_imu_that_is_upside_down_is_told_while_the_vehicle_is_armed() {
+    for (disarmed, expected) in [(false, Some(40)), (true, None)] {
+        let mut bench = Bench::driving();
+        bench.disarmed = disarmed;
+        bench.sensed.spar = feels([0.0, -1.0]);
+        let told = (1..=100).find(|_| bench.tick().spar_contradicted);
+        assert_eq!(told, expected, "disarmed: {disarmed}");
+    }
+    let mut bench = Bench::driving();
+    bench.sensed.spar = feels([0.0, -1.0]);
+    bench.ticks(39);
+    bench.believed.spar_imu = false;
+    bench.tick();
+    bench.believed.spar_imu = true;
+    assert!(!bench.tick().spar_contradicted, "what was not believed is forgotten");
+}
+
+/// An IMU that lies on its side feels its weight along the axle: it is told before a calibration ends, while nothing is armed,
+/// and for as long as it lies there. What shakes it at 3 Hz, or a side slope of 44 degrees, is none.
+#[test]
+fn an_imu_on_its_side_is_told_before_anything_is_armed() {
+    for (side_g, in_plane_g, expected) in [(1.0_f32, 0.0_f32, true), (-0.8, 0.6, true), (0.69, 0.72, false)] {
+        for of_spar in [false, true] {
+            let mut bench = Bench::new();
+            let (force, reading) = (side_g * 9.81, feels([0.0, in_plane_g]));
+            if of_spar {
+                (bench.sensed.spar_force_y_m_s2, bench.sensed.spar) = (force, reading);
+            } else {
+                (bench.sensed.arm_force_y_m_s2, bench.sensed.arm) = (force, reading);
+            }
+            let found = |bench: &mut Bench| {
+                let estimate = bench.tick();
+                [estimate.contradicted, estimate.spar_contradicted]
+            };
+            let mut told = None;
+            for tick in 1..=1000 {
+                let found = found(&mut bench);
+                assert!(!found[usize::from(!of_spar)], "only one of them lies");
+                if told.is_none() && found[usize::from(of_spar)] {
+                    told = Some(tick);
+                }
+            }
+            assert_eq!(told, expected.then_some(400), "{side_g} g, spar: {of_spar}");
+            bench.disarmed = false;
+            assert_eq!(found(&mut bench)[usize::from(of_spar)], expected);
+        }
+    }
+    let mut bench = Bench::new();
+    for tick in 0..3000_u16 {
+        let shaken = 10.0 * libm::sinf(2.0 * core::f32::consts::PI * 3.0 * 0.001 * f32::from(tick));
+        bench.sensed.arm_force_y_m_s2 = shaken;
+        bench.sensed.arm = feels([0.0, 1.0 - shaken / 9.81]);
+        assert!(!bench.tick().contradicted, "{tick}");
+    }
+}
+
 /// What an IMU last gave of a moving arm is no rest, and teaches neither bias nor angle, however long it stays; the
 /// heading follows the wheels. When the IMU is back, it is calibrated anew in the time that a boot takes.
 #[test]

@@ -11,6 +11,8 @@ use crate::sensed::Sensed;
 use crate::supervise::supervisor::Believed;
 use crate::vehicle::Vehicle;
 
+mod mirrored;
+
 /// Where the vehicle is in one tick, and how it moves.
 #[derive(Debug, Clone, Copy, Default)]
 struct Motion {
@@ -161,46 +163,6 @@ impl Ride {
 fn near(what: &str, found: f32, expected: f64, tolerance: f64) {
     let error = f64::from(found) - expected;
     assert!(error.abs() < tolerance, "{what}: {found} instead of {expected}");
-}
-
-/// The arm swings below wheels that drive on: a mirrored IMU is told by the wheels of a vehicle that is armed.
-#[test]
-fn a_mirrored_imu_contradicts_the_wheels_once_they_turn_against_the_arm() {
-    for (mirrored, disarmed, slope_rad) in [
-        (true, false, 0.0),
-        (true, false, 0.15),
-        (true, true, 0.0),
-        (false, false, 0.0),
-        (false, false, -0.15),
-    ] {
-        let hangs = Motion {
-            slope_rad,
-            phi_rad: slope_rad,
-            ..Motion::default()
-        };
-        let mut ride = Ride::from(hangs);
-        ride.mirrored = mirrored;
-        for _ in 0..1000 {
-            assert!(!ride.tick(hangs, true).contradicted);
-        }
-        let told = (1..=600).find(|k| {
-            let (omega, size_rad) = (12.0, 0.08);
-            let angle = omega * f64::from(TICK_S) * f64::from(*k);
-            let motion = Motion {
-                phi_rad: slope_rad + size_rad * (1.0 - angle.cos()),
-                swing_rad_s: size_rad * omega * angle.sin(),
-                swing_rad_s2: size_rad * omega * omega * angle.cos(),
-                ..hangs
-            };
-            ride.tick(motion, disarmed).contradicted
-        });
-        assert_eq!(
-            told.is_some(),
-            mirrored && !disarmed,
-            "{mirrored}, {disarmed}, {slope_rad}"
-        );
-        assert!(told.is_none_or(|ticks| ticks <= 300), "{slope_rad}: {told:?}");
-    }
 }
 
 /// A vehicle that obeys the equations of motion up and down a slope, under a voltage that swings its arm: arm, slope,

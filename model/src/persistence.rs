@@ -1,0 +1,26 @@
+//! What must last before it is believed.
+
+/// Counts consecutive bad ticks: one glitch is no fault, a run of them is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Persistence {
+    bad: u16,
+    limit: u16,
+}
+
+impl Persistence {
+    /// Trips after `limit` bad ticks in a row.
+    pub const fn new(limit: u16) -> Self {
+        Self { bad: 0, limit }
+    }
+
+    /// Takes one tick's verdict; true once the run of bad ticks is long enough.
+    pub fn update(&mut self, bad: bool) -> bool {
+        self.bad = if bad { self.bad.saturating_add(1) } else { 0 };
+        self.stands()
+    }
+
+    /// What the last update gave.
+    pub fn stands(&self) -> bool {
+        self.bad >= self.limit
+    }
+}

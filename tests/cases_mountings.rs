@@ -1,0 +1,214 @@
+//! IMUs that are mounted the wrong way round, and those that are only shaken: in scenarios on the virtual board, each kind at
+//! several values and seeds.
+
+use model::supervise::arming::Mode;
+use model::supervise::codes::{Blocker, Fault, FaultSet};
+use virtual_board::scenario::DriveOutcome;
+
+mod support;
+use support::flights::{at_speed, first, fly, last, only};
+
+/// Half of the angle at which fault ArmAngle opens the bridges, rad: the arm is not thrown.
+const NOT_THROWN_RAD: f64 = 0.7;
+
+/// The arm's largest angle while a bridge was on, rad.
+fn thrown_rad(outcome: &DriveOutcome) -> f64 {
+    let rows = outcome.trace.rows.iter().filter(|row| row.bridges_on);
+    rows.map(|row| row.truth.phi_rad.abs()).fold(0.0, f64::max)
+}
+
+/// Opened by ImuImplausible, and only by it, within `limit_s` of `from_s`, with the arm not thrown.
+fn judged_by_its_imu(outcome: &DriveOutcome, from_s: f64, limit_s: f64, story: &str) {
+    let opened = first(outcome, from_s, |row| !row.bridges_on);
+    println!("{story}: {opened:?} s");
+    assert!(opened.is_some_and(|s| s <= limit_s), "{story}: {opened:?} s");
+    let phi_rad = thrown_rad(outcome);
+    assert!(phi_rad < NOT_THROWN_RAD, "{story}: {phi_rad} rad");
+    assert_eq!(
+        last(outcome).status.faults,
+        only(&[Fault::ImuImplausible]),
+        "{story}: {:?}",
+        outcome.log
+    );
+}
+
+/// Every axis of the arm IMU changes its sign while the vehicle drives: 40 ticks upside down.
+#[test]
+fn an_imu_that_turns_over_is_found_in_50_ms_whatever_the_vehicle_does() {
+    for (seed, slope_rad) in [(1, 0.0), (2, 0.1745), (3, -0.1745)] {
+        for speed_m_s in [0.0, 0.3, 1.0, 2.0, 2.5, -0.3, -1.0, -2.5] {
+            let outcome = fly(
+                8.2,
+                seed,
+                &format!("chocked_until_armed = true\nterrain.plane.slope_x_rad = {slope_rad:?}"),
+                &format!(
+                    "{}, {{ at_s = 8.0, action = \"sensor-fault\", sensor = \"arm-imu\", fault = \"wrong-sign\" }}",
+                    at_speed(speed_m_s)
+                ),
+            );
+            let story = format!("{speed_m_s} m/s on {slope_rad}, seed {seed}");
+            judged_by_its_imu(&outcome, 8.0, 0.05, &story);
+        }
+    }
+}
+
+/// Mounted half a turn about its z axis, the IMU agrees with itself from the boot on, and nothing blocks arming. On a slope
+/// the arm must move as soon as the vehicle is armed; on the level it does when the vehicle is told to drive. A vehicle that
+/// stands on the level does not move its arm, and then a mirrored IMU does no harm.
+#[test]
+fn a_mirrored_imu_is_found_in_300_ms_of_the_first_motion() {
+    const MIRRORED: &str = "chocked_until_armed = true\nplant.arm_imu.misalignment_z_deg = 180.0";
+    for seed in [1, 2, 3] {
+        for speed_m_s in [0.3, 1.0, 2.0, 2.5, -0.3, -1.0, -2.5] {
+            for (slope_rad, moves_s) in [(0.0, 2.1), (0.1745, 2.0), (-0.1745, 2.0)] {
+                let plane = format!("{MIRRORED}\nterrain.plane.slope_x_rad = {slope_rad:?}");
+                let step = format!("{{ at_s = 2.1, action = \"drive\", speed_m_s = {speed_m_s:?} }}");
+                let outcome = fly(6.0, seed, &plane, &step);
+                let story = format!("{speed_m_s} m/s on {slope_rad}, seed {seed}");
+                let armed = first(&outcome, 0.0, |row| row.status.mode == Mode::Armed);
+                assert!(armed.is_some(), "{story}: not armed");
+                judged_by_its_imu(&outcome, moves_s + 0.02, 0.28, &story);
+            }
+        }
+        let outcome = fly(12.0, seed, MIRRORED, &at_speed(0.0));
+        let phi_rad = thrown_rad(&outcome);
+        assert!(phi_rad < NOT_THROWN_RAD, "standing, seed {seed}: {phi_rad} rad");
+    }
+}
+
+/// Gravity shows an IMU that is upside down, on its side or on an end before anything is armed: nothing arms with the arm's,
+/// and the spar's takes the levelling in the first tick, with the ballast where it hung.
+#[test]
+fn an_imu_that_gravity_shows_to_be_mounted_wrong_is_told_before_a_motor_turns() {
+    for (axis, angles_deg) in [("x", [90.0, -90.0, 180.0]), ("y", [90.0, -90.0, 180.0])] {
+        for (angle_deg, seed) in angles_deg.into_iter().zip([1, 2, 3]) {
+            let tables = |imu: &str| format!("plant.{imu}.misalignment_{axis}_deg = {angle_deg:?}");
+            let outcome = fly(4.0, seed, &tables("arm_imu"), &at_speed(0.5));
+            let story = format!("{axis} {angle_deg} deg, seed {seed}");
+            let told = outcome
+                .trace
+                .rows
+                .iter()
+                .filter(|row| row.time_s() > 1.0 && row.time_s() < 2.0);
+            for row in told {
+                let blockers = row.status.blockers;
+                assert!(
+                    blockers.contains(Blocker::Imu) || blockers.contains(Blocker::ArmAngle),
+                    "arm, {story}: {blockers}"
+                );
+            }
+            assert!(outcome.trace.rows.iter().all(|row| !row.bridges_on), "arm, {story}");
+
+            let outcome = fly(4.0, seed, &tables("spar_imu"), &at_speed(0.0));
+            let spar = [Fault::SparImu, Fault::SparAngle];
+            let found = first(&outcome, 2.0, |row| {
+                spar.iter().any(|fault| row.status.faults.contains(*fault))
+            });
+            assert!(found.is_some_and(|s| s <= 0.02), "spar, {story}: {found:?}");
+            let ballast_rad = outcome.trace.rows.iter().map(|row| row.truth.ballast_rad.abs());
+            assert!(ballast_rad.fold(0.0, f64::max) < 0.02, "spar, {story}");
+        }
+    }
+}
+
+/// Mounted a quarter of a turn about its z axis, the arm IMU shows an arm that stands still. It is told before the arm has
+/// swung out: on the level once the vehicle drives off, on a slope once the wheels are let go.
+#[test]
+fn an_arm_imu_a_quarter_of_a_turn_aside_is_found_in_300_ms_of_the_first_motion() {
+    for (angle_deg, seed) in [(90.0, 1), (-90.0, 2)] {
+        let aside = format!("chocked_until_armed = true\nplant.arm_imu.misalignment_z_deg = {angle_deg:?}");
+        for (slope_rad, moves_s) in [(0.0, 4.0), (0.05, 2.0), (0.1745, 2.0), (-0.1745, 2.0), (-0.35, 2.0)] {
+            for speed_m_s in [0.3, 1.0, -2.0] {
+                let tables = format!("{aside}\nterrain.plane.slope_x_rad = {slope_rad:?}");
+                let outcome = fly(6.0, seed, &tables, &at_speed(speed_m_s));
+                let story = format!("{angle_deg} deg, {speed_m_s} m/s on {slope_rad}, seed {seed}");
+                judged_by_its_imu(&outcome, moves_s + 0.02, 0.28, &story);
+            }
+        }
+        let outcome = fly(12.0, seed, &aside, &at_speed(0.0));
+        assert!(thrown_rad(&outcome) < NOT_THROWN_RAD, "standing, {angle_deg} deg");
+    }
+}
+
+/// A spar IMU that faces backward turns the levelling around, one that is mounted a quarter of a turn aside blinds it: the
+/// ballast is switched off before it has swung over, and the vehicle drives on. So is one whose every sign is wrong.
+#[test]
+fn a_spar_imu_that_is_mounted_wrong_is_found_before_the_ballast_swings_over() {
+    let judge = |outcome: &DriveOutcome, from_s: f64, limit_s: f64, story: &str| {
+        let found = first(outcome, from_s, |row| row.status.faults.contains(Fault::SparImu));
+        let ballast_rad = outcome.trace.rows.iter().map(|row| row.truth.ballast_rad.abs());
+        let ballast_rad = ballast_rad.fold(0.0, f64::max);
+        println!("{story}: {found:?} s, ballast {ballast_rad:.2} rad");
+        assert!(found.is_some_and(|s| s <= limit_s), "{story}: {found:?}");
+        // Beyond a quarter turn it would not come back by itself.
+        assert!(ballast_rad < 1.5, "{story}: {ballast_rad} rad");
+        assert_eq!(last(outcome).status.mode, Mode::Armed, "{story}: {:?}", outcome.log);
+    };
+    for angle_deg in [180.0, 90.0, -90.0] {
+        for (slope_rad, speed_m_s, seed) in [
+            (0.0, 0.0, 1),
+            (0.0, 1.0, 2),
+            (0.1745, 0.3, 3),
+            (-0.1745, -2.0, 4),
+            (0.1, 1.0, 5),
+            (-0.05, 0.3, 6),
+        ] {
+            let tables = format!(
+                "chocked_until_armed = true\nplant.spar_imu.misalignment_z_deg = {angle_deg:?}\n\
+                 terrain.plane.slope_x_rad = {slope_rad:?}"
+            );
+            let outcome = fly(5.0, seed, &tables, &at_speed(speed_m_s));
+            let story = format!("{angle_deg} deg, {speed_m_s} m/s on {slope_rad}, seed {seed}");
+            judge(&outcome, 2.0, 0.12, &story);
+        }
+    }
+    for (speed_m_s, seed) in [(0.0, 1), (1.0, 2), (-2.0, 3)] {
+        let turns_over = "{ at_s = 8.0, action = \"sensor-fault\", sensor = \"spar-imu\", fault = \"wrong-sign\" }";
+        let outcome = fly(9.0, seed, "", &format!("{}, {turns_over}", at_speed(speed_m_s)));
+        judge(
+            &outcome,
+            8.0,
+            0.05,
+            &format!("every sign wrong at {speed_m_s} m/s, seed {seed}"),
+        );
+    }
+}
+
+/// What shakes the IMUs is neither a slide nor a wrong mounting: up to 10 m/s^2 from 5 Hz on, with a little of it in the gyros.
+#[test]
+fn a_vibration_is_no_fault_and_no_slide() {
+    for (frequency_hz, slope_rad) in [
+        (5.0, 0.0),
+        (7.0, 0.0),
+        (7.0, 0.1745),
+        (10.0, 0.1),
+        (20.0, -0.1),
+        (50.0, 0.1),
+        (199.0, 0.0),
+        (200.0, -0.1),
+    ] {
+        for amplitude_m_s2 in [5.0, 10.0] {
+            for (speed_m_s, amplitude_rad_s, seed) in [(0.0, 0.0, 1), (1.0, 0.0, 2), (-1.0, 0.05, 1)] {
+                let shaken = format!(
+                    "{{ at_s = 6.0, action = \"vibration\", amplitude_m_s2 = {amplitude_m_s2:?}, \
+                     amplitude_rad_s = {amplitude_rad_s:?}, frequency_hz = {frequency_hz:?} }}"
+                );
+                let tables = format!("chocked_until_armed = true\nterrain.plane.slope_x_rad = {slope_rad:?}");
+                let outcome = fly(12.0, seed, &tables, &format!("{}, {shaken}", at_speed(speed_m_s)));
+                let story = format!(
+                    "{amplitude_m_s2} m/s^2, {amplitude_rad_s} rad/s, {frequency_hz} Hz at {speed_m_s} m/s on {slope_rad}, seed {seed}"
+                );
+                let row = last(&outcome);
+                assert_eq!(
+                    (row.status.mode, row.status.faults),
+                    (Mode::Armed, FaultSet::EMPTY),
+                    "{story}"
+                );
+                let slides = outcome.trace.rows.iter().any(|row| row.status.estimate.sliding);
+                assert!(!slides, "{story}");
+                let error_m_s = row.truth.speed_m_s - speed_m_s;
+                assert!(error_m_s.abs() < 0.12, "{story}: {error_m_s} m/s");
+            }
+        }
+    }
+}
