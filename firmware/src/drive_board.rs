@@ -14,9 +14,9 @@ pub mod nucleo_f767zi;
 pub mod nucleo_h743zi;
 
 #[cfg(feature = "nucleo-f767zi")]
-pub use nucleo_f767zi::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog};
+pub use nucleo_f767zi::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, memory};
 #[cfg(feature = "nucleo-h743zi")]
-pub use nucleo_h743zi::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog};
+pub use nucleo_h743zi::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, memory};
 
 #[cfg(all(feature = "nucleo-h743zi", feature = "nucleo-f767zi"))]
 compile_error!("a firmware is built for one board: leave the default features out");
@@ -27,6 +27,11 @@ compile_error!("choose a board: the feature nucleo-h743zi or nucleo-f767zi");
 /// drivers' bootstrap capacitors stay charged. The largest duty leaves room for two of them: the bridges give no more,
 /// and the controller asks for no more.
 pub const PULSE_MIN_PERCENT: u32 = (100 - DUTY_MAX_PERCENT) / 2;
+
+/// The board's number in the seal of an image.
+pub const BOARD: u16 = memory::BOARD;
+/// Sectors of the place of an image that arrives over the link.
+pub const ARRIVED_SECTORS: usize = 2;
 
 /// What the board's raw counts stand for.
 pub const SCALES: BoardScales = BoardScales {

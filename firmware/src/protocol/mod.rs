@@ -6,3 +6,4 @@
 mod board_status;
 pub mod frame;
 pub mod message;
+mod update;

@@ -16,3 +16,4 @@ mod part;
 mod safety;
 mod start_up;
 mod support;
+mod update;
