@@ -9,10 +9,21 @@ use std::{env, fs};
 
 use model::board::SensorRanges;
 
+#[path = "src/drive_board/nucleo_f767zi/memory.rs"]
+#[allow(dead_code)]
+mod f767zi_memory;
+#[path = "src/drive_board/nucleo_h743zi/memory.rs"]
+#[allow(dead_code)]
+mod h743zi_memory;
+#[path = "src/image_seal.rs"]
+#[allow(dead_code)]
+mod image_seal;
 #[path = "src/drive_board/nucleo_f767zi/analog.rs"]
 mod nucleo_f767zi;
 #[path = "src/drive_board/nucleo_h743zi/analog.rs"]
 mod nucleo_h743zi;
+
+use image_seal::{FLASH_START, SEAL_AT, SEAL_BYTES};
 
 /// What the build needs to know of a board.
 struct BuiltBoard {
@@ -20,9 +31,12 @@ struct BuiltBoard {
     ranges: SensorRanges,
     /// The name of its program.
     program: &'static str,
-    /// Its memory layout.
-    memory: &'static str,
+    /// First byte and bytes of its RAM.
+    ram: [u32; 2],
 }
+
+/// Bytes of the flash that every board's firmware runs from: bank 1.
+const FLASH_BYTES: u32 = image_seal::IMAGE_MAX;
 
 /// The board that a feature chose. With no board, or two, the library's own message ends the build.
 fn board() -> BuiltBoard {
@@ -30,13 +44,13 @@ fn board() -> BuiltBoard {
         BuiltBoard {
             ranges: nucleo_f767zi::RANGES,
             program: "drive-board-f767",
-            memory: "src/bin/drive-board-f767/memory.x",
+            ram: [f767zi_memory::RAM_START, f767zi_memory::RAM_BYTES],
         }
     } else {
         BuiltBoard {
             ranges: nucleo_h743zi::RANGES,
             program: "drive-board",
-            memory: "../memory.x",
+            ram: [h743zi_memory::RAM_START, h743zi_memory::RAM_BYTES],
         }
     }
 }
@@ -48,7 +62,7 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     vehicle(&out, &board);
     if env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
-        linker(&out, board.memory);
+        linker(&out, &board);
     }
 }
 
@@ -114,12 +128,28 @@ fn fnv_1a(hash: u32, bytes: &[u8]) -> u32 {
         .fold(hash, |hash, byte| (hash ^ u32::from(*byte)).wrapping_mul(FNV_PRIME))
 }
 
-fn linker(out: &Path, memory: &str) {
-    println!("cargo::rerun-if-changed={memory}");
-    fs::copy(memory, out.join("memory.x")).expect("the board's memory layout is there");
+fn linker(out: &Path, board: &BuiltBoard) {
+    println!("cargo::rerun-if-changed=../memory.x");
+    let program = board.program;
+    // The linker finds memory.x in the workspace's root, where it looks first: what differs between the boards are numbers.
+    let [ram_start, ram_bytes] = board.ram;
+    for (symbol, number) in [
+        ("_program_flash_start", FLASH_START),
+        ("_program_flash_bytes", FLASH_BYTES),
+        ("_program_ram_start", ram_start),
+        ("_program_ram_bytes", ram_bytes),
+        // The code follows the seal.
+        ("_stext", FLASH_START + (SEAL_AT + SEAL_BYTES) as u32),
+    ] {
+        println!("cargo::rustc-link-arg-bin={program}=--defsym={symbol}={number:#x}");
+    }
+    let place = FLASH_START as usize + SEAL_AT;
+    let text =
+        format!("SECTIONS\n{{\n  .seal {place:#x} : {{ KEEP(*(.seal)) }} > FLASH\n}} INSERT AFTER .vector_table;\n");
+    fs::write(out.join("seal.x"), text).expect("OUT_DIR is writable");
     println!("cargo::rustc-link-search={}", out.display());
     // --nmagic: the sections are not page aligned, which the linker would otherwise pad in flash.
-    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+    for argument in ["--nmagic", "-Tlink.x", "-Tseal.x", "-Tdefmt.x"] {
         println!("cargo::rustc-link-arg-bins={argument}");
     }
 }

@@ -48,6 +48,22 @@ pub trait Watchdog {
     fn feed(&mut self);
 }
 
+/// Restarts the part, into its boot loader.
+pub trait Restart {
+    /// Restarts the part: every bridge is open from then on until a firmware arms again.
+    fn restart(&mut self) -> !;
+}
+
+/// The boot loader of a board that has none: nothing could restart into it.
+#[derive(Debug, Clone, Copy)]
+pub enum NoLoader {}
+
+impl Restart for NoLoader {
+    fn restart(&mut self) -> ! {
+        match *self {}
+    }
+}
+
 /// A free-running counter of CPU cycles, for the tick budget.
 pub trait CycleCounter {
     /// The counter, wrapping.

@@ -1,14 +1,19 @@
 //! The seal of a firmware's image: its length and checksum, written into the image after linking.
 //!
 //! The board's build links a seal whose numbers are still missing. `seal-image` (in `hil-sim/hil-elf/`, which includes
-//! this file too) finds the seal by its marker in what the ELF puts into the flash, and writes the numbers. At each boot
-//! the board computes them anew. Beside the numbers the seal tells who the firmware is, for whoever has its image alone.
+//! this file too) finds the seal by its marker in what the ELF puts into the flash, and writes the numbers. The boot loader
+//! and the firmware itself compute them anew at each boot. Beside the numbers the seal tells who the firmware is, for
+//! whoever has its image alone.
 //!
-//! The checksum is CRC-32C (ISCSI) over every byte from the start of the flash to the end of the image, gaps as the
-//! erased flash has them (`ERASED`), and the numbers themselves as if they were missing.
+//! The checksum is CRC-32C (ISCSI) over every byte from the start to the end of the image, gaps as the erased flash has
+//! them (`ERASED`), and the numbers themselves as if they were missing.
 
 /// What a seal begins with: sixteen bytes that nothing else in an image has.
 pub const MARKER: [u32; 4] = [0x9B1D_55E3, 0x4C0A_F7A1, 0xD26E_813B, 0x37F4_2C90];
+/// Bytes from the start of an image to its seal: behind the vectors of every part.
+pub const SEAL_AT: usize = 0x400;
+/// Bytes of a seal.
+pub const SEAL_BYTES: usize = 64;
 /// Bytes from the start of a seal to its numbers: the length of the image in bytes, and the checksum.
 pub const NUMBERS_AT: usize = 16;
 /// Bytes of the numbers.
@@ -17,11 +22,13 @@ pub const NUMBERS_BYTES: usize = 8;
 pub const BUILD_AT: usize = 24;
 /// Bytes from the start of a seal to the firmware's version, which the link does write: major, minor, patch, 16 bits each.
 pub const VERSION_AT: usize = 28;
+/// Bytes from the start of a seal to the number of the board that the firmware is for, which the link does write: 16 bits.
+pub const BOARD_AT: usize = 34;
 /// A number that is missing.
 pub const MISSING: u32 = u32::MAX;
 /// A byte of the erased flash.
 pub const ERASED: u8 = 0xFF;
-/// Where the image begins in the part's memory.
+/// Where the flash begins in the parts' memory.
 pub const FLASH_START: u32 = 0x0800_0000;
-/// Longest image, bytes: the bank that holds it.
+/// Longest image of any board, bytes: a bank of the flash.
 pub const IMAGE_MAX: u32 = 1024 * 1024;

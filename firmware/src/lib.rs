@@ -13,6 +13,7 @@
 //! | [`link::receive::run`], [`link::send::run`] | as bytes come; at the host's rate | thread |
 //! | [`parameters::run`] | on request | thread |
 //! | [`fault_history::run`] | on a fault | thread |
+//! | [`update::run`] | on request | thread |
 //! | [`log_task::run`] | 20 Hz; logs one line per second and one per change | thread |
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
@@ -22,6 +23,7 @@
 mod logging;
 
 pub mod analog;
+mod blocking;
 pub mod bridge_legs;
 pub mod built_in;
 pub mod checkins;
@@ -34,6 +36,7 @@ pub mod fault_list;
 pub mod flash_region;
 pub mod flight_record;
 pub mod hardware;
+pub mod image;
 pub mod image_seal;
 pub mod imu;
 pub mod link;
@@ -46,4 +49,5 @@ pub mod records;
 mod test_flash;
 mod ticks;
 pub mod topics;
+pub mod update;
 pub mod watchdog;

@@ -17,7 +17,9 @@ use model::vehicle::Vehicle;
 use crate::checkins::Checkins;
 use crate::events::Log;
 use crate::fault_list::{FaultList, NewFaults};
-use crate::protocol::message::{Answer, Identity, LinkCounters, OrderId, ParameterRequest, Read, TickCycles};
+use crate::protocol::message::{
+    Answer, Identity, LinkCounters, OrderId, ParameterRequest, Read, TickCycles, UpdateRequest,
+};
 use crate::records::ring::RecordRings;
 
 /// A value with the time it was taken.
@@ -162,6 +164,15 @@ pub struct Asked {
     pub request: ParameterRequest,
 }
 
+/// A request about an update, and the order that made it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct UpdateAsked {
+    /// The order.
+    pub id: OrderId,
+    /// The request.
+    pub request: UpdateRequest,
+}
+
 /// What the host wants to read of the board's memory, and the order that asks for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Wanted {
@@ -201,6 +212,10 @@ pub struct Topics<M: RawMutex> {
     pub requests: Requests<M>,
     /// The host's requests about parameters.
     pub parameter_requests: Channel<M, Asked, 4>,
+    /// The host's requests about updates: one at a time, as each waits for the flash.
+    pub update_requests: Channel<M, UpdateAsked, 1>,
+    /// Whether an update is being stored: the vehicle must not arm meanwhile.
+    pub update_pending: Topic<M, bool>,
     /// Answers to the host's orders, in order of their sending.
     pub answers: Channel<M, Answered, 8>,
     /// Whether a changed set is about to come into force: the vehicle must not arm meanwhile.
@@ -245,6 +260,8 @@ impl<M: RawMutex> Topics<M> {
             disarm: Slot::new(),
             requests: Requests::new(),
             parameter_requests: Channel::new(),
+            update_requests: Channel::new(),
+            update_pending: Topic::new(),
             answers: Channel::new(),
             parameters_pending: Topic::new(),
             new_vehicle: Slot::new(),

@@ -15,9 +15,6 @@ const FOLDERS: [[&str; 2]; 2] = [
     ],
 ];
 
-/// The first board's memory layout, which stands at the top as the workspace's.
-const FIRST_MEMORY: &str = "memory.x";
-
 fn lines(file: &Path) -> usize {
     fs::read_to_string(file).map_or(0, |text| text.lines().count())
 }
@@ -27,14 +24,9 @@ pub fn table(root: &Path) -> String {
     let mut text = String::from("| File of the second board | Lines | Lines of the first board's |\n|---|---|---|\n");
     let mut sums = [0; 2];
     for [first, second] in FOLDERS.map(|pair| pair.map(|folder| root.join(folder))) {
-        for file in files(&second, &["rs", "x"]) {
+        for file in files(&second, &["rs"]) {
             let name = file.strip_prefix(&second).expect("below the folder");
-            let first = if name == Path::new(FIRST_MEMORY) {
-                root.join(name)
-            } else {
-                first.join(name)
-            };
-            let counts = [lines(&file), lines(&first)];
+            let counts = [lines(&file), lines(&first.join(name))];
             sums = [sums[0] + counts[0], sums[1] + counts[1]];
             let shown = file.strip_prefix(root).expect("below the root").display();
             let _ = writeln!(text, "| `{shown}` | {} | {} |", counts[0], counts[1]);

@@ -12,7 +12,7 @@ use crate::protocol::message::{
     About, Answer, Envelope, HostMessage, Identity, LinkCounters, Order, OrderId, PROTOCOL_VERSION, Refusal,
     STATUS_RATE_HZ,
 };
-use crate::topics::{Answered, Asked, DisarmBy, Topics, Wanted};
+use crate::topics::{Answered, Asked, DisarmBy, Topics, UpdateAsked, Wanted};
 
 /// Reads frames for ever and publishes what they order.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Read, about: About) -> ! {
@@ -143,6 +143,17 @@ impl<M: RawMutex> Receiver<'_, M> {
                 self.topics.recording.put(from);
                 self.topics.records.stream(from.is_some());
                 self.answer(id, Answer::Done);
+            }
+            Order::Update(request) => {
+                if self
+                    .topics
+                    .update_requests
+                    .try_send(UpdateAsked { id, request })
+                    .is_err()
+                {
+                    count(&mut self.counters.dropped_requests);
+                    self.refuse(id, Refusal::Busy);
+                }
             }
             Order::Read(read) => {
                 if self.topics.readings.try_send(Wanted { id, read }).is_err() {

@@ -1,14 +1,14 @@
 //! The parameter task: answers the host's requests, stores a changed set and puts it in force.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_time::{Duration, Instant, Timer, with_deadline};
+use embassy_time::{Duration, Instant, with_deadline};
 use embedded_storage_async::nor_flash::NorFlash;
-use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
 use model::vehicle::Vehicle;
 
 use super::stage::Stage;
 use super::store::{BootOutcome, Booted, Disbelief, ParameterStore};
+use crate::blocking::{Withheld, withhold};
 use crate::events::Event;
 use crate::protocol::message::{Answer, ParameterAnswer, ParameterRequest};
 use crate::topics::{Answered, Asked, Topics};
@@ -41,8 +41,6 @@ pub async fn boot<F: NorFlash>(store: &mut ParameterStore<F>, built_in: &Vehicle
     booted
 }
 
-/// Longest time that the control task may take to report that arming is blocked.
-const BLOCK_TIMEOUT: Duration = Duration::from_millis(20);
 /// Age at which staged changes are dropped: whoever staged them has gone, and the next host must not store them.
 const STAGE_TIMEOUT: Duration = Duration::from_secs(10);
 
@@ -115,9 +113,7 @@ async fn keep<M: RawMutex, F: NorFlash>(
     store: &mut ParameterStore<F>,
     vehicle: &Vehicle<f32>,
 ) -> ParameterAnswer {
-    let since = Instant::now();
-    topics.parameters_pending.publish(since, true);
-    if !blocked(topics, since).await {
+    if withhold(topics, &topics.parameters_pending, Blocker::Parameters).await == Withheld::No {
         return ParameterAnswer::Armed;
     }
     if store.store(vehicle).await.is_err() {
@@ -129,19 +125,4 @@ async fn keep<M: RawMutex, F: NorFlash>(
     topics.log.push(Event::SetStored);
     info!("parameters: new set stored and in force");
     ParameterAnswer::Stored
-}
-
-/// Waits for the first tick after `since`. Returns whether the vehicle was disarmed in that tick with arming
-/// blocked; `false` if no tick came in time.
-async fn blocked<M: RawMutex>(topics: &Topics<M>, since: Instant) -> bool {
-    while Instant::now().saturating_duration_since(since) < BLOCK_TIMEOUT {
-        if let Some(status) = topics.status.latest()
-            && status.at > since
-        {
-            let t = status.value;
-            return t.mode == Mode::Disarmed && t.blockers.contains(Blocker::Parameters);
-        }
-        Timer::after(Duration::from_millis(1)).await;
-    }
-    false
 }

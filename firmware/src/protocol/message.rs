@@ -9,9 +9,10 @@ use crate::fault_list::FaultBlock;
 use crate::records::codec::RecordBlock;
 
 pub use super::board_status::{BoardStatus, LinkCounters, TickCycles};
+pub use super::update::{UPDATE_BYTES, UpdateAnswer, UpdateRefusal, UpdateRequest, UpdateState};
 
 /// Version of the messages: host and board must agree.
-pub const PROTOCOL_VERSION: u16 = 2;
+pub const PROTOCOL_VERSION: u16 = 3;
 
 /// How often an operator repeats [`Order::Drive`], ms: many times within any dead-man time.
 pub const COMMAND_PERIOD_MS: u64 = 20;
@@ -88,6 +89,8 @@ pub enum Order {
     },
     /// Read something of the board's memory. Answered by [`BoardMessage::Reading`].
     Read(Read),
+    /// Store another firmware, and boot it.
+    Update(UpdateRequest),
 }
 
 /// What a host can read of the board's memory.
@@ -262,6 +265,8 @@ pub enum Answer {
     Refused(Refusal),
     /// Answer to [`Order::Parameters`].
     Parameters(ParameterAnswer),
+    /// Answer to [`Order::Update`].
+    Update(UpdateAnswer),
 }
 
 /// Why an order had no effect.

@@ -7,3 +7,4 @@ mod board_status;
 pub mod frame;
 pub mod message;
 mod stuffing;
+mod update;

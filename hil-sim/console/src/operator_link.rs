@@ -184,7 +184,9 @@ impl OperatorLink {
             }
             Some(Answer::Parameters(answer)) => work.answered(&answer),
             Some(Answer::Refused(refusal)) => WorkProgress::Failed(refusal_words(refusal)),
-            Some(Answer::Done) => WorkProgress::Failed("a strange answer about parameters".to_owned()),
+            Some(Answer::Done | Answer::Update(_)) => {
+                WorkProgress::Failed("a strange answer about parameters".to_owned())
+            }
             None => work.late(now_us),
         };
         match progress {

@@ -1,6 +1,8 @@
 //! Seals a firmware's image: writes its length and checksum into the ELF, before anything flashes or emulates it.
 
-use crate::image_seal::{BUILD_AT, ERASED, FLASH_START, IMAGE_MAX, MARKER, NUMBERS_AT, NUMBERS_BYTES, VERSION_AT};
+use crate::image_seal::{
+    BOARD_AT, BUILD_AT, ERASED, FLASH_START, IMAGE_MAX, MARKER, MISSING, NUMBERS_AT, NUMBERS_BYTES, VERSION_AT,
+};
 
 /// What an ELF for a 32-bit little-endian machine begins with.
 const MAGIC: [u8; 6] = [0x7F, b'E', b'L', b'F', 1, 1];
@@ -19,6 +21,8 @@ const LOADED: u32 = 1;
 /// What a sealed image is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SealedImage {
+    /// Number of the board that it is for.
+    pub board: u16,
     /// Version of the firmware: major, minor, patch.
     pub version: [u16; 3],
     /// Hash of what the firmware was built from.
@@ -47,7 +51,7 @@ fn half(bytes: &[u8], at: usize) -> Option<usize> {
     Some(usize::from(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?)))
 }
 
-/// What an ELF puts into the flash.
+/// What an ELF puts into the flash, from the first byte of it: where the image begins is the link's business.
 struct FlashImage {
     bytes: Vec<u8>,
     /// Where each piece of it stands: place in the image, place in the file, bytes.
@@ -64,6 +68,7 @@ impl FlashImage {
             bytes: Vec::new(),
             pieces: Vec::new(),
         };
+        let mut segments = Vec::new();
         for n in 0..half(elf, PROGRAM_HEADER_COUNT)? {
             let header = elf.get(first + n * bytes..)?;
             let (offset, length) = (word(header, OFFSET)? as usize, word(header, FILE_BYTES)? as usize);
@@ -73,7 +78,11 @@ impl FlashImage {
             if word(header, TYPE)? != LOADED || length == 0 || at >= IMAGE_MAX {
                 continue;
             }
-            let at = at as usize;
+            segments.push((at as usize, offset, length));
+        }
+        let start = segments.iter().map(|(at, ..)| *at).min()?;
+        for (at, offset, length) in segments {
+            let at = at - start;
             if image.bytes.len() < at + length {
                 image.bytes.resize(at + length, ERASED);
             }
@@ -96,12 +105,28 @@ impl FlashImage {
     }
 }
 
-/// Writes the numbers of the seal into an ELF, and returns what was sealed; sealing it again changes nothing.
+/// The image that a sealed ELF puts into the flash, and its bytes.
 ///
 /// # Errors
-/// The bytes are no ELF of the board, or hold no seal, or more than one.
-pub fn seal(elf: &mut [u8]) -> Result<SealedImage, &'static str> {
-    let mut image = FlashImage::read(elf).ok_or("no ELF of the board")?;
+/// As [`seal`]; the image is not sealed, or not the one that was sealed.
+pub fn sealed_image(elf: &[u8]) -> Result<(SealedImage, Vec<u8>), &'static str> {
+    let mut sealed = elf.to_vec();
+    let image = seal(&mut sealed)?;
+    if sealed != elf {
+        let (at, bytes) = seal_of(&FlashImage::read(elf).ok_or("no ELF of the board")?)?;
+        let unsealed = word(&bytes, at + NUMBERS_AT) == Some(MISSING);
+        return Err(if unsealed {
+            "the image is not sealed"
+        } else {
+            "the image is not the one that was sealed"
+        });
+    }
+    let bytes = FlashImage::read(elf).ok_or("no ELF of the board")?.bytes;
+    Ok((image, bytes))
+}
+
+/// Where the seal of an image stands, and the image's bytes.
+fn seal_of(image: &FlashImage) -> Result<(usize, Vec<u8>), &'static str> {
     let marker = MARKER.map(u32::to_le_bytes).concat();
     let mut found = image
         .bytes
@@ -111,10 +136,21 @@ pub fn seal(elf: &mut [u8]) -> Result<SealedImage, &'static str> {
     let (Some((at, _)), None) = (found.next(), found.next()) else {
         return Err("not exactly one seal in the image");
     };
+    Ok((at, image.bytes.clone()))
+}
+
+/// Writes the numbers of the seal into an ELF, and returns what was sealed; sealing it again changes nothing.
+///
+/// # Errors
+/// The bytes are no ELF of the board, or hold no seal, or more than one.
+pub fn seal(elf: &mut [u8]) -> Result<SealedImage, &'static str> {
+    let mut image = FlashImage::read(elf).ok_or("no ELF of the board")?;
+    let (at, _) = seal_of(&image)?;
     let cut_off = "a seal that is cut off";
     let part = |number: usize| half(&image.bytes, at + VERSION_AT + 2 * number).ok_or(cut_off);
     let version = [part(0)?, part(1)?, part(2)?].map(|part| part as u16);
     let build = word(&image.bytes, at + BUILD_AT).ok_or(cut_off)?;
+    let board = half(&image.bytes, at + BOARD_AT).ok_or(cut_off)? as u16;
     let at = at + NUMBERS_AT;
     let numbers = image.bytes.get_mut(at..at + NUMBERS_BYTES).ok_or(cut_off)?;
     numbers.fill(ERASED);
@@ -126,6 +162,7 @@ pub fn seal(elf: &mut [u8]) -> Result<SealedImage, &'static str> {
         .ok_or(cut_off)?
         .copy_from_slice(&numbers);
     Ok(SealedImage {
+        board,
         version,
         build,
         length,
@@ -137,8 +174,8 @@ pub fn seal(elf: &mut [u8]) -> Result<SealedImage, &'static str> {
 mod tests {
     use super::*;
 
-    /// Build 0x04030201, version 5.6.7.
-    const IDENTITY: [u8; 10] = [1, 2, 3, 4, 5, 0, 6, 0, 7, 0];
+    /// Build 0x04030201, version 5.6.7, board 0x0908.
+    const IDENTITY: [u8; 12] = [1, 2, 3, 4, 5, 0, 6, 0, 7, 0, 8, 9];
 
     /// An ELF with a code segment, a gap, and a segment with the seal.
     fn elf() -> Vec<u8> {
@@ -182,16 +219,25 @@ mod tests {
         flash.extend([ERASED; 8]);
         flash.extend(IDENTITY);
         let expected = SealedImage {
+            board: 0x0908,
             version: [5, 6, 7],
             build: 0x0403_0201,
-            length: 42,
+            length: 44,
             checksum: checksum(&flash),
         };
         assert_eq!(sealed, expected);
         let (rest, numbers) = elf.split_at(elf.len() - NUMBERS_BYTES - IDENTITY.len());
         assert_eq!(rest, &unsealed[..rest.len()]);
-        let written = [42_u32.to_le_bytes(), expected.checksum.to_le_bytes()].concat();
+        let written = [44_u32.to_le_bytes(), expected.checksum.to_le_bytes()].concat();
         assert_eq!(numbers, [&written[..], &IDENTITY].concat());
+        assert_eq!(sealed_image(&unsealed), Err("the image is not sealed"));
+        let (image, mut bytes) = sealed_image(&elf).expect("it is sealed");
+        assert_eq!((image, bytes.len()), (sealed, 44));
+        bytes[24..32].fill(ERASED);
+        assert_eq!(bytes, flash);
+        let mut changed = elf.clone();
+        *changed.last_mut().expect("bytes") ^= 1;
+        assert_eq!(sealed_image(&changed), Err("the image is not the one that was sealed"));
         let once = elf.clone();
         assert_eq!(seal(&mut elf), Ok(sealed));
         assert_eq!(elf, once);

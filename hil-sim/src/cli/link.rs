@@ -22,6 +22,7 @@ pub mod parameters;
 pub mod recording;
 pub mod session;
 pub mod status;
+pub mod update;
 pub mod wire;
 
 use console::Console;
@@ -30,6 +31,7 @@ use files::{into_new_file, into_new_record};
 use session::Link;
 use status::StatusDetail;
 pub(in crate::cli) use status::who;
+use update::Update;
 use wire::{Port, Wire};
 
 /// Flags of `link`.
@@ -71,6 +73,10 @@ const LOOK_BACK_EXAMPLES: &str = "\
 Examples:
   hil-sim link --port /dev/ttyACM0 look-back --out fault.rec
   hil-sim replay fault.rec";
+
+const UPDATE_EXAMPLES: &str = "\
+Examples:
+  hil-sim link --port /dev/ttyACM0 update target/thumbv7em-none-eabihf/release/drive-board";
 
 const PARAMETER_EXAMPLES: &str = "\
 Examples:
@@ -138,6 +144,12 @@ enum LinkCommand {
         /// The file; must not exist
         #[arg(long)]
         out: PathBuf,
+    },
+    /// Sends a sealed firmware to the board, which installs it and goes back to its own if the new one does not come up
+    #[command(after_help = UPDATE_EXAMPLES)]
+    Update {
+        /// The firmware's ELF, as `.ci/build-board` has built and sealed it
+        file: PathBuf,
     },
     /// Reads, changes and stores parameters
     #[command(after_help = PARAMETER_EXAMPLES)]
@@ -242,6 +254,7 @@ enum Job<'a> {
     Faults,
     Record(&'a Path, f64),
     LookBack(&'a Path),
+    Update(Update),
     Parameters(&'a ParameterAction),
 }
 
@@ -275,6 +288,7 @@ impl<'a> Job<'a> {
                 refuse_existing("--out", out)?;
                 Self::LookBack(out)
             }
+            LinkCommand::Update { file } => Self::Update(Update::read(file)?),
             LinkCommand::Parameters { action } => Self::Parameters(action),
         })
     }
@@ -306,6 +320,10 @@ impl<'a> Job<'a> {
             Self::LookBack(file) => {
                 let recorded = into_new_record("--out", file, |out| link.look_back(out))?;
                 console.line(&recorded.line())
+            }
+            Self::Update(update) => {
+                console.line(&who(&identity))?;
+                link.update(&update, console)
             }
             Self::Parameters(action) => parameters_of(&mut link, action, console),
         }

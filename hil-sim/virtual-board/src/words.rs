@@ -1,7 +1,7 @@
 //! What the board says to an operator, in words: refusals and lines of the log.
 
 use firmware::events::{Event, Line};
-use firmware::protocol::message::{ParameterAnswer, Refusal};
+use firmware::protocol::message::{ParameterAnswer, Refusal, UpdateRefusal};
 use model::supervise::codes::Fault;
 
 /// What a refusal means to the user.
@@ -28,6 +28,25 @@ pub fn not_changed_words(answer: &ParameterAnswer) -> String {
             format!("refused: the set contradicts itself at parameter {number} of `parameters list`, counted from 0")
         }
         other => format!("refused: {other:?}"),
+    }
+}
+
+/// Why an update goes no further.
+pub fn update_refusal_words(refusal: UpdateRefusal) -> String {
+    match refusal {
+        UpdateRefusal::NotDisarmed => "refused: the vehicle is not disarmed".into(),
+        UpdateRefusal::LowSupply => "refused: the supply is outside the battery's range; charge or connect it".into(),
+        UpdateRefusal::WrongBoard { board } => format!("refused: the image is for another board than this, {board}"),
+        UpdateRefusal::WrongSize { max } => format!("refused: the board has room for an image of {max} bytes"),
+        UpdateRefusal::WrongChecksum => {
+            "refused: what the board has stored is not the file's image; send it again".into()
+        }
+        UpdateRefusal::OutOfOrder { next } => format!("refused: the board waits for byte {next}"),
+        UpdateRefusal::NotBegun => "refused: the board has restarted meanwhile; send the image again".into(),
+        UpdateRefusal::OnTrial => "refused: the board's firmware is on trial; wait until it is confirmed".into(),
+        UpdateRefusal::SelfTest => "refused: the board's self-test has failed; `link log` tells why".into(),
+        UpdateRefusal::FlashFailed => "the board's flash failed; the firmware that runs stays".into(),
+        UpdateRefusal::NoRoom => "refused: this board has no place for an update; flash it with a probe".into(),
     }
 }
 

@@ -240,6 +240,8 @@ remedied_codes! {
     Ram = 20 => "Switch the board's supply off and on; if the RAM fails again, use another board.",
     /// A drive motor is too hot.
     MotorHot = 21 => "Let the drive motors cool for a minute.",
+    /// A new firmware is being stored.
+    Update = 22 => "Wait until the update is stored; one that its host has left is given up after 10 s.",
 }
 
 codes! {

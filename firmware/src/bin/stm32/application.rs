@@ -8,10 +8,11 @@ use firmware::drive::DriveHardware;
 use firmware::drive_board::SCALES;
 use firmware::events::Event;
 use firmware::fault_history::FaultStore;
-use firmware::hardware::{ClockSource, Place};
+use firmware::hardware::{ClockSource, NoLoader, Place};
 use firmware::parameters::{Booted, ParameterStore};
 use firmware::protocol::message::About;
 use firmware::topics::{self, DisarmBy};
+use firmware::update::{self, UpdateStore};
 use firmware::{analog, built_in, drive, fault_history, imu, link, log_task, parameters, watchdog};
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
@@ -42,7 +43,7 @@ async fn main(spawner: Spawner) {
     let Ok(built_in) = Vehicle::new(built_in::PARAMETERS) else {
         defmt::panic!("the built-in vehicle is out of range");
     };
-    let Ok(mut store) = ParameterStore::new(board.parameters) else {
+    let Ok(mut store) = ParameterStore::new(board.regions.parameters) else {
         defmt::panic!("the parameter flash is too small");
     };
     let booted = parameters::boot(&mut store, &built_in).await;
@@ -63,8 +64,13 @@ async fn main(spawner: Spawner) {
     spawner.spawn(started(receive_task(board.link_receiver, about)));
     spawner.spawn(started(send_task(board.link_sender, about.boot, board.clock)));
     spawner.spawn(started(parameter_task(store, booted, built_in)));
-    let history = FaultStore::new(board.fault_history).ok();
+    let history = FaultStore::new(board.regions.fault_history).ok();
     spawner.spawn(started(fault_task(history, about.boot)));
+    let update = board
+        .regions
+        .update
+        .map(|place| UpdateStore::new(place, board.image_checksum));
+    spawner.spawn(started(update_task(update, board.blockers.is_empty())));
     spawner.spawn(started(log_task(board.lamps)));
     spawner.spawn(started(button_task(board.user_button)));
 
@@ -132,6 +138,11 @@ async fn parameter_task(store: ParameterStore<Region>, booted: Booted, built_in:
 #[embassy_executor::task]
 async fn fault_task(history: Option<FaultStore<Region>>, boot: u32) {
     fault_history::run(&TOPICS, history, boot).await;
+}
+
+#[embassy_executor::task]
+async fn update_task(store: Option<UpdateStore<Region>>, self_test_passed: bool) {
+    update::run(&TOPICS, store, None::<NoLoader>, self_test_passed).await;
 }
 
 #[embassy_executor::task]

@@ -4,9 +4,10 @@ use core::mem::offset_of;
 
 use crc::{CRC_32_ISCSI, Crc};
 use firmware::built_in::BUILD_HASH;
-use firmware::drive_board::FLASH_WORD_BYTES;
+use firmware::drive_board::{BOARD, FLASH_WORD_BYTES};
 use firmware::image_seal::{
-    BUILD_AT, ERASED, FLASH_START, IMAGE_MAX, MARKER, MISSING, NUMBERS_AT, NUMBERS_BYTES, VERSION_AT,
+    BOARD_AT, BUILD_AT, ERASED, FLASH_START, IMAGE_MAX, MARKER, MISSING, NUMBERS_AT, NUMBERS_BYTES, SEAL_AT,
+    SEAL_BYTES, VERSION_AT,
 };
 use firmware::link::VERSION;
 
@@ -20,20 +21,24 @@ struct Seal {
     checksum: u32,
     build: u32,
     version: [u16; 3],
+    board: u16,
 }
 
 const _: () = assert!(offset_of!(Seal, length) == NUMBERS_AT && align_of::<Seal>() == FLASH_WORD_BYTES);
 const _: () = assert!(offset_of!(Seal, build) == BUILD_AT && offset_of!(Seal, version) == VERSION_AT);
+const _: () = assert!(offset_of!(Seal, board) == BOARD_AT && size_of::<Seal>() == SEAL_BYTES);
 
 /// Linked without its numbers, which `seal-image` writes into the ELF: read as the flash has it, never as it is written
 /// here.
 #[used]
+#[unsafe(link_section = ".seal")]
 static SEAL: Seal = Seal {
     marker: MARKER,
     length: MISSING,
     checksum: MISSING,
     build: BUILD_HASH,
     version: VERSION,
+    board: BOARD,
 };
 
 const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
@@ -50,13 +55,19 @@ pub enum ImageState {
 }
 
 /// Reads the image, constants and the initial values of variables included: a word that no longer can be read would
-/// fault when the firmware comes to it, perhaps while driving.
-pub fn check() -> ImageState {
-    try_check().unwrap_or(ImageState::Damaged)
+/// fault when the firmware comes to it, perhaps while driving. Returns also the checksum that the seal tells.
+pub fn check() -> (ImageState, u32) {
+    let mut checksum = MISSING;
+    let state = try_check(&mut checksum).unwrap_or(ImageState::Damaged);
+    (state, checksum)
 }
 
-fn try_check() -> Result<ImageState, StorageError> {
+fn try_check(told: &mut u32) -> Result<ImageState, StorageError> {
+    // Where whoever has the image alone looks for it.
     let seal = &raw const SEAL as usize;
+    if seal != FLASH_START as usize + SEAL_AT {
+        return Ok(ImageState::Damaged);
+    }
     let mut word = [0; FLASH_WORD_BYTES];
     read(seal, &mut word)?;
     let number = |at: usize| {
@@ -64,6 +75,7 @@ fn try_check() -> Result<ImageState, StorageError> {
         bytes.map_or(MISSING, u32::from_le_bytes)
     };
     let (length, checksum) = (number(offset_of!(Seal, length)), number(offset_of!(Seal, checksum)));
+    *told = checksum;
     if length == MISSING {
         return Ok(ImageState::Unsealed);
     }

@@ -11,7 +11,7 @@ use super::flight_record::FlightRecorder;
 use super::imu::ImuDevice;
 use super::lamps::Lamps;
 use super::link::{LinkReceiver, LinkSender};
-use super::storage::Region;
+use super::storage::Regions;
 use super::switches::{StopContact, UserButton};
 use super::watchdog::WatchdogAtRest;
 use crate::board::AnalogSequence;
@@ -52,10 +52,10 @@ pub struct Board {
     pub link_sender: LinkSender,
     /// Host link, in.
     pub link_receiver: LinkReceiver,
-    /// Stored parameters.
-    pub parameters: Region,
-    /// Fault history.
-    pub fault_history: Region,
+    /// The stores in the flash.
+    pub regions: Regions,
     /// What the self-test found.
     pub blockers: BlockerSet,
+    /// Checksum of the image that runs, as its seal tells it.
+    pub image_checksum: u32,
 }

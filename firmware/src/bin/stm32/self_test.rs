@@ -6,10 +6,11 @@ use super::image::{self, ImageState};
 use super::ram;
 use crate::board::part;
 
-/// Runs the test; `break_works` tells what the bridges' own test found.
-pub fn run(break_works: bool) -> BlockerSet {
+/// Runs the test; `break_works` tells what the bridges' own test found. Returns also the checksum that the image's seal
+/// tells.
+pub fn run(break_works: bool) -> (BlockerSet, u32) {
     let mut blockers = BlockerSet::EMPTY;
-    let image = image::check();
+    let (image, checksum) = image::check();
     for (blocker, passed) in [
         (Blocker::BreakPath, break_works),
         (Blocker::BoardOptions, part::options_are_right()),
@@ -30,5 +31,5 @@ pub fn run(break_works: bool) -> BlockerSet {
             );
         }
     }
-    blockers
+    (blockers, checksum)
 }

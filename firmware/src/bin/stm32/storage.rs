@@ -1,5 +1,5 @@
-//! The flash that the firmware writes: at the end of bank 2 the stored parameters, before them the fault history.
-//! Erasing them does not stall the code, which runs from bank 1.
+//! The flash that the firmware writes: at the end of bank 2 the stored parameters, before them the fault history; on the first
+//! board at the start of bank 2 an image that arrives over the link. Erasing them does not stall the code, which runs from bank 1.
 
 use embassy_futures::yield_now;
 use embassy_stm32::flash::Error as DriverError;
@@ -8,7 +8,7 @@ use embassy_sync::mutex::Mutex;
 use embassy_time::{Duration, TimeoutError, with_timeout};
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 use firmware::drive_board::{
-    FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, HISTORY_SECTORS, PARAMETER_SECTORS, SECTORS_PER_BANK,
+    ARRIVED_SECTORS, FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, HISTORY_SECTORS, PARAMETER_SECTORS, SECTORS_PER_BANK, memory,
 };
 use firmware::flash_region::FlashRegion;
 use static_cell::StaticCell;
@@ -59,18 +59,29 @@ pub struct BoardFlash {
 /// A region of the part's flash.
 pub type Region = FlashRegion<'static, CriticalSectionRawMutex, BoardFlash>;
 
-/// Takes the flash driver, and returns the regions of the parameters and of the fault history. To be called once.
-pub fn regions(flash: PartFlash) -> (Region, Region) {
+/// The parts of the flash that the firmware writes.
+pub struct Regions {
+    /// Stored parameters.
+    pub parameters: Region,
+    /// Fault history.
+    pub fault_history: Region,
+    /// An image that arrives over the link; `None` on a board without a place for it.
+    pub update: Option<Region>,
+}
+
+/// Takes the flash driver, and returns the regions. To be called once.
+pub fn regions(flash: PartFlash) -> Regions {
     static FLASH: StaticCell<Mutex<CriticalSectionRawMutex, BoardFlash>> = StaticCell::new();
     let flash: &'static _ = FLASH.init(Mutex::new(BoardFlash {
         flash,
         words_since_pause: 0,
     }));
     let parameters = SECTORS - PARAMETER_SECTORS;
-    (
-        FlashRegion::new(flash, parameters, PARAMETER_SECTORS),
-        FlashRegion::new(flash, parameters - HISTORY_SECTORS, HISTORY_SECTORS),
-    )
+    Regions {
+        parameters: FlashRegion::new(flash, parameters, PARAMETER_SECTORS),
+        fault_history: FlashRegion::new(flash, parameters - HISTORY_SECTORS, HISTORY_SECTORS),
+        update: memory::ARRIVED_SECTOR.map(|first| FlashRegion::new(flash, first, ARRIVED_SECTORS)),
+    }
 }
 
 /// Checks that an access stays in the flash.

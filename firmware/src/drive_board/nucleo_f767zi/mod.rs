@@ -1,6 +1,7 @@
 //! Facts of the drive board on the NUCLEO-F767ZI.
 
 pub mod analog;
+pub mod memory;
 
 /// Time after which the watchdog resets a part that has not fed it, us, at its oscillator's 32 kHz. Within the
 /// oscillator's 17 to 47 kHz (data sheet) that is 8.2 to 22.6 ms: more than the 5 ms between two feeds, and with the 15

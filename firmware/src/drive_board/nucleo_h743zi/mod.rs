@@ -1,6 +1,7 @@
 //! Facts of the drive board on the NUCLEO-H743ZI2.
 
 pub mod analog;
+pub mod memory;
 
 /// Time after which the watchdog resets a part that has not fed it, us: long enough for a control task that is late
 /// by many ticks, and with the reset itself short of the 40 ms within which a hung part must be back in its safe

@@ -17,3 +17,4 @@ mod part;
 mod safety;
 mod start_up;
 mod support;
+mod update;

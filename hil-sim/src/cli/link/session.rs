@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use firmware::protocol::message::{
-    Answer, BoardStatus, Identity, Order, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest, Refusal,
+    Answer, BoardStatus, Identity, Order, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest, Refusal, UpdateRequest,
 };
 use model::supervise::arming::Mode;
 use report::error::CommandError;
@@ -17,7 +17,8 @@ use super::wire::Wire;
 pub const SILENCE_US: u64 = 300_000;
 /// Time within which the board answers an order, us.
 pub(super) const ANSWER_US: u64 = 300_000;
-/// Time within which the board stores a set, us: the slowest store erases a sector of the flash and moves to it.
+/// Time within which the board stores a set or makes room for an image, us: the slowest erases two sectors of the flash,
+/// each within 4 s by the data sheet.
 const STORE_US: u64 = 30_000_000;
 /// How often a question that the board has not answered yet is asked again, us.
 const AGAIN_US: u64 = 50_000;
@@ -126,7 +127,12 @@ impl<W: Wire> Link<W> {
         order: Order,
         mut meanwhile: impl FnMut(&mut Self) -> Result<(), CommandError>,
     ) -> Result<Answer, CommandError> {
-        let within_us = if matches!(order, Order::Parameters(ParameterRequest::Store)) {
+        let slow = [UpdateRequest::Install, UpdateRequest::State];
+        let within_us = if match order {
+            Order::Parameters(request) => request == ParameterRequest::Store,
+            Order::Update(request) => matches!(request, UpdateRequest::Begin(_)) || slow.contains(&request),
+            _ => false,
+        } {
             STORE_US
         } else {
             ANSWER_US
@@ -166,7 +172,7 @@ impl<W: Wire> Link<W> {
         match self.ask_while(Order::Parameters(request), |_| Ok(()))? {
             Answer::Parameters(answer) => Ok(answer),
             Answer::Refused(refusal) => Err(refused(refusal)),
-            Answer::Done => Err(CommandError::Checks(format!("a strange answer to {request:?}"))),
+            Answer::Done | Answer::Update(_) => Err(CommandError::Checks(format!("a strange answer to {request:?}"))),
         }
     }
 
@@ -258,6 +264,7 @@ fn name(order: &Order) -> &'static str {
         Order::StatusRate { .. } => "StatusRate",
         Order::Recording { .. } => "Recording",
         Order::Read(_) => "a question about its memory",
+        Order::Update(_) => "a request about its update",
     }
 }
 

@@ -1,15 +1,15 @@
-//! The virtual board's parameter flash: the sectors that the drive board gives them, in memory.
+//! The virtual board's flash: the sectors that the drive board gives to parameters, faults and updates, in memory.
 
 use std::cell::RefCell;
 use std::ops::Range;
 use std::rc::Rc;
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
-use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, PARAMETER_SECTORS};
+use firmware::drive_board::{ARRIVED_SECTORS, FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, PARAMETER_SECTORS};
 use firmware::parameters::ParameterStore;
 use model::vehicle::Vehicle;
 
-/// Bytes of the flash.
+/// Bytes of a store's flash.
 const CAPACITY: usize = PARAMETER_SECTORS * FLASH_SECTOR_BYTES;
 
 /// An access that the part refuses.
@@ -30,6 +30,11 @@ impl VirtualFlash {
     /// An erased flash.
     pub fn erased() -> Self {
         Self(Rc::new(RefCell::new(vec![0xFF; CAPACITY])))
+    }
+
+    /// An erased place for an image.
+    pub fn for_an_image() -> Self {
+        Self(Rc::new(RefCell::new(vec![0xFF; ARRIVED_SECTORS * FLASH_SECTOR_BYTES])))
     }
 
     /// A flash whose newest stored set is `vehicle`; `None` if it does not fit.
@@ -54,10 +59,10 @@ impl VirtualFlash {
     }
 }
 
-/// The bytes of an access, if it is within the flash and aligned to its unit.
-fn range(offset: u32, length: usize, unit: usize) -> Result<Range<usize>, Refused> {
+/// The bytes of an access, if it is within a flash of so many bytes and aligned to its unit.
+fn range(capacity: usize, offset: u32, length: usize, unit: usize) -> Result<Range<usize>, Refused> {
     let from = offset as usize;
-    if from + length > CAPACITY {
+    if from + length > capacity {
         return Err(Refused(NorFlashErrorKind::OutOfBounds));
     }
     if !from.is_multiple_of(unit) || !length.is_multiple_of(unit) {
@@ -74,13 +79,13 @@ impl ReadNorFlash for VirtualFlash {
     const READ_SIZE: usize = 1;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
-        let range = range(offset, bytes.len(), Self::READ_SIZE)?;
+        let range = range(self.capacity(), offset, bytes.len(), Self::READ_SIZE)?;
         bytes.copy_from_slice(&self.0.borrow()[range]);
         Ok(())
     }
 
     fn capacity(&self) -> usize {
-        CAPACITY
+        self.0.borrow().len()
     }
 }
 
@@ -89,7 +94,7 @@ impl NorFlash for VirtualFlash {
     const ERASE_SIZE: usize = FLASH_SECTOR_BYTES;
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refused> {
-        let range = range(offset, bytes.len(), Self::WRITE_SIZE)?;
+        let range = range(self.capacity(), offset, bytes.len(), Self::WRITE_SIZE)?;
         let mut flash = self.0.borrow_mut();
         for (slot, byte) in flash[range].iter_mut().zip(bytes) {
             // Programming clears bits only.
@@ -100,7 +105,7 @@ impl NorFlash for VirtualFlash {
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Refused> {
         let length = to.checked_sub(from).ok_or(Refused(NorFlashErrorKind::OutOfBounds))?;
-        let range = range(from, length as usize, Self::ERASE_SIZE)?;
+        let range = range(self.capacity(), from, length as usize, Self::ERASE_SIZE)?;
         self.0.borrow_mut()[range].fill(0xFF);
         Ok(())
     }

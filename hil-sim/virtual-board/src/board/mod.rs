@@ -13,9 +13,10 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use firmware::drive::DriveHardware;
 use firmware::drive_board::SCALES;
 use firmware::fault_history::FaultStore;
-use firmware::hardware::{ClockSource, Place, ResetCause};
+use firmware::hardware::{ClockSource, NoLoader, Place, ResetCause};
 use firmware::parameters::{self, ParameterStore};
 use firmware::topics::{DisarmBy, Topics};
+use firmware::update::{self, UpdateStore};
 use firmware::{analog, drive, fault_history, imu, link, log_task, watchdog};
 use model::status::Status;
 use model::supervise::codes::BlockerSet;
@@ -77,6 +78,8 @@ pub struct VirtualBoard {
     /// What a reset leaves: the parameter flash, and the vehicle the firmware was built for.
     flash: VirtualFlash,
     history: VirtualFlash,
+    /// Place of an image that arrives over the link. Nothing installs it: this board has no boot loader.
+    update: VirtualFlash,
     built_in: Vehicle<f32>,
     /// When the board last booted, us since the start.
     booted_us: u64,
@@ -129,6 +132,7 @@ impl VirtualBoard {
             first_thread_task: 0,
             flash,
             history,
+            update: VirtualFlash::for_an_image(),
             built_in,
             booted_us: 0,
             time,
@@ -189,6 +193,8 @@ impl VirtualBoard {
         spawn!(|topics, _hardware| parameters::run(&topics, store, booted, built_in));
         let history = FaultStore::new(self.history.clone()).ok();
         spawn!(|topics, _hardware| fault_history::run(&topics, history, about.boot));
+        let update = UpdateStore::new(self.update.clone(), 0);
+        spawn!(|topics, _hardware| update::run(&topics, Some(update), None::<NoLoader>, true));
         spawn!(|topics, hardware| log_task::run(&topics, hardware));
         Ok(())
     }

@@ -115,7 +115,7 @@ impl Board {
                 break_inputs: [drive_break, ballast_break],
             }
         });
-        let blockers = self_test::run(break_works);
+        let (blockers, image_checksum) = self_test::run(break_works);
         let last_words = crash::take(reset_cause);
         let boot_number = boot_number::take();
 
@@ -163,7 +163,7 @@ impl Board {
         )
         .expect("the part supports the link's settings");
         let (link_sender, link_receiver) = link::split(uart);
-        let (parameters, fault_history) = storage::regions(PartFlash::new(p.FLASH));
+        let regions = storage::regions(PartFlash::new(p.FLASH));
 
         Self {
             reset_cause,
@@ -185,9 +185,9 @@ impl Board {
             user_button: UserButton::new(Input::new(p.PC13, Pull::None)),
             link_sender,
             link_receiver,
-            parameters,
-            fault_history,
+            regions,
             blockers,
+            image_checksum,
             watchdog: WatchdogAtRest::new(p.IWDG),
         }
     }

@@ -17,6 +17,7 @@
 //! | Host link | USART3 | PD8 out, PD9 in | DMA1 stream 0 in, 1 out | USART3, DMA1_STREAM0, 1 |
 //! | Parameters | flash bank 2, last two sectors | | | FLASH |
 //! | Fault history | flash bank 2, the two sectors before | | | FLASH |
+//! | Image that arrives over the link | flash bank 2, first two sectors | | | FLASH |
 //! | Watchdog | IWDG1 | | | |
 //! | Clock of the tasks, 1 MHz | TIM5 | | | TIM5 |
 //! | Executor of the control task | | | | UART5, as a software interrupt |
@@ -114,7 +115,7 @@ impl Board {
                 break_inputs: [drive_break, ballast_break],
             }
         });
-        let blockers = self_test::run(break_works);
+        let (blockers, image_checksum) = self_test::run(break_works);
         let last_words = crash::take(reset_cause);
         let boot_number = boot_number::take();
 
@@ -161,7 +162,7 @@ impl Board {
         )
         .expect("the part supports the link's settings");
         let (link_sender, link_receiver) = link::split(uart);
-        let (parameters, fault_history) = storage::regions(PartFlash::new(Flash::new(p.FLASH, Interrupts)));
+        let regions = storage::regions(PartFlash::new(Flash::new(p.FLASH, Interrupts)));
 
         Self {
             reset_cause,
@@ -183,9 +184,9 @@ impl Board {
             user_button: UserButton::new(Input::new(p.PC13, Pull::None)),
             link_sender,
             link_receiver,
-            parameters,
-            fault_history,
+            regions,
             blockers,
+            image_checksum,
             watchdog: WatchdogAtRest::new(p.IWDG1),
         }
     }

@@ -1,0 +1,14 @@
+//! What lies where in the part's memory: read by the firmware, by the build, which gives it to the linker, and by the boards
+//! that stand in for this one. Apart from these numbers `memory.x` is the same for every board.
+
+/// The board's number in the seal of an image.
+pub const BOARD: u16 = 767;
+/// Sectors of the flash that the firmware runs from: bank 1. The option bit `nDBANK` is 0 (two banks), which the self-test
+/// requires.
+pub const IMAGE_SECTORS: usize = 8;
+/// RAM of the firmware: SRAM1 and SRAM2, which follow each other.
+pub const RAM_START: u32 = 0x2002_0000;
+/// Its bytes.
+pub const RAM_BYTES: u32 = 384 * 1024;
+/// This board has no place for an image that arrives over the link.
+pub const ARRIVED_SECTOR: Option<usize> = None;

@@ -1,0 +1,13 @@
+//! What lies where in the part's memory: read by the firmware, by the build, which gives it to the linker, and by the boards
+//! that stand in for this one. Apart from these numbers `memory.x` is the same for every board.
+
+/// The board's number in the seal of an image.
+pub const BOARD: u16 = 743;
+/// Sectors of the flash that the firmware runs from: bank 1.
+pub const IMAGE_SECTORS: usize = 8;
+/// RAM of the firmware: the AXI SRAM, which DMA1 and DMA2 reach (they cannot reach the DTCM).
+pub const RAM_START: u32 = 0x2400_0000;
+/// Its bytes.
+pub const RAM_BYTES: u32 = 512 * 1024;
+/// Sectors from the start of the flash to the image that arrives over the link: the first of bank 2.
+pub const ARRIVED_SECTOR: Option<usize> = Some(8);

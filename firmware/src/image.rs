@@ -1,0 +1,77 @@
+//! An image in one of its places, and the check of its seal.
+
+use crc::{CRC_32_ISCSI, Crc};
+use embedded_storage_async::nor_flash::ReadNorFlash;
+use serde::{Deserialize, Serialize};
+
+use crate::image_seal::{
+    BOARD_AT, BUILD_AT, ERASED, MARKER, NUMBERS_AT, NUMBERS_BYTES, SEAL_AT, SEAL_BYTES, VERSION_AT,
+};
+
+/// The checksum of an image.
+pub const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
+
+/// A sealed image, as its seal tells it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Image {
+    /// The board that it is for.
+    pub board: u16,
+    /// Bytes in the flash.
+    pub length: u32,
+    /// CRC-32C (ISCSI) of those bytes, the seal's numbers as if they were missing.
+    pub checksum: u32,
+    /// Hash of what it was built from.
+    pub build: u32,
+    /// Version of the firmware: major, minor, patch.
+    pub version: [u16; 3],
+}
+
+/// Bytes that are read at once: the seal lies within one such piece.
+const PIECE: usize = 256;
+
+/// The marker with every bit turned: the marker itself stands nowhere in an image but in its seal.
+const TURNED_MARKER: [u32; 4] = [!MARKER[0], !MARKER[1], !MARKER[2], !MARKER[3]];
+
+const _: () = assert!(SEAL_AT.is_multiple_of(PIECE) && SEAL_BYTES <= PIECE && NUMBERS_AT + NUMBERS_BYTES <= SEAL_BYTES);
+
+impl Image {
+    /// What a seal tells; `None` without its marker.
+    fn of(seal: &[u8]) -> Option<Self> {
+        let word = |at: usize| Some(u32::from_le_bytes(seal.get(at..at + 4)?.try_into().ok()?));
+        let half = |at: usize| Some(u16::from_le_bytes(seal.get(at..at + 2)?.try_into().ok()?));
+        for (n, turned) in TURNED_MARKER.into_iter().enumerate() {
+            if !word(4 * n)? != turned {
+                return None;
+            }
+        }
+        Some(Self {
+            board: half(BOARD_AT)?,
+            length: word(NUMBERS_AT)?,
+            checksum: word(NUMBERS_AT + 4)?,
+            build: word(BUILD_AT)?,
+            version: [half(VERSION_AT)?, half(VERSION_AT + 2)?, half(VERSION_AT + 4)?],
+        })
+    }
+}
+
+/// The image at the start of `place`, which has room for `room` bytes, if every byte of it can be read, it is for the board
+/// of this number, and it is the image that was sealed.
+pub async fn image_in<F: ReadNorFlash>(place: &mut F, room: u32, board: u16) -> Option<Image> {
+    let mut piece = [0; PIECE];
+    place.read(SEAL_AT as u32, &mut piece).await.ok()?;
+    let image = Image::of(&piece)?;
+    if image.board != board || image.length > room || (image.length as usize) < SEAL_AT + SEAL_BYTES {
+        return None;
+    }
+    let mut digest = CHECKSUM.digest();
+    for at in (0..image.length).step_by(PIECE) {
+        let left = ((image.length - at) as usize).min(PIECE);
+        let bytes = piece.get_mut(..left)?;
+        place.read(at, bytes).await.ok()?;
+        if at as usize == SEAL_AT {
+            bytes.get_mut(NUMBERS_AT..NUMBERS_AT + NUMBERS_BYTES)?.fill(ERASED);
+        }
+        digest.update(bytes);
+    }
+    (digest.finalize() == image.checksum).then_some(image)
+}

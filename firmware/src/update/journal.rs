@@ -1,0 +1,154 @@
+//! What was decided about the arrived image: marks behind it, in the last bytes of its place.
+//!
+//! A mark is one word of the flash, programmed once, and names the image that it is about. It counts only if it can be read
+//! and is whole: a word that a power cut has torn is no mark, and the next one takes the word behind it.
+
+use embedded_storage_async::nor_flash::NorFlash;
+
+use crate::drive_board::FLASH_WORD_BYTES;
+use crate::image::Image;
+use crate::image_seal::ERASED;
+
+/// Bytes of the journal: far more words than one update needs, so that torn ones do not fill it.
+pub const JOURNAL_BYTES: u32 = JOURNAL_WORDS * FLASH_WORD_BYTES as u32;
+/// Marks that the journal has room for.
+const JOURNAL_WORDS: u32 = 32;
+/// What a mark begins with, but for the lowest bits, which tell what it says.
+const MARK: u32 = 0x7A3E_51C0;
+
+/// What has been decided or done about the arrived image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Mark {
+    /// The firmware has checked it and orders its installation.
+    Ordered = 1,
+    /// The image that ran is kept.
+    Kept = 2,
+    /// It is installed and is booted for the first time.
+    Tried = 3,
+    /// It came up.
+    Confirmed = 4,
+    /// It is given up: the kept image is to run.
+    RolledBack = 5,
+}
+
+/// The marks about one image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct InstallOrder {
+    /// Length of the image, bytes.
+    pub length: u32,
+    /// Its checksum.
+    pub checksum: u32,
+    /// Checksum of the image that gave the order. Another one that runs was flashed by a probe: the order is void.
+    pub before: u32,
+    /// The image that ran is kept.
+    pub kept: bool,
+    /// It has been booted.
+    pub tried: bool,
+    /// It came up.
+    pub confirmed: bool,
+    /// It is given up.
+    pub rolled_back: bool,
+}
+
+impl InstallOrder {
+    /// What the marks are about.
+    pub fn subject(&self) -> Subject {
+        [self.length, self.checksum, self.before]
+    }
+
+    /// Whether the marks are about this image.
+    pub fn is_of(&self, image: &Image) -> bool {
+        self.length == image.length && self.checksum == image.checksum
+    }
+
+    /// Whether another image runs than the one that gave the order and the one that was ordered.
+    pub fn is_void(&self, running: &Image) -> bool {
+        !self.is_of(running) && running.checksum != self.before
+    }
+}
+
+/// The mark was not written: the journal is full, or the flash failed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NotMarked;
+
+/// What a mark is about: length and checksum of the image, checksum of the image before.
+pub type Subject = [u32; 3];
+
+fn encode(mark: Mark, [length, checksum, before]: Subject) -> [u8; FLASH_WORD_BYTES] {
+    let mut word = [0; FLASH_WORD_BYTES];
+    let parts = [MARK | mark as u32, length, checksum, before];
+    // Each part once as it is and once turned round: a word that is not whole is no mark.
+    let parts = parts.into_iter().chain(parts.map(|part| !part));
+    for (to, part) in word.chunks_exact_mut(4).zip(parts) {
+        to.copy_from_slice(&part.to_le_bytes());
+    }
+    word
+}
+
+fn start<F: NorFlash>(arrived: &F) -> u32 {
+    (arrived.capacity() as u32).saturating_sub(JOURNAL_BYTES)
+}
+
+fn places<F: NorFlash>(arrived: &F) -> impl Iterator<Item = u32> + use<F> {
+    let start = start(arrived);
+    (0..JOURNAL_WORDS).map(move |n| start + n * FLASH_WORD_BYTES as u32)
+}
+
+/// Reads the journal at the end of the arrived image's place; `None` if nothing is ordered.
+pub async fn read<F: NorFlash>(arrived: &mut F) -> Option<InstallOrder> {
+    let mut order: Option<InstallOrder> = None;
+    let mut word = [0; FLASH_WORD_BYTES];
+    for at in places(arrived) {
+        if arrived.read(at, &mut word).await.is_err() {
+            continue;
+        }
+        let part = |n: usize| {
+            let bytes = word.get(4 * n..4 * n + 4).and_then(|bytes| bytes.try_into().ok());
+            bytes.map_or(0, u32::from_le_bytes)
+        };
+        let [length, checksum, before] = [part(1), part(2), part(3)];
+        let is = |mark: Mark| word == encode(mark, [length, checksum, before]);
+        if is(Mark::Ordered) && order.is_none() {
+            order = Some(InstallOrder {
+                length,
+                checksum,
+                before,
+                kept: false,
+                tried: false,
+                confirmed: false,
+                rolled_back: false,
+            });
+        }
+        if let Some(order) = &mut order
+            && order.subject() == [length, checksum, before]
+        {
+            order.kept |= is(Mark::Kept);
+            order.tried |= is(Mark::Tried);
+            order.confirmed |= is(Mark::Confirmed);
+            order.rolled_back |= is(Mark::RolledBack);
+        }
+    }
+    order
+}
+
+/// Adds a mark, and reads it back.
+///
+/// # Errors
+/// [`NotMarked`]; the marks before it stand.
+pub async fn add<F: NorFlash>(arrived: &mut F, mark: Mark, subject: Subject) -> Result<(), NotMarked> {
+    let wanted = encode(mark, subject);
+    let mut word = [0; FLASH_WORD_BYTES];
+    for at in places(arrived) {
+        // A torn word is not written again: its check bits are those of another content.
+        let blank = arrived.read(at, &mut word).await.is_ok() && word.iter().all(|byte| *byte == ERASED);
+        if !blank {
+            continue;
+        }
+        let written = arrived.write(at, &wanted).await.is_ok();
+        if written && arrived.read(at, &mut word).await.is_ok() && word == wanted {
+            return Ok(());
+        }
+    }
+    Err(NotMarked)
+}

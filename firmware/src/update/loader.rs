@@ -1,0 +1,145 @@
+//! The boot loader's work: looks, decides ([`super::plan`]), copies, until there is something to boot.
+
+use embedded_storage_async::nor_flash::NorFlash;
+
+use super::journal::{self, InstallOrder, JOURNAL_BYTES, Mark};
+use super::plan::{Found, LoaderStep, next};
+use crate::drive_board::{BOARD, FLASH_WORD_BYTES};
+use crate::image::{Image, image_in};
+use crate::image_seal::ERASED;
+
+/// The three places of an image.
+#[derive(Debug)]
+pub struct Places<F> {
+    /// Where the board runs from.
+    pub running: F,
+    /// Where the firmware stores an image that comes over the link, with the journal behind it.
+    pub arrived: F,
+    /// Where the image that ran before is kept.
+    pub kept: F,
+}
+
+/// What is to be booted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Boot {
+    /// The image that runs.
+    Image,
+    /// A new image: until it confirms itself the next reset rolls it back.
+    Trial,
+    /// There is no whole image.
+    Nothing,
+}
+
+/// Bytes that are copied at once.
+const PIECE: usize = 256;
+const _: () = assert!(PIECE.is_multiple_of(FLASH_WORD_BYTES));
+/// Most steps of one boot: twice what an update that fails at every place needs.
+const STEPS_MAX: u32 = 16;
+
+/// Longest image that fits a place of so many bytes: the journal stands behind each.
+pub const fn room(capacity: usize) -> u32 {
+    (capacity as u32).saturating_sub(JOURNAL_BYTES)
+}
+
+/// Does what the marks and the three places ask for, and tells what to boot.
+pub async fn prepare<F: NorFlash>(places: &mut Places<F>) -> Boot {
+    let mut found = Found {
+        running: whole(&mut places.running).await,
+        order: journal::read(&mut places.arrived).await,
+        ..Found::default()
+    };
+    // Most boots: nothing is under way, and the two other places need not be read.
+    let settled = |running: &Image| {
+        found.order.is_none_or(|order| {
+            order.confirmed || order.is_void(running) || (order.rolled_back && !order.is_of(running))
+        })
+    };
+    if found.running.as_ref().is_some_and(settled) {
+        return Boot::Image;
+    }
+    found.arrived = whole(&mut places.arrived).await;
+    found.kept = whole(&mut places.kept).await;
+    for _ in 0..STEPS_MAX {
+        match next(&found) {
+            LoaderStep::Boot => return Boot::Image,
+            LoaderStep::Stop => return Boot::Nothing,
+            LoaderStep::Try => {
+                if mark(places, &mut found, Mark::Tried).await {
+                    return Boot::Trial;
+                }
+                // A trial that leaves no trace would be repeated for ever.
+                given_up(&mut found);
+            }
+            LoaderStep::Keep => {
+                found.kept = copy(&mut places.running, &mut places.kept, found.running).await;
+                if found.kept.is_none() {
+                    given_up(&mut found);
+                }
+            }
+            LoaderStep::MarkKept => {
+                if mark(places, &mut found, Mark::Kept).await {
+                    set(&mut found, |order| order.kept = true);
+                } else {
+                    given_up(&mut found);
+                }
+            }
+            LoaderStep::Install => {
+                found.running = copy(&mut places.arrived, &mut places.running, found.arrived).await;
+                if found.running.is_none() {
+                    // The flash does not keep it; what can be done is to try the kept image.
+                    given_up(&mut found);
+                    set(&mut found, |order| order.confirmed = false);
+                }
+            }
+            LoaderStep::GiveUp => {
+                // If the mark cannot be written the next boot decides the same again.
+                mark(places, &mut found, Mark::RolledBack).await;
+                given_up(&mut found);
+            }
+            LoaderStep::Restore => {
+                found.running = copy(&mut places.kept, &mut places.running, found.kept).await;
+                if found.running.is_none() {
+                    return Boot::Nothing;
+                }
+            }
+        }
+    }
+    Boot::Nothing
+}
+
+async fn whole<F: NorFlash>(place: &mut F) -> Option<Image> {
+    let room = room(place.capacity());
+    image_in(place, room, BOARD).await
+}
+
+fn set(found: &mut Found, change: impl FnOnce(&mut InstallOrder)) {
+    if let Some(order) = &mut found.order {
+        change(order);
+    }
+}
+
+fn given_up(found: &mut Found) {
+    set(found, |order| order.rolled_back = true);
+}
+
+/// Adds a mark about the ordered image; tells whether it stands.
+async fn mark<F: NorFlash>(places: &mut Places<F>, found: &mut Found, mark: Mark) -> bool {
+    let Some(order) = found.order else { return false };
+    let added = journal::add(&mut places.arrived, mark, order.subject()).await;
+    added.is_ok()
+}
+
+/// Copies an image to another place; returns what is there then, whole, if it is that image.
+async fn copy<F: NorFlash>(from: &mut F, to: &mut F, image: Option<Image>) -> Option<Image> {
+    let image = image?;
+    to.erase(0, to.capacity() as u32).await.ok()?;
+    let mut piece = [ERASED; PIECE];
+    for at in (0..image.length).step_by(PIECE) {
+        let left = ((image.length - at) as usize).min(PIECE);
+        piece.fill(ERASED);
+        from.read(at, piece.get_mut(..left)?).await.ok()?;
+        let words = left.next_multiple_of(FLASH_WORD_BYTES);
+        to.write(at, piece.get(..words)?).await.ok()?;
+    }
+    whole(to).await.filter(|copied| *copied == image)
+}

@@ -1,0 +1,23 @@
+//! Updating without a probe: a new image comes over the link, and a boot loader installs it or rolls it back. No board has a
+//! boot loader yet: the firmware stores and checks an image, and what a boot loader would do with it runs in tests alone.
+//!
+//! Three places of the flash hold a whole image each: the image that runs, the one that has arrived, and the one that ran
+//! before, which is kept. The firmware writes the arrived one alone, in the bank that it does not run from. The boot loader
+//! copies: it keeps the image that runs, installs the arrived one, and restores the kept one when the new image does not
+//! confirm itself. At every instant one whole image lies in a place that nothing is writing to, so a loss of power at any
+//! word is made good by copying again.
+//!
+//! What was decided stands behind the arrived image, as marks that are only ever added ([`journal`]); what follows from the
+//! marks and the three places is a pure decision ([`plan`]).
+
+pub mod journal;
+pub mod loader;
+pub mod plan;
+mod store;
+mod task;
+
+pub use store::UpdateStore;
+pub use task::run;
+
+#[cfg(test)]
+mod tests;

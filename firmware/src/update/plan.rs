@@ -1,0 +1,230 @@
+//! What the boot loader does next: a pure decision from the marks and from what lies in the three places.
+
+use super::journal::InstallOrder;
+use crate::image::Image;
+
+/// What the boot loader has found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Found {
+    /// The whole image in the place that the board runs from, if there is one.
+    pub running: Option<Image>,
+    /// The whole image that has arrived, if there is one.
+    pub arrived: Option<Image>,
+    /// The whole image that is kept, if there is one.
+    pub kept: Option<Image>,
+    /// What was ordered.
+    pub order: Option<InstallOrder>,
+}
+
+/// What the boot loader does next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LoaderStep {
+    /// Boot the image that stands in its place.
+    Boot,
+    /// Copy the image that runs to where it is kept.
+    Keep,
+    /// Note that the image before is kept.
+    MarkKept,
+    /// Copy the arrived image to where the board runs from.
+    Install,
+    /// Note that the new image is booted, and boot it.
+    Try,
+    /// Note that the new image is given up.
+    GiveUp,
+    /// Copy the kept image to where the board runs from.
+    Restore,
+    /// There is no image that could be booted.
+    Stop,
+}
+
+/// The next step. An image that is not whole is never booted.
+pub fn next(found: &Found) -> LoaderStep {
+    let Found {
+        running,
+        arrived,
+        kept,
+        order,
+    } = *found;
+    let Some(order) = order else {
+        return boot_or(running, restore(kept));
+    };
+    let arrived = arrived.filter(|image| order.is_of(image));
+    let installed = running.is_some_and(|image| order.is_of(&image));
+    if order.confirmed {
+        let install = arrived.map(|_| LoaderStep::Install);
+        return boot_or(running, install.unwrap_or(restore(kept)));
+    }
+    if order.rolled_back {
+        let another = running.filter(|_| !installed || running == kept || kept.is_none());
+        return boot_or(another, restore(kept));
+    }
+    if running.is_some_and(|image| order.is_void(&image)) {
+        return LoaderStep::Boot;
+    }
+    if order.tried {
+        // It was booted and did not confirm itself before the next reset.
+        return LoaderStep::GiveUp;
+    }
+    if arrived.is_none() {
+        return LoaderStep::GiveUp;
+    }
+    if !order.kept {
+        return if running.is_none() || running == kept {
+            LoaderStep::MarkKept
+        } else {
+            LoaderStep::Keep
+        };
+    }
+    if installed {
+        LoaderStep::Try
+    } else {
+        LoaderStep::Install
+    }
+}
+
+fn boot_or(running: Option<Image>, otherwise: LoaderStep) -> LoaderStep {
+    if running.is_some() { LoaderStep::Boot } else { otherwise }
+}
+
+fn restore(kept: Option<Image>) -> LoaderStep {
+    if kept.is_some() {
+        LoaderStep::Restore
+    } else {
+        LoaderStep::Stop
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drive_board::BOARD;
+
+    fn image(checksum: u32) -> Image {
+        Image {
+            board: BOARD,
+            length: 4096,
+            checksum,
+            build: checksum,
+            version: [0, 1, 0],
+        }
+    }
+
+    fn order(checksum: u32) -> InstallOrder {
+        InstallOrder {
+            length: 4096,
+            checksum,
+            before: 1,
+            kept: false,
+            tried: false,
+            confirmed: false,
+            rolled_back: false,
+        }
+    }
+
+    /// Every combination of marks and of what the places hold: nothing, the old image, the new one.
+    fn all() -> impl Iterator<Item = Found> {
+        let images = [None, Some(image(1)), Some(image(2))];
+        (0..27 * 17).map(move |n| {
+            let at = |place: usize| images[n / 3_usize.pow(place as u32) % 3];
+            let marks = n / 27;
+            Found {
+                running: at(0),
+                arrived: at(1),
+                kept: at(2),
+                order: (marks < 16).then(|| InstallOrder {
+                    kept: marks & 1 != 0,
+                    tried: marks & 2 != 0,
+                    confirmed: marks & 4 != 0,
+                    rolled_back: marks & 8 != 0,
+                    ..order(2)
+                }),
+            }
+        })
+    }
+
+    #[test]
+    fn only_a_whole_image_is_booted() {
+        for found in all() {
+            if matches!(next(&found), LoaderStep::Boot | LoaderStep::Try) {
+                assert!(found.running.is_some(), "{found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn nothing_is_copied_that_is_not_whole() {
+        for found in all() {
+            match next(&found) {
+                LoaderStep::Keep => assert!(found.running.is_some(), "{found:?}"),
+                LoaderStep::Install => assert!(found.arrived.is_some(), "{found:?}"),
+                LoaderStep::Restore => assert!(found.kept.is_some(), "{found:?}"),
+                _ => {}
+            }
+        }
+    }
+
+    /// An image is never overwritten while it is the only whole one, but by a copy of a whole one.
+    #[test]
+    fn the_board_stops_only_where_no_place_holds_an_image_that_may_run() {
+        for found in all() {
+            if next(&found) == LoaderStep::Stop {
+                assert_eq!((found.running, found.kept), (None, None), "{found:?}");
+                // An image that nobody ordered, or that was given up, is not installed.
+                let may_run = found.order.is_some_and(|order| order.confirmed) && found.arrived == Some(image(2));
+                assert!(!may_run, "{found:?}");
+            }
+        }
+    }
+
+    /// From every combination the steps, carried out, come to an end.
+    #[test]
+    fn the_steps_come_to_an_end() {
+        for start in all() {
+            let mut found = start;
+            let mut steps = 0;
+            loop {
+                let step = next(&found);
+                let Found { order, .. } = &mut found;
+                match (step, order) {
+                    (LoaderStep::Boot | LoaderStep::Try | LoaderStep::Stop, _) => break,
+                    (LoaderStep::Keep, _) => found.kept = found.running,
+                    (LoaderStep::Install, _) => found.running = found.arrived,
+                    (LoaderStep::Restore, _) => found.running = found.kept,
+                    (LoaderStep::MarkKept, Some(order)) => order.kept = true,
+                    (LoaderStep::GiveUp, Some(order)) => order.rolled_back = true,
+                    (step, None) => panic!("{step:?} without an order"),
+                }
+                steps += 1;
+                assert!(steps < 6, "{start:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_image_that_did_not_confirm_itself_is_given_up() {
+        let tried = Found {
+            running: Some(image(2)),
+            arrived: Some(image(2)),
+            kept: Some(image(1)),
+            order: Some(InstallOrder {
+                kept: true,
+                tried: true,
+                ..order(2)
+            }),
+        };
+        assert_eq!(next(&tried), LoaderStep::GiveUp);
+        let given_up = Found {
+            order: tried.order.map(|order| InstallOrder {
+                rolled_back: true,
+                ..order
+            }),
+            ..tried
+        };
+        assert_eq!(next(&given_up), LoaderStep::Restore);
+        let restored = Found {
+            running: Some(image(1)),
+            ..given_up
+        };
+        assert_eq!(next(&restored), LoaderStep::Boot);
+    }
+}

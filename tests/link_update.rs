@@ -1,0 +1,289 @@
+//! An image over the link to the virtual board, which stores and checks it as the drive board does.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
+
+use clap::Parser;
+use firmware::drive_board::{ARRIVED_SECTORS, BOARD, FLASH_SECTOR_BYTES};
+use firmware::image::Image;
+use firmware::image_seal::{
+    BOARD_AT, BUILD_AT, ERASED, FLASH_START, MARKER, NUMBERS_AT, SEAL_AT, SEAL_BYTES, VERSION_AT,
+};
+use firmware::protocol::message::{
+    Answer, Order, UPDATE_BYTES, UpdateAnswer, UpdateRefusal, UpdateRequest, UpdateState,
+};
+use firmware::update::loader::room;
+use hil_elf::seal::{seal, sealed_image};
+use hil_sim::cli::link::console::Console;
+use hil_sim::cli::link::session::Link;
+use hil_sim::cli::link::{self, Arguments};
+use model::command::Request;
+use model::supervise::arming::Mode;
+use model::supervise::codes::Blocker;
+use report::error::CommandError;
+
+mod support;
+#[path = "support/wires.rs"]
+mod wires;
+use support::Bench;
+use wires::{BoardWire, ready};
+
+/// The command line's part that is tried here.
+#[derive(Parser)]
+struct Tool {
+    #[command(flatten)]
+    link: Arguments,
+}
+
+/// A sealed ELF for a board, with an image of so many bytes.
+fn elf(board: u16, length: usize) -> Vec<u8> {
+    let mut image: Vec<u8> = (0..length).map(|at| (at * at >> 3) as u8).collect();
+    let seal_bytes = &mut image[SEAL_AT..SEAL_AT + SEAL_BYTES];
+    seal_bytes.fill(0);
+    for (to, part) in seal_bytes.chunks_exact_mut(4).zip(MARKER) {
+        to.copy_from_slice(&part.to_le_bytes());
+    }
+    seal_bytes[NUMBERS_AT..NUMBERS_AT + 8].fill(ERASED);
+    seal_bytes[BUILD_AT] = 7;
+    seal_bytes[VERSION_AT] = 1;
+    seal_bytes[BOARD_AT..BOARD_AT + 2].copy_from_slice(&board.to_le_bytes());
+    // Header and one program header of a 32-bit ELF.
+    let mut elf = vec![0; 52 + 32];
+    elf[..6].copy_from_slice(&[0x7F, b'E', b'L', b'F', 1, 1]);
+    elf[28] = 52;
+    elf[42] = 32;
+    elf[44] = 1;
+    for (at, value) in [(0, 1), (4, 84), (12, FLASH_START), (16, length as u32)] {
+        elf[52 + at..52 + at + 4].copy_from_slice(&value.to_le_bytes());
+    }
+    elf.extend(image);
+    seal(&mut elf).expect("an ELF with a seal");
+    elf
+}
+
+/// The image of an ELF, and its bytes.
+fn image(elf: &[u8]) -> (Image, Vec<u8>) {
+    let (sealed, bytes) = sealed_image(elf).expect("sealed");
+    let image = Image {
+        board: sealed.board,
+        length: sealed.length,
+        checksum: sealed.checksum,
+        build: sealed.build,
+        version: sealed.version,
+    };
+    (image, bytes)
+}
+
+fn ask(bench: &mut Bench, request: UpdateRequest) -> UpdateAnswer {
+    match bench.ask(Order::Update(request)) {
+        Some(Answer::Update(answer)) => answer,
+        other => panic!("{request:?}: {other:?}"),
+    }
+}
+
+fn refused(refusal: UpdateRefusal) -> UpdateAnswer {
+    UpdateAnswer::Refused(refusal)
+}
+
+/// The piece of an image that begins at `at`.
+fn piece(bytes: &[u8], at: usize) -> UpdateRequest {
+    let mut piece = [[ERASED; 32]; UPDATE_BYTES / 32];
+    for (to, from) in piece.as_flattened_mut().iter_mut().zip(&bytes[at..]) {
+        *to = *from;
+    }
+    UpdateRequest::Write {
+        at: at as u32,
+        bytes: piece,
+    }
+}
+
+/// Sends every piece from `from` on.
+fn send(bench: &mut Bench, bytes: &[u8], from: usize) {
+    for at in (from..bytes.len()).step_by(UPDATE_BYTES) {
+        let next = (at + UPDATE_BYTES).min(bytes.len()) as u32;
+        assert_eq!(ask(bench, piece(bytes, at)), UpdateAnswer::Ready { next });
+    }
+}
+
+/// What `link update` ends with, of a file of these bytes.
+fn update(bench: Bench, name: &str, file: &[u8]) -> (Result<(), CommandError>, String) {
+    let path = std::env::temp_dir().join(format!("link-update-{}-{name}", std::process::id()));
+    std::fs::write(&path, file).expect("a file");
+    let shown = path.to_string_lossy();
+    let tool = Tool::try_parse_from(["link", "--port", "none", "update", &shown]).expect("understood");
+    let mut console = Console(Vec::new());
+    let begin = |_: &str| Ok(Link::new(BoardWire::new(bench), 4711, Arc::new(AtomicU32::new(0))));
+    let ended = link::run_on(&tool.link, begin, &mut console);
+    std::fs::remove_file(&path).expect("it was there");
+    (ended, String::from_utf8(console.0).expect("text"))
+}
+
+/// The virtual board has no boot loader, and says so: the command does not end as if the firmware were installed.
+#[test]
+fn the_virtual_board_stores_an_image_and_tells_that_it_is_not_installed() {
+    let (ended, shown) = update(ready(60), "whole", &elf(BOARD, 9000));
+    assert!(shown.contains("firmware 1.0.0, build 00000007, 9000 bytes"), "{shown}");
+    let error = ended.expect_err("not installed");
+    assert_eq!(error.exit_code(), 1);
+    assert!(error.to_string().contains("not installed"), "{error}");
+}
+
+#[test]
+fn the_tool_refuses_what_is_no_sealed_firmware() {
+    let good = elf(BOARD, 9000);
+    let mut changed = good.clone();
+    *changed.last_mut().expect("bytes") ^= 1;
+    let mut unsealed = good.clone();
+    unsealed[84 + SEAL_AT + NUMBERS_AT..][..8].fill(ERASED);
+    for (file, why) in [
+        (&good[..60], "no ELF of the board"),
+        (&changed[..], "the image is not the one that was sealed"),
+        (&unsealed[..], "the image is not sealed"),
+    ] {
+        let (ended, _) = update(ready(61), "bad", file);
+        let error = ended.expect_err("refused");
+        assert_eq!(error.exit_code(), 2, "{error}");
+        assert!(error.to_string().ends_with(why), "{error}");
+    }
+}
+
+#[test]
+fn an_image_for_another_board_or_of_a_wrong_size_is_refused() {
+    let max = room(ARRIVED_SECTORS * FLASH_SECTOR_BYTES);
+    let (good, _) = image(&elf(BOARD, 9000));
+    let mut bench = ready(62);
+    for (announced, refusal) in [
+        (Image { board: 767, ..good }, UpdateRefusal::WrongBoard { board: BOARD }),
+        (
+            Image {
+                length: max + 1,
+                ..good
+            },
+            UpdateRefusal::WrongSize { max },
+        ),
+        (Image { length: 100, ..good }, UpdateRefusal::WrongSize { max }),
+    ] {
+        assert_eq!(ask(&mut bench, UpdateRequest::Begin(announced)), refused(refusal));
+    }
+    // A thread runs one board at a time.
+    drop(bench);
+    let (ended, _) = update(ready(63), "foreign", &elf(767, 9000));
+    let error = ended.expect_err("refused").to_string();
+    assert!(error.contains("for another board than this, 743"), "{error}");
+}
+
+#[test]
+fn nothing_is_stored_while_armed_and_nothing_is_armed_while_storing() {
+    let (announced, bytes) = image(&elf(BOARD, 2000));
+    let mut bench = Bench::armed(64);
+    for request in [
+        UpdateRequest::Begin(announced),
+        piece(&bytes, 0),
+        UpdateRequest::Install,
+    ] {
+        assert_eq!(ask(&mut bench, request), refused(UpdateRefusal::NotDisarmed));
+        assert_eq!(bench.mode(), Mode::Armed);
+    }
+    bench.request(Request::Disarm);
+    assert_eq!(
+        ask(&mut bench, UpdateRequest::Begin(announced)),
+        UpdateAnswer::Ready { next: 0 }
+    );
+    bench.request(Request::Arm);
+    bench.run(20);
+    assert_eq!(bench.mode(), Mode::Disarmed);
+    assert!(bench.status().vehicle.blockers.contains(Blocker::Update));
+    // A host that leaves does not block the vehicle for ever.
+    bench.run(10_100);
+    assert!(!bench.status().vehicle.blockers.contains(Blocker::Update));
+    bench.request(Request::Arm);
+    bench.run(20);
+    assert_eq!(bench.mode(), Mode::Armed);
+    // The transfer has been left, not lost: but not a piece is taken now.
+    assert_eq!(ask(&mut bench, piece(&bytes, 0)), refused(UpdateRefusal::NotDisarmed));
+    bench.request(Request::Disarm);
+    assert_eq!(
+        ask(&mut bench, UpdateRequest::Begin(announced)),
+        UpdateAnswer::Ready { next: 0 }
+    );
+    send(&mut bench, &bytes, 0);
+    assert_eq!(ask(&mut bench, UpdateRequest::Install), UpdateAnswer::OnlyStored);
+    bench.run(20);
+    assert!(!bench.status().vehicle.blockers.contains(Blocker::Update));
+}
+
+#[test]
+fn pieces_that_are_missing_or_wrong_are_found() {
+    let (announced, bytes) = image(&elf(BOARD, 2000));
+    let mut bench = ready(65);
+    assert_eq!(ask(&mut bench, piece(&bytes, 0)), refused(UpdateRefusal::NotBegun));
+    assert_eq!(
+        ask(&mut bench, UpdateRequest::Install),
+        refused(UpdateRefusal::NotBegun)
+    );
+    ask(&mut bench, UpdateRequest::Begin(announced));
+    assert_eq!(
+        ask(&mut bench, piece(&bytes, UPDATE_BYTES)),
+        refused(UpdateRefusal::OutOfOrder { next: 0 })
+    );
+    send(&mut bench, &bytes[..2 * UPDATE_BYTES], 0);
+    assert_eq!(
+        ask(&mut bench, UpdateRequest::Install),
+        refused(UpdateRefusal::NotBegun)
+    );
+    // A host that comes again goes on.
+    let next = 2 * UPDATE_BYTES as u32;
+    assert_eq!(
+        ask(&mut bench, UpdateRequest::Begin(announced)),
+        UpdateAnswer::Ready { next }
+    );
+    let mut wrong = bytes.clone();
+    wrong[1900] ^= 1;
+    send(&mut bench, &wrong, 2 * UPDATE_BYTES);
+    assert_eq!(
+        ask(&mut bench, UpdateRequest::Install),
+        refused(UpdateRefusal::WrongChecksum)
+    );
+    // After that everything is sent again.
+    assert_eq!(
+        ask(&mut bench, UpdateRequest::Begin(announced)),
+        UpdateAnswer::Ready { next: 0 }
+    );
+    send(&mut bench, &bytes, 0);
+    assert_eq!(ask(&mut bench, UpdateRequest::Install), UpdateAnswer::OnlyStored);
+    let none = UpdateAnswer::State {
+        state: UpdateState::None,
+        checksum: 0,
+    };
+    assert_eq!(ask(&mut bench, UpdateRequest::State), none, "nothing was ordered");
+}
+
+#[test]
+fn nothing_is_stored_during_a_controlled_stop() {
+    let (announced, _) = image(&elf(BOARD, 2000));
+    let mut bench = Bench::driving(67, 0.8);
+    // The operator falls silent.
+    bench.drive = None;
+    bench.run(400);
+    assert_eq!(bench.mode(), Mode::Stopping);
+    assert_eq!(
+        ask(&mut bench, UpdateRequest::Begin(announced)),
+        refused(UpdateRefusal::NotDisarmed)
+    );
+    assert_eq!(bench.mode(), Mode::Stopping);
+}
+
+/// An empty battery is about to take the supply away.
+#[test]
+fn nothing_is_stored_on_a_low_supply() {
+    let (announced, _) = image(&elf(BOARD, 2000));
+    let mut bench = ready(66);
+    bench
+        .board
+        .world(|world| world.plant.battery_mut().open_circuit_v = 18.0);
+    bench.run(500);
+    assert_eq!(
+        ask(&mut bench, UpdateRequest::Begin(announced)),
+        refused(UpdateRefusal::LowSupply)
+    );
+}
