@@ -15,6 +15,15 @@ const PLOTS = [
 const NAMES = [...new Set(PLOTS.flatMap(([, , lines]) => lines.map(([, column]) => column)))];
 // Rows that a live history keeps: two minutes.
 const ROWS_MAX = 12_000;
+/** Least height of a plot, in its unit: rounding errors do not fill it. */
+const SPAN_MIN = 0.01;
+/** The range of a vertical axis around what is drawn. */
+function span(_, min, max) {
+  if (min == null || max == null) return [null, null];
+  if (max - min >= SPAN_MIN) return uPlot.rangeNum(min, max, 0.1, true);
+  const middle = 0.5 * (min + max);
+  return [middle - 0.5 * SPAN_MIN, middle + 0.5 * SPAN_MIN];
+}
 /** A number at an axis: as many digits as it needs, however small the axis is. */
 const tickText = (value) => String(Number(value.toPrecision(6)));
 
@@ -99,8 +108,8 @@ export class Plots {
             dash: (_, n) => ({ [SOLID]: "solid", [DASHED]: "dashed", [DOTTED]: "dotted" })[lines[n - 1]?.[3]] ?? "solid",
           },
         },
-        scales: { x: { time: false } },
-        axes: [{ ...axis, values: (_, ticks) => ticks.map((tick) => `${tick} s`) }, { ...axis, size: 52, values: (_, ticks) => ticks.map(tickText) }],
+        scales: { x: { time: false }, y: { range: span } },
+        axes: [{ ...axis, values: (_, ticks) => ticks.map((tick) => `${tick} s`) }, { ...axis, size: 60, values: (_, ticks) => ticks.map(tickText) }],
         series: [
           { label: "t", value: (_, value) => (value == null ? "–" : `${value.toFixed(2)} s`) },
           ...lines.map(([label, , name, dash]) => ({
