@@ -19,11 +19,8 @@ pub struct LegCounts {
 /// Counts for a duty, in units of the full scale of [`model::sample::Actuation::duty`], in a period of so many counts.
 /// Beyond [`DUTY_MAX_PERCENT`] the bridge gives no more; below it a duty is that share of the supply, within a count in a
 /// period of 16,000 counts or fewer.
-// A shift in place of the division by 2^15 - 1.
-#[expect(
-    clippy::inline_always,
-    reason = "three times a tick, under a compiler that otherwise saves size"
-)]
+// A shift in place of the division by 2^15 - 1, and inlined although the firmware is compiled for size: each tick does this
+// three times.
 #[inline(always)]
 #[must_use]
 pub fn leg_counts(duty: i16, period_counts: u16) -> LegCounts {

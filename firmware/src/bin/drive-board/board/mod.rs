@@ -38,8 +38,9 @@ pub mod stm32;
 #[path = "../../stm32_registers/mod.rs"]
 pub mod stm32_registers;
 
+use embassy_stm32::Peri;
 use embassy_stm32::flash::Flash;
-use embassy_stm32::gpio::{AfType, Flex, Input, Level, Output, OutputType, Pull, Speed};
+use embassy_stm32::gpio::{AfType, AnyPin, Flex, Input, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::spi::Spi;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::qei::Qei;
@@ -94,26 +95,23 @@ impl Board {
         core.SCB.enable_icache();
         guard_outputs();
 
-        let (bridges, break_works) = MotorBridges::new(p.TIM1, p.TIM8, || {
-            let mut drive_break = Flex::new(p.PE15);
-            drive_break.set_as_af_unchecked(DRIVE_BREAK_FUNCTION, AfType::input(Pull::Up));
-            let mut ballast_break = Flex::new(p.PA8);
-            ballast_break.set_as_af_unchecked(BALLAST_BREAK_FUNCTION, AfType::input(Pull::Up));
-            BridgePins {
-                left: (
-                    PwmPin::new(p.PE9, OutputType::PushPull),
-                    PwmPin::new(p.PE11, OutputType::PushPull),
-                ),
-                right: (
-                    PwmPin::new(p.PE13, OutputType::PushPull),
-                    PwmPin::new(p.PE14, OutputType::PushPull),
-                ),
-                ballast: (
-                    PwmPin::new(p.PC8, OutputType::PushPull),
-                    PwmPin::new(p.PC9, OutputType::PushPull),
-                ),
-                break_inputs: [drive_break, ballast_break],
-            }
+        let (bridges, break_works) = MotorBridges::new(p.TIM1, p.TIM8, || BridgePins {
+            left: (
+                PwmPin::new(p.PE9, OutputType::PushPull),
+                PwmPin::new(p.PE11, OutputType::PushPull),
+            ),
+            right: (
+                PwmPin::new(p.PE13, OutputType::PushPull),
+                PwmPin::new(p.PE14, OutputType::PushPull),
+            ),
+            ballast: (
+                PwmPin::new(p.PC8, OutputType::PushPull),
+                PwmPin::new(p.PC9, OutputType::PushPull),
+            ),
+            break_inputs: [
+                break_input(p.PE15.into(), DRIVE_BREAK_FUNCTION),
+                break_input(p.PA8.into(), BALLAST_BREAK_FUNCTION),
+            ],
         });
         let (blockers, image_checksum) = self_test::run(break_works);
         let last_words = crash::take(reset_cause);
@@ -190,6 +188,13 @@ impl Board {
             watchdog: WatchdogAtRest::new(p.IWDG1),
         }
     }
+}
+
+/// Connects a break's pin to its timer, pulled up.
+fn break_input(pin: Peri<'static, AnyPin>, function: u8) -> Flex<'static> {
+    let mut input = Flex::new(pin);
+    input.set_as_af_unchecked(function, AfType::input(Pull::Up));
+    input
 }
 
 /// Makes a locked-up core, uncorrectable errors of the memory and a supply below 2.85 V trip the hardware break: they
