@@ -37,7 +37,7 @@ struct Tool {
 
 /// A sealed ELF for a board, with an image of so many bytes.
 fn elf(board: u16, length: usize) -> Vec<u8> {
-    let mut image: Vec<u8> = (0..length).map(|at| (at * at >> 3) as u8).collect();
+    let mut image: Vec<u8> = (0..length).map(|at| ((at * at) >> 3) as u8).collect();
     let seal_bytes = &mut image[SEAL_AT..SEAL_AT + SEAL_BYTES];
     seal_bytes.fill(0);
     for (to, part) in seal_bytes.chunks_exact_mut(4).zip(MARKER) {

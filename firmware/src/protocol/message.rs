@@ -30,6 +30,7 @@ pub const STATUS_RATE_HZ: u16 = 100;
 
 /// From the host to the board.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant)] // None is kept in numbers.
 pub enum HostMessage {
     /// Who are you? Answered by [`BoardMessage::Identity`], which offers a session. The same nonce again gets the
     /// same session.
@@ -70,6 +71,7 @@ pub struct Envelope {
 
 /// What a host orders.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant)] // None is kept in numbers.
 pub enum Order {
     /// Drive so; repeated every [`COMMAND_PERIOD_MS`], in any case before the dead-man time is over. Not answered.
     Drive(DriveCommand),

@@ -7,12 +7,13 @@ use crate::image::Image;
 /// Bytes of an image that one [`UpdateRequest::Write`] carries.
 pub const UPDATE_BYTES: usize = UPDATE_WORDS * UPDATE_WORD_BYTES;
 /// Words of the flash in one message.
-const UPDATE_WORDS: usize = 8;
+const UPDATE_WORDS: usize = 7;
 /// Bytes of such a word: the largest of any board.
 const UPDATE_WORD_BYTES: usize = 32;
 
 /// What a host asks of the update.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[allow(clippy::large_enum_variant)] // None is kept in numbers.
 pub enum UpdateRequest {
     /// Make room for this image. Answered by [`UpdateAnswer::Ready`]. The image that a transfer of this boot was about
     /// goes on where that transfer stood.

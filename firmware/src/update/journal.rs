@@ -34,6 +34,7 @@ pub enum Mark {
 
 /// The marks about one image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(clippy::struct_excessive_bools)] // Each is a mark of its own; any may stand without the others.
 pub struct InstallOrder {
     /// Length of the image, bytes.
     pub length: u32,
