@@ -81,7 +81,10 @@ fn an_image_is_stored_and_checked_while_the_control_loop_runs_on() {
     let before = flash(&mut board, STORES, STORES_BYTES);
     let late = board.status().vehicle.late_ticks;
 
-    assert_eq!(ask(&mut board, UpdateRequest::Begin(announced)), UpdateAnswer::Ready { next: 0 });
+    assert_eq!(
+        ask(&mut board, UpdateRequest::Begin(announced)),
+        UpdateAnswer::Ready { next: 0 }
+    );
     board.command = Some((0.0, 0.0));
     board.request(Request::Arm);
     assert_eq!(board.status().vehicle.mode, Mode::Disarmed);
@@ -97,7 +100,10 @@ fn an_image_is_stored_and_checked_while_the_control_loop_runs_on() {
     assert!(!board.status().vehicle.blockers.contains(Blocker::Update));
     let whole = bytes.len() & !3;
     assert!(flash(&mut board, PLACE, whole) == bytes[..whole], "as it was sent");
-    assert!(flash(&mut board, STORES, STORES_BYTES) == before, "parameters and faults");
+    assert!(
+        flash(&mut board, STORES, STORES_BYTES) == before,
+        "parameters and faults"
+    );
     let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
     assert_eq!(resets, []);
 }
@@ -107,9 +113,16 @@ fn nothing_is_stored_while_armed() {
     let (announced, bytes) = image();
     let mut board = ready();
     board.arm();
-    for request in [UpdateRequest::Begin(announced), piece(&bytes, 0), UpdateRequest::Install] {
+    for request in [
+        UpdateRequest::Begin(announced),
+        piece(&bytes, 0),
+        UpdateRequest::Install,
+    ] {
         board.run(50);
-        assert_eq!(ask(&mut board, request), UpdateAnswer::Refused(UpdateRefusal::NotDisarmed));
+        assert_eq!(
+            ask(&mut board, request),
+            UpdateAnswer::Refused(UpdateRefusal::NotDisarmed)
+        );
     }
     board.run(50);
     assert_eq!(board.status().vehicle.mode, Mode::Armed);
@@ -126,10 +139,16 @@ fn a_stored_image_that_is_not_the_announced_one_is_refused() {
     };
     let mut board = ready();
     board.run(50);
-    let foreign = Image { board: 767, ..announced };
+    let foreign = Image {
+        board: 767,
+        ..announced
+    };
     let refused = UpdateAnswer::Refused(UpdateRefusal::WrongBoard { board: BOARD });
     assert_eq!(ask(&mut board, UpdateRequest::Begin(foreign)), refused);
-    assert_eq!(ask(&mut board, UpdateRequest::Begin(short)), UpdateAnswer::Ready { next: 0 });
+    assert_eq!(
+        ask(&mut board, UpdateRequest::Begin(short)),
+        UpdateAnswer::Ready { next: 0 }
+    );
     for at in (0..short.length as usize).step_by(UPDATE_BYTES) {
         ask(&mut board, piece(&bytes, at));
     }
