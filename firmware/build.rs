@@ -144,8 +144,12 @@ fn linker(out: &Path, board: &BuiltBoard) {
         println!("cargo::rustc-link-arg-bin={program}=--defsym={symbol}={number:#x}");
     }
     let place = FLASH_START as usize + SEAL_AT;
-    let text =
-        format!("SECTIONS\n{{\n  .seal {place:#x} : {{ KEEP(*(.seal)) }} > FLASH\n}} INSERT AFTER .vector_table;\n");
+    // The gap in front of the seal is a section with contents: who loads an ELF by its sections leaves a gap erased, who
+    // loads it by its segments fills it with what the linker put there, and the checksum covers it.
+    let text = format!(
+        "SECTIONS\n{{\n  .before_seal : {{ BYTE(0xFF); . = {place:#x}; }} > FLASH =0xFFFFFFFF\n  \
+         .seal {place:#x} : {{ KEEP(*(.seal)) }} > FLASH\n}} INSERT AFTER .vector_table;\n"
+    );
     fs::write(out.join("seal.x"), text).expect("OUT_DIR is writable");
     println!("cargo::rustc-link-search={}", out.display());
     // --nmagic: the sections are not page aligned, which the linker would otherwise pad in flash.

@@ -26,37 +26,6 @@ fn a_folder_is_no_scenario() {
     assert!(output.status.success(), "{}", stderr(&output));
 }
 
-/// A disk that is full ends the record of a run; what is there replays.
-#[cfg(unix)]
-#[test]
-fn what_a_full_disk_took_of_a_record_replays() {
-    let place = folder("full-disk");
-    for name in ["run.mcap", "run.records"] {
-        let file = place.join(name);
-        let _ = std::fs::remove_file(&file);
-        // No file may grow beyond 200 blocks here, which a write is told as an error.
-        let limits = "trap '' XFSZ; ulimit -f 200; exec \"$0\" drive kerb --no-bounds --json --record \"$1\"";
-        let output = Command::new("sh")
-            .args(["-c", limits, env!("CARGO_BIN_EXE_hil-sim"), name])
-            .current_dir(&place)
-            .output()
-            .expect("runs");
-        assert_ne!(output.status.code(), Some(0), "{name}");
-        assert!(
-            stderr(&output).contains("File too large"),
-            "{name}: {}",
-            stderr(&output)
-        );
-        let replay = hil_sim(&["replay", file.to_str().expect("utf-8")]);
-        let text = String::from_utf8_lossy(&replay.stdout).into_owned();
-        assert!(
-            replay.status.success() && text.contains("bit for bit"),
-            "{name}: {text} {}",
-            stderr(&replay)
-        );
-    }
-}
-
 #[test]
 fn drive_writes_its_report_and_says_where() {
     let out = folder("drive");
@@ -190,101 +159,6 @@ fn unreadable_files_unknown_flags_and_bad_values_end_with_2() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
         assert!(!stderr(&output).is_empty());
         assert!(output.stdout.is_empty());
-    }
-}
-
-/// Every command that writes one file takes no other file's place, and says so before it does anything.
-#[test]
-fn a_file_that_exists_is_not_overwritten() {
-    let folder = folder("existing");
-    let file = folder.join("precious");
-    std::fs::write(&file, "precious").expect("writes");
-    let file = file.to_str().expect("utf-8");
-    for arguments in [
-        &["drive", "kerb", "--json", "--record", file][..],
-        &[
-            "campaign",
-            "run",
-            "tests/scenarios/kerb.toml",
-            "--seeds",
-            "1",
-            "--out",
-            file,
-        ],
-        &["link", "--port", "no-port", "record", "--out", file],
-        &["link", "--port", "no-port", "look-back", "--out", file],
-    ] {
-        let output = hil_sim(arguments);
-        let message = stderr(&output);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
-        assert!(
-            message.contains(file) && message.contains("exists already; choose another name"),
-            "{arguments:?}: {message}"
-        );
-        assert_eq!(
-            std::fs::read_to_string(file).expect("there"),
-            "precious",
-            "{arguments:?}"
-        );
-    }
-}
-
-#[test]
-fn a_record_and_the_results_of_a_campaign_are_named_and_merging_keeps_what_is_there() {
-    let folder = folder("written");
-    let path = |name: &str| folder.join(name).to_str().expect("utf-8").to_owned();
-    let (record, part, out) = (path("record"), path("part"), path("out"));
-    for file in [&record, &part] {
-        let _ = std::fs::remove_file(file);
-    }
-    let output = hil_sim(&["drive", "kerb", "--record", &record, "--out", &out]);
-    assert!(output.status.success(), "{}", stderr(&output));
-    let told = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(
-        told.contains(&record) && std::path::Path::new(&record).exists(),
-        "{told}"
-    );
-    let run = [
-        "campaign",
-        "run",
-        "tests/scenarios/kerb.toml",
-        "--seeds",
-        "1",
-        "--out",
-        &part,
-    ];
-    assert!(hil_sim(&run).status.success());
-    let before = std::fs::read(&part).expect("there");
-    let output = hil_sim(&["campaign", "merge", &part, "--out", &part]);
-    assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("exists already"), "{}", stderr(&output));
-    assert_eq!(std::fs::read(&part).expect("there"), before);
-}
-
-/// What is wrong with the command line or the port leaves no empty file, with which the corrected command would fail.
-#[test]
-fn a_link_command_that_never_began_leaves_no_file() {
-    let folder = folder("link-files");
-    let file = folder.join("drive.rec");
-    let name = file.to_str().expect("utf-8");
-    for arguments in [
-        &["link", "--port", "no-such-port", "record", "--out", name][..],
-        &[
-            "link",
-            "--port",
-            "tcp:127.0.0.1:1",
-            "record",
-            "--out",
-            name,
-            "--seconds",
-            "0",
-        ],
-        &["link", "--port", "no-such-port", "look-back", "--out", name],
-        &["link", "record", "--out", name],
-    ] {
-        let output = hil_sim(arguments);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
-        assert!(!file.exists(), "{arguments:?}");
     }
 }
 

@@ -49,6 +49,7 @@ pub(super) struct Estimator {
     theta_acceleration: LowPass,
     roll: LowPass,
     weighs: Persistence,
+    weighs_steadily: Persistence,
     standing: Standing,
     /// The IMU was lost in the last tick, or has not been there yet.
     arm_lost: bool,
@@ -91,9 +92,11 @@ const STOPPED_ARM_RAD_S: f32 = 0.2;
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
 /// Time constant of the axle's roll.
 const ROLL_TIME_CONSTANT_S: f32 = 0.2;
-/// Ticks for which the accelerometer must feel the vehicle's weight before it is trusted again: the wheels rebound. It is most
-/// of a period of 3 Hz: a vibration of about g would else be felt in one half of its periods only, as an acceleration.
-const WEIGHT_TICKS: u16 = 270;
+/// Ticks for which the accelerometer must feel the vehicle's weight before it is trusted again: the wheels rebound.
+const WEIGHT_TICKS: u16 = 30;
+/// The same before it may tell of a slide or of its mounting, most of a period of 3 Hz: of a vibration of about g it would
+/// else be asked in one half of the periods only, which looks like an acceleration.
+const STEADY_WEIGHT_TICKS: u16 = 270;
 
 impl Estimator {
     pub(super) fn new(vehicle: &Vehicle<f32>) -> Self {
@@ -130,6 +133,7 @@ impl Estimator {
             free_sin_slope: 0.0,
             trail: Trail::default(),
             weighs: Persistence::new(WEIGHT_TICKS),
+            weighs_steadily: Persistence::new(STEADY_WEIGHT_TICKS),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
             roll: LowPass::new(TICK_S, ROLL_TIME_CONSTANT_S),
             standing: Standing::default(),
@@ -300,7 +304,9 @@ impl Estimator {
             yaw_rate_rad_s: motion.yaw_rate_rad_s,
             sin_roll: motion.sin_roll,
         };
-        let weighs = self.weighs.update(sensed.arm.weighs() && believed.arm_imu);
+        let feels_weight = sensed.arm.weighs() && believed.arm_imu;
+        let weighs = self.weighs.update(feels_weight);
+        let weighs_steadily = self.weighs_steadily.update(feels_weight);
         let trust = match (weighs, self.traction.slides()) {
             _ if posture.settled => Trust::AtRest,
             _ if posture.idle => Trust::Settling,
@@ -324,7 +330,7 @@ impl Estimator {
             tilt_error: self.arm.error(),
             yaw_rate_rad_s: motion.yaw_rate_rad_s,
             wheels_yaw_rad_s: motion.wheels_yaw_rad_s,
-            weighs,
+            weighs: weighs_steadily,
             slow: self.mountings.rest_next(),
         });
         if let Some(spar) = &mut self.spar {
