@@ -26,6 +26,11 @@ impl Persistence {
     pub fn stands(&self) -> bool {
         self.bad >= self.limit
     }
+
+    /// The run of bad ticks is at least `ticks` long, whatever the limit.
+    pub fn lasts(&self, ticks: u16) -> bool {
+        self.bad >= ticks
+    }
 }
 
 /// Weighs bad ticks against good ones: trips on a sensor that is bad most of the time, though not always.

@@ -1,7 +1,7 @@
 //! Whether what the arm IMU shows can be true, judged by itself and by the wheels.
 
 use super::{Estimator, MeasuredMotion};
-use crate::estimate::facing::Shown;
+use crate::estimate::facing::{GROUNDED_TICKS, Shown};
 use crate::supervise::supervisor::Believed;
 
 /// Sine of the angle between integrated gyro and accelerometer that cannot last: one of the two is wrong.
@@ -23,7 +23,7 @@ impl Estimator {
             relative_rad_s: motion.theta_rate_rad_s + motion.phi_rate_rad_s,
             unexplained: self.arm.unexplained(),
             vertical_m_s2: self.arm.vertical_m_s2(),
-            weighs: self.weighs.stands(),
+            grounded: self.weighs.lasts(GROUNDED_TICKS),
             slides: self.traction.slides(),
         });
         apart || faces_elsewhere
