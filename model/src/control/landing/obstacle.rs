@@ -16,8 +16,12 @@ const STUCK_TIME: f32 = 2.0;
 /// Share of the time after which it counts as stuck from which on a vehicle that is told to turn back was stuck: it has taken
 /// the push of its own arm for a hill by then.
 const TURNED_BACK_SHARE: f32 = 0.5;
-/// Time after which a stuck vehicle gives up to push hard, in time units.
+/// Time after which a stuck vehicle gives up to push hard, and the time that it takes for it, in time units. Lowered at once,
+/// its arm would pull the wheels off the obstacle, and the vehicle would bounce and begin anew: they push on as long as the
+/// arm's weight gives more than its swing takes, `|phi''| < sin(phi) / L`. Over four time units the arm comes down at no more
+/// than that much per time unit, so that one time unit is enough for it to stop in.
 const PUSH_TIME: f32 = 14.0;
+const GIVE_UP_TIME: f32 = 4.0;
 /// Acceleration, g, whose arm angle a stuck vehicle takes: pushing hard, and after it has given up. The latter keeps the
 /// motors cool.
 const PUSH_HARD_G: f32 = 0.9;
@@ -116,6 +120,51 @@ impl Obstacle {
 
     /// The acceleration whose arm angle a stuck vehicle takes at most, g.
     pub(super) fn effort(&self) -> f32 {
-        if self.time < PUSH_TIME { PUSH_HARD_G } else { PUSH_ON_G }
+        let given_up = (self.time - PUSH_TIME) / GIVE_UP_TIME;
+        (PUSH_HARD_G - (PUSH_HARD_G - PUSH_ON_G) * given_up).bounded(PUSH_ON_G, PUSH_HARD_G)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::equilibrium::Equilibrium;
+
+    /// A time unit of 0.16 s in ticks of 1 ms, and the wheels of the reference vehicle.
+    const TICKS_PER_TIME: usize = 160;
+    const TICK: f32 = 1.0 / TICKS_PER_TIME as f32;
+    const WHEEL_M: f32 = 0.25;
+    const L: f32 = 0.8;
+    const PUSHES: Told = Told {
+        speed: 0.8,
+        reference: 0.8,
+        wheels: 0.0,
+        acceleration: 0.2,
+        lag: 0.5,
+        distance_m: 1.0,
+    };
+
+    /// Against an obstacle the vehicle pushes hard, then less. Its arm comes down so slowly that its weight alone turns the
+    /// wheels forward still when the arm takes up, or loses, its rate within one time unit.
+    #[test]
+    fn a_stuck_vehicle_gives_up_without_pulling_itself_off_the_obstacle() {
+        let weight = Equilibrium {
+            alpha_l: 0.9 * L,
+            mass: 1.3,
+            mu: 0.066,
+        };
+        let mut obstacle = Obstacle::default();
+        let mut efforts = [0.0_f32; 4000];
+        for effort in &mut efforts {
+            obstacle.update(&PUSHES, TICK, WHEEL_M);
+            *effort = obstacle.effort();
+        }
+        assert_eq!(obstacle.push(), PushState::Stuck);
+        assert_eq!((efforts[0], efforts[3999]), (PUSH_HARD_G, PUSH_ON_G));
+        for pair in efforts.windows(TICKS_PER_TIME + 1) {
+            let [before, now] = [pair[0], pair[TICKS_PER_TIME]].map(|effort| weight.arm(effort, 0.0, 1.0));
+            let rate = libm::asinf(before.sin) - libm::asinf(now.sin);
+            assert!(rate < now.sin / L, "{rate} at {}", now.sin);
+        }
     }
 }
