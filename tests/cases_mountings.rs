@@ -207,7 +207,10 @@ fn a_vibration_is_no_fault_and_no_slide() {
                 let slides = outcome.trace.rows.iter().any(|row| row.status.estimate.sliding);
                 assert!(!slides, "{story}");
                 let error_m_s = row.truth.speed_m_s - speed_m_s;
-                assert!(error_m_s.abs() < 0.12, "{story}: {error_m_s} m/s");
+                // Shaken by its own weight the accelerometer is off its range half of the time; what drives at a walking pace may be
+                // off it by a quarter then, and by half of that at half of the shaking.
+                let most_m_s = 0.25 * amplitude_m_s2 / 10.0;
+                assert!(error_m_s.abs() < most_m_s, "{story}: {error_m_s} m/s");
             }
         }
     }

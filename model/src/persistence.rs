@@ -19,6 +19,11 @@ impl Persistence {
         self.stands()
     }
 
+    /// Whether the run of bad ticks is at least `ticks` long, whatever the limit.
+    pub fn lasts(&self, ticks: u16) -> bool {
+        self.bad >= ticks
+    }
+
     /// What the last update gave.
     pub fn stands(&self) -> bool {
         self.bad >= self.limit

@@ -70,9 +70,8 @@ const MOTION_SHARE: f32 = 0.2;
 /// share, that is no slide.
 const SLIDES_RAD_S: f32 = 0.1;
 const RADIUS_SHARE: f32 = 0.03;
-/// Ticks for which the sensors must differ, or agree, before that is believed: longer than a kerb's or a joint's blow, and than
-/// the first half period of what begins to shake the vehicle by 4 Hz or faster.
-const SLIDES_TICKS: u16 = 170;
+/// Ticks for which the sensors must differ, or agree, before that is believed: longer than a kerb's or a joint's blow.
+const SLIDES_TICKS: u16 = 150;
 const ROLLS_TICKS: u16 = 300;
 /// Distance of the wheels' speed from that over the ground, m/s, at which they may roll again, and what the latter drifts
 /// by in every second of a slide.

@@ -49,7 +49,6 @@ pub(super) struct Estimator {
     theta_acceleration: LowPass,
     roll: LowPass,
     weighs: Persistence,
-    weighs_steadily: Persistence,
     standing: Standing,
     /// The IMU was lost in the last tick, or has not been there yet.
     arm_lost: bool,
@@ -132,8 +131,7 @@ impl Estimator {
             stall: Stall::default(),
             free_sin_slope: 0.0,
             trail: Trail::default(),
-            weighs: Persistence::new(WEIGHT_TICKS),
-            weighs_steadily: Persistence::new(STEADY_WEIGHT_TICKS),
+            weighs: Persistence::new(STEADY_WEIGHT_TICKS),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
             roll: LowPass::new(TICK_S, ROLL_TIME_CONSTANT_S),
             standing: Standing::default(),
@@ -304,9 +302,8 @@ impl Estimator {
             yaw_rate_rad_s: motion.yaw_rate_rad_s,
             sin_roll: motion.sin_roll,
         };
-        let feels_weight = sensed.arm.weighs() && believed.arm_imu;
-        let weighs = self.weighs.update(feels_weight);
-        let weighs_steadily = self.weighs_steadily.update(feels_weight);
+        let weighs_steadily = self.weighs.update(sensed.arm.weighs() && believed.arm_imu);
+        let weighs = self.weighs.lasts(WEIGHT_TICKS);
         let trust = match (weighs, self.traction.slides()) {
             _ if posture.settled => Trust::AtRest,
             _ if posture.idle => Trust::Settling,

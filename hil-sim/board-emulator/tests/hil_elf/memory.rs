@@ -16,7 +16,7 @@ use crate::support::{Operator, blocks_alone, firmware, open, powered_part};
 /// Where a text or a marker stands in the flash.
 fn place(board: &mut Operator, sought: &[u8]) -> u64 {
     let start = u64::from(FLASH_START);
-    let flash = board.emulation.at(move |stopped| stopped.read_block(start, 192 * 1024));
+    let flash = board.emulation.at(move |stopped| stopped.read_block(start, 256 * 1024));
     let flash = flash.expect("it runs").expect("it is memory");
     let found = flash.windows(sought.len()).position(|window| window == sought);
     start + found.expect("the image has it") as u64

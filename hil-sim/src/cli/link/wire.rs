@@ -124,12 +124,16 @@ fn is_passing(error: &io::Error) -> bool {
     )
 }
 
-/// What the system says of a port that is no more ("Broken pipe"), and what it means.
+/// What a connection's end means.
+const CLOSED: &str = "the other end has closed the connection: is a board served at this port?";
+
+/// What the system says of a port that is no more ("Broken pipe"), and what it means. Only a connection is reset.
 fn gone(error: &io::Error) -> io::Error {
-    io::Error::new(
-        error.kind(),
-        format!("the port is gone ({error}): is the cable in, and the board powered?"),
-    )
+    let meaning = match error.kind() {
+        ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted => CLOSED.to_owned(),
+        _ => format!("the port is gone ({error}): is the cable in, and the board powered?"),
+    };
+    io::Error::new(error.kind(), meaning)
 }
 
 impl Wire for Port {
@@ -145,10 +149,7 @@ impl Wire for Port {
         match self.port.read(bytes) {
             Err(error) if is_passing(&error) => Ok(0),
             // A port that is read without waiting has nothing; a connection that has nothing to give is closed.
-            Ok(0) => Err(io::Error::new(
-                ErrorKind::UnexpectedEof,
-                "the other end has closed the connection: is a board served at this port?",
-            )),
+            Ok(0) => Err(io::Error::new(ErrorKind::UnexpectedEof, CLOSED)),
             result => result.map_err(|error| gone(&error)),
         }
     }

@@ -101,7 +101,7 @@ impl Estimator {
                     relative_rad_s,
                     unexplained: self.arm.unexplained(),
                     sideways_m_s2: sensed.arm_force_y_m_s2,
-                    weighs: self.weighs_steadily.stands(),
+                    weighs: self.weighs.stands(),
                     slides: self.traction.slides(),
                 }),
                 1 => {

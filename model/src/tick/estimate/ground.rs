@@ -1,6 +1,6 @@
 //! The ground under the wheels: its slope, and whether something blocks the vehicle.
 
-use super::{Estimator, MeasuredMotion};
+use super::{Estimator, MeasuredMotion, WEIGHT_TICKS};
 use crate::bounded::Bounded;
 use crate::estimate::stall::{Intent, Progress};
 
@@ -27,13 +27,13 @@ impl Estimator {
             && !self.traction.slides()
         {
             // A vehicle that falls or lands feels no slope.
-            if self.weighs.stands() {
+            if self.weighs.lasts(WEIGHT_TICKS) {
                 self.slope.learn(lesson);
             }
             self.free_sin_slope = self.slope.sin();
         } else if stuck && !self.stall.stalls() {
             self.slope.reset(self.free_sin_slope);
-        } else if self.weighs.stands() {
+        } else if self.weighs.lasts(WEIGHT_TICKS) {
             let t = self.scales.time_s;
             let axle_m_s2 = self.traction.acceleration_m_s2(motion.wheels_m_s2);
             self.slope.update(
