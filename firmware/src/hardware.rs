@@ -115,6 +115,7 @@ pub enum ResetCause {
 
 /// What the part noted about its resets since its flags were cleared last, as its reset register has it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[allow(clippy::struct_excessive_bools)] // Each is a flag of the part's register; several are set at once.
 pub struct ResetFlags {
     /// The supply came up from nothing.
     pub power_on: bool,

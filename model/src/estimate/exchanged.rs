@@ -36,7 +36,7 @@ pub struct Exchanged {
     swing: f32,
     roll: f32,
     together: f32,
-    exchanged: Persistence,
+    in_rhythm: Persistence,
     rolled: Persistence,
 }
 
@@ -66,7 +66,7 @@ impl Default for Exchanged {
             swing: 0.0,
             roll: 0.0,
             together: 0.0,
-            exchanged: Persistence::new(EXCHANGED_INTERVALS),
+            in_rhythm: Persistence::new(EXCHANGED_INTERVALS),
             rolled: Persistence::new(ROLLED_INTERVALS),
         }
     }
@@ -90,7 +90,7 @@ impl Exchanged {
         mean(&mut self.roll, roll * roll);
         mean(&mut self.together, relative * roll);
         let [_, swung, rolled] = self.steady.each_ref().map(|steady| steady.value().abs());
-        let exchanged = self.exchanged.update(
+        let in_rhythm = self.in_rhythm.update(
             self.roll > ROLL_MIN
                 && self.swing < SWING_SHARE * self.roll
                 && self.together * self.together > TOGETHER * self.relative * self.roll,
@@ -98,7 +98,7 @@ impl Exchanged {
         let rolled = self
             .rolled
             .update(rolled > ROLLED_RAD_S && swung < ROLLED_SWING_SHARE * rolled);
-        exchanged || rolled
+        in_rhythm || rolled
     }
 
     /// Begins anew: no motor is driven, or the IMU is not believed.
@@ -107,7 +107,7 @@ impl Exchanged {
             steady.reset(0.0);
         }
         [self.relative, self.swing, self.roll, self.together] = [0.0; 4];
-        self.exchanged.update(false);
+        self.in_rhythm.update(false);
         self.rolled.update(false);
     }
 }

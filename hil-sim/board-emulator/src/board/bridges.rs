@@ -134,7 +134,7 @@ fn connected(part: &mut Part, at: TimerPin) -> bool {
         .into_iter()
         .find(|(port, _)| *port == at.port)
         .expect("the ports of the bridges' pins are listed");
-    let port = part.h7.bus().slot(name).expect("the part has the port");
-    let registers = part.h7.bus_mut().slot_mut(port).registers_mut();
+    let slot = part.h7.bus().slot(name).expect("the part has the port");
+    let registers = part.h7.bus_mut().slot_mut(slot).registers_mut();
     gpio::Gpio::function(pin(at.number), registers) == Some(at.function)
 }

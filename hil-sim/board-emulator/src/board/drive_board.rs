@@ -195,7 +195,7 @@ impl DriveBoard {
         if pwr::csr1::PVDO.is_set(registers.get(pwr::Register::Csr1)) {
             for nth in [0, 1] {
                 self.mcu.with_bridge_timer(now, nth, |timer, registers, context| {
-                    timer.supply_fell(registers, context)
+                    timer.supply_fell(registers, context);
                 });
             }
         }
