@@ -271,11 +271,11 @@ fn everything_that_is_missing_is_named_at_once() {
         }
     }
     parse("my.toml", &text).expect("whole");
-    // A misspelt name is told as such, though what it should be is missing too.
-    let message = parse("my.toml", "[body]\nwheel_radus_m = 0.1\n")
-        .expect_err("misspelt")
+    // An unknown name is told as such, though what it should be is missing too.
+    let message = parse("my.toml", "[body]\nwheel_diameter_m = 0.1\n")
+        .expect_err("unknown")
         .to_string();
-    assert!(message.contains("unknown name `body.wheel_radus_m`"), "{message}");
+    assert!(message.contains("unknown name `body.wheel_diameter_m`"), "{message}");
 }
 
 #[test]
