@@ -22,7 +22,7 @@ use crate::hardware::{Bridges, CycleCounter, EmergencyStop, EncoderCounters};
 use crate::orders::Orders;
 use crate::protocol::message::TickCycles;
 use crate::records::recorder::TickRecorder;
-use crate::ticks::{TICK, every_tick, next_tick, tick_of};
+use crate::ticks::{TICK, Ticks, tick_of};
 use crate::topics::{Topic, Topics};
 
 /// Longest time that a tick waits for its samples of the IMUs before it goes on without.
@@ -74,9 +74,9 @@ where
     let mut ticks = TickRecorder::new();
     let mut latched = FaultSet::EMPTY;
     let mut tick = 0_u32;
-    let mut ticker = every_tick();
+    let mut vehicle_ticks = Ticks::from_now();
     loop {
-        next_tick(&mut ticker).await;
+        vehicle_ticks.next().await;
         // Reading the IMUs takes some tens of microseconds. If no sample comes in time, the tick goes on with
         // the last one, whose age tells the core.
         let _ = with_timeout(IMU_WAIT, imu_samples(topics, tick_of(Instant::now()))).await;

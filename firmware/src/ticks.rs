@@ -1,10 +1,6 @@
 //! When the periodic tasks run: at the ticks of the vehicle, or halfway between them.
 
-use core::future::poll_fn;
-use core::pin::{Pin, pin};
-use core::task::{Context, Poll};
-
-use embassy_time::{Duration, Instant, Ticker};
+use embassy_time::{Duration, Instant, Ticker, Timer};
 use model::sample::TICK_US;
 
 /// The period of a tick.
@@ -23,17 +19,24 @@ pub fn every_tick() -> Ticker {
     ticker
 }
 
-/// Waits for the next tick.
-pub async fn next_tick(ticker: &mut Ticker) {
-    let mut next = pin!(ticker.next());
-    poll_fn(|context| poll_next_tick(next.as_mut(), context)).await;
+/// The ticks of the vehicle, as [`every_tick`]'s, for the control task: nothing in it can panic, not even after 500,000 years.
+pub struct Ticks {
+    due: Instant,
 }
 
-/// What lies behind it are the assertions of the timer on times beyond 500,000 years: `.ci/check-panics` knows them by this
-/// name.
-#[inline(never)]
-fn poll_next_tick(next: Pin<&mut impl Future<Output = ()>>, context: &mut Context<'_>) -> Poll<()> {
-    next.poll(context)
+impl Ticks {
+    /// The ticks from now on.
+    pub fn from_now() -> Self {
+        Self {
+            due: tick_of(Instant::now()),
+        }
+    }
+
+    /// Waits for the next tick. A tick that is late is not left out.
+    pub async fn next(&mut self) {
+        self.due = self.due.checked_add(TICK).unwrap_or(Instant::MAX);
+        Timer::at(self.due).await;
+    }
 }
 
 /// A ticker that runs half a period after [`every_tick`]'s.
