@@ -255,32 +255,38 @@ fn sliding_wheels_are_told_and_rolling_ones_are_not() {
     }
 }
 
+/// Time from the first slide of a vehicle that drives onto ground of this friction until it is told, s; and which drive it was.
+fn slide_told_after(friction: f64, slope_deg: f64, speed_m_s: f64, seed: u64) -> (Option<f64>, String) {
+    let slope_rad = slope_deg.to_radians();
+    // Behind the way that the start takes.
+    let from_m = 1.0 + 2.0 * speed_m_s;
+    let tables = format!(
+        "chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}\n\
+         terrain.patch = [{{ from_m = {from_m:?}, to_m = 60.0, right = {friction:?}, left = {friction:?} }}]"
+    );
+    let outcome = fly(8.0 + from_m / speed_m_s, seed, &tables, &at_speed(speed_m_s));
+    let rows = &outcome.trace.rows;
+    // A wheel that lets go for a moment at the start is no slide.
+    let slides = |rows: &[TraceRow]| rows.iter().all(|row| row.truth.sliding.contains(&true));
+    let began = rows
+        .windows(10)
+        .position(slides)
+        .map(|at| rows[at].time_s())
+        .expect("it slides");
+    let told = first(&outcome, began, |row| row.status.limits.contains(Limit::Slip));
+    let story = format!("{friction:.3} on {slope_deg} deg at {speed_m_s} m/s, seed {seed}");
+    println!("{story}: after {told:.2?} s");
+    (told, story)
+}
+
 /// On ice that carries half of the slope's weight at most, the slide is told within a quarter of a second: 0.15 s for which
 /// the sensors must differ, and what their filters take.
 #[test]
 fn a_slide_is_told_within_a_quarter_of_a_second() {
     for slope_deg in [5.0_f64, -5.0, 10.0, -10.0, 15.0, -15.0, 20.0, -20.0] {
-        let slope_rad = slope_deg.to_radians();
-        for friction in [0.02, 0.5 * slope_rad.abs().tan()] {
+        for friction in [0.02, 0.5 * slope_deg.to_radians().abs().tan()] {
             for (speed_m_s, seed) in [(0.3, 1), (0.8, 12), (2.5, 3)] {
-                // Behind the way that the start takes.
-                let from_m = 1.0 + 2.0 * speed_m_s;
-                let tables = format!(
-                    "chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}\n\
-                     terrain.patch = [{{ from_m = {from_m:?}, to_m = 60.0, right = {friction:?}, left = {friction:?} }}]"
-                );
-                let outcome = fly(8.0 + from_m / speed_m_s, seed, &tables, &at_speed(speed_m_s));
-                let rows = &outcome.trace.rows;
-                // A wheel that lets go for a moment at the start is no slide.
-                let slides = |rows: &[TraceRow]| rows.iter().all(|row| row.truth.sliding.contains(&true));
-                let began = rows
-                    .windows(10)
-                    .position(slides)
-                    .map(|at| rows[at].time_s())
-                    .expect("it slides");
-                let told = first(&outcome, began, |row| row.status.limits.contains(Limit::Slip));
-                let story = format!("{friction:.3} on {slope_deg} deg at {speed_m_s} m/s, seed {seed}");
-                println!("{story}: after {told:.2?} s");
+                let (told, story) = slide_told_after(friction, slope_deg, speed_m_s, seed);
                 assert!(told.is_some_and(|s| s <= 0.25), "{story}: {told:?}");
             }
         }
@@ -296,22 +302,7 @@ fn a_slide_near_the_limit_of_grip_is_told_within_a_second() {
         let lacks_m_s2 = 9.81 * (slope_rad.abs().sin() - friction * slope_rad.cos());
         assert!(lacks_m_s2 > 0.5, "{friction} on {slope_deg}: {lacks_m_s2}");
         for (speed_m_s, seed) in [(0.3, 1), (0.8, 2), (1.5, 3)] {
-            let from_m = 1.0 + 2.0 * speed_m_s;
-            let tables = format!(
-                "chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}\n\
-                 terrain.patch = [{{ from_m = {from_m:?}, to_m = 60.0, right = {friction:?}, left = {friction:?} }}]"
-            );
-            let outcome = fly(8.0 + from_m / speed_m_s, seed, &tables, &at_speed(speed_m_s));
-            let rows = &outcome.trace.rows;
-            let slides = |rows: &[TraceRow]| rows.iter().all(|row| row.truth.sliding.contains(&true));
-            let began = rows
-                .windows(10)
-                .position(slides)
-                .map(|at| rows[at].time_s())
-                .expect("it slides");
-            let told = first(&outcome, began, |row| row.status.limits.contains(Limit::Slip));
-            let story = format!("{friction} on {slope_deg} deg at {speed_m_s} m/s, seed {seed}");
-            println!("{story}: after {told:.2?} s");
+            let (told, story) = slide_told_after(friction, slope_deg, speed_m_s, seed);
             assert!(told.is_some_and(|s| s <= 1.0), "{story}: {told:?}");
         }
     }
