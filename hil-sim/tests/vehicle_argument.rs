@@ -303,6 +303,21 @@ fn a_whole_vehicle_gives_volts_speeds_and_degrees() {
     let row = &json("envelope --waveforms step --slopes 0.1:0.1:1", Some(REFERENCE))["rows"][0];
     near(&row["critical_v"], times(row, "critical", volts));
     near(&row["beta_deg"], 0.1_f64.to_degrees());
+    // The table and the page have the chart in both kinds of units.
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("envelope-in-si");
+    let out = out.to_str().unwrap();
+    json(
+        &format!("envelope --waveforms step --slopes 0.1:0.2:2 --out {out}"),
+        Some(REFERENCE),
+    );
+    let table = std::fs::read_to_string(format!("{out}/envelope.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(rows[0], ["beta", "step", "beta_deg", "step_v"]);
+    let number = |column: usize| Value::from(rows[1][column].parse::<f64>().unwrap());
+    near(&number(2), 0.1_f64.to_degrees());
+    near(&number(3), number(1).as_f64().unwrap() * volts);
+    let chart = std::fs::read_to_string(format!("{out}/envelope-critical_v.svg")).unwrap();
+    assert!(chart.contains("slope beta (deg)") && chart.contains("critical voltage of both motors (V)"));
     let equilibrium = json("equilibrium --voltage 0.5", Some(REFERENCE));
     near(&equilibrium["voltage_v"], 0.5 * volts);
     for (number, in_si) in [("poles", "poles_per_s"), ("poles_closed", "poles_closed_per_s")] {

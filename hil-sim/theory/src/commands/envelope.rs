@@ -156,5 +156,21 @@ fn report<'a>(outcome: &'a EnvelopeJson, waveforms: &[Waveform], slopes: &[f64],
         chart = chart.with(Series::new(waveform.name(), slopes, &values));
         columns = columns.with(waveform.name(), values);
     }
-    report.columns(columns).chart("critical", chart)
+    let report = report.chart("critical", chart);
+    let degrees: Option<Vec<f64>> = slopes.iter().map(|slope| si.degrees(*slope)).collect();
+    let Some(degrees) = degrees else {
+        return report.columns(columns);
+    };
+    let mut chart = Chart::new(
+        "Whirl limits in SI",
+        "slope beta (deg)",
+        "critical voltage of both motors (V)",
+    );
+    columns = columns.with("beta_deg", &degrees[..]);
+    for (waveform, rows) in waveforms.iter().zip(outcome.rows.chunks(slopes.len())) {
+        let volts: Vec<f64> = rows.iter().map(|r| r.critical_v.unwrap_or(f64::NAN)).collect();
+        chart = chart.with(Series::new(waveform.name(), &degrees, &volts));
+        columns = columns.with(format!("{}_v", waveform.name()), volts);
+    }
+    report.columns(columns).chart("critical_v", chart)
 }
