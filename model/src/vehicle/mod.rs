@@ -110,8 +110,8 @@ impl<T: Real> Vehicle<T> {
     /// # Errors
     /// The first value out of range, or the first contradiction: `arm_mass_kg` must be less than
     /// `total_mass_kg` (alpha < 1), the battery's voltages in order, the current limits less than
-    /// `overcurrent_a`, `kp` less than the total damping, and the spar stable under its gains, where there
-    /// are any.
+    /// `overcurrent_a`, `kp` less than the total damping where Eq. 3.25 flies, and the spar stable under its gains,
+    /// where there are any.
     pub fn new(parameters: VehicleParameters<T>) -> Result<Self, ParameterError> {
         let p = &parameters;
         p.check()?;
@@ -165,16 +165,18 @@ impl<T: Real> Vehicle<T> {
                 "must be less than safety.overcurrent_a",
             )?;
         }
-        // Eq. 3.25 with kp at or above the total damping is unstable (erratum E2): refuse it here.
         let vehicle = Self { parameters };
-        let zeta = vehicle.planar(T::ZERO).zeta;
-        less(
-            "control",
-            "kp",
-            p.control.kp,
-            zeta,
-            "must be less than the total damping zeta, or the speed loop is unstable",
-        )?;
+        if vehicle.speed_law() == SpeedLawChoice::SwingDamped {
+            // Eq. 3.25 with kp at or above the total damping is unstable (erratum E2): refuse it here. The landing law
+            // reads no kp.
+            less(
+                "control",
+                "kp",
+                p.control.kp,
+                vehicle.planar(T::ZERO).zeta,
+                "must be less than the total damping zeta, or Eq. 3.25 is unstable",
+            )?;
+        }
         if let (Some(camera), Some(gains)) = (vehicle.camera(), vehicle.spar_gains())
             && !camera.is_stable_under(&gains)
         {

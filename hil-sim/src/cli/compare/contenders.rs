@@ -8,7 +8,7 @@ pub struct Contender {
     /// Its name.
     pub name: &'static str,
     /// What makes it.
-    pub how: &'static str,
+    pub how: String,
     /// The file that the firmware flies; the simulated vehicle is not it.
     pub told: Vehicle<f64>,
 }
@@ -54,6 +54,8 @@ const CONTENDERS: [(&str, &str, Change); 4] = [
 /// Numbers of the laws in the parameters.
 const EQ_3_25: f64 = SpeedLawChoice::SwingDamped as u8 as f64;
 const LANDING: f64 = SpeedLawChoice::Landing as u8 as f64;
+/// The thesis's kp over the total damping of its vehicle: 0.8 over 2.2.
+const KP_SHARE: f64 = 0.8 / 2.2;
 /// A ramp that no speed takes time for, m/s^2.
 const STEP_M_S2: f64 = 20.0;
 
@@ -67,8 +69,42 @@ pub fn contenders(vehicle: &Vehicle<f64>) -> Result<Vec<Contender>, String> {
         .map(|(name, how, change)| {
             let mut parameters = *vehicle.parameters();
             change(&mut parameters);
+            let mut how = (*how).to_owned();
+            let zeta = vehicle.planar(0.0).zeta;
+            if parameters.control.law == EQ_3_25 && parameters.control.kp >= zeta {
+                // A file whose vehicle flies the landing law need not state a kp that Eq. 3.25 could fly with.
+                let (own, stable) = (parameters.control.kp, KP_SHARE * zeta);
+                how = format!("{how}, kp {stable:.2}: the file's {own} is unstable");
+                parameters.control.kp = stable;
+            }
             let told = Vehicle::new(parameters).map_err(|error| format!("{name}: {error}"))?;
             Ok(Contender { name, how, told })
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A vehicle that Eq. 3.25 cannot fly with the file's kp flies it with another, and the table says so.
+    #[test]
+    fn eq_3_25_flies_with_a_kp_that_is_stable() {
+        let reference = vehicle_file::reference().expect("good");
+        for law in contenders(&reference).expect("good") {
+            assert!(!law.how.contains("unstable"), "{}", law.how);
+            assert_eq!(law.told.parameters().control.kp.to_bits(), 0.8_f64.to_bits());
+        }
+        let mut parameters = *reference.parameters();
+        parameters.drive_motor.resistance_ohm *= 10.0;
+        let little_damped = Vehicle::new(parameters).expect("the landing law flies it");
+        let zeta = little_damped.planar(0.0).zeta;
+        assert!(zeta < 0.8, "{zeta}");
+        for law in contenders(&little_damped).expect("good") {
+            let own = law.told.speed_law() == SpeedLawChoice::Landing;
+            let kp = law.told.parameters().control.kp;
+            assert_eq!(law.how.contains("the file's 0.8 is unstable"), !own, "{}", law.how);
+            assert!(own || (kp > 0.0 && kp < zeta), "{kp}");
+        }
+    }
 }

@@ -178,7 +178,7 @@ pub fn page(laws: &[Contender], planar: &PlanarSteps, flights: &[Flight]) -> Res
             body,
             "<tr><td>{}</td><td>{}</td></tr>",
             escaped(law.name),
-            escaped(law.how)
+            escaped(&law.how)
         );
     }
     _ = writeln!(body, "</table>\n<p>{}</p>\n</header>\n<main>", escaped(&notes(planar)));
