@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use firmware::drive_board::SCALES;
-use hil_sim::cli::record_file::run::{RecordedRun, write_run};
+use hil_sim::cli::record_file::run::write_run;
 use hil_sim::cli::record_file::writer::{RecordFormat, RecordWriter};
 use hil_sim::cli::record_file::{self, ReadRecords};
 use model::tick::VehicleCore;
@@ -259,18 +259,8 @@ fn every_committed_record_replays() {
             "{shown}: tick {tick}: {field} is {replayed}, the record has {recorded}. If that is meant: \
              UPDATE_RECORDS=1 cargo test -p hil-sim --test replay every_committed"
         );
-        let mut out = RecordWriter::new(RecordFormat::Frames, Vec::new());
-        write_run(
-            &mut out,
-            &RecordedRun {
-                vehicle: &vehicle,
-                identity: file.identity,
-                records: &file.records,
-                log: &[],
-                events: None,
-            },
-        )
-        .expect("fits");
-        std::fs::write(&path, out.finish().expect("written")).expect("writes");
+        let out = RecordWriter::new(RecordFormat::Frames, Vec::new());
+        let bytes = write_run(out, &vehicle, file.identity, &file.records).expect("fits");
+        std::fs::write(&path, bytes).expect("writes");
     }
 }

@@ -44,6 +44,44 @@ fn what_a_full_disk_took_of_a_record_replays() {
     }
 }
 
+/// A drive that is killed while it is recorded leaves under the file's own name what it had driven, and that replays.
+#[cfg(unix)]
+#[test]
+fn what_a_killed_drive_has_recorded_replays() {
+    /// More than the first chunk of an MCAP file, and far less than the whole drive.
+    const ENOUGH_BYTES: u64 = 1 << 20;
+    let place = folder("killed");
+    let scenario = place.join("long.toml");
+    // The longest that a scenario may last.
+    let text = "title = 'long'\nduration_s = 3600.0\n[[step]]\nat_s = 2.0\naction = 'arm'\n";
+    std::fs::write(&scenario, text).expect("writes");
+    for name in ["run.mcap", "run.records"] {
+        let file = place.join(name);
+        let _ = std::fs::remove_file(&file);
+        let mut drive = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+            .args(["drive", "long.toml", "--json", "--record", name])
+            .current_dir(&place)
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::null())
+            .spawn()
+            .expect("runs");
+        while std::fs::metadata(&file).map_or(0, |file| file.len()) < ENOUGH_BYTES {
+            assert!(drive.try_wait().expect("asked").is_none(), "{name}: it ended by itself");
+            std::thread::sleep(std::time::Duration::from_millis(10));
+        }
+        // SIGKILL: the program gets no turn any more.
+        drive.kill().expect("killed");
+        drive.wait().expect("gone");
+        let replay = hil_sim(&["replay", file.to_str().expect("utf-8")]);
+        let text = String::from_utf8_lossy(&replay.stdout).into_owned();
+        assert!(
+            replay.status.success() && text.contains("bit for bit"),
+            "{name}: {text} {}",
+            stderr(&replay)
+        );
+    }
+}
+
 /// Every command that writes one file takes no other file's place, and says so before it does anything.
 #[test]
 fn a_file_that_exists_is_not_overwritten() {

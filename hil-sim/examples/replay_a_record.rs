@@ -7,9 +7,8 @@ use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
-use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
-use virtual_board::scenario::{self, Scenario, VirtualBackend};
+use virtual_board::scenario::{self, Backend, Scenario, VirtualBackend};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let vehicle = vehicle_file::reference()?;
@@ -26,12 +25,9 @@ pub(crate) fn record(vehicle: &Vehicle<f64>) -> Result<Vec<FlightRecord>, Box<dy
     let drive = Scenario::parse(DEFAULT_NAME, DEFAULT)?;
     let plant = drive.plant(vehicle)?;
     let mut backend = VirtualBackend::boot(vehicle, plant)?;
-    backend
-        .board
-        .world(|world| world.records = Some(FirstRecords::first(usize::MAX)));
+    backend.keep_records();
     scenario::run(&drive, &mut backend, |_ms| {})?;
-    let records = backend.board.world(|world| world.records.take());
-    Ok(records.unwrap_or_default().into_kept())
+    Ok(backend.take_records())
 }
 
 /// The first record whose actuation a core that starts anew does not repeat.

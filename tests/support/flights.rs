@@ -2,9 +2,8 @@
 
 use firmware::flight_record::FlightRecord;
 use model::supervise::codes::{Fault, FaultSet};
-use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::trace::TraceRow;
-use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
+use virtual_board::scenario::{self, Backend, DriveOutcome, Scenario, VirtualBackend};
 
 use super::reference;
 
@@ -32,11 +31,9 @@ pub fn recorded(scenario: &Scenario) -> Vec<FlightRecord> {
     let vehicle = reference();
     let plant = scenario.plant(&vehicle).expect("a plant");
     let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
-    let records = FirstRecords::first(usize::MAX);
-    backend.board.world(|world| world.records = Some(records));
+    backend.keep_records();
     scenario::run(scenario, &mut backend, |_| {}).expect("valid");
-    let records = backend.board.world(|world| world.records.take());
-    records.expect("kept").into_kept()
+    backend.take_records()
 }
 
 /// [`drive`] of a [`scenario`].

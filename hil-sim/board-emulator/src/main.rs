@@ -4,13 +4,12 @@ use std::cell::Cell;
 use std::process::ExitCode;
 
 use board_emulator::Error;
-use board_emulator::elf::{Firmware, build, flight};
-use board_emulator::run::{EmulatedBackend, EmulationSettings, Stopped, Work};
+use board_emulator::elf::{Firmware, build};
+use board_emulator::run::{EmulatedBackend, EmulationSettings, Work};
 use board_emulator::time::MS;
 use board_emulator::vehicle::stored;
 use clap::Parser;
 use firmware::built_in;
-use firmware::flight_record::FlightRecord;
 use hil_sim::cli::drive::{self, Arguments};
 use report::error::CommandError;
 use report::output::tell;
@@ -40,7 +39,6 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
         Some(firmware) => firmware,
         None => build::firmware().map_err(input)?,
     };
-    let record = flight::address(firmware).map_err(|error| input(&error))?;
     let (mut work, mut simulated_ms) = (Work::default(), 0);
     let stores_vehicle = Cell::new(false);
     drive::run_on(
@@ -56,25 +54,19 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
                 vec![stored::set(vehicle).map_err(|error| input(&error))?]
             };
             EmulatedBackend::power_on_with(firmware, plant, EmulationSettings::default(), &contents)
-                .and_then(|mut backend| {
-                    let probe = move |stopped: &mut Stopped<'_>| stopped.probe(record, flight::WORDS as u64);
-                    backend.emulation()?.at(probe)?;
-                    Ok(backend)
-                })
                 .map_err(|error| other(&error))
         },
         |backend| {
             let emulation = backend.emulation().map_err(|error| other(&error))?;
-            let words;
-            (words, work, simulated_ms) = emulation
-                .at(|stopped| (stopped.take_probe(), stopped.work(), stopped.now() / MS))
+            (work, simulated_ms) = emulation
+                .at(|stopped| (stopped.work(), stopped.now() / MS))
                 .map_err(|error| other(&error))?;
             if stores_vehicle.get() {
                 let log = emulation.at(|stopped| stopped.log_bytes());
                 let log = log.and_then(|bytes| firmware.decode(&bytes?));
                 stored::was_taken(&log.map_err(|error| other(&error))?).map_err(|error| input(&error))?;
             }
-            records(&words).map_err(|error| other(&error))
+            Ok(())
         },
     )?;
     if !arguments.json {
@@ -87,19 +79,6 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
         );
     }
     Ok(())
-}
-
-/// The record of each tick, from the words read at each step of the plant.
-fn records(words: &[u32]) -> Result<Vec<FlightRecord>, Error> {
-    let mut records: Vec<FlightRecord> = Vec::new();
-    for words in words.chunks(flight::WORDS) {
-        let record = flight::decode(words)?;
-        // No tick has passed since the step before: the firmware is starting, or ticks lie further apart than steps.
-        if record.tick != records.last().map_or(0, |last| last.tick) {
-            records.push(record);
-        }
-    }
-    Ok(records)
 }
 
 fn input(error: &Error) -> CommandError {

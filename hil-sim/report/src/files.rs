@@ -1,8 +1,10 @@
-//! Files that appear whole or not at all.
+//! Files that appear whole or not at all, and recordings, of which whatever was written stays.
 //!
-//! A file is written under a temporary name beside its place and takes its name when it is complete, so that a full disk
-//! or a crash never leaves half a file under its name, and a link that stands in its place is replaced, not followed.
+//! A [`NewFile`] is written under a temporary name beside its place and takes its name when it is complete, so that a full
+//! disk or a crash never leaves half a file under its name, and a link that stands in its place is replaced, not followed.
+//! A [`GrowingFile`] has its name from the start: what a killed program, a full disk or a pulled cable left of it is there.
 
+use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
@@ -80,22 +82,6 @@ impl NewFile {
     }
 }
 
-impl NewFile {
-    /// Gives the file its name although it could not be completed: what a full disk has taken is kept. A file without a
-    /// byte leaves nothing behind.
-    pub fn keep(mut self) {
-        let _ = self.part.flush();
-        let (part, _) = self.part.into_parts();
-        if part.as_file().metadata().is_ok_and(|file| file.len() > 0) {
-            let _ = if self.replaces {
-                part.persist(&self.path)
-            } else {
-                part.persist_noclobber(&self.path)
-            };
-        }
-    }
-}
-
 impl Write for NewFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         self.part.write(bytes)
@@ -103,6 +89,67 @@ impl Write for NewFile {
 
     fn flush(&mut self) -> std::io::Result<()> {
         self.part.flush()
+    }
+}
+
+/// A file that grows under its own name and keeps what was written, whatever ends the program.
+#[derive(Debug)]
+pub struct GrowingFile {
+    part: BufWriter<File>,
+    path: PathBuf,
+    /// The flag that names the file, for messages.
+    flag: &'static str,
+    complete: bool,
+}
+
+impl GrowingFile {
+    /// Begins the file `path`, which must not exist. `flag` names it on the command line.
+    ///
+    /// # Errors
+    /// [`CommandError::Input`] naming flag and file, if there is such a file already, or if it cannot be written.
+    pub fn create(flag: &'static str, path: &Path) -> Result<Self, CommandError> {
+        let file = File::create_new(path).map_err(|error| not_written(flag, path, &error))?;
+        Ok(Self {
+            part: BufWriter::new(file),
+            path: path.to_owned(),
+            flag,
+            complete: false,
+        })
+    }
+
+    /// Makes sure that the file is on the disk as it is; its name.
+    ///
+    /// # Errors
+    /// [`CommandError::Other`] naming flag and file, if the disk is full. What it has taken stays.
+    pub fn finish(mut self) -> Result<PathBuf, CommandError> {
+        let written = self.part.flush().and_then(|()| self.part.get_ref().sync_all());
+        written
+            .map_err(|error| CommandError::Other(format!("{}: {}: output: {error}", self.flag, self.path.display())))?;
+        self.complete = true;
+        Ok(self.path.clone())
+    }
+}
+
+impl Write for GrowingFile {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.part.write(bytes)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.part.flush()
+    }
+}
+
+/// A file that was given up before its first byte goes, so that the command can be given again.
+impl Drop for GrowingFile {
+    fn drop(&mut self) {
+        if self.complete {
+            return;
+        }
+        let _ = self.part.flush();
+        if self.part.get_ref().metadata().is_ok_and(|file| file.len() == 0) {
+            let _ = std::fs::remove_file(&self.path);
+        }
     }
 }
 
@@ -128,7 +175,7 @@ pub fn refuse_existing(flag: &str, path: &Path) -> Result<(), CommandError> {
 }
 
 /// What is told of a file that exists already.
-pub fn existing(flag: &str, path: &Path) -> CommandError {
+fn existing(flag: &str, path: &Path) -> CommandError {
     CommandError::Input(format!(
         "{flag}: {} exists already; choose another name",
         path.display()

@@ -6,19 +6,18 @@ use std::time::Instant;
 
 use clap::{Args, ValueEnum};
 use firmware::drive_board::SCALES;
-use firmware::flight_record::FlightRecord;
 use model::vehicle::Vehicle;
 use serde::Serialize;
 
 use crate::cli::emulated;
 use plant::Plant;
 use report::error::CommandError;
-use report::output::{command_line, print_coloured, print_json, progress_bar};
+use report::files::refuse_existing;
+use report::output::{command_line, print_coloured, print_json};
 use report::visible::visible_line;
-use virtual_board::board::hardware::FirstRecords;
 use virtual_board::scenario::file::{DEFAULT, DEFAULT_NAME};
 use virtual_board::scenario::{
-    self, Backend, Check, MetricValue, Metrics, RunVerdict, Scenario, Story, StoryEvent, VirtualBackend, shipped,
+    self, Backend, Check, MetricValue, RunVerdict, Scenario, StoryEvent, VirtualBackend, shipped,
 };
 
 mod files;
@@ -27,10 +26,12 @@ mod record;
 pub mod rows;
 pub mod seeds;
 mod table;
+mod watched;
 
 use files::RunReport;
 use page::{RunOrigin, RunSummary};
-use record::{RECORD_TICKS_MAX, RunRecord, replay_ns};
+use record::{RunRecord, replay_ns};
+use watched::Watched;
 
 /// Flags of `drive`.
 #[derive(Debug, Args, Default)]
@@ -131,33 +132,21 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             arguments,
             |vehicle, plant| {
                 let backend = VirtualBackend::boot(vehicle, plant);
-                let mut backend = backend.map_err(|error| CommandError::Input(error.to_string()))?;
-                let most = match (&arguments.record, arguments.json) {
-                    (Some(_), _) => RECORD_TICKS_MAX,
-                    (None, false) => REPLAY_TICKS_MAX,
-                    (None, true) => 0,
-                };
-                backend
-                    .board
-                    .world(|world| world.records = (most > 0).then(|| FirstRecords::first(most)));
-                Ok(backend)
+                backend.map_err(|error| CommandError::Input(error.to_string()))
             },
-            |backend| {
-                let records = backend.board.world(|world| world.records.take());
-                Ok(records.unwrap_or_default().into_kept())
-            },
+            |_backend| Ok(()),
         ),
     }
 }
 
-/// Runs the command on the board that `boot` makes; `records` takes the ticks it recorded.
+/// Runs the command on the board that `boot` makes; `ended` looks at it after the run.
 ///
 /// # Errors
-/// As [`run`], and what `boot` and `records` say.
+/// As [`run`], and what `boot` and `ended` say.
 pub fn run_on<B: Backend>(
     arguments: &Arguments,
     boot: impl FnOnce(&Vehicle<f64>, Plant) -> Result<B, CommandError>,
-    records: impl FnOnce(&mut B) -> Result<Vec<FlightRecord>, CommandError>,
+    ended: impl FnOnce(&mut B) -> Result<(), CommandError>,
 ) -> Result<(), CommandError> {
     let scenario = load_scenario(arguments)?;
     let (vehicle, simulated) = load_vehicles(
@@ -165,57 +154,54 @@ pub fn run_on<B: Backend>(
         arguments.plant_vehicle.as_deref(),
         &scenario,
     )?;
-    let record = RunRecord::begin(arguments.record.as_deref(), &scenario)?;
+    if let Some(path) = &arguments.record {
+        refuse_existing("--record", path)?;
+    }
     let plant = scenario
         .plant(&simulated)
         .map_err(|error| CommandError::Input(error.to_string()))?;
     let mut backend = boot(&vehicle, plant)?;
-
-    let mut report = if arguments.out.is_some() || !arguments.json {
-        let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(DEFAULT_OUT));
-        Some(RunReport::create(out)?)
-    } else {
-        None
+    let record = arguments.record.as_deref();
+    let record = record.map(|path| RunRecord::begin(path, &vehicle_f32(&vehicle)?));
+    let mut watched = Watched {
+        record: record.transpose()?,
+        replayed_max: if arguments.json { 0 } else { REPLAY_TICKS_MAX },
+        ..Watched::default()
     };
+    if arguments.out.is_some() || !arguments.json {
+        let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(DEFAULT_OUT));
+        watched.report = Some(RunReport::create(out)?);
+    }
 
-    let bar = progress_bar((scenario.duration_s * 1000.0) as usize, "driving");
     let started = Instant::now();
-    let mut measured = Metrics::default();
-    let mut story = Story::default();
-    let mut written = Ok(());
-    let end = scenario::run_into(
-        &scenario,
-        &mut backend,
-        |row| {
-            measured.add(row);
-            story.add(row);
-            if let (Some(report), Ok(())) = (&mut report, &written) {
-                written = report.add(row);
-            }
-        },
-        |ms| {
-            if ms % 100 == 0 {
-                bar.set_position(ms);
-            }
-        },
-    )
-    .map_err(|error| CommandError::Checks(format!("{} (seed {}): {error}", file_name(arguments), scenario.seed)));
+    let end = watched
+        .drive(&scenario, &mut backend)
+        .map_err(|error| CommandError::Checks(format!("{} (seed {}): {error}", file_name(arguments), scenario.seed)));
     let wall_s = started.elapsed().as_secs_f64();
-    bar.finish_and_clear();
+    let Watched {
+        measured,
+        story,
+        report,
+        record,
+        first_records,
+        mut log,
+        written,
+        ..
+    } = watched;
     written?;
-
-    let records = records(&mut backend)?;
     let told = story.told();
     let record = match record {
-        Some(record) => {
+        Some(mut record) => {
             // What led to a run that could not go on is worth its record most.
-            let log = end.as_ref().map_or(&[][..], |end| &end.log);
-            let path = record.write(&vehicle_f32(&vehicle)?, &records, log, &told.events)?;
+            record.log(end.as_ref().map_or(&[][..], |end| &end.log));
+            let path = record.finish()?;
             format!("\nrecord                 {}", visible_line(&path.display().to_string()))
         }
         None => String::new(),
     };
+    ended(&mut backend)?;
     let end = end?;
+    log.extend(end.log);
     let values = measured.values(&end.counts);
     let checks = scenario::judge(&scenario, &values);
     let verdict = RunVerdict::of(&checks);
@@ -226,7 +212,7 @@ pub fn run_on<B: Backend>(
         values: &values,
         checks: &checks,
         told: &told,
-        log: &end.log,
+        log: &log,
     };
     let out = report
         .map(|report| report.finish(&summary))
@@ -245,13 +231,13 @@ pub fn run_on<B: Backend>(
             simulated_s: scenario.duration_s,
         })?;
     } else {
-        let tick_ns = replay_ns(&vehicle, &records)?;
+        let tick_ns = replay_ns(&vehicle, &first_records)?;
         print_coloured(&format!(
             "{}\ntick on this host      {tick_ns:.0} ns (replaying {} recorded ticks)\n\
              simulated              {} s in {wall_s:.2} s, {:.1} times real time\n\
              page, plots, trace, log {}{record}\n",
             table::table(&summary),
-            records.len(),
+            first_records.len(),
             scenario.duration_s,
             scenario.duration_s / wall_s,
             visible_line(&out.display().to_string())

@@ -15,7 +15,7 @@ use serde::Serialize;
 use virtual_board::records::{RecordFile, first_field};
 
 use super::drive::{load_vehicle, vehicle_f32};
-use super::record_file::run::{RecordedRun, write_run};
+use super::record_file::run::write_run;
 use super::record_file::writer::{RecordFormat, RecordWriter};
 use super::record_file::{self, ReadRecords};
 
@@ -182,9 +182,10 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
 
 /// Writes the records as MCAP, with the statuses and events of the replay.
 fn write_mcap(path: &Path, vehicle: &Vehicle<f32>, file: &RecordFile) -> Result<(), CommandError> {
-    let mut out = RecordWriter::new(RecordFormat::Mcap, NewFile::create("--mcap", path)?);
-    write_run(&mut out, &run_of(vehicle, file))?;
-    out.finish()?.finish().map(|_| ())
+    let out = RecordWriter::new(RecordFormat::Mcap, NewFile::create("--mcap", path)?);
+    write_run(out, vehicle, file.identity, &file.records)?
+        .finish()
+        .map(|_| ())
 }
 
 /// Makes a test of records that replay.
@@ -202,25 +203,15 @@ fn make_test(name: &str, vehicle: &Vehicle<f32>, file: &RecordFile) -> Result<()
         )));
     }
     let records = folder.join(name).with_extension("records");
-    let mut out = RecordWriter::new(RecordFormat::Frames, NewFile::create("--as-test", &records)?);
-    write_run(&mut out, &run_of(vehicle, file))?;
+    let out = RecordWriter::new(RecordFormat::Frames, NewFile::create("--as-test", &records)?);
+    let out = write_run(out, vehicle, file.identity, &file.records)?;
     if *vehicle != vehicle_f32(&load_vehicle(None)?)? {
         let mut file = NewFile::create("--as-test", &records.with_extension("toml"))?;
         file.write_all(vehicle_file::to_toml(vehicle.parameters()).as_bytes())?;
         file.finish()?;
     }
-    out.finish()?.finish()?;
+    out.finish()?;
     Ok(())
-}
-
-fn run_of<'a>(vehicle: &'a Vehicle<f32>, file: &'a RecordFile) -> RecordedRun<'a> {
-    RecordedRun {
-        vehicle,
-        identity: file.identity,
-        records: &file.records,
-        log: &[],
-        events: None,
-    }
 }
 
 /// The first record whose actuation a core that starts anew does not repeat.

@@ -2,12 +2,14 @@
 
 use std::sync::mpsc::channel;
 
+use firmware::flight_record::FlightRecord;
 use plant::Plant;
 use virtual_board::scenario::{Backend, Observation};
 
 use super::emulation::Emulation;
 use super::settings::EmulationSettings;
-use crate::elf::Firmware;
+use super::stopped::Stopped;
+use crate::elf::{Firmware, flight};
 use crate::error::Error;
 use crate::time::US;
 use crate::vehicle::VehicleAtPins;
@@ -19,6 +21,8 @@ pub struct EmulatedBackend<'a> {
     vehicle: VehicleAtPins,
     /// Lines of the log that [`Backend::log`] has returned.
     log_lines: usize,
+    /// The tick of the last record that [`Backend::take_records`] has returned.
+    recorded_tick: u32,
     /// Why the run ended early; time stands still from then on.
     failure: Option<Error>,
 }
@@ -49,6 +53,7 @@ impl<'a> EmulatedBackend<'a> {
             emulation,
             vehicle,
             log_lines: 0,
+            recorded_tick: 0,
             failure: None,
         })
     }
@@ -101,6 +106,31 @@ impl Backend for EmulatedBackend<'_> {
             observation.received = std::mem::take(&mut before);
             observe(observation);
         }
+    }
+
+    fn keep_records(&mut self) {
+        let probed = flight::address(self.firmware).and_then(|record| {
+            let probe = move |stopped: &mut Stopped<'_>| stopped.probe(record, flight::WORDS as u64);
+            self.emulation.at(probe)
+        });
+        self.note(probed);
+    }
+
+    fn take_records(&mut self) -> Vec<FlightRecord> {
+        let words = self.emulation.at(|stopped| stopped.take_probe());
+        let words = self.note(words);
+        let mut records = Vec::new();
+        for words in words.chunks(flight::WORDS) {
+            let Some(record) = self.note(flight::decode(words).map(Some)) else {
+                break;
+            };
+            // No tick has passed since the step before: the firmware is starting, or ticks lie further apart than steps.
+            if record.tick != self.recorded_tick {
+                self.recorded_tick = record.tick;
+                records.push(record);
+            }
+        }
+        records
     }
 
     fn send(&mut self, bytes: &[u8]) {

@@ -7,8 +7,7 @@ use firmware::flight_record::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use report::error::CommandError;
-use virtual_board::board::hardware::FirstRecords;
-use virtual_board::scenario::{VirtualBackend, run_into};
+use virtual_board::scenario::{Backend, VirtualBackend, run_into};
 
 use super::contenders::Contender;
 use super::courses::Course;
@@ -55,15 +54,14 @@ fn recorded(course: &Course, law: &Contender) -> Result<RecordedDrive, CommandEr
         .plant(&course.simulated)
         .map_err(|error| CommandError::Other(format!("{}: {error}", course.name)))?;
     let mut backend = VirtualBackend::boot(&law.told, plant).map_err(|error| CommandError::Other(error.to_string()))?;
-    backend
-        .board
-        .world(|world| world.records = Some(FirstRecords::first(TICKS)));
+    backend.keep_records();
     // A drive that ends early is recorded until then.
     let _ended = run_into(&course.scenario, &mut backend, |_| {}, |_| {});
-    let records = backend.board.world(|world| world.records.take());
+    let mut records = backend.take_records();
+    records.truncate(TICKS);
     Ok(RecordedDrive {
         told: vehicle_f32(&law.told)?,
-        records: records.map(FirstRecords::into_kept).unwrap_or_default(),
+        records,
         least_s: f64::INFINITY,
     })
 }

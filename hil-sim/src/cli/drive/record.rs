@@ -8,70 +8,88 @@ use firmware::flight_record::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use report::error::CommandError;
-use report::files::NewFile;
-use virtual_board::scenario::{Scenario, StoryEvent};
+use report::files::GrowingFile;
+use virtual_board::scenario::Story;
+use virtual_board::scenario::trace::TraceRow;
 
 use super::vehicle_f32;
-use crate::cli::record_file::run::{RecordedRun, write_run};
+use crate::cli::record_file::run::{Narrator, RunWriter};
 use crate::cli::record_file::writer::{RecordFormat, RecordWriter};
 
-/// Most ticks that are recorded: 600 s, which is 120 MB until they are written.
-pub const RECORD_TICKS_MAX: usize = 600_000;
+/// Time from one reading of the firmware's log to the next while a run is recorded, ms: the file gets it as the run goes.
+const LOG_PERIOD_MS: u64 = 500;
 
-/// The file of `--record`.
+/// The recording of a run under way: the file of `--record`. It grows with the run, and what is written stays whatever
+/// ends the run.
 pub struct RunRecord {
-    file: NewFile,
-    format: RecordFormat,
+    writer: RunWriter<GrowingFile>,
+    story: Story,
+    log_read_ms: u64,
+    /// The disk's first refusal, after which nothing more is written.
+    written: Result<(), CommandError>,
 }
 
 impl RunRecord {
-    /// Begins the file, before the run: one that cannot be written is told at once.
+    /// Begins the file, before the run: one that cannot be written is told at once. The board was told of `vehicle`.
     ///
     /// # Errors
-    /// [`CommandError::Input`]: the file cannot be written, or the scenario is too long for a record.
-    pub fn begin(path: Option<&Path>, scenario: &Scenario) -> Result<Option<Self>, CommandError> {
-        let Some(path) = path else {
-            return Ok(None);
-        };
-        if scenario.duration_s * 1000.0 > RECORD_TICKS_MAX as f64 {
-            return Err(CommandError::Input(format!(
-                "--record: the scenario lasts {} s, at most {} s are recorded",
-                scenario.duration_s,
-                RECORD_TICKS_MAX / 1000
-            )));
-        }
-        let file = NewFile::create("--record", path)?;
-        let format = RecordFormat::of(path);
-        Ok(Some(Self { file, format }))
+    /// [`CommandError`]: the file cannot be written.
+    pub fn begin(path: &Path, vehicle: &Vehicle<f32>) -> Result<Self, CommandError> {
+        let file = GrowingFile::create("--record", path)?;
+        let out = RecordWriter::new(RecordFormat::of(path), file);
+        Ok(Self {
+            writer: RunWriter::begin(out, vehicle, None, Narrator::Caller)?,
+            story: Story::default(),
+            log_read_ms: 0,
+            written: Ok(()),
+        })
     }
 
-    /// Writes the whole record of a board that was told of `vehicle`; the file. What a full disk took of it is kept.
+    /// Takes the next row of the run, for what happened by then.
+    pub fn row(&mut self, row: &TraceRow) {
+        self.story.add(row);
+        let events = self.story.take();
+        self.write(|writer| events.iter().try_for_each(|event| writer.event(event)));
+    }
+
+    /// Takes the records of the next ticks.
+    pub fn records(&mut self, records: &[FlightRecord]) {
+        self.write(|writer| records.iter().try_for_each(|record| writer.record(record)));
+    }
+
+    /// Whether the log is to be read at `now_ms` since the start.
+    pub fn wants_log(&mut self, now_ms: u64) -> bool {
+        let due = now_ms >= self.log_read_ms + LOG_PERIOD_MS;
+        if due {
+            self.log_read_ms = now_ms;
+        }
+        due
+    }
+
+    /// Takes the next lines of the firmware's log.
+    pub fn log(&mut self, lines: &[String]) {
+        self.write(|writer| lines.iter().try_for_each(|line| writer.log_line(line)));
+    }
+
+    /// Completes the file; its name.
     ///
     /// # Errors
-    /// [`CommandError`]: what cannot be written.
-    pub fn write(
-        mut self,
-        vehicle: &Vehicle<f32>,
-        records: &[FlightRecord],
-        log: &[String],
-        events: &[StoryEvent],
-    ) -> Result<PathBuf, CommandError> {
-        let run = RecordedRun {
-            vehicle,
-            identity: None,
-            records,
-            log,
-            events: Some(events),
-        };
-        let mut out = RecordWriter::new(self.format, &mut self.file);
-        let written = write_run(&mut out, &run);
-        let finished = out.finish().map(|_| ());
-        match written.and(finished) {
-            Ok(()) => self.file.finish(),
-            Err(error) => {
-                self.file.keep();
-                Err(error)
-            }
+    /// [`CommandError`]: what could not be written. What a full disk took is kept.
+    pub fn finish(self) -> Result<PathBuf, CommandError> {
+        let Self {
+            mut writer,
+            story,
+            written,
+            ..
+        } = self;
+        written?;
+        story.told().events.iter().try_for_each(|event| writer.event(event))?;
+        writer.finish()?.finish()
+    }
+
+    fn write(&mut self, write: impl FnOnce(&mut RunWriter<GrowingFile>) -> Result<(), CommandError>) {
+        if self.written.is_ok() {
+            self.written = write(&mut self.writer);
         }
     }
 }

@@ -1,11 +1,9 @@
 //! Files that grow while the board speaks, and keep what they have when the board falls silent.
 
-use std::fs::File;
-use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use report::error::CommandError;
-use report::files::existing;
+use report::files::GrowingFile;
 
 use crate::cli::record_file::writer::{RecordFormat, RecordWriter};
 
@@ -14,9 +12,9 @@ use crate::cli::record_file::writer::{RecordFormat, RecordWriter};
 /// # Errors
 /// As [`into_new_file`].
 pub fn into_new_record<R>(
-    flag: &str,
+    flag: &'static str,
     path: &Path,
-    record: impl FnOnce(&mut RecordWriter<&mut BufWriter<File>>) -> Result<R, CommandError>,
+    record: impl FnOnce(&mut RecordWriter<&mut GrowingFile>) -> Result<R, CommandError>,
 ) -> Result<R, CommandError> {
     into_new_file(flag, path, |out| {
         let mut writer = RecordWriter::new(RecordFormat::of(path), out);
@@ -35,22 +33,12 @@ pub fn into_new_record<R>(
 /// [`CommandError::Input`]: there is such a file, or it cannot be written; [`CommandError::Other`]: the disk is full; what
 /// `write` says.
 pub fn into_new_file<R>(
-    flag: &str,
+    flag: &'static str,
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<File>) -> Result<R, CommandError>,
+    write: impl FnOnce(&mut GrowingFile) -> Result<R, CommandError>,
 ) -> Result<R, CommandError> {
-    let file = File::create_new(path).map_err(|error| match error.kind() {
-        io::ErrorKind::AlreadyExists => existing(flag, path),
-        _ => CommandError::Input(format!("{flag}: cannot write {}: {error}", path.display())),
-    })?;
-    let mut out = BufWriter::new(file);
-    let written = write(&mut out);
-    let flushed = out.flush().and_then(|()| out.get_ref().sync_all());
-    let empty = out.get_ref().metadata().is_ok_and(|file| file.len() == 0);
-    if written.is_err() && empty {
-        // The command's own failure is what is told.
-        let _ = std::fs::remove_file(path);
-    }
-    flushed.map_err(|error| CommandError::Other(format!("output: {error}")))?;
-    written
+    let mut file = GrowingFile::create(flag, path)?;
+    let written = write(&mut file)?;
+    file.finish()?;
+    Ok(written)
 }

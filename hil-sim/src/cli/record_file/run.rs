@@ -1,4 +1,4 @@
-//! The records of a whole run, with what follows from them.
+//! The records of a run, with what follows from them.
 
 use std::io::Write;
 
@@ -20,73 +20,126 @@ use super::writer::RecordWriter;
 /// Ticks from status to status, as on the link.
 const STATUS_TICKS: u32 = 1_000_000 / TICK_US / STATUS_RATE_HZ as u32;
 
-/// A run that is recorded.
-#[derive(Debug, Clone, Copy)]
-pub struct RecordedRun<'a> {
-    /// The vehicle that the board was told of.
-    pub vehicle: &'a Vehicle<f32>,
-    /// The board, if it has said who it is.
-    pub identity: Option<Identity>,
-    /// The record of every tick.
-    pub records: &'a [FlightRecord],
-    /// The firmware's log: each line its time in s since boot, its level and its words.
-    pub log: &'a [String],
-    /// What happened, if it is known better than from the board's statuses.
-    pub events: Option<&'a [StoryEvent]>,
+/// The recording of a run that grows with the run. The statuses are those of a replay: what the board computed from the
+/// same samples.
+pub struct RunWriter<W: Write> {
+    out: RecordWriter<W>,
+    vehicle: Vehicle<f32>,
+    core: VehicleCore,
+    encoder: BlockEncoder,
+    last_tick: u32,
+    /// What the statuses tell, where nobody else tells what happened.
+    story: Option<StatusStory>,
 }
 
-/// Writes a run. The statuses are those of a replay, and so are the events if nothing else is known of them.
+/// Who tells what happened in a run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Narrator {
+    /// The board's statuses: no more is known.
+    Statuses,
+    /// The caller, by [`RunWriter::event`].
+    Caller,
+}
+
+impl<W: Write> RunWriter<W> {
+    /// Begins the recording of a board that was told of `vehicle`, and that has said who it is if there is an `identity`.
+    ///
+    /// # Errors
+    /// [`CommandError::Other`]: a message fits no frame, or the output takes no more.
+    pub fn begin(
+        mut out: RecordWriter<W>,
+        vehicle: &Vehicle<f32>,
+        identity: Option<Identity>,
+        narrator: Narrator,
+    ) -> Result<Self, CommandError> {
+        out.identity(&identity.unwrap_or_else(|| Identity {
+            protocol: PROTOCOL_VERSION,
+            nonce: 0,
+            session: 1,
+            sequence: 0,
+            time_us: 0,
+            about: firmware::link::about(vehicle.parameters(), 0),
+        }))?;
+        out.vehicle(vehicle_file::to_toml(vehicle.parameters()))?;
+        Ok(Self {
+            out,
+            vehicle: *vehicle,
+            core: VehicleCore::new(vehicle, &SCALES),
+            encoder: BlockEncoder::new(),
+            last_tick: 0,
+            story: (narrator == Narrator::Statuses).then(StatusStory::default),
+        })
+    }
+
+    /// Takes the record of the next tick.
+    ///
+    /// # Errors
+    /// As [`RunWriter::begin`].
+    pub fn record(&mut self, record: &FlightRecord) -> Result<(), CommandError> {
+        let mut full: Option<RecordBlock> = None;
+        self.encoder.push(record, |block| full = Some(block.clone()));
+        full.map_or(Ok(()), |block| self.out.block(block))?;
+        if !self.out.keeps_all() {
+            return Ok(());
+        }
+        if record.tick <= self.last_tick {
+            // The board has booted anew.
+            self.core = VehicleCore::new(&self.vehicle, &SCALES);
+        }
+        self.last_tick = record.tick;
+        let status = self.core.step(&record.sample, &record.command).status;
+        if !record.tick.is_multiple_of(STATUS_TICKS) {
+            return Ok(());
+        }
+        self.out.status(&status)?;
+        let events = self.story.as_mut().map(|story| story.add(&status)).unwrap_or_default();
+        events.iter().try_for_each(|event| self.out.event(event))
+    }
+
+    /// Takes something that happened.
+    ///
+    /// # Errors
+    /// As [`RunWriter::begin`].
+    pub fn event(&mut self, event: &StoryEvent) -> Result<(), CommandError> {
+        self.out.event(event)
+    }
+
+    /// Takes a line of the firmware's log: its time in s since boot, its level and its words.
+    ///
+    /// # Errors
+    /// As [`RunWriter::begin`].
+    pub fn log_line(&mut self, line: &str) -> Result<(), CommandError> {
+        let (at_us, level, text) = log_line(line);
+        self.out.log(at_us, level, text)
+    }
+
+    /// Completes the recording; its output.
+    ///
+    /// # Errors
+    /// As [`RunWriter::begin`].
+    pub fn finish(mut self) -> Result<W, CommandError> {
+        let mut last = None;
+        self.encoder.flush(|block| last = Some(block.clone()));
+        last.map_or(Ok(()), |block| self.out.block(block))?;
+        let events = self.story.take().map(StatusStory::ended).unwrap_or_default();
+        events.iter().try_for_each(|event| self.out.event(event))?;
+        self.out.finish()
+    }
+}
+
+/// Writes a whole run into `out`; its output.
 ///
 /// # Errors
-/// [`CommandError::Other`]: a message fits no frame, or the output takes no more.
-pub fn write_run<W: Write>(out: &mut RecordWriter<W>, run: &RecordedRun<'_>) -> Result<(), CommandError> {
-    out.identity(&run.identity.unwrap_or_else(|| Identity {
-        protocol: PROTOCOL_VERSION,
-        nonce: 0,
-        session: 1,
-        sequence: 0,
-        time_us: 0,
-        about: firmware::link::about(run.vehicle.parameters(), 0),
-    }))?;
-    out.vehicle(vehicle_file::to_toml(run.vehicle.parameters()))?;
-    let mut log = run.log.iter().map(|line| log_line(line)).peekable();
-    let mut events = run.events.unwrap_or_default().iter().peekable();
-    let mut story = StatusStory::default();
-    let mut core = VehicleCore::new(run.vehicle, &SCALES);
-    let mut encoder = BlockEncoder::new();
-    let mut last_tick = 0;
-    for record in run.records {
-        let mut full: Option<RecordBlock> = None;
-        encoder.push(record, |block| full = Some(block.clone()));
-        full.map_or(Ok(()), |block| out.block(block))?;
-        if !out.keeps_all() {
-            continue;
-        }
-        if record.tick <= last_tick {
-            // The board has booted anew.
-            core = VehicleCore::new(run.vehicle, &SCALES);
-        }
-        last_tick = record.tick;
-        let status = core.step(&record.sample, &record.command).status;
-        if record.tick % STATUS_TICKS == 0 {
-            out.status(&status)?;
-            if run.events.is_none() {
-                story.add(&status).iter().try_for_each(|event| out.event(event))?;
-            }
-        }
-        while let Some((at_us, level, text)) = log.next_if(|(at_us, ..)| *at_us <= record.sample.time_us) {
-            out.log(at_us, level, text)?;
-        }
-        while let Some(event) = events.next_if(|event| event.at_s * 1e6 <= record.sample.time_us as f64) {
-            out.event(event)?;
-        }
-    }
-    let mut last = None;
-    encoder.flush(|block| last = Some(block.clone()));
-    last.map_or(Ok(()), |block| out.block(block))?;
-    log.try_for_each(|(at_us, level, text)| out.log(at_us, level, text))?;
-    events.try_for_each(|event| out.event(event))?;
-    story.ended().iter().try_for_each(|event| out.event(event))
+/// As [`RunWriter::begin`].
+pub fn write_run<W: Write>(
+    out: RecordWriter<W>,
+    vehicle: &Vehicle<f32>,
+    identity: Option<Identity>,
+    records: &[FlightRecord],
+) -> Result<W, CommandError> {
+    let mut writer = RunWriter::begin(out, vehicle, identity, Narrator::Statuses)?;
+    records.iter().try_for_each(|record| writer.record(record))?;
+    writer.finish()
 }
 
 /// The story that a board's statuses tell: nothing in it is known but from them.

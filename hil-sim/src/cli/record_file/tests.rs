@@ -2,7 +2,7 @@ use firmware::flight_record::FlightRecord;
 use model::vehicle::Vehicle;
 
 use super::mcap_reader::contents;
-use super::run::{RecordedRun, write_run};
+use super::run::write_run;
 use super::writer::{RecordFormat, RecordWriter};
 use super::*;
 
@@ -21,16 +21,9 @@ fn file(format: RecordFormat) -> (Vec<FlightRecord>, Vec<u8>) {
             record
         })
         .collect();
-    let mut out = RecordWriter::new(format, Vec::new());
-    let run = RecordedRun {
-        vehicle: &vehicle(),
-        identity: None,
-        records: &records,
-        log: &[],
-        events: None,
-    };
-    write_run(&mut out, &run).expect("fits");
-    (records, out.finish().expect("fits"))
+    let out = RecordWriter::new(format, Vec::new());
+    let bytes = write_run(out, &vehicle(), None, &records).expect("fits");
+    (records, bytes)
 }
 
 #[test]

@@ -18,31 +18,6 @@ use model::sample::{Actuation, MOTORS};
 use plant::icm42688p::Icm42688pModel;
 use plant::{BridgeState, Plant};
 
-/// The records of the first ticks, up to a number that bounds their memory.
-#[derive(Debug, Clone, Default)]
-pub struct FirstRecords {
-    kept: Vec<FlightRecord>,
-    most: usize,
-}
-
-impl FirstRecords {
-    /// Keeps the records of the first `most` ticks.
-    pub fn first(most: usize) -> Self {
-        Self { kept: Vec::new(), most }
-    }
-
-    /// What was kept, in order.
-    pub fn into_kept(self) -> Vec<FlightRecord> {
-        self.kept
-    }
-
-    fn add(&mut self, record: &FlightRecord) {
-        if self.kept.len() < self.most {
-            self.kept.push(*record);
-        }
-    }
-}
-
 /// What the emergency stop's second contact does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SecondContact {
@@ -66,8 +41,8 @@ pub struct World {
     pub second_contact: SecondContact,
     /// The lamps: armed, faulted.
     pub lamps: (bool, bool),
-    /// The records of the ticks, if they are kept.
-    pub records: Option<FirstRecords>,
+    /// The records of the ticks since they were taken last, if they are kept.
+    pub records: Option<Vec<FlightRecord>>,
     /// A host may read the stream of records or the look back.
     pub records_for_host: bool,
     synced_us: u64,
@@ -255,7 +230,7 @@ impl Recorder for Hardware {
     fn record(&mut self, record: &FlightRecord) {
         self.now(|world| {
             if let Some(records) = &mut world.records {
-                records.add(record);
+                records.push(*record);
             }
         });
     }

@@ -1,5 +1,6 @@
 //! The boards that can run a scenario: the virtual board, or any other board around the same plant.
 
+use firmware::flight_record::FlightRecord;
 use model::vehicle::Vehicle;
 
 use crate::board::{VirtualBoard, VirtualBoardError};
@@ -26,6 +27,10 @@ pub trait Backend {
     fn now_us(&self) -> u64;
     /// Runs through instants since the start, in us and in order, and is observed at each.
     fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation));
+    /// Keeps the records of the ticks from now on, for [`Backend::take_records`].
+    fn keep_records(&mut self);
+    /// Takes the records of the ticks since the last call, if they are kept.
+    fn take_records(&mut self) -> Vec<FlightRecord>;
     /// Nobody will read the records of the ticks over the link: a board that can save the cost of making them does.
     fn make_no_records(&mut self) {}
     /// Sends bytes to the board's link.
@@ -72,6 +77,15 @@ impl Backend for VirtualBackend {
                 received,
             }));
         }
+    }
+
+    fn keep_records(&mut self) {
+        self.board.world(|world| world.records = Some(Vec::new()));
+    }
+
+    fn take_records(&mut self) -> Vec<FlightRecord> {
+        let kept = self.board.world(|world| world.records.as_mut().map(std::mem::take));
+        kept.unwrap_or_default()
     }
 
     fn make_no_records(&mut self) {

@@ -29,7 +29,7 @@ pub use judge::{Check, RunVerdict, evaluate, failures, judge};
 pub use judged::{JudgedRun, run_judged};
 pub use metrics::{MetricValue, Metrics};
 pub use outcome::{Counts, DriveOutcome, RunEnd};
-pub use run::{RunError, run, run_into};
+pub use run::{RunError, run, run_into, run_watched};
 pub use sensor::Sensor;
 pub use setup::SetupError;
 pub use story::{EventKind, GAP_S, RunStory, Story, StoryEvent};

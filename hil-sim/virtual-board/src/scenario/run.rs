@@ -71,8 +71,23 @@ pub fn run(
 pub fn run_into(
     scenario: &Scenario,
     backend: &mut dyn Backend,
+    sink: impl FnMut(&TraceRow),
+    progress: impl FnMut(u64),
+) -> Result<RunEnd, RunError> {
+    run_watched(scenario, backend, sink, progress, |_| {})
+}
+
+/// As [`run_into`]; between two acts of the operator, at most some hundred milliseconds apart, and once at the end,
+/// `between` may take from the board what it keeps: records and log.
+///
+/// # Errors
+/// [`RunError`]: the run could not go on.
+pub fn run_watched(
+    scenario: &Scenario,
+    backend: &mut dyn Backend,
     mut sink: impl FnMut(&TraceRow),
     mut progress: impl FnMut(u64),
+    mut between: impl FnMut(&mut dyn Backend),
 ) -> Result<RunEnd, RunError> {
     let [to_board, to_host] = WIRE_STREAMS.map(|stream| FaultyWire::new(Noise::new(scenario.seed, stream)));
     let mut script = Script {
@@ -125,6 +140,7 @@ pub fn run_into(
         });
         // A back end that cannot go on observes nothing more.
         ms = until_ms;
+        between(backend);
         let mut validity = Ok(());
         backend.plant(&mut |plant| validity = plant.validity());
         validity?;

@@ -1,0 +1,99 @@
+//! What is kept of a run while it goes on.
+
+use std::cell::RefCell;
+
+use firmware::flight_record::FlightRecord;
+use report::error::CommandError;
+use report::output::progress_bar;
+use virtual_board::scenario::trace::TraceRow;
+use virtual_board::scenario::{self, Backend, Metrics, RunEnd, RunError, Scenario, Story};
+
+use super::files::RunReport;
+use super::record::RunRecord;
+
+/// What is kept of a run while it goes on.
+pub struct Watched {
+    /// The run's numbers.
+    pub measured: Metrics,
+    /// What happened.
+    pub story: Story,
+    /// The files of `--out`, if they are asked for.
+    pub report: Option<RunReport>,
+    /// The file of `--record`, if it is asked for.
+    pub record: Option<RunRecord>,
+    /// The first ticks, at most `replayed_max`, for the replay after the run.
+    pub first_records: Vec<FlightRecord>,
+    /// Most ticks that are replayed.
+    pub replayed_max: usize,
+    /// The log as far as it was read for the record.
+    pub log: Vec<String>,
+    /// Whether the report's files took everything.
+    pub written: Result<(), CommandError>,
+}
+
+impl Default for Watched {
+    fn default() -> Self {
+        Self {
+            measured: Metrics::default(),
+            story: Story::default(),
+            report: None,
+            record: None,
+            first_records: Vec::new(),
+            replayed_max: 0,
+            log: Vec::new(),
+            written: Ok(()),
+        }
+    }
+}
+
+impl Watched {
+    /// Runs the scenario with a bar of its progress.
+    ///
+    /// # Errors
+    /// [`RunError`]: the run could not go on.
+    pub fn drive(&mut self, scenario: &Scenario, backend: &mut dyn Backend) -> Result<RunEnd, RunError> {
+        if self.replayed_max > 0 || self.record.is_some() {
+            backend.keep_records();
+        }
+        let bar = progress_bar((scenario.duration_s * 1000.0) as usize, "driving");
+        let watched = RefCell::new(self);
+        let end = scenario::run_watched(
+            scenario,
+            backend,
+            |row| watched.borrow_mut().row(row),
+            |ms| {
+                if ms % 100 == 0 {
+                    bar.set_position(ms);
+                }
+            },
+            |backend| watched.borrow_mut().records(backend),
+        );
+        bar.finish_and_clear();
+        end
+    }
+
+    fn row(&mut self, row: &TraceRow) {
+        self.measured.add(row);
+        self.story.add(row);
+        if let Some(record) = &mut self.record {
+            record.row(row);
+        }
+        if let (Some(report), Ok(())) = (&mut self.report, &self.written) {
+            self.written = report.add(row);
+        }
+    }
+
+    fn records(&mut self, backend: &mut dyn Backend) {
+        let records = backend.take_records();
+        let room = self.replayed_max - self.first_records.len();
+        self.first_records.extend(records.iter().take(room));
+        if let Some(record) = &mut self.record {
+            record.records(&records);
+            if record.wants_log(backend.now_us() / 1000) {
+                let lines = backend.log();
+                record.log(&lines);
+                self.log.extend(lines);
+            }
+        }
+    }
+}
