@@ -12,6 +12,9 @@ const TORQUE_MAX: f32 = 2.0;
 const SIN_SLOPE_MAX: f32 = 0.66;
 /// Error of the joint rate beyond which the slope learns no faster: a wheel that hits a kerb.
 const JOLT: f32 = 0.1;
+/// Share of it while the vehicle is perhaps about to be stopped: what holds it up is then more likely a kerb that it creeps up
+/// than a hill. A hill whose foot is not as sharp as a kerb does not slow the vehicle that much.
+const HINDERED_SHARE: f32 = 0.2;
 /// Error of the joint rate below which the vehicle moves as the model does, and the rate at which the calm slope then
 /// follows.
 const CALM: f32 = 0.03;
@@ -127,7 +130,13 @@ impl RateObserver {
             return;
         }
         // A jolt is no slope: what the slope learns from one tick is bounded.
-        let learnt = error.bounded(-JOLT * haste, JOLT * haste);
+        let share = if push == PushState::Perhaps && haste <= 1.0 {
+            HINDERED_SHARE
+        } else {
+            1.0
+        };
+        let jolt = share * haste * JOLT;
+        let learnt = error.bounded(-jolt, jolt);
         let change = pole * pole * self.tick / motion.wheel_per_sin_slope * learnt;
         self.slope_lesson = (sin_slope + change).bounded(-SIN_SLOPE_MAX, SIN_SLOPE_MAX) - sin_slope;
         if error.abs() < CALM && push == PushState::None {

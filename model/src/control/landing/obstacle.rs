@@ -60,6 +60,8 @@ pub(super) struct Told {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Obstacle {
     direction: f32,
+    /// It moves, at no less than a share of the speed that it is told.
+    moves: bool,
     time: f32,
     /// Time that a start may take.
     start: f32,
@@ -84,16 +86,21 @@ impl Obstacle {
         } else {
             0.0
         };
+        let moves = direction * told.wheels >= MOVES_SHARE * direction * told.speed;
         let advance_m = direction * (told.distance_m - self.furthest_m);
         if direction == 0.0 || direction != self.direction || !(-RETREAT_M..PROGRESS_M).contains(&advance_m) {
             *self = Self {
                 direction,
+                moves,
                 time: 0.0,
                 start: told.lag + libm::sqrtf(4.0 * PROGRESS_M / (length_m * told.acceleration)),
                 furthest_m: told.distance_m,
             };
-        } else if direction * told.reference > 0.0 && direction * told.wheels < MOVES_SHARE * direction * told.speed {
-            // While the reference is still on its way from the other direction, nothing pushes in this one.
+            return;
+        }
+        self.moves = moves;
+        // While the reference is still on its way from the other direction, nothing pushes in this one.
+        if !moves && direction * told.reference > 0.0 {
             self.time += tick;
         }
     }
@@ -106,7 +113,7 @@ impl Obstacle {
     pub(super) fn push(&self) -> PushState {
         if self.time > self.stuck_time() {
             PushState::Stuck
-        } else if self.direction != 0.0 {
+        } else if self.direction != 0.0 && !self.moves {
             PushState::Perhaps
         } else {
             PushState::None
