@@ -21,6 +21,8 @@ pub struct SpeedInput {
     pub turns: bool,
     /// Distance driven, m.
     pub distance_m: f32,
+    /// Speed over the ground while the wheels slide, m/s.
+    pub sliding_over_m_s: Option<f32>,
     /// Largest voltage either way, V.
     pub voltage_max_v: f32,
 }

@@ -212,6 +212,7 @@ mod tests {
             slope_turn_per_s: 0.0,
             turns: false,
             distance_m: 0.0,
+            sliding_over_m_s: None,
             voltage_max_v: 24.0,
         };
         let terms = |input: &SpeedInput| SwingDampedLaw::new(&reference(), 0.001).step(input).terms;

@@ -142,6 +142,7 @@ impl Laws {
             slope_turn_per_s: sines.slope_turn_per_s,
             turns: self.steering.reference_rad_s() != 0.0,
             distance_m: estimate.distance_m,
+            sliding_over_m_s: estimate.sliding.then_some(estimate.speed_m_s),
             voltage_max_v: drive_max_v,
         };
         let drive = self.speed.step(&input);

@@ -212,6 +212,7 @@ impl SampledDrive<'_> {
                 slope_turn_per_s: 0.0,
                 turns: false,
                 distance_m: (theta * scales.length_m) as f32,
+                sliding_over_m_s: None,
                 voltage_max_v: scales.voltage_to_si(plant.voltage_max) as f32,
             });
             sin_slope += lesson;

@@ -4,10 +4,15 @@ use crate::bounded::Bounded;
 use crate::control::ballast_plan::Gentleness;
 use crate::control::hold::Hold;
 use crate::control::speed::SpeedInput;
-use crate::vehicle::{ControlParameters, GRAVITY_M_S2, Vehicle};
+use crate::vehicle::{ControlParameters, GRAVITY_M_S2, Scales, Vehicle};
 
 /// Reference below which the place is captured, nondimensional.
 const HOLD_REFERENCE: f32 = 0.03;
+
+/// Speed by which sliding wheels run faster or slower than the vehicle at most, m/s. More slip gives no more force. It is more
+/// than the difference at which the wheels may roll again, so that a slide is known to go on
+/// (`estimate/traction.rs`).
+const SLIP_MAX_M_S: f32 = 0.3;
 
 /// The acceleration, g, and the smoothing time, s, that a command of `vehicle` has: as its file wishes, within what keeps the
 /// ballast of a level spar from swinging over.
@@ -38,14 +43,16 @@ pub(super) struct CommandRamp {
     gain: f32,
     /// The smoothing's time constant, in time units.
     lag: f32,
+    /// Largest slip, nondimensional.
+    slip_max: f32,
     ramp: f32,
     reference: f32,
     acceleration: f32,
 }
 
 impl CommandRamp {
-    /// The command's way for a tick of `dt_s`, smoothed over `comfort_s`; `time_s` is the time unit.
-    pub(super) fn new(control: &ControlParameters<f32>, comfort_s: f32, dt_s: f32, time_s: f32) -> Self {
+    /// The command's way for a tick of `dt_s`, smoothed over `comfort_s`.
+    pub(super) fn new(control: &ControlParameters<f32>, comfort_s: f32, dt_s: f32, scales: &Scales<f32>) -> Self {
         Self {
             speed_max_m_s: control.speed_max_m_s,
             hold: Hold::new(control.hold_kp_per_s),
@@ -54,7 +61,8 @@ impl CommandRamp {
             } else {
                 1.0
             },
-            lag: comfort_s / time_s,
+            lag: comfort_s / scales.time_s,
+            slip_max: SLIP_MAX_M_S / scales.speed_m_s,
             ramp: 0.0,
             reference: 0.0,
             acceleration: 0.0,
@@ -87,10 +95,25 @@ impl CommandRamp {
         target + self.hold.speed_m_s(target, input.distance_m, slow)
     }
 
-    /// One tick towards `target`; the acceleration of the reference, g. The reference runs ahead of the landing speed by
+    /// While the wheels slide over ground that passes at `ground`, nondimensional: keeps the reference, and with it the wheels,
+    /// near that speed, and asks for no acceleration, because the ground gives all that it can. The torque that is left is
+    /// that of the friction.
+    pub(super) fn slip(&mut self, ground: f32) {
+        let (least, most) = (ground - self.slip_max, ground + self.slip_max);
+        self.ramp = self.ramp.bounded(least, most);
+        self.reference = self.reference.bounded(least, most);
+        self.acceleration = 0.0;
+    }
+
+    /// The acceleration of the reference, g.
+    pub(super) fn acceleration(&self) -> f32 {
+        self.acceleration
+    }
+
+    /// One tick towards `target`. The reference runs ahead of the landing speed by
     /// no more than what saturates the acceleration, and the ramp by no more than the smoothing lags besides, so that
     /// nothing winds up.
-    pub(super) fn advance(&mut self, target: f32, landing: f32, tick: f32, room: &Room, pole: f32) -> f32 {
+    pub(super) fn advance(&mut self, target: f32, landing: f32, tick: f32, room: &Room, pole: f32) {
         let step = (target - self.ramp).bounded(-room.backward * tick, room.forward * tick);
         let (least, most) = (landing - room.backward / pole, landing + room.forward / pole);
         let ramp = self.ramp + step;
@@ -98,7 +121,6 @@ impl CommandRamp {
         self.reference = (self.reference + self.gain * (self.ramp - self.reference)).bounded(least, most);
         // What the landing speed moves the ramp is no acceleration that anybody asked for.
         self.acceleration += self.gain * (step / tick - self.acceleration);
-        self.acceleration
     }
 }
 
@@ -121,6 +143,35 @@ mod tests {
             ] = [0.0; 4];
         }
         gentle(&Vehicle::new(parameters).expect("valid"))
+    }
+
+    /// Told to speed up, or to stop, on ground that it slides over, it asks the wheels for no more than the largest slip.
+    #[test]
+    fn sliding_wheels_run_no_faster_than_the_slip() {
+        let vehicle = test_vehicle::reference();
+        let scales = vehicle.scales();
+        for (ground_m_s, target_m_s) in [(0.2, 2.0), (1.5, 0.0), (-1.0, -2.5), (-1.0, 0.0)] {
+            let mut command = CommandRamp::new(&vehicle.parameters().control, 0.2, 0.001, &scales);
+            command.reset(ground_m_s / scales.speed_m_s);
+            let room = Room {
+                mu: 0.45,
+                forward: 0.2,
+                backward: 0.2,
+            };
+            for _ in 0..2000 {
+                let wheels = command.reference();
+                command.advance(target_m_s / scales.speed_m_s, wheels, 0.00627, &room, 1.5);
+                command.slip(ground_m_s / scales.speed_m_s);
+                let slip_m_s = (command.reference() * scales.speed_m_s - ground_m_s).abs();
+                assert!(slip_m_s <= SLIP_MAX_M_S + 1e-4, "{slip_m_s}");
+                assert_eq!(command.acceleration(), 0.0);
+            }
+            let slip_m_s = command.reference() * scales.speed_m_s - ground_m_s;
+            assert!(
+                slip_m_s * (target_m_s - ground_m_s) > 0.0 && slip_m_s.abs() > 0.9 * SLIP_MAX_M_S,
+                "{slip_m_s}"
+            );
+        }
     }
 
     #[test]

@@ -90,7 +90,7 @@ impl LandingLaw {
             limits: Limits::new(vehicle, &balance, acceleration),
             torque_observer: TorqueObserver::new(&design, tick),
             rate_observer: RateObserver::new(&design, tick, 1.0 - libm::expf(-tick / lag)),
-            command: CommandRamp::new(&p.control, comfort_s, dt_s, scales.time_s),
+            command: CommandRamp::new(&p.control, comfort_s, dt_s, &scales),
             obstacle: Obstacle::default(),
             pace: 1.0,
             torque: 0.0,
@@ -206,7 +206,11 @@ impl LandingLaw {
         let voltage_max = self.scales.voltage_from_si(input.voltage_max_v);
         let target = self.target(input, slope.0, voltage_max, wheel_rate);
         let speed_pole = self.pace * self.design.speed;
-        let feed_forward = self.command.advance(target, landing, self.tick, &room, speed_pole);
+        self.command.advance(target, landing, self.tick, &room, speed_pole);
+        if let Some(ground_m_s) = input.sliding_over_m_s {
+            self.command.slip(ground_m_s / self.scales.speed_m_s);
+        }
+        let feed_forward = self.command.acceleration();
         let acceleration = (feed_forward + speed_pole * (self.command.reference() + excess - landing))
             .bounded(-room.backward, room.forward);
         let told = Told {

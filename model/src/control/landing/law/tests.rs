@@ -27,6 +27,7 @@ fn the_motors_stop_the_arm_before_its_largest_angle() {
                 slope_turn_per_s: 0.0,
                 turns: false,
                 distance_m: 0.0,
+                sliding_over_m_s: None,
                 voltage_max_v: 1e6,
             };
             let output = LandingLaw::new(&vehicle, 0.001).step(&input);
@@ -76,6 +77,7 @@ fn at_rest(sin_slope: f32, target_m_s: f32) -> SpeedInput {
         slope_turn_per_s: 0.0,
         turns: false,
         distance_m: 0.0,
+        sliding_over_m_s: None,
         voltage_max_v: 24.0,
     }
 }
