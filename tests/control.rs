@@ -4,12 +4,10 @@ use model::control::equilibrium::Equilibrium;
 use model::supervise::arming::Mode;
 use model::supervise::codes::FaultSet;
 use model::vehicle::GRAVITY_M_S2;
-use rayon::prelude::*;
 use virtual_board::scenario::trace::TraceRow;
 
 mod support;
 use support::generated::shown;
-use support::kerbs::{KerbDrive, drive_over};
 use support::reference;
 use support::slopes::{changed, drive, from, most};
 
@@ -288,118 +286,5 @@ fn turned_back_at_a_wall_it_leaves_as_fast_as_commanded() {
             fastest_m_s > 0.98 * speed_m_s && fastest_m_s <= speed_m_s + 0.2,
             "{speed_m_s} m/s at {told_s} s: {fastest_m_s} m/s"
         );
-    }
-}
-
-/// Kerbs of 5 to 50 mm up and ledges down, level and on slopes, at 0.3 to 2.5 m/s: the whole grid's short form, with the
-/// cells that once were the worst.
-#[test]
-fn no_kerb_ends_the_drive_or_lets_the_vehicle_run_away() {
-    let cells = [
-        (0.3, 0.005, 0.0),
-        (0.3, 0.01, -10.0),
-        (0.3, 0.02, -10.0),
-        (0.3, -0.03, 10.0),
-        (0.3, -0.05, -5.0),
-        (0.8, 0.01, 0.0),
-        (0.8, 0.02, -5.0),
-        (0.8, 0.02, 10.0),
-        (1.2, 0.03, 0.0),
-        (1.5, 0.03, 0.0),
-        (1.5, 0.05, 10.0),
-        (2.5, 0.005, -10.0),
-        (2.5, 0.02, -10.0),
-        (2.5, -0.05, 0.0),
-    ];
-    let drives = kerbs(&cells);
-    let complaints: Vec<&String> = drives.iter().flat_map(|drive| &drive.complaints).collect();
-    assert!(complaints.is_empty(), "{complaints:#?}");
-    let fastest_m_s = drives.iter().map(|drive| drive.excess_m_s).fold(0.0, f64::max);
-    let come_over = drives.iter().filter(|drive| drive.comes_over).count();
-    shown(
-        "fourteen of these drives",
-        &format!(
-            "no fault in {} drives; {come_over} come over, the others stop in front and tell it (*Stall*); behind kerb and ledge at most {fastest_m_s:.2} m/s too fast",
-            drives.len()
-        ),
-    );
-}
-
-/// The drives over these kerbs: speed, height, slope.
-fn kerbs(cells: &[(f64, f64, f64)]) -> Vec<KerbDrive> {
-    cells
-        .par_iter()
-        .map(|(speed_m_s, height_m, slope_deg)| drive_over(*speed_m_s, *height_m, *slope_deg))
-        .collect()
-}
-
-/// The whole grid of 400 drives: `cargo test -p hil-sim --test control the_whole_grid -- --ignored`.
-#[test]
-#[ignore = "takes minutes; its short form runs with the others"]
-fn the_whole_grid_of_kerbs() {
-    let mut cells = Vec::new();
-    for slope_deg in [0.0, 10.0, 5.0, -5.0, -10.0] {
-        for height_mm in [5.0, 10.0, 20.0, 30.0, 50.0] {
-            for speed_m_s in [0.3, 0.5, 0.8, 1.0, 1.2, 1.5, 2.0, 2.5] {
-                cells.push((speed_m_s, 0.001 * height_mm, slope_deg));
-                cells.push((speed_m_s, -0.001 * height_mm, slope_deg));
-            }
-        }
-    }
-    let drives = kerbs(&cells);
-    let good = drives.iter().filter(|drive| drive.complaints.is_empty()).count();
-    let complaints: Vec<&String> = drives.iter().flat_map(|drive| &drive.complaints).collect();
-    let others = but(&complaints);
-    shown(
-        "kerbs of 5 to 50 mm",
-        &format!(
-            "{good} of {} drives without a fault, over it or stopped in front and told (*Stall*), no more than 0.5 m/s too fast behind it{others}",
-            drives.len()
-        ),
-    );
-    assert!(complaints.is_empty(), "{complaints:#?}");
-}
-
-/// Kerbs and slopes between those of the grid: nothing goes wrong there but a speed that is a little more than 0.5 m/s too much,
-/// in one drive of a hundred at most.
-#[test]
-#[ignore = "takes minutes; its short form runs with the others"]
-fn kerbs_between_those_of_the_whole_grid() {
-    const OVERSPEED_M_S: f64 = 0.7;
-    let mut cells = Vec::new();
-    for slope_deg in [-8.5, -3.0, 2.5, 4.0, 7.5, 9.0] {
-        for height_mm in [6.0, 8.0, 12.0, 16.0, 24.0, 27.0, 36.0, 44.0] {
-            for speed_m_s in [0.35, 0.45, 0.55, 0.65, 0.9, 1.1, 1.35, 1.75, 2.2] {
-                cells.push((speed_m_s, 0.001 * height_mm, slope_deg));
-                cells.push((speed_m_s, -0.001 * height_mm, slope_deg));
-            }
-        }
-    }
-    let drives = kerbs(&cells);
-    let complaints: Vec<&String> = drives.iter().flat_map(|drive| &drive.complaints).collect();
-    shown(
-        "kerbs and slopes between these",
-        &format!(
-            "{} of {} drives{}",
-            drives.len() - complaints.len(),
-            drives.len(),
-            but(&complaints)
-        ),
-    );
-    assert!(
-        complaints.iter().all(|what| what.contains("m/s too fast")),
-        "{complaints:#?}"
-    );
-    assert!(drives.iter().all(|drive| drive.excess_m_s <= OVERSPEED_M_S));
-    assert!(100 * complaints.len() <= drives.len(), "{complaints:#?}");
-}
-
-/// What is not so, if anything is.
-fn but(complaints: &[&String]) -> String {
-    let complaints: Vec<&str> = complaints.iter().map(|what| what.as_str()).collect();
-    if complaints.is_empty() {
-        String::new()
-    } else {
-        format!("; not so: {}", complaints.join("; "))
     }
 }

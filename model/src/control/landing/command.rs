@@ -95,14 +95,17 @@ impl CommandRamp {
         target + self.hold.speed_m_s(target, input.distance_m, slow)
     }
 
-    /// While the wheels slide over ground that passes at `ground`, nondimensional: keeps the reference, and with it the wheels,
-    /// near that speed, and asks for no acceleration, because the ground gives all that it can. The torque that is left is
-    /// that of the friction.
-    pub(super) fn slip(&mut self, ground: f32) {
-        let (least, most) = (ground - self.slip_max, ground + self.slip_max);
-        self.ramp = self.ramp.bounded(least, most);
+    /// While the wheels slide over ground that passes at `ground`, nondimensional: no reference runs ahead of that speed, away from
+    /// rest, by more than the largest slip. What is bounded is asked for without acceleration, because the ground gives all that
+    /// it can. Stopping is not bounded: were the speed over the ground a wrong one, the vehicle would not stop.
+    fn slip(&mut self, ground: f32) {
+        let least = ground.bounded(f32::MIN, 0.0) - self.slip_max;
+        let most = ground.bounded(0.0, f32::MAX) + self.slip_max;
+        if !(least..=most).contains(&self.ramp) {
+            self.ramp = self.ramp.bounded(least, most);
+            self.acceleration = 0.0;
+        }
         self.reference = self.reference.bounded(least, most);
-        self.acceleration = 0.0;
     }
 
     /// The acceleration of the reference, g.
@@ -112,8 +115,16 @@ impl CommandRamp {
 
     /// One tick towards `target`. The reference runs ahead of the landing speed by
     /// no more than what saturates the acceleration, and the ramp by no more than the smoothing lags besides, so that
-    /// nothing winds up.
-    pub(super) fn advance(&mut self, target: f32, landing: f32, tick: f32, room: &Room, pole: f32) {
+    /// nothing winds up. While the wheels slide, `ground` is the speed at which the ground passes.
+    pub(super) fn advance(
+        &mut self,
+        target: f32,
+        landing: f32,
+        ground: Option<f32>,
+        tick: f32,
+        room: &Room,
+        pole: f32,
+    ) {
         let step = (target - self.ramp).bounded(-room.backward * tick, room.forward * tick);
         let (least, most) = (landing - room.backward / pole, landing + room.forward / pole);
         let ramp = self.ramp + step;
@@ -121,6 +132,9 @@ impl CommandRamp {
         self.reference = (self.reference + self.gain * (self.ramp - self.reference)).bounded(least, most);
         // What the landing speed moves the ramp is no acceleration that anybody asked for.
         self.acceleration += self.gain * (step / tick - self.acceleration);
+        if let Some(ground) = ground {
+            self.slip(ground);
+        }
     }
 }
 
@@ -145,31 +159,44 @@ mod tests {
         gentle(&Vehicle::new(parameters).expect("valid"))
     }
 
-    /// Told to speed up, or to stop, on ground that it slides over, it asks the wheels for no more than the largest slip.
-    #[test]
-    fn sliding_wheels_run_no_faster_than_the_slip() {
+    /// The reference, m/s, two seconds after a start at `from_m_s`, told `target_m_s` on ground that passes at `ground_m_s` while the
+    /// wheels slide.
+    fn slides_to(from_m_s: f32, target_m_s: f32, ground_m_s: f32) -> f32 {
         let vehicle = test_vehicle::reference();
         let scales = vehicle.scales();
-        for (ground_m_s, target_m_s) in [(0.2, 2.0), (1.5, 0.0), (-1.0, -2.5), (-1.0, 0.0)] {
-            let mut command = CommandRamp::new(&vehicle.parameters().control, 0.2, 0.001, &scales);
-            command.reset(ground_m_s / scales.speed_m_s);
-            let room = Room {
-                mu: 0.45,
-                forward: 0.2,
-                backward: 0.2,
-            };
-            for _ in 0..2000 {
-                let wheels = command.reference();
-                command.advance(target_m_s / scales.speed_m_s, wheels, 0.00627, &room, 1.5);
-                command.slip(ground_m_s / scales.speed_m_s);
-                let slip_m_s = (command.reference() * scales.speed_m_s - ground_m_s).abs();
-                assert!(slip_m_s <= SLIP_MAX_M_S + 1e-4, "{slip_m_s}");
-                assert_eq!(command.acceleration(), 0.0);
-            }
-            let slip_m_s = command.reference() * scales.speed_m_s - ground_m_s;
+        let mut command = CommandRamp::new(&vehicle.parameters().control, 0.2, 0.001, &scales);
+        command.reset(from_m_s / scales.speed_m_s);
+        let room = Room {
+            mu: 0.45,
+            forward: 0.2,
+            backward: 0.2,
+        };
+        let [target, ground] = [target_m_s, ground_m_s].map(|speed_m_s| speed_m_s / scales.speed_m_s);
+        for _ in 0..2000 {
+            // The wheels follow the reference.
+            command.advance(target, command.reference(), Some(ground), 0.00627, &room, 1.5);
+        }
+        command.reference() * scales.speed_m_s
+    }
+
+    #[test]
+    fn sliding_wheels_run_no_further_ahead_than_the_slip() {
+        for (from_m_s, target_m_s, ground_m_s, want_m_s) in [
+            (0.2, 2.0, 0.2, 0.2 + SLIP_MAX_M_S),
+            (-0.2, -2.0, -0.2, -0.2 - SLIP_MAX_M_S),
+            // What the vehicle is told is less.
+            (0.2, 0.4, 0.2, 0.4),
+            // It stops, whatever the speed over the ground seems to be,
+            (1.0, 0.0, 1.0, 0.0),
+            (-1.0, 0.0, -1.0, 0.0),
+            // and does not run away from what it is told.
+            (0.0, 2.0, -1.0, SLIP_MAX_M_S),
+            (0.0, -2.0, 1.0, -SLIP_MAX_M_S),
+        ] {
+            let found_m_s = slides_to(from_m_s, target_m_s, ground_m_s);
             assert!(
-                slip_m_s * (target_m_s - ground_m_s) > 0.0 && slip_m_s.abs() > 0.9 * SLIP_MAX_M_S,
-                "{slip_m_s}"
+                (found_m_s - want_m_s).abs() < 0.01,
+                "{target_m_s} {ground_m_s}: {found_m_s} m/s"
             );
         }
     }

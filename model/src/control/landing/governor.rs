@@ -149,7 +149,7 @@ mod tests {
     };
 
     proptest! {
-        /// Inside the interval the wheels grip, outside they do not.
+        /// Inside the interval the wheels grip and stay on the ground, outside they do not grip.
         #[test]
         fn the_wheels_grip_inside_the_interval_only(
             phi in -1.4_f32..1.4, phi_rate in -3.0_f32..3.0, beta in -0.5_f32..0.5, mu in 0.2_f32..1.0, at in 0.0_f32..1.0,
@@ -160,6 +160,8 @@ mod tests {
             let room = |torque: f32| mu * motion.normal.at(torque) - motion.friction.at(torque).abs();
             let width = torques.most - torques.least;
             prop_assert!(room(torques.least + at * width) > -1e-3);
+            // And the ground carries the vehicle.
+            prop_assert!(motion.normal.at(torques.least + at * width) > -1e-3);
             prop_assert!(room(torques.least - 0.1) < 0.0 || room(torques.most + 0.1) < 0.0);
         }
 

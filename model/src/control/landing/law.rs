@@ -1,7 +1,7 @@
 //! The landing law: observers, landing speed, governor, arm servo.
 
 use super::balance::{Balance, MotionByTorque};
-use super::command::{CommandRamp, gentle};
+use super::command::{CommandRamp, Room, gentle};
 use super::design::Design;
 use super::governor::{Barrier, Interval, grip};
 use super::limits::Limits;
@@ -189,14 +189,7 @@ impl LandingLaw {
         let landing = self.landing_speed(wheel_rate, arm.0, (phi_rate, home_rate), &home, slope);
 
         // Wanted acceleration within grip.
-        let starts = input.target_m_s == 0.0 && self.age < START_TIME;
-        let mut room = self.limits.room(slope, landing, starts);
-        let mut excess = 0.0;
-        if stuck {
-            room.forward = self.obstacle.effort();
-            room.backward = room.forward;
-            excess = self.obstacle.excess();
-        }
+        let (room, excess) = self.room(input, slope, landing, stuck);
         self.slope_limited = self.limits.too_steep(slope.0);
         self.refusal.update(
             self.limits.excess(slope.0),
@@ -206,13 +199,13 @@ impl LandingLaw {
         let voltage_max = self.scales.voltage_from_si(input.voltage_max_v);
         let target = self.target(input, slope.0, voltage_max, wheel_rate);
         let speed_pole = self.pace * self.design.speed;
-        self.command.advance(target, landing, self.tick, &room, speed_pole);
-        if let Some(ground_m_s) = input.sliding_over_m_s {
-            self.command.slip(ground_m_s / self.scales.speed_m_s);
-        }
-        let feed_forward = self.command.acceleration();
-        let acceleration = (feed_forward + speed_pole * (self.command.reference() + excess - landing))
-            .bounded(-room.backward, room.forward);
+        let ground = input
+            .sliding_over_m_s
+            .map(|speed_m_s| speed_m_s / self.scales.speed_m_s);
+        self.command
+            .advance(target, landing, ground, self.tick, &room, speed_pole);
+        let wanted = self.command.acceleration() + speed_pole * (self.command.reference() + excess - landing);
+        let acceleration = wanted.bounded(-room.backward, room.forward);
         let told = Told {
             speed: if input.target_m_s == 0.0 { 0.0 } else { target },
             reference: self.command.reference(),
@@ -277,6 +270,22 @@ impl LandingLaw {
                 ..SpeedTerms::default()
             },
         }
+    }
+
+    /// What there is to accelerate with, and the landing speed beyond the reference that is allowed: a stuck vehicle pushes.
+    fn room(&self, input: &SpeedInput, slope: (f32, f32), landing: f32, stuck: bool) -> (Room, f32) {
+        let starts = input.target_m_s == 0.0 && self.age < START_TIME;
+        let room = self.limits.room(slope, landing, starts);
+        if !stuck {
+            return (room, 0.0);
+        }
+        let effort = self.obstacle.effort();
+        let pushing = Room {
+            forward: effort,
+            backward: effort,
+            ..room
+        };
+        (pushing, self.obstacle.excess())
     }
 
     /// What the observers make of the last tick, from the sensed rates: the motion by torque.

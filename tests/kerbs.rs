@@ -1,0 +1,205 @@
+//! Kerbs and ledges, alone and one after the other as stairs.
+
+use model::supervise::arming::Mode;
+use model::supervise::codes::{FaultSet, Limit};
+use model::vehicle::GRAVITY_M_S2;
+use rayon::prelude::*;
+use virtual_board::scenario::trace::TraceRow;
+
+mod support;
+use support::generated::shown;
+use support::kerbs::{KerbDrive, drive_over};
+use support::reference;
+use support::slopes::{drive, from};
+
+/// Steps of a flight, and where the first one stands.
+const STEPS: usize = 8;
+const FIRST_M: f64 = 2.0;
+/// Speed over the command, beside what a fall from a step gives by itself, m/s: what is allowed behind one kerb, and a little
+/// more, because a kerb is met with what the one before has left.
+const OVERSPEED_M_S: f64 = 0.6;
+
+/// Kerbs of 5 to 50 mm up and ledges down, level and on slopes, at 0.3 to 2.5 m/s: the whole grid's short form, with the
+/// cells that once were the worst.
+#[test]
+fn no_kerb_ends_the_drive_or_lets_the_vehicle_run_away() {
+    let cells = [
+        (0.3, 0.005, 0.0),
+        (0.3, 0.01, -10.0),
+        (0.3, 0.02, -10.0),
+        (0.3, -0.03, 10.0),
+        (0.3, -0.05, -5.0),
+        (0.8, 0.01, 0.0),
+        (0.8, 0.02, -5.0),
+        (0.8, 0.02, 10.0),
+        (1.2, 0.03, 0.0),
+        (1.5, 0.03, 0.0),
+        (1.5, 0.05, 10.0),
+        (2.5, 0.005, -10.0),
+        (2.5, 0.02, -10.0),
+        (2.5, -0.05, 0.0),
+    ];
+    let drives = kerbs(&cells);
+    let complaints: Vec<&String> = drives.iter().flat_map(|drive| &drive.complaints).collect();
+    assert!(complaints.is_empty(), "{complaints:#?}");
+    let fastest_m_s = drives.iter().map(|drive| drive.excess_m_s).fold(0.0, f64::max);
+    let come_over = drives.iter().filter(|drive| drive.comes_over).count();
+    shown(
+        "fourteen of these drives",
+        &format!(
+            "no fault in {} drives; {come_over} come over, the others stop in front and tell it (*Stall*); behind kerb and ledge at most {fastest_m_s:.2} m/s too fast",
+            drives.len()
+        ),
+    );
+}
+
+/// The drives over these kerbs: speed, height, slope.
+fn kerbs(cells: &[(f64, f64, f64)]) -> Vec<KerbDrive> {
+    cells
+        .par_iter()
+        .map(|(speed_m_s, height_m, slope_deg)| drive_over(*speed_m_s, *height_m, *slope_deg))
+        .collect()
+}
+
+/// The whole grid of 400 drives: `cargo test -p hil-sim --test kerbs the_whole_grid -- --ignored`.
+#[test]
+#[ignore = "takes minutes; its short form runs with the others"]
+fn the_whole_grid_of_kerbs() {
+    let mut cells = Vec::new();
+    for slope_deg in [0.0, 10.0, 5.0, -5.0, -10.0] {
+        for height_mm in [5.0, 10.0, 20.0, 30.0, 50.0] {
+            for speed_m_s in [0.3, 0.5, 0.8, 1.0, 1.2, 1.5, 2.0, 2.5] {
+                cells.push((speed_m_s, 0.001 * height_mm, slope_deg));
+                cells.push((speed_m_s, -0.001 * height_mm, slope_deg));
+            }
+        }
+    }
+    let drives = kerbs(&cells);
+    let good = drives.iter().filter(|drive| drive.complaints.is_empty()).count();
+    let complaints: Vec<&String> = drives.iter().flat_map(|drive| &drive.complaints).collect();
+    let others = but(&complaints);
+    shown(
+        "kerbs of 5 to 50 mm",
+        &format!(
+            "{good} of {} drives without a fault, over it or stopped in front and told (*Stall*), no more than 0.5 m/s too fast behind it{others}",
+            drives.len()
+        ),
+    );
+    assert!(complaints.is_empty(), "{complaints:#?}");
+}
+
+/// Kerbs and slopes between those of the grid: nothing goes wrong there but a speed that is a little more than 0.5 m/s too much,
+/// in one drive of a hundred at most.
+#[test]
+#[ignore = "takes minutes; its short form runs with the others"]
+fn kerbs_between_those_of_the_whole_grid() {
+    const OVERSPEED_M_S: f64 = 0.7;
+    let mut cells = Vec::new();
+    for slope_deg in [-8.5, -3.0, 2.5, 4.0, 7.5, 9.0] {
+        for height_mm in [6.0, 8.0, 12.0, 16.0, 24.0, 27.0, 36.0, 44.0] {
+            for speed_m_s in [0.35, 0.45, 0.55, 0.65, 0.9, 1.1, 1.35, 1.75, 2.2] {
+                cells.push((speed_m_s, 0.001 * height_mm, slope_deg));
+                cells.push((speed_m_s, -0.001 * height_mm, slope_deg));
+            }
+        }
+    }
+    let drives = kerbs(&cells);
+    let complaints: Vec<&String> = drives.iter().flat_map(|drive| &drive.complaints).collect();
+    shown(
+        "kerbs and slopes between these",
+        &format!(
+            "{} of {} drives{}",
+            drives.len() - complaints.len(),
+            drives.len(),
+            but(&complaints)
+        ),
+    );
+    assert!(
+        complaints.iter().all(|what| what.contains("m/s too fast")),
+        "{complaints:#?}"
+    );
+    assert!(drives.iter().all(|drive| drive.excess_m_s <= OVERSPEED_M_S));
+    assert!(100 * complaints.len() <= drives.len(), "{complaints:#?}");
+}
+
+/// What is not so, if anything is.
+fn but(complaints: &[&String]) -> String {
+    let complaints: Vec<&str> = complaints.iter().map(|what| what.as_str()).collect();
+    if complaints.is_empty() {
+        String::new()
+    } else {
+        format!("; not so: {}", complaints.join("; "))
+    }
+}
+
+/// Flights of eight steps of 5 to 30 mm, up and down, 0.3 and 0.6 m apart, at 0.5 to 2.5 m/s: the vehicle comes over all of
+/// them, or stops in front of one and tells it; nothing ends the drive, and it does not run away.
+#[test]
+fn stairs_are_climbed_or_told() {
+    let mut cells = Vec::new();
+    for height_m in [0.005, 0.01, 0.02, 0.03, -0.005, -0.01, -0.02, -0.03] {
+        for apart_m in [0.3, 0.6] {
+            for speed_m_s in [0.5, 1.0, 1.5, 2.5] {
+                cells.push((speed_m_s, height_m, apart_m));
+            }
+        }
+    }
+    let drives: Vec<(bool, f64)> = cells
+        .into_par_iter()
+        .map(|(speed_m_s, height_m, apart_m)| climb(speed_m_s, height_m, apart_m))
+        .collect();
+    let come_over = drives.iter().filter(|(over, _)| *over).count();
+    let fastest_m_s = drives.iter().map(|(_, excess_m_s)| *excess_m_s).fold(0.0, f64::max);
+    shown(
+        "stairs of eight steps",
+        &format!(
+            "no fault in {} drives; {come_over} come over, the others stop in front of a step and tell it (*Stall*); at most \
+             {fastest_m_s:.2} m/s too fast",
+            drives.len()
+        ),
+    );
+}
+
+/// Drives up or down the stairs; whether it comes over them, and by how much it is too fast, m/s.
+fn climb(speed_m_s: f64, height_m: f64, apart_m: f64) -> (bool, f64) {
+    let story = format!("{speed_m_s} m/s, {:.0} mm, {apart_m} m apart", 1000.0 * height_m);
+    let steps: Vec<String> = (0..STEPS)
+        .map(|n| {
+            let at_m = FIRST_M + apart_m * n as f64;
+            format!("{{ kind = 'step', at_m = {at_m:?}, height_m = {height_m:?} }}")
+        })
+        .collect();
+    let last_m = FIRST_M + apart_m * STEPS as f64;
+    let seconds = 12.0 + 1.8 * last_m / speed_m_s;
+    let outcome = drive(
+        &reference(),
+        seconds,
+        0.0,
+        &format!("terrain.profile = [{}]", steps.join(", ")),
+        &format!("{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?} }}"),
+    );
+    let rows = from(&outcome, 4.0);
+    let last = &rows[rows.len() - 1];
+    assert_eq!(
+        (last.status.mode, last.status.faults),
+        (Mode::Armed, FaultSet::EMPTY),
+        "{story}"
+    );
+    let fall_m_s = (speed_m_s.powi(2) + 2.0 * GRAVITY_M_S2 * (-height_m).max(0.0)).sqrt() - speed_m_s;
+    let excess_m_s = rows
+        .iter()
+        .map(|row| row.truth.speed_m_s - speed_m_s)
+        .fold(0.0, f64::max);
+    assert!(
+        excess_m_s <= OVERSPEED_M_S.max(fall_m_s + 0.2),
+        "{story}: {excess_m_s} m/s too fast"
+    );
+    let over = last.truth.x_m > last_m;
+    let told = |row: &TraceRow| row.status.limits.contains(Limit::Stall);
+    assert!(
+        over || rows[rows.len() - 50..].iter().any(told),
+        "{story}: it ends at {} m and tells nothing",
+        last.truth.x_m
+    );
+    (over, excess_m_s)
+}
