@@ -146,8 +146,8 @@ fn a_migrated_set_stays_in_the_flash_until_the_next_store() {
 
 #[test]
 fn a_stored_value_out_of_range_or_a_contradiction_is_not_believed() {
-    let kp = PARAMETERS.number_of("control", "kp").expect("known");
     const EQ_3_25: f32 = 0.0;
+    let kp = PARAMETERS.number_of("control", "kp").expect("known");
     for (value, why) in [
         (f32::NAN, Disbelief::OutOfRange(kp)),
         (f32::INFINITY, Disbelief::OutOfRange(kp)),
