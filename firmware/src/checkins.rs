@@ -51,11 +51,9 @@ impl<M: RawMutex> Checkins<M> {
     pub fn check_in(&self, task: Critical) {
         let now = Instant::now();
         self.last.lock(|cell| {
-            let mut last = cell.get();
-            if let Some(slot) = last.get_mut(task as usize) {
-                *slot = Some(now);
+            if let Some(slot) = cell.as_array_of_cells().get(task as usize) {
+                slot.set(Some(now));
             }
-            cell.set(last);
         });
     }
 

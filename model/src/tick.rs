@@ -7,7 +7,7 @@
 
 use crate::board::BoardScales;
 use crate::command::Command;
-use crate::control::motor::{MotorLimits, duty};
+use crate::control::motor::{LimitedVoltage, MotorLimits, duty};
 use crate::control::supply_guard::SupplyGuard;
 use crate::estimate::Estimate;
 use crate::sample::{Actuation, MOTORS, Motor, Sample};
@@ -158,15 +158,9 @@ impl VehicleCore {
             let drive_limits = [left_limits, right_limits];
             let [left, right] = MotorLimits::limit_pair(drive_limits, [left_v, right_v], [left_rad_s, right_rad_s]);
             let ballast = ballast_limits.limit(ballast_v, ballast_rad_s);
-            for (motor, limited) in [(Motor::Left, left), (Motor::Right, right), (Motor::Ballast, ballast)] {
+            let mut drive = |motor: Motor, limited: LimitedVoltage, by_current: Limit| {
                 let i = motor as usize;
-                if motor == Motor::Ballast && decision.ballast_off {
-                    // A current limit around the back-EMF of an encoder that is wrong would drive the motor.
-                    voltage_v[i] = 0.0;
-                    continue;
-                }
-                let limit = [Limit::LeftCurrent, Limit::RightCurrent, Limit::BallastCurrent][i];
-                limits.set(limit, limited.by_current);
+                limits.set(by_current, limited.by_current);
                 if limited.by_current && shares[i] < 1.0 {
                     limits.insert(Limit::MotorHeat);
                 }
@@ -176,6 +170,14 @@ impl VehicleCore {
                 }
                 voltage_v[i] = kept_v;
                 actuation.duty[i] = duty(kept_v, battery_v, self.scales.duty_max);
+            };
+            drive(Motor::Left, left, Limit::LeftCurrent);
+            drive(Motor::Right, right, Limit::RightCurrent);
+            if decision.ballast_off {
+                // A current limit around the back-EMF of an encoder that is wrong would drive the motor.
+                voltage_v[Motor::Ballast as usize] = 0.0;
+            } else {
+                drive(Motor::Ballast, ballast, Limit::BallastCurrent);
             }
             if voltage_v.iter().all(|v| v.is_finite()) && battery_v.is_finite() {
                 actuation.enable = true;

@@ -181,15 +181,12 @@ impl<S: SpiDevice<u16>> Icm42688p<S> {
         self.spi
             .transaction(&mut [Operation::TransferInPlace(&mut frames)])
             .await?;
-        let mut words = [0_i16; DATA_WORDS];
-        for (word, frames) in words.iter_mut().zip(frames.windows(2)) {
-            if let [before, after] = *frames {
-                *word = ((before << 8) | (after >> 8)).cast_signed();
-            }
-        }
-        let [temperature, data @ ..] = words;
+        let word = |before: u16, after: u16| ((before << 8) | (after >> 8)).cast_signed();
+        let [a, b, c, d, e, f, g, h] = frames;
+        let temperature = word(a, b);
+        let data = [word(b, c), word(c, d), word(d, e), word(e, f), word(f, g), word(g, h)];
         // A part that does not answer leaves the line high or low.
-        if data.iter().all(|word| *word == -1) || data.iter().all(|word| *word == 0) || data.contains(&NO_DATA) {
+        if data == [-1; DATA_WORDS - 1] || data == [0; DATA_WORDS - 1] || data.contains(&NO_DATA) {
             return Err(ImuError::NoData);
         }
         let [ax, ay, az, gx, gy, gz] = data;

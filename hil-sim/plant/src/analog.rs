@@ -97,14 +97,10 @@ impl AnalogConverter {
                 }
             }
         }
-        // A stream of its own while the numbers are drawn: its state stays in registers.
-        let mut noise = self.noise.clone();
-        let counts = values.with(&self.scales, |value, scale| {
-            // Rounded to the nearest: cut after half a count, which a negative number saturates to 0.
-            (scale.counts(value) + NOISE_COUNTS * noise.normal() + 0.5) as u16
-        });
-        self.noise = noise;
-        counts
+        let noises = Analog::from_values(self.noise.normals());
+        let counts = values.with(&self.scales, |value, scale| scale.counts(value));
+        // Rounded to the nearest: cut after half a count, which a negative number saturates to 0.
+        counts.with(&noises, |counts, noise| (counts + NOISE_COUNTS * noise + 0.5) as u16)
     }
 }
 

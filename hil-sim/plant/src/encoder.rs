@@ -27,6 +27,8 @@ pub struct Encoder {
     /// Where the oldest of the history stands; the others follow it, round the end.
     oldest: usize,
     history_ms: u64,
+    /// Of the last advance.
+    time_s: f64,
     noise: Noise,
 }
 
@@ -52,6 +54,7 @@ impl Encoder {
             history: [0; HISTORY],
             oldest: 0,
             history_ms: 0,
+            time_s: 0.0,
             noise,
         }
     }
@@ -67,6 +70,7 @@ impl Encoder {
         self.law = CountLaw::Fault(fault);
         self.half_edges = 0;
         self.history = [self.counted; HISTORY];
+        self.history_ms = self.time_ms();
     }
 
     /// Loses this share of the edges from now on (0 to 1): a worn disc, a weak receiver. Takes the place of
@@ -83,9 +87,15 @@ impl Encoder {
         self.fault
     }
 
-    /// Follows the joint to `angle_rad` at `time_ms` (called at least once a millisecond).
+    /// The millisecond of the last advance. Steps' lengths are rounded: a nanosecond of slack.
+    fn time_ms(&self) -> u64 {
+        (self.time_s * 1e3 + 1e-6) as u64
+    }
+
+    /// Follows the joint to `angle_rad` at `time_s` (called at least once a millisecond).
     #[inline]
-    pub fn advance(&mut self, angle_rad: f64, time_ms: u64) {
+    pub fn advance(&mut self, angle_rad: f64, time_s: f64) {
+        self.time_s = time_s;
         let counts = angle_rad * self.counts_per_rad;
         // Towards minus infinity, without a call.
         let cut = counts as i64;
@@ -109,19 +119,25 @@ impl Encoder {
             CountLaw::Fault(SensorFault::Garbage) => self.counted += i64::from((self.noise.bits() >> 52) as i16) - 2048,
             CountLaw::Fault(SensorFault::Off) => {}
             CountLaw::Fault(SensorFault::Intermittent) => {
-                if !self.fault.is_dead_at(time_ms) {
+                if !self.fault.is_dead_at(self.time_ms()) {
                     self.counted += edges;
                 }
             }
         }
+        // A fault begins with a history of its own, so nobody else needs one.
+        if self.fault == SensorFault::Delayed {
+            self.remember();
+        }
+    }
+
+    /// Keeps what has been counted, once a millisecond.
+    fn remember(&mut self) {
+        let time_ms = self.time_ms();
         if time_ms > self.history_ms {
             self.history_ms = time_ms;
-            // A fault begins with a history of its own, so nobody else needs one.
-            if self.fault == SensorFault::Delayed {
-                self.oldest = (self.oldest + 1) % HISTORY;
-                // The newest takes the place of the oldest.
-                self.history[(self.oldest + HISTORY - 1) % HISTORY] = self.counted;
-            }
+            self.oldest = (self.oldest + 1) % HISTORY;
+            // The newest takes the place of the oldest.
+            self.history[(self.oldest + HISTORY - 1) % HISTORY] = self.counted;
         }
     }
 
@@ -166,7 +182,7 @@ mod tests {
         let before = encoder.counted();
         for ms in from_ms + 1..=from_ms + 200 {
             let angle = rate_counts_per_ms * ms as f64 / encoder.counts_per_rad();
-            encoder.advance(angle + 1e-9, ms);
+            encoder.advance(angle + 1e-9, ms as f64 * 1e-3);
         }
         encoder.counted() - before
     }
@@ -174,10 +190,10 @@ mod tests {
     #[test]
     fn one_turn_of_the_wheel_is_the_gear_ratio_in_turns_of_the_motor() {
         let mut e = encoder();
-        e.advance(TAU + 1e-9, 1);
+        e.advance(TAU + 1e-9, 1e-3);
         assert_eq!(e.true_counts(), 1024 * 43);
         assert_eq!(e.counter(), 1024 * 43);
-        e.advance(-1.5 / e.counts_per_rad(), 2);
+        e.advance(-1.5 / e.counts_per_rad(), 2e-3);
         assert_eq!(
             e.counted(),
             -2,

@@ -245,6 +245,7 @@ impl ImuSensor {
 
     /// One tick of the sensor's clock at `now_s`: what it gives, faults included, or `None` when it takes no
     /// sample.
+    #[inline]
     pub fn sample(&mut self, now_s: f64) -> Option<ImuChannels> {
         if self.faults.skips() {
             return None;
@@ -282,6 +283,7 @@ impl ImuSensor {
     }
 
     /// Measures: the filtered motion as the sensor sees it, with bias and fresh noise.
+    #[inline]
     fn measure(&mut self, now_s: f64) -> ImuChannels {
         let seen = match &self.imperfection {
             None => self.filter.output,
@@ -296,21 +298,17 @@ impl ImuSensor {
         let root_bandwidth = (1.11 * self.filter.corner_hz()).sqrt();
         let accel = self.errors.accel_noise * root_bandwidth;
         let gyro = self.errors.gyro_noise * root_bandwidth;
-        // A stream of its own while the numbers are drawn: its state stays in registers.
-        let mut noise = self.noise.clone();
-        let mut measured = seen;
-        for (kind, deviation) in measured.chunks_exact_mut(3).zip([accel, gyro]) {
-            if deviation > 0.0 {
-                for value in kind {
-                    *value += deviation * noise.normal();
-                }
-            }
+        let noise = &mut self.noise;
+        let mut noises = [0.0; 6];
+        if accel > 0.0 && gyro > 0.0 {
+            noises = noise.normals();
+        } else if accel > 0.0 {
+            noises[..3].copy_from_slice(&noise.normals::<3>());
+        } else if gyro > 0.0 {
+            noises[3..].copy_from_slice(&noise.normals::<3>());
         }
-        self.noise = noise;
-        for (value, bias) in measured.iter_mut().zip(self.bias) {
-            *value += bias;
-        }
-        measured
+        let deviations = [accel, accel, accel, gyro, gyro, gyro];
+        core::array::from_fn(|i| seen[i] + deviations[i] * noises[i] + self.bias[i])
     }
 
     /// Random bits of this sensor's stream.

@@ -45,7 +45,7 @@ pub use motor::BridgeState;
 use motor::{Battery, DcMotor};
 use supply::Supply;
 use terrain::Ground;
-pub use truth::Truth;
+pub use truth::{Glance, Truth};
 pub use validity::Invalid;
 use wiring::Wiring;
 
@@ -115,6 +115,7 @@ impl Plant {
     }
 
     /// Advances by `dt_s` seconds with the bridges held, in the order of [`model::sample::Motor`].
+    #[inline]
     pub fn advance(&mut self, dt_s: f64, bridges: &[BridgeState; MOTORS]) {
         if dt_s <= 0.0 || self.invalid.is_some() {
             return;
@@ -124,10 +125,14 @@ impl Plant {
         } else {
             0.5 * self.substep_s
         };
-        // Rounding must not add a substep. Rounded up without a call.
+        // Rounding must not add a substep.
         let substeps = dt_s / longest_s - 1e-6;
-        let count = (substeps as u64 + u64::from(substeps > (substeps as u64) as f64)).max(1);
-        let h = dt_s / count as f64;
+        let (count, h) = if substeps <= 1.0 {
+            (1, dt_s)
+        } else {
+            let count = libm::ceil(substeps);
+            (count as u64, dt_s / count)
+        };
         let bridges = self.connected(bridges);
         for _ in 0..count {
             if self.time_s >= self.push_until_s {
@@ -137,9 +142,8 @@ impl Plant {
         }
         self.supply.follow(dt_s, self.battery_a, &mut self.battery);
         self.watch_validity();
-        let time_ms = (self.time_s * 1e3 + 1e-6) as u64;
         for (i, encoder) in self.encoders.iter_mut().enumerate() {
-            encoder.advance(shaft_angle(&self.body, self.gears.as_deref(), i), time_ms);
+            encoder.advance(shaft_angle(&self.body, self.gears.as_deref(), i), self.time_s);
         }
     }
 
@@ -156,6 +160,7 @@ impl Plant {
         bridges
     }
 
+    #[inline]
     fn substep(&mut self, h: f64, bridges: &[BridgeState; MOTORS]) {
         let mut before: [f64; MOTORS] = core::array::from_fn(|i| self.body.joint_rate(i));
         if let Some(gears) = self.gears.as_deref() {
@@ -190,6 +195,7 @@ impl Plant {
     }
 
     /// Lets the IMUs feel the last substep.
+    #[inline]
     fn feel(&mut self, h: f64) {
         let (u, a, gravity) = (self.body.mean_speed(), self.body.acceleration(), self.body.gravity());
         let arm = motion_at(self.arm_radius_m, &self.body.arm_swing(), u, a, &gravity);
@@ -230,6 +236,7 @@ impl Plant {
     /// As [`Plant::analog`] after [`Plant::advance`] by `dt_s` seconds, a part of a substep, but the plant stays where it
     /// is: the joints are taken to turn on as they did, which over so short a time changes a current by less than the
     /// converter's noise. `None` where that does not hold and the plant has to advance.
+    #[inline]
     pub fn analog_after(&mut self, dt_s: f64, bridges: &[BridgeState; MOTORS]) -> Option<Analog<u16>> {
         let smooth = self.body.rolled() && self.gears.is_none() && self.invalid.is_none();
         if !smooth || dt_s <= 0.0 || dt_s > self.substep_s {
@@ -244,6 +251,7 @@ impl Plant {
         Some(self.convert(volts, currents))
     }
 
+    #[inline]
     fn convert(&mut self, battery: f64, currents: [f64; MOTORS]) -> Analog<u16> {
         let [left_current, right_current, ballast_current] = currents;
         self.analog.convert(Analog {
@@ -286,45 +294,51 @@ impl Plant {
 
     /// The true state of the world.
     pub fn truth(&self) -> Truth {
+        self.glance().truth()
+    }
+
+    /// The true state of the world, as far as it needs no angle of the vertical: for an observer who looks often, and
+    /// asks for the truth of few glances.
+    #[inline]
+    pub fn glance(&self) -> Glance {
         let (q, u) = (self.body.position(), self.body.speed());
         let [right, left] = *self.body.wheels();
-        let vertical = self.body.vertical_rad();
         let [slope_right, slope_left] = self.body.path_slopes();
-        let path_slope = 0.5 * (slope_right + slope_left);
-        // Nearly always a plane.
-        let path_rad = if path_slope == 0.0 { 0.0 } else { libm::atan(path_slope) };
-        let (spar, spar_rate) = if self.has_spar {
-            (q[SPAR] + vertical, u[SPAR])
-        } else {
-            (0.0, 0.0)
-        };
-        Truth {
-            time_s: self.time_s,
-            x_m: q[FORWARD],
-            y_m: q[SIDE],
-            height_m: q[LIFT],
-            heading_rad: q[YAW],
-            yaw_rate_rad_s: u[YAW],
-            speed_m_s: u[FORWARD],
-            side_speed_m_s: u[SIDE],
-            wheel_rate_rad_s: [u[LEFT], u[RIGHT]],
-            phi_rad: q[PHI] + vertical,
-            phi_rate_rad_s: u[PHI],
-            spar_rad: spar,
-            spar_rate_rad_s: spar_rate,
-            ballast_rad: q[BALLAST] - q[SPAR],
-            ballast_rate_rad_s: u[BALLAST] - u[SPAR],
-            slope_rad: vertical + path_rad,
-            normal_n: [left.normal_n, right.normal_n],
-            longitudinal_n: [left.longitudinal_n, right.longitudinal_n],
-            slip_m_s: [left.slip_m_s, right.slip_m_s],
-            sliding: [left.sliding, right.sliding],
-            lifted: [left.lifted, right.lifted],
-            current_a: core::array::from_fn(|i| self.motors.get(i).map_or(0.0, DcMotor::mean_current_a)),
-            torque_n_m: core::array::from_fn(|i| self.motors.get(i).map_or(0.0, DcMotor::torque_n_m)),
-            battery_v: self.battery_v,
-            battery_a: self.battery_a,
-            chocked: self.body.chocked(),
+        let (spar, spar_rate) = if self.has_spar { (q[SPAR], u[SPAR]) } else { (0.0, 0.0) };
+        let gravity = self.body.gravity();
+        Glance {
+            from_normal: Truth {
+                time_s: self.time_s,
+                x_m: q[FORWARD],
+                y_m: q[SIDE],
+                height_m: q[LIFT],
+                heading_rad: q[YAW],
+                yaw_rate_rad_s: u[YAW],
+                speed_m_s: u[FORWARD],
+                side_speed_m_s: u[SIDE],
+                wheel_rate_rad_s: [u[LEFT], u[RIGHT]],
+                phi_rad: q[PHI],
+                phi_rate_rad_s: u[PHI],
+                spar_rad: spar,
+                spar_rate_rad_s: spar_rate,
+                ballast_rad: q[BALLAST] - q[SPAR],
+                ballast_rate_rad_s: u[BALLAST] - u[SPAR],
+                slope_rad: 0.0,
+                normal_n: [left.normal_n, right.normal_n],
+                longitudinal_n: [left.longitudinal_n, right.longitudinal_n],
+                slip_m_s: [left.slip_m_s, right.slip_m_s],
+                sliding: [left.sliding, right.sliding],
+                lifted: [left.lifted, right.lifted],
+                current_a: self.motors.each_ref().map(DcMotor::mean_current_a),
+                torque_n_m: self.motors.each_ref().map(DcMotor::torque_n_m),
+                battery_v: self.battery_v,
+                battery_a: self.battery_a,
+                chocked: self.body.chocked(),
+            },
+            has_spar: self.has_spar,
+            gravity_along: gravity.along,
+            gravity_normal: gravity.normal,
+            path_slope: 0.5 * (slope_right + slope_left),
         }
     }
 }

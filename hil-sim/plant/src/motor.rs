@@ -198,6 +198,12 @@ impl DcMotor {
             let mean = self.look_ahead(h).average(current, duty * battery_v, emf);
             return mean.max(-self.chop_a).min(self.chop_a);
         }
+        self.step_ahead(h, bridge, battery_v, rate)
+    }
+
+    /// The mean current of a substep that is tried on a copy of the motor.
+    #[cold]
+    fn step_ahead(&self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> f64 {
         let mut ahead = self.clone();
         let _ = ahead.begin(h, bridge, battery_v, rate);
         ahead.end(rate);
@@ -233,7 +239,9 @@ impl DcMotor {
 
     /// Begins a substep of `h` seconds: the torque law of the joint under `bridge` at the battery's
     /// voltage, as far as the joint's present `rate` tells which branch applies.
-    #[inline]
+    // One call in a substep, and one that is rare: inlined, what it returns never goes through memory.
+    #[allow(clippy::inline_always)]
+    #[inline(always)]
     pub fn begin(&mut self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> JointTorque {
         self.prepare(h);
         self.battery_v = battery_v;

@@ -56,3 +56,36 @@ pub struct Truth {
     /// The wheels are chocked.
     pub chocked: bool,
 }
+
+/// The state of the simulated world at one instant, before anybody has worked out where the vertical is.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Glance {
+    /// The truth, with angles from the plane's normal, and without the slope.
+    pub(crate) from_normal: Truth,
+    pub(crate) has_spar: bool,
+    /// Gravity along the heading and along the plane's normal, m/s^2.
+    pub(crate) gravity_along: f64,
+    pub(crate) gravity_normal: f64,
+    /// Mean rise of the wheels' paths a metre along the heading.
+    pub(crate) path_slope: f64,
+}
+
+impl Glance {
+    /// The truth that was seen.
+    pub fn truth(&self) -> Truth {
+        let seen = &self.from_normal;
+        let vertical = libm::atan2(self.gravity_along, self.gravity_normal);
+        // Nearly always a plane.
+        let path_rad = if self.path_slope == 0.0 {
+            0.0
+        } else {
+            libm::atan(self.path_slope)
+        };
+        Truth {
+            phi_rad: seen.phi_rad + vertical,
+            spar_rad: if self.has_spar { seen.spar_rad + vertical } else { 0.0 },
+            slope_rad: vertical + path_rad,
+            ..*seen
+        }
+    }
+}

@@ -101,6 +101,7 @@ impl SparController {
 
     /// One tick: the ballast motor's voltage within its own and the supply's limit, and its terms. `pivot` is what the
     /// axle does in this tick.
+    #[inline]
     pub fn step(&mut self, state: &SparState, pivot: &Pivot, supply_v: f32) -> LawOutput<SparTerms> {
         if !self.levels {
             return LawOutput::default();

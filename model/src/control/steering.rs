@@ -102,6 +102,7 @@ impl SteeringController {
     }
 
     /// One tick: the voltage to add to the right motor and to subtract from the left, and its terms.
+    #[inline]
     pub fn step(&mut self, input: &SteeringInput) -> LawOutput<SteeringTerms> {
         let step = self.rate_step_rad_s;
         let target = input.target_rad_s.bounded(-self.rate_max_rad_s, self.rate_max_rad_s);

@@ -1,5 +1,22 @@
 //! Angle and rate from a quantised counter.
 
+/// The number nearest to so many counts. Of those that 32 bits hold, as all are but for a broken counter's, it is one
+/// instruction: for 64 bits the drive board's core has none.
+#[inline]
+pub fn nearest(counts: i64) -> f32 {
+    match i32::try_from(counts) {
+        Ok(counts) => counts as f32,
+        Err(_) => wide(counts),
+    }
+}
+
+// A call: inlined, it would be worked out for every count and then not taken.
+#[cold]
+#[inline(never)]
+fn wide(counts: i64) -> f32 {
+    counts as f32
+}
+
 /// A critically damped second-order tracking filter on encoder counts.
 ///
 /// Both poles of the error lie at `exp(-dt / tau)`. The filter holds its position relative to the
@@ -42,7 +59,7 @@ impl RateFilter {
     /// Takes the newest count.
     pub fn update(&mut self, count: i64) {
         // A wrap of the 64-bit count is a wrap of the difference: no sum can overflow.
-        let moved = self.last.map_or(0, |last| count.wrapping_sub(last)) as f32;
+        let moved = nearest(self.last.map_or(0, |last| count.wrapping_sub(last)));
         self.last = Some(count);
         let predicted = self.lead + self.rate_per_s * self.dt_s;
         let error = moved - predicted;
@@ -96,6 +113,25 @@ impl LowPass {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// `as` is the oracle: it rounds to the nearest, halves to even.
+    #[test]
+    fn counts_become_the_nearest_number_whatever_their_size() {
+        for magnitude in [
+            0,
+            1,
+            16_777_217,
+            16_777_219,
+            i64::from(i32::MAX),
+            2_147_483_777,
+            1 << 53,
+            i64::MAX,
+        ] {
+            for counts in [magnitude, -magnitude, -magnitude - 1] {
+                assert_eq!(nearest(counts).to_bits(), (counts as f32).to_bits(), "{counts}");
+            }
+        }
+    }
 
     #[test]
     fn the_rate_of_a_ramp_is_exact_wherever_the_count_starts() {

@@ -92,6 +92,7 @@ impl SparFacing {
     }
 
     /// Takes what one interval shows; whether the IMU has shown for a while that it faces backward.
+    #[inline]
     pub fn update(&mut self, shown: &SparShown) -> bool {
         let ballast_rad_s2 = self.ballast_rate.update(shown.ballast_rate_rad_s);
         let answer = shown.spar_rad_s2 + self.weight_per_s2 * shown.spar_rad;

@@ -103,6 +103,7 @@ impl Traction {
     }
 
     /// Takes one tick's evidence. Without weight, and in a turn, the accelerations give none.
+    #[inline]
     pub fn update(&mut self, evidence: &Evidence) {
         let straight = evidence.yaw_rate_rad_s.abs() < TURNS_RAD_S;
         let difference_m_s2 = if evidence.weighs && straight {

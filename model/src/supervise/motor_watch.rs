@@ -56,7 +56,7 @@ pub struct MotorWatch {
     limits: MotorLimits,
     current_limit_a: f32,
     rad_s_per_v: f32,
-    jump_counts: i64,
+    jump_counts: u64,
     last_count: Option<i64>,
     follower: Follower,
     open_ticks: u16,
@@ -102,7 +102,7 @@ impl MotorWatch {
             limits: MotorLimits::new(motor),
             current_limit_a: motor.current_limit_a,
             rad_s_per_v: 1.0 / (motor.back_emf_constant_v_s_per_rad * motor.gear_ratio),
-            jump_counts,
+            jump_counts: jump_counts.unsigned_abs(),
             last_count: None,
             follower: Follower::new(motor),
             open_ticks: 0,
@@ -125,7 +125,7 @@ impl MotorWatch {
         } = *reading;
         let moved = self.last_count.map_or(0, |last| count.wrapping_sub(last));
         self.last_count = Some(count);
-        let jumped = moved.unsigned_abs() > self.jump_counts.unsigned_abs();
+        let jumped = moved.unsigned_abs() > self.jump_counts;
         let current_offset = self.offset(applied_v.is_none(), current_a);
         let Some(voltage_v) = applied_v else {
             self.follower.reset();
@@ -218,9 +218,11 @@ struct Follower {
     ampere_per_volt: f32,
     /// What is left of a change of current after a tick.
     rest: f32,
+    /// Ticks taken, up to [`DIFFERENCE_TICKS`].
+    ticks: u8,
     /// Current that the voltage alone would drive, at the end of the tick; a run of ticks starts with the steady one, as
     /// the back-EMF is not known here.
-    model_a: Option<f32>,
+    model_a: f32,
     model: SecondDifference,
     measured: SecondDifference,
     power: f32,
@@ -248,7 +250,8 @@ impl Follower {
         Self {
             ampere_per_volt: 1.0 / motor.resistance_ohm,
             rest: libm::expf(-ticks),
-            model_a: None,
+            ticks: 0,
+            model_a: 0.0,
             model: SecondDifference::default(),
             measured: SecondDifference::default(),
             power: 0.0,
@@ -258,9 +261,7 @@ impl Follower {
     }
 
     fn reset(&mut self) {
-        self.model_a = None;
-        self.model = SecondDifference::default();
-        self.measured = SecondDifference::default();
+        self.ticks = 0;
         self.power = 0.0;
         self.common = 0.0;
         self.measured_power = 0.0;
@@ -268,13 +269,16 @@ impl Follower {
 
     fn update(&mut self, voltage_v: f32, current_a: f32) -> CurrentResponse {
         let steady_a = voltage_v * self.ampere_per_volt;
-        let before_a = self.model_a.unwrap_or(steady_a);
+        let before_a = if self.ticks == 0 { steady_a } else { self.model_a };
         let after_a = steady_a + self.rest * (before_a - steady_a);
-        self.model_a = Some(after_a);
+        self.model_a = after_a;
         // The mean over the tick goes with a current that is measured anywhere within it, or averaged over it.
         let mean_a = 0.5 * (before_a + after_a);
-        if let (Some(model), Some(measured)) = (self.model.update(mean_a), self.measured.update(current_a)) {
-            let [model, measured] = [model, measured].map(|change| change.bounded(-CHANGE_MAX_A, CHANGE_MAX_A));
+        let changes = [self.model.update(mean_a), self.measured.update(current_a)];
+        if self.ticks < DIFFERENCE_TICKS {
+            self.ticks += 1;
+        } else {
+            let [model, measured] = changes.map(|change| change.bounded(-CHANGE_MAX_A, CHANGE_MAX_A));
             self.power += SUM_GAIN * (model * model - self.power);
             self.common += SUM_GAIN * (model * measured - self.common);
             self.measured_power += SUM_GAIN * (measured * measured - self.measured_power);
@@ -291,18 +295,21 @@ impl Follower {
     }
 }
 
-/// The second difference of a sequence, once there are three values.
+/// Values before the one that a second difference is first known of.
+const DIFFERENCE_TICKS: u8 = 2;
+
+/// The second difference of a sequence, which holds once [`DIFFERENCE_TICKS`] values came before.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct SecondDifference {
-    last: Option<f32>,
-    last_step: Option<f32>,
+    last: f32,
+    last_step: f32,
 }
 
 impl SecondDifference {
-    fn update(&mut self, value: f32) -> Option<f32> {
-        let step = self.last.map(|last| value - last);
-        let second = step.zip(self.last_step).map(|(step, last)| step - last);
-        self.last = Some(value);
+    fn update(&mut self, value: f32) -> f32 {
+        let step = value - self.last;
+        let second = step - self.last_step;
+        self.last = value;
         self.last_step = step;
         second
     }

@@ -62,9 +62,9 @@ pub enum ImuHealth {
 pub struct ImuWatch {
     timeout_us: u32,
     jump_lsb: i32,
-    /// Bounds of the squared specific force, in LSB.
-    force_min_lsb2: f32,
-    force_max_lsb2: f32,
+    /// Bounds of the squared specific force, in LSB^2.
+    force_min_lsb2: u32,
+    force_max_lsb2: u32,
     last: Option<ImuRaw>,
     repeated: Persistence,
     saturated: Persistence,
@@ -92,8 +92,8 @@ impl ImuWatch {
         Self {
             timeout_us,
             jump_lsb: (JUMP_DEG_S * scales.gyro_lsb_per_deg_s) as i32,
-            force_min_lsb2: squared_lsb(FORCE_MIN_G),
-            force_max_lsb2: squared_lsb(FORCE_MAX_G),
+            force_min_lsb2: libm::ceilf(squared_lsb(FORCE_MIN_G)) as u32,
+            force_max_lsb2: squared_lsb(FORCE_MAX_G) as u32,
             last: None,
             repeated: Persistence::new(REPEATED_TICKS),
             saturated: Persistence::new(SATURATED_TICKS),
@@ -103,6 +103,7 @@ impl ImuWatch {
     }
 
     /// Takes one tick's sample.
+    #[inline]
     pub fn update(&mut self, sample: &ImuSample) -> ImuHealth {
         let raw = &sample.raw;
         let jumped = self.last.is_some_and(|last| {
@@ -116,7 +117,10 @@ impl ImuWatch {
         let repeated = self.repeated.update(same);
         let at_end = |value: &i16| *value == i16::MAX || *value == i16::MIN;
         let saturated = self.saturated.update(raw.accel.iter().chain(&raw.gyro).any(at_end));
-        let squares: f32 = raw.accel.iter().map(|a| f32::from(*a) * f32::from(*a)).sum();
+        // At most three times 2^30.
+        let square = |a: i16| (i32::from(a) * i32::from(a)).cast_unsigned();
+        let [x, y, z] = raw.accel;
+        let squares = square(x) + square(y) + square(z);
         let forceless = self.forceless.update(squares < self.force_min_lsb2);
         let impossible = self.impossible.update(squares > self.force_max_lsb2 || jumped);
         if sample.age_us > self.timeout_us {

@@ -170,6 +170,7 @@ impl Supervisor {
     }
 
     /// One tick. `applied` is what the bridges did since the last tick.
+    #[inline]
     pub fn step(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command, applied: Actuation) -> Findings {
         if command.request == Request::ClearFaults && self.mode() == Mode::Disarmed {
             self.contacts_disagreed = false;

@@ -2,7 +2,7 @@
 
 use crate::analog::{Analog, AnalogScale};
 use crate::board::BoardScales;
-use crate::estimate::rate_filter::{LowPass, RateFilter};
+use crate::estimate::rate_filter::{LowPass, RateFilter, nearest};
 use crate::estimate::tilt::TiltReading;
 use crate::sample::{ImuRaw, MOTORS, Motor, Sample, TICK_S};
 use crate::sensed::Sensed;
@@ -75,7 +75,7 @@ impl Sensing {
         for (i, filter) in self.filters.iter_mut().enumerate().take(self.motors) {
             filter.update(counts[i]);
             relative_rate_rad_s[i] = filter.rate_per_s() * self.rad_per_count[i];
-            relative_advance_rad[i] = counts[i].wrapping_sub(last[i]) as f32 * self.rad_per_count[i];
+            relative_advance_rad[i] = nearest(counts[i].wrapping_sub(last[i])) * self.rad_per_count[i];
         }
         let arm = &sample.arm_imu.raw;
         let mut current_a = [0.0; MOTORS];
@@ -86,7 +86,7 @@ impl Sensing {
             time_us: sample.time_us,
             relative_rate_rad_s,
             relative_advance_rad,
-            ballast_turned_rad: counts[BALLAST].wrapping_sub(self.ballast_start) as f32 * self.rad_per_count[BALLAST],
+            ballast_turned_rad: nearest(counts[BALLAST].wrapping_sub(self.ballast_start)) * self.rad_per_count[BALLAST],
             arm: self.imu.tilt(arm),
             arm_force_y_m_s2: self.imu.force_m_s2(arm, 1),
             arm_gyro_xz_rad_s: [self.imu.rate_rad_s(arm, 0), self.imu.rate_rad_s(arm, 2)],

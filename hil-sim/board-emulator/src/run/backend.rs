@@ -83,7 +83,7 @@ impl Backend for EmulatedBackend<'_> {
         self.emulation.now() / US
     }
 
-    fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation)) {
+    fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(&mut Observation)) {
         // Bytes that came up before this call belong to the first observation.
         let mut before = self.emulation.receive();
         let vehicle = self.vehicle.clone();
@@ -93,7 +93,7 @@ impl Backend for EmulatedBackend<'_> {
             let observation = Observation {
                 now_us: stopped.now() / US,
                 booted_us: stopped.clock_start() / US,
-                truth: vehicle.plant().truth(),
+                glance: vehicle.plant().glance(),
                 bridges_on: stopped.bridges().iter().any(|bridge| bridge.duty().is_some()),
                 received: stopped.receive(),
             };
@@ -104,7 +104,7 @@ impl Backend for EmulatedBackend<'_> {
         for mut observation in observations.try_iter() {
             before.append(&mut observation.received);
             observation.received = std::mem::take(&mut before);
-            observe(observation);
+            observe(&mut observation);
         }
     }
 

@@ -145,7 +145,9 @@ impl Configuration {
     }
 
     /// Centrifugal, Coriolis and gravity forces at the speeds `u`.
-    #[inline]
+    // As every substep calls it: what it returns never goes through memory.
+    #[allow(clippy::inline_always)]
+    #[inline(always)]
     pub fn forces(&self, i: &Inertia, u: &Speeds, g: &Gravity) -> Speeds {
         let yaw = u[YAW];
         let yaw2 = yaw * yaw;

@@ -6,6 +6,9 @@
 //! wheel, the ballast, the spar and the speed to the left, each of which couples to few others; then forward speed,
 //! yaw rate and arm together.
 
+// What nearly every substep calls goes into one function: what it returns never goes through memory.
+#![allow(clippy::inline_always)]
+
 use model::sample::MOTORS;
 
 use super::contact::{ContactMode, GEAR_BAND_RAD_S, Linear, WHEEL_BAND_M_S};
@@ -14,7 +17,7 @@ use super::joint::{Branch, JointTerm};
 use super::ldl::{SPEEDS, Speeds};
 use super::motion::Configuration;
 use super::paths::Contacts;
-use super::step::{NEWTON_MAX, Solution, Substep, joint_rates};
+use super::step::{NEWTON_MAX, Solution, Substep, joint_rates, middle};
 use super::{BALLAST, Body, FORWARD, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW};
 
 /// No motor's current passes through a diode.
@@ -32,7 +35,7 @@ impl Body {
         weights: [f64; MOTORS],
         rates: &[f64; MOTORS],
         foretold: &Speeds,
-    ) -> Option<Speeds> {
+    ) -> Option<(Speeds, Speeds)> {
         let rolls = self.wheel_modes == [ContactMode::Stick; 2] && !self.in_flight;
         if !rolls || !contacts.level || self.outside.acts {
             return None;
@@ -44,12 +47,11 @@ impl Body {
         let (u, bearing) = (self.speed, self.spar_bearing(h));
         let mut normals = self.wheels.map(|wheel| wheel.normal_n);
         let mut gears = self.gear_modes;
-        let mut change = *foretold;
+        let mut mean = *foretold;
         for _ in 0..NEWTON_MAX {
             if normals[0] <= 0.0 || normals[1] <= 0.0 {
                 return None;
             }
-            let mean: Speeds = core::array::from_fn(|i| u[i] + 0.5 * change[i]);
             let substep = Substep {
                 h,
                 configuration: c,
@@ -58,8 +60,8 @@ impl Body {
                 bearing,
                 impulse: c.forces(&self.inertia, &mean, &self.gravity).map(|force| h * force),
             };
-            let (found_change, push, laws) = self.solve_rolling(&substep, normals);
-            change = found_change;
+            let (change, push, laws) = self.solve_rolling(&substep, normals);
+            mean = middle(&u, &change);
             let end: Speeds = core::array::from_fn(|i| u[i] + change[i]);
             let slip = contacts.slips(&end).map(|along| [along, end[SIDE]]);
             let within = |slip: [f64; 2]| ContactMode::of(slip, WHEEL_BAND_M_S) == ContactMode::Stick;
@@ -79,7 +81,7 @@ impl Body {
                 }
             }
             let forces: [[f64; 2]; 2] = core::array::from_fn(|i| laws[i].force(slip[i]));
-            normals = self.share_normal(h, c, contacts, push, forces, &change, &u);
+            normals = self.share_normal(h, c, contacts, push, forces, &change, &mean);
             if !again {
                 self.wheels = core::array::from_fn(|i| WheelContact {
                     normal_n: normals[i],
@@ -92,14 +94,14 @@ impl Body {
                 self.gear_modes = gears;
                 self.mean_rates = means;
                 self.rolled = true;
-                return Some(change);
+                return Some((change, mean));
             }
         }
         None
     }
 
     /// Solves for a vehicle that rolls on a plane, under the `normals` of right and left wheel.
-    #[inline]
+    #[inline(always)]
     pub(super) fn solve_rolling(&self, substep: &Substep<'_>, normals: [f64; 2]) -> Solution {
         let contacts = substep.contacts;
         let laws: [Linear; 2] =
@@ -156,7 +158,7 @@ struct Load<'a> {
 }
 
 /// The changes of the speeds `u`, and the impulse with which the ground pushes.
-#[inline]
+#[inline(always)]
 fn solve(i: &Inertia, c: &Configuration, u: &Speeds, load: &Load<'_>) -> (Speeds, f64) {
     let ([arm_forward, on_spar_forward, ballast_forward], [arm_lift, spar_lift, ballast_lift]) = (c.forward, c.lift);
     let [left_joint, right_joint, ballast_joint] = load.joints;

@@ -3,6 +3,9 @@
 //!
 //! The scheme is described in [`super`].
 
+// What nearly every substep calls goes into one function: what it returns never goes through memory.
+#![allow(clippy::inline_always)]
+
 use model::sample::MOTORS;
 
 use super::contact::{ContactMode, GEAR_BAND_RAD_S, GearMode, Linear, WHEEL_BAND_M_S};
@@ -27,6 +30,12 @@ const SPAR_BEARING: [(usize, f64); 2] = [(SPAR, 1.0), (PHI, -1.0)];
 #[inline]
 pub(super) fn joint_rates(u: &Speeds) -> [f64; MOTORS] {
     JOINTS.map(|row| dot(&row, u))
+}
+
+/// The speeds in the middle of a substep that changes `u` by `change`: their means.
+#[inline]
+pub(super) fn middle(u: &Speeds, change: &Speeds) -> Speeds {
+    core::array::from_fn(|i| u[i] + 0.5 * change[i])
 }
 
 /// Weight of the end of the step in a damper's mean rate: the middle, second order, as long as the damper
@@ -86,16 +95,16 @@ impl Body {
 
         let rates = joint_rates(&u);
         // The forces act at the mean speeds, foretold by the change in the substep before.
-        let foretold: Speeds = core::array::from_fn(|i| h * self.acceleration[i]);
+        let foretold = middle(&u, &core::array::from_fn(|i| h * self.acceleration[i]));
         let rolled = self.roll(h, (&c, &contacts), joints, weights, &rates, &foretold);
-        let (change, grounded) = match rolled {
-            Some(change) => (change, true),
+        let (change, mean, grounded) = match rolled {
+            Some((change, mean)) => (change, mean, true),
             None => self.find_contacts(h, (&c, &contacts), joints, weights, &rates, &foretold),
         };
-        self.finish(h, ground, heading.sin_cos, &change, grounded);
+        self.finish(h, ground, heading.sin_cos, (&change, &mean), grounded);
     }
 
-    /// The changes of the speeds for any vehicle on any ground, and whether the axle is on it.
+    /// The changes of the speeds for any vehicle on any ground, their means, and whether the axle is on it.
     // Apart from the way of a vehicle that rolls, which nearly every substep goes.
     #[inline(never)]
     fn find_contacts(
@@ -106,9 +115,9 @@ impl Body {
         weights: [f64; MOTORS],
         rates: &[f64; MOTORS],
         foretold: &Speeds,
-    ) -> (Speeds, bool) {
+    ) -> (Speeds, Speeds, bool) {
         let u = self.speed;
-        let mut change = *foretold;
+        let (mut change, mut mean) = ([0.0; SPEEDS], *foretold);
         self.rolled = false;
         let predicted = self.position[LIFT] + h * u[LIFT];
         let mut assumed = Assumed {
@@ -120,7 +129,6 @@ impl Body {
         };
         for iteration in 0..ITERATIONS_MAX {
             let secant = iteration >= NEWTON_MAX;
-            let mean: Speeds = core::array::from_fn(|i| u[i] + 0.5 * change[i]);
             let substep = Substep {
                 h,
                 configuration: c,
@@ -137,6 +145,7 @@ impl Body {
                 self.solve(&substep, &assumed, secant)
             };
             change = found_change;
+            mean = middle(&u, &change);
             if push < 0.0 {
                 // The ground cannot pull: solve again without the normal constraint.
                 assumed.grounded = false;
@@ -161,7 +170,7 @@ impl Body {
                 assumed.branches[i] = branch;
             }
             let forces: [[f64; 2]; 2] = core::array::from_fn(|i| laws[i].force(slip[i]));
-            let found = self.share_normal(h, c, contacts, push, forces, &change, &u);
+            let found = self.share_normal(h, c, contacts, push, forces, &change, &mean);
             for i in 0..2 {
                 // A bound that was wrong matters to a wheel that slides, or had none.
                 let slides = assumed.wheels[i] != ContactMode::Stick;
@@ -184,7 +193,7 @@ impl Body {
         }
         self.wheel_modes = assumed.wheels;
         self.gear_modes = assumed.gears;
-        (change, assumed.grounded)
+        (change, mean, assumed.grounded)
     }
 
     /// Viscous damping of each motor's joint that is not the motor's.
@@ -299,7 +308,7 @@ impl Body {
     /// Splits the total normal force `push` between right and left by the roll balance about the axle:
     /// `d (N_l - N_r) + r F_lateral + g_l sum m b = H_1' - yaw H_2 + w p_3 - v_z p_2`.
     #[allow(clippy::too_many_arguments)] // One balance of all of these.
-    #[inline]
+    #[inline(always)]
     pub(super) fn share_normal(
         &self,
         h: f64,
@@ -308,21 +317,19 @@ impl Body {
         push: f64,
         forces: [[f64; 2]; 2],
         change: &Speeds,
-        before: &Speeds,
+        u: &Speeds,
     ) -> [f64; 2] {
         if push <= 0.0 {
             return [0.0; 2];
         }
         let i = &self.inertia;
-        let u: Speeds = core::array::from_fn(|k| before[k] + 0.5 * change[k]);
         let (side_rate, yaw_rate) = (change[SIDE] / h, change[YAW] / h);
-        let above_rate = c.above_rate(&u);
+        let above_rate = c.above_rate(u);
         let yaw = u[YAW];
         // H_1 = -(sum m b w + sum m a b yaw).
-        let h1_rate =
-            -(above_rate * u[SIDE] + c.above * side_rate + c.product_rate(i, &u) * yaw + c.product * yaw_rate);
+        let h1_rate = -(above_rate * u[SIDE] + c.above * side_rate + c.product_rate(i, u) * yaw + c.product * yaw_rate);
         // H_2: spin of the wheels and pitching of the masses, about +y.
-        let h2 = i.wheel * (u[RIGHT] + u[LEFT]) + c.above * u[FORWARD] - c.ahead * u[LIFT] - c.pitch_momentum(i, &u);
+        let h2 = i.wheel * (u[RIGHT] + u[LEFT]) + c.above * u[FORWARD] - c.ahead * u[LIFT] - c.pitch_momentum(i, u);
         let p2 = i.total_mass * u[SIDE] + yaw * c.ahead;
         let p3 = i.total_mass * u[LIFT] + above_rate;
         let lateral = forces[0][1] + forces[1][1];
@@ -343,14 +350,20 @@ impl Body {
     // Indices of the speeds, each with a meaning.
     #[allow(clippy::needless_range_loop)]
     /// Moves the positions with the mean of old and new speeds.
-    fn finish(&mut self, h: f64, ground: &Ground, (sin, cos): (f64, f64), change: &Speeds, grounded: bool) {
-        let mean: Speeds = core::array::from_fn(|i| self.speed[i] + 0.5 * change[i]);
+    fn finish(
+        &mut self,
+        h: f64,
+        ground: &Ground,
+        (sin, cos): (f64, f64),
+        (change, mean): (&Speeds, &Speeds),
+        grounded: bool,
+    ) {
         let frequency = 1.0 / h;
         for i in 0..SPEEDS {
             self.speed[i] += change[i];
             self.acceleration[i] = change[i] * frequency;
         }
-        self.mean_speed = mean;
+        self.mean_speed = *mean;
         self.position[FORWARD] += h * (mean[FORWARD] * cos - mean[SIDE] * sin);
         self.position[SIDE] += h * (mean[FORWARD] * sin + mean[SIDE] * cos);
         self.position[LIFT] += h * mean[LIFT];

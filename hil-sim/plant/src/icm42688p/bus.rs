@@ -38,26 +38,39 @@ impl Icm42688pModel {
     }
 
     /// Bytes each way while the chip is selected: as [`Self::exchange`] one after the other.
-    // A call, so that a caller's bytes are bytes in memory and not one register each.
-    #[inline(never)]
     pub fn exchange_all(&mut self, bytes: &mut [u8]) {
-        let Some((first, rest)) = bytes.split_first_mut() else {
-            return;
-        };
-        *first = self.exchange(*first);
-        // Every tick reads the data registers in one burst.
-        if let Transfer::Read(address) = self.transfer
-            && self.time_s >= self.ready_from_s
-            && !self.dead()
-            && let Some(registers) = self.banks.burst(address, rest.len())
-        {
-            rest.copy_from_slice(registers);
-            self.transfer = Transfer::Read(address + rest.len() as u8);
-            return;
-        }
-        for byte in rest {
+        for byte in bytes {
             *byte = self.exchange(*byte);
         }
+    }
+
+    /// Frames of two bytes each way while the chip is selected, the high byte first: as [`Self::exchange`] one after the
+    /// other.
+    #[inline]
+    pub fn exchange_frames<const FRAMES: usize>(&mut self, frames: &mut [u16; FRAMES]) {
+        if let Some((registers, next)) = self.frames_of_burst(frames) {
+            *frames = registers.map(u16::from_be_bytes);
+            // While the part takes the address it answers 0.
+            frames[0] &= 0xff;
+            self.transfer = Transfer::Read(next);
+            return;
+        }
+        let mut bytes = frames.map(u16::to_be_bytes);
+        self.exchange_all(bytes.as_flattened_mut());
+        *frames = bytes.map(u16::from_be_bytes);
+    }
+
+    /// What a burst that begins with the address answers, as every tick reads the data registers, with the register
+    /// before the first where the address was; and the address after it. `None` where something else happens.
+    fn frames_of_burst<const FRAMES: usize>(&self, frames: &[u16; FRAMES]) -> Option<([[u8; 2]; FRAMES], u8)> {
+        let [address, _] = frames.first()?.to_be_bytes();
+        let reads = self.transfer == Transfer::Address && address & reg::READ != 0;
+        if !reads || self.time_s < self.ready_from_s || self.dead() {
+            return None;
+        }
+        let before = (address & !reg::READ).checked_sub(1)?;
+        let (pairs, _) = self.banks.burst(before, 2 * FRAMES)?.as_chunks();
+        Some((*<&[_; FRAMES]>::try_from(pairs).ok()?, before + 2 * FRAMES as u8))
     }
 
     /// One byte each way while the chip is selected.

@@ -202,6 +202,7 @@ impl Icm42688pModel {
     }
 
     /// One tick of a data rate.
+    #[inline]
     fn sample(&mut self, accel_due: bool, gyro_due: bool) {
         if accel_due {
             self.accel.tick(self.time_s);
@@ -212,15 +213,21 @@ impl Icm42688pModel {
         let Some(measured) = self.sensor.sample(self.time_s) else {
             return;
         };
-        let mut words = self.pending.unwrap_or_else(|| self.banks.words());
-        words[0] = quantise((self.sensor.temperature_c(self.time_s) - 25.0) * reg::TEMPERATURE_LSB_PER_K);
         let now = self.time_s + 1e-9;
-        if accel_due && now >= self.accel.valid_from_s {
+        let new_accel = accel_due && now >= self.accel.valid_from_s;
+        let new_gyro = gyro_due && now >= self.gyro.valid_from_s && !self.gyro_stalls(&measured);
+        let mut words = if new_accel && new_gyro {
+            Words::default()
+        } else {
+            self.pending.unwrap_or_else(|| self.banks.words())
+        };
+        words[0] = quantise((self.sensor.temperature_c(self.time_s) - 25.0) * reg::TEMPERATURE_LSB_PER_K);
+        if new_accel {
             for (word, value) in words[1..4].iter_mut().zip(&measured[..3]) {
                 *word = quantise(value * self.accel.counts_per_unit);
             }
         }
-        if gyro_due && now >= self.gyro.valid_from_s && !self.gyro_stalls(&measured) {
+        if new_gyro {
             for (word, value) in words[4..].iter_mut().zip(&measured[3..]) {
                 *word = quantise(value * self.gyro.counts_per_unit);
             }

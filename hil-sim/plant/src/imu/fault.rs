@@ -53,6 +53,10 @@ impl Faults {
     /// What the sensor gives where it should give `measured`.
     #[inline]
     pub(super) fn give(&mut self, measured: ImuChannels, noise: &mut Noise) -> ImuChannels {
+        if self.fault == SensorFault::None {
+            self.last = measured;
+            return measured;
+        }
         self.last = match self.fault {
             SensorFault::Stuck => self.last,
             SensorFault::Garbage => core::array::from_fn(|i| {

@@ -17,7 +17,9 @@ impl Battery {
     /// Terminal voltage over a substep of `h` seconds while `motors` take what their `bridges` let
     /// through at the joints' `rates`: solved together, so that regeneration and sag of any resistance
     /// are stable. `last_v` is that of the substep before.
-    #[inline]
+    // Each substep and each look ahead calls it once: inlined, nothing of what it takes goes through memory.
+    #[allow(clippy::inline_always)]
+    #[inline(always)]
     pub fn terminal_v<const N: usize>(
         &self,
         h: f64,

@@ -307,6 +307,17 @@ impl Ground {
     /// Path of the centre of a wheel at `x_m`.
     #[inline]
     pub fn wheel(&self, x_m: f64) -> WheelPath {
+        if self.loci.is_empty() {
+            WheelPath::default()
+        } else {
+            self.rise(x_m)
+        }
+    }
+
+    /// Path over the features.
+    // Apart from the bare plane, which nearly every substep asks for.
+    #[inline(never)]
+    fn rise(&self, x_m: f64) -> WheelPath {
         self.loci
             .iter()
             .fold(WheelPath::default(), |sum, locus| sum.plus(locus.at(x_m)))

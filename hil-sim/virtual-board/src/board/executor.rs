@@ -10,8 +10,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::{Context, Wake, Waker};
 
+use super::time::{PLACES, poll_none, poll_place};
+
 /// Most tasks: the bits of the word.
-const TASKS_MAX: usize = u64::BITS as usize;
+const TASKS_MAX: usize = PLACES;
 
 /// A set of tasks.
 #[derive(Default)]
@@ -82,17 +84,20 @@ impl Executor {
         }
     }
 
-    /// Polls what is ready, in rounds, until no task is.
-    pub fn run_until_stalled(&mut self) {
+    /// Polls the tasks at the places `due`, a bit for each, and what is ready, in rounds, until no task is.
+    pub fn run_until_stalled(&mut self, due: u64) {
+        let mut due = due;
         loop {
-            let mut round = self.ready.swap(0, Ordering::Relaxed);
+            let mut round = self.ready.swap(0, Ordering::Relaxed) | std::mem::take(&mut due);
             if round == 0 {
+                poll_none();
                 return;
             }
             while round != 0 {
                 let place = round.trailing_zeros() as usize;
                 round &= round - 1;
                 if let Some(task) = self.tasks.get_mut(place).filter(|task| !task.ended) {
+                    poll_place(place, task.waker.data());
                     let polled = task.future.as_mut().poll(&mut Context::from_waker(&task.waker));
                     task.ended = polled.is_ready();
                 }
@@ -103,12 +108,15 @@ impl Executor {
 
 #[cfg(test)]
 mod tests {
-    use std::cell::RefCell;
+    use std::cell::{Cell, RefCell};
     use std::future::poll_fn;
     use std::rc::Rc;
     use std::task::Poll;
 
+    use embassy_time::{Duration, Instant, Timer};
+
     use super::*;
+    use crate::board::time::VirtualTime;
 
     /// A task that notes its name at each poll and ends after `polls`, ringing its own bell in between.
     fn noting(notes: &Rc<RefCell<String>>, name: char, polls: usize) -> impl Future<Output = ()> + 'static {
@@ -132,9 +140,9 @@ mod tests {
         for (name, polls) in [('a', 3), ('b', 1), ('c', 2)] {
             executor.spawn(noting(&notes, name, polls)).expect("room");
         }
-        executor.run_until_stalled();
+        executor.run_until_stalled(0);
         assert_eq!(*notes.borrow(), "abcaca");
-        executor.run_until_stalled();
+        executor.run_until_stalled(0);
         assert_eq!(*notes.borrow(), "abcaca");
     }
 
@@ -150,12 +158,36 @@ mod tests {
                 Poll::Pending
             }))
             .expect("room");
-        executor.run_until_stalled();
-        executor.run_until_stalled();
+        executor.run_until_stalled(0);
+        executor.run_until_stalled(0);
         assert_eq!(*polls.borrow(), 1);
         kept.borrow_mut().take().expect("polled").wake();
-        executor.run_until_stalled();
+        executor.run_until_stalled(0);
         assert_eq!(*polls.borrow(), 2);
+    }
+
+    #[test]
+    fn a_timer_fires_exactly_when_the_clock_gets_there() {
+        let time = VirtualTime::take().expect("free");
+        let mut executor = Executor::default();
+        let fired = std::rc::Rc::new(Cell::new(None));
+        let seen = fired.clone();
+        executor
+            .spawn(async move {
+                Timer::after(Duration::from_micros(1500)).await;
+                seen.set(Some(Instant::now().as_micros()));
+            })
+            .expect("spawns");
+        executor.run_until_stalled(time.take_due());
+        assert_eq!(time.next_us(), 1500);
+        time.advance_to(1499);
+        assert_eq!(time.next_us(), 1500);
+        executor.run_until_stalled(time.take_due());
+        assert_eq!(fired.get(), None);
+        time.advance_to(1500);
+        executor.run_until_stalled(time.take_due());
+        assert_eq!(fired.get(), Some(1500));
+        assert_eq!(time.next_us(), u64::MAX);
     }
 
     #[test]
@@ -165,6 +197,6 @@ mod tests {
             assert_eq!(executor.spawn(async {}), Ok(()));
         }
         assert_eq!(executor.spawn(async {}), Err(TooManyTasks));
-        executor.run_until_stalled();
+        executor.run_until_stalled(0);
     }
 }

@@ -95,6 +95,7 @@ impl World {
     }
 
     /// Converts the analogue inputs as they are now. The plant need not follow to half a tick for that.
+    #[inline]
     fn analog(&mut self, now_us: u64) -> Analog<u16> {
         if self.break_input() {
             self.trip();
@@ -228,11 +229,9 @@ impl Indicators for Hardware {
 
 impl Recorder for Hardware {
     fn record(&mut self, record: &FlightRecord) {
-        self.now(|world| {
-            if let Some(records) = &mut world.records {
-                records.push(*record);
-            }
-        });
+        if let Some(records) = &mut self.0.borrow_mut().records {
+            records.push(*record);
+        }
     }
 
     fn for_host(&self) -> bool {
@@ -279,52 +278,57 @@ fn exchange_frames(chip: Option<&mut Icm42688pModel>, frames: &mut [u16]) {
     };
     let (bursts, rest) = frames.as_chunks_mut::<BURST_FRAMES>();
     for burst in bursts {
-        exchange_burst(chip, burst);
+        chip.exchange_frames(burst);
     }
     for frame in rest {
-        exchange_burst(chip, std::array::from_mut(frame));
+        chip.exchange_frames(std::array::from_mut(frame));
     }
 }
 
-/// Exchanges so many frames; a frame's high byte goes first.
-#[inline]
-fn exchange_burst<const FRAMES: usize>(chip: &mut Icm42688pModel, frames: &mut [u16; FRAMES]) {
-    let mut bytes = frames.map(u16::to_be_bytes);
-    chip.exchange_all(bytes.as_flattened_mut());
-    *frames = bytes.map(u16::from_be_bytes);
+/// Carries out any operations while the part is selected.
+#[cold]
+fn operate(mut chip: Option<&mut Icm42688pModel>, operations: &mut [Operation<'_, u16>]) {
+    let mut exchange = |frames: &mut [u16]| exchange_frames(chip.as_deref_mut(), frames);
+    for operation in operations {
+        match operation {
+            Operation::Read(frames) => {
+                frames.fill(0);
+                exchange(frames);
+            }
+            Operation::Write(frames) => frames.iter().for_each(|frame| exchange(&mut [*frame])),
+            Operation::Transfer(read, write) => {
+                for i in 0..read.len().max(write.len()) {
+                    let mut frame = [write.get(i).copied().unwrap_or(0)];
+                    exchange(&mut frame);
+                    if let Some(slot) = read.get_mut(i) {
+                        [*slot] = frame;
+                    }
+                }
+            }
+            Operation::TransferInPlace(frames) => exchange(frames),
+            Operation::DelayNs(_) => {}
+        }
+    }
 }
 
 impl SpiDevice<u16> for VirtualImu {
     async fn transaction(&mut self, operations: &mut [Operation<'_, u16>]) -> Result<(), Infallible> {
         self.hardware.now(|world| {
-            let chip = match self.place {
+            let mut chip = match self.place {
                 Place::Arm => Some(world.plant.arm_imu()),
                 Place::Spar => world.plant.spar_imu(),
             };
-            let mut chip = chip;
             if let Some(chip) = &mut chip {
                 chip.select();
             }
-            let mut exchange = |frames: &mut [u16]| exchange_frames(chip.as_deref_mut(), frames);
-            for operation in operations {
-                match operation {
-                    Operation::Read(frames) => {
-                        frames.fill(0);
-                        exchange(frames);
+            match (&mut chip, operations) {
+                // Every tick reads the data in one burst.
+                (Some(chip), [Operation::TransferInPlace(frames)]) if frames.len() == BURST_FRAMES => {
+                    if let Some(burst) = frames.first_chunk_mut::<BURST_FRAMES>() {
+                        chip.exchange_frames(burst);
                     }
-                    Operation::Write(frames) => frames.iter().for_each(|frame| exchange(&mut [*frame])),
-                    Operation::Transfer(read, write) => {
-                        for i in 0..read.len().max(write.len()) {
-                            let mut frame = [write.get(i).copied().unwrap_or(0)];
-                            exchange(&mut frame);
-                            if let Some(slot) = read.get_mut(i) {
-                                [*slot] = frame;
-                            }
-                        }
-                    }
-                    Operation::TransferInPlace(frames) => exchange(frames),
-                    Operation::DelayNs(_) => {}
                 }
+                (chip, operations) => operate(chip.as_deref_mut(), operations),
             }
             if let Some(chip) = chip {
                 chip.deselect();

@@ -242,10 +242,9 @@ impl VirtualBoard {
                 return;
             }
             let until_us = until_us - self.booted_us;
-            let next_us = self.time.next_alarm_us();
-            self.executor.run_until_stalled();
-            // Polling may have set an earlier alarm.
-            let next_us = next_us.min(self.time.next_alarm_us());
+            let due = self.time.take_due();
+            self.executor.run_until_stalled(due);
+            let next_us = self.time.next_us();
             let now_us = self.time.now_us();
             if next_us <= now_us {
                 continue;

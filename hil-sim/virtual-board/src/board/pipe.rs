@@ -32,7 +32,12 @@ impl Pipe {
 
     /// Takes everything off the line.
     pub fn take_all(&self) -> Vec<u8> {
-        std::mem::take(&mut self.0.borrow_mut().queue).into()
+        let mut line = self.0.borrow_mut();
+        if line.queue.is_empty() {
+            // As nearly always.
+            return Vec::new();
+        }
+        std::mem::take(&mut line.queue).into()
     }
 }
 

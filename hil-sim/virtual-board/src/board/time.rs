@@ -14,7 +14,10 @@ use embassy_time_driver::Driver;
 #[error("this thread already runs a virtual vehicle: one at a time, or one a thread")]
 pub struct ClockTaken;
 
-/// The alarm of one task, which is kept when it has rung: the task sets the alarm again in the next millisecond.
+/// Places of tasks that set their alarms by their place: the bits of a word.
+pub(super) const PLACES: usize = u64::BITS as usize;
+
+/// The alarm of whoever is no task of the executor's; kept when it has rung.
 struct Alarm {
     waker: Waker,
     /// `u64::MAX`: not set.
@@ -23,16 +26,15 @@ struct Alarm {
 
 struct Clock {
     taken: Cell<bool>,
-    /// One for each task that has ever waited: some ten.
-    alarms: RefCell<Vec<Alarm>>,
+    others: RefCell<Vec<Alarm>>,
 }
 
 impl Clock {
     /// Rings the alarms that are due; returns when the next one is.
     fn ring(&self) -> u64 {
-        let now_us = NOW_US.get();
+        let now_us = ALARMS.with(|alarms| alarms.now_us.get());
         let mut next_us = u64::MAX;
-        for alarm in self.alarms.borrow_mut().iter_mut() {
+        for alarm in self.others.borrow_mut().iter_mut() {
             if alarm.due_us <= now_us {
                 alarm.due_us = u64::MAX;
                 alarm.waker.wake_by_ref();
@@ -41,47 +43,125 @@ impl Clock {
         }
         next_us
     }
+
+    #[cold]
+    #[inline(never)]
+    fn set_other(&self, at_us: u64, waker: &Waker) {
+        let mut others = self.others.borrow_mut();
+        match others.iter_mut().find(|alarm| alarm.waker.will_wake(waker)) {
+            Some(alarm) => alarm.due_us = alarm.due_us.min(at_us),
+            None => others.push(Alarm {
+                waker: waker.clone(),
+                due_us: at_us,
+            }),
+        }
+    }
+}
+
+/// The time, and the alarms of the executor's tasks: apart from the clock's other parts because they are asked some fifty
+/// times each millisecond, and numbers need no destructor, which every access would look for.
+struct Alarms {
+    now_us: Cell<u64>,
+    /// When the first alarm of all is due, or earlier.
+    next_us: Cell<u64>,
+    /// Which places have set an alarm, a bit for each, and when it is due.
+    set: Cell<u64>,
+    due_us: [Cell<u64>; PLACES],
+    /// The place that is being polled, and the data of its waker; [`PLACES`] while none is.
+    polled: Cell<(usize, *const ())>,
+    /// An alarm has been set by another waker than that of the task that is being polled.
+    others: Cell<bool>,
 }
 
 thread_local! {
-    /// The time: apart from the clock's other parts because it is read some forty times each millisecond, and a number
-    /// needs no destructor, which every access would look for.
-    static NOW_US: Cell<u64> = const { Cell::new(0) };
-    /// When the first alarm is due, or earlier; apart for the same reason.
-    static NEXT_US: Cell<u64> = const { Cell::new(u64::MAX) };
+    static ALARMS: Alarms = const {
+        Alarms {
+            now_us: Cell::new(0),
+            next_us: Cell::new(u64::MAX),
+            set: Cell::new(0),
+            due_us: [const { Cell::new(0) }; PLACES],
+            polled: Cell::new((PLACES, std::ptr::null())),
+            others: Cell::new(false),
+        }
+    };
     static CLOCK: Clock =
         const {
             Clock {
                 taken: Cell::new(false),
-                alarms: RefCell::new(Vec::new()),
+                others: RefCell::new(Vec::new()),
             }
         };
 }
 
-/// A task waits for the first time.
-#[cold]
-#[inline(never)]
-fn add_alarm(alarms: &mut Vec<Alarm>, waker: &Waker, due_us: u64) {
-    let waker = waker.clone();
-    alarms.push(Alarm { waker, due_us });
+impl Alarms {
+    /// Sets the alarm of the task at `place`, unless an earlier one is set.
+    #[inline]
+    fn set(&self, place: usize, at_us: u64) {
+        let (bit, Some(due_us)) = (1_u64 << (place % PLACES), self.due_us.get(place)) else {
+            return;
+        };
+        let set = self.set.get();
+        if set & bit == 0 || at_us < due_us.get() {
+            due_us.set(at_us);
+            self.set.set(set | bit);
+        }
+    }
+
+    /// Takes the alarms that are due, a bit for each place; the others are looked through for the next one.
+    fn take_due(&self) -> u64 {
+        let now_us = self.now_us.get();
+        let (mut due, mut next_us) = (0, u64::MAX);
+        let mut waiting = self.set.get();
+        while waiting != 0 {
+            let bit = waiting & waiting.wrapping_neg();
+            waiting ^= bit;
+            let due_us = self.due_us[bit.trailing_zeros() as usize].get();
+            if due_us <= now_us {
+                due |= bit;
+            } else {
+                next_us = next_us.min(due_us);
+            }
+        }
+        self.set.set(self.set.get() & !due);
+        if self.others.get() {
+            next_us = next_us.min(CLOCK.with(Clock::ring));
+        }
+        self.next_us.set(next_us);
+        due
+    }
+}
+
+/// From now on the task at `place` is polled with a waker of these data. It alone sets its alarms: they are found by the
+/// place, not by the waker.
+#[inline]
+pub(super) fn poll_place(place: usize, waker: *const ()) {
+    ALARMS.with(|alarms| alarms.polled.set((place, waker)));
+}
+
+/// No task is polled any more.
+#[inline]
+pub(super) fn poll_none() {
+    poll_place(PLACES, std::ptr::null());
 }
 
 struct ThreadClock;
 
 impl Driver for ThreadClock {
     fn now(&self) -> u64 {
-        NOW_US.get()
+        ALARMS.with(|alarms| alarms.now_us.get())
     }
 
     fn schedule_wake(&self, at: u64, waker: &Waker) {
-        CLOCK.with(|clock| {
-            let mut alarms = clock.alarms.borrow_mut();
-            match alarms.iter_mut().find(|alarm| alarm.waker.will_wake(waker)) {
-                Some(alarm) => alarm.due_us = alarm.due_us.min(at),
-                None => add_alarm(&mut alarms, waker, at),
+        ALARMS.with(|alarms| {
+            let (place, polled) = alarms.polled.get();
+            if waker.data() == polled && place < PLACES {
+                alarms.set(place, at);
+            } else {
+                alarms.others.set(true);
+                CLOCK.with(|clock| clock.set_other(at, waker));
             }
+            alarms.next_us.set(alarms.next_us.get().min(at));
         });
-        NEXT_US.set(NEXT_US.get().min(at));
     }
 }
 
@@ -119,28 +199,49 @@ impl VirtualTime {
 
     /// The time, us.
     pub fn now_us(&self) -> u64 {
-        NOW_US.get()
+        ALARMS.with(|alarms| alarms.now_us.get())
     }
 
-    /// Wakes what is due and returns when the next alarm is due (`u64::MAX` if none is set).
+    /// Takes the alarms of the executor's tasks that are due, a bit for each place, and wakes whoever else is due.
     #[inline]
+    pub fn take_due(&self) -> u64 {
+        ALARMS.with(|alarms| {
+            if alarms.next_us.get() <= alarms.now_us.get() {
+                alarms.take_due()
+            } else {
+                0
+            }
+        })
+    }
+
+    /// When the next alarm is due (`u64::MAX` if none is set).
+    #[inline]
+    pub fn next_us(&self) -> u64 {
+        ALARMS.with(|alarms| alarms.next_us.get())
+    }
+
+    /// Wakes whoever is due and is no task of the executor's, and returns when the next alarm is due (`u64::MAX` if none
+    /// is set).
     pub fn next_alarm_us(&self) -> u64 {
-        if NEXT_US.get() <= NOW_US.get() {
-            NEXT_US.set(CLOCK.with(Clock::ring));
-        }
-        NEXT_US.get()
+        self.take_due();
+        self.next_us()
     }
 
     /// Sets the clock to 0 and forgets every alarm, as a reset does: whoever set one is gone.
     pub fn restart(&self) {
-        NOW_US.set(0);
-        NEXT_US.set(u64::MAX);
-        CLOCK.with(|clock| clock.alarms.borrow_mut().clear());
+        ALARMS.with(|alarms| {
+            alarms.now_us.set(0);
+            alarms.next_us.set(u64::MAX);
+            alarms.set.set(0);
+            alarms.others.set(false);
+        });
+        CLOCK.with(|clock| clock.others.borrow_mut().clear());
     }
 
     /// Moves the clock forward.
+    #[inline]
     pub fn advance_to(&self, now_us: u64) {
-        NOW_US.set(NOW_US.get().max(now_us));
+        ALARMS.with(|alarms| alarms.now_us.set(alarms.now_us.get().max(now_us)));
     }
 }
 
@@ -152,33 +253,41 @@ impl Drop for VirtualTime {
 
 #[cfg(test)]
 mod tests {
-    use embassy_time::{Duration, Instant, Timer};
+    use std::future::Future;
+
+    use embassy_time::{Duration, Timer};
 
     use super::*;
-    use crate::board::executor::Executor;
 
     #[test]
-    fn a_timer_fires_exactly_when_the_clock_gets_there() {
+    fn whoever_waits_without_the_executor_is_woken_when_the_clock_gets_there() {
+        use std::pin::pin;
+        use std::sync::Arc;
+        use std::sync::atomic::{AtomicU32, Ordering};
+        use std::task::{Context, Wake};
+
+        struct Count(AtomicU32);
+        impl Wake for Count {
+            fn wake(self: Arc<Self>) {
+                self.0.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+
         let time = VirtualTime::take().expect("free");
-        let mut executor = Executor::default();
-        let fired = std::rc::Rc::new(Cell::new(None));
-        let seen = fired.clone();
-        executor
-            .spawn(async move {
-                Timer::after(Duration::from_micros(1500)).await;
-                seen.set(Some(Instant::now().as_micros()));
-            })
-            .expect("spawns");
-        executor.run_until_stalled();
-        assert_eq!(time.next_alarm_us(), 1500);
-        time.advance_to(1499);
-        assert_eq!(time.next_alarm_us(), 1500);
-        executor.run_until_stalled();
-        assert_eq!(fired.get(), None);
-        time.advance_to(1500);
-        assert_eq!(time.next_alarm_us(), u64::MAX);
-        executor.run_until_stalled();
-        assert_eq!(fired.get(), Some(1500));
+        let wakes = Arc::new(Count(AtomicU32::new(0)));
+        let waker = Waker::from(wakes.clone());
+        let mut late = pin!(Timer::after(Duration::from_micros(900)));
+        let mut early = pin!(Timer::after(Duration::from_micros(700)));
+        for _ in 0..2 {
+            assert!(late.as_mut().poll(&mut Context::from_waker(&waker)).is_pending());
+            assert!(early.as_mut().poll(&mut Context::from_waker(&waker)).is_pending());
+        }
+        for (to_us, next_us, woken) in [(699, 700, 0), (700, u64::MAX, 1), (900, u64::MAX, 1)] {
+            time.advance_to(to_us);
+            assert_eq!(time.next_alarm_us(), next_us, "{to_us}");
+            assert_eq!(wakes.0.load(Ordering::Relaxed), woken, "{to_us}");
+        }
+        assert!(late.as_mut().poll(&mut Context::from_waker(&waker)).is_ready());
     }
 
     #[test]

@@ -4,7 +4,7 @@ use firmware::flight_record::FlightRecord;
 use model::vehicle::Vehicle;
 
 use crate::board::{VirtualBoard, VirtualBoardError};
-use plant::{Plant, Truth};
+use plant::{Glance, Plant};
 
 /// A board and its vehicle at an instant, from outside.
 #[derive(Debug, Clone, Default)]
@@ -13,8 +13,8 @@ pub struct Observation {
     pub now_us: u64,
     /// When the board's clock last started, with its last boot, us since the start.
     pub booted_us: u64,
-    /// The true state of the vehicle.
-    pub truth: Truth,
+    /// The true state of the vehicle, at a glance.
+    pub glance: Glance,
     /// Whether any bridge drives its motor.
     pub bridges_on: bool,
     /// Bytes that the board has sent since the observation before.
@@ -26,7 +26,7 @@ pub trait Backend {
     /// Time since the start, us.
     fn now_us(&self) -> u64;
     /// Runs through instants since the start, in us and in order, and is observed at each.
-    fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation));
+    fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(&mut Observation));
     /// Keeps the records of the ticks from now on, for [`Backend::take_records`].
     fn keep_records(&mut self);
     /// Takes the records of the ticks since the last call, if they are kept.
@@ -64,18 +64,18 @@ impl Backend for VirtualBackend {
         self.board.now_us()
     }
 
-    fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(Observation)) {
+    fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(&mut Observation)) {
+        let mut observation = Observation::default();
         for &instant_us in instants_us {
             self.board.run_until(instant_us);
-            let received = self.board.receive();
-            let booted_us = self.board.booted_us();
-            observe(self.board.world(|world| Observation {
-                now_us: instant_us,
-                booted_us,
-                truth: world.plant.truth(),
-                bridges_on: world.bridges_on(),
-                received,
-            }));
+            observation.now_us = instant_us;
+            observation.booted_us = self.board.booted_us();
+            observation.received = self.board.receive();
+            self.board.world(|world| {
+                observation.glance = world.plant.glance();
+                observation.bridges_on = world.bridges_on();
+            });
+            observe(&mut observation);
         }
     }
 

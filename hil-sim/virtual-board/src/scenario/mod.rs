@@ -8,6 +8,7 @@
 pub mod backend;
 pub mod error;
 pub mod file;
+mod glances;
 pub mod judge;
 pub mod judged;
 pub mod metrics;

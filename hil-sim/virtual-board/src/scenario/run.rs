@@ -1,28 +1,24 @@
 //! Runs a scenario on a back end.
 
-use std::collections::VecDeque;
-
 use firmware::protocol::message::{COMMAND_PERIOD_MS, Order};
 use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 
 use super::backend::{Backend, Observation};
 use super::file::{Action, Scenario, Step};
+use super::glances::Glances;
 use super::outcome::{Counts, DriveOutcome, RunEnd};
 use super::trace::{Trace, TraceRow};
 use super::wire::{FaultyWire, LinkStep, WireDirection, WireFault};
 use crate::link_client::LinkClient;
+use plant::Invalid;
 use plant::noise::Noise;
-use plant::{Invalid, Truth};
 use thiserror::Error;
 
 /// Stream of the scenario's seed for noise on the link.
 const LINK_NOISE_STREAM: u64 = 6;
 /// Streams for the faults of the way to the board and of the way back.
 const WIRE_STREAMS: [u64; 2] = [7, 8];
-
-/// Ticks for which the observer keeps what was true.
-const TRUTHS: usize = 64;
 
 /// Why a run could not go on.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
@@ -157,16 +153,6 @@ pub fn run_watched(
     })
 }
 
-/// What was true at `us`, or as near to it as is known; `truths` in order of time.
-fn truth_at(truths: &VecDeque<(u64, Truth)>, us: u64) -> Option<Truth> {
-    let place = truths.partition_point(|(at, _)| *at < us);
-    [place.checked_sub(1), Some(place)]
-        .into_iter()
-        .filter_map(|place| truths.get(place?))
-        .min_by_key(|(at, _)| at.abs_diff(us))
-        .map(|(_, truth)| *truth)
-}
-
 /// The observer of the run.
 #[derive(Debug)]
 struct Observer {
@@ -178,8 +164,7 @@ struct Observer {
     modes: [Mode; 3],
     /// The last command sent.
     commanded: [f64; 2],
-    /// The truth of the last ticks, by time: a status reports a tick that is some milliseconds old.
-    truths: VecDeque<(u64, Truth)>,
+    glances: Glances,
     last_tick: Option<u32>,
     /// As the vehicle last reported.
     mode: Option<Mode>,
@@ -193,31 +178,38 @@ impl Observer {
             client,
             modes: [Mode::Disarmed; 3],
             commanded: [0.0; 2],
-            truths: VecDeque::with_capacity(TRUTHS),
+            glances: Glances::new(),
             last_tick: None,
             mode: None,
         }
     }
 
     /// Takes the observation at the end of millisecond `ms`; a row that it completes goes to `sink`.
-    fn observe(&mut self, ms: u64, observation: Observation, script: &Script<'_>, sink: &mut impl FnMut(&TraceRow)) {
+    fn observe(
+        &mut self,
+        ms: u64,
+        observation: &mut Observation,
+        script: &Script<'_>,
+        sink: &mut impl FnMut(&TraceRow),
+    ) {
         let Observation {
             now_us,
             booted_us,
-            ref truth,
+            ref glance,
             bridges_on,
-            received,
-        } = observation;
-        if self.truths.len() == TRUTHS {
-            self.truths.pop_front();
+            ref mut received,
+        } = *observation;
+        self.glances.add(now_us, glance);
+        if !received.is_empty() || self.wire.next_due_ms().is_some() {
+            let arrived = self.wire.pass(ms, std::mem::take(received));
+            self.client.receive(now_us, &arrived);
         }
-        self.truths.push_back((now_us, *truth));
-        self.client.receive(now_us, &self.wire.pass(ms, received));
         let counts = &mut self.counts;
         if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, counts.emergency_stop_ms) {
             counts.emergency_stop_ms = Some(ms - pressed);
         }
-        if let Some(status) = self.client.status.take()
+        if self.client.status.is_some()
+            && let Some(status) = self.client.status.take()
             && self.last_tick != Some(status.vehicle.tick)
         {
             let link = status.link;
@@ -226,7 +218,7 @@ impl Observer {
             self.mode = Some(status.mode);
             // The board's clock starts at each of its boots; a run has one time.
             status.time_us += booted_us;
-            let truth = truth_at(&self.truths, status.time_us).unwrap_or(*truth);
+            let truth = self.glances.truth_at(status.time_us).unwrap_or_else(|| glance.truth());
             self.modes = [self.modes[1], self.modes[2], status.mode];
             sink(&TraceRow {
                 commanded: self.commanded,

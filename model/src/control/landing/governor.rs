@@ -95,6 +95,7 @@ impl Barrier {
     /// at the barrier, and that which `torques` allow now, stop the arm within what is left to `phi_max`, nothing is
     /// changed. Else the torque is the one whose deceleration just does: `D = phi'^2 / (2 (phi_max - |phi|))`. Beyond
     /// the barrier it is all that there is.
+    #[inline]
     pub fn guard(
         &self,
         motion: &MotionByTorque<f32>,

@@ -164,6 +164,7 @@ impl LandingLaw {
     }
 
     /// One tick: the voltage for each of the two motors within `voltage_max_v`, and its terms.
+    #[inline]
     pub fn step(&mut self, input: &SpeedInput) -> LawOutput<SpeedTerms> {
         let phi = input.phi_rad;
         let phi_rate = self.scales.rate_from_si(input.phi_rate_rad_s);

@@ -175,7 +175,7 @@ fn following(amplitude_v: f32, share: f32, ticks: u32) -> CurrentResponse {
         let voltage_v = if tick & 2 == 0 { amplitude_v } else { -amplitude_v };
         let mut ahead = follower;
         ahead.update(voltage_v, 0.0);
-        let model_a = ahead.model.last.expect("updated");
+        let model_a = ahead.model.last;
         // A load and an offset tell nothing.
         follower.update(voltage_v, 3.0 + share * model_a)
     })
@@ -207,15 +207,31 @@ fn a_current_follows_by_half_and_is_dead_below_a_quarter() {
     assert_eq!(following(0.5, 1.0, 3), CurrentResponse::Follows);
 }
 
-/// Steady loads, offsets and ramps are no changes, and the first two values tell nothing.
+/// A follower that begins anew tells nothing before three values, whatever it knew, and then what a new one tells.
+#[test]
+fn a_follower_that_is_reset_knows_nothing() {
+    let new = Follower::new(&reference().parameters().drive_motor);
+    let mut used = new;
+    for tick in 0_u8..20 {
+        used.update(f32::from(tick & 2), 3.0 - f32::from(tick));
+    }
+    used.reset();
+    let mut fresh = new;
+    for (tick, voltage_v) in [0.5, -0.5, 0.5, 0.5, -0.5].into_iter().enumerate() {
+        let answers = [&mut used, &mut fresh].map(|follower| follower.update(voltage_v, 2.0 * voltage_v));
+        assert_eq!(answers[0], answers[1], "{tick}");
+        assert_eq!(used.power == 0.0, tick < 2, "{tick}: {}", used.power);
+        let sums = |follower: &Follower| [follower.power, follower.common, follower.measured_power];
+        assert_eq!(sums(&used), sums(&fresh), "{tick}");
+    }
+}
+
+/// Steady loads, offsets and ramps are no changes; the first two values tell nothing, which the follower knows.
 #[test]
 fn a_second_difference_leaves_steady_values_and_ramps_out() {
     let mut difference = SecondDifference::default();
     let seconds = [3.0, 4.0, 5.0, 6.0, 6.0, 6.0, 10.0].map(|value| difference.update(value));
-    assert_eq!(
-        seconds,
-        [None, None, Some(0.0), Some(0.0), Some(-1.0), Some(0.0), Some(4.0)]
-    );
+    assert_eq!(seconds[usize::from(DIFFERENCE_TICKS)..], [0.0, 0.0, -1.0, 0.0, 4.0]);
 }
 
 /// One jump, as of a sensor that dies, outweighs nothing.

@@ -1,0 +1,89 @@
+//! What the observer of a run remembers of the true state.
+
+use plant::{Glance, Truth};
+
+/// Ticks for which it remembers.
+const GLANCES: usize = 64;
+
+/// What was true in the last ticks: a status reports a tick that is some milliseconds old.
+#[derive(Debug)]
+pub(super) struct Glances {
+    /// In order of time, in a ring.
+    kept: Vec<(u64, Glance)>,
+    /// Place of the oldest once the ring is full.
+    oldest: usize,
+}
+
+impl Glances {
+    pub(super) fn new() -> Self {
+        Self {
+            kept: Vec::with_capacity(GLANCES),
+            oldest: 0,
+        }
+    }
+
+    pub(super) fn add(&mut self, now_us: u64, glance: &Glance) {
+        if self.kept.len() < GLANCES {
+            self.kept.push((now_us, *glance));
+        } else if let Some((at_us, seen)) = self.kept.get_mut(self.oldest) {
+            *at_us = now_us;
+            *seen = *glance;
+            self.oldest = (self.oldest + 1) % GLANCES;
+        }
+    }
+
+    /// What was true at `us`, or as near to it as is known, and of two equally near the earlier.
+    pub(super) fn truth_at(&self, us: u64) -> Option<Truth> {
+        self.nearest(us).map(|(_, glance)| glance.truth())
+    }
+
+    fn nearest(&self, us: u64) -> Option<&(u64, Glance)> {
+        let (newer, older) = self.kept.split_at_checked(self.oldest)?;
+        let mut nearest: Option<&(u64, Glance)> = None;
+        for seen in newer.iter().rev().chain(older.iter().rev()) {
+            if nearest.is_some_and(|(at, _)| at.abs_diff(us) < seen.0.abs_diff(us)) {
+                // Further back they are ever further away.
+                break;
+            }
+            nearest = Some(seen);
+        }
+        nearest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Glances that tell their time, one a millisecond, up to so many.
+    fn seen(glances: u64) -> Glances {
+        let mut seen = Glances::new();
+        for ms in 1..=glances {
+            seen.add(1000 * ms, &Glance::default());
+        }
+        seen
+    }
+
+    #[test]
+    fn the_nearest_in_time_is_found_and_of_two_the_earlier() {
+        for glances in [5, 64, 65, 100, 128] {
+            let seen = seen(glances);
+            let at = |us: u64| seen.nearest(us).map(|(at_us, _)| *at_us);
+            let (oldest, newest) = (1000 * glances.saturating_sub(63).max(1), 1000 * glances);
+            for (us, found) in [
+                (newest, newest),
+                (newest + 77_000, newest),
+                (newest - 400, newest),
+                (newest - 500, newest - 1000),
+                (newest - 600, newest - 1000),
+                (newest - 3000, newest - 3000),
+                (oldest + 499, oldest),
+                (oldest, oldest),
+                (0, oldest),
+            ] {
+                assert_eq!(at(us), Some(found), "{us} of {glances}");
+            }
+        }
+        assert_eq!(Glances::new().truth_at(0), None);
+    }
+}
