@@ -252,6 +252,22 @@ fn the_power_stage_page_has_the_ripple() {
         );
     }
     generated::check("power-stage.md", "ripple", &text);
+
+    // What the converter reads of the left, the right and the ballast motor's current, each as if it were a drive motor's.
+    const CURRENT_STEP_S: f64 = 17.0 / 16e6;
+    let mut text = String::from(
+        "| Sample | after the middle of the brake, us | at 10 % | at 25 % | at 50 % | at 94 % |\n|---|---|---|---|---|---|\n",
+    );
+    for (name, steps) in [("left", -0.5), ("right", 0.5)] {
+        let after_s = steps * CURRENT_STEP_S;
+        let off = [0.1, 0.25, 0.5, 0.94].map(|duty| {
+            let back_emf_v = duty * motor.supply_v;
+            motor.braking_a(duty, back_emf_v, after_s) - motor.periodic(Modulation::DriveBrake, duty, back_emf_v).mean_a
+        });
+        let cells = off.map(|off_a| format!("{off_a:+.2}")).join(" | ");
+        let _ = writeln!(text, "| {name} | {:+.2} | {cells} |", after_s * 1e6);
+    }
+    generated::check("power-stage.md", "samples", &text);
 }
 
 #[test]

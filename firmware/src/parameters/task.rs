@@ -113,7 +113,12 @@ async fn keep<M: RawMutex, F: NorFlash>(
     store: &mut ParameterStore<F>,
     vehicle: &Vehicle<f32>,
 ) -> ParameterAnswer {
-    if withhold(topics, &topics.parameters_pending, Blocker::Parameters).await == Withheld::No {
+    if withhold(topics, Blocker::Parameters, || {
+        topics.parameters_pending.publish(Instant::now(), true)
+    })
+    .await
+        == Withheld::No
+    {
         return ParameterAnswer::Armed;
     }
     if store.store(vehicle).await.is_err() {
