@@ -13,7 +13,6 @@ use model::command::DriveCommand;
 use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::fault::SensorFault;
 use plant::settings::{BoardSettings, DriveSettings, ImuSettings, Setting};
-use plant::switching::{Modulation, SwitchedMotor};
 use virtual_board::scenario::wire::LinkStep;
 use virtual_board::scenario::world::WorldStep;
 use virtual_board::scenario::{Action, Scenario, metrics};
@@ -26,6 +25,8 @@ mod files;
 mod generated;
 #[path = "support/pages.rs"]
 mod pages;
+#[path = "support/ripple.rs"]
+mod ripple;
 
 use files::files;
 use generated::root;
@@ -222,36 +223,12 @@ fn the_architecture_page_has_the_boards_facts() {
     generated::check("architecture.md", "board", &text);
 }
 
-/// Current of a drive motor of the reference vehicle within a period of the PWM, at a full battery of seven cells.
 #[test]
 fn the_power_stage_page_has_the_ripple() {
     let vehicle = vehicle_file::read_vehicle(&root().join("vehicles/reference.toml")).expect("readable");
-    let drive = &vehicle.parameters().drive_motor;
-    let motor = SwitchedMotor {
-        resistance_ohm: drive.resistance_ohm,
-        inductance_h: drive.inductance_h,
-        supply_v: 25.2,
-        pwm_hz: 20_000.0,
-    };
-    let mut text = String::from(
-        "| PWM | Ripple, A peak to peak, at 0 V | at 25 % | at 50 % | at 94 % | Heat of the ripple at 0 V, W | Share of the asked current, motor still, at 10 % | at 25 % |\n|---|---|---|---|---|---|---|---|\n",
-    );
-    for modulation in Modulation::ALL {
-        let at = |duty: f64| motor.periodic(modulation, duty, duty * motor.supply_v);
-        let [none, quarter, half, most] = [0.0, 0.25, 0.5, 0.94].map(|duty| at(duty).ripple_a);
-        let heat_w = at(0.0).ripple_heat_w(motor.resistance_ohm);
-        let share = |duty: f64| {
-            let asked_a = duty * motor.supply_v / motor.resistance_ohm;
-            100.0 * motor.periodic(modulation, duty, 0.0).mean_a / asked_a
-        };
-        let (tenth, fourth) = (share(0.1), share(0.25));
-        let name = modulation.name();
-        let _ = writeln!(
-            text,
-            "| {name} | {none:.1} | {quarter:.1} | {half:.1} | {most:.1} | {heat_w:.1} | {tenth:.0} % | {fourth:.0} % |"
-        );
-    }
-    generated::check("power-stage.md", "ripple", &text);
+    let motor = ripple::motor(&vehicle.parameters().drive_motor);
+    generated::check("power-stage.md", "ripple", &ripple::modulations(&motor));
+    generated::check("power-stage.md", "samples", &ripple::samples(&motor));
 }
 
 #[test]

@@ -5,7 +5,7 @@ use embassy_time::{Duration, Instant, Timer};
 use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
 
-use crate::topics::{Topic, Topics};
+use crate::topics::Topics;
 
 /// Longest time that the control task may take to report that arming is blocked.
 const BLOCK_TIMEOUT: Duration = Duration::from_millis(20);
@@ -19,11 +19,10 @@ pub enum Withheld {
     No,
 }
 
-/// Raises `pending`, which the control task turns into `blocker`, and waits for the first tick after that. The caller lowers
-/// `pending` again in either case.
-pub async fn withhold<M: RawMutex>(topics: &Topics<M>, pending: &Topic<M, bool>, blocker: Blocker) -> Withheld {
+/// Has `raise` raise `blocker`, and waits for the first tick after that. The caller lowers the blocker again in either case.
+pub async fn withhold<M: RawMutex>(topics: &Topics<M>, blocker: Blocker, raise: impl FnOnce()) -> Withheld {
     let since = Instant::now();
-    pending.publish(since, true);
+    raise();
     while Instant::now().saturating_duration_since(since) < BLOCK_TIMEOUT {
         if let Some(status) = topics.status.latest()
             && status.at > since

@@ -4,10 +4,15 @@
 //! the motor) at both high, and is open at both low. For a duty the input that says the direction stays high throughout the
 //! period, and the other one is high but for the driven share: the motor sees the supply in one direction, or zero volts.
 //! At zero duty both are high throughout. Both low never occurs: it is the state of a vehicle that is not armed.
+//!
+//! The timers count up and down: the driven share lies around the counter's top, the brake around its zero. The current
+//! crosses its mean in the middle of either, and the edges are never nearer to the middle of the brake than 3 % of the
+//! period: there the converter samples.
 
 use model::board::DUTY_MAX_PERCENT;
 
-/// Timer counts, of one period, for which each input of a bridge is high. Both inputs rise with the period.
+/// Timer counts, of the half of a period in which the timer counts up, for which each input of a bridge is high: the first
+/// ones. The other half is its mirror image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LegCounts {
     /// IN1: high drives forward.
@@ -16,23 +21,23 @@ pub struct LegCounts {
     pub in2: u16,
 }
 
-/// Counts for a duty, in units of the full scale of [`model::sample::Actuation::duty`], in a period of so many counts.
-/// Beyond [`DUTY_MAX_PERCENT`] the bridge gives no more; below it a duty is that share of the supply, within a count in a
-/// period of 16,000 counts or fewer.
+/// Counts for a duty, in units of the full scale of [`model::sample::Actuation::duty`], in half a period of so many counts.
+/// Beyond [`DUTY_MAX_PERCENT`] the bridge gives no more; below it a duty is that share of the supply, within a count in
+/// half a period of 16,000 counts or fewer.
 // A shift in place of the division by 2^15 - 1, and inlined although the firmware is compiled for size: each tick does this
 // three times.
 #[inline(always)]
 #[must_use]
-pub fn leg_counts(duty: i16, period_counts: u16) -> LegCounts {
+pub fn leg_counts(duty: i16, half_counts: u16) -> LegCounts {
     const FULL_SCALE_BITS: u32 = 15;
-    let period = i32::from(period_counts);
-    let most = period * DUTY_MAX_PERCENT.cast_signed() / 100;
-    let half = 1 << (FULL_SCALE_BITS - 1);
-    let driven = ((i32::from(duty) * period + half) >> FULL_SCALE_BITS).clamp(-most, most);
+    let all = i32::from(half_counts);
+    let most = all * DUTY_MAX_PERCENT.cast_signed() / 100;
+    let rounding = 1 << (FULL_SCALE_BITS - 1);
+    let driven = ((i32::from(duty) * all + rounding) >> FULL_SCALE_BITS).clamp(-most, most);
     LegCounts {
-        // Within 0 to the period, which is a u16.
-        in1: (period + driven.min(0)) as u16,
-        in2: (period - driven.max(0)) as u16,
+        // Within 0 to all counts, which are a u16.
+        in1: (all + driven.min(0)) as u16,
+        in2: (all - driven.max(0)) as u16,
     }
 }
 
@@ -42,11 +47,11 @@ mod tests {
 
     use super::*;
 
-    /// Counts of a period for which the bridge drives forward, drives in reverse, brakes and is open, counted one by one
-    /// from the driver's table.
-    fn states(counts: LegCounts, period: u16) -> [i32; 4] {
+    /// Counts of half a period for which the bridge drives forward, drives in reverse, brakes and is open, counted one by
+    /// one from the driver's table.
+    fn states(counts: LegCounts, half: u16) -> [i32; 4] {
         let mut states = [0; 4];
-        for count in 0..period {
+        for count in 0..half {
             let state = match (count < counts.in1, count < counts.in2) {
                 (true, false) => 0,
                 (false, true) => 1,
@@ -60,17 +65,17 @@ mod tests {
 
     proptest! {
         /// Every duty, the undefined ones too: the mean voltage is the duty's share of the supply within one count, up to
-        /// the largest duty, and the bridge is never open. Both boards' periods, and others.
+        /// the largest duty, and the bridge is never open. Both boards' half periods, and others.
         #[test]
-        fn a_duty_is_its_share_of_the_period(duty: i16, period in prop_oneof![Just(10_000_u16), Just(10_800), 100..=16_000_u16]) {
-            let [forward, reverse, brake, open] = states(leg_counts(duty, period), period);
+        fn a_duty_is_its_share_of_the_period(duty: i16, half in prop_oneof![Just(5_000_u16), Just(5_400), 100..=16_000_u16]) {
+            let [forward, reverse, brake, open] = states(leg_counts(duty, half), half);
             prop_assert_eq!(open, 0);
             prop_assert!(forward == 0 || reverse == 0, "one direction within a period");
             let most = f64::from(DUTY_MAX_PERCENT) / 100.0;
-            let wanted = (f64::from(duty) / f64::from(i16::MAX)).clamp(-most, most) * f64::from(period);
+            let wanted = (f64::from(duty) / f64::from(i16::MAX)).clamp(-most, most) * f64::from(half);
             prop_assert!((f64::from(forward - reverse) - wanted).abs() <= 1.0);
             // A brake in every period: 6 % of it, less the count that rounds.
-            prop_assert!(100 * brake >= (100 - DUTY_MAX_PERCENT.cast_signed()) * i32::from(period) - 100);
+            prop_assert!(100 * brake >= (100 - DUTY_MAX_PERCENT.cast_signed()) * i32::from(half) - 100);
         }
     }
 

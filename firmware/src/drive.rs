@@ -10,7 +10,7 @@ use embassy_time::{Duration, Instant, with_timeout};
 use model::command::{Command, Request};
 use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
 use model::supervise::arming::Mode;
-use model::supervise::codes::{Blocker, BlockerSet, FaultSet};
+use model::supervise::codes::{BlockerSet, FaultSet};
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 
@@ -98,7 +98,7 @@ where
                 emergency_stop: emergency_stop.is_pressed(),
                 break_input: bridges.break_input_active(),
                 bridge_break: bridges.break_tripped(),
-                board_blockers: blockers.union(update_blocker(topics)).bits(),
+                board_blockers: blockers.union(topics.blockers.raised()).bits(),
             },
         );
         let command = command(topics, now, request);
@@ -208,16 +208,6 @@ fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, encoder_counts: [i64; M
         bridge_break,
         board_blockers,
     }
-}
-
-/// Whether an update keeps the vehicle from arming.
-fn update_blocker<M: RawMutex>(topics: &Topics<M>) -> BlockerSet {
-    let mut blockers = BlockerSet::EMPTY;
-    blockers.set(
-        Blocker::Update,
-        topics.update_pending.latest().is_some_and(|pending| pending.value),
-    );
-    blockers
 }
 
 /// The command as it stands in this tick.

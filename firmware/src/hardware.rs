@@ -32,7 +32,8 @@ pub trait Bridges {
 pub trait AnalogInputs {
     /// Why a reading failed.
     type Error: core::fmt::Debug;
-    /// Converts every input once, to raw counts.
+    /// Converts every input once, to raw counts, in step with the bridges' PWM where the board has one. Dropping the
+    /// future ends the reading; the next one is as good as any.
     fn read(&mut self) -> impl Future<Output = Result<Analog<u16>, Self::Error>>;
 }
 

@@ -2,6 +2,7 @@
 //! age.
 
 use core::cell::Cell;
+use core::sync::atomic::{AtomicU32, Ordering};
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::RawMutex;
@@ -12,6 +13,7 @@ use model::analog::Analog;
 use model::command::{DriveCommand, Request};
 use model::sample::ImuRaw;
 use model::status::Status;
+use model::supervise::codes::{Blocker, BlockerSet};
 use model::vehicle::Vehicle;
 
 use crate::checkins::Checkins;
@@ -155,6 +157,31 @@ impl<M: RawMutex> Requests<M> {
     }
 }
 
+/// Blockers that other tasks raise and lower. The control task reads them in each tick, all at once.
+#[derive(Debug, Default)]
+pub struct TaskBlockers(AtomicU32);
+
+impl TaskBlockers {
+    const fn new() -> Self {
+        Self(AtomicU32::new(0))
+    }
+
+    /// Raises a blocker if it is `present`, else lowers it.
+    pub fn set(&self, blocker: Blocker, present: bool) {
+        let bit = BlockerSet::EMPTY.with(blocker).bits();
+        if present {
+            self.0.fetch_or(bit, Ordering::Relaxed);
+        } else {
+            self.0.fetch_and(!bit, Ordering::Relaxed);
+        }
+    }
+
+    /// The blockers that are raised.
+    pub fn raised(&self) -> BlockerSet {
+        BlockerSet::from_bits(self.0.load(Ordering::Relaxed))
+    }
+}
+
 /// A request about parameters, and the order that made it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Asked {
@@ -214,8 +241,8 @@ pub struct Topics<M: RawMutex> {
     pub parameter_requests: Channel<M, Asked, 4>,
     /// The host's requests about updates: one at a time, as each waits for the flash.
     pub update_requests: Channel<M, UpdateAsked, 1>,
-    /// Whether an update is being stored: the vehicle must not arm meanwhile.
-    pub update_pending: Topic<M, bool>,
+    /// Why the vehicle must not arm, as other tasks know it: an update that is being stored, the board's own supply.
+    pub blockers: TaskBlockers,
     /// Answers to the host's orders, in order of their sending.
     pub answers: Channel<M, Answered, 8>,
     /// Whether a changed set is about to come into force: the vehicle must not arm meanwhile.
@@ -261,7 +288,7 @@ impl<M: RawMutex> Topics<M> {
             requests: Requests::new(),
             parameter_requests: Channel::new(),
             update_requests: Channel::new(),
-            update_pending: Topic::new(),
+            blockers: TaskBlockers::new(),
             answers: Channel::new(),
             parameters_pending: Topic::new(),
             new_vehicle: Slot::new(),

@@ -113,7 +113,8 @@ async fn keep<M: RawMutex, F: NorFlash>(
     store: &mut ParameterStore<F>,
     vehicle: &Vehicle<f32>,
 ) -> ParameterAnswer {
-    if withhold(topics, &topics.parameters_pending, Blocker::Parameters).await == Withheld::No {
+    let raise = || topics.parameters_pending.publish(Instant::now(), true);
+    if withhold(topics, Blocker::Parameters, raise).await == Withheld::No {
         return ParameterAnswer::Armed;
     }
     if store.store(vehicle).await.is_err() {

@@ -31,7 +31,7 @@ pub async fn run<M: RawMutex, F: NorFlash, R: Restart>(
     mut restart: Option<R>,
     self_test_passed: bool,
 ) -> ! {
-    topics.update_pending.publish(Instant::now(), false);
+    topics.blockers.set(Blocker::Update, false);
     let Some(mut store) = store else {
         loop {
             let UpdateAsked { id, .. } = topics.update_requests.receive().await;
@@ -62,7 +62,7 @@ pub async fn run<M: RawMutex, F: NorFlash, R: Restart>(
             if pending && !on_trial {
                 warning!("update: its host has left");
                 pending = false;
-                topics.update_pending.publish(Instant::now(), false);
+                topics.blockers.set(Blocker::Update, false);
             }
             continue;
         };
@@ -89,7 +89,7 @@ pub async fn run<M: RawMutex, F: NorFlash, R: Restart>(
         };
         if request != UpdateRequest::State {
             pending = matches!(answer, UpdateAnswer::Ready { .. } | UpdateAnswer::Restarting);
-            topics.update_pending.publish(Instant::now(), pending);
+            topics.blockers.set(Blocker::Update, pending);
         }
         let answered = Answered {
             id,
@@ -130,7 +130,7 @@ async fn confirm<M: RawMutex, F: NorFlash, R: Restart>(
         return true;
     }
     warning!("update: the self-test failed, this firmware is rolled back");
-    if withhold(topics, &topics.update_pending, Blocker::Update).await == Withheld::Yes
+    if withhold(topics, Blocker::Update, || topics.blockers.set(Blocker::Update, true)).await == Withheld::Yes
         && let Some(restart) = restart
     {
         restart.restart();
@@ -140,13 +140,13 @@ async fn confirm<M: RawMutex, F: NorFlash, R: Restart>(
 
 /// Keeps the vehicle from arming, and tells whether an update may write.
 async fn may_write<M: RawMutex>(topics: &Topics<M>) -> Result<(), UpdateRefusal> {
-    if withhold(topics, &topics.update_pending, Blocker::Update).await == Withheld::No {
+    if withhold(topics, Blocker::Update, || topics.blockers.set(Blocker::Update, true)).await == Withheld::No {
         return Err(UpdateRefusal::NotDisarmed);
     }
-    let low = topics
-        .status
-        .latest()
-        .is_none_or(|status| status.value.blockers.contains(Blocker::Battery));
+    let low = topics.status.latest().is_none_or(|status| {
+        let blockers = status.value.blockers;
+        blockers.contains(Blocker::Battery) || blockers.contains(Blocker::PartSupply)
+    });
     if low { Err(UpdateRefusal::LowSupply) } else { Ok(()) }
 }
 

@@ -132,12 +132,7 @@ impl SwitchedMotor {
     /// The periodic current at a duty of -1 to 1 and a back-EMF in V, smaller than the supply.
     pub fn periodic(&self, modulation: Modulation, duty: f64, back_emf_v: f64) -> PeriodicCurrent {
         let stretches = modulation.stretches(duty);
-        // So many time constants leave nothing of the first current that a double could hold.
-        let periods = (40.0 * self.inductance_h / self.resistance_ohm * self.pwm_hz).ceil();
-        let mut start_a = 0.0;
-        for _ in 0..periods as u64 {
-            start_a = self.period(&stretches, back_emf_v, start_a).current_a;
-        }
+        let start_a = self.periodic_start_a(&stretches, back_emf_v);
         let period = self.period(&stretches, back_emf_v, start_a);
         PeriodicCurrent {
             mean_a: period.charge_as * self.pwm_hz,
@@ -146,8 +141,30 @@ impl SwitchedMotor {
         }
     }
 
-    /// One period that begins with a current.
-    fn period(&self, stretches: &Stretches, back_emf_v: f64, start_a: f64) -> CurrentPeriod {
+    /// The periodic current of drive and brake, so long after the middle of the brake, which may be negative and within the
+    /// brake: what a converter reads that samples there.
+    pub fn braking_a(&self, duty: f64, back_emf_v: f64, after_s: f64) -> f64 {
+        let stretches = Modulation::DriveBrake.stretches(duty);
+        let start_a = self.periodic_start_a(&stretches, back_emf_v);
+        let (drive, brake) = (duty.abs(), (1.0 - duty.abs()) / (2.0 * self.pwm_hz) + after_s);
+        let share = brake * self.pwm_hz;
+        let until = [(drive, BridgeHold::At(duty.signum())), (share, BridgeHold::At(0.0))];
+        self.period(&until, back_emf_v, start_a).current_a
+    }
+
+    /// The current at the begin of a period, once every period is like the one before.
+    fn periodic_start_a(&self, stretches: &Stretches, back_emf_v: f64) -> f64 {
+        // So many time constants leave nothing of the first current that a double could hold.
+        let periods = (40.0 * self.inductance_h / self.resistance_ohm * self.pwm_hz).ceil();
+        let mut start_a = 0.0;
+        for _ in 0..periods as u64 {
+            start_a = self.period(stretches, back_emf_v, start_a).current_a;
+        }
+        start_a
+    }
+
+    /// One period that begins with a current, or the first stretches of one.
+    fn period(&self, stretches: &[(f64, BridgeHold)], back_emf_v: f64, start_a: f64) -> CurrentPeriod {
         let mut period = CurrentPeriod {
             current_a: start_a,
             least_a: start_a,

@@ -35,7 +35,9 @@ pub fn not_changed_words(answer: &ParameterAnswer) -> String {
 pub fn update_refusal_words(refusal: UpdateRefusal) -> String {
     match refusal {
         UpdateRefusal::NotDisarmed => "refused: the vehicle is not disarmed".into(),
-        UpdateRefusal::LowSupply => "refused: the supply is outside the battery's range; charge or connect it".into(),
+        UpdateRefusal::LowSupply => {
+            "refused: the battery is outside its range, or the board's own supply is low; charge or connect it".into()
+        }
         UpdateRefusal::WrongBoard { board } => format!("refused: the image is for another board than this, {board}"),
         UpdateRefusal::WrongSize { max } => format!("refused: the board has room for an image of {max} bytes"),
         UpdateRefusal::WrongChecksum => {

@@ -242,6 +242,8 @@ remedied_codes! {
     MotorHot = 21 => "Let the drive motors cool for a minute.",
     /// A new firmware is being stored.
     Update = 22 => "Wait until the update is stored; one that its host has left is given up after 10 s.",
+    /// The board's own supply of 3.3 V is low: the break has tripped, and nothing is stored.
+    PartSupply = 23 => "Check the board's 3.3 V and what feeds it; then clear the faults.",
 }
 
 codes! {

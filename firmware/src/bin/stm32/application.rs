@@ -115,7 +115,7 @@ async fn watchdog_task(watchdog: RunningWatchdog) {
 
 #[embassy_executor::task]
 async fn analog_task(inputs: AnalogSequence) {
-    analog::run(&TOPICS, inputs).await;
+    analog::run(&TOPICS, inputs, stm32::supply::is_low).await;
 }
 
 #[embassy_executor::task]

@@ -4,6 +4,10 @@
 //! and the right motor, two of TIM8's the ballast motor. Both low is an open bridge, so switching the outputs off opens
 //! the bridges. The drivers make their own dead time.
 //!
+//! Both timers count up and down. Once in each period, a little before TIM1's zero, TIM1 sends the converter a trigger
+//! (TRGO2, whose source is the compare channel 6, which has no pin): the currents are sampled where they cross their mean,
+//! in the middle of the brake.
+//!
 //! This file writes the timers' registers itself, because the HAL's driver enables the outputs while it configures a
 //! timer. Here nothing sets a main output enable before the first enabled [`Actuation`], and the break clears it in
 //! hardware, even if the CPU hangs. One wire reaches the break input of both timers, and the part's own faults reach both:
@@ -14,7 +18,7 @@ use embassy_stm32::Peri;
 use embassy_stm32::gpio::Flex;
 use embassy_stm32::pac::timer::TimAdv;
 use embassy_stm32::pac::timer::regs::{Cr1Gp16, SrAdv};
-use embassy_stm32::pac::timer::vals::{Bkp, FilterValue, Lock, Ossi, Ossr};
+use embassy_stm32::pac::timer::vals::{Bkp, Cms, FilterValue, Lock, Mms2, Ossi, Ossr};
 use embassy_stm32::pac::{self, TIM1, TIM8};
 use embassy_stm32::peripherals;
 use embassy_stm32::timer::simple_pwm::PwmPin;
@@ -24,14 +28,21 @@ use firmware::hardware::Bridges;
 use model::sample::{Actuation, MOTORS};
 
 use crate::board::clocks::TIMER_HZ;
-use crate::board::part;
+use crate::board::{SAMPLES_AFTER_TRIGGER_NS, part};
 
 /// PWM frequency: above hearing, and slow enough for the bridges' drivers.
 const PWM_HZ: u32 = 20_000;
-/// Timer counts in one PWM period.
-const PERIOD_COUNTS: u16 = (TIMER_HZ / PWM_HZ) as u16;
+/// Timer counts in half a PWM period: up, and down again.
+const HALF_PERIOD_COUNTS: u16 = (TIMER_HZ / PWM_HZ / 2) as u16;
+/// Timer counts from the converter's trigger to TIM1's zero: the time that the converter takes to its samples of the drive
+/// motors' currents. Rounded down, by 5 ns at most.
+const TRIGGER_COUNTS: u16 = (SAMPLES_AFTER_TRIGGER_NS as u64 * TIMER_HZ as u64 / 1_000_000_000) as u16;
 
-const _: () = assert!(TIMER_HZ.is_multiple_of(PWM_HZ) && TIMER_HZ / PWM_HZ <= 0xFFFF);
+const _: () = {
+    assert!(TIMER_HZ.is_multiple_of(2 * PWM_HZ) && TIMER_HZ / PWM_HZ / 2 <= 0xFFFF);
+    // Within the half in which the counter counts down, and not at its turns.
+    assert!(0 < TRIGGER_COUNTS && TRIGGER_COUNTS < HALF_PERIOD_COUNTS);
+};
 
 /// Channels of TIM1: left IN1, left IN2, right IN1, right IN2. Numbered from 0, as the registers are.
 const DRIVE_CHANNELS: [usize; 4] = [0, 1, 2, 3];
@@ -102,8 +113,9 @@ impl MotorBridges {
         });
         configure(TIM1, &DRIVE_CHANNELS, DRIVE_BREAKS);
         configure(TIM8, &BALLAST_CHANNELS, BALLAST_BREAKS);
+        trigger_conversions();
         // One after the other with nothing in between: the two periods begin some clocks apart, and stay so, because
-        // both timers count the same clock. Nothing needs them closer.
+        // both timers count the same clock. The sample of the ballast's current is off by as little.
         critical_section::with(|_| {
             TIM1.cr1().write_value(counting(false));
             TIM8.cr1().write_value(counting(false));
@@ -126,7 +138,7 @@ impl MotorBridges {
         self.lost
     }
 
-    /// Sets the mean voltages. The timers take all six values together, at the end of a period: a pair of which one half is
+    /// Sets the mean voltages. A timer takes all its values together, at the end of a period: a pair of which one half is
     /// of the tick before could be low at once.
     fn set_duties(duty: [i16; MOTORS]) {
         let [left, right, ballast] = duty;
@@ -177,10 +189,16 @@ impl Bridges for MotorBridges {
 
 /// Sets a timer up with its counter stopped and its outputs off, and locks its break.
 fn configure(timer: TimAdv, channels: &[usize], breaks: &[usize]) {
+    // Stopped, but for the direction: it must not change together with the run (RM0433 38.3.11, RM0410 25.3.11).
+    timer.cr1().write(|w| w.set_cms(UP_AND_DOWN));
     timer.psc().write_value(0);
-    timer.arr().write(|w| w.set_arr(PERIOD_COUNTS - 1));
+    timer.arr().write(|w| w.set_arr(HALF_PERIOD_COUNTS));
+    // Every other turn of the counter loads the values written. ST's manuals do not agree on which one an odd number means
+    // (RM0433 38.3.3 against RM0090 17.3.3). At zero every line is high, so that no line moves; at the top the two lines of
+    // a bridge change in the same clock. Neither passes through both low.
+    timer.rcr().write(|w| w.set_rep(1));
     for channel in channels.iter().copied() {
-        timer.ccr(channel).write(|w| w.set_ccr(PERIOD_COUNTS));
+        timer.ccr(channel).write(|w| w.set_ccr(HALF_PERIOD_COUNTS));
         timer.ccmr_output(channel / 2).modify(|w| {
             w.set_ocm(channel % 2, part::PWM_MODE);
             w.set_ocpe(channel % 2, true);
@@ -207,9 +225,20 @@ fn configure(timer: TimAdv, channels: &[usize], breaks: &[usize]) {
     timer.egr().write(|w| w.set_ug(true));
 }
 
+/// How the timers count. Which of the three ways up and down only says when the compare flags rise, which nobody reads.
+const UP_AND_DOWN: Cms = Cms::CENTER_ALIGNED1;
+
+/// Makes TIM1 send the converter's trigger: a rising edge of channel 6's reference, once in each period, counting down.
+fn trigger_conversions() {
+    TIM1.ccr6().write(|w| w.set_ccr(TRIGGER_COUNTS));
+    TIM1.ccmr3().modify(|w| w.set_ocm(1, part::PWM_MODE));
+    TIM1.cr2().modify(|w| w.set_mms2(Mms2::COMPARE_OC6));
+}
+
 /// Control register of a counting timer. While `held` the end of a period does not load the values written.
 fn counting(held: bool) -> Cr1Gp16 {
     let mut value = Cr1Gp16(0);
+    value.set_cms(UP_AND_DOWN);
     value.set_arpe(true);
     value.set_cen(true);
     value.set_udis(held);
@@ -219,7 +248,7 @@ fn counting(held: bool) -> Cr1Gp16 {
 #[expect(clippy::inline_always, reason = "the registers' addresses are constants then")]
 #[inline(always)]
 fn set_legs(timer: TimAdv, channels: [usize; 2], duty: i16) {
-    let counts = leg_counts(duty, PERIOD_COUNTS);
+    let counts = leg_counts(duty, HALF_PERIOD_COUNTS);
     timer.ccr(channels[0]).write(|w| w.set_ccr(counts.in1));
     timer.ccr(channels[1]).write(|w| w.set_ccr(counts.in2));
 }

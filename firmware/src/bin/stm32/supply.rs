@@ -2,7 +2,7 @@
 
 use embassy_stm32::pac;
 
-/// Level 6 of the detector: 2.85 V (STM32H7) or 2.8 V (STM32F7) at the falling edge.
+/// Level 6 of the detector: nominally 2.85 V (STM32H7) or 2.8 V (STM32F7). A supply that falls trips it up to 0.1 V lower.
 const LEVEL: u8 = 6;
 
 /// Switches the detector on.

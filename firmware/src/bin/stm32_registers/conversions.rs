@@ -1,4 +1,4 @@
-//! One sequence of conversions of ADC1, moved by the DMA.
+//! One sequence of conversions of ADC1, started by the bridges' timer, moved by the DMA.
 
 use embassy_stm32::Peri;
 use embassy_stm32::adc::RxDma;
@@ -7,6 +7,17 @@ use embassy_stm32::interrupt::typelevel::Binding;
 use embassy_stm32::pac;
 use embassy_stm32::peripherals::ADC1;
 use model::analog::{ANALOG_INPUTS, Analog};
+
+/// The value of EXTSEL, on both parts, that has TIM1's second trigger output start the sequence (RM0433 25.4.19, RM0410
+/// 15.6).
+pub const TIM1_TRGO2: u8 = 10;
+
+/// Channels in the order of the sequence, of `channels` in that of [`Analog`]: the currents' first, because the trigger times
+/// them; the battery's, the list's first, last, because its source is slow to sample.
+pub fn in_sequence(mut channels: [u8; ANALOG_INPUTS]) -> [u8; ANALOG_INPUTS] {
+    channels.rotate_left(1);
+    channels
+}
 
 /// The DMA lost a word of the converter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
@@ -33,7 +44,8 @@ impl Conversions {
         }
     }
 
-    /// The words of the sequence that `start` starts, once the channel waits for them.
+    /// The words of the sequence that the next trigger starts, once the channel waits for them and `start` has let the
+    /// converter hear the trigger.
     pub async fn take(&mut self, start: impl FnOnce()) -> Analog<u16> {
         let data = pac::ADC1.dr().as_ptr().cast::<u16>();
         // SAFETY: the buffer lives in `self`, which this future borrows; dropping the transfer stops the
@@ -44,6 +56,8 @@ impl Conversions {
         };
         start();
         transfer.await;
-        Analog::from_values(self.words)
+        let mut words = self.words;
+        words.rotate_right(1);
+        Analog::from_values(words)
     }
 }

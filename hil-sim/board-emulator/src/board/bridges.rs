@@ -8,7 +8,7 @@ use rigless::time::VirtualNanos;
 use serde::{Deserialize, Serialize};
 
 use super::pins::{BridgeInput, BridgeOutput, MOTORS, pin};
-use crate::part::Part;
+use crate::part::{Part, RippleSource};
 
 /// A pin: port's index, number, and the alternate function that connects it to its timer.
 #[derive(Debug, Clone, Copy)]
@@ -109,15 +109,23 @@ impl BridgeWiring {
     }
 }
 
+/// What makes the ripple of a motor's current at its sensor: `slope_uv_per_us` is the slope of the sensor's voltage under the
+/// whole supply.
+pub(super) fn ripple(motor: usize, slope_uv_per_us: u32) -> RippleSource {
+    let [(timer, in1, _), (_, in2, _)] = LINES[motor];
+    RippleSource {
+        timer,
+        lines: [in1, in2].map(|channel| usize::from(channel) - 1),
+        slope_uv_per_us,
+    }
+}
+
 /// What a timer puts on a bridge's input. A line that it does not drive is held low by the bridge's pull-down.
 fn input(part: &mut Part, now: VirtualNanos, (timer, channel, _): LineSource) -> BridgeInput {
     let channel = Channel::new(channel).expect("a timer has six channels");
     part.with_bridge_timer(now, timer, |timer, registers, _| {
-        match timer.model.pulse(channel, registers) {
-            Some(pulse) => BridgeInput::Pulse {
-                high_ns: pulse.width.0,
-                period_ns: pulse.period.0,
-            },
+        match timer.pulse(channel, now, registers) {
+            Some((high_ns, period_ns)) => BridgeInput::Pulse { high_ns, period_ns },
             None => BridgeInput::Level(timer.model.output(channel, registers).unwrap_or(Level::Low)),
         }
     })

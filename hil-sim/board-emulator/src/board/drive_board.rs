@@ -8,7 +8,6 @@ use rigless::machine::{Board, Crystal, Target, armv7m};
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::Error;
 use rigless::soc::stm32h743::generated::pwr;
-use rigless::soc::stm32h743::peripherals::adc;
 use rigless::soc::stm32h743::peripherals::spi::Select;
 use rigless::soc::stm32h743::peripherals::tim::Channel;
 use rigless::time::VirtualNanos;
@@ -33,8 +32,6 @@ mod at {
     pub const IMU_BUSES: [usize; 2] = [0, 3];
     /// USART3.
     pub const LINK: usize = 2;
-    /// ADC1.
-    pub const CONVERTER: usize = 0;
     /// GPIOG.
     pub const PORT_G: usize = 6;
 }
@@ -94,9 +91,6 @@ impl DriveBoard {
         h7.rcc.attach_crystals(external_hz, Crystal::NONE.0);
         h7.set_supply(SUPPLY_MV);
         h7.set_analog_supply(SUPPLY_MV);
-        for converter in &mut h7.adc {
-            converter.set_reference(SUPPLY_MV);
-        }
         for (bus, (port, number)) in at::IMU_BUSES.into_iter().zip(IMU_SELECTS) {
             let select = Select {
                 port,
@@ -106,6 +100,7 @@ impl DriveBoard {
             h7.spi[bus].attach_selected(EmulatedImu::new(), select);
         }
         h7.usart[at::LINK].attach(LinkLine::default());
+        mcu.converter.set_reference(SUPPLY_MV);
         let mut board = Self {
             mcu,
             instructions_per_second,
@@ -156,9 +151,19 @@ impl DriveBoard {
                 chip.set_acceleration(x, y, z);
             }
         }
-        for (channel, millivolts) in ANALOG_CHANNELS.values().into_iter().zip(sensed.analog_mv.values()) {
-            let channel = adc::Channel::new(channel).expect("a converter has twenty channels");
-            h7.adc[at::CONVERTER].set_input(channel, millivolts);
+        let mut ripples = Analog::all(None);
+        let [left, right, ballast] = std::array::from_fn(|motor| {
+            let slope = sensed.current_slope_uv_per_us[motor];
+            Some(bridges::ripple(motor, slope))
+        });
+        ripples.left_current = left;
+        ripples.right_current = right;
+        ripples.ballast_current = ballast;
+        let inputs = sensed
+            .analog_mv
+            .with(&ripples, |millivolts, ripple| (millivolts, ripple));
+        for (channel, (millivolts, ripple)) in ANALOG_CHANNELS.values().into_iter().zip(inputs.values()) {
+            self.mcu.converter.set_input(channel, millivolts, ripple);
         }
     }
 

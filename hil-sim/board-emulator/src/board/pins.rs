@@ -17,7 +17,7 @@ pub(super) fn pin(number: u8) -> Pin {
 pub(super) enum BridgeInput {
     /// One level throughout.
     Level(Level),
-    /// High from the begin of each period on.
+    /// High from the begin of each period on, or around it; every line of a timer alike.
     Pulse {
         /// Time for which it is high in each period, in ns.
         high_ns: u64,
@@ -143,6 +143,9 @@ pub struct SensedAtPins {
     pub imus: [ImuSensed; 2],
     /// Outputs of the battery's divider and of the other sensors before the converter, in mV.
     pub analog_mv: Analog<u32>,
+    /// Slope of each current sensor's voltage while the whole supply stands across its motor, in uV per us: the currents of
+    /// `analog_mv` are their means, around which they ripple with the PWM.
+    pub current_slope_uv_per_us: [u32; MOTORS],
     /// The supply is too low for the board, which is held in reset.
     pub unpowered: bool,
 }

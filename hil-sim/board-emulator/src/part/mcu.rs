@@ -12,11 +12,14 @@ use rigless::soc::stm32h743::Stm32h743;
 use rigless::soc::{Bus, Error};
 use rigless::time::VirtualNanos;
 
+use super::bridge_timer::BridgeTimer;
+use super::converter::TriggeredConverter;
 use super::faulty_core;
 use super::multiplexer::RequestMultiplexer;
 use super::setup::{PartSetup, status};
-use super::timer::{BridgeTimer, GeneralTimer};
+use super::timer::GeneralTimer;
 use super::watchdog::IndependentWatchdog;
+use super::waveform::PwmWaveform;
 
 /// Instances left out: those that listen to request lines and that the firmware never accesses.
 const LEFT_OUT: [&str; 17] = [
@@ -54,6 +57,7 @@ enum Model {
     BridgeTimer(usize),
     Timer(usize),
     Multiplexer,
+    Converter,
 }
 
 /// The emulated part.
@@ -65,6 +69,8 @@ pub struct Part {
     bridge_timers: [BridgeTimer; BRIDGE_TIMERS.len()],
     /// TIM2 to TIM5.
     timers: [GeneralTimer; TIMERS.len()],
+    /// ADC1.
+    pub converter: TriggeredConverter,
     /// DMAMUX1.
     multiplexer: RequestMultiplexer,
     /// IWDG1.
@@ -80,7 +86,7 @@ pub struct Part {
 
 rigless::store!(Part {
     values: [watchdog],
-    parts: [h7, bridge_timers, timers, multiplexer],
+    parts: [h7, bridge_timers, timers, converter, multiplexer],
     built: [models, bridge_timer_slots, timer_slots, link_slot, clocks_slot, setup]
 });
 
@@ -110,14 +116,16 @@ impl Part {
             timer_slots[nth] = bus.slot(instance)?;
             models[timer_slots[nth]] = Model::Timer(nth);
         }
+        models[bus.slot("ADC1")?] = Model::Converter;
         models[bus.slot("DMAMUX1")?] = Model::Multiplexer;
         models[bus.slot("IWDG")?] = Model::Watchdog;
         let link_slot = bus.slot("USART3")?;
         let clocks_slot = bus.slot("RCC")?;
         Ok(Self {
             h7,
-            bridge_timers: std::array::from_fn(BridgeTimer::bridges),
-            timers: std::array::from_fn(GeneralTimer::general),
+            bridge_timers: std::array::from_fn(BridgeTimer::new),
+            timers: std::array::from_fn(GeneralTimer::new),
+            converter: TriggeredConverter::new(),
             multiplexer: RequestMultiplexer::new()?,
             watchdog: IndependentWatchdog::new(),
             models,
@@ -165,6 +173,20 @@ impl Part {
         action(&mut self.bridge_timers[nth], registers, &mut context)
     }
 
+    /// Writes of the bridges' compare values that the end of a period could have parted from the others.
+    pub fn unheld_writes(&self) -> u64 {
+        self.bridge_timers.iter().map(|timer| timer.unheld_writes).sum()
+    }
+
+    /// What the bridges' timers put on their channels: TIM1, TIM8.
+    fn waveforms(&mut self) -> [PwmWaveform; BRIDGE_TIMERS.len()] {
+        std::array::from_fn(|nth| {
+            let slot = self.bridge_timer_slots[nth];
+            let registers = self.h7.bus_mut().slot_mut(slot).registers_mut();
+            self.bridge_timers[nth].waveform(registers)
+        })
+    }
+
     /// Filters of the inputs of an encoder's timer, TIM2 for 0, as the firmware set them: bits 4 to 7 of channel 1, 12 to
     /// 15 of channel 2.
     pub fn encoder_filters(&self, nth: usize) -> u64 {
@@ -200,6 +222,7 @@ impl Mcu for Part {
         for timer in &mut self.timers {
             ErasedDevice::reset(timer);
         }
+        ErasedDevice::reset(&mut self.converter);
         ErasedDevice::reset(&mut self.multiplexer);
         self.h7.reset(at, cause);
     }
@@ -222,6 +245,11 @@ impl Mcu for Part {
             Model::BridgeTimer(nth) => &mut self.bridge_timers[nth],
             Model::Timer(nth) => &mut self.timers[nth],
             Model::Multiplexer => &mut self.multiplexer,
+            Model::Converter => {
+                let waveforms = self.waveforms();
+                self.converter.follow(waveforms);
+                &mut self.converter
+            }
         };
         (self.h7.bus_mut(), Some(model))
     }

@@ -1,11 +1,15 @@
 //! The emulated STM32H743 as this board needs it: the emulator's models, some replaced and some left out.
 
+mod bridge_timer;
+mod converter;
 mod faulty_core;
 mod mcu;
 mod multiplexer;
 mod setup;
 mod timer;
 mod watchdog;
+mod waveform;
 
+pub use converter::RippleSource;
 pub use mcu::Part;
 pub use setup::{MemoryFault, PartSetup};

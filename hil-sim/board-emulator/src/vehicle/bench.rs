@@ -3,7 +3,7 @@
 use firmware::drive_board::SCALES;
 use model::analog::Analog;
 
-use super::closed_plant::{ClosedPlant, millivolts};
+use super::closed_plant::{ClosedPlant, millivolts, slopes_uv_per_us};
 use crate::board::{BridgeOutput, MOTORS, SensedAtPins};
 
 /// A motor that moves its own and its wheel's inertia only, all referred to the motor's shaft.
@@ -48,6 +48,9 @@ pub struct BenchVehicle {
 }
 
 impl BenchVehicle {
+    /// Inductances of the armatures, in H.
+    pub const INDUCTANCES_H: [f64; MOTORS] = [80e-6, 80e-6, 600e-6];
+
     /// The vehicle at rest, with a battery that never sags; `battery_v` is its voltage in V.
     pub fn new(battery_v: f64) -> Self {
         let motor = |constant_v_s, resistance_ohm, lag_s| FreeMotor {
@@ -93,6 +96,7 @@ impl ClosedPlant for BenchVehicle {
         values.left_current = left;
         values.right_current = right;
         values.ballast_current = ballast;
+        sensed.current_slope_uv_per_us = slopes_uv_per_us(self.battery_v, Self::INDUCTANCES_H);
         sensed.analog_mv = values.with(&SCALES.analog, |value, scale| millivolts(scale.counts(value)));
         sensed
     }

@@ -1,5 +1,7 @@
 //! The seam between the emulated board and the vehicle around it.
 
+use firmware::drive_board::SCALES;
+
 use crate::board::{BridgeOutput, MOTORS, SensedAtPins};
 
 /// A vehicle around the board.
@@ -18,4 +20,18 @@ pub trait ClosedPlant: Send + Sync {
 /// The voltage in mV that converts to `count` of 65536 at 3.3 V full scale, within the converter's range.
 pub fn millivolts(count: f64) -> u32 {
     (count * 3300.0 / 65536.0).round().clamp(0.0, 3300.0) as u32
+}
+
+/// The slopes of the current sensors' voltages, in uV per us, while a supply in V stands across armatures of inductances in H:
+/// 0 where there is no inductance, and so no ripple to speak of.
+pub fn slopes_uv_per_us(supply_v: f64, inductances_h: [f64; MOTORS]) -> [u32; MOTORS] {
+    let scales = SCALES.analog.currents();
+    std::array::from_fn(|motor| {
+        let inductance_h = inductances_h[motor];
+        if inductance_h <= 0.0 {
+            return 0;
+        }
+        let amperes_per_us = supply_v / inductance_h * 1e-6;
+        (amperes_per_us / f64::from(scales[motor].per_count) * 3_300_000.0 / 65536.0).round() as u32
+    })
 }

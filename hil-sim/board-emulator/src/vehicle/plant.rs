@@ -2,12 +2,12 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use firmware::imu;
+use firmware::{built_in, imu};
 use model::sample::Motor;
 use plant::icm42688p::{Icm42688pModel, registers as register};
 use plant::{self, Plant};
 
-use super::closed_plant::{ClosedPlant, millivolts};
+use super::closed_plant::{ClosedPlant, millivolts, slopes_uv_per_us};
 use crate::board::{BridgeOutput, ImuSensed, MOTORS, SensedAtPins};
 
 /// Register values that turn both sensors on, with the firmware's ranges, at 1 kHz.
@@ -16,6 +16,16 @@ const SETTINGS: [(u8, u8); 3] = [
     (register::ACCEL_CONFIG0, 0x26),
     (register::PWR_MGMT0, 0x0F),
 ];
+
+/// Inductances of the built-in vehicle's armatures, in H.
+fn inductances_h() -> [f64; MOTORS] {
+    let vehicle = &built_in::PARAMETERS;
+    let drive = f64::from(vehicle.drive_motor.inductance_h);
+    let ballast = vehicle
+        .ballast_motor()
+        .map_or(0.0, |motor| f64::from(motor.inductance_h));
+    [drive, drive, ballast]
+}
 
 /// The plant at the board's pins. Clones share the plant.
 ///
@@ -63,6 +73,7 @@ impl ClosedPlant for VehicleAtPins {
             encoder_counts,
             imus: [arm, spar],
             analog_mv,
+            current_slope_uv_per_us: slopes_uv_per_us(plant.truth().battery_v, inductances_h()),
             unpowered: !plant.powers_board(),
         }
     }

@@ -2,6 +2,7 @@
 
 use board_emulator::board::BridgeOutput;
 use board_emulator::time::{MS, US};
+use model::command::Request;
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, Fault};
 
@@ -76,6 +77,12 @@ fn an_armed_bridge_drives_and_brakes_and_is_never_open() {
         }
     }
     println!("samples that drove forward, in reverse: {driven:?}");
+    let torn = board.emulation.at(|stopped| stopped.board().part().unheld_writes());
+    assert_eq!(
+        torn.expect("it runs"),
+        0,
+        "a pair of lines could be of two ticks for a period, and low at once"
+    );
     for [forward, reverse] in &driven[..2] {
         assert!(*forward > 0 && *reverse > 0, "both ways: {driven:?}");
     }
@@ -149,6 +156,37 @@ fn a_break_input_that_is_shorted_opens_within_a_tick() {
         assert!(took <= TICK_AND_WAIT, "input {nth}: {} us", took / US);
         board.run(50);
         assert!(board.status().vehicle.faults.contains(Fault::BridgeBreak));
+    }
+}
+
+/// Whichever timer's break tripped, with the other one's input shorted to ground, a disarmed vehicle tells, does not arm, and
+/// does once the cause has gone and faults are cleared.
+#[test]
+fn each_timers_own_break_blocks_until_it_is_cleared() {
+    for shorted in [0, 1] {
+        let mut board = ready();
+        board.run(100);
+        assert!(!board.status().vehicle.blockers.contains(Blocker::BridgeBreak));
+        board.act(move |board, now| {
+            board.ground_break(now, shorted);
+            board.set_driver_fault(now, true);
+        });
+        board.run(50);
+        assert!(
+            board.status().vehicle.blockers.contains(Blocker::BridgeBreak),
+            "the break of timer {} alone",
+            1 - shorted
+        );
+        board.act(|board, now| board.set_driver_fault(now, false));
+        board.run(50);
+        assert!(
+            board.status().vehicle.blockers.contains(Blocker::BridgeBreak),
+            "latched"
+        );
+        board.request(Request::ClearFaults);
+        assert!(!board.status().vehicle.blockers.contains(Blocker::BridgeBreak));
+        board.arm();
+        assert!(bridges(&mut board).iter().all(|bridge| bridge.never_open()));
     }
 }
 

@@ -6,6 +6,7 @@ mod bridges;
 mod bring_up;
 mod budget;
 mod cases;
+mod currents;
 mod determinism;
 mod drive;
 mod equivalence;

@@ -3,8 +3,11 @@
 use board_emulator::board::{MemoryFault, PartSetup};
 use board_emulator::vehicle::stored::{self, REGION};
 use firmware::built_in;
-use firmware::drive_board::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, HISTORY_SECTORS, PARAMETER_SECTORS};
-use firmware::protocol::message::{Answer, Order, ParameterAnswer, ParameterRequest};
+use firmware::drive_board::{BOARD, FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, HISTORY_SECTORS, PARAMETER_SECTORS};
+use firmware::image::Image;
+use firmware::protocol::message::{
+    Answer, Order, ParameterAnswer, ParameterRequest, UpdateAnswer, UpdateRefusal, UpdateRequest,
+};
 use model::supervise::codes::Blocker;
 use model::vehicle::Vehicle;
 
@@ -30,15 +33,32 @@ fn flags_of_an_earlier_error_fail_no_store() {
     }
 }
 
-/// No store begins while the part's supply is about to fail.
+/// While the part's supply is about to fail, the status names it, no store begins, and no update.
 #[test]
 fn a_low_supply_refuses_to_store() {
     let mut board = ready();
     board.ask(CHANGE);
+    assert!(!board.status().vehicle.blockers.contains(Blocker::PartSupply));
     board.act(|board, now| board.set_supply(now, 2_700));
     let answer = board.ask(ParameterRequest::Store);
     assert_ne!(answer, ParameterAnswer::Stored);
+    assert!(board.status().vehicle.blockers.contains(Blocker::PartSupply));
+    let image = Image {
+        board: BOARD,
+        length: 4096,
+        checksum: 1,
+        build: 1,
+        version: [0, 0, 1],
+    };
+    let begin = board
+        .order(Order::Update(UpdateRequest::Begin(image)))
+        .expect("identified");
+    board.run(200);
+    let refused = UpdateAnswer::Refused(UpdateRefusal::LowSupply);
+    assert_eq!(board.client.answer_to(begin), Some(Answer::Update(refused)));
     board.act(|board, now| board.set_supply(now, 3_300));
+    board.run(50);
+    assert!(!board.status().vehicle.blockers.contains(Blocker::PartSupply));
     board.ask(CHANGE);
     assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Stored);
 }

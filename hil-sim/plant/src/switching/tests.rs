@@ -125,3 +125,41 @@ fn mean_and_root_mean_square_are_those_of_the_stepped_current() {
         );
     }
 }
+
+/// In the middle of the brake the mean flows but for the bend of the exponential: to second order in the period over the time
+/// constant x the current is short of it by V/R x^2/24 d (1 - d^2); the next order is smaller by x^2.
+#[test]
+fn the_mean_flows_in_the_middle_of_the_brake() {
+    let x = DRIVE.resistance_ohm / (DRIVE.inductance_h * DRIVE.pwm_hz);
+    for duty in [0.0, 0.05, 0.25, 0.5, 0.75, 0.94] {
+        for back_emf_v in [0.0, 7.0] {
+            for sign in [1.0, -1.0] {
+                let mean_a = DRIVE.periodic(Modulation::DriveBrake, sign * duty, back_emf_v).mean_a;
+                let short_a = sign * (mean_a - DRIVE.braking_a(sign * duty, back_emf_v, 0.0));
+                let bend_a = DRIVE.supply_v / DRIVE.resistance_ohm * x * x / 24.0 * duty * (1.0 - duty * duty);
+                assert!(
+                    (short_a - bend_a).abs() <= x * x * bend_a + 1e-9,
+                    "{duty}: {short_a}, {bend_a}"
+                );
+            }
+        }
+    }
+}
+
+/// Away from the middle the current falls by the duty's share of the supply's slope.
+#[test]
+fn a_sample_beside_the_middle_is_off_by_the_slope() {
+    let late_s = 0.5e-6;
+    let x = DRIVE.resistance_ohm / (DRIVE.inductance_h * DRIVE.pwm_hz);
+    for duty in [0.25, 0.5, 0.94] {
+        // At the back-EMF of the mean voltage no mean current flows, whose own decay would come on top; that of the bend is a
+        // share of x^2/24 at most.
+        let back_emf_v = duty * DRIVE.supply_v;
+        let fell_a = DRIVE.braking_a(duty, back_emf_v, -late_s) - DRIVE.braking_a(duty, back_emf_v, late_s);
+        let expected_a = 2.0 * late_s * back_emf_v / DRIVE.inductance_h;
+        assert!(
+            (fell_a - expected_a).abs() <= x * x / 24.0 * expected_a,
+            "{duty}: {fell_a}, {expected_a}"
+        );
+    }
+}

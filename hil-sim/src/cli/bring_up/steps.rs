@@ -226,7 +226,7 @@ pub const STEPS: &[BringUpStep] = &[
         [
             "The tool stores a changed parameter and reads it back.",
             "stored, in force, and put back",
-            "supply below 2.85 V, write protection of bank 2",
+            "the board's 3.3 V (blocker PartSupply), write protection of bank 2",
         ],
     ),
     bench(off(
@@ -322,6 +322,19 @@ pub const STEPS: &[BringUpStep] = &[
         ],
     ),
     bench(on(
+        "currents in step",
+        StepKind::Look(
+            "Oscilloscope on PE11 and PC0, wheels off the ground, `hil-sim link drive` at 1 m/s: is the current at PC0 at its \
+             mean in the middle of each brake, within a tenth of its swing, and does the tool show that mean, \
+             27.5 mV per ampere above 1.65 V, within 0.3 A?",
+        ),
+        [
+            "Oscilloscope on PE11 and PC0 while `hil-sim link drive` drives at 1 m/s, wheels off the ground.",
+            "the current crosses its mean in the middle of the brake; the tool shows that mean within 0.3 A",
+            "bandwidth of the current's amplifier and filter ([power stage](power-stage.md#when-the-currents-are-read))",
+        ],
+    )),
+    bench(on(
         "supply ramped down",
         StepKind::Look(
             "Ramp the part's 3.3 V down: did the bridges open at 2.76 V (typical), and the part reset at 2.6 V or above?",
@@ -356,7 +369,8 @@ pub const STEPS: &[BringUpStep] = &[
 
 /// What an oscilloscope shows on the left motor's lines while it drives forward a little.
 pub const PICTURE: &str = "\
-        |<------------ 50 us ------------>|
-PE9   '''''''''''''''''''''''''''''''''''''''''
-PE11  __/''''''''''''''''''''''''''''\\____/''''
-        |<---- both high: brake ---->|<-->| drive";
+         |<------------ 50 us ------------>|
+PE9   ''''''''''''''''''''''''''''''''''''''''''''
+PE11  ___/'''''''''''''''''''''''''''\\_____/''''''
+         |<---- both high: brake --->|<--->| drive
+                       ^ the converter samples: the current at PC0, which falls, crosses its mean";

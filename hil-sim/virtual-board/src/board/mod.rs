@@ -184,7 +184,7 @@ impl VirtualBoard {
             },
         ));
         spawn!(|topics, hardware| watchdog::run(&topics, hardware));
-        spawn!(|topics, hardware| analog::run(&topics, hardware));
+        spawn!(|topics, hardware| analog::run(&topics, hardware, || false));
         self.first_thread_task = self.executor.tasks();
         let (rx, tx) = (to_board.clone(), from_board.clone());
         let about = link::about(built_in.parameters(), boot_number());

@@ -1,4 +1,8 @@
-//! Analogue inputs on ADC1, in one sequence of 12-bit conversions that the reader starts and the DMA moves.
+//! Analogue inputs on ADC1, in one sequence of 12-bit conversions that the bridges' timer starts and the DMA moves.
+//!
+//! A reader lets the converter hear one trigger: the next one starts the sequence, 50 us later at most. The trigger comes so
+//! long before the middle of the brake ([`SAMPLES_AFTER_TRIGGER_NS`]) that the middle lies between the samples of the two
+//! drive motors' currents.
 //!
 //! The converter puts its twelve bits at the top of the word, so that a count stands for the same as one of sixteen
 //! bits; the lowest four are always zero.
@@ -8,23 +12,35 @@ use embassy_stm32::adc::{Adc, RxDma};
 use embassy_stm32::dma;
 use embassy_stm32::gpio::{AnyPin, Flex};
 use embassy_stm32::interrupt::typelevel::Binding;
-use embassy_stm32::pac::adc::vals::{Align, Dds, SampleTime};
+use embassy_stm32::pac::adc::vals::{Align, Dds, Exten, SampleTime};
 use embassy_stm32::pac::{self};
 use embassy_stm32::peripherals::ADC1;
 use firmware::hardware::AnalogInputs;
 use model::analog::{ANALOG_INPUTS, Analog};
 
 use super::clocks::TIMER_HZ;
-use super::stm32_registers::conversions::{Conversions, LostWord};
+use super::stm32_registers::conversions::{Conversions, LostWord, TIM1_TRGO2, in_sequence};
 
 /// The converter's registers.
 const REGISTERS: pac::adc::Adc = pac::ADC1;
+/// The converter's clock, a quarter of the bus clock.
+const CONVERTER_HZ: u64 = 27_000_000;
+
+/// Time from the trigger to the middle between the samples of the left and the right motor's current. In half cycles: the
+/// trigger's latency, 6 (DS11532, ADC characteristics); a sample of [`CURRENT_TIME`], 30; half of the 54 from one current's
+/// sample to the next, as a conversion of 12 bits takes 24 more (RM0410 15.5).
+pub const SAMPLES_AFTER_TRIGGER_NS: u32 = ((6 + 30 + 54 / 2) * 1_000_000_000 / (2 * CONVERTER_HZ)) as u32;
+
+/// 15 cycles at 27 MHz, 0.6 us: the source is an amplifier with a filter that the converter does not load.
+const CURRENT_TIME: SampleTime = SampleTime::CYCLES15;
+/// 112 cycles at 27 MHz, 4 us: the source is a divider of tens of kilohms with a capacitor.
+const BATTERY_TIME: SampleTime = SampleTime::CYCLES112;
 
 /// ADC1, set up for the sequence.
 pub struct LeftAlignedSequence {
     _adc: Adc<'static, ADC1>,
     conversions: Conversions,
-    /// A sequence was started whose words did not all come.
+    /// The converter hears the trigger: its reader waits, or was dropped halfway.
     under_way: bool,
 }
 
@@ -44,11 +60,9 @@ impl LeftAlignedSequence {
         for pin in pins {
             Flex::new(pin).set_as_analog();
         }
-        // 27 MHz, a quarter of the bus clock.
         let adc = Adc::new(adc);
-        for channel in channels.map(usize::from) {
-            // 112 cycles at 27 MHz, 4 us: the source is a divider of tens of kilohms with a capacitor.
-            let time = SampleTime::CYCLES112;
+        for (n, channel) in channels.map(usize::from).into_iter().enumerate() {
+            let time = if n == 0 { BATTERY_TIME } else { CURRENT_TIME };
             if channel < 10 {
                 REGISTERS.smpr2().modify(|w| w.set_smp(channel, time));
             } else {
@@ -57,7 +71,7 @@ impl LeftAlignedSequence {
         }
         REGISTERS.sqr1().write(|w| w.set_l(ANALOG_INPUTS as u8 - 1));
         REGISTERS.sqr3().write(|w| {
-            for (n, channel) in channels.into_iter().enumerate() {
+            for (n, channel) in in_sequence(channels).into_iter().enumerate() {
                 w.set_sq(n, channel);
             }
         });
@@ -65,6 +79,7 @@ impl LeftAlignedSequence {
         REGISTERS.cr2().modify(|w| {
             w.set_align(Align::LEFT);
             w.set_cont(false);
+            w.set_extsel(TIM1_TRGO2);
             // The converter keeps requesting after a transfer's last word; each sequence starts a new transfer.
             w.set_dds(Dds::CONTINUOUS);
             w.set_dma(true);
@@ -76,22 +91,21 @@ impl LeftAlignedSequence {
         }
     }
 
-    /// Ends a sequence whose reader was dropped halfway or whose words the DMA lost.
-    fn settle(&mut self) {
-        if self.under_way {
-            // Without power the converter forgets the conversion that it was in, and the request that nothing answered.
-            REGISTERS.cr2().modify(|w| {
-                w.set_adon(false);
-                w.set_dma(false);
-            });
-            REGISTERS.cr2().modify(|w| {
-                w.set_adon(true);
-                w.set_dma(true);
-            });
-            cortex_m::asm::delay(START_CYCLES);
-        }
+    /// Makes the converter deaf to the trigger, whatever sequence is under way. It needs 3 us to start again.
+    fn stop(&mut self) {
+        // Without power the converter forgets the conversion that it was in, and the request that nothing answered.
+        REGISTERS.cr2().modify(|w| {
+            w.set_exten(Exten::DISABLED);
+            w.set_adon(false);
+            w.set_dma(false);
+        });
+        REGISTERS.cr2().modify(|w| {
+            w.set_adon(true);
+            w.set_dma(true);
+        });
         // Writing zeros clears the flags; an overrun holds every request back until its flag is clear.
         REGISTERS.sr().write(|_| {});
+        self.under_way = false;
     }
 }
 
@@ -102,14 +116,16 @@ impl AnalogInputs for LeftAlignedSequence {
     type Error = LostWord;
 
     async fn read(&mut self) -> Result<Analog<u16>, LostWord> {
-        self.settle();
-        self.under_way = true;
-        let start = || REGISTERS.cr2().modify(|w| w.set_swstart(true));
-        let readings = self.conversions.take(start).await;
-        if REGISTERS.sr().read().ovr() {
-            return Err(LostWord);
+        if self.under_way {
+            self.stop();
+            cortex_m::asm::delay(START_CYCLES);
         }
-        self.under_way = false;
-        Ok(readings)
+        self.under_way = true;
+        let start = || REGISTERS.cr2().modify(|w| w.set_exten(Exten::RISING_EDGE));
+        let readings = self.conversions.take(start).await;
+        let lost = REGISTERS.sr().read().ovr();
+        // The next trigger would start the sequence again. The converter has until the next reading to start.
+        self.stop();
+        if lost { Err(LostWord) } else { Ok(readings) }
     }
 }

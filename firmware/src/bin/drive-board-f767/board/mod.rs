@@ -51,7 +51,7 @@ use embassy_stm32::{bind_interrupts, dma, pac, peripherals, usart};
 use firmware::drive_board::analog::INPUTS;
 use firmware::hardware::ClockSource;
 
-pub use analog::LeftAlignedSequence as AnalogSequence;
+pub use analog::{LeftAlignedSequence as AnalogSequence, SAMPLES_AFTER_TRIGGER_NS};
 pub use embassy_stm32::peripherals::IWDG as BoardWatchdog;
 pub use flash::TwoBankFlash as PartFlash;
 use stm32::{

@@ -1,20 +1,35 @@
-//! Analogue inputs on ADC1, in one sequence of 16-bit conversions that
-//! the reader starts and the DMA moves.
+//! Analogue inputs on ADC1, in one sequence of 16-bit conversions that the bridges' timer starts and the DMA moves.
+//!
+//! A reader lets the converter hear one trigger: the next one starts the sequence, 50 us later at most. The trigger comes so
+//! long before the middle of the brake ([`SAMPLES_AFTER_TRIGGER_NS`]) that the middle lies between the samples of the two
+//! drive motors' currents.
 
 use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, RxDma};
 use embassy_stm32::dma;
 use embassy_stm32::interrupt::typelevel::Binding;
-use embassy_stm32::pac::adc::vals::{Adstp, Dmngt, Pcsel, Res, SampleTime};
+use embassy_stm32::pac::adc::vals::{Adstp, Dmngt, Exten, Pcsel, Res, SampleTime};
 use embassy_stm32::pac::{self};
 use embassy_stm32::peripherals::ADC1;
 use firmware::hardware::AnalogInputs;
 use model::analog::{ANALOG_INPUTS, Analog};
 
-use super::stm32_registers::conversions::{Conversions, LostWord};
+use super::stm32_registers::conversions::{Conversions, LostWord, TIM1_TRGO2, in_sequence};
 
 /// The converter's registers.
 const REGISTERS: pac::adc::Adc = pac::ADC1;
+/// The converter's clock.
+const CONVERTER_HZ: u64 = 16_000_000;
+
+/// Time from the trigger to the middle between the samples of the left and the right motor's current. In half cycles: the
+/// trigger's latency, 4 give or take 1 (DS12110, ADC characteristics); a sample of [`CURRENT_TIME`], 17; half of the 34 from
+/// one current's sample to the next, as a conversion of 16 bits takes 17 more (RM0433 Table 214).
+pub const SAMPLES_AFTER_TRIGGER_NS: u32 = ((4 + 17 + 34 / 2) * 1_000_000_000 / (2 * CONVERTER_HZ)) as u32;
+
+/// 8.5 cycles at 16 MHz, 0.5 us: the source is an amplifier with a filter that the converter does not load.
+const CURRENT_TIME: SampleTime = SampleTime::CYCLES8_5;
+/// 64.5 cycles at 16 MHz, 4 us: the source is a divider of tens of kilohms with a capacitor.
+const BATTERY_TIME: SampleTime = SampleTime::CYCLES64_5;
 
 /// ADC1, set up for the sequence.
 pub struct AnalogSequence {
@@ -37,21 +52,21 @@ impl AnalogSequence {
                 w.set_pcsel(channel as usize, Pcsel::PRESELECTED);
             }
         });
-        for channel in channels.map(usize::from) {
-            // 64.5 cycles at 16 MHz, 4 us: the source is a divider of tens of kilohms with a capacitor.
-            REGISTERS
-                .smpr(channel / 10)
-                .modify(|w| w.set_smp(channel % 10, SampleTime::CYCLES64_5));
+        for (n, channel) in channels.map(usize::from).into_iter().enumerate() {
+            let time = if n == 0 { BATTERY_TIME } else { CURRENT_TIME };
+            REGISTERS.smpr(channel / 10).modify(|w| w.set_smp(channel % 10, time));
         }
         REGISTERS.sqr1().write(|w| {
             w.set_l(ANALOG_INPUTS as u8 - 1);
-            for (n, channel) in channels.into_iter().enumerate() {
+            for (n, channel) in in_sequence(channels).into_iter().enumerate() {
                 w.set_sq(n, channel);
             }
         });
         REGISTERS.cfgr().modify(|w| {
             w.set_res(Res::BITS16);
             w.set_cont(false);
+            w.set_extsel(TIM1_TRGO2);
+            w.set_exten(Exten::RISING_EDGE);
             // The converter keeps requesting after a transfer's last word; each sequence starts a new transfer.
             w.set_dmngt(Dmngt::DMA_CIRCULAR);
         });
@@ -61,7 +76,7 @@ impl AnalogSequence {
         }
     }
 
-    /// Stops a sequence whose reader was dropped halfway, and empties the converter's FIFO.
+    /// Makes the converter deaf to the trigger, whatever sequence is under way, and empties its FIFO.
     fn settle() {
         if REGISTERS.cr().read().adstart() {
             REGISTERS.cr().modify(|w| w.set_adstp(Adstp::STOP));
@@ -82,12 +97,13 @@ impl AnalogInputs for AnalogSequence {
     type Error = LostWord;
 
     async fn read(&mut self) -> Result<Analog<u16>, LostWord> {
+        // The reader before may have been dropped halfway.
         Self::settle();
         let start = || REGISTERS.cr().modify(|w| w.set_adstart(true));
         let readings = self.conversions.take(start).await;
-        if REGISTERS.isr().read().ovr() {
-            return Err(LostWord);
-        }
-        Ok(readings)
+        let lost = REGISTERS.isr().read().ovr();
+        // The next trigger would start the sequence again.
+        Self::settle();
+        if lost { Err(LostWord) } else { Ok(readings) }
     }
 }

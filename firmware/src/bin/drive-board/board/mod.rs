@@ -50,7 +50,7 @@ use embassy_stm32::{bind_interrupts, dma, flash as driver, pac, peripherals, usa
 use firmware::drive_board::analog::INPUTS;
 use firmware::hardware::ClockSource;
 
-pub use analog::AnalogSequence;
+pub use analog::{AnalogSequence, SAMPLES_AFTER_TRIGGER_NS};
 pub use embassy_stm32::peripherals::IWDG1 as BoardWatchdog;
 pub use flash::DriverFlash as PartFlash;
 use stm32::{
