@@ -33,10 +33,14 @@ struct BuiltBoard {
     program: &'static str,
     /// First byte and bytes of its RAM.
     ram: [u32; 2],
+    /// Sectors of its boot loader, and of its image.
+    sectors: [u32; 2],
 }
 
-/// Bytes of the flash that every board's firmware runs from: bank 1.
-const FLASH_BYTES: u32 = image_seal::IMAGE_MAX;
+/// Bytes of a sector of either part.
+const SECTOR_BYTES: u32 = 128 * 1024;
+/// The boot loader's program.
+const LOADER: &str = "boot-loader";
 
 /// The board that a feature chose. With no board, or two, the library's own message ends the build.
 fn board() -> BuiltBoard {
@@ -45,12 +49,20 @@ fn board() -> BuiltBoard {
             ranges: nucleo_f767zi::RANGES,
             program: "drive-board-f767",
             ram: [f767zi_memory::RAM_START, f767zi_memory::RAM_BYTES],
+            sectors: [
+                f767zi_memory::LOADER_SECTORS as u32,
+                f767zi_memory::IMAGE_SECTORS as u32,
+            ],
         }
     } else {
         BuiltBoard {
             ranges: nucleo_h743zi::RANGES,
             program: "drive-board",
             ram: [h743zi_memory::RAM_START, h743zi_memory::RAM_BYTES],
+            sectors: [
+                h743zi_memory::LOADER_SECTORS as u32,
+                h743zi_memory::IMAGE_SECTORS as u32,
+            ],
         }
     }
 }
@@ -131,19 +143,16 @@ fn fnv_1a(hash: u32, bytes: &[u8]) -> u32 {
 fn linker(out: &Path, board: &BuiltBoard) {
     println!("cargo::rerun-if-changed=../memory.x");
     let program = board.program;
-    // The linker finds memory.x in the workspace's root, where it looks first: what differs between the boards are numbers.
+    let [loader_sectors, image_sectors] = board.sectors;
+    let start = FLASH_START + loader_sectors * SECTOR_BYTES;
     let [ram_start, ram_bytes] = board.ram;
-    for (symbol, number) in [
-        ("_program_flash_start", FLASH_START),
-        ("_program_flash_bytes", FLASH_BYTES),
-        ("_program_ram_start", ram_start),
-        ("_program_ram_bytes", ram_bytes),
-        // The code follows the seal.
-        ("_stext", FLASH_START + (SEAL_AT + SEAL_BYTES) as u32),
-    ] {
-        println!("cargo::rustc-link-arg-bin={program}=--defsym={symbol}={number:#x}");
+    memory(program, [start, image_sectors * SECTOR_BYTES, ram_start, ram_bytes]);
+    let place = start as usize + SEAL_AT;
+    // The code follows the seal.
+    let code = format!("--defsym=_stext={:#x}", place + SEAL_BYTES);
+    for argument in [code.as_str(), "-Tlink.x", "-Tseal.x", "-Tdefmt.x"] {
+        println!("cargo::rustc-link-arg-bin={program}={argument}");
     }
-    let place = FLASH_START as usize + SEAL_AT;
     // The gap in front of the seal is a section with contents: who loads an ELF by its sections leaves a gap erased, who
     // loads it by its segments fills it with what the linker put there, and the checksum covers it.
     let text = format!(
@@ -152,8 +161,32 @@ fn linker(out: &Path, board: &BuiltBoard) {
     );
     fs::write(out.join("seal.x"), text).expect("OUT_DIR is writable");
     println!("cargo::rustc-link-search={}", out.display());
+    if loader_sectors > 0 {
+        let [ram_start, ram_bytes] = [h743zi_memory::LOADER_RAM_START, h743zi_memory::LOADER_RAM_BYTES];
+        memory(
+            LOADER,
+            [FLASH_START, loader_sectors * SECTOR_BYTES, ram_start, ram_bytes],
+        );
+        // It has no seal, and none of the log's texts, which the libraries bring with them.
+        let text = "SECTIONS\n{\n  /DISCARD/ : { *(.defmt.*) }\n} INSERT AFTER .rodata;\n";
+        fs::write(out.join("no-log.x"), text).expect("OUT_DIR is writable");
+        for argument in ["-Tlink.x", "-Tno-log.x"] {
+            println!("cargo::rustc-link-arg-bin={LOADER}={argument}");
+        }
+    }
     // --nmagic: the sections are not page aligned, which the linker would otherwise pad in flash.
-    for argument in ["--nmagic", "-Tlink.x", "-Tseal.x", "-Tdefmt.x"] {
-        println!("cargo::rustc-link-arg-bins={argument}");
+    println!("cargo::rustc-link-arg-bins=--nmagic");
+}
+
+/// Gives the linker a program's memory. It finds memory.x in the workspace's root, where it looks first: what differs between
+/// the programs are numbers.
+fn memory(program: &str, [flash_start, flash_bytes, ram_start, ram_bytes]: [u32; 4]) {
+    for (symbol, number) in [
+        ("_program_flash_start", flash_start),
+        ("_program_flash_bytes", flash_bytes),
+        ("_program_ram_start", ram_start),
+        ("_program_ram_bytes", ram_bytes),
+    ] {
+        println!("cargo::rustc-link-arg-bin={program}=--defsym={symbol}={number:#x}");
     }
 }

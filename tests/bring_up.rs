@@ -70,6 +70,7 @@ fn bring_up(wrong: impl FnOnce(&mut Bench, &mut Shared), otherwise: Otherwise, s
         simulated,
         cold_starts: 2,
         power_cuts: 1,
+        firmware: None,
     };
     let person = Script {
         shared,
@@ -251,6 +252,7 @@ fn a_person_who_leaves_ends_it_with_a_disarm() {
             simulated: true,
             cold_starts: 1,
             power_cuts: 1,
+            firmware: None,
         };
         let mut console = Console(Vec::new());
         let told = carry_out(&mut reopen, person, &mut console, extent).expect_err("ended");

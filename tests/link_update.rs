@@ -13,9 +13,10 @@ use firmware::protocol::message::{
     Answer, Order, UPDATE_BYTES, UpdateAnswer, UpdateRefusal, UpdateRequest, UpdateState,
 };
 use firmware::update::loader::room;
-use hil_elf::seal::{seal, sealed_image};
+use hil_elf::seal::seal;
 use hil_sim::cli::link::console::Console;
 use hil_sim::cli::link::session::Link;
+use hil_sim::cli::link::update::Update;
 use hil_sim::cli::link::{self, Arguments};
 use model::command::Request;
 use model::supervise::arming::Mode;
@@ -63,15 +64,8 @@ fn elf(board: u16, length: usize) -> Vec<u8> {
 
 /// The image of an ELF, and its bytes.
 fn image(elf: &[u8]) -> (Image, Vec<u8>) {
-    let (sealed, bytes) = sealed_image(elf).expect("sealed");
-    let image = Image {
-        board: sealed.board,
-        length: sealed.length,
-        checksum: sealed.checksum,
-        build: sealed.build,
-        version: sealed.version,
-    };
-    (image, bytes)
+    let update = Update::of(elf).expect("sealed");
+    (update.image(), update.bytes().to_vec())
 }
 
 fn ask(bench: &mut Bench, request: UpdateRequest) -> UpdateAnswer {
@@ -87,14 +81,7 @@ fn refused(refusal: UpdateRefusal) -> UpdateAnswer {
 
 /// The piece of an image that begins at `at`.
 fn piece(bytes: &[u8], at: usize) -> UpdateRequest {
-    let mut piece = [[ERASED; 32]; UPDATE_BYTES / 32];
-    for (to, from) in piece.as_flattened_mut().iter_mut().zip(&bytes[at..]) {
-        *to = *from;
-    }
-    UpdateRequest::Write {
-        at: at as u32,
-        bytes: piece,
-    }
+    UpdateRequest::piece(bytes, at as u32).expect("within the image")
 }
 
 /// Sends every piece from `from` on.

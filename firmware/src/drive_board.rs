@@ -7,6 +7,7 @@
 use model::board::BoardScales;
 pub use model::board::DUTY_MAX_PERCENT;
 
+use crate::image_seal::FLASH_START;
 use crate::imu::driver;
 
 pub mod encoders;
@@ -27,6 +28,18 @@ compile_error!("choose a board: the feature nucleo-h743zi or nucleo-f767zi");
 pub const BOARD: u16 = memory::BOARD;
 /// Sectors of the place of an image that arrives over the link.
 pub const ARRIVED_SECTORS: usize = 2;
+/// Where the firmware's image begins in the part's memory.
+pub const IMAGE_START: u32 = FLASH_START + (memory::LOADER_SECTORS * FLASH_SECTOR_BYTES) as u32;
+
+// What arrives or is kept fits where it is to run, and the three places and the loader keep clear of each other.
+const _: () = {
+    use nucleo_h743zi::SECTORS_PER_BANK;
+    use nucleo_h743zi::memory::{ARRIVED_SECTOR, IMAGE_SECTORS, KEPT_SECTOR, LOADER_SECTORS};
+    let Some(arrived) = ARRIVED_SECTOR else { panic!() };
+    assert!(ARRIVED_SECTORS == IMAGE_SECTORS && LOADER_SECTORS + IMAGE_SECTORS <= SECTORS_PER_BANK);
+    assert!(arrived >= SECTORS_PER_BANK && arrived + IMAGE_SECTORS <= KEPT_SECTOR);
+    assert!(KEPT_SECTOR + IMAGE_SECTORS + HISTORY_SECTORS + PARAMETER_SECTORS <= 2 * SECTORS_PER_BANK);
+};
 
 /// What the board's raw counts stand for.
 pub const SCALES: BoardScales = BoardScales {

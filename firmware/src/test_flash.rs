@@ -15,6 +15,8 @@ pub enum Trouble {
     Cut,
     /// Error correction cannot restore the word.
     Unreadable,
+    /// The option bytes keep it from being written.
+    Protected,
 }
 
 impl NorFlashError for Trouble {
@@ -37,6 +39,8 @@ pub struct TestFlash {
     /// flash does nothing.
     pub power: usize,
     dead: bool,
+    /// Bytes that are neither programmed nor erased.
+    pub protected: core::ops::Range<usize>,
     /// Whether the word that a power cut hits ends damaged (as on the part) or half written.
     pub damage_on_cut: bool,
     /// Whether a word that is programmed twice ends damaged, as on the part, or fails the test.
@@ -56,6 +60,7 @@ impl TestFlash {
             decays: None,
             power: usize::MAX,
             dead: false,
+            protected: 0..0,
             damage_on_cut: true,
             damage_on_rewrite: false,
         }
@@ -126,6 +131,9 @@ impl NorFlash for TestFlash {
         }
         for (i, word) in bytes.chunks(WORD).enumerate() {
             let at = offset as usize + i * WORD;
+            if self.protected.contains(&at) {
+                return Err(Trouble::Protected);
+            }
             let cut = !self.powered();
             let fresh = self.bytes[at..at + WORD].iter().all(|b| *b == 0xFF);
             let spoilt = self.worn.contains(&(at / WORD)) || (!fresh && self.damage_on_rewrite);
@@ -156,6 +164,9 @@ impl NorFlash for TestFlash {
         }
         for page in (from as usize / PAGE)..(to as usize / PAGE) {
             let range = page * PAGE..(page + 1) * PAGE;
+            if self.protected.contains(&range.start) {
+                return Err(Trouble::Protected);
+            }
             if !self.powered() {
                 self.dead = true;
                 // Half of the page is erased.

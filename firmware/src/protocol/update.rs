@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::image::Image;
+use crate::image_seal::ERASED;
 
 /// Bytes of an image that one [`UpdateRequest::Write`] carries.
 pub const UPDATE_BYTES: usize = UPDATE_WORDS * UPDATE_WORD_BYTES;
@@ -29,6 +30,18 @@ pub enum UpdateRequest {
     Install,
     /// Tell what became of the last update.
     State,
+}
+
+impl UpdateRequest {
+    /// The request to store the piece of an image that begins at `at`; `None` behind the image's end.
+    pub fn piece(image: &[u8], at: u32) -> Option<Self> {
+        let rest = image.get(at as usize..).filter(|rest| !rest.is_empty())?;
+        let mut bytes = [[ERASED; UPDATE_WORD_BYTES]; UPDATE_WORDS];
+        for (to, from) in bytes.as_flattened_mut().iter_mut().zip(rest) {
+            *to = *from;
+        }
+        Some(Self::Write { at, bytes })
+    }
 }
 
 /// What the board answers to an [`UpdateRequest`].
@@ -65,8 +78,11 @@ pub enum UpdateState {
     OnTrial,
     /// It came up and confirmed itself.
     Confirmed,
-    /// It was rolled back: the firmware before it runs.
+    /// It was started and did not confirm itself before the next reset: it was rolled back, and the firmware before it runs.
     RolledBack,
+    /// It could not be installed and was never started: the flash failed, or the stored image has changed. The firmware before
+    /// it runs.
+    NotInstalled,
 }
 
 /// Why an update goes no further.

@@ -64,38 +64,36 @@ pub async fn prepare<F: NorFlash>(places: &mut Places<F>) -> Boot {
             LoaderStep::Boot => return Boot::Image,
             LoaderStep::Stop => return Boot::Nothing,
             LoaderStep::Try => {
-                if mark(places, &mut found, Mark::Tried).await {
+                if mark(places, &found, Mark::Tried).await {
                     return Boot::Trial;
                 }
                 // A trial that leaves no trace would be repeated for ever.
-                given_up(&mut found);
+                give_up(places, &mut found).await;
             }
             LoaderStep::Keep => {
                 found.kept = copy(&mut places.running, &mut places.kept, found.running).await;
                 if found.kept.is_none() {
-                    given_up(&mut found);
+                    give_up(places, &mut found).await;
                 }
             }
             LoaderStep::MarkKept => {
-                if mark(places, &mut found, Mark::Kept).await {
+                if mark(places, &found, Mark::Kept).await {
                     set(&mut found, |order| order.kept = true);
                 } else {
-                    given_up(&mut found);
+                    give_up(places, &mut found).await;
                 }
             }
             LoaderStep::Install => {
                 found.running = copy(&mut places.arrived, &mut places.running, found.arrived).await;
                 if found.running.is_none() {
-                    // The flash does not keep it; what can be done is to try the kept image.
-                    given_up(&mut found);
+                    // The flash does not keep it. A flash that refused to be erased still holds the image before; otherwise
+                    // what can be done is to try the kept one.
+                    found.running = whole(&mut places.running).await;
+                    give_up(places, &mut found).await;
                     set(&mut found, |order| order.confirmed = false);
                 }
             }
-            LoaderStep::GiveUp => {
-                // If the mark cannot be written the next boot decides the same again.
-                mark(places, &mut found, Mark::RolledBack).await;
-                given_up(&mut found);
-            }
+            LoaderStep::GiveUp => give_up(places, &mut found).await,
             LoaderStep::Restore => {
                 found.running = copy(&mut places.kept, &mut places.running, found.kept).await;
                 if found.running.is_none() {
@@ -118,12 +116,14 @@ fn set(found: &mut Found, change: impl FnOnce(&mut InstallOrder)) {
     }
 }
 
-fn given_up(found: &mut Found) {
+/// Gives the ordered image up. If the mark cannot be written the next boot decides the same again.
+async fn give_up<F: NorFlash>(places: &mut Places<F>, found: &mut Found) {
+    mark(places, found, Mark::RolledBack).await;
     set(found, |order| order.rolled_back = true);
 }
 
 /// Adds a mark about the ordered image; tells whether it stands.
-async fn mark<F: NorFlash>(places: &mut Places<F>, found: &mut Found, mark: Mark) -> bool {
+async fn mark<F: NorFlash>(places: &mut Places<F>, found: &Found, mark: Mark) -> bool {
     let Some(order) = found.order else { return false };
     let added = journal::add(&mut places.arrived, mark, order.subject()).await;
     added.is_ok()

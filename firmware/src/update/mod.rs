@@ -1,5 +1,5 @@
-//! Updating without a probe: a new image comes over the link, and a boot loader installs it or rolls it back. No board has a
-//! boot loader yet: the firmware stores and checks an image, and what a boot loader would do with it runs in tests alone.
+//! Updating without a probe: a new image comes over the link, the firmware stores and checks it, and the boot loader, a program
+//! of its own (`firmware/src/bin/boot-loader/`), installs it or rolls it back.
 //!
 //! Three places of the flash hold a whole image each: the image that runs, the one that has arrived, and the one that ran
 //! before, which is kept. The firmware writes the arrived one alone, in the bank that it does not run from. The boot loader

@@ -43,11 +43,17 @@ impl<F: NorFlash> UpdateStore<F> {
         let Some(order) = journal::read(&mut self.place).await else {
             return (UpdateState::None, 0);
         };
+        if order.checksum != self.running && order.before != self.running {
+            // A probe has flashed another image since.
+            return (UpdateState::None, 0);
+        }
         // The boot loader obeys the marks in this order.
         let state = if order.confirmed {
             UpdateState::Confirmed
-        } else if order.rolled_back {
+        } else if order.rolled_back && order.tried {
             UpdateState::RolledBack
+        } else if order.rolled_back {
+            UpdateState::NotInstalled
         } else if order.tried {
             UpdateState::OnTrial
         } else {

@@ -11,6 +11,7 @@ use report::output::create_directory;
 
 use super::link::console::Console;
 use super::link::session::Link;
+use super::link::update::Update;
 use super::link::wire::{Port, Wire};
 use super::link::{interrupts, nonce};
 
@@ -28,7 +29,7 @@ use verdict::{BringUpReport, StepVerdict};
 
 const EXAMPLES: &str = "\
 Examples:
-  hil-sim bring-up --port /dev/ttyACM0 --out out/bring-up
+  hil-sim bring-up --port /dev/ttyACM0 --firmware target/thumbv7em-none-eabihf/release/drive-board --out out/bring-up
   hil-sim bring-up --port tcp:127.0.0.1:5760 --simulated --cold-starts 1";
 
 /// Flags of `bring-up`.
@@ -47,6 +48,9 @@ pub struct Arguments {
     /// Cuts of the supply while the board stores
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=1000))]
     power_cuts: u32,
+    /// The sealed ELF of a firmware to send over the link; without it the step "update" is not shown
+    #[arg(long, value_name = "FILE")]
+    firmware: Option<PathBuf>,
     /// Write the report into this directory, as text and as JSON
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -65,6 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         simulated: arguments.simulated,
         cold_starts: arguments.cold_starts,
         power_cuts: arguments.power_cuts,
+        firmware: arguments.firmware.as_deref().map(Update::read).transpose()?,
     };
     let report = carry_out(&mut reopen, Terminal::new(), &mut console, extent)?;
     if let Some(directory) = &arguments.out {

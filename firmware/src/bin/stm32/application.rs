@@ -8,7 +8,7 @@ use firmware::drive::DriveHardware;
 use firmware::drive_board::SCALES;
 use firmware::events::Event;
 use firmware::fault_history::FaultStore;
-use firmware::hardware::{ClockSource, NoLoader, Place};
+use firmware::hardware::{ClockSource, Place};
 use firmware::parameters::{Booted, ParameterStore};
 use firmware::protocol::message::About;
 use firmware::topics::{self, DisarmBy};
@@ -22,7 +22,7 @@ use crate::board::AnalogSequence;
 use crate::board::stm32::link::{LinkReceiver, LinkSender};
 use crate::board::stm32::{
     self, Board, CoreCycles, FlightRecorder, ImuDevice, Lamps, MotorBridges, QuadratureCounters, Region,
-    RunningWatchdog, StopContact, UserButton,
+    RunningWatchdog, StopContact, SystemReset, UserButton,
 };
 
 /// What the tasks share: the tasks of the control executor interrupt those of the thread.
@@ -140,9 +140,10 @@ async fn fault_task(history: Option<FaultStore<Region>>, boot: u32) {
     fault_history::run(&TOPICS, history, boot).await;
 }
 
+/// A board without a boot loader has no place for an image, and never comes to restart into one.
 #[embassy_executor::task]
 async fn update_task(store: Option<UpdateStore<Region>>, self_test_passed: bool) {
-    update::run(&TOPICS, store, None::<NoLoader>, self_test_passed).await;
+    update::run(&TOPICS, store, Some(SystemReset), self_test_passed).await;
 }
 
 #[embassy_executor::task]

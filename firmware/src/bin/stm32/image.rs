@@ -2,13 +2,12 @@
 
 use core::mem::offset_of;
 
-use crc::{CRC_32_ISCSI, Crc};
+use embassy_futures::block_on;
+use embedded_storage_async::nor_flash::{ErrorType, ReadNorFlash};
 use firmware::built_in::BUILD_HASH;
-use firmware::drive_board::{BOARD, FLASH_WORD_BYTES};
-use firmware::image_seal::{
-    BOARD_AT, BUILD_AT, ERASED, FLASH_START, IMAGE_MAX, MARKER, MISSING, NUMBERS_AT, NUMBERS_BYTES, SEAL_AT,
-    SEAL_BYTES, VERSION_AT,
-};
+use firmware::drive_board::{BOARD, FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, IMAGE_START, memory};
+use firmware::image::image_in;
+use firmware::image_seal::{BOARD_AT, BUILD_AT, MARKER, MISSING, NUMBERS_AT, SEAL_AT, SEAL_BYTES, VERSION_AT};
 use firmware::link::VERSION;
 
 use super::storage::{StorageError, read};
@@ -41,7 +40,8 @@ static SEAL: Seal = Seal {
     board: BOARD,
 };
 
-const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
+/// Bytes of the place that the image runs in.
+const ROOM: u32 = (memory::IMAGE_SECTORS * FLASH_SECTOR_BYTES) as u32;
 
 /// What the flash holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,7 +65,7 @@ pub fn check() -> (ImageState, u32) {
 fn try_check(told: &mut u32) -> Result<ImageState, StorageError> {
     // Where whoever has the image alone looks for it.
     let seal = &raw const SEAL as usize;
-    if seal != FLASH_START as usize + SEAL_AT {
+    if seal != IMAGE_START as usize + SEAL_AT {
         return Ok(ImageState::Damaged);
     }
     let mut word = [0; FLASH_WORD_BYTES];
@@ -84,25 +84,30 @@ fn try_check(told: &mut u32) -> Result<ImageState, StorageError> {
         length,
         checksum
     );
-    if length > IMAGE_MAX {
-        return Ok(ImageState::Damaged);
-    }
-    let start = FLASH_START as usize;
-    let end = start + length as usize;
-    let mut digest = CHECKSUM.digest();
-    for address in (start..end).step_by(FLASH_WORD_BYTES) {
-        read(address, &mut word)?;
-        if address == seal
-            && let Some(numbers) = word.get_mut(NUMBERS_AT..NUMBERS_AT + NUMBERS_BYTES)
-        {
-            numbers.fill(ERASED);
+    let whole = block_on(image_in(&mut RunningPlace, ROOM, BOARD)).is_some();
+    Ok(if whole { ImageState::Whole } else { ImageState::Damaged })
+}
+
+/// The place of the flash that the image runs in, read word by word.
+struct RunningPlace;
+
+impl ErrorType for RunningPlace {
+    type Error = StorageError;
+}
+
+impl ReadNorFlash for RunningPlace {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), StorageError> {
+        let mut address = IMAGE_START as usize + offset as usize;
+        for piece in bytes.chunks_mut(FLASH_WORD_BYTES) {
+            read(address, piece)?;
+            address += piece.len();
         }
-        let left = (end - address).min(FLASH_WORD_BYTES);
-        digest.update(word.get(..left).unwrap_or_default());
+        Ok(())
     }
-    Ok(if digest.finalize() == checksum {
-        ImageState::Whole
-    } else {
-        ImageState::Damaged
-    })
+
+    fn capacity(&self) -> usize {
+        ROOM as usize
+    }
 }

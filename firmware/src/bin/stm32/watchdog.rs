@@ -7,13 +7,13 @@ use firmware::hardware::Watchdog;
 
 use crate::board::BoardWatchdog;
 
-/// The independent watchdog, on its own oscillator, not started yet. Until the tasks run, the bridges are
-/// open, and the slow parts of the start-up (the converter's calibration takes 10 ms) must not end in one
-/// reset after another.
+/// The independent watchdog, on its own oscillator, not started yet, or started by the boot loader with a time that no
+/// start-up needs. Until the tasks run, the bridges are open, and the slow parts of the start-up (the converter's
+/// calibration takes 10 ms) must not end in one reset after another.
 pub struct WatchdogAtRest(Peri<'static, BoardWatchdog>);
 
 impl WatchdogAtRest {
-    /// The watchdog as it is after a reset.
+    /// The watchdog as the start has left it.
     pub fn new(peripheral: Peri<'static, BoardWatchdog>) -> Self {
         Self(peripheral)
     }
@@ -23,6 +23,8 @@ impl WatchdogAtRest {
     pub fn start(self) -> RunningWatchdog {
         let mut watchdog = IndependentWatchdog::new(self.0, WATCHDOG_US);
         watchdog.unleash();
+        // One that runs already takes its new time when it is fed.
+        watchdog.pet();
         RunningWatchdog(watchdog)
     }
 }

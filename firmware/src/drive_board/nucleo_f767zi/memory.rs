@@ -3,6 +3,8 @@
 
 /// The board's number in the seal of an image.
 pub const BOARD: u16 = 767;
+/// This board has no boot loader: the firmware begins where the flash begins.
+pub const LOADER_SECTORS: usize = 0;
 /// Sectors of the flash that the firmware runs from: bank 1. The option bit `nDBANK` is 0 (two banks), which the self-test
 /// requires.
 pub const IMAGE_SECTORS: usize = 8;

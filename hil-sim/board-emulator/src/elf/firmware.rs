@@ -1,4 +1,4 @@
-//! The firmware's ELF: its image and its symbols.
+//! The firmware's ELF: its image and its symbols; the boot loader's image.
 
 use std::path::{Path, PathBuf};
 
@@ -13,24 +13,34 @@ pub struct Firmware {
     path: PathBuf,
     bytes: Vec<u8>,
     image: Image,
+    loader: Image,
     rtt_block: u64,
 }
 
+/// Name of the boot loader's ELF, beside the firmware's.
+const LOADER: &str = "boot-loader";
+
 impl Firmware {
-    /// Reads an ELF.
+    /// Reads an ELF, and the boot loader's beside it.
     ///
     /// # Errors
-    /// When the file cannot be read, is no ELF, or has no RTT control block.
+    /// When a file cannot be read or is no ELF, or the firmware has no RTT control block.
     pub fn read(path: &Path) -> Result<Self, Error> {
-        let bytes = std::fs::read(path).map_err(|source| Error::Read {
-            path: path.to_owned(),
-            source,
-        })?;
+        let read = |path: &Path| {
+            std::fs::read(path).map_err(|source| Error::Read {
+                path: path.to_owned(),
+                source,
+            })
+        };
+        let bytes = read(path)?;
         let image = Image::new(path, bytes.clone(), None)?;
+        let loader = path.with_file_name(LOADER);
+        let loader = Image::new(&loader, read(&loader)?, None)?;
         let mut firmware = Self {
             path: path.to_owned(),
             bytes,
             image,
+            loader,
             rtt_block: 0,
         };
         firmware.rtt_block = firmware.symbol("_SEGGER_RTT")?.0;
@@ -42,9 +52,14 @@ impl Firmware {
         &self.path
     }
 
-    /// The image that the emulator loads.
-    pub fn image(&self) -> &Image {
-        &self.image
+    /// The images of a flashed board: the boot loader's and the firmware's.
+    pub fn images(&self) -> Vec<Image> {
+        vec![self.loader.clone(), self.image.clone()]
+    }
+
+    /// The boot loader's image alone: a board whose firmware is what a test puts there.
+    pub fn loader(&self) -> Vec<Image> {
+        vec![self.loader.clone()]
     }
 
     /// The ELF's bytes.

@@ -154,6 +154,11 @@ impl Part {
         registers.set(register, registers.get(register) | u64::from(flags));
     }
 
+    /// Where the core finds its vectors after a reset.
+    pub fn boot_address(&self) -> u32 {
+        self.setup.boot_address
+    }
+
     /// A core as `spec` makes it, with the part's bad memory if it has any.
     pub fn with_memory_fault(&self, mut spec: CoreSpec) -> CoreSpec {
         if let Some(fault) = self.setup.memory_fault {

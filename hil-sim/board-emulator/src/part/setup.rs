@@ -1,5 +1,6 @@
 //! What a part is like before the firmware starts.
 
+use firmware::image_seal::FLASH_START;
 use rigless::device::RegisterFile;
 use rigless::soc::stm32h743::generated::{dbgmcu, flash};
 use rigless::soc::stm32h743::peripherals::flash::{Flash, OptionBytes};
@@ -56,6 +57,9 @@ pub struct PartSetup {
     pub brown_out_level: u8,
     /// Sectors of bank 2 that are not write-protected, a bit each.
     pub writable_sectors: u8,
+    /// Where the core finds its vectors after a reset: the boot loader's, or the firmware's for a start without it. The option
+    /// bytes hold its upper half.
+    pub boot_address: u32,
     /// Silicon revision.
     pub revision: u16,
     /// Memory that has gone bad, if any.
@@ -69,6 +73,7 @@ impl Default for PartSetup {
             external_clock: true,
             brown_out_level: 3,
             writable_sectors: u8::MAX,
+            boot_address: FLASH_START,
             revision: 0x2003,
             memory_fault: None,
         }
@@ -77,6 +82,8 @@ impl Default for PartSetup {
 
 /// Lowest bit of the brown-out level in the option bytes.
 const BROWN_OUT_SHIFT: u32 = 2;
+/// The half of the option bytes' boot word that holds where the core boots while the pin BOOT0 is low.
+const BOOT_PIN_LOW: u64 = 0xFFFF;
 /// Lowest bit of the revision in the identity code.
 const REVISION_SHIFT: u32 = 16;
 
@@ -87,6 +94,7 @@ impl PartSetup {
         let level = u64::from(self.brown_out_level) << BROWN_OUT_SHIFT;
         let options = OptionBytes {
             optsr: factory.optsr & !(3 << BROWN_OUT_SHIFT) | level,
+            boot: factory.boot & !BOOT_PIN_LOW | u64::from(self.boot_address >> 16),
             wpsn: [factory.wpsn[0], u64::from(self.writable_sectors)],
             ..factory
         };

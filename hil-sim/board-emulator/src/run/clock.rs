@@ -48,12 +48,11 @@ pub(super) fn started_at(session: &mut Session<DriveBoard>, at: VirtualNanos) ->
     Ok(Some(clock_start(at.0, count_us % RANGE_US, started)))
 }
 
-/// When the clock of a firmware that started at `started` started, if its low 16 bits read `count_us` at `now`. The clock
-/// shows the time since the start, less the time that the start-up code took before it started the clock (less than the
-/// counter's range).
+/// When a clock started that reads `count_us` at `now`, on a board that started at `started`. The clock is looked at within
+/// its range after it began to run, however long the boot loader took before that.
 fn clock_start(now: u64, count_us: u64, started: u64) -> u64 {
     let elapsed_us = (now - started) / US;
-    started + (elapsed_us - count_us) % RANGE_US * US
+    started + elapsed_us.saturating_sub(count_us) * US
 }
 
 /// The first instant after `now`, in ns, that lies just before a tick of a clock that started at `started`.

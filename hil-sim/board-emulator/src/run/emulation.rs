@@ -60,12 +60,24 @@ impl Emulation {
         settings: EmulationSettings,
         contents: &[(u64, Vec<u8>)],
     ) -> Result<Self, Error> {
-        let mut images = vec![firmware.image().clone()];
-        for (address, bytes) in contents {
-            images.push(image::Image::new(firmware.path(), bytes.clone(), Some(*address))?);
-        }
+        let images = with_contents(firmware.images(), firmware, contents)?;
         let state = EmulationState::new(plant, settings, firmware.rtt_block());
         Self::start(images, state, None)
+    }
+
+    /// Powers the board up with the boot loader and, in place of the firmware, with these contents of the flash, as addresses
+    /// and bytes.
+    ///
+    /// # Errors
+    /// As [`Emulation::power_on`].
+    pub fn power_on_loader(
+        firmware: &Firmware,
+        plant: Box<dyn ClosedPlant>,
+        settings: EmulationSettings,
+        contents: &[(u64, Vec<u8>)],
+    ) -> Result<Self, Error> {
+        let images = with_contents(firmware.loader(), firmware, contents)?;
+        Self::start(images, EmulationState::new(plant, settings, firmware.rtt_block()), None)
     }
 
     fn start(images: Vec<image::Image>, state: EmulationState, from: Option<&Snapshot>) -> Result<Self, Error> {
@@ -226,13 +238,25 @@ impl Emulation {
     }
 }
 
+/// Adds contents of the flash to images.
+fn with_contents(
+    mut images: Vec<image::Image>,
+    firmware: &Firmware,
+    contents: &[(u64, Vec<u8>)],
+) -> Result<Vec<image::Image>, Error> {
+    for (address, bytes) in contents {
+        images.push(image::Image::new(firmware.path(), bytes.clone(), Some(*address))?);
+    }
+    Ok(images)
+}
+
 impl Frozen {
     /// Starts a run that continues from here; `firmware` must be the one that the frozen run ran.
     ///
     /// # Errors
     /// When it is another firmware.
     pub fn thaw(&self, firmware: &Firmware) -> Result<Emulation, Error> {
-        let mut emulation = Emulation::start(vec![firmware.image().clone()], self.state.fork(), Some(&self.snapshot))?;
+        let mut emulation = Emulation::start(firmware.images(), self.state.fork(), Some(&self.snapshot))?;
         // The new run executed an instruction before it stopped, which may have received bytes of its own.
         emulation.arrived.received.splice(..0, self.received.iter().copied());
         Ok(emulation)

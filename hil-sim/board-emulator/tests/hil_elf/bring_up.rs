@@ -1,52 +1,17 @@
 //! The bring-up procedure over the link of the emulated board: what it needs of the real protocol, at the real ELF.
 
-use std::io;
 use std::sync::Arc;
 
-use board_emulator::run::Emulation;
-use board_emulator::time::MS;
 use hil_sim::cli::bring_up::carry_out;
 use hil_sim::cli::bring_up::person::Person;
 use hil_sim::cli::bring_up::procedure::BringUpExtent;
 use hil_sim::cli::bring_up::verdict::StepVerdict;
 use hil_sim::cli::link::console::Console;
 use hil_sim::cli::link::session::Link;
-use hil_sim::cli::link::wire::Wire;
 use report::error::CommandError;
 
 use crate::support::ready;
-
-/// How long one read of the tool waits, ms.
-const READ_MS: u64 = 5;
-
-/// The emulated board's host link.
-struct EmulatedWire {
-    emulation: Emulation,
-    /// What has come and has not been read yet.
-    waiting: Vec<u8>,
-}
-
-impl Wire for EmulatedWire {
-    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.emulation.send(bytes).map_err(io::Error::other)
-    }
-
-    fn receive(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        if self.waiting.is_empty() {
-            self.emulation.run_for(READ_MS * MS).map_err(io::Error::other)?;
-            self.waiting = self.emulation.receive();
-        }
-        let length = bytes.len().min(self.waiting.len());
-        for (slot, byte) in bytes.iter_mut().zip(self.waiting.drain(..length)) {
-            *slot = byte;
-        }
-        Ok(length)
-    }
-
-    fn now_us(&self) -> u64 {
-        self.emulation.now() * 1000 / MS
-    }
-}
+use crate::wire::EmulatedWire;
 
 /// Nobody's hands reach the emulated vehicle.
 struct NoHands;
@@ -60,10 +25,7 @@ impl Person for NoHands {
 /// Every step that needs no hands passes; the others are not shown, and the vehicle is not armed.
 #[test]
 fn the_bring_up_procedure_runs_on_the_board() {
-    let mut wire = Some(EmulatedWire {
-        emulation: ready().emulation,
-        waiting: Vec::new(),
-    });
+    let mut wire = Some(EmulatedWire::new(ready().emulation));
     let mut reopen = || {
         let wire = wire
             .take()
@@ -74,6 +36,7 @@ fn the_bring_up_procedure_runs_on_the_board() {
         simulated: true,
         cold_starts: 1,
         power_cuts: 1,
+        firmware: None,
     };
     let mut console = Console(Vec::new());
     let report = carry_out(&mut reopen, NoHands, &mut console, extent).expect("carried out");

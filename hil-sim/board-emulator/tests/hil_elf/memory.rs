@@ -1,9 +1,12 @@
 //! The memory: the image's seal, the test of the RAM, words of the image that cannot be read.
+//!
+//! The boards of these tests start without the boot loader, as option bytes can have it: the firmware's own check is the
+//! subject, and the boot loader would not start an image that it is to find fault with.
 
 use board_emulator::board::{MemoryFault, PartSetup};
 use board_emulator::time::MS;
-use firmware::drive_board::FLASH_WORD_BYTES;
-use firmware::image_seal::{FLASH_START, MARKER, MISSING, NUMBERS_AT};
+use firmware::drive_board::{FLASH_WORD_BYTES, IMAGE_START};
+use firmware::image_seal::{MARKER, MISSING, NUMBERS_AT};
 use firmware::protocol::message::Order;
 use model::command::Request;
 use model::supervise::arming::Mode;
@@ -15,11 +18,19 @@ use crate::support::{Operator, blocks_alone, firmware, open, powered_part};
 
 /// Where a text or a marker stands in the flash.
 fn place(board: &mut Operator, sought: &[u8]) -> u64 {
-    let start = u64::from(FLASH_START);
+    let start = u64::from(IMAGE_START);
     let flash = board.emulation.at(move |stopped| stopped.read_block(start, 256 * 1024));
     let flash = flash.expect("it runs").expect("it is memory");
     let found = flash.windows(sought.len()).position(|window| window == sought);
     start + found.expect("the image has it") as u64
+}
+
+/// A part that starts with the firmware.
+fn without_loader() -> PartSetup {
+    PartSetup {
+        boot_address: IMAGE_START,
+        ..PartSetup::default()
+    }
 }
 
 fn write(board: &mut Operator, at: u64, bytes: Vec<u8>) {
@@ -30,7 +41,7 @@ fn write(board: &mut Operator, at: u64, bytes: Vec<u8>) {
 /// A firmware whose seal has no numbers, as a plain build leaves it, boots and talks, and does not arm.
 #[test]
 fn an_image_without_its_checksum_does_not_arm() {
-    let mut board = powered_part(PartSetup::default(), &[]);
+    let mut board = powered_part(without_loader(), &[]);
     let seal = place(&mut board, &MARKER.map(u32::to_le_bytes).concat());
     write(&mut board, seal + NUMBERS_AT as u64, MISSING.to_le_bytes().to_vec());
     blocks_alone(&mut board, Blocker::Unsealed);
@@ -39,7 +50,7 @@ fn an_image_without_its_checksum_does_not_arm() {
 /// One bit of a message that is never shown: the board does not arm with a firmware that is not the one that was built.
 #[test]
 fn an_image_of_which_a_bit_has_changed_does_not_arm() {
-    let mut board = powered_part(PartSetup::default(), &[]);
+    let mut board = powered_part(without_loader(), &[]);
     let at = place(&mut board, b"non-maskable interrupt");
     write(&mut board, at, vec![b'n' ^ 1]);
     blocks_alone(&mut board, Blocker::Image);
@@ -49,7 +60,7 @@ fn an_image_of_which_a_bit_has_changed_does_not_arm() {
 fn with_fault(fault: MemoryFault) -> Operator {
     let part = PartSetup {
         memory_fault: Some(fault),
-        ..PartSetup::default()
+        ..without_loader()
     };
     powered_part(part, &[])
 }
@@ -61,7 +72,7 @@ fn resets(board: &mut Operator) -> usize {
 /// A word of the image that cannot be read is told, and is no reason to restart.
 #[test]
 fn a_word_of_the_image_that_cannot_be_read_does_not_arm() {
-    let mut sound = powered_part(PartSetup::default(), &[]);
+    let mut sound = powered_part(without_loader(), &[]);
     let at = place(&mut sound, b"non-maskable interrupt");
     let word = at - at % FLASH_WORD_BYTES as u64;
     let mut board = with_fault(MemoryFault::unreadable(word, FLASH_WORD_BYTES as u64));
@@ -74,7 +85,7 @@ fn a_word_of_the_image_that_cannot_be_read_does_not_arm() {
 #[test]
 fn no_unreadable_word_of_the_image_lets_the_board_arm() {
     const PLACES: u64 = 8;
-    let mut sound = powered_part(PartSetup::default(), &[]);
+    let mut sound = powered_part(without_loader(), &[]);
     let seal = place(&mut sound, &MARKER.map(u32::to_le_bytes).concat());
     let length = sound
         .emulation
@@ -82,7 +93,7 @@ fn no_unreadable_word_of_the_image_lets_the_board_arm() {
     let length = u64::from(length.expect("it runs").expect("it is memory"));
     let mut told = 0;
     for n in 0..PLACES {
-        let first = (u64::from(FLASH_START) + length * n / PLACES) & !(FLASH_WORD_BYTES as u64 - 1);
+        let first = (u64::from(IMAGE_START) + length * n / PLACES) & !(FLASH_WORD_BYTES as u64 - 1);
         let mut board = with_fault(MemoryFault::unreadable(first, FLASH_WORD_BYTES as u64));
         board.command = Some((0.0, 0.0));
         for _ in 0..14 {

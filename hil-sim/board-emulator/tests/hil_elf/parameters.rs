@@ -18,7 +18,7 @@ use firmware::parameters::ParameterStore;
 use firmware::protocol::message::{Answer, Order, ParameterAnswer, ParameterRequest};
 use model::vehicle::{Vehicle, VehicleParameters};
 
-use crate::support::{BATTERY_V, Operator, firmware, noise, powered, ready};
+use crate::support::{BATTERY_V, Operator, STARTED_MS, firmware, noise, powered, ready};
 
 const REGION_BYTES: usize = PARAMETER_SECTORS * FLASH_SECTOR_BYTES;
 /// Most boots from the states that power cuts of one store leave.
@@ -71,18 +71,18 @@ fn a_stored_set_is_kept_over_resets_and_power_cycles() {
     assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Stored);
 
     board.emulation.at(|stopped| stopped.reset_by_pin()).expect("it runs");
-    board.run(100);
+    board.run(STARTED_MS);
     assert!(log_has(&mut board, "reset by reset pin"));
     assert!(log_has(&mut board, "parameters: stored set"));
     assert_eq!(read(&mut board), NEW);
 
     let mut cycled = powered_with(&region(&mut board));
-    cycled.run(100);
+    cycled.run(STARTED_MS);
     assert_eq!(read(&mut cycled), NEW);
     assert_eq!(cycled.ask(ParameterRequest::Defaults), ParameterAnswer::DefaultsReady);
     assert_eq!(cycled.ask(ParameterRequest::Store), ParameterAnswer::Stored);
     let mut back = powered_with(&region(&mut cycled));
-    back.run(100);
+    back.run(STARTED_MS);
     assert_eq!(read(&mut back), built_in);
 }
 
@@ -138,7 +138,7 @@ fn a_power_cut_leaves_the_old_or_the_new_set() {
         let every = states.len().div_ceil(BOOTS_MAX);
         for state in states.iter().rev().step_by(every) {
             let mut cut = powered_with(state);
-            cut.run(100);
+            cut.run(STARTED_MS);
             let value = read(&mut cut);
             assert!(value == OLD || value == NEW, "{value}");
             *seen.entry(value.to_bits()).or_insert(0) += 1;
@@ -149,7 +149,7 @@ fn a_power_cut_leaves_the_old_or_the_new_set() {
         assert_eq!(seen.len(), 2, "before and after are both among them");
         // After the last cut, parameters can still be stored.
         let mut after = powered_with(states.last().expect("a state"));
-        after.run(100);
+        after.run(STARTED_MS);
         write(&mut after, OLD);
         assert_eq!(after.ask(ParameterRequest::Store), ParameterAnswer::Stored);
     }
@@ -281,7 +281,7 @@ fn full() -> Vec<u8> {
 #[test]
 fn the_hosts_flash_holds_what_the_board_reads() {
     let mut board = powered_with(&full());
-    board.run(100);
+    board.run(STARTED_MS);
     assert!(log_has(&mut board, "parameters: stored set"));
     assert_eq!(read(&mut board), OLD);
     assert_eq!(powered().now() % MS, 0);

@@ -11,7 +11,7 @@ use firmware::protocol::message::{
 use model::supervise::codes::Blocker;
 use model::vehicle::Vehicle;
 
-use crate::support::{Operator, powered_part, ready};
+use crate::support::{Operator, STARTED_MS, powered_part, ready};
 
 /// Flags of a bank's status register: write protection, sequence, strobe, inconsistency, corrected single error.
 const ERRORS: [u32; 5] = [1 << 17, 1 << 18, 1 << 19, 1 << 21, 1 << 25];
@@ -110,7 +110,7 @@ fn a_store_that_cannot_be_read_blocks_arming() {
             ..PartSetup::default()
         };
         let mut board = powered_part(part, &[(start, set.clone())]);
-        board.run(150);
+        board.run(STARTED_MS);
         let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
         assert_eq!(resets, []);
         board

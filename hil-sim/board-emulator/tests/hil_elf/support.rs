@@ -19,6 +19,10 @@ pub const BATTERY_V: f64 = 24.0;
 /// Instant in ns by which the firmware has calibrated.
 pub const READY: u64 = 700 * MS;
 
+/// Time within which a board that starts runs its tasks and has answered, ms: the boot loader takes 45 ms, the firmware's
+/// self-test and store 60 ms, and the client asks every 50 ms.
+pub const STARTED_MS: u64 = 200;
+
 /// The firmware under test. Without it no test can run: the first test to ask for it ends them all, with one
 /// message and a failure.
 pub fn firmware() -> &'static Firmware {

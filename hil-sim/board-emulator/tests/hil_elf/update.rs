@@ -8,7 +8,7 @@ use firmware::image_seal::ERASED;
 use firmware::protocol::message::{
     Answer, Order, ParameterAnswer, ParameterRequest, UPDATE_BYTES, UpdateAnswer, UpdateRefusal, UpdateRequest,
 };
-use hil_elf::seal::sealed_image;
+use hil_sim::cli::link::update::Update;
 use model::command::Request;
 use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
@@ -16,27 +16,19 @@ use model::supervise::codes::Blocker;
 use crate::support::{Operator, firmware, ready};
 
 /// Where the image arrives: the start of bank 2.
-const PLACE: u64 = 0x0810_0000;
+pub const PLACE: u64 = 0x0810_0000;
 /// What must stay as it is: fault history and parameters.
-const STORES: u64 = REGION - (HISTORY_SECTORS * FLASH_SECTOR_BYTES) as u64;
-const STORES_BYTES: usize = (HISTORY_SECTORS + PARAMETER_SECTORS) * FLASH_SECTOR_BYTES;
+pub const STORES: u64 = REGION - (HISTORY_SECTORS * FLASH_SECTOR_BYTES) as u64;
+pub const STORES_BYTES: usize = (HISTORY_SECTORS + PARAMETER_SECTORS) * FLASH_SECTOR_BYTES;
 
 /// The image of the firmware under test, and its bytes.
-fn image() -> (Image, Vec<u8>) {
-    let elf = std::fs::read(firmware().path()).expect("the ELF is there");
-    let (sealed, bytes) = sealed_image(&elf).expect("it is sealed");
-    let image = Image {
-        board: sealed.board,
-        length: sealed.length,
-        checksum: sealed.checksum,
-        build: sealed.build,
-        version: sealed.version,
-    };
-    (image, bytes)
+pub fn image() -> (Image, Vec<u8>) {
+    let update = Update::read(firmware().path()).expect("it is sealed");
+    (update.image(), update.bytes().to_vec())
 }
 
 /// Asks, and runs on until the answer has come.
-fn ask(board: &mut Operator, request: UpdateRequest) -> UpdateAnswer {
+pub fn ask(board: &mut Operator, request: UpdateRequest) -> UpdateAnswer {
     let sequence = board.order(Order::Update(request)).expect("identified");
     for _ in 0..4000 {
         board.emulation.run_for(2 * MS).expect("it runs");
@@ -51,18 +43,11 @@ fn ask(board: &mut Operator, request: UpdateRequest) -> UpdateAnswer {
 }
 
 /// The piece of an image that begins at `at`.
-fn piece(bytes: &[u8], at: usize) -> UpdateRequest {
-    let mut piece = [[ERASED; 32]; UPDATE_BYTES / 32];
-    for (to, from) in piece.as_flattened_mut().iter_mut().zip(&bytes[at..]) {
-        *to = *from;
-    }
-    UpdateRequest::Write {
-        at: at as u32,
-        bytes: piece,
-    }
+pub fn piece(bytes: &[u8], at: usize) -> UpdateRequest {
+    UpdateRequest::piece(bytes, at as u32).expect("within the image")
 }
 
-fn flash(board: &mut Operator, from: u64, length: usize) -> Vec<u8> {
+pub fn flash(board: &mut Operator, from: u64, length: usize) -> Vec<u8> {
     let read = board.emulation.at(move |stopped| stopped.read_block(from, length));
     read.expect("it runs").expect("it is memory")
 }
@@ -93,16 +78,18 @@ fn an_image_is_stored_and_checked_while_the_control_loop_runs_on() {
         let next = (at + UPDATE_BYTES).min(bytes.len()) as u32;
         assert_eq!(ask(&mut board, piece(&bytes, at)), UpdateAnswer::Ready { next });
     }
-    assert_eq!(ask(&mut board, UpdateRequest::Install), UpdateAnswer::OnlyStored);
-
-    board.run(100);
     assert_eq!(board.status().vehicle.late_ticks, late);
-    assert!(!board.status().vehicle.blockers.contains(Blocker::Update));
     let whole = bytes.len() & !3;
     assert!(flash(&mut board, PLACE, whole) == bytes[..whole], "as it was sent");
     assert!(
         flash(&mut board, STORES, STORES_BYTES) == before,
         "parameters and faults"
+    );
+    assert_eq!(ask(&mut board, UpdateRequest::Install), UpdateAnswer::Restarting);
+    assert_eq!(board.status().vehicle.late_ticks, late);
+    assert!(
+        board.status().vehicle.blockers.contains(Blocker::Update),
+        "until it restarts"
     );
     let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
     assert_eq!(resets, []);

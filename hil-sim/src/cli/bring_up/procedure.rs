@@ -13,6 +13,7 @@ use super::steps::{BringUpStep, STEPS, StepKind};
 use super::verdict::{BringUpReport, Finding, StepLine, StepVerdict};
 use crate::cli::link::console::Console;
 use crate::cli::link::session::Link;
+use crate::cli::link::update::Update;
 use crate::cli::link::who;
 use crate::cli::link::wire::Wire;
 
@@ -27,7 +28,7 @@ const LOOK_US: u64 = 300_000;
 const CATCH_UP_US: u64 = 5_000_000;
 
 /// What the procedure is told.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct BringUpExtent {
     /// The board is a simulated one: what only a bench shows is not asked.
     pub simulated: bool,
@@ -35,6 +36,8 @@ pub struct BringUpExtent {
     pub cold_starts: u32,
     /// Cuts of the supply while the board stores.
     pub power_cuts: u32,
+    /// The firmware that is sent over the link.
+    pub firmware: Option<Update>,
 }
 
 /// The procedure under way.
@@ -44,7 +47,7 @@ pub struct Procedure<'a, W, P, O: Write> {
     /// Opens the port anew, after it was gone.
     reopen: &'a mut dyn FnMut() -> Result<Link<W>, CommandError>,
     person: P,
-    console: &'a mut Console<O>,
+    pub(super) console: &'a mut Console<O>,
     /// What the procedure was told.
     pub(super) extent: BringUpExtent,
 }
@@ -161,6 +164,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
             StepKind::Store => self.store(),
             StepKind::PowerCuts => self.power_cuts(),
             StepKind::NoExternalClock => self.no_external_clock(),
+            StepKind::Update => self.update(),
             StepKind::SupplyOn => self.supply_on(),
             StepKind::Armed => self.armed(),
             StepKind::ArmedLook(question) => self.armed_look(question),

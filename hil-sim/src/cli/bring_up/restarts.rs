@@ -103,6 +103,26 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         ))
     }
 
+    pub(super) fn update(&mut self) -> Result<Finding, StepEnd> {
+        let Some(firmware) = self.extent.firmware.clone() else {
+            return Ok(Finding::not_shown("no `--firmware FILE` to send"));
+        };
+        self.link.update(&firmware, self.console)?;
+        self.ask_to(
+            "The firmware is sent once more after Enter. Cut the board's supply as soon as the tool says that the board \
+             restarts, and switch it on again",
+        )?;
+        let boot = self.boot()?;
+        if self.link.update(&firmware, self.console).is_ok() {
+            return Ok(Finding::passed("confirmed twice"));
+        }
+        // The port may have gone with the supply; a firmware that had been started was rolled back.
+        let [major, minor, patch] = self.next_boot(boot)?.about.version;
+        Ok(Finding::passed(format!(
+            "confirmed; after the cut the board runs {major}.{minor}.{patch}"
+        )))
+    }
+
     pub(super) fn store(&mut self) -> Result<Finding, StepEnd> {
         let number = self.link.number_of(TABLE, NAME)?;
         let before = self.link.read(number)?;

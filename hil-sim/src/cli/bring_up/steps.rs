@@ -35,6 +35,8 @@ pub enum StepKind {
     PowerCuts,
     /// A start without the external clock.
     NoExternalClock,
+    /// A firmware over the link, and the supply cut while the boot loader copies.
+    Update,
     /// The divider of the supply, with the bridges' supply on.
     SupplyOn,
     /// Armed, at zero volts.
@@ -256,6 +258,16 @@ pub const STEPS: &[BringUpStep] = &[
             "Take the clock's jumper off, or pull the debugger's plug with the board on its own supply; reset.",
             "the board starts, on its own oscillator, and says so",
             "the bounded wait in `firmware/src/bin/drive-board/board/clocks.rs`",
+        ],
+    )),
+    bench(off(
+        "update",
+        StepKind::Update,
+        [
+            "The tool sends the firmware that `--firmware` names over the link, twice; the second time cut the board's \
+             supply once it restarts.",
+            "confirmed; after the cut the board comes back",
+            "the red lamp ([updating](updating.md#without-a-firmware)), `firmware/src/bin/boot-loader/`",
         ],
     )),
     on(

@@ -4,10 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use firmware::image::Image;
-use firmware::image_seal::ERASED;
-use firmware::protocol::message::{
-    Answer, Identity, Order, UPDATE_BYTES, UpdateAnswer, UpdateRefusal, UpdateRequest, UpdateState,
-};
+use firmware::protocol::message::{Answer, Identity, Order, UpdateAnswer, UpdateRefusal, UpdateRequest, UpdateState};
 use hil_elf::seal::sealed_image;
 use report::error::CommandError;
 use report::output::progress_bar;
@@ -29,7 +26,7 @@ const SETTLED_WITHIN_US: u64 = 60_000_000;
 const ASK_EVERY_US: u64 = 500_000;
 
 /// A firmware to send.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Update {
     image: Image,
     bytes: Vec<u8>,
@@ -43,7 +40,15 @@ impl Update {
     pub fn read(file: &Path) -> Result<Self, CommandError> {
         let wrong = |why: &dyn std::fmt::Display| CommandError::Input(format!("{}: {why}", file.display()));
         let elf = std::fs::read(file).map_err(|error| wrong(&error))?;
-        let (sealed, bytes) = sealed_image(&elf).map_err(|why| wrong(&why))?;
+        Self::of(&elf).map_err(|why| wrong(&why))
+    }
+
+    /// The firmware of a sealed ELF.
+    ///
+    /// # Errors
+    /// The bytes are no ELF of the board, or not sealed, or not what was sealed.
+    pub fn of(elf: &[u8]) -> Result<Self, &'static str> {
+        let (sealed, bytes) = sealed_image(elf)?;
         let image = Image {
             board: sealed.board,
             length: sealed.length,
@@ -54,15 +59,14 @@ impl Update {
         Ok(Self { image, bytes })
     }
 
-    /// The piece that begins at `at`; `None` behind the end.
-    fn piece(&self, at: u32) -> Option<UpdateRequest> {
-        let rest = self.bytes.get(at as usize..).filter(|rest| !rest.is_empty())?;
-        let rest = rest.get(..UPDATE_BYTES).unwrap_or(rest);
-        let mut bytes = [[ERASED; 32]; UPDATE_BYTES / 32];
-        for (to, from) in bytes.as_flattened_mut().iter_mut().zip(rest) {
-            *to = *from;
-        }
-        Some(UpdateRequest::Write { at, bytes })
+    /// What the firmware's seal tells.
+    pub fn image(&self) -> Image {
+        self.image
+    }
+
+    /// What is to lie in the flash.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
     }
 }
 
@@ -104,7 +108,7 @@ impl<W: Wire> Link<W> {
         let bar = progress_bar(update.bytes.len(), "bytes");
         let mut next = next_of(&self.ask_update(UpdateRequest::Begin(update.image))?)?;
         let mut failures = 0;
-        while let Some(piece) = update.piece(next) {
+        while let Some(piece) = UpdateRequest::piece(&update.bytes, next) {
             bar.set_position(u64::from(next));
             match self.ask_update(piece) {
                 Ok(answer) => {
@@ -156,7 +160,16 @@ impl<W: Wire> Link<W> {
                     }
                     UpdateState::RolledBack => {
                         return Err(CommandError::Checks(
-                            "the new firmware did not come up: the board has gone back to the one before".into(),
+                            "the new firmware was started and did not confirm itself before the next reset: the board \
+                             has gone back to the one before"
+                                .into(),
+                        ));
+                    }
+                    UpdateState::NotInstalled => {
+                        return Err(CommandError::Checks(
+                            "the new firmware could not be installed (the flash failed, or what was stored has changed): \
+                             the board runs the one before"
+                                .into(),
                         ));
                     }
                     UpdateState::None | UpdateState::Ordered | UpdateState::OnTrial => {}

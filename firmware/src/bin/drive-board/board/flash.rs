@@ -1,18 +1,9 @@
-//! The registers of the part's flash, in two banks.
+//! The part's flash as the firmware writes it: through the HAL's driver.
 
 use embassy_stm32::flash::{Async, Error as DriverError, Flash};
-use embassy_stm32::pac;
-use firmware::drive_board::{FLASH_SECTOR_BYTES, SECTORS_PER_BANK};
+use firmware::drive_board::FLASH_SECTOR_BYTES;
 
-use super::stm32_registers::flash_map::{FLASH_BASE, UNLOCK_KEYS};
-
-/// Bit of the system control block's `CCR`: the core ignores data bus faults while FAULTMASK is set.
-const CCR_BFHFNMIGN: u32 = 1 << 8;
-/// Bits of the system control block's `CFSR` that report bus faults.
-const CFSR_BUS_FAULTS: u32 = 0x0000_FF00;
-
-/// A word has two bit errors or more, as a power cut during a write can leave.
-pub struct DamagedWord;
+pub use super::flash_banks::{clean_up, read_guarded};
 
 /// The part's flash, through the HAL's driver.
 pub struct DriverFlash(Flash<'static, Async>);
@@ -32,90 +23,4 @@ impl DriverFlash {
     pub async fn erase_sector(&mut self, offset: u32) -> Result<(), DriverError> {
         self.0.erase(offset, offset + FLASH_SECTOR_BYTES as u32).await
     }
-}
-
-/// Clears the error flags of both banks and empties their write buffers.
-///
-/// The part clears these flags through its clear registers alone. The HAL writes the status registers, which changes
-/// nothing: without this function the first error of a bank, a corrected single error of a read among them, fails every
-/// write after it. A write that was given up leaves the bank in its programming mode, with what it had written in the
-/// buffer; leaving that mode drops it.
-pub fn clean_up() {
-    for bank in [0, 1].map(|n| pac::FLASH.bank(n)) {
-        // The end of an operation is no error: the driver waits for it.
-        bank.ccr().write(|w| {
-            w.set_clr_wrperr(true);
-            w.set_clr_pgserr(true);
-            w.set_clr_strberr(true);
-            w.set_clr_incerr(true);
-            w.set_clr_operr(true);
-            w.set_clr_rdperr(true);
-            w.set_clr_rdserr(true);
-            w.set_clr_sneccerr(true);
-            w.set_clr_dbeccerr(true);
-        });
-        if bank.cr().read().pg() {
-            if bank.cr().read().lock() {
-                bank.keyr().write_value(UNLOCK_KEYS[0]);
-                bank.keyr().write_value(UNLOCK_KEYS[1]);
-            }
-            bank.cr().modify(|w| w.set_pg(false));
-            bank.cr().modify(|w| w.set_lock(true));
-        }
-    }
-}
-
-/// The bank of the flash that holds an address.
-fn bank_of(address: usize) -> pac::flash::Bank {
-    pac::FLASH.bank(usize::from(
-        address >= FLASH_BASE + SECTORS_PER_BANK * FLASH_SECTOR_BYTES,
-    ))
-}
-
-/// Copies bytes out of one flash word. Reading a word with an uncorrectable error raises a bus fault, which
-/// would end every boot anew; this function masks the bus fault and returns an error.
-pub fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), DamagedWord> {
-    let bank = bank_of(address);
-    bank.ccr().write(|w| w.set_clr_dbeccerr(true));
-    // SAFETY: the system control block is a device of the core, and nothing else in this program writes
-    // CCR after start-up nor reads CFSR outside a fault handler, which cannot run while FAULTMASK is set.
-    let scb = unsafe { &*cortex_m::peripheral::SCB::PTR };
-    let (damaged, faulted);
-    // SAFETY: FAULTMASK raises the priority above every handler but NMI and is lowered again below; with
-    // BFHFNMIGN a data bus fault is then ignored. The address lies in the flash, checked by the caller.
-    unsafe {
-        cortex_m::asm::dsb();
-        core::arch::asm!("cpsid f", options(nomem, nostack));
-        scb.ccr.modify(|w| w | CCR_BFHFNMIGN);
-        cortex_m::asm::dsb();
-        cortex_m::asm::isb();
-        // Every read goes to the bus, because the data cache is off: where it can, one read takes four bytes.
-        let (words, rest) = if address.is_multiple_of(4) {
-            bytes.as_chunks_mut()
-        } else {
-            ([].as_mut_slice(), bytes)
-        };
-        let mut at = address;
-        for word in words {
-            *word = core::ptr::read_volatile(at as *const u32).to_le_bytes();
-            at += 4;
-        }
-        for byte in rest {
-            *byte = core::ptr::read_volatile(at as *const u8);
-            at += 1;
-        }
-        cortex_m::asm::dsb();
-        faulted = scb.cfsr.read() & CFSR_BUS_FAULTS != 0;
-        // Writing ones clears the flags.
-        scb.cfsr.write(CFSR_BUS_FAULTS);
-        scb.ccr.modify(|w| w & !CCR_BFHFNMIGN);
-        cortex_m::asm::dsb();
-        core::arch::asm!("cpsie f", options(nomem, nostack));
-    }
-    damaged = bank.sr().read().dbeccerr();
-    bank.ccr().write(|w| w.set_clr_dbeccerr(true));
-    if damaged || faulted {
-        return Err(DamagedWord);
-    }
-    Ok(())
 }

@@ -18,6 +18,7 @@
 //! | Parameters | flash bank 2, last two sectors | | | FLASH |
 //! | Fault history | flash bank 2, the two sectors before | | | FLASH |
 //! | Image that arrives over the link | flash bank 2, first two sectors | | | FLASH |
+//! | Image that ran before | flash bank 2, the two sectors behind; the boot loader writes it | | | |
 //! | Watchdog | IWDG1 | | | |
 //! | Clock of the tasks, 1 MHz | TIM5 | | | TIM5 |
 //! | Executor of the control task | | | | UART5, as a software interrupt |
@@ -31,6 +32,7 @@
 mod analog;
 pub mod clocks;
 pub mod flash;
+mod flash_banks;
 pub mod part;
 pub mod reset_cause;
 #[path = "../../stm32/mod.rs"]

@@ -3,7 +3,8 @@
 
 use embassy_stm32::pac;
 use embassy_stm32::pac::timer::vals::OcmGp;
-use firmware::drive_board::{HISTORY_SECTORS, PARAMETER_SECTORS, SECTORS_PER_BANK};
+use firmware::drive_board::memory::{ARRIVED_SECTOR, IMAGE_SECTORS, KEPT_SECTOR, LOADER_SECTORS};
+use firmware::drive_board::{ARRIVED_SECTORS, HISTORY_SECTORS, PARAMETER_SECTORS, SECTORS_PER_BANK};
 
 /// High while the counter is below the compare value: the bridges' mode.
 pub const PWM_MODE: OcmGp = OcmGp::PWM_MODE1;
@@ -22,26 +23,43 @@ pub fn revision_is_right() -> bool {
     revision >= FIRST_REVISION
 }
 
-/// Whether the option bytes hold the brown-out level, leave the banks in order, and protect no sector that the firmware
-/// writes.
+/// Whether the option bytes hold the brown-out level, leave the banks in order, and protect no sector that firmware or
+/// boot loader write.
 pub fn options_are_right() -> bool {
     let options = pac::FLASH.optsr_cur().read();
-    let writable = pac::FLASH.bank(1).wpsn_curr().read().wrpsn();
+    let writable = [0, 1].map(|bank| pac::FLASH.bank(bank).wpsn_curr().read().wrpsn());
     defmt::info!(
-        "self-test: brown-out level {=u8}, banks swapped {=bool}, writable sectors of bank 2 {=u8:#010b}",
+        "self-test: brown-out level {=u8}, banks swapped {=bool}, writable sectors {=u8:#010b} and {=u8:#010b}",
         options.bor_lev(),
         pac::FLASH.optcr().read().swap_bank(),
-        writable
+        writable[0],
+        writable[1]
     );
     options.bor_lev() == BROWN_OUT_LEVEL
         && !pac::FLASH.optcr().read().swap_bank()
         && !options.swap_bank_opt()
-        && writable & WRITTEN_SECTORS == WRITTEN_SECTORS
+        && [WRITTEN_SECTORS_1, WRITTEN_SECTORS_2]
+            .into_iter()
+            .zip(writable)
+            .all(|(written, writable)| writable & written == written)
 }
 
-/// The sectors of bank 2 that hold parameters and fault history, a bit each: the last ones.
-const WRITTEN_SECTORS: u8 = {
-    let written = PARAMETER_SECTORS + HISTORY_SECTORS;
-    assert!(written <= SECTORS_PER_BANK && SECTORS_PER_BANK == 8);
-    u8::MAX << (SECTORS_PER_BANK - written)
+/// The sectors of bank 1 that the boot loader writes, a bit each: the running image's.
+const WRITTEN_SECTORS_1: u8 = sectors(LOADER_SECTORS, IMAGE_SECTORS);
+/// The sectors of bank 2 that firmware and boot loader write, a bit each: the two images', the fault history and the
+/// parameters, which are the last ones.
+const WRITTEN_SECTORS_2: u8 = {
+    let Some(arrived) = ARRIVED_SECTOR else {
+        panic!("an image that arrives has a place")
+    };
+    let stored = PARAMETER_SECTORS + HISTORY_SECTORS;
+    sectors(arrived - SECTORS_PER_BANK, ARRIVED_SECTORS)
+        | sectors(KEPT_SECTOR - SECTORS_PER_BANK, IMAGE_SECTORS)
+        | sectors(SECTORS_PER_BANK - stored, stored)
 };
+
+/// A bit for each of `count` sectors of a bank from the sector `first` on.
+const fn sectors(first: usize, count: usize) -> u8 {
+    assert!(first + count <= SECTORS_PER_BANK && SECTORS_PER_BANK == 8);
+    (((1_u16 << count) - 1) << first) as u8
+}

@@ -1,0 +1,89 @@
+//! What happens after a reset: look, install or roll back, boot.
+
+use core::panic::PanicInfo;
+
+use cortex_m::Peripherals;
+use cortex_m::peripheral::SCB;
+use cortex_m_rt::{ExceptionFrame, entry, exception};
+use embassy_futures::block_on;
+use embassy_stm32::pac::gpio::vals::{Moder, Odr};
+use embassy_stm32::pac::{GPIOB, RCC};
+use firmware::drive_board::IMAGE_START;
+use firmware::drive_board::memory::{ARRIVED_SECTOR, IMAGE_SECTORS, KEPT_SECTOR, LOADER_SECTORS};
+use firmware::update::loader::{Boot, Places, prepare};
+
+use super::loader_flash::FlashPlace;
+use super::slow_watchdog;
+
+/// Where an image arrives.
+const ARRIVED: usize = ARRIVED_SECTOR.expect("a board with a boot loader has a place for it");
+/// The red lamp, PB14.
+const LAMP: usize = 14;
+/// Cycles of half a blink: a quarter of a second at the 64 MHz after a reset.
+const BLINK_CYCLES: u32 = 16_000_000;
+
+#[entry]
+fn main() -> ! {
+    // It runs on in the image: one that hangs before it takes the watchdog over is reset, and rolled back if it is on trial.
+    slow_watchdog::start();
+    let core = Peripherals::take();
+    let mut scb = core.map(|core| core.SCB);
+    if let Some(scb) = &mut scb {
+        scb.enable_icache();
+    }
+    let mut places = Places {
+        running: FlashPlace::new(LOADER_SECTORS, IMAGE_SECTORS),
+        arrived: FlashPlace::new(ARRIVED, IMAGE_SECTORS),
+        kept: FlashPlace::new(KEPT_SECTOR, IMAGE_SECTORS),
+    };
+    let found = block_on(prepare(&mut places));
+    if let Some(scb) = &mut scb {
+        // Empties it too: what it holds of the image's place is older than the image.
+        scb.disable_icache();
+    }
+    match found {
+        Boot::Image | Boot::Trial => boot(),
+        Boot::Nothing => blink(),
+    }
+}
+
+/// Hands the part over to the image, as a reset would.
+fn boot() -> ! {
+    // SAFETY: nothing of this program runs after it: no interrupt was ever enabled. The image was checked: it begins with
+    // its vectors, and its start-up makes its own stack and RAM.
+    unsafe {
+        (*SCB::PTR).vtor.write(IMAGE_START);
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+        cortex_m::asm::bootload(IMAGE_START as *const u32)
+    }
+}
+
+/// Shows for ever that there is no image to boot: only a probe helps.
+fn blink() -> ! {
+    RCC.ahb4enr().modify(|w| w.set_gpioben(true));
+    // Port B has no pin of a bridge. The lamp's pin alone leaves the state after a reset.
+    GPIOB.moder().modify(|w| w.set_moder(LAMP, Moder::OUTPUT));
+    let mut level = Odr::HIGH;
+    loop {
+        GPIOB.odr().modify(|w| w.set_odr(LAMP, level));
+        level = if level == Odr::HIGH { Odr::LOW } else { Odr::HIGH };
+        cortex_m::asm::delay(BLINK_CYCLES);
+        slow_watchdog::feed();
+    }
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    SCB::sys_reset();
+}
+
+#[exception]
+unsafe fn HardFault(_: &ExceptionFrame) -> ! {
+    SCB::sys_reset();
+}
+
+#[exception]
+unsafe fn DefaultHandler(_: i16) -> ! {
+    SCB::sys_reset();
+}

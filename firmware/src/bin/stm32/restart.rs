@@ -1,0 +1,16 @@
+//! The restart into the boot loader.
+
+use cortex_m::peripheral::SCB;
+use firmware::hardware::Restart;
+
+use super::bridges;
+
+/// The part's own reset.
+pub struct SystemReset;
+
+impl Restart for SystemReset {
+    fn restart(&mut self) -> ! {
+        bridges::open_all();
+        SCB::sys_reset();
+    }
+}

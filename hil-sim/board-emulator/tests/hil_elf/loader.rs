@@ -1,0 +1,333 @@
+//! The boot loader in front of the firmware: an ordered image is installed, comes up and confirms itself; one that does not is
+//! rolled back; power that is lost meanwhile is made good; without an image nothing moves.
+
+use std::sync::Arc;
+
+use board_emulator::board::{PartSetup, gaps};
+use board_emulator::run::{Emulation, EmulationSettings};
+use board_emulator::time::MS;
+use board_emulator::vehicle::BenchVehicle;
+use embassy_futures::block_on;
+use firmware::drive_board::FLASH_SECTOR_BYTES;
+use firmware::image::{CHECKSUM, Image};
+use firmware::image_seal::{ERASED, MARKER, NUMBERS_AT, NUMBERS_BYTES, SEAL_AT, SEAL_BYTES, VERSION_AT};
+use firmware::protocol::message::{
+    ParameterAnswer, ParameterRequest, UPDATE_BYTES, UpdateAnswer, UpdateRequest, UpdateState,
+};
+use firmware::update::UpdateStore;
+use hil_elf::seal::seal;
+use hil_sim::cli::link::console::Console;
+use hil_sim::cli::link::session::Link;
+use hil_sim::cli::link::update::Update;
+use virtual_board::board::flash::VirtualFlash;
+use virtual_board::link_client::LinkClient;
+
+use crate::support::{BATTERY_V, Operator, firmware, noise, open, powered_part, ready};
+use crate::update::{PLACE, STORES, STORES_BYTES, ask, flash, image, piece};
+use crate::wire::EmulatedWire;
+
+/// Where the image runs: behind the boot loader, a second time on purpose.
+const RUNNING: u64 = 0x0802_0000;
+/// Where the image that ran before is kept.
+const KEPT: u64 = 0x0814_0000;
+/// Bytes of each of the three places.
+const PLACE_BYTES: usize = 2 * FLASH_SECTOR_BYTES;
+/// Longest time of an installation on the emulated flash, and of the start behind it: one image kept and one installed, each
+/// two sectors of 1.1 s and 8000 words of 0.15 ms; the checks; the firmware's start.
+const INSTALLED_MS: u64 = 9_000;
+/// The version of the other firmware.
+const OTHER: u8 = 99;
+
+/// A board with its boot loader and, in place of the firmware, these contents of its flash, powered up.
+fn powered_with(part: PartSetup, contents: &[(u64, Vec<u8>)]) -> Operator {
+    let settings = EmulationSettings {
+        part,
+        ..EmulationSettings::default()
+    };
+    let bench = Box::new(BenchVehicle::new(BATTERY_V));
+    let emulation = Emulation::power_on_loader(firmware(), bench, settings, contents);
+    Operator::new(emulation.expect("the board powers up"))
+}
+
+/// What the three places hold now.
+fn places(board: &mut Operator) -> Vec<(u64, Vec<u8>)> {
+    [RUNNING, PLACE, KEPT]
+        .map(|at| (at, flash(board, at, PLACE_BYTES)))
+        .to_vec()
+}
+
+/// The firmware under test as another version; `change` may spoil it before it is sealed again.
+fn other(change: impl FnOnce(&mut [u8])) -> (Image, Vec<u8>) {
+    let (mut image, mut bytes) = image();
+    bytes[SEAL_AT + VERSION_AT] = OTHER;
+    change(&mut bytes);
+    bytes[SEAL_AT + NUMBERS_AT..][..NUMBERS_BYTES].fill(ERASED);
+    image.version[0] = u16::from(OTHER);
+    image.checksum = CHECKSUM.checksum(&bytes);
+    let numbers = [image.length.to_le_bytes(), image.checksum.to_le_bytes()].concat();
+    bytes[SEAL_AT + NUMBERS_AT..][..NUMBERS_BYTES].copy_from_slice(&numbers);
+    (image, bytes)
+}
+
+/// Lets the other firmware's first instructions be these, in Thumb, behind its seal.
+fn starting_with(code: &[u8]) -> (Image, Vec<u8>) {
+    other(|bytes| {
+        let at = SEAL_AT + SEAL_BYTES;
+        bytes[at..at + code.len()].copy_from_slice(code);
+        bytes[4..8].copy_from_slice(&(RUNNING as u32 + at as u32 + 1).to_le_bytes());
+    })
+}
+
+/// What the firmware under test leaves in the flash when it has stored an image and ordered its installation.
+fn ordered((announced, bytes): &(Image, Vec<u8>)) -> (u64, Vec<u8>) {
+    let place = VirtualFlash::for_an_image();
+    let mut store = UpdateStore::new(place.clone(), image().0.checksum);
+    block_on(store.begin(*announced)).expect("there is room");
+    for at in (0..bytes.len()).step_by(UPDATE_BYTES) {
+        let UpdateRequest::Write { bytes, .. } = piece(bytes, at) else {
+            panic!("a piece");
+        };
+        let piece = bytes.as_flattened().try_into().expect("its size");
+        block_on(store.write(at as u32, piece)).expect("it is stored");
+    }
+    let checked = block_on(store.check()).expect("it is whole");
+    block_on(store.order(&checked)).expect("it is ordered");
+    (PLACE, place.contents())
+}
+
+/// A board on which the firmware under test has just ordered an image and restarts.
+fn restarting(part: PartSetup, other: &(Image, Vec<u8>)) -> Operator {
+    powered_part(part, &[ordered(other)])
+}
+
+fn version(board: &mut Operator) -> u8 {
+    flash(board, RUNNING + SEAL_AT as u64, 64)[VERSION_AT]
+}
+
+/// What the firmware that runs says about the last update.
+fn state(board: &mut Operator) -> UpdateState {
+    board.client = LinkClient::new(2);
+    board.run(100);
+    match ask(board, UpdateRequest::State) {
+        UpdateAnswer::State { state, .. } => state,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn resets(board: &mut Operator) -> Vec<(u64, String)> {
+    board.emulation.at(|stopped| stopped.resets()).expect("it runs")
+}
+
+/// Runs on, and checks all the while that every bridge is open.
+fn runs_open(board: &mut Operator, milliseconds: u64) {
+    for _ in 0..milliseconds / 50 {
+        board.emulation.run_for(50 * MS).expect("it runs");
+        assert!(open(board));
+    }
+}
+
+/// The other firmware as the ELF that `link update` reads.
+fn other_elf() -> Update {
+    let mut elf = std::fs::read(firmware().path()).expect("the ELF is there");
+    let marker = MARKER.map(u32::to_le_bytes).concat();
+    let at = elf.windows(marker.len()).position(|window| window == marker);
+    elf[at.expect("it has a seal") + VERSION_AT] = OTHER;
+    seal(&mut elf).expect("an ELF with a seal");
+    Update::of(&elf).expect("it is sealed")
+}
+
+/// The host's tool, from the first piece to the firmware's own word that it has come up: parameters and fault history are what
+/// they were, and the board drives.
+#[test]
+fn an_image_over_the_link_is_installed_comes_up_and_is_confirmed() {
+    let mut board = ready();
+    board.run(50);
+    let changed = board.ask(ParameterRequest::Write { number: 0, value: 0.27 });
+    assert!(matches!(changed, ParameterAnswer::Value { .. }), "{changed:?}");
+    assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Stored);
+    // A new set calibrates anew.
+    board.run(800);
+    board.arm();
+    // A fault for the history: the stop is pressed, and let go.
+    board.act(|board, now| board.set_stop(now, true));
+    board.run(500);
+    board.command = None;
+    board.act(|board, now| board.set_stop(now, false));
+    board.run(2_000);
+    let stores = flash(&mut board, STORES, STORES_BYTES);
+    let history = STORES_BYTES / 2;
+    assert!(
+        stores[..history].iter().any(|byte| *byte != ERASED),
+        "a fault is stored"
+    );
+    assert!(stores[history..].iter().any(|byte| *byte != ERASED), "a set is stored");
+
+    let wire = EmulatedWire::new(board.emulation);
+    let mut console = Console(Vec::new());
+    let mut link = Link::new(wire.clone(), 77, Arc::default());
+    link.identify().expect("the board says who it is");
+    link.update(&other_elf(), &mut console).expect("it is installed");
+    drop(link);
+    let told = String::from_utf8(console.0).expect("text");
+    assert!(told.contains("firmware 99."), "{told}");
+    assert!(
+        told.ends_with("the new firmware has come up and is confirmed\n"),
+        "{told}"
+    );
+
+    let mut board = Operator::new(wire.into_board());
+    assert_eq!(version(&mut board), OTHER);
+    assert_eq!(resets(&mut board).len(), 1);
+    assert_eq!(state(&mut board), UpdateState::Confirmed);
+    assert!(
+        flash(&mut board, STORES, STORES_BYTES) == stores,
+        "parameters and faults"
+    );
+    let read = board.ask(ParameterRequest::Read { number: 0 });
+    assert!(
+        matches!(read, ParameterAnswer::Value { value, .. } if value == 0.27),
+        "{read:?}"
+    );
+    // And it stays.
+    board.emulation.at(|stopped| stopped.reset_by_pin()).expect("it runs");
+    board.emulation.run_for(1_000 * MS).expect("it runs");
+    assert_eq!(
+        (version(&mut board), state(&mut board)),
+        (OTHER, UpdateState::Confirmed)
+    );
+    board.arm();
+    let found = board.emulation.at(|stopped| stopped.gaps()).expect("it runs");
+    assert_eq!(gaps::unexpected(&found), []);
+}
+
+/// Thumb: `movw r0, #0xED0C; movt r0, #0xE000; movw r1, #4; movt r1, #0x05FA; str r1, [r0]; b .`: resets the part.
+const RESET: [u8; 20] = [
+    0x4E, 0xF6, 0x0C, 0x50, 0xCE, 0xF2, 0x00, 0x00, 0x40, 0xF2, 0x04, 0x01, 0xC0, 0xF2, 0xFA, 0x51, 0x01, 0x60, 0xFE,
+    0xE7,
+];
+/// Thumb `udf #0`: faults before there is a handler for it.
+const UNDEFINED: [u8; 2] = [0x00, 0xDE];
+/// Thumb `b .`: hangs.
+const HANG: [u8; 2] = [0xFE, 0xE7];
+
+/// A sealed image that resets the part, faults or hangs at its first instruction is rolled back: one that hangs when the boot
+/// loader's watchdog bites, 32.8 s at the nominal oscillator.
+#[test]
+fn an_image_that_does_not_come_up_is_rolled_back() {
+    for (code, patience_ms) in [(&RESET[..], 0), (&UNDEFINED, 0), (&HANG, 33_000)] {
+        let mut board = restarting(PartSetup::default(), &starting_with(code));
+        runs_open(&mut board, INSTALLED_MS + patience_ms);
+        // Two sectors and one image again.
+        runs_open(&mut board, INSTALLED_MS / 2);
+        assert_eq!(version(&mut board), image().1[SEAL_AT + VERSION_AT], "{code:x?}");
+        assert_eq!(state(&mut board), UpdateState::RolledBack);
+        assert!(!resets(&mut board).is_empty());
+        board.run(600);
+        board.arm();
+    }
+}
+
+/// A firmware that finds something wrong with the board does not confirm itself, and goes back to the one before.
+#[test]
+fn an_image_whose_self_test_fails_is_rolled_back() {
+    let part = PartSetup {
+        brown_out_level: 0,
+        ..PartSetup::default()
+    };
+    let mut board = restarting(part, &other(|_| {}));
+    runs_open(&mut board, INSTALLED_MS);
+    assert_eq!(version(&mut board), OTHER, "it is tried");
+    runs_open(&mut board, 3_500 + INSTALLED_MS / 2);
+    assert_eq!(version(&mut board), image().1[SEAL_AT + VERSION_AT]);
+    assert_eq!(state(&mut board), UpdateState::RolledBack);
+}
+
+/// What was stored changes before it is installed: the firmware that ran runs on, and says that the other one never did.
+#[test]
+fn an_ordered_image_that_has_changed_is_not_installed() {
+    let (place, mut contents) = ordered(&other(|_| {}));
+    contents[5_000] ^= 1;
+    let mut board = powered_part(PartSetup::default(), &[(place, contents)]);
+    board.run(500);
+    assert_eq!(state(&mut board), UpdateState::NotInstalled);
+    assert_eq!(version(&mut board), image().1[SEAL_AT + VERSION_AT]);
+    board.run(300);
+    board.arm();
+}
+
+/// Power is cut at several instants of the installation, and again while it is made good: the next start goes on, and the
+/// image comes up.
+#[test]
+fn an_installation_that_loses_its_power_goes_on() {
+    let mut board = restarting(PartSetup::default(), &other(|_| {}));
+    let mut cuts = Vec::new();
+    // The installation takes 6.6 s: four sectors of 1.1 s, and twice 7000 words of 0.13 ms.
+    for step_ms in [300, 1_400, 1_300, 1_000, 1_100, 900] {
+        board.emulation.run_for(step_ms * MS).expect("it runs");
+        cuts.push(places(&mut board));
+    }
+    let different = cuts.windows(2).filter(|pair| pair[0] != pair[1]).count();
+    assert!(different >= 3, "{different}");
+    for (n, cut) in cuts.iter().enumerate() {
+        let mut again = powered_with(PartSetup::default(), cut);
+        runs_open(&mut again, 200 * n as u64);
+        let mut board = powered_with(PartSetup::default(), &places(&mut again));
+        runs_open(&mut board, INSTALLED_MS);
+        assert_eq!(version(&mut board), OTHER, "cut {n}");
+        assert!(resets(&mut board).is_empty());
+        let state = state(&mut board);
+        assert!(
+            matches!(state, UpdateState::OnTrial | UpdateState::Confirmed),
+            "cut {n}: {state:?}"
+        );
+    }
+}
+
+/// Mode of the red lamp's pin, PB14, and its level: port B's registers.
+const PORT_B: u64 = 0x5802_0400;
+const LEVELS: u64 = 0x14;
+
+/// Nothing that could be booted: an erased flash, noise in every sector behind the boot loader, a damaged image, an image for
+/// another place's vectors that nobody sealed. The bridges' pins stay as the reset has left them, the boot loader stays
+/// where it is, and the red lamp blinks.
+#[test]
+fn without_an_image_nothing_moves_and_the_lamp_blinks() {
+    let (_, mut damaged) = image();
+    damaged[5_000] ^= 1;
+    let (_, mut unsealed) = image();
+    unsealed[SEAL_AT + NUMBERS_AT..][..NUMBERS_BYTES].fill(ERASED);
+    let garbage = |seed| {
+        let bank_1 = noise(7 * FLASH_SECTOR_BYTES, seed);
+        vec![(RUNNING, bank_1), (PLACE, noise(8 * FLASH_SECTOR_BYTES, !seed))]
+    };
+    for contents in [
+        vec![],
+        garbage(0x9E37_79B9_7F4A_7C15),
+        garbage(0x0123_4567_89AB_CDEF),
+        vec![(RUNNING, damaged)],
+        vec![(RUNNING, unsealed)],
+    ] {
+        let mut board = powered_with(PartSetup::default(), &contents);
+        let mut levels = Vec::new();
+        for _ in 0..40 {
+            runs_open(&mut board, 50);
+            let (connected, level) = board
+                .emulation
+                .at(|stopped| {
+                    (
+                        stopped.board().bridge_pins_connected(),
+                        stopped.register(PORT_B + LEVELS),
+                    )
+                })
+                .expect("it runs");
+            assert!(!connected);
+            // The port has no clock before the lamp is used.
+            levels.extend(level.ok().map(|level| level >> 14 & 1));
+        }
+        assert!(levels.contains(&0) && levels.contains(&1), "{levels:?}");
+        assert_eq!(resets(&mut board), []);
+        board.client = LinkClient::new(2);
+        board.run(100);
+        assert!(board.client.identity().is_none() && board.statuses.is_empty());
+    }
+}
