@@ -166,6 +166,46 @@ fn let_go_on_a_slope_it_rolls_back_little_and_returns() {
     );
 }
 
+/// Parked after a drive on slopes of up to 28 deg, the motors take what carries the vehicle's weight, give or take what the
+/// gears' friction carries, and hold it without a ripple.
+#[test]
+fn parking_takes_no_more_current_than_the_slope() {
+    /// Of noise and play, A.
+    const RIPPLE_A: f64 = 0.05;
+    let vehicle = reference();
+    let (body, motor) = (vehicle.parameters().body, vehicle.parameters().drive_motor);
+    let per_n_m = 1.0 / (2.0 * motor.torque_constant_n_m_per_a * motor.gear_ratio);
+    let weight_n_m = body.total_mass_kg * (1.0 + vehicle.spar_mass_ratio()) * GRAVITY_M_S2 * body.wheel_radius_m;
+    let friction_a = 2.0 * motor.coulomb_friction_n_m * per_n_m;
+    let mut worst_a = 0.0_f64;
+    for slope_deg in [0.0_f64, 2.0, 5.0, 10.0, -15.0, 20.0, -25.0, 28.0] {
+        let steps = "{ at_s = 5.0, action = 'drive', speed_m_s = 0.5 }, { at_s = 9.0, action = 'drive' }";
+        let outcome = drive(&vehicle, 20.0, slope_deg, "", steps);
+        let parked = from(&outcome, 15.0);
+        let squares: f64 = parked
+            .iter()
+            .map(|row| 0.5 * (row.truth.current_a[0].powi(2) + row.truth.current_a[1].powi(2)))
+            .sum();
+        let current_a = (squares / parked.len() as f64).sqrt();
+        let slope_a = weight_n_m * slope_deg.to_radians().sin().abs() * per_n_m;
+        println!("{slope_deg} deg: {current_a:.3} A, the slope takes {slope_a:.3} A, friction {friction_a:.3} A");
+        let off_a = (current_a - slope_a).abs();
+        assert!(
+            off_a <= friction_a + RIPPLE_A,
+            "{slope_deg} deg: {current_a} A, not {slope_a} A"
+        );
+        worst_a = worst_a.max(off_a);
+        let moved_m = most(parked, |row| (row.truth.x_m - parked[0].truth.x_m).abs());
+        assert!(moved_m < 0.002, "{slope_deg} deg: {moved_m} m");
+    }
+    shown(
+        "parks on slopes of up to 28 deg",
+        &format!(
+            "takes what the vehicle's weight does (7.8 A on 28 deg), give or take {worst_a:.2} A that the gears' friction carries"
+        ),
+    );
+}
+
 /// Stuck at a wall of 75 mm for 4 to 20 s, then told to reverse: it does within 1.5 s, no more than 0.2 m/s too fast; while
 /// it pushes, its motors stay cool.
 #[test]

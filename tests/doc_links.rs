@@ -18,9 +18,13 @@ fn every_link_leads_somewhere() {
     for page in &pages {
         for link in page.links() {
             let (file, anchor) = link.split_once('#').unwrap_or((&link, ""));
-            let name = if file.is_empty() { page.name.as_str() } else { file };
+            let name = if file.is_empty() {
+                page.name.clone()
+            } else {
+                page.target(file)
+            };
             assert!(
-                root.join("docs").join(name).exists(),
+                root.join("docs").join(&name).exists(),
                 "{}: {link}: no such file",
                 page.name
             );

@@ -6,22 +6,37 @@ use super::files::files;
 
 /// A page of `docs/`.
 pub struct Page {
+    /// Its place in `docs/`.
     pub name: String,
     pub text: String,
 }
 
 /// Every page, in order of its name.
 pub fn all(root: &Path) -> Vec<Page> {
-    let mut files = files(&root.join("docs"), &["md"]);
+    let docs = root.join("docs");
+    let mut files = files(&docs, &["md"]);
     files.sort();
     let page = |path: PathBuf| Page {
-        name: path.file_name().expect("a file").to_string_lossy().into_owned(),
+        name: path.strip_prefix(&docs).expect("in it").to_string_lossy().into_owned(),
         text: std::fs::read_to_string(&path).expect("the page is readable"),
     };
     files.into_iter().map(page).collect()
 }
 
 impl Page {
+    /// The place in `docs/` of the file that a link of this page names.
+    pub fn target(&self, file: &str) -> String {
+        let mut place: Vec<&str> = self.name.split('/').collect();
+        place.pop();
+        for part in file.split('/') {
+            match part {
+                ".." if !place.is_empty() => drop(place.pop()),
+                part => place.push(part),
+            }
+        }
+        place.join("/")
+    }
+
     /// The fenced blocks of one language.
     pub fn fenced(&self, language: &str) -> Vec<&str> {
         let fence = format!("```{language}\n");
