@@ -298,7 +298,7 @@ impl Board for DriveBoard {
             ccsidr: &[0xF00F_E019, 0xF01F_E009],
         });
         config.branch_prediction = armv7m::BranchPrediction::Always;
-        config.vector_table = Some(self.mcu.boot_address().into());
+        config.vector_table = Some(self.mcu.boot_address());
         let spec = self.mcu.with_memory_fault(config.spec());
         vec![Target::new("stm32h743", &mut self.mcu, spec)]
     }

@@ -126,8 +126,8 @@ impl TriggeredConverter {
     }
 
     /// What the bridges' timers do, before each access.
-    pub fn follow(&mut self, waveforms: [PwmWaveform; TIMERS]) {
-        self.waveforms = waveforms;
+    pub fn follow(&mut self, waveforms: &[PwmWaveform; TIMERS]) {
+        self.waveforms = *waveforms;
     }
 
     /// Whether a trigger starts the sequence, instead of software.

@@ -252,7 +252,7 @@ impl Mcu for Part {
             Model::Multiplexer => &mut self.multiplexer,
             Model::Converter => {
                 let waveforms = self.waveforms();
-                self.converter.follow(waveforms);
+                self.converter.follow(&waveforms);
                 &mut self.converter
             }
         };

@@ -13,6 +13,7 @@ const NS_PER_S: u128 = 1_000_000_000;
 
 /// Registers of a timer, as far as they shape the waveform.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[allow(clippy::struct_excessive_bools)] // Bits of registers, not the states of one thing.
 pub struct PwmShape {
     /// The counter runs.
     pub runs: bool,

@@ -24,10 +24,10 @@ pub fn millivolts(count: f64) -> u32 {
 
 /// The slopes of the current sensors' voltages, in uV per us, while a supply in V stands across armatures of inductances in H:
 /// 0 where there is no inductance, and so no ripple to speak of.
-pub fn slopes_uv_per_us(supply_v: f64, inductances_h: [f64; MOTORS]) -> [u32; MOTORS] {
+pub fn slopes_uv_per_us(supply_v: f64, windings_h: [f64; MOTORS]) -> [u32; MOTORS] {
     let scales = SCALES.analog.currents();
     std::array::from_fn(|motor| {
-        let inductance_h = inductances_h[motor];
+        let inductance_h = windings_h[motor];
         if inductance_h <= 0.0 {
             return 0;
         }

@@ -31,7 +31,7 @@ const SLOPE_A_PER_US: f64 = STEEPER as f64 * BATTERY_V / BenchVehicle::INDUCTANC
 const ROUNDING_A: f64 = 0.036;
 /// A sample of a drive motor's current lies half of a conversion of 17 cycles at 16 MHz from the middle of the brake, and the
 /// converter hears the trigger half a cycle early or late.
-const FROM_MIDDLE_US: f64 = (17.0 + 1.0) / 2.0 / 16.0;
+const FROM_MIDDLE_US: f64 = 0.5 * (17.0 + 1.0) / 16.0;
 
 /// The vehicle on the bench, and what its sensors show at each step of it.
 struct WatchedBench {
@@ -116,9 +116,7 @@ fn readings(before: impl FnOnce(&mut Operator)) -> Vec<Reading> {
     let mut readings = Vec::new();
     for n in 2..records.len() {
         let (record, flown, shown) = (&records[n], &records[n - 1], &shown[n - 2]);
-        let scales = SCALES.analog.currents();
-        for motor in 0..2 {
-            let scale = scales[motor];
+        for (motor, scale) in SCALES.analog.currents().iter().enumerate().take(2) {
             let pin = f64::from(shown.analog_mv.currents()[motor]) * 65536.0 / 3300.0;
             readings.push(Reading {
                 read_a: f64::from(scale.value(record.sample.analog.currents()[motor])),
