@@ -177,7 +177,7 @@ fn parking_takes_no_more_current_than_the_slope() {
     let per_n_m = 1.0 / (2.0 * motor.torque_constant_n_m_per_a * motor.gear_ratio);
     let weight_n_m = body.total_mass_kg * (1.0 + vehicle.spar_mass_ratio()) * GRAVITY_M_S2 * body.wheel_radius_m;
     let friction_a = 2.0 * motor.coulomb_friction_n_m * per_n_m;
-    let mut worst_a = 0.0_f64;
+    let (mut worst_a, mut last_a) = (0.0_f64, 0.0);
     for slope_deg in [0.0_f64, 2.0, 5.0, 10.0, -15.0, 20.0, -25.0, 28.0] {
         let steps = "{ at_s = 5.0, action = 'drive', speed_m_s = 0.5 }, { at_s = 9.0, action = 'drive' }";
         let outcome = drive(&vehicle, 20.0, slope_deg, "", steps);
@@ -195,13 +195,14 @@ fn parking_takes_no_more_current_than_the_slope() {
             "{slope_deg} deg: {current_a} A, not {slope_a} A"
         );
         worst_a = worst_a.max(off_a);
+        last_a = slope_a;
         let moved_m = most(parked, |row| (row.truth.x_m - parked[0].truth.x_m).abs());
         assert!(moved_m < 0.002, "{slope_deg} deg: {moved_m} m");
     }
     shown(
         "parks on slopes of up to 28 deg",
         &format!(
-            "takes what the vehicle's weight does (7.8 A on 28 deg), give or take {worst_a:.2} A that the gears' friction carries"
+            "takes what the vehicle's weight does ({last_a:.1} A on 28 deg), give or take {worst_a:.2} A that the gears' friction carries"
         ),
     );
 }
@@ -302,7 +303,7 @@ fn stuck_at_a_wall_on_a_hill_it_does_not_bounce() {
     shown(
         "driven onto hills of -10 to 15 deg",
         &format!(
-            "pushes with {push_a:.1} A at most beside what the hill takes, moves with {bounce_m_s:.2} m/s at most; reverses within \
+            "once it has given up to push hard, {push_a:.1} A at most beside what the hill takes; moves with {bounce_m_s:.2} m/s at most; reverses within \
              {reverses_s:.2} s, at most {excess_m_s:.2} m/s too fast"
         ),
     );

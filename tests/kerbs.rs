@@ -91,9 +91,10 @@ fn the_whole_grid_of_kerbs() {
 /// Kerbs and slopes between those of the grid: nothing goes wrong there but a speed that is a little more than 0.5 m/s too much,
 /// in one drive of a hundred at most.
 #[test]
-#[ignore = "takes minutes; its short form runs with the others"]
+#[ignore = "takes minutes"]
 fn kerbs_between_those_of_the_whole_grid() {
-    const OVERSPEED_M_S: f64 = 0.7;
+    /// Beyond what is allowed: where one drive in a hundred may come to, 0.2 m/s, as behind a ledge.
+    const BEYOND_M_S: f64 = 0.2;
     let mut cells = Vec::new();
     for slope_deg in [-8.5, -3.0, 2.5, 4.0, 7.5, 9.0] {
         for height_mm in [6.0, 8.0, 12.0, 16.0, 24.0, 27.0, 36.0, 44.0] {
@@ -105,21 +106,19 @@ fn kerbs_between_those_of_the_whole_grid() {
     }
     let drives = kerbs(&cells);
     let complaints: Vec<&String> = drives.iter().flat_map(|drive| &drive.complaints).collect();
+    let good = drives.iter().filter(|drive| drive.complaints.is_empty()).count();
     shown(
         "kerbs and slopes between these",
-        &format!(
-            "{} of {} drives{}",
-            drives.len() - complaints.len(),
-            drives.len(),
-            but(&complaints)
-        ),
+        &format!("{good} of {} drives{}", drives.len(), but(&complaints)),
     );
     assert!(
         complaints.iter().all(|what| what.contains("m/s too fast")),
         "{complaints:#?}"
     );
-    assert!(drives.iter().all(|drive| drive.excess_m_s <= OVERSPEED_M_S));
-    assert!(100 * complaints.len() <= drives.len(), "{complaints:#?}");
+    let slow_enough =
+        |drive: &KerbDrive| drive.excess_m_s <= 0.5 + BEYOND_M_S && drive.falling_excess_m_s <= BEYOND_M_S;
+    assert!(drives.iter().all(slow_enough), "{complaints:#?}");
+    assert!(100 * (drives.len() - good) <= drives.len(), "{complaints:#?}");
 }
 
 /// What is not so, if anything is.

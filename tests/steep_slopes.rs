@@ -177,6 +177,36 @@ fn driven_onto_a_slope_beyond_its_own_it_stays_at_its_foot_and_drives_back() {
     );
 }
 
+/// Hills whose foot bends upwards within 0.15 m, which is less than the wheel's radius: up to 15 deg the vehicle drives up at every
+/// speed; a foot of 20 deg stops it at 0.5 m/s and less, as a kerb does, and it tells so.
+#[test]
+fn the_sharp_foot_of_a_hill_is_climbed_or_told() {
+    for slope_deg in [10.0_f64, 15.0, 20.0] {
+        for speed_m_s in [0.3, 0.5, 0.8, 1.2] {
+            let ground = format!(
+                "terrain.profile = [{{ kind = 'ramp', from_m = 1.0, length_m = 40.0, slope_rad = {:?}, transition_m = 0.15 }}]",
+                slope_deg.to_radians()
+            );
+            let steps = format!("{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?} }}");
+            let outcome = drive(&reference(), 24.0, 0.0, &ground, &steps);
+            let end = last(&outcome);
+            let stopped = end.status.limits.contains(Limit::Stall) && (0.8..1.3).contains(&end.truth.x_m);
+            let drives = (end.truth.speed_m_s - speed_m_s).abs() < 0.1 * speed_m_s && end.truth.x_m > 3.0;
+            let story = format!(
+                "{slope_deg} deg, {speed_m_s} m/s: {:.2} m/s at {:.2} m",
+                end.truth.speed_m_s, end.truth.x_m
+            );
+            println!("{story}, {}", end.status.limits);
+            assert!(drives || (slope_deg > 15.0 && speed_m_s <= 0.5 && stopped), "{story}");
+            assert_eq!(
+                (end.status.mode, end.status.faults),
+                (Mode::Armed, FaultSet::EMPTY),
+                "{story}"
+            );
+        }
+    }
+}
+
 /// The limit SlopeLimit lies at 0.95 of what grip or the arm's weight holds. With `grip_mu` 0.6 that is 29.4 deg of 30.96:
 /// below, the vehicle takes commands uphill, and above, it says that it does not.
 #[test]

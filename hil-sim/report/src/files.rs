@@ -122,11 +122,22 @@ impl GrowingFile {
     /// # Errors
     /// [`CommandError::Other`] naming flag and file, if the disk is full. What it has taken stays.
     pub fn finish(mut self) -> Result<PathBuf, CommandError> {
-        let written = self.part.flush().and_then(|()| self.part.get_ref().sync_all());
-        written
-            .map_err(|error| CommandError::Other(format!("{}: {}: output: {error}", self.flag, self.path.display())))?;
+        self.sync()?;
         self.complete = true;
         Ok(self.path.clone())
+    }
+
+    /// Gives the file up: makes sure that what it has is on the disk. A file without a byte goes.
+    ///
+    /// # Errors
+    /// As [`GrowingFile::finish`].
+    pub fn give_up(mut self) -> Result<(), CommandError> {
+        self.sync()
+    }
+
+    fn sync(&mut self) -> Result<(), CommandError> {
+        let synced = self.part.flush().and_then(|()| self.part.get_ref().sync_all());
+        synced.map_err(|error| CommandError::Other(format!("{}: {}: output: {error}", self.flag, self.path.display())))
     }
 }
 

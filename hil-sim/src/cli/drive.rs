@@ -161,10 +161,7 @@ pub fn run_on<B: Backend>(
         .plant(&simulated)
         .map_err(|error| CommandError::Input(error.to_string()))?;
     let mut backend = boot(&vehicle, plant)?;
-    let record = arguments.record.as_deref();
-    let record = record.map(|path| RunRecord::begin(path, &vehicle_f32(&vehicle)?));
     let mut watched = Watched {
-        record: record.transpose()?,
         replayed_max: if arguments.json { 0 } else { REPLAY_TICKS_MAX },
         ..Watched::default()
     };
@@ -172,6 +169,10 @@ pub fn run_on<B: Backend>(
         let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(DEFAULT_OUT));
         watched.report = Some(RunReport::create(out)?);
     }
+    // Last, so that a drive that cannot begin leaves no record behind.
+    let record = arguments.record.as_deref();
+    let record = record.map(|path| RunRecord::begin(path, &vehicle_f32(&vehicle)?));
+    watched.record = record.transpose()?;
 
     let started = Instant::now();
     let end = watched
@@ -188,7 +189,6 @@ pub fn run_on<B: Backend>(
         written,
         ..
     } = watched;
-    written?;
     let told = story.told();
     let record = match record {
         Some(mut record) => {
@@ -199,6 +199,7 @@ pub fn run_on<B: Backend>(
         }
         None => String::new(),
     };
+    written?;
     ended(&mut backend)?;
     let end = end?;
     log.extend(end.log);

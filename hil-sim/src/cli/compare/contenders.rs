@@ -74,7 +74,7 @@ pub fn contenders(vehicle: &Vehicle<f64>) -> Result<Vec<Contender>, String> {
             if parameters.control.law == EQ_3_25 && parameters.control.kp >= zeta {
                 // A file whose vehicle flies the landing law need not state a kp that Eq. 3.25 could fly with.
                 let (own, stable) = (parameters.control.kp, KP_SHARE * zeta);
-                how = format!("{how}, kp {stable:.2}: the file's {own} is unstable");
+                how = format!("{how}, kp {stable:.2}: with its own, {own}, Eq. 3.25 is unstable");
                 parameters.control.kp = stable;
             }
             let told = Vehicle::new(parameters).map_err(|error| format!("{name}: {error}"))?;
@@ -103,7 +103,12 @@ mod tests {
         for law in contenders(&little_damped).expect("good") {
             let own = law.told.speed_law() == SpeedLawChoice::Landing;
             let kp = law.told.parameters().control.kp;
-            assert_eq!(law.how.contains("the file's 0.8 is unstable"), !own, "{}", law.how);
+            assert_eq!(
+                law.how.contains("with its own, 0.8, Eq. 3.25 is unstable"),
+                !own,
+                "{}",
+                law.how
+            );
             assert!(own || (kp > 0.0 && kp < zeta), "{kp}");
         }
     }

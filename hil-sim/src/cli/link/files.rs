@@ -38,7 +38,8 @@ pub fn into_new_file<R>(
     write: impl FnOnce(&mut GrowingFile) -> Result<R, CommandError>,
 ) -> Result<R, CommandError> {
     let mut file = GrowingFile::create(flag, path)?;
-    let written = write(&mut file)?;
-    file.finish()?;
-    Ok(written)
+    match write(&mut file) {
+        Ok(written) => file.finish().map(|_| written),
+        Err(error) => file.give_up().and(Err(error)),
+    }
 }

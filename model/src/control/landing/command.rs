@@ -9,9 +9,9 @@ use crate::vehicle::{ControlParameters, GRAVITY_M_S2, Scales, Vehicle};
 /// Reference below which the place is captured, nondimensional.
 const HOLD_REFERENCE: f32 = 0.03;
 
-/// Speed by which sliding wheels run faster or slower than the vehicle at most, m/s. More slip gives no more force. It is more
-/// than the difference at which the wheels may roll again, so that a slide is known to go on
-/// (`estimate/traction.rs`).
+/// Speed by which sliding wheels are told to run ahead of the vehicle at most, m/s. More slip gives no more force. With less the
+/// wheels would soon be taken to roll again (`REGAINED_M_S` in `estimate/traction.rs`); in a slide of more than three seconds they
+/// may be even so, for some tenths of a second, because the speed over the ground drifts.
 const SLIP_MAX_M_S: f32 = 0.3;
 
 /// The acceleration, g, and the smoothing time, s, that a command of `vehicle` has: as its file wishes, within what keeps the

@@ -12,8 +12,8 @@ const TORQUE_MAX: f32 = 2.0;
 const SIN_SLOPE_MAX: f32 = 0.66;
 /// Error of the joint rate beyond which the slope learns no faster: a wheel that hits a kerb.
 const JOLT: f32 = 0.1;
-/// Share of it while the vehicle is perhaps about to be stopped: what holds it up is then more likely a kerb that it creeps up
-/// than a hill. A hill whose foot is not as sharp as a kerb does not slow the vehicle that much.
+/// Share of it while the vehicle is slower than half of what it is told: what holds it up is then more likely a kerb that it
+/// creeps up than a hill, whose foot is seldom as sharp.
 const HINDERED_SHARE: f32 = 0.2;
 /// Error of the joint rate below which the vehicle moves as the model does, and the rate at which the calm slope then
 /// follows.

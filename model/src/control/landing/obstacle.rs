@@ -35,7 +35,7 @@ const PUSH_EXCESS: f32 = 0.25;
 pub(super) enum PushState {
     /// It moves, or it does not push.
     None,
-    /// It pushes and has not moved yet: perhaps it is about to.
+    /// It is told to drive and moves at less than half of that speed: perhaps it starts, perhaps it is about to be stopped.
     Perhaps,
     /// It pushes and does not move.
     Stuck,
