@@ -4,7 +4,9 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use firmware::protocol::message::{Answer, BoardMessage, Order, OrderId, ParameterAnswer, ParameterRequest};
+use firmware::protocol::message::{
+    Answer, BoardMessage, Order, OrderId, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest,
+};
 use model::command::Request;
 
 mod support;
@@ -19,6 +21,27 @@ fn value(number: u16, value: f32) -> Answer {
         value,
         schema: 0,
     })
+}
+
+/// A board of an older or a newer protocol is named as such, and gets no order.
+#[test]
+fn a_board_of_another_protocol_is_told() {
+    for protocol in [0, PROTOCOL_VERSION - 1, PROTOCOL_VERSION + 1, u16::MAX] {
+        let orders = Rc::new(RefCell::new(0));
+        let counted = orders.clone();
+        let mut board = Scripted::new(move |_, _| {
+            *counted.borrow_mut() += 1;
+            vec![]
+        });
+        board.protocol = protocol;
+        let (mut link, _) = link(board);
+        let told = link.identify().expect_err("another protocol").to_string();
+        assert_eq!(
+            told,
+            format!("the board speaks protocol {protocol}, this tool {PROTOCOL_VERSION}")
+        );
+        assert_eq!(*orders.borrow(), 0);
+    }
 }
 
 #[test]

@@ -4,6 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use firmware::drive_board::SCALES;
+use firmware::flight_record::FlightRecord;
+use firmware::protocol::message::{Identity, PROTOCOL_VERSION};
 use hil_sim::cli::record_file::run::write_run;
 use hil_sim::cli::record_file::writer::{RecordFormat, RecordWriter};
 use hil_sim::cli::record_file::{self, ReadRecords};
@@ -49,6 +51,39 @@ fn replay(file: &Path, more: &[&str]) -> (Option<i32>, serde_json::Value, String
     let output = hil_sim(&[&["replay", file.to_str().expect("utf-8"), "--json"], more].concat());
     let json = serde_json::from_slice(&output.stdout).unwrap_or_default();
     (output.status.code(), json, stderr(&output))
+}
+
+/// A record of another protocol is refused by its number: nothing in it is taken for what it is not.
+#[test]
+fn a_record_of_another_protocol_is_told() {
+    let vehicle = vehicle_file::reference().expect("good");
+    let vehicle = Vehicle::new(vehicle.parameters().cast::<f32>()).expect("good");
+    for (name, format) in [
+        ("older.mcap", RecordFormat::Mcap),
+        ("newer.records", RecordFormat::Frames),
+    ] {
+        let protocol = if format == RecordFormat::Mcap {
+            PROTOCOL_VERSION - 1
+        } else {
+            PROTOCOL_VERSION + 1
+        };
+        let identity = Identity {
+            protocol,
+            nonce: 0,
+            session: 1,
+            sequence: 0,
+            time_us: 0,
+            about: firmware::link::about(vehicle.parameters(), 0),
+        };
+        let out = RecordWriter::new(format, Vec::new());
+        let bytes = write_run(out, &vehicle, Some(identity), &[FlightRecord::NONE]).expect("fits");
+        let file = path(name);
+        std::fs::write(&file, bytes).expect("writes");
+        let (code, _, error) = replay(&file, &[]);
+        assert_eq!(code, Some(2), "{error}");
+        let told = format!("records of protocol {protocol}, this tool reads {PROTOCOL_VERSION}");
+        assert!(error.contains(&told), "{error}");
+    }
 }
 
 #[test]

@@ -82,6 +82,25 @@ fn what_a_killed_drive_has_recorded_replays() {
     }
 }
 
+/// A drive that cannot begin leaves no record, so that the command can be given again.
+#[test]
+fn a_drive_that_cannot_begin_leaves_no_record() {
+    let place = folder("never-begun");
+    let (record, out) = (place.join("run.mcap"), place.join("a-file"));
+    let _ = std::fs::remove_file(&record);
+    std::fs::write(&out, "no directory").expect("writes");
+    let [record_name, out_name] = [&record, &out].map(|path| path.to_str().expect("utf-8"));
+    for wrong in [
+        &["--out", out_name][..],
+        &["--vehicle", "no-such-vehicle.toml"],
+        &["--plant-vehicle", "no-such-vehicle.toml"],
+    ] {
+        let output = hil_sim(&[&["drive", "kerb", "--record", record_name][..], wrong].concat());
+        assert_eq!(output.status.code(), Some(2), "{wrong:?}: {}", stderr(&output));
+        assert!(!record.exists(), "{wrong:?}");
+    }
+}
+
 /// Every command that writes one file takes no other file's place, and says so before it does anything.
 #[test]
 fn a_file_that_exists_is_not_overwritten() {

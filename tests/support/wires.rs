@@ -108,6 +108,8 @@ pub struct Scripted<S> {
     script: S,
     later: Vec<(u64, BoardMessage)>,
     about: About,
+    /// The protocol that it speaks.
+    pub protocol: u16,
 }
 
 pub const ABOUT: About = About {
@@ -126,6 +128,7 @@ impl<S: FnMut(OrderId, Order) -> Vec<(u64, BoardMessage)>> Scripted<S> {
     pub fn of(schema: u32, script: S) -> Self {
         Self {
             about: About { schema, ..ABOUT },
+            protocol: PROTOCOL_VERSION,
             now_us: HOST_START_US,
             decoder: Decoder::new(),
             waiting: Vec::new(),
@@ -158,7 +161,7 @@ impl<S: FnMut(OrderId, Order) -> Vec<(u64, BoardMessage)>> Wire for Scripted<S> 
             match self.decoder.push(*byte) {
                 Received::Message(HostMessage::Identify { nonce }) => {
                     let identity = Identity {
-                        protocol: PROTOCOL_VERSION,
+                        protocol: self.protocol,
                         nonce,
                         session: 1,
                         sequence: 0,
