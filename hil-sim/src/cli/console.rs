@@ -20,8 +20,8 @@ pub struct Arguments {
     /// Port on this machine; 0 lets the system choose
     #[arg(long, default_value_t = 5780)]
     port: u16,
-    /// Open the page in the browser
-    #[arg(long)]
+    /// Open the page in the browser; `cargo console` does
+    #[arg(long, overrides_with = "open")]
     open: bool,
     /// The page's WebAssembly, already built; built now if left out
     #[arg(long, value_name = "FILE")]
@@ -54,8 +54,14 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let server = PageServer::new(root().join("hil-sim/console/page"), module)?;
     let url = format!("http://{bound}/");
     print(&format!("console at {url}\n"))?;
-    if arguments.open && !open(&url) {
-        print("no browser could be started: open the address yourself\n")?;
+    if arguments.open {
+        // Beside the server, which the browser asks for the page before the opener ends.
+        std::thread::spawn(move || {
+            if !open(&url) {
+                // Nobody to tell it to is no reason to stop serving.
+                let _ = print("no browser could be started: open the address yourself\n");
+            }
+        });
     }
     server.serve(&listener);
     Ok(())
@@ -106,6 +112,6 @@ fn open(url: &str) -> bool {
     };
     let mut command = Command::new(opener[0]);
     command.args(&opener[1..]).arg(url);
-    command.stdout(Stdio::null()).stderr(Stdio::null());
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     command.status().is_ok_and(|status| status.success())
 }
