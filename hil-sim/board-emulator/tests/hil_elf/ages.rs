@@ -1,13 +1,15 @@
-//! The samples of a tick are as old on the emulated board as on the virtual one: as the design says.
+//! The samples of a tick are as old on the emulated board as on the virtual one, as the design says; and a recorded drive has every
+//! tick, and replays.
 
 use std::path::Path;
 
-use board_emulator::elf::flight;
 use board_emulator::run::{EmulatedBackend, EmulationSettings};
 use firmware::built_in;
+use firmware::drive_board::SCALES;
+use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
 use virtual_board::ages;
-use virtual_board::scenario::{self, Scenario};
+use virtual_board::scenario::{self, Backend, Scenario};
 
 use crate::support::firmware;
 
@@ -19,22 +21,22 @@ fn the_samples_of_every_tick_are_as_old_as_the_design_says() {
     let plant = scenario.plant(&vehicle).expect("the terrain is drivable");
     let mut backend =
         EmulatedBackend::power_on(firmware(), plant, EmulationSettings::default()).expect("the board powers up");
-    let address = flight::address(firmware()).expect("the record is the host's");
-    backend
-        .emulation()
-        .expect("it runs")
-        .at(move |stopped| stopped.probe(address, flight::WORDS as u64))
-        .expect("it runs");
-    scenario::run(&scenario, &mut backend, |_| {}).expect("a valid plant");
-    let emulation = backend.emulation().expect("it ran to the end");
-    let words = emulation.at(|stopped| stopped.take_probe()).expect("it ran to the end");
+    // As a recorded drive takes them: while it goes on, and every tick once.
+    backend.keep_records();
+    let mut records = Vec::new();
+    let take = |backend: &mut dyn Backend| records.extend(backend.take_records());
+    scenario::run_watched(&scenario, &mut backend, |_| {}, |_| {}, take).expect("a valid plant");
+    backend.emulation().expect("it ran to the end");
+    let mut core = VehicleCore::new(&Vehicle::new(built_in::PARAMETERS).expect("valid"), &SCALES);
     let mut ticks = 0;
-    for words in words.chunks(flight::WORDS) {
-        let record = flight::decode(words).expect("a record");
+    for (n, record) in (1..).zip(&records) {
+        assert_eq!(record.tick, n, "every tick is recorded once");
+        let replayed = core.step(&record.sample, &record.command).actuation;
+        assert_eq!(replayed, record.actuation, "tick {n} replays");
         // The self-test and the store take 60 ms, and the IMUs 60 ms more to start.
-        if record.tick > 0 && record.sample.time_us > 150_000 {
+        if record.sample.time_us > 150_000 {
             ticks += 1;
-            if let Err(wrong) = ages::check(&record, true) {
+            if let Err(wrong) = ages::check(record, true) {
                 panic!("{wrong}");
             }
         }
