@@ -99,7 +99,18 @@ fn every_command(served: &Served, name: &str) {
     // The gyros are calibrated in the first seconds.
     served.wait_for("calibrated");
     let drive = ["drive", "--speed-m-s", "0.3", "--seconds", "1"];
-    let text = ok(&drive);
+    // A machine that is busy with other work may make the operator fall silent: then the board stops, and tells why.
+    let driven = (0..5).find_map(|_| {
+        let (code, text, error) = served.link(&drive);
+        if code != Some(0) && error.contains("CommandTimeout") {
+            ok(&["disarm"]);
+            ok(&["clear-faults"]);
+            return None;
+        }
+        assert_eq!(code, Some(0), "{text} {error}");
+        Some(text)
+    });
+    let text = driven.expect("an operator that is heard");
     assert!(text.starts_with("armed: "), "{text}");
     served.wait_for("drives");
     ok(&["disarm"]);
