@@ -88,13 +88,13 @@ fn the_whole_grid_of_kerbs() {
     assert!(complaints.is_empty(), "{complaints:#?}");
 }
 
-/// Kerbs and slopes between those of the grid: nothing goes wrong there but a speed that is a little more than 0.5 m/s too much,
-/// in one drive of a hundred at most.
+/// Kerbs and slopes between those of the grid: nothing goes wrong there but the speed behind the kerb, in one drive of a hundred at
+/// most.
 #[test]
 #[ignore = "takes minutes"]
 fn kerbs_between_those_of_the_whole_grid() {
-    /// Beyond what is allowed: where one drive in a hundred may come to, 0.2 m/s, as behind a ledge.
-    const BEYOND_M_S: f64 = 0.2;
+    /// What the one drive in a hundred may come to beyond what is allowed: as much again.
+    const BEYOND_M_S: f64 = 0.5;
     let mut cells = Vec::new();
     for slope_deg in [-8.5, -3.0, 2.5, 4.0, 7.5, 9.0] {
         for height_mm in [6.0, 8.0, 12.0, 16.0, 24.0, 27.0, 36.0, 44.0] {

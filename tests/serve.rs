@@ -99,12 +99,14 @@ fn every_command(served: &Served, name: &str) {
     // The gyros are calibrated in the first seconds.
     served.wait_for("calibrated");
     let drive = ["drive", "--speed-m-s", "0.3", "--seconds", "1"];
-    // A machine that is busy with other work may make the operator fall silent: then the board stops, and tells why.
-    let driven = (0..5).find_map(|_| {
+    // A machine that is busy with other work may make the operator fall silent: then the board stops, tells why, and swings out
+    // before it is armed again.
+    let driven = (0..10).find_map(|_| {
         let (code, text, error) = served.link(&drive);
-        if code != Some(0) && error.contains("CommandTimeout") {
+        if code != Some(0) && ["CommandTimeout", "NotAtRest"].iter().any(|why| error.contains(why)) {
             ok(&["disarm"]);
             ok(&["clear-faults"]);
+            ok(&["status", "--seconds", "1"]);
             return None;
         }
         assert_eq!(code, Some(0), "{text} {error}");

@@ -12,9 +12,9 @@ const TORQUE_MAX: f32 = 2.0;
 const SIN_SLOPE_MAX: f32 = 0.66;
 /// Error of the joint rate beyond which the slope learns no faster: a wheel that hits a kerb.
 const JOLT: f32 = 0.1;
-/// Share of it while the vehicle is slower than half of what it is told: what holds it up is then more likely a kerb that it
-/// creeps up than a hill, whose foot is seldom as sharp.
-const HINDERED_SHARE: f32 = 0.2;
+/// Share of it while the vehicle is told to move slowly and moves at less than half of that: what holds it up is then more likely
+/// a kerb that it creeps up than a hill, whose foot is seldom as sharp.
+const CREEPING_SHARE: f32 = 0.2;
 /// Error of the joint rate below which the vehicle moves as the model does, and the rate at which the calm slope then
 /// follows.
 const CALM: f32 = 0.03;
@@ -130,8 +130,8 @@ impl RateObserver {
             return;
         }
         // A jolt is no slope: what the slope learns from one tick is bounded.
-        let share = if push == PushState::Perhaps && haste <= 1.0 {
-            HINDERED_SHARE
+        let share = if push == PushState::Creeps && haste <= 1.0 {
+            CREEPING_SHARE
         } else {
             1.0
         };

@@ -9,6 +9,8 @@ const RETREAT_M: f32 = 0.03;
 const MOVES_SHARE: f32 = 0.5;
 /// Speed, nondimensional, from which on a vehicle is told to move.
 const TOLD: f32 = 0.03;
+/// Speed told, nondimensional, below which a vehicle creeps up what slows it; a faster one runs against it.
+const CREEPING: f32 = 0.5;
 /// Speed, nondimensional, that a vehicle lacks when it pushes.
 const MISSING: f32 = 0.02;
 /// Time without progress, in time units, after which a vehicle is stuck, besides what a start takes.
@@ -37,6 +39,8 @@ pub(super) enum PushState {
     None,
     /// It is told to drive and moves at less than half of that speed: perhaps it starts, perhaps it is about to be stopped.
     Perhaps,
+    /// The same of a vehicle that is told to move slowly: perhaps it creeps up a kerb.
+    Creeps,
     /// It pushes and does not move.
     Stuck,
 }
@@ -62,6 +66,8 @@ pub(super) struct Obstacle {
     direction: f32,
     /// It moves, at no less than a share of the speed that it is told.
     moves: bool,
+    /// It is told to move slowly.
+    creeps: bool,
     time: f32,
     /// Time that a start may take.
     start: f32,
@@ -86,12 +92,14 @@ impl Obstacle {
         } else {
             0.0
         };
+        let creeps = told.speed.abs() < CREEPING;
         let moves = direction * told.wheels >= MOVES_SHARE * direction * told.speed;
         let advance_m = direction * (told.distance_m - self.furthest_m);
         if direction == 0.0 || direction != self.direction || !(-RETREAT_M..PROGRESS_M).contains(&advance_m) {
             *self = Self {
                 direction,
                 moves,
+                creeps,
                 time: 0.0,
                 start: told.lag + libm::sqrtf(4.0 * PROGRESS_M / (length_m * told.acceleration)),
                 furthest_m: told.distance_m,
@@ -99,6 +107,7 @@ impl Obstacle {
             return;
         }
         self.moves = moves;
+        self.creeps = creeps;
         // While the reference is still on its way from the other direction, nothing pushes in this one.
         if !moves && direction * told.reference > 0.0 {
             self.time += tick;
@@ -113,10 +122,12 @@ impl Obstacle {
     pub(super) fn push(&self) -> PushState {
         if self.time > self.stuck_time() {
             PushState::Stuck
-        } else if self.direction != 0.0 && !self.moves {
-            PushState::Perhaps
-        } else {
+        } else if self.direction == 0.0 || self.moves {
             PushState::None
+        } else if self.creeps {
+            PushState::Creeps
+        } else {
+            PushState::Perhaps
         }
     }
 
