@@ -23,7 +23,7 @@ mod nucleo_f767zi;
 #[path = "src/drive_board/nucleo_h743zi/analog.rs"]
 mod nucleo_h743zi;
 
-use image_seal::{FLASH_START, SEAL_AT, SEAL_BYTES};
+use image_seal::{FLASH_START, SEAL_AT, SEAL_BYTES, image_room};
 
 /// What the build needs to know of a board.
 struct BuiltBoard {
@@ -146,7 +146,8 @@ fn linker(out: &Path, board: &BuiltBoard) {
     let [loader_sectors, image_sectors] = board.sectors;
     let start = FLASH_START + loader_sectors * SECTOR_BYTES;
     let [ram_start, ram_bytes] = board.ram;
-    memory(program, [start, image_sectors * SECTOR_BYTES, ram_start, ram_bytes]);
+    let room = image_room((image_sectors * SECTOR_BYTES) as usize);
+    memory(program, [start, room, ram_start, ram_bytes]);
     let place = start as usize + SEAL_AT;
     // The code follows the seal.
     let code = format!("--defsym=_stext={:#x}", place + SEAL_BYTES);

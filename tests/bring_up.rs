@@ -130,6 +130,13 @@ fn a_good_board_passes_every_step_that_it_can_show() {
     judge(&report).expect("nothing failed");
 }
 
+/// A board without the bridges' supply refuses an image as it refuses one on an empty battery.
+#[test]
+fn an_image_is_sent_once_the_supply_is_on() {
+    let at = |title: &str| STEPS.iter().position(|step| step.title == title).expect(title);
+    assert!(at("supply on") < at("update") && STEPS[at("update")].powered);
+}
+
 /// What is wrong with a board, the step that tells it, and whether that is before anything is armed.
 #[test]
 fn what_is_wrong_is_told_by_its_step() {

@@ -4,15 +4,14 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
 
 use clap::Parser;
-use firmware::drive_board::{ARRIVED_SECTORS, BOARD, FLASH_SECTOR_BYTES};
+use firmware::drive_board::{ARRIVED_SECTORS, BOARD, FLASH_SECTOR_BYTES, IMAGE_START};
 use firmware::image::Image;
 use firmware::image_seal::{
-    BOARD_AT, BUILD_AT, ERASED, FLASH_START, MARKER, NUMBERS_AT, SEAL_AT, SEAL_BYTES, VERSION_AT,
+    BOARD_AT, BUILD_AT, ERASED, FLASH_START, MARKER, NUMBERS_AT, SEAL_AT, SEAL_BYTES, VERSION_AT, image_room,
 };
 use firmware::protocol::message::{
     Answer, Order, UPDATE_BYTES, UpdateAnswer, UpdateRefusal, UpdateRequest, UpdateState,
 };
-use firmware::update::loader::room;
 use hil_elf::seal::seal;
 use hil_sim::cli::link::console::Console;
 use hil_sim::cli::link::session::Link;
@@ -38,7 +37,14 @@ struct Tool {
 
 /// A sealed ELF for a board, with an image of so many bytes.
 fn elf(board: u16, length: usize) -> Vec<u8> {
+    linked(board, length, IMAGE_START, IMAGE_START)
+}
+
+/// The same, placed by the ELF at one address, with a first instruction behind another.
+fn linked(board: u16, length: usize, start: u32, code: u32) -> Vec<u8> {
     let mut image: Vec<u8> = (0..length).map(|at| ((at * at) >> 3) as u8).collect();
+    image[..4].copy_from_slice(&0x2000_8000_u32.to_le_bytes());
+    image[4..8].copy_from_slice(&(code + 0x441).to_le_bytes());
     let seal_bytes = &mut image[SEAL_AT..SEAL_AT + SEAL_BYTES];
     seal_bytes.fill(0);
     for (to, part) in seal_bytes.chunks_exact_mut(4).zip(MARKER) {
@@ -54,7 +60,7 @@ fn elf(board: u16, length: usize) -> Vec<u8> {
     elf[28] = 52;
     elf[42] = 32;
     elf[44] = 1;
-    for (at, value) in [(0, 1), (4, 84), (12, FLASH_START), (16, length as u32)] {
+    for (at, value) in [(0, 1), (4, 84), (12, start), (16, length as u32)] {
         elf[52 + at..52 + at + 4].copy_from_slice(&value.to_le_bytes());
     }
     elf.extend(image);
@@ -134,9 +140,23 @@ fn the_tool_refuses_what_is_no_sealed_firmware() {
     }
 }
 
+/// An image for the start of the flash, where the boot loader stands: the tool tells it from the ELF, and the board from the
+/// image's first instruction, whatever the ELF says.
+#[test]
+fn an_image_that_is_linked_for_another_place_is_refused() {
+    let (ended, _) = update(ready(68), "old", &linked(BOARD, 9000, FLASH_START, FLASH_START));
+    let error = ended.expect_err("refused");
+    assert_eq!(error.exit_code(), 2, "{error}");
+    assert!(error.to_string().contains("behind its boot loader"), "{error}");
+    let (ended, _) = update(ready(69), "elsewhere", &linked(BOARD, 9000, IMAGE_START, FLASH_START));
+    let error = ended.expect_err("refused");
+    assert_eq!(error.exit_code(), 1, "{error}");
+    assert!(error.to_string().contains("0x08020000"), "{error}");
+}
+
 #[test]
 fn an_image_for_another_board_or_of_a_wrong_size_is_refused() {
-    let max = room(ARRIVED_SECTORS * FLASH_SECTOR_BYTES);
+    let max = image_room(ARRIVED_SECTORS * FLASH_SECTOR_BYTES);
     let (good, _) = image(&elf(BOARD, 9000));
     let mut bench = ready(62);
     for (announced, refusal) in [

@@ -7,7 +7,8 @@
 //!
 //! The timers count up and down: the driven share lies around the counter's top, the brake around its zero. The current
 //! crosses its mean in the middle of either, and the edges are never nearer to the middle of the brake than 3 % of the
-//! period: there the converter samples.
+//! period, 1.5 us: there the converter samples left and right. The ballast's sample ends 1.59 us after the middle, beyond that
+//! edge at the longest duty alone.
 
 use model::board::DUTY_MAX_PERCENT;
 

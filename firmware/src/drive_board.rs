@@ -7,6 +7,7 @@
 use model::board::BoardScales;
 pub use model::board::DUTY_MAX_PERCENT;
 
+use crate::image::ImageHome;
 use crate::image_seal::FLASH_START;
 use crate::imu::driver;
 
@@ -30,6 +31,13 @@ pub const BOARD: u16 = memory::BOARD;
 pub const ARRIVED_SECTORS: usize = 2;
 /// Where the firmware's image begins in the part's memory.
 pub const IMAGE_START: u32 = FLASH_START + (memory::LOADER_SECTORS * FLASH_SECTOR_BYTES) as u32;
+/// What an image that this board can run is like. Its stack lies in the DTCM of either part, where `memory.x` puts it, or
+/// among the variables.
+pub const IMAGE_HOME: ImageHome = ImageHome {
+    board: BOARD,
+    start: IMAGE_START,
+    stacks: [[0x2000_0000, 128 * 1024], [memory::RAM_START, memory::RAM_BYTES]],
+};
 
 // What arrives or is kept fits where it is to run, and the three places and the loader keep clear of each other.
 const _: () = {

@@ -54,9 +54,57 @@ impl Image {
     }
 }
 
-/// The image at the start of `place`, which has room for `room` bytes, if every byte of it can be read, it is for the board
-/// of this number, and it is the image that was sealed.
-pub async fn image_in<F: ReadNorFlash>(place: &mut F, room: u32, board: u16) -> Option<Image> {
+/// What the images that a board runs have in common.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ImageHome {
+    /// Number of the board.
+    pub board: u16,
+    /// Where an image begins in the part's memory when it runs.
+    pub start: u32,
+    /// Where its stack may lie, as the start and the bytes of each RAM.
+    pub stacks: [[u32; 2]; 2],
+}
+
+/// Why a place holds no image for this board.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoImage {
+    /// No seal of this board's, a byte that cannot be read, or not the image that was sealed.
+    NotWhole,
+    /// A whole image that is linked to run from elsewhere: the part could not start it.
+    WrongPlace,
+}
+
+/// Whether a part can start an image of so many bytes that begins so: its first two vectors are the end of a stack in the RAM,
+/// and an instruction of its own, in Thumb.
+fn starts(vectors: [u8; 8], length: u32, home: &ImageHome) -> bool {
+    let [s0, s1, s2, s3, r0, r1, r2, r3] = vectors;
+    let (stack, reset) = (
+        u32::from_le_bytes([s0, s1, s2, s3]),
+        u32::from_le_bytes([r0, r1, r2, r3]),
+    );
+    let in_ram = |[start, bytes]: [u32; 2]| stack.checked_sub(start).is_some_and(|used| 0 < used && used <= bytes);
+    let own = reset.checked_sub(home.start).is_some_and(|at| at < length);
+    stack.is_multiple_of(8) && home.stacks.into_iter().any(in_ram) && reset & 1 == 1 && own
+}
+
+/// The image at the start of `place`, which has room for `room` bytes: every byte of it can be read, it is for this board,
+/// it is the image that was sealed, and the part can start it.
+///
+/// # Errors
+/// [`NoImage`].
+pub async fn image_in<F: ReadNorFlash>(place: &mut F, room: u32, home: &ImageHome) -> Result<Image, NoImage> {
+    let image = whole_image(place, room, home.board).await.ok_or(NoImage::NotWhole)?;
+    let mut vectors = [0; 8];
+    let read = place.read(0, &mut vectors).await;
+    read.map_err(|_| NoImage::NotWhole)?;
+    if starts(vectors, image.length, home) {
+        Ok(image)
+    } else {
+        Err(NoImage::WrongPlace)
+    }
+}
+
+async fn whole_image<F: ReadNorFlash>(place: &mut F, room: u32, board: u16) -> Option<Image> {
     let mut piece = [0; PIECE];
     place.read(SEAL_AT as u32, &mut piece).await.ok()?;
     let image = Image::of(&piece)?;

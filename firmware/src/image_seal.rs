@@ -32,3 +32,11 @@ pub const ERASED: u8 = 0xFF;
 pub const FLASH_START: u32 = 0x0800_0000;
 /// Longest image of any board, bytes: a bank of the flash.
 pub const IMAGE_MAX: u32 = 1024 * 1024;
+/// Bytes at the end of an image's place that no image may use: behind the one that has arrived stand the marks about it. Far
+/// more words than the marks of one update need, so that torn ones do not fill them.
+pub const JOURNAL_BYTES: u32 = 32 * 32;
+
+/// Longest image that fits a place of so many bytes, for the linker, the firmware and the boot loader.
+pub const fn image_room(place_bytes: usize) -> u32 {
+    (place_bytes as u32).saturating_sub(JOURNAL_BYTES)
+}

@@ -41,8 +41,11 @@ pub struct TestFlash {
     dead: bool,
     /// Bytes that are neither programmed nor erased.
     pub protected: core::ops::Range<usize>,
-    /// Whether the word that a power cut hits ends damaged (as on the part) or half written.
+    /// Whether the word that a power cut hits ends damaged (as on the part) or half written, and the words of the page that it
+    /// hits each by chance (as on the part) or half of them erased.
     pub damage_on_cut: bool,
+    /// Seed of what a cut erasure leaves of its page's words.
+    pub seed: u32,
     /// Whether a word that is programmed twice ends damaged, as on the part, or fails the test.
     pub damage_on_rewrite: bool,
 }
@@ -62,6 +65,7 @@ impl TestFlash {
             dead: false,
             protected: 0..0,
             damage_on_cut: true,
+            seed: 7,
             damage_on_rewrite: false,
         }
     }
@@ -82,6 +86,30 @@ impl TestFlash {
             }
             Some((words, _)) => *words -= 1,
             None => {}
+        }
+    }
+
+    /// Each word as it was, erased, unreadable, or with some of its bits erased.
+    fn erase_by_chance(&mut self, bytes: core::ops::Range<usize>) {
+        // xorshift32, whose state is never 0.
+        let mut state = self.seed.wrapping_mul(0x9E37_79B9) | 1;
+        let mut chance = || {
+            state ^= state << 13;
+            state ^= state >> 17;
+            state ^= state << 5;
+            state
+        };
+        for at in bytes.step_by(WORD) {
+            let word = &mut self.bytes[at..at + WORD];
+            match chance() >> 30 {
+                0 => {}
+                1 => {
+                    word.fill(0xFF);
+                    self.damaged[at / WORD] = false;
+                }
+                2 => self.damaged[at / WORD] = true,
+                _ => word.iter_mut().for_each(|byte| *byte |= (chance() >> 24) as u8),
+            }
         }
     }
 
@@ -169,8 +197,11 @@ impl NorFlash for TestFlash {
             }
             if !self.powered() {
                 self.dead = true;
-                // Half of the page is erased.
-                self.bytes[range.start..range.start + PAGE / 2].fill(0xFF);
+                if self.damage_on_cut {
+                    self.erase_by_chance(range);
+                } else {
+                    self.bytes[range.start..range.start + PAGE / 2].fill(0xFF);
+                }
                 return Err(Trouble::Cut);
             }
             self.bytes[range.clone()].fill(0xFF);

@@ -119,4 +119,9 @@ pub enum UpdateRefusal {
     FlashFailed,
     /// The board has no place for an image.
     NoRoom,
+    /// The image is whole and for this board, and linked to run from elsewhere: it was built for another division of the flash.
+    WrongPlace {
+        /// Where the board's image begins.
+        start: u32,
+    },
 }

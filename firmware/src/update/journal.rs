@@ -7,12 +7,10 @@ use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::drive_board::FLASH_WORD_BYTES;
 use crate::image::Image;
-use crate::image_seal::ERASED;
+use crate::image_seal::{ERASED, JOURNAL_BYTES};
 
-/// Bytes of the journal: far more words than one update needs, so that torn ones do not fill it.
-pub const JOURNAL_BYTES: u32 = JOURNAL_WORDS * FLASH_WORD_BYTES as u32;
 /// Marks that the journal has room for.
-const JOURNAL_WORDS: u32 = 32;
+const JOURNAL_WORDS: u32 = JOURNAL_BYTES / FLASH_WORD_BYTES as u32;
 /// What a mark begins with, but for the lowest bits, which tell what it says.
 const MARK: u32 = 0x7A3E_51C0;
 
@@ -30,6 +28,8 @@ pub enum Mark {
     Confirmed = 4,
     /// It is given up: the kept image is to run.
     RolledBack = 5,
+    /// Nothing is left to do about it: what stands whole in its place is booted, the same image too if a probe flashes it.
+    Closed = 6,
 }
 
 /// The marks about one image.
@@ -50,6 +50,8 @@ pub struct InstallOrder {
     pub confirmed: bool,
     /// It is given up.
     pub rolled_back: bool,
+    /// Nothing is left to do about it.
+    pub closed: bool,
 }
 
 impl InstallOrder {
@@ -119,6 +121,7 @@ pub async fn read<F: NorFlash>(arrived: &mut F) -> Option<InstallOrder> {
                 tried: false,
                 confirmed: false,
                 rolled_back: false,
+                closed: false,
             });
         }
         if let Some(order) = &mut order
@@ -128,6 +131,7 @@ pub async fn read<F: NorFlash>(arrived: &mut F) -> Option<InstallOrder> {
             order.tried |= is(Mark::Tried);
             order.confirmed |= is(Mark::Confirmed);
             order.rolled_back |= is(Mark::RolledBack);
+            order.closed |= is(Mark::Closed);
         }
     }
     order
@@ -138,7 +142,22 @@ pub async fn read<F: NorFlash>(arrived: &mut F) -> Option<InstallOrder> {
 /// # Errors
 /// [`NotMarked`]; the marks before it stand.
 pub async fn add<F: NorFlash>(arrived: &mut F, mark: Mark, subject: Subject) -> Result<(), NotMarked> {
+    add_times(arrived, mark, subject, 1).await
+}
+
+/// Adds the last mark about an image, in every word that is left: an erasure that is cut leaves some words and not others, and
+/// one of these is to outlast the marks before it.
+///
+/// # Errors
+/// [`NotMarked`]: not in a single word.
+pub async fn fill<F: NorFlash>(arrived: &mut F, last: Mark, subject: Subject) -> Result<(), NotMarked> {
+    add_times(arrived, last, subject, JOURNAL_WORDS).await
+}
+
+/// Adds a mark so many times at most; it counts if it stands once.
+async fn add_times<F: NorFlash>(arrived: &mut F, mark: Mark, subject: Subject, most: u32) -> Result<(), NotMarked> {
     let wanted = encode(mark, subject);
+    let mut stands = 0;
     let mut word = [0; FLASH_WORD_BYTES];
     for at in places(arrived) {
         // A torn word is not written again: its check bits are those of another content.
@@ -148,8 +167,11 @@ pub async fn add<F: NorFlash>(arrived: &mut F, mark: Mark, subject: Subject) -> 
         }
         let written = arrived.write(at, &wanted).await.is_ok();
         if written && arrived.read(at, &mut word).await.is_ok() && word == wanted {
-            return Ok(());
+            stands += 1;
+        }
+        if stands == most {
+            break;
         }
     }
-    Err(NotMarked)
+    if stands > 0 { Ok(()) } else { Err(NotMarked) }
 }

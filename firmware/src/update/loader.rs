@@ -2,11 +2,11 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::journal::{self, InstallOrder, JOURNAL_BYTES, Mark};
+use super::journal::{self, InstallOrder, Mark};
 use super::plan::{Found, LoaderStep, next};
-use crate::drive_board::{BOARD, FLASH_WORD_BYTES};
+use crate::drive_board::{FLASH_WORD_BYTES, IMAGE_HOME};
 use crate::image::{Image, image_in};
-use crate::image_seal::ERASED;
+use crate::image_seal::{ERASED, image_room};
 
 /// The three places of an image.
 #[derive(Debug)]
@@ -36,11 +36,6 @@ const _: () = assert!(PIECE.is_multiple_of(FLASH_WORD_BYTES));
 /// Most steps of one boot: twice what an update that fails at every place needs.
 const STEPS_MAX: u32 = 16;
 
-/// Longest image that fits a place of so many bytes: the journal stands behind each.
-pub const fn room(capacity: usize) -> u32 {
-    (capacity as u32).saturating_sub(JOURNAL_BYTES)
-}
-
 /// Does what the marks and the three places ask for, and tells what to boot.
 pub async fn prepare<F: NorFlash>(places: &mut Places<F>) -> Boot {
     let mut found = Found {
@@ -49,12 +44,8 @@ pub async fn prepare<F: NorFlash>(places: &mut Places<F>) -> Boot {
         ..Found::default()
     };
     // Most boots: nothing is under way, and the two other places need not be read.
-    let settled = |running: &Image| {
-        found.order.is_none_or(|order| {
-            order.confirmed || order.is_void(running) || (order.rolled_back && !order.is_of(running))
-        })
-    };
-    if found.running.as_ref().is_some_and(settled) {
+    let settled = found.order.is_none_or(|order| order.confirmed || order.closed);
+    if found.running.is_some() && settled {
         return Boot::Image;
     }
     found.arrived = whole(&mut places.arrived).await;
@@ -94,6 +85,13 @@ pub async fn prepare<F: NorFlash>(places: &mut Places<F>) -> Boot {
                 }
             }
             LoaderStep::GiveUp => give_up(places, &mut found).await,
+            LoaderStep::Close => {
+                if let Some(order) = found.order {
+                    // Without the mark the next boot decides the same again.
+                    let _ = journal::fill(&mut places.arrived, Mark::Closed, order.subject()).await;
+                }
+                return Boot::Image;
+            }
             LoaderStep::Restore => {
                 found.running = copy(&mut places.kept, &mut places.running, found.kept).await;
                 if found.running.is_none() {
@@ -106,8 +104,8 @@ pub async fn prepare<F: NorFlash>(places: &mut Places<F>) -> Boot {
 }
 
 async fn whole<F: NorFlash>(place: &mut F) -> Option<Image> {
-    let room = room(place.capacity());
-    image_in(place, room, BOARD).await
+    let room = image_room(place.capacity());
+    image_in(place, room, &IMAGE_HOME).await.ok()
 }
 
 fn set(found: &mut Found, change: impl FnOnce(&mut InstallOrder)) {

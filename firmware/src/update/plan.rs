@@ -29,6 +29,8 @@ pub enum LoaderStep {
     Install,
     /// Note that the new image is booted, and boot it.
     Try,
+    /// Note that nothing is left to do about the order, and boot the image that stands in its place.
+    Close,
     /// Note that the new image is given up.
     GiveUp,
     /// Copy the kept image to where the board runs from.
@@ -54,12 +56,19 @@ pub fn next(found: &Found) -> LoaderStep {
         let install = arrived.map(|_| LoaderStep::Install);
         return boot_or(running, install.unwrap_or(restore(kept)));
     }
-    if order.rolled_back {
-        let another = running.filter(|_| !installed || running == kept || kept.is_none());
-        return boot_or(another, restore(kept));
+    if order.closed {
+        // Whatever stands there now was flashed by a probe, or is the image before.
+        return boot_or(running, restore(kept));
     }
     if running.is_some_and(|image| order.is_void(&image)) {
-        return LoaderStep::Boot;
+        return LoaderStep::Close;
+    }
+    if order.rolled_back {
+        return match kept {
+            _ if running.is_some() && (!installed || running == kept) => LoaderStep::Close,
+            Some(_) => LoaderStep::Restore,
+            None => boot_or(running, LoaderStep::Stop),
+        };
     }
     if order.tried {
         // It was booted and did not confirm itself before the next reset.
@@ -118,24 +127,26 @@ mod tests {
             tried: false,
             confirmed: false,
             rolled_back: false,
+            closed: false,
         }
     }
 
-    /// Every combination of marks and of what the places hold: nothing, the old image, the new one.
+    /// Every combination of marks and of what the places hold: nothing, the old image, the new one, one that a probe flashed.
     fn all() -> impl Iterator<Item = Found> {
-        let images = [None, Some(image(1)), Some(image(2))];
-        (0..27 * 17).map(move |n| {
-            let at = |place: usize| images[n / 3_usize.pow(place as u32) % 3];
-            let marks = n / 27;
+        let images = [None, Some(image(1)), Some(image(2)), Some(image(3))];
+        (0..64 * 33).map(move |n| {
+            let at = |place: usize| images[n / 4_usize.pow(place as u32) % 4];
+            let marks = n / 64;
             Found {
                 running: at(0),
                 arrived: at(1),
                 kept: at(2),
-                order: (marks < 16).then(|| InstallOrder {
+                order: (marks < 32).then(|| InstallOrder {
                     kept: marks & 1 != 0,
                     tried: marks & 2 != 0,
                     confirmed: marks & 4 != 0,
                     rolled_back: marks & 8 != 0,
+                    closed: marks & 16 != 0,
                     ..order(2)
                 }),
             }
@@ -145,7 +156,7 @@ mod tests {
     #[test]
     fn only_a_whole_image_is_booted() {
         for found in all() {
-            if matches!(next(&found), LoaderStep::Boot | LoaderStep::Try) {
+            if matches!(next(&found), LoaderStep::Boot | LoaderStep::Close | LoaderStep::Try) {
                 assert!(found.running.is_some(), "{found:?}");
             }
         }
@@ -186,7 +197,7 @@ mod tests {
                 let step = next(&found);
                 let Found { order, .. } = &mut found;
                 match (step, order) {
-                    (LoaderStep::Boot | LoaderStep::Try | LoaderStep::Stop, _) => break,
+                    (LoaderStep::Boot | LoaderStep::Close | LoaderStep::Try | LoaderStep::Stop, _) => break,
                     (LoaderStep::Keep, _) => found.kept = found.running,
                     (LoaderStep::Install, _) => found.running = found.arrived,
                     (LoaderStep::Restore, _) => found.running = found.kept,
@@ -225,6 +236,6 @@ mod tests {
             running: Some(image(1)),
             ..given_up
         };
-        assert_eq!(next(&restored), LoaderStep::Boot);
+        assert_eq!(next(&restored), LoaderStep::Close);
     }
 }

@@ -2,11 +2,10 @@
 
 use embedded_storage_async::nor_flash::NorFlash;
 
-use super::journal::{self, Mark};
-use super::loader::room;
-use crate::drive_board::{BOARD, FLASH_WORD_BYTES};
-use crate::image::{Image, image_in};
-use crate::image_seal::{SEAL_AT, SEAL_BYTES};
+use super::journal::{self, InstallOrder, Mark};
+use crate::drive_board::{BOARD, FLASH_WORD_BYTES, IMAGE_HOME, IMAGE_START};
+use crate::image::{Image, NoImage, image_in};
+use crate::image_seal::{SEAL_AT, SEAL_BYTES, image_room};
 use crate::protocol::message::{UPDATE_BYTES, UpdateRefusal, UpdateState};
 
 const _: () = assert!(UPDATE_BYTES.is_multiple_of(FLASH_WORD_BYTES));
@@ -40,35 +39,44 @@ impl<F: NorFlash> UpdateStore<F> {
 
     /// What became of the last update, and the checksum of its image.
     pub async fn state(&mut self) -> (UpdateState, u32) {
-        let Some(order) = journal::read(&mut self.place).await else {
-            return (UpdateState::None, 0);
-        };
-        if order.checksum != self.running && order.before != self.running {
-            // A probe has flashed another image since.
-            return (UpdateState::None, 0);
+        match journal::read(&mut self.place).await {
+            Some(order) => match self.state_of(&order) {
+                UpdateState::None => (UpdateState::None, 0),
+                state => (state, order.checksum),
+            },
+            None => (UpdateState::None, 0),
         }
-        // The boot loader obeys the marks in this order.
-        let state = if order.confirmed {
-            UpdateState::Confirmed
-        } else if order.rolled_back && order.tried {
-            UpdateState::RolledBack
-        } else if order.rolled_back {
-            UpdateState::NotInstalled
-        } else if order.tried {
-            UpdateState::OnTrial
-        } else {
-            UpdateState::Ordered
-        };
-        (state, order.checksum)
     }
 
-    /// Notes that the image on trial came up.
+    /// What became of an order, as the image that runs sees it.
+    fn state_of(&self, order: &InstallOrder) -> UpdateState {
+        let (runs, before_runs) = (order.checksum == self.running, order.before == self.running);
+        // The boot loader obeys the marks in this order.
+        match order {
+            // A probe has flashed another image since.
+            _ if !runs && !before_runs => UpdateState::None,
+            _ if order.confirmed => UpdateState::Confirmed,
+            // A probe has flashed the image that was given up, or one of its own in between.
+            _ if order.rolled_back && !before_runs => UpdateState::None,
+            _ if order.closed && !order.rolled_back => UpdateState::None,
+            _ if order.rolled_back && !order.tried => UpdateState::NotInstalled,
+            // Rolled back even if the flash did not take the mark: the image before runs after a trial.
+            _ if order.rolled_back || (order.tried && !runs) => UpdateState::RolledBack,
+            _ if order.tried => UpdateState::OnTrial,
+            _ => UpdateState::Ordered,
+        }
+    }
+
+    /// Notes that the image that runs, which is on trial, came up.
     ///
     /// # Errors
-    /// [`UpdateRefusal::FlashFailed`]: the next reset rolls the image back.
+    /// [`UpdateRefusal::NotBegun`]: the image that runs is not on trial. [`UpdateRefusal::FlashFailed`]: the next reset rolls
+    /// the image back.
     pub async fn confirm(&mut self) -> Result<(), UpdateRefusal> {
-        let order = journal::read(&mut self.place).await.ok_or(UpdateRefusal::NotBegun)?;
-        let added = journal::add(&mut self.place, Mark::Confirmed, order.subject()).await;
+        let order = journal::read(&mut self.place).await;
+        let on_trial = order.filter(|order| self.state_of(order) == UpdateState::OnTrial);
+        let order = on_trial.ok_or(UpdateRefusal::NotBegun)?;
+        let added = journal::fill(&mut self.place, Mark::Confirmed, order.subject()).await;
         added.map_err(|_| UpdateRefusal::FlashFailed)
     }
 
@@ -80,7 +88,7 @@ impl<F: NorFlash> UpdateStore<F> {
         if image.board != BOARD {
             return Err(UpdateRefusal::WrongBoard { board: BOARD });
         }
-        let max = room(self.place.capacity());
+        let max = image_room(self.place.capacity());
         if image.length > max || (image.length as usize) < SEAL_AT + SEAL_BYTES {
             return Err(UpdateRefusal::WrongSize { max });
         }
@@ -141,12 +149,14 @@ impl<F: NorFlash> UpdateStore<F> {
         if next < image.length {
             return Err(UpdateRefusal::NotBegun);
         }
-        let room = room(self.place.capacity());
-        if image_in(&mut self.place, room, BOARD).await == Some(image) {
-            return Ok(image);
-        }
+        let room = image_room(self.place.capacity());
+        let refusal = match image_in(&mut self.place, room, &IMAGE_HOME).await {
+            Ok(stored) if stored == image => return Ok(image),
+            Err(NoImage::WrongPlace) => UpdateRefusal::WrongPlace { start: IMAGE_START },
+            Ok(_) | Err(NoImage::NotWhole) => UpdateRefusal::WrongChecksum,
+        };
         self.transfer = None;
-        Err(UpdateRefusal::WrongChecksum)
+        Err(refusal)
     }
 
     /// Orders the installation of an image that was checked.

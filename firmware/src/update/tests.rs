@@ -6,12 +6,13 @@ use embassy_sync::mutex::Mutex;
 use std::vec::Vec;
 
 use super::UpdateStore;
-use super::loader::{Boot, Places, prepare, room};
-use crate::drive_board::BOARD;
+use super::loader::{Boot, Places, prepare};
+use crate::drive_board::{BOARD, IMAGE_HOME, IMAGE_START};
 use crate::flash_region::FlashRegion;
 use crate::image::{CHECKSUM, Image, image_in};
 use crate::image_seal::{
-    BOARD_AT, BUILD_AT, ERASED, MARKER, NUMBERS_AT, NUMBERS_BYTES, SEAL_AT, SEAL_BYTES, VERSION_AT,
+    BOARD_AT, BUILD_AT, ERASED, FLASH_START, JOURNAL_BYTES, MARKER, NUMBERS_AT, NUMBERS_BYTES, SEAL_AT, SEAL_BYTES,
+    VERSION_AT, image_room,
 };
 use crate::protocol::message::{UPDATE_BYTES, UpdateRefusal, UpdateState};
 use crate::test_flash::{PAGE, TestFlash, WORD};
@@ -26,6 +27,9 @@ const ARRIVED: usize = PLACE_PAGES;
 const KEPT: usize = 2 * PLACE_PAGES;
 const STORES: usize = 3 * PLACE_PAGES;
 
+/// The end of a stack, as `memory.x` has it.
+const STACK_END: u32 = 0x2000_8000;
+
 type Shared = Mutex<NoopRawMutex, TestFlash>;
 type Region<'a> = FlashRegion<'a, NoopRawMutex, TestFlash>;
 
@@ -35,7 +39,15 @@ fn place(flash: &Shared, first: usize) -> Region<'_> {
 
 /// A sealed image of these bytes' kind: `fill` tells one image from another.
 fn sealed(fill: u8, length: usize) -> (Image, Vec<u8>) {
+    starting([STACK_END, IMAGE_START + 0x441], fill, length)
+}
+
+/// A sealed image with these first two vectors.
+fn starting(vectors: [u32; 2], fill: u8, length: usize) -> (Image, Vec<u8>) {
     let mut bytes: Vec<u8> = (0..length).map(|at| fill.wrapping_mul(at as u8 ^ 0x5A)).collect();
+    for (to, vector) in bytes.chunks_exact_mut(4).zip(vectors) {
+        to.copy_from_slice(&vector.to_le_bytes());
+    }
     let seal = &mut bytes[SEAL_AT..SEAL_AT + SEAL_BYTES];
     seal.fill(0);
     for (to, part) in seal.chunks_exact_mut(4).zip(MARKER) {
@@ -122,7 +134,7 @@ fn boot(flash: TestFlash) -> (Boot, TestFlash) {
 fn whole(flash: &TestFlash, first: usize) -> Option<Image> {
     let shared = Shared::new(flash.clone());
     let mut place = place(&shared, first);
-    block_on(image_in(&mut place, room(PLACE_PAGES * PAGE), BOARD))
+    block_on(image_in(&mut place, image_room(PLACE_PAGES * PAGE), &IMAGE_HOME)).ok()
 }
 
 fn confirm(flash: TestFlash) -> TestFlash {
@@ -252,8 +264,7 @@ fn power_cuts_while_an_image_is_stored_leave_the_old_one() {
 /// Whatever stands in the journal, a whole image is booted: nothing, zeros, noise, words that cannot be read.
 #[test]
 fn a_corrupt_journal_never_bricks() {
-    let journal =
-        (ARRIVED + PLACE_PAGES) * PAGE - super::journal::JOURNAL_BYTES as usize..(ARRIVED + PLACE_PAGES) * PAGE;
+    let journal = (ARRIVED + PLACE_PAGES) * PAGE - JOURNAL_BYTES as usize..(ARRIVED + PLACE_PAGES) * PAGE;
     let tried = boot(ordered()).1;
     // While the new image is being installed only the kept one is whole.
     let mut half = tried.clone();
@@ -309,7 +320,7 @@ fn an_unsealed_image_is_never_booted() {
 fn what_does_not_fit_is_refused_before_anything_is_erased() {
     let flash = Shared::new(ordered());
     let (image, bytes) = new();
-    let max = room(PLACE_PAGES * PAGE);
+    let max = image_room(PLACE_PAGES * PAGE);
     let foreign = Image {
         board: BOARD + 1,
         ..image

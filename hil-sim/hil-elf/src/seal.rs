@@ -27,6 +27,8 @@ pub struct SealedImage {
     pub version: [u16; 3],
     /// Hash of what the firmware was built from.
     pub build: u32,
+    /// Where the ELF puts its first byte in the part's memory.
+    pub start: u32,
     /// Bytes in the flash.
     pub length: u32,
     /// Checksum of those bytes.
@@ -51,8 +53,10 @@ fn half(bytes: &[u8], at: usize) -> Option<usize> {
     Some(usize::from(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?)))
 }
 
-/// What an ELF puts into the flash, from the first byte of it: where the image begins is the link's business.
+/// What an ELF puts into the flash, from the first byte of it.
 struct FlashImage {
+    /// Where the first byte belongs in the part's memory: whether that is the board's place is for whoever flashes it to say.
+    start: u32,
     bytes: Vec<u8>,
     /// Where each piece of it stands: place in the image, place in the file, bytes.
     pieces: Vec<(usize, usize, usize)>,
@@ -65,6 +69,7 @@ impl FlashImage {
         }
         let (first, bytes) = (word(elf, PROGRAM_HEADERS)? as usize, half(elf, PROGRAM_HEADER_BYTES)?);
         let mut image = Self {
+            start: 0,
             bytes: Vec::new(),
             pieces: Vec::new(),
         };
@@ -81,6 +86,7 @@ impl FlashImage {
             segments.push((at as usize, offset, length));
         }
         let start = segments.iter().map(|(at, ..)| *at).min()?;
+        image.start = FLASH_START + start as u32;
         for (at, offset, length) in segments {
             let at = at - start;
             if image.bytes.len() < at + length {
@@ -165,6 +171,7 @@ pub fn seal(elf: &mut [u8]) -> Result<SealedImage, &'static str> {
         board,
         version,
         build,
+        start: image.start,
         length,
         checksum,
     })
@@ -222,6 +229,7 @@ mod tests {
             board: 0x0908,
             version: [5, 6, 7],
             build: 0x0403_0201,
+            start: FLASH_START,
             length: 44,
             checksum: checksum(&flash),
         };

@@ -13,7 +13,7 @@ use firmware::drive_board::memory::{ARRIVED_SECTOR, IMAGE_SECTORS, KEPT_SECTOR, 
 use firmware::update::loader::{Boot, Places, prepare};
 
 use super::loader_flash::FlashPlace;
-use super::slow_watchdog;
+use super::{part_supply, slow_watchdog};
 
 /// Where an image arrives.
 const ARRIVED: usize = ARRIVED_SECTOR.expect("a board with a boot loader has a place for it");
@@ -26,6 +26,7 @@ const BLINK_CYCLES: u32 = 16_000_000;
 fn main() -> ! {
     // It runs on in the image: one that hangs before it takes the watchdog over is reset, and rolled back if it is on trial.
     slow_watchdog::start();
+    part_supply::settle();
     let core = Peripherals::take();
     let mut scb = core.map(|core| core.SCB);
     if let Some(scb) = &mut scb {
@@ -49,8 +50,9 @@ fn main() -> ! {
 
 /// Hands the part over to the image, as a reset would.
 fn boot() -> ! {
-    // SAFETY: nothing of this program runs after it: no interrupt was ever enabled. The image was checked: it begins with
-    // its vectors, and its start-up makes its own stack and RAM.
+    // SAFETY: nothing of this program runs after it: no interrupt was ever enabled. The image was checked (`image_in`): it is
+    // the one that was sealed for this board, its first vector is the end of a stack in the part's RAM, and its second one an
+    // instruction of its own, so it is linked for this place. Its start-up makes its own RAM.
     unsafe {
         (*SCB::PTR).vtor.write(IMAGE_START);
         cortex_m::asm::dsb();

@@ -11,6 +11,8 @@ mod flash_banks;
 #[cfg(target_os = "none")]
 mod loader_flash;
 #[cfg(target_os = "none")]
+mod part_supply;
+#[cfg(target_os = "none")]
 mod ram_words;
 #[cfg(target_os = "none")]
 mod slow_watchdog;

@@ -5,9 +5,11 @@ use core::mem::offset_of;
 use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{ErrorType, ReadNorFlash};
 use firmware::built_in::BUILD_HASH;
-use firmware::drive_board::{BOARD, FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, IMAGE_START, memory};
+use firmware::drive_board::{BOARD, FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, IMAGE_HOME, IMAGE_START, memory};
 use firmware::image::image_in;
-use firmware::image_seal::{BOARD_AT, BUILD_AT, MARKER, MISSING, NUMBERS_AT, SEAL_AT, SEAL_BYTES, VERSION_AT};
+use firmware::image_seal::{
+    BOARD_AT, BUILD_AT, MARKER, MISSING, NUMBERS_AT, SEAL_AT, SEAL_BYTES, VERSION_AT, image_room,
+};
 use firmware::link::VERSION;
 
 use super::storage::{StorageError, read};
@@ -40,8 +42,8 @@ static SEAL: Seal = Seal {
     board: BOARD,
 };
 
-/// Bytes of the place that the image runs in.
-const ROOM: u32 = (memory::IMAGE_SECTORS * FLASH_SECTOR_BYTES) as u32;
+/// Bytes that an image may have.
+const ROOM: u32 = image_room(memory::IMAGE_SECTORS * FLASH_SECTOR_BYTES);
 
 /// What the flash holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,7 +86,7 @@ fn try_check(told: &mut u32) -> Result<ImageState, StorageError> {
         length,
         checksum
     );
-    let whole = block_on(image_in(&mut RunningPlace, ROOM, BOARD)).is_some();
+    let whole = block_on(image_in(&mut RunningPlace, ROOM, &IMAGE_HOME)).is_ok();
     Ok(if whole { ImageState::Whole } else { ImageState::Damaged })
 }
 

@@ -1,4 +1,4 @@
-//! Marks that a power cut has torn.
+//! Marks that a power cut has torn, or left of many.
 
 use super::*;
 use crate::update::journal::{self, Mark};
@@ -33,4 +33,32 @@ fn a_torn_mark_is_no_mark() {
     );
     assert_eq!(block_on(mark), Ok(()));
     assert!(block_on(journal::read(&mut arrived)).expect("still").kept);
+}
+
+/// The next image is announced, and power is lost while the journal is being erased for it: whatever words are left, the image
+/// that was confirmed stays, and so does the one that was gone back to.
+#[test]
+fn a_journal_that_is_half_erased_changes_nothing() {
+    let tried = boot(ordered()).1;
+    for (settled, (runs, _)) in [(confirm(tried.clone()), new()), (boot(tried).1, old())] {
+        for seed in 0..1000 {
+            for arrived_is_whole in [true, false] {
+                let mut flash = settled.clone();
+                flash.bytes[ARRIVED * PAGE + 5] ^= u8::from(!arrived_is_whole);
+                flash.power = 0;
+                flash.seed = seed;
+                let shared = Shared::new(flash);
+                let mut store = UpdateStore::new(place(&shared, ARRIVED), runs.checksum);
+                assert!(block_on(store.begin(sealed(9, 2000).0)).is_err());
+                let mut flash = shared.into_inner();
+                flash.revive();
+                for _ in 0..2 {
+                    let (booted, after) = boot(flash);
+                    let whole = whole(&after, RUNNING);
+                    assert_eq!((booted, whole), (Boot::Image, Some(runs)), "seed {seed}");
+                    flash = after;
+                }
+            }
+        }
+    }
 }

@@ -287,8 +287,12 @@ fn an_installation_that_loses_its_power_goes_on() {
 const PORT_B: u64 = 0x5802_0400;
 const LEVELS: u64 = 0x14;
 
-/// Nothing that could be booted: an erased flash, noise in every sector behind the boot loader, a damaged image, an image for
-/// another place's vectors that nobody sealed. The bridges' pins stay as the reset has left them, the boot loader stays
+/// The power controller's CSR1, and its bit that the core's voltage is valid (ACTVOSRDY).
+const POWER_STATUS: u64 = 0x5802_4804;
+const VOLTAGE_VALID: u32 = 1 << 13;
+
+/// Nothing that could be booted: an erased flash, noise in every sector behind the boot loader, a damaged image, an
+/// image that nobody sealed, one that is linked for the start of the flash. The bridges' pins stay as the reset has left them, the boot loader stays
 /// where it is, and the red lamp blinks.
 #[test]
 fn without_an_image_nothing_moves_and_the_lamp_blinks() {
@@ -296,6 +300,11 @@ fn without_an_image_nothing_moves_and_the_lamp_blinks() {
     damaged[5_000] ^= 1;
     let (_, mut unsealed) = image();
     unsealed[SEAL_AT + NUMBERS_AT..][..NUMBERS_BYTES].fill(ERASED);
+    let (_, elsewhere) = other(|bytes| {
+        let reset: [u8; 4] = bytes[4..8].try_into().expect("a vector");
+        let reset = u32::from_le_bytes(reset) - FLASH_SECTOR_BYTES as u32;
+        bytes[4..8].copy_from_slice(&reset.to_le_bytes());
+    });
     let garbage = |seed| {
         let bank_1 = noise(7 * FLASH_SECTOR_BYTES, seed);
         vec![(RUNNING, bank_1), (PLACE, noise(8 * FLASH_SECTOR_BYTES, !seed))]
@@ -306,6 +315,7 @@ fn without_an_image_nothing_moves_and_the_lamp_blinks() {
         garbage(0x0123_4567_89AB_CDEF),
         vec![(RUNNING, damaged)],
         vec![(RUNNING, unsealed)],
+        vec![(RUNNING, elsewhere)],
     ] {
         let mut board = powered_with(PartSetup::default(), &contents);
         let mut levels = Vec::new();
@@ -324,6 +334,10 @@ fn without_an_image_nothing_moves_and_the_lamp_blinks() {
             // The port has no clock before the lamp is used.
             levels.extend(level.ok().map(|level| level >> 14 & 1));
         }
+        // The loader has left Run* by itself: it may program the flash.
+        let power = board.emulation.at(|stopped| stopped.register(POWER_STATUS));
+        let power = power.expect("it runs").expect("a register");
+        assert_eq!(power & VOLTAGE_VALID, VOLTAGE_VALID);
         assert!(levels.contains(&0) && levels.contains(&1), "{levels:?}");
         assert_eq!(resets(&mut board), []);
         board.client = LinkClient::new(2);

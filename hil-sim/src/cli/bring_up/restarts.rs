@@ -113,13 +113,13 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
              restarts, and switch it on again",
         )?;
         let boot = self.boot()?;
-        if self.link.update(&firmware, self.console).is_ok() {
-            return Ok(Finding::passed("confirmed twice"));
-        }
         // The port may have gone with the supply; a firmware that had been started was rolled back.
+        let Err(ended) = self.link.update(&firmware, self.console) else {
+            return Ok(Finding::not_shown("confirmed twice: the supply was not cut"));
+        };
         let [major, minor, patch] = self.next_boot(boot)?.about.version;
         Ok(Finding::passed(format!(
-            "confirmed; after the cut the board runs {major}.{minor}.{patch}"
+            "confirmed; after the cut the board runs {major}.{minor}.{patch} (the tool: {ended})"
         )))
     }
 

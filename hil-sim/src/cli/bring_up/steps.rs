@@ -260,16 +260,6 @@ pub const STEPS: &[BringUpStep] = &[
             "the bounded wait in `firmware/src/bin/drive-board/board/clocks.rs`",
         ],
     )),
-    bench(off(
-        "update",
-        StepKind::Update,
-        [
-            "The tool sends the firmware that `--firmware` names over the link, twice; the second time cut the board's \
-             supply once it restarts.",
-            "confirmed; after the cut the board comes back",
-            "the red lamp ([updating](updating.md#without-a-firmware)), `firmware/src/bin/boot-loader/`",
-        ],
-    )),
     on(
         "supply on",
         StepKind::SupplyOn,
@@ -279,6 +269,16 @@ pub const STEPS: &[BringUpStep] = &[
             "the divider at PA3, 1:20; the supply's wires",
         ],
     ),
+    bench(on(
+        "update",
+        StepKind::Update,
+        [
+            "The tool sends the firmware that `--firmware` names over the link, twice; the second time cut the board's \
+             supply once it restarts.",
+            "confirmed; after the cut the board comes back",
+            "the red lamp ([updating](updating.md#without-a-firmware)), `firmware/src/bin/boot-loader/`",
+        ],
+    )),
     on(
         "armed",
         StepKind::Armed,

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
+use firmware::drive_board::{BOARD, IMAGE_START};
 use firmware::image::Image;
 use firmware::protocol::message::{Answer, Identity, Order, UpdateAnswer, UpdateRefusal, UpdateRequest, UpdateState};
 use hil_elf::seal::sealed_image;
@@ -17,9 +18,9 @@ use super::wire::Wire;
 /// How often a piece is sent again before the link counts as lost.
 const ATTEMPTS: u32 = 5;
 /// Time within which a board that restarts into an update is heard again, us: the boot loader keeps one image and installs
-/// another, two sectors each (4 s at most for an erasure) and 8192 words each (600 us at most), and may restore the kept
-/// one.
-const INSTALLED_WITHIN_US: u64 = 60_000_000;
+/// another, two sectors each (4 s at most for an erasure) and 8192 words each (600 us at most), 26 s; a new image that hangs
+/// is ended by the loader's watchdog, after 33 s at most; and the kept one is restored, in another 13 s.
+const INSTALLED_WITHIN_US: u64 = 100_000_000;
 /// Time within which a new firmware confirms itself or is rolled back, us.
 const SETTLED_WITHIN_US: u64 = 60_000_000;
 /// Between two questions whether it has, us.
@@ -46,9 +47,15 @@ impl Update {
     /// The firmware of a sealed ELF.
     ///
     /// # Errors
-    /// The bytes are no ELF of the board, or not sealed, or not what was sealed.
+    /// The bytes are no ELF of the board, or not sealed, or not what was sealed, or linked for another place.
     pub fn of(elf: &[u8]) -> Result<Self, &'static str> {
         let (sealed, bytes) = sealed_image(elf)?;
+        // The board refuses an image of another one itself.
+        if sealed.board == BOARD && sealed.start != IMAGE_START {
+            return Err(
+                "the image is not linked for where the board's begins, behind its boot loader: build it anew with `.ci/build-board`",
+            );
+        }
         let image = Image {
             board: sealed.board,
             length: sealed.length,
