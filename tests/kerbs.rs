@@ -29,6 +29,7 @@ fn no_kerb_ends_the_drive_or_lets_the_vehicle_run_away() {
         (0.3, 0.02, -10.0),
         (0.3, -0.03, 10.0),
         (0.3, -0.05, -5.0),
+        (0.5, 0.01, 5.0),
         (0.8, 0.01, 0.0),
         (0.8, 0.02, -5.0),
         (0.8, 0.02, 10.0),
@@ -45,7 +46,7 @@ fn no_kerb_ends_the_drive_or_lets_the_vehicle_run_away() {
     let fastest_m_s = drives.iter().map(|drive| drive.excess_m_s).fold(0.0, f64::max);
     let come_over = drives.iter().filter(|drive| drive.comes_over).count();
     shown(
-        "fourteen of these drives",
+        "fifteen of these drives",
         &format!(
             "no fault in {} drives; {come_over} come over, the others stop in front and tell it (*Stall*); behind kerb and ledge at most {fastest_m_s:.2} m/s too fast",
             drives.len()

@@ -13,6 +13,19 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
+/// Asserts that what a file of records holds replays, bit for bit.
+#[cfg(unix)]
+fn replays_to_the_bit(file: &std::path::Path) {
+    let replay = hil_sim(&["replay", file.to_str().expect("utf-8")]);
+    let text = String::from_utf8_lossy(&replay.stdout).into_owned();
+    assert!(
+        replay.status.success() && text.contains("bit for bit"),
+        "{}: {text} {}",
+        file.display(),
+        stderr(&replay)
+    );
+}
+
 /// A disk that is full ends the record of a run; what is there replays.
 #[cfg(unix)]
 #[test]
@@ -34,13 +47,7 @@ fn what_a_full_disk_took_of_a_record_replays() {
             "{name}: {}",
             stderr(&output)
         );
-        let replay = hil_sim(&["replay", file.to_str().expect("utf-8")]);
-        let text = String::from_utf8_lossy(&replay.stdout).into_owned();
-        assert!(
-            replay.status.success() && text.contains("bit for bit"),
-            "{name}: {text} {}",
-            stderr(&replay)
-        );
+        replays_to_the_bit(&file);
     }
 }
 
@@ -72,13 +79,7 @@ fn what_a_killed_drive_has_recorded_replays() {
         // SIGKILL: the program gets no turn any more.
         drive.kill().expect("killed");
         drive.wait().expect("gone");
-        let replay = hil_sim(&["replay", file.to_str().expect("utf-8")]);
-        let text = String::from_utf8_lossy(&replay.stdout).into_owned();
-        assert!(
-            replay.status.success() && text.contains("bit for bit"),
-            "{name}: {text} {}",
-            stderr(&replay)
-        );
+        replays_to_the_bit(&file);
     }
 }
 
