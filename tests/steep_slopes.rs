@@ -223,3 +223,82 @@ fn a_slope_beyond_the_grip_is_told() {
         assert!(rows.iter().all(|row| told(row) == expected), "{slope_deg} deg");
     }
 }
+
+/// Heat of a winding over what its continuous current keeps up, tau h' = (i/i_c)^2 - h, by the true currents of the trace's
+/// rows: the time and the heat at each.
+fn heats(rows: &[TraceRow], vehicle: &Vehicle<f64>) -> Vec<(f64, f64)> {
+    let motor = &vehicle.parameters().drive_motor;
+    let (mut heat, mut before_s) = ([0.0_f64; 2], 0.0);
+    let mut heats = Vec::new();
+    for row in rows {
+        let share = -f64::exp_m1(-(row.time_s() - before_s) / motor.winding_time_constant_s);
+        before_s = row.time_s();
+        for (heat, current_a) in heat.iter_mut().zip(&row.truth.current_a) {
+            *heat += share * ((current_a / motor.continuous_current_a).powi(2) - *heat);
+        }
+        heats.push((before_s, heat[0].max(heat[1])));
+    }
+    heats
+}
+
+/// Beyond 20 deg (`continuous_slope_deg` of `check`) the hold takes more than the motors' continuous current. When they are hot
+/// the vehicle can no longer stand there facing up or down: it turns across the slope until what is left of it is held, tells
+/// *MotorHeat*, goes back towards where it held, as far as the current takes it, and comes to rest without a fault. The weight that the current no longer holds, at most 3 m/s^2 of it, turns
+/// the vehicle within a second: 1 m/s and a metre and a half are what a user would still call gentle.
+#[test]
+fn held_until_the_motors_are_hot_the_vehicle_turns_across_the_slope_and_stands() {
+    let [mut fastest_m_s, mut furthest_m, mut hottest] = [0.0_f64; 3];
+    for (vehicle, slope_deg, seconds) in [
+        (grippy(), 24.0, 80.0),
+        (grippy(), 28.0, 60.0),
+        (grippy(), -28.0, 60.0),
+        (grippy(), 31.0, 90.0),
+        (grippy(), -31.0, 90.0),
+        (reference(), 30.0, 200.0),
+    ] {
+        for seed in [1, 2] {
+            let outcome = drive(
+                &vehicle,
+                seconds,
+                slope_deg,
+                &format!("seed = {seed}\n{GRIPPY_GROUND}"),
+                "",
+            );
+            let story = format!("{slope_deg} deg, seed {seed}");
+            let heats = heats(&outcome.trace.rows, &vehicle);
+            let hot_s = first(&outcome, 0.0, |row| row.status.limits.contains(Limit::MotorHeat)).expect("told");
+            let at_hot = heats.iter().find(|(time_s, _)| *time_s >= hot_s).expect("a row").1;
+            // From heat 0.9 to 1 the limit falls from its whole to the continuous current: on its way it meets the hold's.
+            let motor = &vehicle.parameters().drive_motor;
+            let hold_a = from(&outcome, hot_s)[0].truth.current_a[0].abs();
+            let above = (hold_a - motor.continuous_current_a) / (motor.current_limit_a - motor.continuous_current_a);
+            let expected = 1.0 - 0.1 * above;
+            assert!(
+                (at_hot - expected).abs() < 0.02,
+                "{story}: told at a heat of {at_hot}, not {expected}"
+            );
+            let faults = first(&outcome, 0.0, |row| row.status.faults != FaultSet::EMPTY);
+            assert_eq!(faults, None, "{story}");
+            let rows = from(&outcome, hot_s);
+            let speed_m_s = most(rows, |row| row.truth.speed_m_s.abs());
+            let down_m = most(rows, |row| (rows[0].truth.x_m - row.truth.x_m) * slope_deg.signum());
+            let hot = heats.iter().map(|(_, heat)| *heat).fold(0.0, f64::max);
+            println!("{story}: hot after {hot_s:.1} s; {speed_m_s:.2} m/s at most, {down_m:.2} m down; heat {hot:.3}");
+            assert!(speed_m_s < 1.0, "{story}: {speed_m_s} m/s");
+            assert!(down_m < 1.5, "{story}: {down_m} m down the slope");
+            assert!(hot < 1.1, "{story}: heat {hot}");
+            let rests = from(&outcome, seconds - 5.0);
+            assert!(most(rests, |row| row.truth.speed_m_s.abs()) < 0.02, "{story}: stands");
+            fastest_m_s = fastest_m_s.max(speed_m_s);
+            furthest_m = furthest_m.max(down_m);
+            hottest = hottest.max(hot);
+        }
+    }
+    shown(
+        "held on slopes of 24 to 31 deg until the motors are hot",
+        &format!(
+            "turns across the slope at {fastest_m_s:.2} m/s at most, {furthest_m:.2} m down at most, and stands there; \
+             heat {hottest:.2} of what the continuous current keeps up"
+        ),
+    );
+}

@@ -36,6 +36,8 @@ pub struct Exchanged {
     swing: f32,
     roll: f32,
     together: f32,
+    /// The vehicle turned in the interval before.
+    turned: bool,
     in_rhythm: Persistence,
     rolled: Persistence,
 }
@@ -55,7 +57,8 @@ const EXCHANGED_INTERVALS: u16 = 12;
 const ROLLED_RAD_S: f32 = 0.15 / STEADY_TIME_CONSTANT_S;
 const ROLLED_SWING_SHARE: f32 = 0.1;
 const ROLLED_INTERVALS: u16 = 4;
-/// Yaw rate from which nothing is told, rad/s: an arm that hangs out shows some of it as roll.
+/// Yaw rate from which nothing is told, rad/s: an arm that hangs out shows some of it as roll. What it shows below is less than
+/// `ROLLED_RAD_S`.
 const TURNS_RAD_S: f32 = 0.5;
 
 impl Default for Exchanged {
@@ -66,6 +69,7 @@ impl Default for Exchanged {
             swing: 0.0,
             roll: 0.0,
             together: 0.0,
+            turned: false,
             in_rhythm: Persistence::new(EXCHANGED_INTERVALS),
             rolled: Persistence::new(ROLLED_INTERVALS),
         }
@@ -76,14 +80,22 @@ impl Exchanged {
     /// Takes what one interval shows; whether the IMU has shown for a while that its axes are exchanged.
     pub fn update(&mut self, rates: &BodyRates) -> bool {
         let mut motion = [rates.relative_rad_s, rates.swing_rad_s, rates.roll_rad_s];
+        if rates.yaw_rad_s.abs() > TURNS_RAD_S {
+            self.turned = true;
+            self.in_rhythm.update(false);
+            self.rolled.update(false);
+            return false;
+        }
         for (rate, steady) in motion.iter_mut().zip(&mut self.steady) {
+            if self.turned {
+                // What a turn shows as roll does not outlive the turn, and its end is no rhythm.
+                steady.reset(*rate);
+            }
             steady.update(*rate);
             *rate -= steady.value();
         }
+        self.turned = false;
         let [relative, swing, roll] = motion;
-        if rates.yaw_rad_s.abs() > TURNS_RAD_S {
-            return false;
-        }
         let mean = |mean: &mut f32, product: f32| *mean += MEAN_GAIN * (product - *mean);
         mean(&mut self.relative, relative * relative);
         mean(&mut self.swing, swing * swing);
@@ -107,6 +119,7 @@ impl Exchanged {
             steady.reset(0.0);
         }
         [self.relative, self.swing, self.roll, self.together] = [0.0; 4];
+        self.turned = false;
         self.in_rhythm.update(false);
         self.rolled.update(false);
     }
@@ -222,6 +235,26 @@ mod tests {
                 ..STEADY
             };
             assert_eq!(told(2.0, 1.0, turns).is_some(), expected, "{yaw_rad_s}");
+        }
+    }
+
+    /// A turn with the arm far out shows more roll than a body's swing, and may end at once, as at a kerb under one wheel.
+    #[test]
+    fn the_end_of_a_turn_tells_nothing() {
+        for yaw_rad_s in [-8.0_f32, -1.8, 1.6, 3.0] {
+            for wheels_rad_s in [0.0_f32, 12.0] {
+                let mut watch = Exchanged::default();
+                for k in 0..300_u16 {
+                    let yaw_rad_s = if k < 100 { yaw_rad_s } else { 0.0 };
+                    let told = watch.update(&BodyRates {
+                        relative_rad_s: wheels_rad_s,
+                        swing_rad_s: 0.0,
+                        roll_rad_s: yaw_rad_s * libm::sinf(0.7),
+                        yaw_rad_s,
+                    });
+                    assert!(!told, "{yaw_rad_s} rad/s, {wheels_rad_s} rad/s, interval {k}");
+                }
+            }
         }
     }
 

@@ -70,3 +70,13 @@ fn an_encoder_stuck_at_a_crawl_is_found() {
 fn ice_on_a_slope_is_told() {
     fly(19);
 }
+
+#[test]
+fn motors_with_weak_magnets_are_held_to_their_heat() {
+    fly(20);
+}
+
+#[test]
+fn a_full_battery_is_not_charged_further() {
+    fly(21);
+}

@@ -143,6 +143,14 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
             hold_a * motor.resistance_ohm,
             "voltage of each motor to hold on 10 deg",
         ),
+        number(
+            "continuous_slope_deg",
+            (motor.continuous_current_a / hold_a * HOLD_DEG.to_radians().sin())
+                .min(1.0)
+                .asin()
+                .to_degrees(),
+            "slope on which continuous_current_a holds for ever",
+        ),
         number("no_load_speed_m_s", no_load, "speed at nominal_v without any load"),
         number(
             "speed_max_voltage_v",
