@@ -108,6 +108,10 @@ fn slides_stalls_and_whirls_are_told_with_their_time() {
         stalls.iter().all(|(at_s, for_s, _)| *at_s > 4.0 && for_s.is_some()),
         "{stalls:?}"
     );
+    // The edge of 75 mm meets a wheel of 250 mm at acos(175/250) = 45.6 deg.
+    let reason =
+        "told to drive at 0.40 m/s, the vehicle is blocked: an edge rises at 46 deg under its wheels; its arm leans";
+    assert!(stalls.iter().any(|(.., text)| text.contains(reason)), "{stalls:?}");
 
     let ice = "title = \"ice\"\nduration_s = 8.0\n\
          [terrain.plane]\nslope_x_rad = 0.0873\n\
@@ -117,6 +121,14 @@ fn slides_stalls_and_whirls_are_told_with_their_time() {
     let slides = events(&run, "slide");
     let longest = slides.iter().filter_map(|(_, for_s, _)| *for_s).fold(0.0, f64::max);
     assert!(longest > 1.0, "{slides:?}");
+    // tan(5 deg) = 0.09, on ground of 0.05.
+    let reason = "the ground gives a grip of 0.05, and its slope of 5.0 deg asks for 0.09";
+    assert!(
+        slides
+            .iter()
+            .any(|(.., text)| text.starts_with("both wheels slide at up to ") && text.ends_with(reason)),
+        "{slides:?}"
+    );
 
     // A push that no law holds against.
     let push = "title = \"push\"\nduration_s = 6.0\n\
@@ -125,6 +137,16 @@ fn slides_stalls_and_whirls_are_told_with_their_time() {
     let whirls = events(&run, "whirl");
     assert!(
         !whirls.is_empty() && whirls.iter().all(|(at_s, ..)| (2.0..4.0).contains(at_s)),
+        "{whirls:?}"
+    );
+    // Pushed to 15 m/s with its bridges off, it charges the battery through their diodes once the push ends: the motors
+    // brake, and turn the arm over.
+    assert!(
+        whirls
+            .iter()
+            .all(|(.., text)| text.starts_with("the arm turns over backward at ")
+                && text.contains("the motors, which brake the wheels with up to ")
+                && text.ends_with(" N m, lift it")),
         "{whirls:?}"
     );
 }

@@ -47,7 +47,7 @@ impl RunRecord {
 
     /// Takes the next row of the run, for what happened by then.
     pub fn row(&mut self, row: &TraceRow) {
-        self.story.add(row);
+        self.story.add(row.sight());
         let events = self.story.take();
         self.write(|writer| events.iter().try_for_each(|event| writer.event(event)));
     }

@@ -74,7 +74,7 @@ impl Watched {
 
     fn row(&mut self, row: &TraceRow) {
         self.measured.add(row);
-        self.story.add(row);
+        self.story.add(row.sight());
         if let Some(record) = &mut self.record {
             record.row(row);
         }

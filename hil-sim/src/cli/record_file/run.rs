@@ -4,16 +4,14 @@ use std::io::Write;
 
 use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
-use firmware::protocol::message::{Identity, LinkCounters, PROTOCOL_VERSION, STATUS_RATE_HZ};
+use firmware::protocol::message::{Identity, PROTOCOL_VERSION, STATUS_RATE_HZ};
 use firmware::records::codec::{BlockEncoder, RecordBlock};
 use model::sample::TICK_US;
 use model::status::Status;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
-use plant::Truth;
 use report::error::CommandError;
-use virtual_board::scenario::trace::TraceRow;
-use virtual_board::scenario::{Story, StoryEvent};
+use virtual_board::scenario::{Sight, Story, StoryEvent};
 
 use super::writer::RecordWriter;
 
@@ -149,13 +147,7 @@ pub struct StatusStory(Story);
 impl StatusStory {
     /// Takes the next status; what is over by then.
     pub fn add(&mut self, status: &Status) -> Vec<StoryEvent> {
-        self.0.add(&TraceRow {
-            commanded: [0.0; 2],
-            status: *status,
-            link: LinkCounters::default(),
-            truth: Truth::default(),
-            bridges_on: false,
-        });
+        self.0.add(Sight { status, truth: None });
         self.0.take()
     }
 

@@ -33,4 +33,4 @@ pub use outcome::{Counts, DriveOutcome, RunEnd};
 pub use run::{RunError, run, run_into, run_watched};
 pub use sensor::Sensor;
 pub use setup::SetupError;
-pub use story::{EventKind, GAP_S, RunStory, Story, StoryEvent};
+pub use story::{EventKind, GAP_S, RunStory, Sight, Story, StoryEvent};

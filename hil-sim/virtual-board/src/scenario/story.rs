@@ -7,7 +7,18 @@ use model::supervise::arming::Mode;
 use model::supervise::codes::{FaultSet, Limit};
 use serde::Serialize;
 
-use super::trace::TraceRow;
+mod block;
+mod power;
+mod sight;
+mod slide;
+mod whirl;
+
+pub use sight::Sight;
+
+use block::BlockWitness;
+use power::PowerWitness;
+use slide::SlideWitness;
+use whirl::WhirlWitness;
 
 /// Most events that are kept; the rest is counted.
 pub const EVENTS_MAX: usize = 500;
@@ -38,6 +49,10 @@ pub enum EventKind {
     Stall,
     /// The slope was beyond what the vehicle can drive up.
     Slope,
+    /// A motor was hot, or drew more than its limit.
+    Heat,
+    /// The supply took no more power back.
+    Supply,
 }
 
 impl EventKind {
@@ -54,6 +69,8 @@ impl EventKind {
             Self::Flight => "flight",
             Self::Stall => "stall",
             Self::Slope => "slope",
+            Self::Heat => "heat",
+            Self::Supply => "supply",
         }
     }
 
@@ -86,36 +103,78 @@ impl fmt::Display for StoryEvent {
     }
 }
 
-/// Something that lasts: whether a row shows it, and how far it goes there.
+/// Something that lasts: whether a row shows it, and what it is told as.
 struct Spell {
     kind: EventKind,
-    text: &'static str,
-    shows: fn(&TraceRow) -> bool,
+    shows: fn(Sight<'_>) -> bool,
+    told: fn(&Span) -> String,
 }
 
 /// Everything that lasts and is told with its length.
-const SPELLS: [Spell; 4] = [
+const SPELLS: [Spell; 6] = [
     Spell {
         kind: EventKind::Slide,
-        text: "the wheels slide over the ground",
-        shows: |row| row.truth.sliding != [false; 2],
+        shows: |sight| sight.slides(),
+        told: |span| span.slide.told(),
     },
     Spell {
         kind: EventKind::Flight,
-        text: "a wheel is off the ground",
-        shows: |row| row.truth.lifted != [false; 2],
+        shows: |sight| sight.flies(),
+        told: |_| "a wheel is off the ground".to_owned(),
     },
     Spell {
         kind: EventKind::Stall,
-        text: "Stall: told to drive, the vehicle is blocked",
-        shows: |row| row.status.limits.contains(Limit::Stall),
+        shows: |sight| sight.status.limits.contains(Limit::Stall),
+        told: |span| span.block.stall(),
     },
     Spell {
         kind: EventKind::Slope,
-        text: "SlopeLimit: the slope is beyond what the arm's weight or the grip can hold",
-        shows: |row| row.status.limits.contains(Limit::SlopeLimit),
+        shows: |sight| sight.status.limits.contains(Limit::SlopeLimit),
+        told: |span| span.block.slope(),
+    },
+    Spell {
+        kind: EventKind::Heat,
+        shows: |sight| sight.status.limits.contains(Limit::MotorHeat),
+        told: |span| span.power.heat(),
+    },
+    Spell {
+        kind: EventKind::Supply,
+        shows: |sight| sight.status.limits.contains(Limit::Regeneration),
+        told: |span| span.power.supply(),
     },
 ];
+
+/// A spell under way: its begin, the last time it showed, and what was seen of it.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    begin_s: f64,
+    last_s: f64,
+    slide: SlideWitness,
+    block: BlockWitness,
+    power: PowerWitness,
+}
+
+impl Span {
+    fn begin(sight: Sight<'_>) -> Self {
+        let begin_s = sight.time_s();
+        let mut span = Self {
+            begin_s,
+            last_s: begin_s,
+            slide: SlideWitness::default(),
+            block: BlockWitness::default(),
+            power: PowerWitness::default(),
+        };
+        span.see(sight);
+        span
+    }
+
+    fn see(&mut self, sight: Sight<'_>) {
+        self.last_s = sight.time_s();
+        self.slide.see(sight);
+        self.block.see(sight);
+        self.power.see(sight);
+    }
+}
 
 /// Collects what happened row by row, in memory that does not grow without bound.
 #[derive(Debug, Default)]
@@ -127,8 +186,8 @@ pub struct Story {
     refused_arms: u32,
     tick: u32,
     whirled: bool,
-    /// Of each spell under way: its begin and the last time it showed.
-    spells: [Option<(f64, f64)>; SPELLS.len()],
+    swing: WhirlWitness,
+    spells: [Option<Span>; SPELLS.len()],
 }
 
 /// What happened in a run.
@@ -141,9 +200,9 @@ pub struct RunStory {
 }
 
 impl Story {
-    /// Takes the next row of the run.
-    pub fn add(&mut self, row: &TraceRow) {
-        let (status, time_s) = (&row.status, row.time_s());
+    /// Takes what is seen next.
+    pub fn add(&mut self, sight: Sight<'_>) {
+        let (status, time_s) = (sight.status, sight.time_s());
         if status.tick < self.tick {
             self.tell(time_s, EventKind::Restart, "the board starts anew".to_owned());
             self.refused_arms = 0;
@@ -173,13 +232,19 @@ impl Story {
             self.tell(time_s, EventKind::Mode, text.to_owned());
         }
         self.mode = Some(status.mode);
-        let over = row.truth.phi_rad.abs() > core::f64::consts::PI;
+        if let Some(truth) = sight.truth {
+            self.swing.see(truth);
+        }
+        let over = sight.is_over();
         if over && !self.whirled {
-            self.tell(time_s, EventKind::Whirl, "the arm turns over".to_owned());
+            let text = sight
+                .truth
+                .map_or_else(|| "the arm turns over".to_owned(), |_| self.swing.told());
+            self.tell(time_s, EventKind::Whirl, text);
         }
         self.whirled = over;
         for index in 0..SPELLS.len() {
-            self.spell(index, time_s, row);
+            self.spell(index, sight);
         }
     }
 
@@ -190,9 +255,9 @@ impl Story {
 
     /// What happened, with what is still under way.
     pub fn told(mut self) -> RunStory {
-        for (spell, spans) in SPELLS.iter().zip(self.spells) {
-            if let Some((begin_s, last_s)) = spans {
-                self.keep(spell_event(spell, begin_s, last_s));
+        for (spell, span) in SPELLS.iter().zip(self.spells) {
+            if let Some(span) = span {
+                self.keep(spell_event(spell, &span));
             }
         }
         // A spell is told when it ends, but stands where it began.
@@ -203,14 +268,15 @@ impl Story {
         }
     }
 
-    fn spell(&mut self, index: usize, time_s: f64, row: &TraceRow) {
+    fn spell(&mut self, index: usize, sight: Sight<'_>) {
         let spell = &SPELLS[index];
-        match (self.spells[index], (spell.shows)(row)) {
-            (None, true) => self.spells[index] = Some((time_s, time_s)),
-            (Some((begin_s, _)), true) => self.spells[index] = Some((begin_s, time_s)),
-            (Some((begin_s, last_s)), false) if time_s - last_s > GAP_S => {
+        match (&mut self.spells[index], (spell.shows)(sight)) {
+            (under_way @ None, true) => *under_way = Some(Span::begin(sight)),
+            (Some(span), true) => span.see(sight),
+            (Some(span), false) if sight.time_s() - span.last_s > GAP_S => {
+                let event = spell_event(spell, span);
                 self.spells[index] = None;
-                self.keep(spell_event(spell, begin_s, last_s));
+                self.keep(event);
             }
             _ => {}
         }
@@ -235,119 +301,15 @@ impl Story {
 }
 
 /// A spell from its first row to its last: a row stands for the time to the next.
-fn spell_event(spell: &Spell, begin_s: f64, last_s: f64) -> StoryEvent {
+fn spell_event(spell: &Spell, span: &Span) -> StoryEvent {
     const ROW_S: f64 = 10.0 * TICK_US as f64 * 1e-6;
     StoryEvent {
-        at_s: begin_s,
-        for_s: Some(last_s - begin_s + ROW_S),
+        at_s: span.begin_s,
+        for_s: Some(span.last_s - span.begin_s + ROW_S),
         kind: spell.kind,
-        text: spell.text.to_owned(),
+        text: (spell.told)(span),
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use firmware::protocol::message::LinkCounters;
-    use model::status::Status;
-    use model::supervise::codes::{Blocker, BlockerSet, Fault, LimitSet};
-    use plant::Truth;
-
-    use super::*;
-
-    /// A row at a tick of 1 ms, changed as `change` says.
-    fn row(tick: u32, change: impl FnOnce(&mut TraceRow)) -> TraceRow {
-        let mut row = TraceRow {
-            commanded: [0.0; 2],
-            status: Status {
-                tick,
-                time_us: u64::from(tick) * 1000,
-                ..Status::default()
-            },
-            link: LinkCounters::default(),
-            truth: Truth::default(),
-            bridges_on: false,
-        };
-        change(&mut row);
-        row
-    }
-
-    fn told(rows: impl IntoIterator<Item = TraceRow>) -> RunStory {
-        let mut story = Story::default();
-        for row in rows {
-            story.add(&row);
-        }
-        story.told()
-    }
-
-    #[test]
-    fn a_fault_a_refusal_and_a_mode_are_told_with_time_and_reason() {
-        let mut faults = FaultSet::EMPTY;
-        faults.insert(Fault::ImuStale);
-        let mut blockers = BlockerSet::EMPTY;
-        blockers.insert(Blocker::NotAtRest);
-        let told = told([
-            row(10, |_| {}),
-            row(20, |row| {
-                row.status.refused_arms = 1;
-                row.status.blockers = blockers;
-            }),
-            row(30, |row| {
-                row.status.refused_arms = 1;
-                row.status.mode = Mode::Armed;
-            }),
-            row(40, |row| {
-                row.status.refused_arms = 1;
-                row.status.faults = faults;
-            }),
-            row(50, |row| row.status.refused_arms = 1),
-        ]);
-        let lines: Vec<_> = told.events.iter().map(StoryEvent::to_string).collect();
-        let expected = [
-            "     0.02 s  refusal  not armed: NotAtRest",
-            "     0.03 s  mode     armed",
-            "     0.04 s  fault    ImuStale: The arm IMU gave no sample in time.",
-            "     0.04 s  mode     disarmed, the bridges are open",
-            "     0.05 s  cleared  cleared: ImuStale",
-        ];
-        assert_eq!(lines, expected);
-    }
-
-    #[test]
-    fn a_slide_in_jerks_is_one_and_a_later_one_another() {
-        let slides = |tick: u32| (100..200).contains(&tick) || (350..360).contains(&tick) || tick >= 900;
-        let told = told((0..100).map(|n| {
-            row(n * 10, |row| {
-                row.truth.sliding = [slides(n * 10), false];
-                if n == 50 {
-                    row.status.limits = LimitSet::EMPTY;
-                    row.status.limits.insert(Limit::Stall);
-                }
-            })
-        }));
-        let spans: Vec<_> = told.events.iter().map(|e| (e.kind, e.at_s, e.for_s)).collect();
-        let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
-        assert_eq!(spans.len(), 3, "{spans:?}");
-        assert!(spans[0].0 == EventKind::Slide && near(spans[0].1, 0.1) && near(spans[0].2.unwrap_or(0.0), 0.26));
-        assert!(spans[1].0 == EventKind::Stall && near(spans[1].1, 0.5) && near(spans[1].2.unwrap_or(0.0), 0.01));
-        assert!(spans[2].0 == EventKind::Slide && near(spans[2].1, 0.9) && near(spans[2].2.unwrap_or(0.0), 0.1));
-    }
-
-    #[test]
-    fn a_whirl_is_told_once_a_turn_and_a_restart_once() {
-        let told = told([
-            row(10, |_| {}),
-            row(20, |row| row.truth.phi_rad = 3.2),
-            row(30, |row| row.truth.phi_rad = 4.0),
-            row(5, |row| row.status.time_us = 40_000),
-        ]);
-        let kinds: Vec<_> = told.events.iter().map(|event| event.kind).collect();
-        assert_eq!(kinds, [EventKind::Whirl, EventKind::Restart]);
-    }
-
-    #[test]
-    fn what_is_too_much_is_counted() {
-        let modes = [Mode::Armed, Mode::Disarmed];
-        let told = told((0..EVENTS_MAX as u32 + 11).map(|n| row(n, |row| row.status.mode = modes[n as usize % 2])));
-        assert_eq!((told.events.len(), told.dropped), (EVENTS_MAX, 10));
-    }
-}
+mod tests;

@@ -5,6 +5,8 @@ use model::status::Status;
 
 use plant::Truth;
 
+use super::story::Sight;
+
 /// One row.
 #[derive(Debug, Clone, Copy)]
 pub struct TraceRow {
@@ -24,6 +26,14 @@ impl TraceRow {
     /// Time of the row, s.
     pub fn time_s(&self) -> f64 {
         self.status.time_us as f64 * 1e-6
+    }
+
+    /// What is seen in it.
+    pub fn sight(&self) -> Sight<'_> {
+        Sight {
+            status: &self.status,
+            truth: Some(&self.truth),
+        }
     }
 }
 

@@ -1,0 +1,39 @@
+//! What is seen of a vehicle at one instant.
+
+use core::f64::consts::PI;
+
+use model::status::Status;
+use plant::Truth;
+
+/// What is seen of a vehicle at one instant: its status, and in a simulation also what is true.
+#[derive(Debug, Clone, Copy)]
+pub struct Sight<'a> {
+    /// What the vehicle reports.
+    pub status: &'a Status,
+    /// What is true; of a real vehicle nobody knows.
+    pub truth: Option<&'a Truth>,
+}
+
+impl Sight<'_> {
+    /// Time of the status, s.
+    pub(super) fn time_s(&self) -> f64 {
+        self.status.time_us as f64 * 1e-6
+    }
+
+    /// A wheel slides; of a real vehicle, as it finds itself.
+    pub(super) fn slides(&self) -> bool {
+        self.truth
+            .map_or(self.status.estimate.sliding, |truth| truth.sliding != [false; 2])
+    }
+
+    /// A wheel is off the ground.
+    pub(super) fn flies(&self) -> bool {
+        self.truth.is_some_and(|truth| truth.lifted != [false; 2])
+    }
+
+    /// The arm is beyond the vertical above the axle.
+    pub(super) fn is_over(&self) -> bool {
+        let estimated_rad = f64::from(self.status.estimate.phi_rad);
+        self.truth.map_or(estimated_rad, |truth| truth.phi_rad).abs() > PI
+    }
+}
