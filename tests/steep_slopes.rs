@@ -224,6 +224,28 @@ fn a_slope_beyond_the_grip_is_told() {
     }
 }
 
+/// Hardly beyond what `grip_mu` holds, 30.96 deg, the refusal waits until the slope is learnt, and comes by itself: the vehicle
+/// does not roll on at a speed that it can neither take off nor leave.
+#[test]
+fn armed_hardly_beyond_the_limit_the_vehicle_refuses_too() {
+    for slope_deg in [31.0, -31.0, 31.5] {
+        for seed in [1, 2, 3] {
+            let outcome = drive(
+                &reference(),
+                8.0,
+                slope_deg,
+                &format!("seed = {seed}\n{GRIPPY_GROUND}"),
+                "",
+            );
+            let refused_s = first(&outcome, 2.0, |row| row.status.faults.contains(Fault::SteepSlope));
+            assert!(
+                refused_s.is_some_and(|s| s < 4.0),
+                "{slope_deg} deg, seed {seed}: {refused_s:?}"
+            );
+        }
+    }
+}
+
 /// Heat of a winding over what its continuous current keeps up, tau h' = (i/i_c)^2 - h, by the true currents of the trace's
 /// rows: the time and the heat at each.
 fn heats(rows: &[TraceRow], vehicle: &Vehicle<f64>) -> Vec<(f64, f64)> {

@@ -194,6 +194,7 @@ impl LandingLaw {
         self.slope_limited = self.limits.too_steep(slope.0);
         self.refusal.update(
             self.limits.excess(slope.0),
+            landing,
             input.target_m_s != 0.0 || input.turns,
             self.tick,
         );
