@@ -12,28 +12,29 @@ use tool::{WORKSPACE, hil_sim};
 /// A column: the metric, and the decimals that the table gives.
 type MetricColumn = (&'static str, usize);
 
-/// A row: the field of the vehicle file, its value as the file writes it; no field for the reference vehicle.
-type ChangedField = (&'static str, &'static str);
+/// A row: table and field of the vehicle file, its value as the file writes it; no field for the reference vehicle.
+type ChangedField = (&'static str, &'static str, &'static str);
 
-/// The metrics of a drive of the reference vehicle with one field changed, as the page's shell function drives it.
-fn drive(scenario: &str, (field, value): ChangedField) -> serde_json::Value {
+/// The reference vehicle as its file has it.
+const NONE: ChangedField = ("", "", "");
+
+/// The metrics of a drive of the reference vehicle with one field given, as the page's shell function drives it.
+fn drive(scenario: &str, (table, field, value): ChangedField) -> serde_json::Value {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("tuning");
     std::fs::create_dir_all(&folder).expect("a folder");
     let reference = std::fs::read_to_string(Path::new(WORKSPACE).join("vehicles/reference.toml")).expect("there");
-    let start = format!("{field} = ");
-    let mut changed = 0;
-    let text: String = reference
-        .lines()
-        .map(|line| {
-            if line.starts_with(&start) {
-                changed += 1;
-                format!("{start}{value}\n")
-            } else {
-                format!("{line}\n")
-            }
-        })
-        .collect();
-    assert_eq!(changed, usize::from(!field.is_empty()), "{field}");
+    let mut given = 0;
+    let mut text = String::new();
+    for line in reference.lines() {
+        if line.split_whitespace().next() != Some(field) {
+            let _ = writeln!(text, "{line}");
+        }
+        if line == format!("[{table}]") {
+            given += 1;
+            let _ = writeln!(text, "{field} = {value}");
+        }
+    }
+    assert_eq!(given, usize::from(!field.is_empty()), "{field}");
     let file = folder.join(format!("{field}-{value}.toml"));
     std::fs::write(&file, text).expect("writes");
     let output = hil_sim(&["drive", scenario, "--vehicle", file.to_str().expect("utf-8"), "--json"]);
@@ -67,7 +68,7 @@ fn table(
     text
 }
 
-fn change((field, value): &ChangedField) -> String {
+fn change((_, field, value): &ChangedField) -> String {
     match *field {
         "" => "none".to_owned(),
         field => format!("`{field}` {value}"),
@@ -86,13 +87,13 @@ fn the_tuning_page_has_what_each_change_makes_of_the_drive() {
             ("current_peak_a", 1),
         ],
         &[
-            ("", ""),
-            ("comfort_s", "0.0"),
-            ("comfort_s", "0.5"),
-            ("acceleration_max_m_s2", "1.0"),
-            ("acceleration_max_m_s2", "3.0"),
-            ("grip_mu", "0.3"),
-            ("law", "\"eq-3.25\""),
+            NONE,
+            ("control", "comfort_s", "0.0"),
+            ("control", "comfort_s", "0.5"),
+            ("control", "acceleration_max_m_s2", "1.0"),
+            ("control", "acceleration_max_m_s2", "3.0"),
+            ("control", "grip_mu", "0.3"),
+            ("control", "law", "\"eq-3.25\""),
         ],
         change,
     );
@@ -106,10 +107,10 @@ fn the_tuning_page_has_what_each_change_makes_of_the_drive() {
             ("spar_peak_deg", 2),
         ],
         &[
-            ("", ""),
-            ("tilt_time_constant_s", "0.3"),
-            ("tilt_time_constant_s", "10.0"),
-            ("bias_time_constant_s", "600.0"),
+            NONE,
+            ("estimator", "tilt_time_constant_s", "0.3"),
+            ("estimator", "tilt_time_constant_s", "10.0"),
+            ("estimator", "bias_time_constant_s", "600.0"),
         ],
         change,
     );
@@ -123,8 +124,8 @@ fn the_tuning_page_has_what_each_change_makes_of_the_drive() {
             ("armed_s", 2),
             ("faults", 0),
         ],
-        &["2.0", "4.0", "12.0", "60.0"].map(|value| ("yaw_kp_v_s_per_rad", value)),
-        |(_, value)| (*value).to_owned(),
+        &["2.0", "4.0", "12.0", "60.0"].map(|value| ("control", "yaw_kp_v_s_per_rad", value)),
+        |(_, _, value)| (*value).to_owned(),
     );
     generated::check("tuning.md", "yaw", &text);
 }

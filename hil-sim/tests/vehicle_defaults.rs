@@ -54,9 +54,7 @@ fn the_envelope_goes_as_far_as_the_vehicle_can_stand() {
 fn the_poles_are_those_of_the_files_gains() {
     let text = std::fs::read_to_string(REFERENCE).expect("reads");
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("own-gains.toml");
-    let own = text
-        .replace("\nkp = 0.8 ", "\nkp = 0.5 ")
-        .replace("\nkd = 10.0", "\nkd = 5.0");
+    let own = text.replace("\n[control]\n", "\n[control]\nkp = 0.5\nkd = 5.0\n");
     assert_ne!(own, text);
     std::fs::write(&file, own).expect("writes");
     let file = file.to_str().expect("utf-8");

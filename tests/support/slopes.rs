@@ -28,6 +28,14 @@ pub fn changed(change: impl FnOnce(&mut VehicleParameters<f64>)) -> Vehicle<f64>
     Vehicle::new(parameters).expect("a vehicle")
 }
 
+/// The reference vehicle, changed, with the gains that follow from what it is then.
+pub fn by_rule(change: impl FnOnce(&mut VehicleParameters<f64>)) -> Vehicle<f64> {
+    let mut parameters = *reference().parameters();
+    change(&mut parameters);
+    parameters.follow_rules(|_, _| true);
+    Vehicle::new(parameters).expect("a vehicle")
+}
+
 /// The largest value.
 pub fn most(rows: &[TraceRow], value: impl Fn(&TraceRow) -> f64) -> f64 {
     rows.iter().map(value).fold(f64::NEG_INFINITY, f64::max)

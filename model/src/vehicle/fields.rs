@@ -3,6 +3,31 @@
 
 use core::fmt;
 
+/// What holds for a vehicle file that leaves a field out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LeftOut {
+    /// Only the vehicle itself tells it: the file must give it.
+    Refused,
+    /// This value, which suits any vehicle.
+    Value(f64),
+    /// What follows from the file's other values.
+    Rule(Rule),
+}
+
+/// The rules by which a field follows from others
+/// ([`VehicleParameters::follow_rules`](crate::vehicle::VehicleParameters::follow_rules)).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rule {
+    /// The gain with which the yaw loop crosses over at [`TurningDrive::crossover_rad_s`](crate::vehicle::TurningDrive).
+    YawGain,
+    /// The integral that goes with the yaw gain.
+    YawIntegral,
+    /// The gain of the heading hold about the yaw loop.
+    HeadingGain,
+    /// What a bridge gives of a full battery.
+    BridgeVoltage,
+}
+
 /// One number of a parameter group: its name (with its unit), meaning and allowed range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Field {
@@ -14,9 +39,8 @@ pub struct Field {
     pub min: f64,
     /// Largest allowed value.
     pub max: f64,
-    /// The value of a vehicle file that leaves the field out; `None` for what only the vehicle itself tells, which a file
-    /// must give.
-    pub default: Option<f64>,
+    /// What holds for a vehicle file that leaves the field out.
+    pub left_out: LeftOut,
     /// Names of the values 0, 1, ... of a choice, in order; empty for a number. Vehicle files write the name.
     pub choices: &'static [&'static str],
 }
@@ -63,6 +87,11 @@ impl Field {
         within && (self.choices.is_empty() || self.choice(value).is_some())
     }
 
+    /// Whether a vehicle file may leave it out.
+    pub fn is_optional(&self) -> bool {
+        self.left_out != LeftOut::Refused
+    }
+
     /// The name of a choice's value; `None` for a number, and for a value that is no choice.
     pub fn choice(&self, value: f64) -> Option<&'static str> {
         let place = value as usize;
@@ -97,14 +126,15 @@ pub(crate) trait Group<T> {
 }
 
 /// Defines a group of parameters: a plain struct over the number type, and the table of its fields. A field that a vehicle file
-/// may leave out has its value after `or`.
+/// may leave out has its value after `or`, or its rule after `by`.
 macro_rules! parameter_group {
-    (@default) => { None };
-    (@default $default:literal) => { Some($default as f64) };
+    (@left_out) => { $crate::vehicle::fields::LeftOut::Refused };
+    (@left_out or $value:literal) => { $crate::vehicle::fields::LeftOut::Value($value as f64) };
+    (@left_out by $rule:ident) => { $crate::vehicle::fields::LeftOut::Rule($crate::vehicle::fields::Rule::$rule) };
     (
         $(#[doc = $doc:literal])*
         $name:ident {
-            $( $(#[doc = $meaning:literal])+ $field:ident: $min:literal to $max:literal $(or $default:literal)? $(: $($choice:literal),+)?, )+
+            $( $(#[doc = $meaning:literal])+ $field:ident: $min:literal to $max:literal $(or $value:literal)? $(by $rule:ident)? $(: $($choice:literal),+)?, )+
         }
     ) => {
         $(#[doc = $doc])*
@@ -121,7 +151,7 @@ macro_rules! parameter_group {
                     meaning: concat!($($meaning),+),
                     min: $min as f64,
                     max: $max as f64,
-                    default: parameter_group!(@default $($default)?),
+                    left_out: parameter_group!(@left_out $(or $value)? $(by $rule)?),
                     choices: &[$($($choice),+)?],
                 }, )+
             ];

@@ -11,17 +11,19 @@ mod groups;
 mod models;
 mod parameters;
 mod renamed;
+mod rules;
 mod scales;
 #[cfg(test)]
 pub(crate) mod test_vehicle;
 
-pub use fields::{Field, NotSet, OutOfRange};
+pub use fields::{Field, LeftOut, NotSet, OutOfRange, Rule};
 pub use groups::{Table, VehicleParameters};
 pub use parameters::{
     BatteryParameters, BodyParameters, ControlParameters, EstimatorParameters, ImuParameters, MotorParameters,
     SafetyParameters, SparParameters,
 };
 pub use renamed::RENAMED;
+pub use rules::TurningDrive;
 pub use scales::{Scales, SparScales};
 
 /// The speed laws that a vehicle file can name.

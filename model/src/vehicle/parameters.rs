@@ -131,17 +131,17 @@ parameter_group! {
         /// Eq. 3.25: swing damping, gain on phi less its equilibrium, nondimensional; 0 leaves Eq. 3.25 alone.
         swing_gain: 0.0 to 10.0 or 4.0,
         /// Yaw-rate gain: voltage per rad/s of error.
-        yaw_kp_v_s_per_rad: 0.0 to 200.0,
+        yaw_kp_v_s_per_rad: 0.0 to 200.0 by YawGain,
         /// Integral yaw-rate gain: voltage per rad of integrated error.
-        yaw_ki_v_per_rad: 0.0 to 500.0,
+        yaw_ki_v_per_rad: 0.0 to 500.0 by YawIntegral,
         /// Heading-hold gain: yaw rate per rad of heading error.
-        heading_kp_per_s: 0.0 to 10.0,
+        heading_kp_per_s: 0.0 to 10.0 by HeadingGain,
         /// Largest yaw rate.
         yaw_rate_max_rad_s: 0.0 to 20.0,
         /// Largest commanded yaw acceleration.
         yaw_acceleration_max_rad_s2: 0.01 to 200.0,
         /// Largest voltage on the ballast motor.
-        ballast_voltage_max_v: 0.0 to 60.0,
+        ballast_voltage_max_v: 0.0 to 60.0 by BridgeVoltage,
     }
 }
 

@@ -1,11 +1,11 @@
 //! The reference vehicle for tests of this crate, which cannot use the vehicle-file crate: that one uses this.
 
-use super::{Field, Vehicle, VehicleParameters};
+use super::{Field, LeftOut, Vehicle, VehicleParameters};
 
 const FILE: &str = include_str!("../../../vehicles/reference.toml");
 
 /// The value of `field` in the table `table` of [`FILE`], whose every line is a table, a value or a comment.
-fn value(table: &str, field: &Field) -> Option<f32> {
+fn value(table: &str, field: &Field) -> Option<f64> {
     let mut inside = false;
     for line in FILE.lines() {
         let line = line.split('#').next().unwrap_or(line).trim();
@@ -17,7 +17,7 @@ fn value(table: &str, field: &Field) -> Option<f32> {
         {
             let value = value.trim();
             return match value.strip_prefix('"').and_then(|value| value.strip_suffix('"')) {
-                Some(choice) => field.value_of(choice).map(|number| number as f32),
+                Some(choice) => field.value_of(choice),
                 None => value.parse().ok(),
             };
         }
@@ -27,6 +27,13 @@ fn value(table: &str, field: &Field) -> Option<f32> {
 
 /// The reference vehicle.
 pub(crate) fn reference() -> Vehicle<f32> {
-    let parameters = VehicleParameters::try_from_source(true, |table, field| value(table, field).ok_or(field.name));
-    Vehicle::new(parameters.expect("every field is there")).expect("the reference vehicle is good")
+    let mut parameters =
+        VehicleParameters::try_from_source(true, |table, field| match (value(table, field), field.left_out) {
+            (Some(value), _) | (None, LeftOut::Value(value)) => Ok(value),
+            (None, LeftOut::Rule(_)) => Ok(field.min),
+            (None, LeftOut::Refused) => Err(field.name),
+        })
+        .expect("every field is there");
+    parameters.follow_rules(|table, field| value(table, field).is_none());
+    Vehicle::new(parameters.cast()).expect("the reference vehicle is good")
 }

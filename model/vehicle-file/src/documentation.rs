@@ -65,7 +65,7 @@ fn the_page_names_every_field() {
             meaning,
             min,
             max,
-            default,
+            left_out,
             choices,
         } = field;
         let (unit, meaning) = (unit(name), meaning.trim());
@@ -79,7 +79,12 @@ fn the_page_names_every_field() {
                 .choice(value)
                 .map_or_else(|| value.to_string(), |choice| format!("{choice:?}"))
         };
-        let (value, default) = (shown(value), default.map(shown).unwrap_or_default());
+        let default = match left_out {
+            LeftOut::Refused => String::new(),
+            LeftOut::Value(value) => shown(*value),
+            LeftOut::Rule(_) => "[by rule](control.md#gains-by-rule)".to_owned(),
+        };
+        let value = shown(value);
         let _ = writeln!(
             text,
             "| {number} | `{name}` | {unit} | {allowed} | {default} | {value} | {meaning} |"
@@ -96,11 +101,14 @@ fn the_page_names_every_planar_field() {
         meaning,
         min,
         max,
-        default,
+        left_out,
         ..
     } in &PLANAR_FIELDS
     {
-        let default = default.map(|value| value.to_string()).unwrap_or_default();
+        let default = match left_out {
+            LeftOut::Value(value) => value.to_string(),
+            LeftOut::Refused | LeftOut::Rule(_) => String::new(),
+        };
         let _ = writeln!(text, "| `{name}` | {min} to {max} | {default} | {meaning} |");
     }
     generated::check("vehicle-file.md", "planar", &text);

@@ -16,7 +16,7 @@ pub use error::VehicleFileError;
 
 use model::board::SensorRanges;
 use model::dynamics::planar::PlanarParameters;
-use model::vehicle::{Field, RENAMED, Vehicle, VehicleParameters};
+use model::vehicle::{Field, LeftOut, RENAMED, Vehicle, VehicleParameters};
 use toml::{Table, Value};
 
 mod sets;
@@ -147,7 +147,8 @@ pub fn parse(file: &str, text: &str) -> Result<VehicleFile, VehicleFileError> {
     for table in tables() {
         reader.only_known_fields(table.name, table.fields)?;
     }
-    let parameters = VehicleParameters::try_from_source(with_spar, |table, field| reader.value(table, field))?;
+    let mut parameters = VehicleParameters::try_from_source(with_spar, |table, field| reader.value(table, field))?;
+    parameters.follow_rules(|table, field| reader.written(table, field).is_none());
     Vehicle::new(parameters)
         // The firmware has it in single precision: what is on the edge there is refused here too.
         .and_then(|vehicle| Vehicle::new(parameters.cast::<f32>()).map(|_| vehicle))
@@ -184,23 +185,23 @@ fn rename(root: &mut Table) -> Vec<(&'static str, &'static str)> {
 
 /// The nondimensional planar vehicle.
 const PLANAR_FIELDS: [Field; 6] = {
-    const fn field(name: &'static str, meaning: &'static str, [min, max]: [f64; 2], default: Option<f64>) -> Field {
+    const fn field(name: &'static str, meaning: &'static str, [min, max]: [f64; 2], left_out: LeftOut) -> Field {
         Field {
             name,
             meaning,
             min,
             max,
-            default,
+            left_out,
             choices: &[],
         }
     }
     [
-        field("l", "l / r", [0.001, 100.0], None),
-        field("alpha", "m / (M + m)", [0.000_001, 0.999_999], None),
-        field("zeta", "total damping", [0.0, 1000.0], None),
-        field("mu", "wheel inertia", [0.0, 100.0], None),
-        field("nu", "reflected rotor inertia", [0.0, 100.0], Some(0.0)),
-        field("beta", "slope, rad", [-1.5, 1.5], Some(0.0)),
+        field("l", "l / r", [0.001, 100.0], LeftOut::Refused),
+        field("alpha", "m / (M + m)", [0.000_001, 0.999_999], LeftOut::Refused),
+        field("zeta", "total damping", [0.0, 1000.0], LeftOut::Refused),
+        field("mu", "wheel inertia", [0.0, 100.0], LeftOut::Refused),
+        field("nu", "reflected rotor inertia", [0.0, 100.0], LeftOut::Value(0.0)),
+        field("beta", "slope, rad", [-1.5, 1.5], LeftOut::Value(0.0)),
     ]
 };
 
@@ -238,7 +239,7 @@ impl Reader<'_> {
 
     /// Refuses a missing table, unless every field of it may be left out, and names in it that are no fields.
     fn only_known_fields(&self, table: &'static str, fields: &[Field]) -> Result<(), VehicleFileError> {
-        if !self.root.contains_key(table) && fields.iter().all(|field| field.default.is_some()) {
+        if !self.root.contains_key(table) && fields.iter().all(Field::is_optional) {
             return Ok(());
         }
         let values = self.table(table)?;
@@ -256,7 +257,7 @@ impl Reader<'_> {
         let (mut count, mut single, mut skeleton) = (0, true, String::new());
         for table in tables {
             let values = self.root.get(table.name).and_then(Value::as_table);
-            let required = table.fields.iter().filter(|field| field.default.is_none());
+            let required = table.fields.iter().filter(|field| !field.is_optional());
             let missing: Vec<&Field> = required
                 .filter(|field| values.is_none_or(|values| !values.contains_key(field.name)))
                 .collect();
@@ -299,7 +300,12 @@ impl Reader<'_> {
         }
     }
 
-    /// The value of one field.
+    /// What the file writes for one field.
+    fn written(&self, table: &str, field: &Field) -> Option<&Value> {
+        self.root.get(table)?.as_table()?.get(field.name)
+    }
+
+    /// The value of one field; of one that is left to its rule, the smallest allowed until the rule gives another.
     fn value(&self, table: &'static str, field: &'static Field) -> Result<f64, VehicleFileError> {
         let Field {
             name,
@@ -309,13 +315,11 @@ impl Reader<'_> {
             ..
         } = *field;
         let file = || self.file.to_owned();
-        let written = self
-            .root
-            .get(table)
-            .and_then(Value::as_table)
-            .and_then(|values| values.get(name));
-        if let (None, Some(default)) = (written, field.default) {
-            return Ok(default);
+        let written = self.written(table, field);
+        match (written, field.left_out) {
+            (None, LeftOut::Value(value)) => return Ok(value),
+            (None, LeftOut::Rule(_)) => return Ok(min),
+            _ => {}
         }
         match written {
             value if !choices.is_empty() => value

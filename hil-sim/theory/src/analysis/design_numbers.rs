@@ -5,7 +5,7 @@ use core::f64::consts::{PI, TAU};
 use model::control::landing::Design;
 use model::control::steering::STEERING_SHARE;
 use model::sample::TICK_US;
-use model::vehicle::{GRAVITY_M_S2, MotorParameters, Vehicle};
+use model::vehicle::{GRAVITY_M_S2, MotorParameters, TurningDrive, Vehicle};
 use serde::Serialize;
 
 use super::critical::{Direction, critical};
@@ -58,11 +58,7 @@ impl SteeringLimits {
         let volts_per_rad_s = track / radius
             * (motor.back_emf_constant_v_s_per_rad * motor.gear_ratio
                 + 0.5 * body.bearing_damping_n_m_s * motor.resistance_ohm / constant);
-        let rotors = 2.0 * motor.rotor_inertia_kg_m2 * motor.gear_ratio.powi(2);
-        let wheels = body.total_mass_kg - body.arm_mass_kg;
-        let inertia = body.yaw_inertia_kg_m2
-            + wheels * track * track
-            + (body.wheels_inertia_kg_m2 + rotors) * (track / radius).powi(2);
+        let inertia = TurningDrive::new(p).inertia_kg_m2;
         let weight = (1.0 + vehicle.spar_mass_ratio()) * body.total_mass_kg * GRAVITY_M_S2;
         let spin = vehicle.spatial(0.0, 0.0).spin_stability_limit();
         Self {
@@ -234,6 +230,31 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
             "encoder_rate_hz",
             counts_per_m * control.speed_max_m_s,
             "counts per second at speed_max_m_s",
+        ),
+        number(
+            "yaw_kp_v_s_per_rad",
+            control.yaw_kp_v_s_per_rad,
+            "gain of the yaw loop, given or by rule",
+        ),
+        number(
+            "yaw_ki_v_per_rad",
+            control.yaw_ki_v_per_rad,
+            "integral gain of the yaw loop, given or by rule",
+        ),
+        number(
+            "heading_kp_per_s",
+            control.heading_kp_per_s,
+            "gain of the heading hold, given or by rule",
+        ),
+        number(
+            "hold_kp_per_s",
+            control.hold_kp_per_s,
+            "gain of the position hold, given or left out",
+        ),
+        number(
+            "ballast_voltage_max_v",
+            p.ballast_motor().map_or(f64::NAN, |_| control.ballast_voltage_max_v),
+            "largest voltage on the ballast motor, given or by rule",
         ),
     ]
 }

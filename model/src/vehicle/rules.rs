@@ -1,0 +1,223 @@
+//! The fields that follow from others: what a vehicle file has for them when it leaves them out.
+//!
+//! The yaw loop turns a vehicle on the spot by a voltage difference `v` of its motors: `J psi'' = b v - D psi'`, with the
+//! inertia J that the motors turn, the torque b that a volt gives about the vertical, and the drag D of back-EMF and bearings
+//! ([`TurningDrive`]). Its gains follow from the angular frequency at which the loop of the gain alone, `kp b / (J s)`, has
+//! the gain 1, the crossover.
+
+use super::fields::{LeftOut, Rule};
+use super::{Field, VehicleParameters};
+use crate::board::DUTY_MAX_PERCENT;
+
+/// Crossover of the yaw loop, rad/s, where the loop's lag does not bound it: half of the one at which the reference vehicle
+/// with 1 deg of play in its gears chatters between their flanks.
+const CROSSOVER_RAD_S: f64 = 105.0;
+/// Lag of the yaw loop besides the motor's, s: the gyro's filter of 250 Hz has 0.9 ms, its sample is half a tick of 1 ms old,
+/// the voltage reaches the bridge within a tick, and a voltage that holds for a tick is half of one old.
+const LAG_S: f64 = 0.0029;
+/// Largest product of crossover and lag, rad: what the lag takes of the phase margin, 20 deg.
+const LAG_SHARE: f64 = 0.35;
+/// Corner of the integral over the crossover: it takes 13 deg of the phase margin.
+const INTEGRAL_SHARE: f64 = 0.24;
+/// Pole of the heading hold over the crossover: six times slower than the integral's corner, so that either does its part alone.
+const HEADING_SHARE: f64 = 0.038;
+
+/// The vehicle that turns on the spot, as its motors see it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TurningDrive {
+    /// Inertia about the vertical, wheels and rotors that turn along included, kg m^2.
+    pub inertia_kg_m2: f64,
+    /// Torque about the vertical for one volt more at the right motor and one less at the left, N m/V.
+    pub torque_per_volt_n_m_per_v: f64,
+    /// Electrical time constant of a motor, s.
+    pub electrical_s: f64,
+}
+
+impl TurningDrive {
+    /// That of a vehicle with these parameters.
+    pub fn new(parameters: &VehicleParameters<f64>) -> Self {
+        let (body, motor) = (&parameters.body, &parameters.drive_motor);
+        let wheel_turn = body.half_track_m / body.wheel_radius_m;
+        let rotors_kg_m2 = 2.0 * motor.rotor_inertia_kg_m2 * motor.gear_ratio * motor.gear_ratio;
+        let wheels_kg = body.total_mass_kg - body.arm_mass_kg;
+        Self {
+            inertia_kg_m2: body.yaw_inertia_kg_m2
+                + wheels_kg * body.half_track_m * body.half_track_m
+                + (body.wheels_inertia_kg_m2 + rotors_kg_m2) * wheel_turn * wheel_turn,
+            torque_per_volt_n_m_per_v: 2.0 * wheel_turn * motor.torque_constant_n_m_per_a * motor.gear_ratio
+                / motor.resistance_ohm,
+            electrical_s: motor.inductance_h / motor.resistance_ohm,
+        }
+    }
+
+    /// The yaw loop's crossover by rule, rad/s.
+    pub fn crossover_rad_s(&self) -> f64 {
+        CROSSOVER_RAD_S.min(LAG_SHARE / (LAG_S + self.electrical_s))
+    }
+
+    /// The crossover with this gain, V s/rad, or by rule if that is less, rad/s.
+    fn crossover_with_rad_s(&self, kp_v_s_per_rad: f64) -> f64 {
+        let crossover_rad_s = kp_v_s_per_rad * self.torque_per_volt_n_m_per_v / self.inertia_kg_m2;
+        self.crossover_rad_s().min(crossover_rad_s)
+    }
+}
+
+impl VehicleParameters<f64> {
+    /// Gives every field that has a rule and is `left_out` what its rule says, to two digits and within the field's range.
+    ///
+    /// A rule reads what the file gives or, of fields before its own, what their rules gave. Where the other values are no
+    /// vehicle's the field gets what its range allows, and [`Vehicle::new`](super::Vehicle::new) names the culprit.
+    pub fn follow_rules(&mut self, left_out: impl Fn(&str, &Field) -> bool) {
+        for number in 0..self.count() {
+            if let Some((table, field)) = self.field(number)
+                && let LeftOut::Rule(rule) = field.left_out
+                && left_out(table, field)
+            {
+                let value = two_digits(self.by_rule(rule).max(field.min).min(field.max));
+                // The bounds of the range have two digits or fewer, so that the value stays within it.
+                let _ = self.set(number, value);
+            }
+        }
+    }
+
+    fn by_rule(&self, rule: Rule) -> f64 {
+        let (turning, kp_v_s_per_rad) = (TurningDrive::new(self), self.control.yaw_kp_v_s_per_rad);
+        match rule {
+            Rule::YawGain => turning.crossover_rad_s() * turning.inertia_kg_m2 / turning.torque_per_volt_n_m_per_v,
+            Rule::YawIntegral => INTEGRAL_SHARE * turning.crossover_with_rad_s(kp_v_s_per_rad) * kp_v_s_per_rad,
+            Rule::HeadingGain => HEADING_SHARE * turning.crossover_with_rad_s(kp_v_s_per_rad),
+            Rule::BridgeVoltage => 0.01 * f64::from(DUTY_MAX_PERCENT) * self.battery.nominal_v,
+        }
+    }
+}
+
+/// The value rounded to two digits: what a person would write. Nothing here is known to three.
+fn two_digits(value: f64) -> f64 {
+    /// Beyond this many powers of ten no field lies.
+    const POWERS: usize = 12;
+    let (mut up, mut down) = (1.0, 1.0);
+    for _ in 0..POWERS {
+        if value * up < 10.0 {
+            up *= 10.0;
+        } else if value / down >= 100.0 {
+            down *= 10.0;
+        }
+    }
+    libm::round(value * up / down) * down / up
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::vehicle::test_vehicle::reference;
+
+    #[test]
+    fn a_value_is_rounded_to_two_digits() {
+        for (value, rounded) in [
+            (3.969, 4.0),
+            (0.0, 0.0),
+            (0.012_34, 0.012),
+            (0.3949, 0.39),
+            (9.96, 10.0),
+            (99.4, 99.0),
+            (114.9, 110.0),
+            (500.0, 500.0),
+        ] {
+            assert_eq!(two_digits(value), rounded, "{value}");
+        }
+    }
+
+    /// The gains that the reference vehicle was tuned to by hand before there was a rule.
+    #[test]
+    fn the_rule_gives_the_reference_vehicle_the_gains_that_it_was_tuned_to() {
+        let mut parameters = reference().parameters().cast::<f64>();
+        parameters.control.yaw_kp_v_s_per_rad = 0.0;
+        parameters.follow_rules(|_, _| true);
+        let control = &parameters.control;
+        assert_eq!(
+            [
+                control.yaw_kp_v_s_per_rad,
+                control.yaw_ki_v_per_rad,
+                control.heading_kp_per_s
+            ],
+            [4.0, 100.0, 4.0]
+        );
+        assert_eq!(control.ballast_voltage_max_v, 24.0);
+    }
+
+    #[test]
+    fn what_is_given_stays_and_the_others_go_with_it() {
+        let mut parameters = reference().parameters().cast::<f64>();
+        parameters.control.yaw_kp_v_s_per_rad = 2.0;
+        parameters.follow_rules(|_, field| field.name != "yaw_kp_v_s_per_rad");
+        let control = &parameters.control;
+        assert_eq!((control.yaw_kp_v_s_per_rad, control.heading_kp_per_s), (2.0, 2.0));
+        // Half the gain, half the corner.
+        assert_eq!(control.yaw_ki_v_per_rad, 25.0);
+    }
+
+    /// The phase, rad, and the gain of the yaw loop, its heading hold included, at `w` rad/s.
+    fn loop_at(parameters: &VehicleParameters<f64>, w: f64) -> (f64, f64) {
+        let (turning, control) = (TurningDrive::new(parameters), &parameters.control);
+        let motor = &parameters.drive_motor;
+        let wheel_turn = parameters.body.half_track_m / parameters.body.wheel_radius_m;
+        let feed_forward = motor.back_emf_constant_v_s_per_rad * motor.gear_ratio * wheel_turn;
+        let torque = turning.torque_per_volt_n_m_per_v;
+        // [(kp + ki/s) (1 + h/s) + f h/s] b e^(-lag s) / ((J s + b f) (1 + s L/R)), each factor by its angle and magnitude.
+        let (kp, ki, h) = (
+            control.yaw_kp_v_s_per_rad,
+            control.yaw_ki_v_per_rad,
+            control.heading_kp_per_s,
+        );
+        let factor = |re: f64, im: f64| (libm::atan2(im, re), libm::hypot(re, im));
+        let (law_angle, law_gain) = factor(kp - ki * h / (w * w), -(kp * h + ki + feed_forward * h) / w);
+        let (drive_angle, drive_gain) = factor(torque * feed_forward, turning.inertia_kg_m2 * w);
+        let (electric_angle, electric_gain) = factor(1.0, turning.electrical_s * w);
+        (
+            law_angle - drive_angle - electric_angle - LAG_S * w,
+            law_gain * torque / (drive_gain * electric_gain),
+        )
+    }
+
+    proptest! {
+        /// Vehicles from toys to carts: at every frequency at which the loop's gain is 1 its phase is 45 deg or more short of
+        /// turning over, and where its phase turns over the gain is a half at most.
+        #[test]
+        fn the_yaw_loop_keeps_its_margins_on_any_vehicle(
+            radius_m in 0.03_f64..0.5, density in 0.3_f64..3.0, arm_share in 0.5_f64..0.95, track in 0.5_f64..2.0,
+            spread in 0.2_f64..1.0, constant in 0.005_f64..0.1, resistance_ohm in 0.05_f64..5.0, electrical_ms in 0.0_f64..10.0,
+            ratio in 5.0_f64..60.0, rotors in 0.0_f64..0.3,
+        ) {
+            let mut p = reference().parameters().cast::<f64>();
+            let mass_kg = 870.0 * density * radius_m * radius_m * radius_m;
+            p.body.wheel_radius_m = radius_m;
+            p.body.total_mass_kg = mass_kg;
+            p.body.arm_mass_kg = arm_share * mass_kg;
+            p.body.half_track_m = track * radius_m;
+            p.body.yaw_inertia_kg_m2 = mass_kg * (spread * track * radius_m).powi(2);
+            p.body.wheels_inertia_kg_m2 = 0.7 * (1.0 - arm_share) * mass_kg * radius_m * radius_m;
+            p.drive_motor.torque_constant_n_m_per_a = constant;
+            p.drive_motor.back_emf_constant_v_s_per_rad = constant;
+            p.drive_motor.resistance_ohm = resistance_ohm;
+            p.drive_motor.inductance_h = 0.001 * electrical_ms * resistance_ohm;
+            p.drive_motor.gear_ratio = ratio;
+            p.drive_motor.rotor_inertia_kg_m2 = rotors * mass_kg * radius_m * radius_m / (ratio * ratio);
+            p.follow_rules(|_, _| true);
+            let mut last = None;
+            for step in 0..4000 {
+                let (phase, gain) = loop_at(&p, 0.5 * libm::pow(1.003, f64::from(step)));
+                if let Some((last_phase, last_gain)) = last {
+                    if last_gain >= 1.0 && gain < 1.0 {
+                        prop_assert!(phase > -0.75 * core::f64::consts::PI, "{phase} rad at the crossover");
+                    }
+                    if last_phase > -core::f64::consts::PI && phase <= -core::f64::consts::PI {
+                        prop_assert!(gain < 0.5, "{gain} where the phase turns over");
+                    }
+                }
+                last = Some((phase, gain));
+            }
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! Fields that follow from others.
+
+use super::{REFERENCE, parse, vehicle};
+
+/// By hand, for the small vehicle: 0.03458 kg m^2 turn, 0.7477 N m/V turn them, so that 105 rad/s take 4.857 V s/rad; times
+/// 0.24 times 105 rad/s that is 123 V/rad with the rounded gain. 94 % of 12 V are 11.28 V.
+#[test]
+fn gains_that_are_left_out_follow_from_the_vehicle() {
+    let small = include_str!("../../../../vehicles/small.toml");
+    for name in ["yaw_kp", "yaw_ki", "heading_kp", "ballast_voltage"] {
+        assert!(!small.contains(name) && !REFERENCE.contains(name), "{name}");
+    }
+    let control = |text: &str| vehicle(text).parameters().control;
+    let found = control(small);
+    assert_eq!(
+        [found.yaw_kp_v_s_per_rad, found.yaw_ki_v_per_rad, found.heading_kp_per_s],
+        [4.9, 120.0, 4.0]
+    );
+    assert_eq!(found.ballast_voltage_max_v, 11.0);
+    // What is given stays, whatever the rule would say: also 0, which is no gain.
+    let given = control(&small.replace("[control]", "[control]\nyaw_ki_v_per_rad = 0\nheading_kp_per_s = 0.7"));
+    assert_eq!((given.yaw_ki_v_per_rad, given.heading_kp_per_s), (0.0, 0.7));
+    assert_eq!(given.yaw_kp_v_s_per_rad, 4.9);
+    // A file whose values are none tells them, not the gains that come of them.
+    for (from, to, culprit) in [
+        (
+            "wheel_radius_m = 0.10",
+            "wheel_radius_m = nan",
+            "body.wheel_radius_m = NaN",
+        ),
+        (
+            "resistance_ohm = 1.3",
+            "resistance_ohm = 0",
+            "drive_motor.resistance_ohm = 0",
+        ),
+        ("arm_mass_kg = 2.4", "arm_mass_kg = 900.0", "body.arm_mass_kg = 900"),
+    ] {
+        assert!(small.contains(from));
+        let message = parse("small.toml", &small.replace(from, to))
+            .expect_err("refused")
+            .to_string();
+        assert!(message.contains(culprit), "{message}");
+    }
+}
