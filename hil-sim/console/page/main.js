@@ -2,7 +2,7 @@
 import { Link } from "./link.js";
 import { load } from "./module.js";
 import { Operator } from "./operator.js";
-import { log, showMode, showQuality, showState, showTerms, tell } from "./panels.js";
+import { log, modeWord, showMode, showQuality, showState, showTerms, tell } from "./panels.js";
 import { Parameters } from "./parameters.js";
 import { History, Plots } from "./plots.js";
 import { Records } from "./records.js";
@@ -41,6 +41,10 @@ const records = new Records({
   vehicleFile: () => app.link?.vehicleFile() ?? "",
   show: (status) => draw(status, null),
   row: rowOf,
+  away: (on) => {
+    operator.letGo();
+    operator.away = on;
+  },
 });
 const world = new World(() => (app.transport instanceof SimulatedTransport ? app.transport : null));
 
@@ -52,7 +56,7 @@ async function begin() {
   for (const name of words.scenarios) element("scenario").append(new Option(name, name));
   world.offer(words.sensor_faults);
   geometry = { radius: 0.25, arm: 0.2, halfTrack: 0.25, spar: 0.25, motor: 0.0417, ballast: 0.0417 };
-  plots = new Plots(element("plots"));
+  plots = new Plots(element("plots"), () => element("hold").setAttribute("aria-pressed", "true"));
   if (!("serial" in navigator)) {
     element("serial-note").textContent = "This browser has no WebSerial; Chrome and Edge on a computer have it.";
     element("serial").querySelector("button").hidden = true;
@@ -132,12 +136,12 @@ function takeTheWheel() {
   app.link.operate(true);
 }
 
-/** A first press stops the vehicle; a second one, or one without the wheel, opens the bridges. */
+/** A first press stops the vehicle; a second one before it drives on, or one without the wheel, opens the bridges. */
 function stop() {
   if (!app.link) return;
   const now = performance.now();
   const armed = app.status?.vehicle.mode === "Armed";
-  if (!armed || !app.operates || (stop.pressed && operator.stopped && now - stop.pressed < 5000)) {
+  if (!armed || !app.operates || (stop.pressed && !operator.drivenOn && now - stop.pressed < 5000)) {
     app.link.disarm();
     tell("stop: the bridges are told to open");
     stop.pressed = 0;
@@ -266,7 +270,10 @@ function showPanels(ms) {
 
 function note(silent) {
   const { status } = app;
-  if (records.replaying) return "a record is shown; the keys still drive the vehicle";
+  if (records.replaying) {
+    const vehicle = !app.link ? "no vehicle is connected" : !status ? "the vehicle says nothing" : silent ? "the board is silent" : `the vehicle itself is ${modeWord(status.vehicle.mode)}`;
+    return `a record is shown: nothing drives but the stop stops; ${vehicle}`;
+  }
   if (!app.link) return "connect a vehicle above";
   if (!status) return app.operates ? "the board has not said who it is yet" : "";
   if (silent) return "no status from the board";
@@ -292,7 +299,12 @@ function listen() {
   able("arm", () => app.link.arm());
   able("disarm", () => app.link.disarm());
   able("clear", () => app.link.clearFaults());
-  element("stop").addEventListener("click", () => operator.stop());
+  // As soon as it is touched: a browser makes no click of a finger's tap while another finger holds the joystick. What
+  // clicks without a pointer is the keyboard, or what stands for it.
+  element("stop").addEventListener("pointerdown", () => operator.stop());
+  element("stop").addEventListener("click", ({ detail }) => {
+    if (detail === 0) operator.stop();
+  });
   element("wheel").addEventListener("click", takeTheWheel);
   element("disconnect").addEventListener("click", disconnect);
   for (const id of ["speed", "yaw"]) element(id).addEventListener("input", showSpeeds);

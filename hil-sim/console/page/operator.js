@@ -6,7 +6,10 @@ const KEYS = {
 };
 // Below this a gamepad's stick is at rest.
 const DEAD_ZONE = 0.12;
+// The lower and the right button of the right hand: A and B.
 const GAMEPAD_STOP = [0, 1];
+// Where keys write.
+const WRITES = "input:not([type=range]), select, textarea";
 
 export class Operator {
   /** `elements`: pad, knob, speed, yaw. `onstop` is called at each wish to stop. */
@@ -15,9 +18,17 @@ export class Operator {
     this.onstop = onstop;
     this.held = new Set();
     this.pad = [0, 0];
+    /** The finger or mouse that holds the joystick on the screen. */
+    this.pointer = null;
     /** After a stop, until everything is let go. */
     this.stopped = false;
+    /** Something was commanded since the last stop: the next one is a first one. */
+    this.drivenOn = false;
     this.gamepadStop = false;
+    /** The gamepad's stick has been at rest since the operator let go: what it says is meant. */
+    this.stickFree = false;
+    /** Set while the page shows something else than the vehicle: nothing drives it then, and the stop stops. */
+    this.away = false;
     /** Set while the page drives a vehicle of its own or has the wheel of another. */
     this.speaks = false;
     addEventListener("keydown", (event) => this.keydown(event), { capture: true });
@@ -26,6 +37,10 @@ export class Operator {
     addEventListener("blur", () => this.letGo());
     document.addEventListener("visibilitychange", () => this.letGo());
     addEventListener("pagehide", () => this.letGo());
+    // A key that is held does not drive on while the keys write.
+    addEventListener("focusin", ({ target }) => {
+      if (target.matches?.(WRITES)) this.held.clear();
+    });
     this.listenToPad();
   }
 
@@ -42,8 +57,9 @@ export class Operator {
       if (!event.repeat) this.stop();
       return;
     }
-    const typing = event.target.matches?.("input, select, textarea");
-    if (typing || event.ctrlKey || event.altKey || event.metaKey || !(event.code in KEYS)) return;
+    const slides = event.target.matches?.("input[type=range]") && event.code.startsWith("Arrow");
+    const writes = slides || event.target.matches?.(WRITES);
+    if (writes || event.ctrlKey || event.altKey || event.metaKey || !(event.code in KEYS)) return;
     // The page does not scroll while it drives, and the log does.
     if (event.target.matches?.(".scroll, pre")) return;
     event.preventDefault();
@@ -63,28 +79,40 @@ export class Operator {
       knob.style.transform = `translate(${x * reach}px, ${y * reach}px)`;
     };
     pad.addEventListener("pointerdown", (event) => {
+      // The first finger drives; a second one, or another button of the mouse, does not.
+      if (this.pointer !== null || event.button !== 0) return;
+      this.pointer = event.pointerId;
       pad.setPointerCapture(event.pointerId);
       move(event);
     });
     pad.addEventListener("pointermove", (event) => {
-      if (pad.hasPointerCapture(event.pointerId)) move(event);
+      if (event.pointerId === this.pointer) move(event);
     });
-    for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) pad.addEventListener(end, () => this.centre());
+    for (const end of ["pointerup", "pointercancel", "lostpointercapture"])
+      pad.addEventListener(end, (event) => {
+        if (event.pointerId === this.pointer) this.centre();
+      });
+    // A slider that the mouse has set gives the arrow keys back.
+    for (const slider of [this.elements.speed, this.elements.yaw]) slider.addEventListener("pointerup", () => slider.blur());
   }
 
   centre() {
+    this.pointer = null;
     this.pad = [0, 0];
     this.elements.knob.style.transform = "";
   }
 
+  /** Whatever is held counts no more, until it is let go and held again. */
   letGo() {
     this.held.clear();
     this.centre();
+    this.stickFree = false;
   }
 
   stop() {
     this.stopped = true;
     this.onstop();
+    this.drivenOn = false;
   }
 
   gamepad() {
@@ -93,15 +121,21 @@ export class Operator {
     if (pressed && !this.gamepadStop) this.stop();
     this.gamepadStop = pressed;
     this.gamepadName = pad?.id ?? "none";
-    if (!pad) return [0, 0];
+    if (!pad) {
+      this.stickFree = false;
+      return [0, 0];
+    }
     const axis = (value) => (Math.abs(value ?? 0) < DEAD_ZONE ? 0 : -value);
-    return [axis(pad.axes[1]), axis(pad.axes[0])];
+    const stick = [axis(pad.axes[1]), axis(pad.axes[0])];
+    this.stickFree ||= stick[0] === 0 && stick[1] === 0;
+    return this.stickFree ? stick : [0, 0];
   }
 
   /** {speed, yaw} to command now, or null when the operator is silent. */
   command() {
     const wish = this.gamepad();
     if (!this.speaks || !this.present()) return null;
+    if (this.away) return { speed: 0, yaw: 0 };
     for (const code of this.held) {
       wish[0] += KEYS[code][0];
       wish[1] += KEYS[code][1];
@@ -114,6 +148,7 @@ export class Operator {
     }
     const bounded = (value) => Math.max(-1, Math.min(1, value));
     const { speed, yaw } = this.elements;
+    this.drivenOn ||= wish[0] !== 0 || wish[1] !== 0;
     return { speed: bounded(wish[0]) * Number(speed.value), yaw: bounded(wish[1]) * Number(yaw.value) };
   }
 }

@@ -163,6 +163,8 @@ export function tell(text) {
 const SHAPES = { Disarmed: "○", Armed: "●", Stopping: "◐", silent: "✕", none: "–" };
 const WORDS = { Disarmed: "disarmed", Armed: "armed", Stopping: "stopping", silent: "board silent", none: "no board" };
 
+export const modeWord = (mode) => WORDS[mode];
+
 /** Shows the mode: as a word and as a shape, not by colour alone. */
 export function showMode(mode, note) {
   const parent = element("mode");

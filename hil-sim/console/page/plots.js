@@ -64,8 +64,14 @@ export class History {
 }
 
 export class Plots {
-  constructor(parent) {
+  /** `onzoom()` is called when a person has dragged over a plot: a zoom stays only while no new data is drawn. */
+  constructor(parent, onzoom) {
     this.parent = parent;
+    this.onzoom = onzoom;
+    /** The mouse is down over a plot. */
+    this.dragged = false;
+    parent.addEventListener("mousedown", () => (this.dragged = true));
+    addEventListener("mouseup", () => (this.dragged = false));
     this.plots = [];
     this.visible = new Set();
     this.watcher = new IntersectionObserver((entries) => {
@@ -108,6 +114,7 @@ export class Plots {
             dash: (_, n) => ({ [SOLID]: "solid", [DASHED]: "dashed", [DOTTED]: "dotted" })[lines[n - 1]?.[3]] ?? "solid",
           },
         },
+        hooks: { setSelect: [(plot) => plot.select.width > 0 && this.onzoom()] },
         scales: { x: { time: false }, y: { range: span } },
         axes: [{ ...axis, values: (_, ticks) => ticks.map((tick) => `${tick} s`) }, { ...axis, size: 60, values: (_, ticks) => ticks.map(tickText) }],
         series: [
@@ -136,6 +143,7 @@ export class Plots {
 
   /** Draws a history from place `from` on. */
   draw(history, from) {
+    if (this.dragged) return;
     const times = history.times.slice(from);
     for (const { plot, box, lines } of this.plots) {
       if (!this.visible.has(box)) continue;

@@ -10,7 +10,7 @@ const GO_TICKS = 5000;
 const STATUS_S = 0.01;
 
 export class Records {
-  /** `host`: link(), vehicleFile(), show(status), row(status). */
+  /** `host`: link(), vehicleFile(), show(status), row(status), away(on): whether a record is shown instead of the vehicle. */
   constructor(host) {
     this.host = host;
     this.module = null;
@@ -100,6 +100,7 @@ export class Records {
     element("scrub").value = 0;
     element("replay-bar").hidden = false;
     this.replaying = this.dirty = true;
+    this.host.away(true);
     this.show();
   }
 
@@ -135,6 +136,7 @@ export class Records {
     this.play(false);
     this.replaying = false;
     this.statuses = [];
+    this.host.away(false);
     element("replay-bar").hidden = true;
   }
 }

@@ -17,6 +17,10 @@ const points = (list) => list.map(([x, y]) => `${x.toFixed(1)},${y.toFixed(1)}`)
 /** A number with so many decimals, and no minus before a nought. */
 export const fixed = (value, decimals) => value.toFixed(decimals).replace(/^-(?=[0.]*$)/, "");
 const degrees = (rad) => fixed((rad * 180) / Math.PI, 1);
+/** An angle within half a turn of nought, rad. */
+const wrapped = (rad) => rad - 2 * Math.PI * Math.round(rad / (2 * Math.PI));
+/** Where a line of text stands: in heights of the text, which is larger on a small screen. */
+const lineAt = (row) => `${1.5 + 1.35 * row}em`;
 // A point at `length` from the joint, `angle` from the vertical, lower end forward positive; y upward.
 const hanging = (length, angle) => [length * Math.sin(angle), -length * Math.cos(angle)];
 
@@ -54,8 +58,8 @@ export class SideView {
       line: add(svg, "line", { class: "force" }),
       tip: add(svg, "polygon", { class: "tip" }),
     }));
-    this.labels = Array.from({ length: 4 }, (_, row) => add(svg, "text", { x: 12, y: 26 + 23 * row }));
-    this.notes = Array.from({ length: 4 }, (_, row) => add(svg, "text", { x: 628, y: 26 + 23 * row, "text-anchor": "end" }));
+    this.labels = Array.from({ length: 4 }, (_, row) => add(svg, "text", { x: 12, y: lineAt(row) }));
+    this.notes = Array.from({ length: 4 }, (_, row) => add(svg, "text", { x: 628, y: lineAt(row), "text-anchor": "end" }));
   }
 
   /** `pose`: phi, spar, ballast, plane, distance; and of the simulation only: ground, spacing, height, and truth. */
@@ -120,10 +124,10 @@ export class SideView {
     const slides = truth?.sliding.some(Boolean);
     const notes = truth
       ? [
-          `ground carries ${sum(truth.normal_n).toFixed(0)} N`,
-          `ground drives ${fixed(sum(truth.longitudinal_n), 0)} N`,
+          `load ${sum(truth.normal_n).toFixed(0)} N`,
+          `traction ${fixed(sum(truth.longitudinal_n), 0)} N`,
           slides ? `SLIDES ${Math.max(...truth.slip_m_s.map(Math.abs)).toFixed(2)} m/s` : "rolls",
-          truth.lifted.some(Boolean) ? "A WHEEL IS IN THE AIR" : truth.chocked ? "chocked" : "",
+          truth.lifted.some(Boolean) ? "OFF THE GROUND" : truth.chocked ? "chocked" : "",
         ]
       : ["", "", pose.sliding ? "SLIDES" : "", ""];
     notes.forEach((text, n) => (this.notes[n].textContent = text));
@@ -165,7 +169,7 @@ export class TopView {
     this.axle = add(this.vehicle, "line", { class: "axle" });
     this.tyres = Array.from({ length: 2 }, () => add(this.vehicle, "rect", { class: "tyre", rx: 2 }));
     this.nose = add(this.vehicle, "polygon", { class: "nose" });
-    this.label = add(svg, "text", { x: 12, y: 26 });
+    this.label = add(svg, "text", { x: 12, y: lineAt(0) });
     this.scaleLabel = add(svg, "text", { class: "note", x: 628, y: 368, "text-anchor": "end" });
     this.legend = add(svg, "text", { class: "note", x: 12, y: 368 });
     this.forget();
@@ -208,8 +212,8 @@ export class TopView {
     set(this.axle, { x1: 0, x2: 0, y1: -w, y2: w });
     this.tyres.forEach((tyre, n) => set(tyre, { x: -r, y: (n ? w : -w) - 4, width: 2 * r, height: 8 }));
     this.nose.setAttribute("points", points([[r * 0.9, -6], [r * 0.9 + 12, 0], [r * 0.9, 6]]));
-    this.label.textContent = `x ${fixed(here[0], 2)} m, y ${fixed(here[1], 2)} m, heading ${degrees(heading)}°`;
+    this.label.textContent = `x ${fixed(here[0], 2)} m, y ${fixed(here[1], 2)} m, heading ${degrees(wrapped(heading))}°`;
     this.scaleLabel.textContent = `grid ${step} m`;
-    this.legend.textContent = pose.truth ? "solid: estimated path; dashed: true path" : "estimated path";
+    this.legend.textContent = pose.truth ? "solid: estimated; dashed: true" : "estimated";
   }
 }

@@ -1,4 +1,5 @@
-// A headless Chromium over its debugging pipe: opens pages, sends real key events, takes pictures. No package is needed.
+// A headless Chromium over its debugging pipe: opens pages, sends real key, mouse and touch events, takes pictures. No
+// package is needed.
 import { spawn } from "node:child_process";
 import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
@@ -69,22 +70,26 @@ export class Browser {
     return new Promise((resolve, reject) => this.waiting.set(id, { resolve, reject }));
   }
 
-  /** Opens a page of this size; `before` is a script that runs before the page's own. */
-  async page(url, { width, height, dark = false, before = "" }) {
+  /**
+   * Opens a page of this size. `before` is a script that runs before the page's own; `state` is an expression that tells
+   * of a page on which something is awaited in vain.
+   */
+  async page(url, { width, height, dark = false, before = "", state = "document.title" }) {
     const { targetId } = await this.send("Target.createTarget", { url: "about:blank" });
     const { sessionId } = await this.send("Target.attachToTarget", { targetId, flatten: true });
-    const page = new Page(this, sessionId, targetId);
+    const page = new Page(this, sessionId, targetId, state);
     await page.send("Page.enable");
     await page.send("Runtime.enable");
     await page.send("Log.enable");
     await page.send("Emulation.setFocusEmulationEnabled", { enabled: true });
-    await page.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile: width < 600 });
-    await page.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }] });
+    await page.resize({ width, height });
+    await page.shade(dark);
     if (before) await page.send("Page.addScriptToEvaluateOnNewDocument", { source: before });
     const loaded = new Promise((resolve) => this.listeners.push(({ sessionId: of, method }) => {
       if (of === sessionId && method === "Page.loadEventFired") resolve();
     }));
-    await page.send("Page.navigate", { url });
+    const { errorText } = await page.send("Page.navigate", { url });
+    if (errorText) throw new Error(`${url}: ${errorText}`);
     await loaded;
     return page;
   }
@@ -96,10 +101,17 @@ export class Browser {
   }
 }
 
-const CODES = { Space: [32, " "], ArrowUp: [38, "ArrowUp"], ArrowDown: [40, "ArrowDown"], ArrowLeft: [37, "ArrowLeft"], ArrowRight: [39, "ArrowRight"], Tab: [9, "Tab"], Enter: [13, "Enter"] };
+// Number, name and text of each key.
+const CODES = {
+  Space: [32, " ", " "], Enter: [13, "Enter", "\r"], Tab: [9, "Tab"], Home: [36, "Home"], End: [35, "End"], Escape: [27, "Escape"],
+  ArrowUp: [38, "ArrowUp"], ArrowDown: [40, "ArrowDown"], ArrowLeft: [37, "ArrowLeft"], ArrowRight: [39, "ArrowRight"],
+  KeyW: [87, "w", "w"],
+};
+const SHIFT = 8;
 
 class Page {
-  constructor(browser, sessionId, targetId) {
+  constructor(browser, sessionId, targetId, state) {
+    this.state = state;
     this.browser = browser;
     this.sessionId = sessionId;
     this.targetId = targetId;
@@ -125,20 +137,80 @@ class Page {
     return result.value;
   }
 
+  resize({ width, height }) {
+    return this.send("Emulation.setDeviceMetricsOverride", { width, height, deviceScaleFactor: 1, mobile: width < 600 });
+  }
+
+  shade(dark) {
+    return this.send("Emulation.setEmulatedMedia", { features: [{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }] });
+  }
+
+  /** Waits until the page has been drawn twice: what follows from its size or its shade has happened. */
+  settle() {
+    return this.value("new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => resolve(0))))");
+  }
+
   /** Waits until an expression is true. */
   async until(expression, seconds = 60) {
-    const state = () => this.value("[document.getElementById('mode').textContent, document.getElementById('bar-note').textContent, document.getElementById('connection-error').textContent, document.getElementById('log').textContent].join('\\n')");
-    await until(() => this.value(expression), async () => `${expression}\n${await state()}`, seconds);
+    await until(() => this.value(expression), async () => `${expression}\n${await this.value(this.state)}`, seconds);
   }
 
-  key(type, code) {
-    const [windowsVirtualKeyCode, key] = CODES[code];
-    return this.send("Input.dispatchKeyEvent", { type, code, key, windowsVirtualKeyCode, text: type === "keyDown" && code === "Enter" ? "\r" : undefined });
+  key(type, code, modifiers = 0) {
+    const [windowsVirtualKeyCode, key, text] = CODES[code];
+    return this.send("Input.dispatchKeyEvent", { type, code, key, windowsVirtualKeyCode, modifiers, text: type === "keyDown" ? text : undefined });
   }
 
-  async press(code) {
-    await this.key("keyDown", code);
-    await this.key("keyUp", code);
+  async press(code, { shift = false } = {}) {
+    await this.key("keyDown", code, shift ? SHIFT : 0);
+    await this.key("keyUp", code, shift ? SHIFT : 0);
+  }
+
+  /** A mouse event; the left button is held while the mouse is dragged. */
+  mouse(type, [x, y], { held = false, clicks = 1 } = {}) {
+    const button = type === "mouseMoved" && !held ? "none" : "left";
+    return this.send("Input.dispatchMouseEvent", { type, x, y, button, buttons: type === "mousePressed" || held ? 1 : 0, clickCount: type === "mouseMoved" ? 0 : clicks });
+  }
+
+  async clickAt(place, clicks = 1) {
+    await this.mouse("mousePressed", place, { clicks });
+    await this.mouse("mouseReleased", place, { clicks });
+  }
+
+  /** Drags the mouse from one place to another in steps. */
+  async drag(from, to, steps = 6) {
+    await this.mouse("mouseMoved", from);
+    await this.mouse("mousePressed", from);
+    for (let n = 1; n <= steps; n += 1) {
+      await this.mouse("mouseMoved", [0, 1].map((axis) => from[axis] + ((to[axis] - from[axis]) * n) / steps), { held: true });
+      await pause(20);
+    }
+    await this.mouse("mouseReleased", to);
+  }
+
+  /** A touch event: touchStart or touchMove with the fingers that touch from then on, touchEnd or touchCancel with none. */
+  touch(type, ...fingers) {
+    return this.send("Input.dispatchTouchEvent", { type, touchPoints: fingers.map(([x, y], id) => ({ x, y, id })) });
+  }
+
+  async tap(place) {
+    await this.touch("touchStart", place);
+    await this.touch("touchEnd");
+  }
+
+  /** An element's box in the window, in whose middle it is scrolled: left, top, width, height. */
+  async box(selector) {
+    return this.value(`(() => {
+      const e = document.querySelector(${JSON.stringify(selector)});
+      e.scrollIntoView({ block: "center", behavior: "instant" });
+      const b = e.getBoundingClientRect();
+      return [b.left, b.top, b.width, b.height];
+    })()`);
+  }
+
+  /** The place at these shares of an element's width and height. */
+  async place(selector, [across, down] = [0.5, 0.5]) {
+    const [left, top, width, height] = await this.box(selector);
+    return [left + across * width, top + down * height];
   }
 
   /**

@@ -5,17 +5,14 @@ import assert from "node:assert/strict";
 import { execFileSync, spawn } from "node:child_process";
 import { mkdirSync, readdirSync, rmSync } from "node:fs";
 import { join, resolve } from "node:path";
-import { Browser, pause, until } from "./browser.mjs";
+import { Browser, until } from "./browser.mjs";
+import { gamepad, hidden, joystick, keyboard, stops } from "./hands.mjs";
+import { plots, views } from "./looks.mjs";
+import { COMMAND, MODE, NOTE, READY, SPEED, STATE, arm, drive, text } from "./vehicle.mjs";
 
 const [tool, module, hash, pictures] = process.argv.slice(2);
 const DESKTOP = { width: 1400, height: 900 };
 const PHONE = { width: 390, height: 844 };
-const text = (id) => `document.getElementById("${id}").textContent`;
-const MODE = text("mode-word");
-const NOTE = text("bar-note");
-const READY = `${NOTE} === "ready to be armed"`;
-const SPEED = "console_.app.status.vehicle.estimate.speed_m_s";
-
 /** A server of the tool: its address, and what it prints. */
 class Server {
   constructor(...args) {
@@ -38,34 +35,10 @@ const pages = [];
 const consoleServer = new Server("console", "--port", "0", "--module", module);
 const [, home] = await consoleServer.until(/console at (\S+)/);
 
-async function open(size = DESKTOP) {
-  const page = await browser.page(home, size);
+async function open(options = {}) {
+  const page = await browser.page(home, { ...DESKTOP, state: STATE, ...options });
   pages.push(page);
   return page;
-}
-
-/** Moves the focus by the Tab key until an element has it. */
-async function tabTo(page, id) {
-  for (let n = 0; n < 200; n += 1) {
-    if (await page.value(`document.activeElement.id === "${id}"`)) return;
-    await page.press("Tab");
-  }
-  throw new Error(`the Tab key does not reach ${id}`);
-}
-
-/** Arms by the keyboard; again where the vehicle, which still rocked after a drive, was not at rest in that instant. */
-async function arm(page) {
-  const refusals = `${text("log")}.split("not armed: blocked by NotAtRest").length`;
-  for (let n = 0; n < 10; n += 1) {
-    await page.until(READY, 120);
-    await tabTo(page, "arm");
-    assert.ok(await page.value("document.activeElement.matches(':focus-visible')"), "the focus is visible");
-    const before = await page.value(refusals);
-    await page.press("Enter");
-    await page.until(`${MODE} === "armed" || ${refusals} > ${before}`);
-    if (await page.value(`${MODE} === "armed"`)) return;
-  }
-  throw new Error("the vehicle does not come to rest");
 }
 
 /**
@@ -86,14 +59,6 @@ async function inTime(part) {
       server.end();
     }
   }
-}
-
-/** Drives by a held key, and lets go. */
-async function drive(page) {
-  await page.key("keyDown", "ArrowUp");
-  await page.until(`${SPEED} > 0.4`);
-  await page.key("keyUp", "ArrowUp");
-  await page.until(`Math.abs(${SPEED}) < 0.05`);
 }
 
 async function simulated() {
@@ -205,7 +170,17 @@ async function records() {
   await page.until(`${text("replay-note")}.includes("every actuation is the recorded one, bit for bit")`);
   await page.value('(() => { const s = document.getElementById("scrub"); s.value = s.max; s.dispatchEvent(new Event("input")); })()');
   await page.until(`${MODE} === "armed"`);
+  // While a record is shown nothing drives the vehicle, the stop stops it, and the page says which is which.
+  await page.until(`${NOTE}.includes("the vehicle itself is armed")`);
+  await page.key("keyDown", "ArrowUp");
+  assert.equal(await page.value(`${COMMAND}.speed`), 0);
+  await page.press("Space");
+  await page.until(`${text("log")}.includes("stop: the vehicle brakes")`);
+  await page.press("Space");
+  await page.until(`${NOTE}.includes("the vehicle itself is disarmed")`);
   await page.click("end-replay");
+  assert.equal(await page.value(`${COMMAND}.speed`), 0, "a key that was held before counts no more");
+  await page.key("keyUp", "ArrowUp");
   // A board that is lost while its ticks are recorded leaves what came until then.
   rmSync(file);
   await recordFromBoot(page);
@@ -237,6 +212,7 @@ async function connectTo(page, address) {
 async function served(server, address) {
   const first = await open();
   await connectTo(first, address);
+  assert.equal(await first.value('document.getElementById("world").checkVisibility()'), false, "nobody pushes a board by a button");
   await arm(first);
   await server.until(/drives/);
   // A second page watches: it sees the vehicle drive, cannot drive it, and can stop it.
@@ -283,6 +259,7 @@ async function serial(server, address) {
     await console_.connect("drive board", new console_.SerialTransport({ requestPort: async () => port }, console_.BAUD));
   })()`);
   assert.equal(await page.value("port.baudRate"), 921600);
+  assert.equal(await page.value('document.getElementById("world").checkVisibility()'), false);
   await arm(page);
   await drive(page);
   assert.ok(!server.printed.includes("CommandTimeout"), "the operator was never silent");
@@ -292,42 +269,19 @@ async function serial(server, address) {
   await server.until(/CommandTimeout/);
 }
 
-async function views() {
-  for (const [name, size] of [["desktop", DESKTOP], ["phone", PHONE]]) {
-    for (const dark of [false, true]) {
-      const page = await browser.page(home, { ...size, dark });
-      pages.push(page);
-      await arm(page);
-      await page.key("keyDown", "ArrowUp");
-      await page.key("keyDown", "ArrowLeft");
-      await pause(3000);
-      const [wide, room] = await page.value("[document.documentElement.scrollWidth, document.documentElement.clientWidth]");
-      assert.ok(wide <= room, `${name}: ${wide} px in ${room} px`);
-      // Whatever is scrolled to, the button to stop is there.
-      for (const [part, where] of [["top", "0"], ["plots", 'document.getElementById("plots").offsetTop - 60'], ["end", "document.body.scrollHeight"]]) {
-        await page.value(`scrollTo(0, ${where})`);
-        await pause(500);
-        const seen = await page.value(`(() => { const b = document.getElementById("stop").getBoundingClientRect();
-          return document.elementFromPoint(b.left + b.width / 2, b.top + b.height / 2).closest("#stop") !== null; })()`);
-        assert.ok(seen, `${name}: the button to stop is in sight`);
-        await page.picture(join(pictures, `${name}-${dark ? "dark" : "light"}-${part}.png`));
-      }
-      await page.close();
-    }
-  }
-}
-
 mkdirSync(pictures, { recursive: true });
 let failure;
 try {
-  const parts = [simulated, parameters, records, served, serial, views];
+  const hands = [["keyboard", () => keyboard(open)], ["stops", () => stops(open)], ["joystick", () => joystick(open, PHONE)], ["gamepad", () => gamepad(open)], ["hidden", () => hidden(open, browser)]];
+  const looks = [["plots", () => plots(open)], ["views", () => views(open, pictures)]];
+  const parts = [...[simulated, parameters, records, served, serial].map((part) => [part.name, part]), ...hands, ...looks];
   const realTime = [served, serial];
-  for (const part of parts.filter(({ name }) => !process.env.ONLY || process.env.ONLY.includes(name))) {
+  for (const [name, part] of parts.filter(([name]) => !process.env.ONLY || process.env.ONLY.split(",").includes(name))) {
     const begin = Date.now();
     await (realTime.includes(part) ? inTime(part) : part());
-    console.log(`check-console: ${part.name} (${((Date.now() - begin) / 1000).toFixed(1)} s)`);
+    console.log(`check-console: ${name} (${((Date.now() - begin) / 1000).toFixed(1)} s)`);
     for (const page of pages) assert.deepEqual(page.errors, [], "no errors in the page's console");
-    pages.length = 0;
+    for (const page of pages.splice(0)) await page.close().catch(() => {});
   }
 } catch (error) {
   failure = error;

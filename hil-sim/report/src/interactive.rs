@@ -175,7 +175,7 @@ impl InteractivePage<'_> {
         if !self.time.is_empty() {
             body.push_str(
                 "<h2>What happened when</h2>\n<section class=\"card\"><div class=\"strip\" id=\"strip\"></div></section>\n\
-                 <p class=\"quiet\">Drag over a chart to zoom; double-click or <em>Whole run</em> shows all.</p>\n",
+                 <p class=\"quiet\">Drag over a chart, or press + and \u{2212}, to zoom; double-click or <em>Whole run</em> shows all.</p>\n",
             );
         }
         body.push_str("<div class=\"grid\">\n");
@@ -191,7 +191,10 @@ impl InteractivePage<'_> {
             body.push_str(
                 "<div class=\"scrub\"><button type=\"button\" class=\"play\" id=\"play\">Play</button>\
                  <input type=\"range\" id=\"time\" min=\"0\" value=\"0\" aria-label=\"Time\">\
-                 <output id=\"now\"></output><button type=\"button\" id=\"whole\">Whole run</button></div>\n",
+                 <output id=\"now\"></output>\
+                 <button type=\"button\" id=\"closer\" aria-label=\"Zoom in\">+</button>\
+                 <button type=\"button\" id=\"wider\" aria-label=\"Zoom out\">\u{2212}</button>\
+                 <button type=\"button\" id=\"whole\">Whole run</button></div>\n",
             );
         }
         Ok(format!(

@@ -12,6 +12,10 @@
     [/reference/, "--reference", [2, 3]],
     [/true/, "--true", []],
   ];
+  // Curves of no such meaning differ by their line as well as by their colour.
+  const COLOURS = 9;
+  const LINES = [[], [6, 4], [2, 3]];
+  const ownLine = (k) => LINES[(k + Math.floor(k / COLOURS)) % LINES.length];
   function looks(series) {
     const quantities = [];
     return series.map((one, k) => {
@@ -19,9 +23,9 @@
       if (!quantities.includes(quantity)) quantities.push(quantity);
       const place = quantities.indexOf(quantity);
       const meaning = MEANINGS.find(([word]) => word.test(one.name));
-      const dash = meaning ? meaning[2] : [];
+      const dash = meaning ? meaning[2] : ownLine(k);
       return {
-        stroke: () => css(meaning ? meaning[1] : `--c${k % 9}`),
+        stroke: () => css(meaning ? meaning[1] : `--c${k % COLOURS}`),
         width: !meaning || place === 0 ? 1.8 : 1.2,
         dash: !meaning || place === 0 ? dash : [1 + 2 * place, 3],
       };
@@ -32,6 +36,8 @@
   const plots = [];
   let index = 0;
   let quiet = false;
+  // The shortest range that the buttons zoom to, s.
+  const SHORTEST_S = 0.1;
 
   function number(value) {
     if (value === null || value === undefined || Number.isNaN(value)) return "–";
@@ -45,6 +51,24 @@
     for (const plot of plots) if (plot !== from && plot.shared) plot.setScale("x", { min, max });
     quiet = false;
     strip(min, max);
+  }
+
+  // Shows this range in every chart over time, and in the strip.
+  function range(min, max) {
+    quiet = true;
+    for (const plot of plots) if (plot.shared) plot.setScale("x", { min, max });
+    quiet = false;
+    strip(min, max);
+    point();
+  }
+  // Shows a range this many times as long, with the cursor in its middle as far as the run goes.
+  function zoomBy(factor) {
+    const shown = plots.find((plot) => plot.shared)?.scales.x;
+    const [first, last] = [time[0], time[time.length - 1]];
+    if (!shown || shown.min == null) return;
+    const length = Math.min(Math.max((shown.max - shown.min) * factor, Math.min(SHORTEST_S, last - first)), last - first);
+    const min = Math.min(Math.max(time[index] - length / 2, first), last - length);
+    range(min, min + length);
   }
 
   function draw(chart, holder) {
@@ -101,6 +125,13 @@
       holder,
     );
     plot.shared = shared;
+    plot.recolour = () => {
+      // The legend's markers keep the colour with which they were made.
+      plot.root.querySelectorAll(".u-marker").forEach((marker, k) => {
+        if (k) marker.style.borderColor = lines[k - 1].stroke();
+      });
+      plot.redraw();
+    };
     plots.push(plot);
   }
 
@@ -131,7 +162,25 @@
       bar.title = `${event.at_s.toFixed(2)} s: ${event.text}`;
       lane.append(bar);
     }
-    if (lanes.size === 0) holder.textContent = "Nothing in this range.";
+    if (lanes.size === 0) {
+      holder.textContent = "Nothing in this range.";
+      return;
+    }
+    const cursor = document.createElement("div");
+    cursor.className = "cursor";
+    cursor.append(document.createElement("b"));
+    holder.append(cursor);
+    holder.dataset.range = `${min} ${max}`;
+    mark();
+  }
+  // Where the cursor is, in the strip.
+  function mark() {
+    const line = document.querySelector("#strip .cursor b");
+    if (!line) return;
+    const [min, max] = byId("strip").dataset.range.split(" ").map(Number);
+    const share = (time[index] - min) / (max - min || 1);
+    line.style.left = `${100 * share}%`;
+    line.hidden = share < 0 || share > 1;
   }
 
   // The vehicle from its right, and its path from above, both to scale.
@@ -240,7 +289,10 @@
     index = Math.min(Math.max(at, 0), time.length - 1);
     const slider = byId("time");
     slider.value = String(index);
-    byId("now").textContent = `${time[index].toFixed(2)} s`;
+    const text = `${time[index].toFixed(2)} s`;
+    byId("now").textContent = text;
+    slider.setAttribute("aria-valuetext", text);
+    mark();
     side();
     above();
   }
@@ -292,12 +344,9 @@
         point();
       }),
     );
-    byId("whole").addEventListener("click", () => {
-      quiet = true;
-      for (const plot of plots) if (plot.shared) plot.setScale("x", { min: time[0], max: time[time.length - 1] });
-      quiet = false;
-      strip(time[0], time[time.length - 1]);
-    });
+    byId("whole").addEventListener("click", () => range(time[0], time[time.length - 1]));
+    byId("closer").addEventListener("click", () => zoomBy(0.5));
+    byId("wider").addEventListener("click", () => zoomBy(2));
     strip(time[0], time[time.length - 1]);
     show(0);
   }
@@ -312,7 +361,7 @@
   width = window.innerWidth;
   window.addEventListener("resize", fit);
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-    for (const plot of plots) plot.redraw();
+    for (const plot of plots) plot.recolour();
     if (time) { side(); above(); }
   });
   document.documentElement.dataset.drawn = String(plots.length);

@@ -111,19 +111,27 @@ fn tail(summary: &RunSummary<'_>) -> String {
         ..
     } = *summary;
     let mut tail = format!("<h2>What happened</h2>\n{}", events(told));
-    tail.push_str("<div class=\"grid\">\n<section class=\"card\"><h3>Judged by</h3>\n<table><tr><th>metric</th><th>value</th><th>bounds</th></tr>\n");
-    for check in checks {
-        let mark = if check.ok { "" } else { " FAILED" };
-        _ = writeln!(
-            tail,
-            "<tr><td>{}</td><td>{:.4}</td><td>{} to {}{mark}</td></tr>",
-            escaped(&check.name),
-            check.value,
-            check.least,
-            check.most
-        );
+    tail.push_str("<div class=\"grid\">\n<section class=\"card\"><h3>Judged by</h3>\n");
+    if checks.is_empty() {
+        tail.push_str("<p>Nothing: the scenario states no bounds.</p>\n");
+    } else {
+        tail.push_str("<table><tr><th>metric</th><th>value</th><th>bounds</th></tr>\n");
+        for check in checks {
+            let mark = if check.ok { "" } else { " FAILED" };
+            _ = writeln!(
+                tail,
+                "<tr><td>{}</td><td>{:.4}</td><td>{} to {}{mark}</td></tr>",
+                escaped(&check.name),
+                check.value,
+                check.least,
+                check.most
+            );
+        }
+        tail.push_str("</table>\n");
     }
-    tail.push_str("</table></section>\n<section class=\"card\"><h3>Also measured</h3>\n<table><tr><th>metric</th><th>value</th></tr>\n");
+    tail.push_str(
+        "</section>\n<section class=\"card\"><h3>Also measured</h3>\n<table><tr><th>metric</th><th>value</th></tr>\n",
+    );
     let judged = |name: &str| checks.iter().any(|check| check.name == name);
     for metric in values
         .iter()
