@@ -1,18 +1,24 @@
 //! What the link tool takes for the answer to its question: over wires in memory, from scripted boards that answer late,
-//! answer another question, echo another value, or flood the wire. Time is virtual.
+//! answer another question, echo another value, or flood the wire; and over a wire that loses. Time is virtual.
 
 use std::cell::RefCell;
+use std::io;
 use std::rc::Rc;
+use std::sync::Arc;
 
 use firmware::protocol::message::{
     Answer, BoardMessage, Order, OrderId, PROTOCOL_VERSION, ParameterAnswer, ParameterRequest,
 };
+use hil_sim::cli::link::session::Link;
+use hil_sim::cli::link::wire::Wire;
 use model::command::Request;
+use record_file::writer::{RecordFormat, RecordWriter};
 
 mod support;
 #[path = "support/wires.rs"]
 mod wires;
-use wires::{Flood, Scripted, link};
+use support::Bench;
+use wires::{BoardWire, Flood, Scripted, link};
 
 fn value(number: u16, value: f32) -> Answer {
     Answer::Parameters(ParameterAnswer::Value {
@@ -132,4 +138,49 @@ fn a_flood_of_nonsense_is_silence() {
     let told = link.identify().expect_err("nothing readable").to_string();
     assert!(told.contains("no identity"), "{told}");
     assert!(link.disarm().is_err());
+}
+
+/// A wire on which every 20th thing that the tool says is lost.
+struct LossyWire {
+    wire: BoardWire,
+    sent: u32,
+}
+
+impl Wire for LossyWire {
+    fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.sent += 1;
+        if self.sent.is_multiple_of(20) {
+            return Ok(());
+        }
+        self.wire.send(bytes)
+    }
+
+    fn receive(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.wire.receive(bytes)
+    }
+
+    fn now_us(&self) -> u64 {
+        self.wire.now_us()
+    }
+}
+
+/// The look back is hundreds of questions: one that is lost is asked again.
+#[test]
+fn the_look_back_comes_whole_over_a_wire_that_loses() {
+    let mut bench = Bench::driving(41, 1.0);
+    bench.board.world(|world| {
+        world.emergency_stop = true;
+        world.trip();
+    });
+    bench.run(1000);
+    let wire = LossyWire {
+        wire: BoardWire::new(bench),
+        sent: 0,
+    };
+    let mut link = Link::new(wire, 42, Arc::default());
+    link.identify().expect("answers");
+    let mut file = RecordWriter::new(RecordFormat::Frames, Vec::new());
+    let recorded = link.look_back(&mut file).expect("a fault");
+    assert!(recorded.lost == 0 && recorded.ticks > 2000, "{recorded:?}");
+    assert!(recorded.blocks > 40, "{recorded:?}: two questions and more are lost");
 }

@@ -9,12 +9,12 @@ use firmware::protocol::frame::{Decoder, Received};
 use firmware::protocol::message::{Answer, BoardMessage, Order, Read, Reading};
 use firmware::records::codec::{RecordBlock, Records};
 use hil_sim::cli::link::console::Console;
-use hil_sim::cli::record_file::writer::{RecordFormat, RecordWriter};
 use model::command::Request;
 use model::supervise::arming::Mode;
 use model::supervise::codes::Fault;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
+use record_file::writer::{RecordFormat, RecordWriter};
 use virtual_board::board::flash::VirtualFlash;
 
 mod support;
@@ -148,11 +148,24 @@ fn the_tool_writes_the_stream_as_the_frames_that_brought_it() {
     assert!((2900..=3100).contains(&recorded.ticks), "{recorded:?}");
     let messages = messages(&file);
     assert!(matches!(messages[0], BoardMessage::Identity(_)));
-    assert_eq!(messages.len() as u32, recorded.blocks + 1);
+    let blocks = messages
+        .iter()
+        .filter(|message| matches!(message, BoardMessage::Records(_)));
+    assert_eq!(blocks.count() as u32, recorded.blocks);
     let BoardMessage::Records(first) = &messages[1] else {
         panic!("{:?}", messages[1])
     };
     assert_eq!(first.number, 0);
+    // And the log from the boot on, which replay puts into an MCAP file.
+    let log: Vec<String> = record_file::parse(&file)
+        .expect("readable")
+        .log
+        .into_iter()
+        .map(|line| line.text)
+        .collect();
+    for part in ["booted, reset by power-on", "gyros calibrated"] {
+        assert_eq!(log.iter().filter(|line| *line == part).count(), 1, "{part}: {log:?}");
+    }
     // No fault, no look back.
     assert_eq!(link.look_back(&mut frames()).expect_err("none").exit_code(), 1);
 }
@@ -198,7 +211,7 @@ fn the_tool_records_everything_for_other_tools_too() {
     // The records come back, with the parameters in force.
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("link.mcap");
     std::fs::write(&path, &bytes).expect("writes");
-    let read = hil_sim::cli::record_file::read(&path).expect("readable");
+    let read = hil_sim::cli::record_files::read(&path).expect("readable");
     assert_eq!(read.file.records.len() as u64, recorded.ticks);
     assert_eq!(read.file.records[0].tick, 1);
     let vehicle = read.vehicle.expect("in the file").parameters().cast::<f32>();

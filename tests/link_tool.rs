@@ -13,8 +13,8 @@ use hil_sim::cli::link::drive::{DriveJob, check_seconds};
 use hil_sim::cli::link::session::{Link, SILENCE_US};
 use hil_sim::cli::link::status::StatusDetail;
 use hil_sim::cli::link::wire::Wire;
-use hil_sim::cli::record_file::writer::{RecordFormat, RecordWriter};
 use model::command::Request;
+use record_file::writer::{RecordFormat, RecordWriter};
 use report::error::CommandError;
 
 mod support;

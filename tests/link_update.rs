@@ -6,13 +6,10 @@ use std::sync::atomic::AtomicU32;
 use clap::Parser;
 use firmware::drive_board::{ARRIVED_SECTORS, BOARD, FLASH_SECTOR_BYTES, IMAGE_START};
 use firmware::image::Image;
-use firmware::image_seal::{
-    BOARD_AT, BUILD_AT, ERASED, FLASH_START, MARKER, NUMBERS_AT, SEAL_AT, SEAL_BYTES, VERSION_AT, image_room,
-};
+use firmware::image_seal::{ERASED, FLASH_START, NUMBERS_AT, SEAL_AT, image_room};
 use firmware::protocol::message::{
     Answer, Order, UPDATE_BYTES, UpdateAnswer, UpdateRefusal, UpdateRequest, UpdateState,
 };
-use hil_elf::seal::seal;
 use hil_sim::cli::link::console::Console;
 use hil_sim::cli::link::session::Link;
 use hil_sim::cli::link::update::Update;
@@ -22,9 +19,12 @@ use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
 use report::error::CommandError;
 
+#[path = "support/elves.rs"]
+mod elves;
 mod support;
 #[path = "support/wires.rs"]
 mod wires;
+use elves::{elf, linked};
 use support::Bench;
 use wires::{BoardWire, ready};
 
@@ -33,39 +33,6 @@ use wires::{BoardWire, ready};
 struct Tool {
     #[command(flatten)]
     link: Arguments,
-}
-
-/// A sealed ELF for a board, with an image of so many bytes.
-fn elf(board: u16, length: usize) -> Vec<u8> {
-    linked(board, length, IMAGE_START, IMAGE_START)
-}
-
-/// The same, placed by the ELF at one address, with a first instruction behind another.
-fn linked(board: u16, length: usize, start: u32, code: u32) -> Vec<u8> {
-    let mut image: Vec<u8> = (0..length).map(|at| ((at * at) >> 3) as u8).collect();
-    image[..4].copy_from_slice(&0x2000_8000_u32.to_le_bytes());
-    image[4..8].copy_from_slice(&(code + 0x441).to_le_bytes());
-    let seal_bytes = &mut image[SEAL_AT..SEAL_AT + SEAL_BYTES];
-    seal_bytes.fill(0);
-    for (to, part) in seal_bytes.chunks_exact_mut(4).zip(MARKER) {
-        to.copy_from_slice(&part.to_le_bytes());
-    }
-    seal_bytes[NUMBERS_AT..NUMBERS_AT + 8].fill(ERASED);
-    seal_bytes[BUILD_AT] = 7;
-    seal_bytes[VERSION_AT] = 1;
-    seal_bytes[BOARD_AT..BOARD_AT + 2].copy_from_slice(&board.to_le_bytes());
-    // Header and one program header of a 32-bit ELF.
-    let mut elf = vec![0; 52 + 32];
-    elf[..6].copy_from_slice(&[0x7F, b'E', b'L', b'F', 1, 1]);
-    elf[28] = 52;
-    elf[42] = 32;
-    elf[44] = 1;
-    for (at, value) in [(0, 1), (4, 84), (12, start), (16, length as u32)] {
-        elf[52 + at..52 + at + 4].copy_from_slice(&value.to_le_bytes());
-    }
-    elf.extend(image);
-    seal(&mut elf).expect("an ELF with a seal");
-    elf
 }
 
 /// The image of an ELF, and its bytes.

@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
 use firmware::protocol::message::{Identity, PROTOCOL_VERSION};
-use hil_sim::cli::record_file::run::write_run;
-use hil_sim::cli::record_file::writer::{RecordFormat, RecordWriter};
-use hil_sim::cli::record_file::{self, ReadRecords};
+use hil_sim::cli::record_files;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
+use record_file::ReadRecords;
+use record_file::run::write_run;
+use record_file::writer::{RecordFormat, RecordWriter};
 use virtual_board::records::first_field;
 
 #[path = "support/tool.rs"]
@@ -76,7 +77,7 @@ fn a_record_of_another_protocol_is_told() {
             about: firmware::link::about(vehicle.parameters(), 0),
         };
         let out = RecordWriter::new(format, Vec::new());
-        let bytes = write_run(out, &vehicle, Some(identity), &[FlightRecord::NONE]).expect("fits");
+        let bytes = write_run(out, &vehicle, Some(identity), &[FlightRecord::NONE], &[]).expect("fits");
         let file = path(name);
         std::fs::write(&file, bytes).expect("writes");
         let (code, _, error) = replay(&file, &[]);
@@ -215,6 +216,12 @@ fn an_mcap_file_replays_with_its_own_vehicle_as_far_as_it_goes() {
     assert_eq!((code, &json["ticks"]), (Some(0), &1000.into()), "{error}");
     let (code, json, error) = replay(&again, &[]);
     assert_eq!((code, &json["ticks"]), (Some(0), &1000.into()), "{error}");
+    // With the log of that second, as it was.
+    let log = |path: &Path| record_files::read(path).expect("readable").log;
+    let (of_drive, of_second) = (log(&file), log(&again));
+    let within = of_drive.iter().take_while(|line| line.time_us <= 1_000_000).count();
+    assert!(within > 2 && within < of_drive.len(), "{of_drive:?}");
+    assert_eq!(of_second, of_drive[..within]);
     // Which replaces no file.
     assert_eq!(replay(&file, &["--mcap", again.to_str().expect("utf-8")]).0, Some(2));
 }
@@ -264,7 +271,7 @@ fn every_committed_record_replays() {
     assert!(!files.is_empty(), "{}", folder.display());
     for path in files {
         let shown = path.display();
-        let ReadRecords { mut file, .. } = record_file::read(&path).expect("readable");
+        let ReadRecords { mut file, .. } = record_files::read(&path).expect("readable");
         assert_eq!((file.lost_blocks, file.unreadable), (0, 0), "{shown}");
         let other = path.with_extension("toml");
         let vehicle = if other.exists() {
@@ -295,7 +302,7 @@ fn every_committed_record_replays() {
              UPDATE_RECORDS=1 cargo test -p hil-sim --test replay every_committed"
         );
         let out = RecordWriter::new(RecordFormat::Frames, Vec::new());
-        let bytes = write_run(out, &vehicle, file.identity, &file.records).expect("fits");
+        let bytes = write_run(out, &vehicle, file.identity, &file.records, &[]).expect("fits");
         std::fs::write(&path, bytes).expect("writes");
     }
 }

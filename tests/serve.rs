@@ -1,84 +1,23 @@
-//! `hil-sim serve` from outside: every command of the link tool against a served board, on a TCP port and on a
-//! pseudo-terminal.
+//! `hil-sim serve` from outside: every command of the link tool against a served board, on a TCP port, on a pseudo-terminal
+//! and over a WebSocket.
 
-use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use firmware::drive_board::BOARD;
 use tungstenite::Message;
 use virtual_board::link_client::LinkClient;
 
+#[path = "support/elves.rs"]
+mod elves;
+#[path = "support/served.rs"]
+mod served;
 #[path = "support/tool.rs"]
 mod tool;
+use served::{GIVE_UP, Served};
 use tool::{WORKSPACE, hil_sim, stderr};
-
-/// After this time a test gives up instead of hanging; nothing is measured by it.
-const GIVE_UP: Duration = Duration::from_mins(2);
-
-/// A server, which ends with the test.
-struct Served {
-    server: Child,
-    lines: Receiver<String>,
-    port: String,
-}
-
-impl Drop for Served {
-    fn drop(&mut self) {
-        let _ = self.server.kill();
-        let _ = self.server.wait();
-    }
-}
-
-impl Served {
-    fn new(arguments: &[&str]) -> Self {
-        let mut server = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
-            .arg("serve")
-            .args(arguments)
-            .current_dir(WORKSPACE)
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the server starts");
-        let (line, lines) = channel();
-        let out = BufReader::new(server.stdout.take().expect("piped"));
-        std::thread::spawn(move || {
-            for text in out.lines().map_while(Result::ok) {
-                if line.send(text).is_err() {
-                    return;
-                }
-            }
-        });
-        let mut served = Self {
-            server,
-            lines,
-            port: String::new(),
-        };
-        served.port = served.wait_for("board at ").replace("board at ", "");
-        served
-    }
-
-    /// The next line that contains `part`.
-    fn wait_for(&self, part: &str) -> String {
-        loop {
-            let line = self
-                .lines
-                .recv_timeout(GIVE_UP)
-                .unwrap_or_else(|_| panic!("no line with `{part}`"));
-            if line.contains(part) {
-                return line;
-            }
-        }
-    }
-
-    /// Runs the link tool with these arguments: its exit code, output and errors.
-    fn link(&self, arguments: &[&str]) -> (Option<i32>, String, String) {
-        let output = hil_sim(&[&["link", "--port", &self.port], arguments].concat());
-        let text = String::from_utf8_lossy(&output.stdout).into_owned();
-        (output.status.code(), text, stderr(&output))
-    }
-}
 
 const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
 
@@ -136,6 +75,16 @@ fn every_command(served: &Served, name: &str) {
     ok(&["parameters", "diff", &set]);
     let (code, _, error) = served.link(&["look-back", "--out", &new_file(&format!("{name}-back.rec"))]);
     assert!(code == Some(1) && error.contains("no fault has occurred"), "{error}");
+    // An update arrives and is checked; this board has no boot loader that would install it, and drives on as it was.
+    let elf = new_file(&format!("{name}.elf"));
+    std::fs::write(&elf, elves::elf(BOARD, 9000)).expect("writes");
+    let (code, text, error) = served.link(&["update", &elf]);
+    assert!(text.contains("build 00000007, 9000 bytes"), "{text}");
+    assert!(
+        code == Some(1) && error.contains("has stored and checked the image and not installed it"),
+        "{error}"
+    );
+    ok(&["status", "--seconds", "0.2"]);
 }
 
 /// A drive over the link that is recorded from the boot on replays, bit for bit.
@@ -157,7 +106,7 @@ fn a_drive_is_recorded_from_the_boot_on_and_replays() {
             assert_eq!(replay.status.code(), Some(2), "{text}");
             assert!(stderr(&replay).contains("boot"), "{}", stderr(&replay));
         }
-        let read = hil_sim::cli::record_file::read(Path::new(&file)).expect("readable");
+        let read = hil_sim::cli::record_files::read(Path::new(&file)).expect("readable");
         // It arms, drives for 3 s and stops in this record.
         assert!(read.file.records.len() > 3000, "{}", read.file.records.len());
     }
@@ -173,9 +122,17 @@ fn a_wrong_port_is_told_with_what_would_be_right() {
         .expect("a WebSocket's address")
         .to_owned();
     let web = format!("tcp:{address}");
+    let page = format!("ws://{address}/page");
+    let other = Served::new(&TCP);
+    let no_web = other.port.replace("tcp:", "ws://");
     for (port, part) in [
         ("tcp:127.0.0.1:9", "nobody listens there: `hil-sim serve`"),
-        (&served.port[..], "takes a serial port, or tcp:HOST:PORT"),
+        ("ws://127.0.0.1:9", "nobody listens there: `hil-sim serve`"),
+        ("ws:127.0.0.1:9", "allowed is ws://HOST:PORT"),
+        ("ws://127.0.0.1", "allowed is ws://HOST:PORT"),
+        (&page, "allowed is ws://HOST:PORT"),
+        ("wss://127.0.0.1:9", "no encrypted WebSocket"),
+        (&no_web, "`hil-sim serve --websocket` serves a board at one"),
         (&web, "is a board served at this port?"),
         (&address, &web),
         ("/dev/null", "is no serial port"),
@@ -193,6 +150,13 @@ fn every_link_command_works_over_tcp() {
     let served = Served::new(&TCP);
     assert!(served.port.starts_with("tcp:127.0.0.1:"), "{}", served.port);
     every_command(&served, "tcp");
+}
+
+#[test]
+fn every_link_command_works_over_a_websocket() {
+    let served = Served::new(&["--websocket", "127.0.0.1:0"]);
+    assert!(served.port.starts_with("ws://127.0.0.1:"), "{}", served.port);
+    every_command(&served, "websocket");
 }
 
 #[cfg(unix)]
@@ -316,7 +280,7 @@ fn a_recording_that_breaks_off_keeps_what_it_had() {
         }
         let code = tool.wait().expect("ended").code();
         assert_eq!(code, end_the_board.then_some(1), "{name}");
-        let read = hil_sim::cli::record_file::read(Path::new(&file)).expect("readable");
+        let read = hil_sim::cli::record_files::read(Path::new(&file)).expect("readable");
         let ticks: Vec<u32> = read.file.records.iter().map(|record| record.tick).collect();
         assert!(ticks.len() > 1000, "{name}: {} ticks", ticks.len());
         assert!(ticks.windows(2).all(|pair| pair[1] == pair[0] + 1), "{name}");
@@ -357,6 +321,13 @@ fn what_cannot_be_served_is_told_before_anything_runs() {
         (&["serve", "--tcp", "nowhere"], "invalid"),
         (&["serve", "--scenario", "curb"], "kerb"),
         (&["serve", "--rate", "0"], "0.01 to 100"),
+        (&["serve", "--firmware", "any.elf"], "an ELF runs with --board emulated"),
+        (
+            &["serve", "--board", "emulated", "--firmware", "no.elf"],
+            "no.elf: not a file",
+        ),
+        // Before anything is built for it.
+        (&["serve", "--board", "emulated", "--tcp", "0.0.0.0:0"], "--any-machine"),
         (&["link", "--port", "tcp:127.0.0.1:1", "status"], "tcp:127.0.0.1:1"),
     ] {
         let output = hil_sim(arguments);

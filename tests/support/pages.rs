@@ -192,6 +192,7 @@ pub fn selected(root: &Path, arguments: &[&str]) -> Vec<String> {
         ("hil-sim", "hil-sim"),
         ("plant", "hil-sim/plant"),
         ("virtual-board", "hil-sim/virtual-board"),
+        ("record-file", "hil-sim/record-file"),
         ("theory", "hil-sim/theory"),
         ("report", "hil-sim/report"),
         ("vehicle-console", "hil-sim/console"),

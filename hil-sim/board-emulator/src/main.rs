@@ -1,29 +1,53 @@
-//! `emulated-drive`: hil-sim's `drive` with the release ELF on the emulated board.
+//! `emulated-board`: hil-sim's `drive` and `serve` with the release ELF on the emulated board.
 
 use std::cell::Cell;
+use std::path::Path;
 use std::process::ExitCode;
 
 use board_emulator::Error;
 use board_emulator::elf::{Firmware, build};
-use board_emulator::run::{EmulatedBackend, EmulationSettings, Work};
+use board_emulator::run::{EmulatedBackend, EmulationSettings, Work, takes_stored};
 use board_emulator::time::MS;
 use board_emulator::vehicle::stored;
-use clap::Parser;
+use clap::{Parser, Subcommand};
 use firmware::built_in;
-use hil_sim::cli::drive::{self, Arguments};
+use hil_sim::cli::{drive, serve};
+use model::vehicle::Vehicle;
+use plant::Plant;
 use report::error::CommandError;
 use report::output::tell;
+use virtual_board::scenario::Backend as _;
 
-/// The command line of `hil-sim drive`.
+/// The command line of `hil-sim`, as far as an emulated board runs it.
 #[derive(Debug, Parser)]
-#[command(about = "The vehicle, simulated, driven by the release ELF on an emulated drive board")]
+#[command(about = "The release ELF on an emulated drive board, with the simulated vehicle around it")]
 struct CommandLine {
-    #[command(flatten)]
-    arguments: Arguments,
+    #[command(subcommand)]
+    command: BoardCommand,
 }
 
+/// What the board is for.
+#[derive(Debug, Subcommand)]
+enum BoardCommand {
+    /// Drives a scenario
+    Drive(drive::Arguments),
+    /// Is served on ports
+    Serve(serve::Arguments),
+}
+
+/// Least simulated time in one go of a served board, ms: to start and to stop the emulator costs as much as half a
+/// simulated millisecond.
+const SERVED_GO_MS: u64 = 5;
+/// Time that a served board runs before its ports open, us: the emulator translates the firmware as it first runs, and the
+/// board would seem silent meanwhile. Its records of this time are still there.
+const STARTED_US: u64 = 300_000;
+
 fn main() -> ExitCode {
-    match run(&CommandLine::parse().arguments) {
+    let result = match &CommandLine::parse().command {
+        BoardCommand::Drive(arguments) => drive(arguments),
+        BoardCommand::Serve(arguments) => serve(arguments),
+    };
+    match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             tell(&error);
@@ -32,29 +56,47 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    let given = arguments.firmware.as_deref().map(Firmware::read).transpose();
-    let given = given.map_err(|error| input(&error))?;
-    let firmware = match &given {
-        Some(firmware) => firmware,
-        None => build::firmware().map_err(input)?,
-    };
+/// The ELF that runs, and whether it is the workspace's own.
+struct ChosenElf {
+    given: Option<Firmware>,
+}
+
+impl ChosenElf {
+    fn read(path: Option<&Path>) -> Result<Self, CommandError> {
+        let given = path.map(Firmware::read).transpose();
+        Ok(Self {
+            given: given.map_err(|error| input(&error))?,
+        })
+    }
+
+    fn firmware(&self) -> Result<&Firmware, CommandError> {
+        match &self.given {
+            Some(firmware) => Ok(firmware),
+            None => build::firmware().map_err(input),
+        }
+    }
+
+    /// What must lie in the flash so that the firmware flies `vehicle`: nothing for the workspace's own and the vehicle
+    /// that it was built for. Which vehicle a given ELF was built for is not known.
+    fn contents(&self, vehicle: &Vehicle<f64>) -> Result<Vec<(u64, Vec<u8>)>, CommandError> {
+        if self.given.is_none() && vehicle.parameters().cast::<f32>() == built_in::PARAMETERS {
+            return Ok(Vec::new());
+        }
+        Ok(vec![stored::set(vehicle).map_err(|error| input(&error))?])
+    }
+}
+
+fn drive(arguments: &drive::Arguments) -> Result<(), CommandError> {
+    let elf = ChosenElf::read(arguments.firmware.as_deref())?;
+    let firmware = elf.firmware()?;
     let (mut work, mut simulated_ms) = (Work::default(), 0);
     let stores_vehicle = Cell::new(false);
     drive::run_on(
         arguments,
         |vehicle, plant| {
-            // The workspace's ELF flies the vehicle it was built for without stored parameters. Which vehicle a
-            // given ELF was built for is not known.
-            let built_for = given.is_none() && vehicle.parameters().cast::<f32>() == built_in::PARAMETERS;
-            stores_vehicle.set(!built_for);
-            let contents = if built_for {
-                Vec::new()
-            } else {
-                vec![stored::set(vehicle).map_err(|error| input(&error))?]
-            };
-            EmulatedBackend::power_on_with(firmware, plant, EmulationSettings::default(), &contents)
-                .map_err(|error| other(&error))
+            let contents = elf.contents(vehicle)?;
+            stores_vehicle.set(!contents.is_empty());
+            power_on(firmware, plant, &contents)
         },
         |backend| {
             let emulation = backend.emulation().map_err(|error| other(&error))?;
@@ -62,7 +104,7 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
                 .at(|stopped| (stopped.work(), stopped.now() / MS))
                 .map_err(|error| other(&error))?;
             if stores_vehicle.get() {
-                let log = emulation.at(|stopped| stopped.log_bytes());
+                let log = emulation.at(|stopped| stopped.log_bytes(0));
                 let log = log.and_then(|bytes| firmware.decode(&bytes?));
                 stored::was_taken(&log.map_err(|error| other(&error))?).map_err(|error| input(&error))?;
             }
@@ -79,6 +121,36 @@ fn run(arguments: &Arguments) -> Result<(), CommandError> {
         );
     }
     Ok(())
+}
+
+fn serve(arguments: &serve::Arguments) -> Result<(), CommandError> {
+    let elf = ChosenElf::read(arguments.firmware.as_deref())?;
+    let firmware = elf.firmware()?;
+    serve::run_on(
+        arguments,
+        SERVED_GO_MS,
+        |vehicle, plant| {
+            let contents = elf.contents(vehicle)?;
+            if !contents.is_empty() {
+                // Before anybody connects to a board that flies another vehicle than it is in.
+                takes_stored(firmware, &contents).map_err(|error| input(&error))?;
+            }
+            let mut backend = power_on(firmware, plant, &contents)?;
+            backend.run_through(&[STARTED_US], &mut |_| {});
+            backend.emulation().map_err(|error| other(&error))?;
+            Ok(backend)
+        },
+        |backend| backend.emulation().map(|_| ()).map_err(|error| other(&error)),
+    )
+}
+
+fn power_on<'a>(
+    firmware: &'a Firmware,
+    plant: Plant,
+    contents: &[(u64, Vec<u8>)],
+) -> Result<EmulatedBackend<'a>, CommandError> {
+    EmulatedBackend::power_on_with(firmware, plant, EmulationSettings::default(), contents)
+        .map_err(|error| other(&error))
 }
 
 fn input(error: &Error) -> CommandError {

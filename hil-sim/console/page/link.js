@@ -88,8 +88,8 @@ export class Link {
     this.order("link_record", on ? 1 : 0);
   }
 
-  takeRecording() {
-    return this.module.bytes("link_take_recording");
+  takeMcap() {
+    return this.module.bytes("link_take_mcap");
   }
 
   async close() {

@@ -19,6 +19,7 @@ export class Records {
     this.statuses = [];
     this.history = new History(Infinity);
     this.on = false;
+    this.ending = false;
     element("record").addEventListener("click", () => this.toggle());
     element("replay").addEventListener("change", ({ target }) => this.open(target));
     element("scrub").addEventListener("input", () => this.show());
@@ -36,33 +37,41 @@ export class Records {
       tell("recording: no board is connected");
       return;
     }
+    // The last lines of the log are still to come: what is complete is saved (counted).
+    if (this.ending) return;
     this.on = !this.on;
+    this.ending = !this.on;
+    this.label();
+    link.record(this.on);
+  }
+
+  label() {
     element("record").setAttribute("aria-pressed", this.on);
     element("record").textContent = this.on ? "Stop and save" : "Record";
-    link.record(this.on);
-    if (!this.on) this.save(link);
   }
 
   save(link) {
-    const bytes = link.takeRecording();
+    const bytes = link.takeMcap();
     if (bytes.length === 0) tell("recording: nothing came");
-    else download(bytes, "console.records", "application/octet-stream");
+    else download(bytes, "console.mcap", "application/octet-stream");
+    this.on = this.ending = false;
+    this.label();
   }
 
   /** The board is gone: saves what this link recorded until then. */
   stopped(link) {
-    if (this.on && link) this.save(link);
-    this.on = false;
-    element("record").setAttribute("aria-pressed", "false");
-    element("record").textContent = "Record";
+    if ((this.on || this.ending) && link) this.save(link);
+    this.on = this.ending = false;
+    this.label();
     element("recording").textContent = "";
   }
 
   counted(counts) {
     if (!counts) return;
+    if (counts.complete) this.save(this.host.link());
     const seconds = (counts.ticks / 1000).toFixed(1);
     element("recording").textContent =
-      `${seconds} s, ${(counts.bytes / 1000).toFixed(0)} kB, ${counts.lost_blocks} blocks lost${counts.full ? "; full: save it" : ""}`;
+      `${seconds} s, ${(counts.bytes / 1000).toFixed(0)} kB, ${counts.lost_blocks} blocks lost${counts.full ? "; full: it has ended" : ""}`;
   }
 
   async open(input) {

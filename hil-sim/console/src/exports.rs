@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::operator_link::OperatorLink;
 use crate::page_memory::{input_room, output_start, put, put_json, take_input, take_text};
 use crate::parameter_work::{differences, rows};
-use crate::record_work::PageReplay;
+use crate::replay::PageReplay;
 use crate::simulation::{Simulation, default_drive_hash};
 use crate::vocabulary::Vocabulary;
 
@@ -217,10 +217,17 @@ pub extern "C" fn link_record(now_us: f64, on: u32) {
     with_link(|link| link.record(now_us as u64, on != 0));
 }
 
-/// Takes the recording: the bytes of its file.
+/// Takes the recording: the bytes of its file of frames.
 #[unsafe(no_mangle)]
 pub extern "C" fn link_take_recording() -> usize {
     put(with_link(OperatorLink::take_recording))
+}
+
+/// Takes the recording: the bytes of its MCAP file. None if there is no recording, or it could not be made one, which the
+/// next [`link_receive`] tells; the recording is then still there.
+#[unsafe(no_mangle)]
+pub extern "C" fn link_take_mcap() -> usize {
+    put(with_link(OperatorLink::take_mcap))
 }
 
 /// Opens the records of a file: the input is the text of a vehicle file, `vehicle_length` bytes of it (0: the reference

@@ -7,10 +7,12 @@
 #![deny(unsafe_code)]
 
 pub mod exports;
+pub mod heard;
 pub mod operator_link;
 pub mod page_memory;
 pub mod parameter_work;
-pub mod record_work;
+pub mod recording;
+pub mod replay;
 pub mod simulation;
 pub mod surface;
 pub mod vocabulary;

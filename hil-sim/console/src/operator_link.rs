@@ -3,12 +3,12 @@
 use firmware::protocol::message::{Answer, BoardStatus, Order, ParameterAnswer, Read, Reading, Refusal};
 use model::command::{DriveCommand, Request};
 use model::vehicle::VehicleParameters;
-use serde::Serialize;
 use virtual_board::link_client::{LinkClient, board_kind};
 use virtual_board::words::{log_line, refusal_words};
 
+use crate::heard::{Heard, HostCounters, board_words};
 use crate::parameter_work::{ParameterWork, WorkProgress};
-use crate::record_work::{Recording, RecordingCounts};
+use crate::recording::{Recording, newer};
 
 /// How often a question that the board has not answered yet is asked again, us.
 const AGAIN_US: u64 = 50_000;
@@ -16,6 +16,8 @@ const AGAIN_US: u64 = 50_000;
 const ANSWER_US: u64 = 300_000;
 /// How often the log is read, us.
 const LOG_US: u64 = 400_000;
+/// Time within which the last lines of the log of a recording that has ended come, us.
+const LAST_LINES_US: u64 = 1_000_000;
 
 /// An order that waits for its answer.
 #[derive(Debug, Clone, Copy)]
@@ -44,39 +46,10 @@ pub struct OperatorLink {
     /// How often the set was read whole.
     parameters_read: u32,
     recording: Option<Recording>,
+    /// The stream of records is to be asked for: the board has booted while it was recorded.
+    stream_unasked: bool,
     told: Vec<String>,
     log: Vec<String>,
-}
-
-/// What the page learns from some bytes of the board.
-#[derive(Debug, Serialize)]
-pub struct Heard {
-    /// Firmware, build and parameters of the board; none before it has said who it is.
-    board: Option<String>,
-    /// The protocol of a board of another version.
-    foreign: Option<u16>,
-    /// The statuses, in order.
-    statuses: Vec<BoardStatus>,
-    /// What a person should read.
-    told: Vec<String>,
-    /// New lines of the board's log.
-    log: Vec<String>,
-    operates: bool,
-    /// Share of the work on the parameters that is done; none if there is none.
-    parameter_work: Option<f64>,
-    parameters_read: u32,
-    recording: Option<RecordingCounts>,
-    quality: HostCounters,
-}
-
-/// Counters of the host's end of the link.
-#[derive(Debug, Serialize)]
-pub struct HostCounters {
-    bytes: u64,
-    messages: u64,
-    unreadable_frames: u64,
-    repeated_statuses: u64,
-    unidentified: u64,
 }
 
 impl OperatorLink {
@@ -97,6 +70,7 @@ impl OperatorLink {
             parameters: None,
             parameters_read: 0,
             recording: None,
+            stream_unasked: false,
             told: Vec::new(),
             log: Vec::new(),
         }
@@ -123,10 +97,30 @@ impl OperatorLink {
             }
         }
         self.take_answers(now_us);
-        if let Some(recording) = &mut self.recording {
-            recording.take(&mut self.client.records);
-        }
+        self.record_on(now_us, &statuses);
         self.heard(statuses)
+    }
+
+    /// Records what has come. A recording that is full ends the stream, and is then saved or dropped.
+    fn record_on(&mut self, now_us: u64, statuses: &[BoardStatus]) {
+        let Some(recording) = &mut self.recording else { return };
+        recording.take(&mut self.client.records, statuses);
+        let counts = recording.counts;
+        if counts.full && recording.goes_on() {
+            self.told.push(format!(
+                "the recording is full: it ends here, with {} MB and {:.0} s; what follows is not recorded",
+                counts.bytes / 1_000_000,
+                counts.ticks as f64 / 1000.0
+            ));
+            self.record(now_us, false);
+        } else if let Some(ended_us) = recording.ended_us
+            && !counts.complete
+            && now_us.saturating_sub(ended_us) > LAST_LINES_US
+        {
+            recording.counts.complete = true;
+            self.told
+                .push("recording: the board has not told the last lines of its log".to_owned());
+        }
     }
 
     fn meet(&mut self, boot: u32) {
@@ -138,6 +132,14 @@ impl OperatorLink {
             self.log_next = 0;
             self.work = None;
             self.parameters = None;
+            if let (Some(recording), Some(identity)) = (&mut self.recording, self.client.identity()) {
+                self.stream_unasked = recording.goes_on();
+                if self.stream_unasked {
+                    recording.meet(identity);
+                } else {
+                    recording.counts.complete = true;
+                }
+            }
         } else if self.refused_boot == Some(boot) && self.operates {
             self.operates = false;
             self.told
@@ -171,8 +173,14 @@ impl OperatorLink {
                 let gone = block.first - self.log_next;
                 self.log.push(format!("({gone} older lines are gone)"));
             }
-            self.log.extend(block.lines.iter().map(log_line));
-            self.log_next = block.first.saturating_add(block.lines.len() as u32);
+            let new = newer(&block, self.log_next);
+            self.log.extend(new.lines.iter().map(log_line));
+            self.log_next = new.first.saturating_add(new.lines.len() as u32);
+            if let Some(recording) = &mut self.recording {
+                recording.take_log(&block);
+                let since_end = recording.ended_us.is_some_and(|ended_us| asked.at_us >= ended_us);
+                recording.counts.complete |= since_end && block.lines.is_empty();
+            }
         }
         let Some(work) = &mut self.work else { return };
         let answer = work.awaited().and_then(|sequence| self.client.answer_to(sequence));
@@ -209,18 +217,9 @@ impl OperatorLink {
     }
 
     fn heard(&mut self, statuses: Vec<BoardStatus>) -> Heard {
-        let client = &self.client;
-        let board = client.identity().map(|identity| {
-            let about = identity.about;
-            let [major, minor, patch] = about.version;
-            format!(
-                "firmware {major}.{minor}.{patch}, build {:08x}, protocol {}",
-                about.build, identity.protocol
-            )
-        });
         Heard {
-            board,
-            foreign: client.foreign().map(|identity| identity.protocol),
+            board: self.client.identity().map(board_words),
+            foreign: self.client.foreign().map(|identity| identity.protocol),
             statuses,
             told: std::mem::take(&mut self.told),
             log: std::mem::take(&mut self.log),
@@ -228,13 +227,7 @@ impl OperatorLink {
             parameter_work: self.work.as_ref().map(ParameterWork::share),
             parameters_read: self.parameters_read,
             recording: self.recording.as_ref().map(|recording| recording.counts),
-            quality: HostCounters {
-                bytes: client.bytes,
-                messages: client.messages,
-                unreadable_frames: client.unreadable_frames,
-                repeated_statuses: client.repeated_statuses,
-                unidentified: client.unidentified,
-            },
+            quality: HostCounters::of(&self.client),
         }
     }
 
@@ -253,10 +246,14 @@ impl OperatorLink {
 
     /// Reads the log and works on the parameters.
     fn read_on(&mut self, now_us: u64) {
+        if std::mem::take(&mut self.stream_unasked) {
+            let sequence = self.order(now_us, Order::Recording { from: Some(0) });
+            self.give(sequence, "Recording", now_us);
+        }
         if self
             .log_asked
             .is_none_or(|asked| now_us.saturating_sub(asked.at_us) >= LOG_US)
-            && let Some(sequence) = self.order(now_us, Order::Read(Read::Log { from: self.log_next }))
+            && let Some(sequence) = self.order(now_us, Order::Read(Read::Log { from: self.next_line() }))
         {
             self.log_asked = Some(Given {
                 sequence,
@@ -274,6 +271,12 @@ impl OperatorLink {
         {
             work.was_asked(sequence, now_us);
         }
+    }
+
+    /// The line of the log to read next: the page's, or an older one that a recording has not yet.
+    fn next_line(&self) -> u32 {
+        let recorded = self.recording.as_ref().filter(|recording| !recording.counts.complete);
+        recorded.map_or(self.log_next, |recording| recording.next_line.min(self.log_next))
     }
 
     fn kind(&self) -> Option<VehicleParameters<f32>> {
@@ -349,13 +352,32 @@ impl OperatorLink {
         if on {
             self.client.records.clear();
             self.recording = self.client.identity().map(Recording::begin);
+        } else if let Some(recording) = &mut self.recording {
+            recording.ended_us.get_or_insert(now_us);
         }
         let sequence = self.order(now_us, Order::Recording { from });
         self.give(sequence, "Recording", now_us);
     }
 
-    /// Takes the recording: the bytes of its file.
+    /// Takes the recording: the bytes of its file of frames.
     pub fn take_recording(&mut self) -> Vec<u8> {
-        self.recording.take().map(Recording::into_file).unwrap_or_default()
+        self.recording.take().map(Recording::into_frames).unwrap_or_default()
+    }
+
+    /// Takes the recording: the bytes of its MCAP file, with the parameters in force. A recording of which none can be made
+    /// stays, and why is told.
+    pub fn take_mcap(&mut self) -> Vec<u8> {
+        let vehicle = self.parameters.as_ref().map(vehicle_file::to_toml);
+        match self.recording.as_ref().map(|recording| recording.mcap(vehicle)) {
+            Some(Ok(file)) => {
+                self.recording = None;
+                file
+            }
+            Some(Err(why)) => {
+                self.told.push(format!("recording: {why}"));
+                Vec::new()
+            }
+            None => Vec::new(),
+        }
     }
 }

@@ -194,7 +194,7 @@ async function records() {
 /** The records that the browser has saved whole: it gives them their name at the end. */
 function found(folder) {
   try {
-    return readdirSync(folder).filter((name) => name.endsWith(".records")).map((name) => join(folder, name));
+    return readdirSync(folder).filter((name) => name.endsWith(".mcap")).map((name) => join(folder, name));
   } catch {
     return [];
   }

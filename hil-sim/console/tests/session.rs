@@ -4,7 +4,7 @@ use model::command::Request;
 use serde_json::Value;
 use vehicle_console::operator_link::OperatorLink;
 use vehicle_console::parameter_work::differences;
-use vehicle_console::record_work::PageReplay;
+use vehicle_console::replay::PageReplay;
 use vehicle_console::simulation::{PageWorld, Simulation};
 
 /// Board and operator, 10 ms at a time.
@@ -16,6 +16,7 @@ struct Session {
     command: Option<f32>,
     told: Vec<String>,
     status: Value,
+    recording: Value,
 }
 
 impl Session {
@@ -29,6 +30,7 @@ impl Session {
             command: Some(0.0),
             told: Vec::new(),
             status: Value::Null,
+            recording: Value::Null,
         }
     }
 
@@ -42,6 +44,7 @@ impl Session {
             self.now_us += 10_000;
             let heard = self.link.receive(self.now_us, &said);
             let heard = serde_json::to_value(&heard).expect("JSON");
+            self.recording = heard["recording"].clone();
             self.told.extend(
                 heard["told"]
                     .as_array()
@@ -141,4 +144,107 @@ fn a_recording_drives_again_bit_for_bit_and_a_spoilt_one_says_where_it_differs()
             .contains("differs first in tick")
     );
     assert!(PageReplay::open(b"no records", "").is_err());
+}
+
+/// The same session as MCAP: what `link record` would have written, with the log from the boot on, and it replays.
+#[test]
+fn a_recording_becomes_an_mcap_file_with_its_log() {
+    let mut session = Session::new();
+    session.run(1.5);
+    session.link.record(session.now_us, true);
+    session.run(1.0);
+    session.arm();
+    session.command = Some(0.5);
+    session.run(1.0);
+    session.link.disarm(session.now_us);
+    session.link.record(session.now_us, false);
+    assert_eq!(session.recording["complete"], false);
+    session.run(0.5);
+    assert_eq!(session.recording["complete"], true);
+    let ticks = session.recording["ticks"].as_u64().expect("a number");
+    let bytes = session.recording["bytes"].as_u64().expect("a number");
+    let file = session.link.take_mcap();
+    println!(
+        "{ticks} ticks: {:.1} bytes a tick in memory, {:.1} as MCAP",
+        bytes as f64 / ticks as f64,
+        file.len() as f64 / ticks as f64
+    );
+    assert!(session.link.take_recording().is_empty(), "it is taken");
+
+    let messages: Vec<mcap::Message<'_>> = mcap::MessageStream::new(&file)
+        .expect("MCAP")
+        .map(|message| message.expect("readable"))
+        .collect();
+    let of = |topic: &str| -> Vec<Value> {
+        let found = messages.iter().filter(|message| message.channel.topic == topic);
+        found
+            .map(|message| serde_json::from_slice(&message.data).expect("JSON"))
+            .collect()
+    };
+    // A status every 10 ms of 2.1 s, and the terms with each.
+    assert!((200..=220).contains(&of("/status").len()), "{}", of("/status").len());
+    assert_eq!(of("/terms").len(), of("/status").len());
+    assert!(of("/events").iter().any(|event| event["kind"] == "mode"));
+    let log: Vec<String> = of("/log").iter().map(|line| line["message"].to_string()).collect();
+    for part in ["booted", "gyros calibrated", "armed", "disarmed"] {
+        let lines = log
+            .iter()
+            .filter(|line| line.trim_matches('"').starts_with(part))
+            .count();
+        assert_eq!(lines, 1, "{part}: {log:?}");
+    }
+    let read = record_file::parse(&file).expect("readable");
+    assert_eq!(read.file.records.len() as u64, ticks);
+    let vehicle = read.vehicle.expect("it tells").parameters().cast::<f32>();
+    assert_eq!(Some(&vehicle), session.link.parameters());
+    // The page replays it with its own vehicle, whatever set it is given.
+    let other = vehicle_file::REFERENCE.replace("comfort_s = 0.2", "comfort_s = 0.4");
+    let mut replay = PageReplay::open(&file, &other).expect("records");
+    let replayed = serde_json::to_value(replay.step(usize::MAX)).expect("JSON");
+    assert_eq!(replayed["differs"], Value::Null);
+    assert_eq!(replayed["ticks"][0].as_u64(), Some(ticks));
+}
+
+/// A board that loses its supply while it is recorded boots anew, and the recording goes on with its first tick.
+#[test]
+fn a_recording_goes_on_when_the_board_has_booted() {
+    let mut session = Session::new();
+    session.run(1.0);
+    session.link.record(session.now_us, true);
+    session.run(1.0);
+    for (connected, seconds) in [(false, 0.5), (true, 3.0)] {
+        let step = format!("action = \"battery-contact\"\nconnected = {connected}");
+        session.board.act(&step).expect("a step");
+        session.run(seconds);
+    }
+    assert!(
+        session.told.iter().any(|text| text.contains("the board has booted")),
+        "{:?}",
+        session.told
+    );
+    session.link.record(session.now_us, false);
+    session.run(0.5);
+    assert_eq!(session.recording["complete"], true);
+    let read = record_file::parse(&session.link.take_mcap()).expect("readable");
+    assert_eq!((read.file.lost_blocks, read.file.unreadable), (0, 0));
+    let ticks: Vec<u32> = read.file.records.iter().map(|record| record.tick).collect();
+    let again = ticks
+        .windows(2)
+        .position(|pair| pair[1] != pair[0] + 1)
+        .expect("two boots")
+        + 1;
+    // 2 s of the first boot, but for its last block, which died with the board; from the first tick of the second one.
+    assert!((1900..=2001).contains(&again), "{again}");
+    assert!(
+        ticks[0] == 1 && ticks[again] == 1 && ticks.len() - again > 2500,
+        "{} {again}",
+        ticks.len()
+    );
+    assert!(ticks[again..].windows(2).all(|pair| pair[1] == pair[0] + 1));
+    assert_eq!(
+        read.log.iter().filter(|line| line.text.starts_with("booted")).count(),
+        2,
+        "{:?}",
+        read.log
+    );
 }

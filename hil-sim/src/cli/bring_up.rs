@@ -36,7 +36,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Serial port of the board: /dev/ttyACM0, COM3, ...; or tcp:ADDRESS of a served one
+    /// Serial port of the board: /dev/ttyACM0, COM3, ...; or tcp:HOST:PORT or ws://HOST:PORT of a served one
     #[arg(long)]
     port: String,
     /// The board is a simulated one: what only a bench shows is not shown

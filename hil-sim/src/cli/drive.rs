@@ -9,7 +9,7 @@ use firmware::drive_board::SCALES;
 use model::vehicle::Vehicle;
 use serde::Serialize;
 
-use crate::cli::emulated;
+use crate::cli::emulated::{self, only_emulated};
 use plant::Plant;
 use report::error::CommandError;
 use report::files::refuse_existing;
@@ -125,9 +125,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             "--seeds: many runs at once need --board virtual".into(),
         )),
         (BoardKind::Emulated, firmware) => emulated::run(firmware.as_deref()),
-        (BoardKind::Virtual, Some(_)) => Err(CommandError::Input(
-            "--firmware: the virtual board runs the tasks it was built with; an ELF runs with --board emulated".into(),
-        )),
+        (BoardKind::Virtual, Some(_)) => Err(only_emulated()),
         (BoardKind::Virtual, None) => run_on(
             arguments,
             |vehicle, plant| {

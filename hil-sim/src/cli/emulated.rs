@@ -1,4 +1,4 @@
-//! `hil-sim drive --board emulated`: runs the same command in the board emulator's own program.
+//! `hil-sim drive --board emulated` and `serve --board emulated`: the same command in the board emulator's own program.
 //!
 //! The emulator takes minutes to build, wants a build profile of its own, and its emulated part declares a newer Rust than
 //! it needs. It is therefore a package of its own, which cargo builds on first use.
@@ -8,7 +8,7 @@ use std::io::{Read as _, Write as _};
 use std::path::Path;
 use std::process::Command;
 
-use hil_elf::{ELF_VARIABLE, cannot_build_board};
+use hil_elf::{ELF_VARIABLE, cannot_build_board, without_package_variables};
 use report::error::CommandError;
 
 /// The emulator's manifest, beside this package's.
@@ -19,8 +19,21 @@ const TARGET: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/board-emula
 /// The emulator's program, once it is built.
 const PROGRAM: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
-    "/../target/board-emulator/release/emulated-drive"
+    "/../target/board-emulator/release/emulated-board"
 );
+/// The flags of cargo that build it.
+const BUILD: [&str; 10] = [
+    "build",
+    "--release",
+    "--quiet",
+    "--ignore-rust-version",
+    "--manifest-path",
+    MANIFEST,
+    "--target-dir",
+    TARGET,
+    "--bin",
+    "emulated-board",
+];
 /// What every ELF begins with.
 const ELF_MAGIC: [u8; 4] = *b"\x7fELF";
 
@@ -41,7 +54,16 @@ fn check_elf(elf: &Path) -> Result<(), CommandError> {
     }
 }
 
-/// Passes this process's arguments on to the emulator's program. `firmware` is the ELF that they name.
+/// What `--firmware` says where no ELF runs.
+pub fn only_emulated() -> CommandError {
+    CommandError::Input(
+        "--firmware: the virtual board runs the tasks it was built with; an ELF runs with --board emulated".into(),
+    )
+}
+
+/// Builds the emulator's program if it is not up to date, and passes this process's arguments on to it, the command's name
+/// first. `firmware` is the ELF that they name. Where the system can, the program takes this process's place: a signal then
+/// ends the board and not only its starter.
 ///
 /// # Errors
 /// [`CommandError::Input`] at once without the emulator's sources, the ELF, or a toolchain that builds it; or if the
@@ -68,14 +90,30 @@ pub fn run(firmware: Option<&Path>) -> Result<(), CommandError> {
             "--board emulated: building the emulator, which takes minutes the first time"
         );
     }
-    let status = Command::new("cargo")
-        .args(["run", "--release", "--quiet", "--ignore-rust-version"])
-        .args(["--manifest-path", MANIFEST, "--target-dir", TARGET])
-        .args(["--bin", "emulated-drive", "--"])
-        .args(std::env::args_os().skip(2))
+    let built = without_package_variables(&mut Command::new("cargo"))
+        .args(BUILD)
         .status()?;
-    // The emulator's own message is on standard error.
-    match status.code() {
+    if !built.success() {
+        return Err(CommandError::Input(
+            "--board emulated: the emulator could not be built: see the message above".into(),
+        ));
+    }
+    become_program(Command::new(PROGRAM).args(std::env::args_os().skip(1)))
+}
+
+/// Lets a program take this process's place. Returns only if it does not start.
+#[cfg(unix)]
+fn become_program(program: &mut Command) -> Result<(), CommandError> {
+    use std::os::unix::process::CommandExt as _;
+
+    Err(program.exec().into())
+}
+
+/// Runs a program to its end.
+#[cfg(not(unix))]
+fn become_program(program: &mut Command) -> Result<(), CommandError> {
+    // The program's own message is on standard error.
+    match program.status()?.code() {
         Some(0) => Ok(()),
         Some(1) => Err(CommandError::Checks(
             "the checks failed on the emulated board: see the message above".into(),

@@ -23,6 +23,7 @@ pub mod recording;
 pub mod session;
 pub mod status;
 pub mod update;
+mod websocket;
 pub mod wire;
 
 use console::Console;
@@ -38,7 +39,7 @@ use wire::{Port, Wire};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// Serial port of the board: /dev/ttyACM0, COM3, ...; or tcp:HOST:PORT of a served one. Always needed
+    /// Serial port of the board: /dev/ttyACM0, COM3, ...; or tcp:HOST:PORT or ws://HOST:PORT of a served one. Always needed
     #[arg(long, global = true)]
     port: Option<String>,
     #[command(subcommand)]
@@ -128,7 +129,7 @@ enum LinkCommand {
     /// Shows the last faults, which the board keeps over resets
     #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 faults")]
     Faults,
-    /// Writes the record of every tick to a file; into a .mcap file also status, terms of the laws, events and log
+    /// Writes the record of every tick and the log to a file; into a .mcap file also status, terms of the laws and events
     #[command(after_help = RECORD_EXAMPLES)]
     Record {
         /// The file, NAME.mcap for other tools, any other name for the link's own frames; must not exist
@@ -220,7 +221,7 @@ pub fn run_on<W: Wire, O: Write>(
     // Whatever is wrong with the command line is told before the port opens.
     let port = arguments.port.as_deref().ok_or_else(|| {
         CommandError::Input(
-            "--port is missing: a serial port, as /dev/ttyACM0 or COM3, or tcp:HOST:PORT, as tcp:127.0.0.1:5760".into(),
+            "--port is missing: a serial port, as /dev/ttyACM0, or a served tcp:HOST:PORT or ws://HOST:PORT".into(),
         )
     })?;
     let job = Job::new(&arguments.action)?;

@@ -17,7 +17,7 @@ pub mod console;
 pub mod drive;
 pub mod emulated;
 pub mod link;
-pub mod record_file;
+pub mod record_files;
 pub mod replay;
 pub mod serve;
 pub mod shell;

@@ -8,16 +8,17 @@ use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
+use record_file::ReadRecords;
+use record_file::run::write_run;
+use record_file::writer::{RecordFormat, RecordWriter};
 use report::error::CommandError;
 use report::files::{NewFile, refuse_existing};
 use report::output::{print, print_json};
 use serde::Serialize;
-use virtual_board::records::{RecordFile, first_field};
+use virtual_board::records::first_field;
 
 use super::drive::{load_vehicle, vehicle_f32};
-use super::record_file::run::write_run;
-use super::record_file::writer::{RecordFormat, RecordWriter};
-use super::record_file::{self, ReadRecords};
+use super::record_files;
 
 /// Flags of `replay`.
 #[derive(Debug, Args)]
@@ -107,19 +108,18 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     if let Some(path) = &arguments.mcap {
         refuse_existing("--mcap", path)?;
     }
-    let ReadRecords {
-        mut file,
-        vehicle: recorded_with,
-    } = record_file::read(&arguments.file)?;
-    let vehicle = match (&arguments.vehicle, recorded_with) {
+    let mut read = record_files::read(&arguments.file)?;
+    let vehicle = match (&arguments.vehicle, read.vehicle.take()) {
         (None, Some(vehicle)) => vehicle,
         (named, _) => load_vehicle(named.as_deref())?,
     };
     let vehicle = vehicle_f32(&vehicle)?;
     if let Some(until_s) = arguments.until {
-        file.records
-            .retain(|record| record.sample.time_us as f64 * 1e-6 <= until_s);
+        let is_before = |time_us: u64| time_us as f64 * 1e-6 <= until_s;
+        read.file.records.retain(|record| is_before(record.sample.time_us));
+        read.log.retain(|line| is_before(line.time_us));
     }
+    let file = &read.file;
     let (Some(first), Some(last)) = (file.records.first(), file.records.last()) else {
         return Err(CommandError::Input("--until: there is no record before it".into()));
     };
@@ -153,7 +153,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         print(&table(&result))?;
     }
     if let Some(path) = &arguments.mcap {
-        write_mcap(path, &vehicle, &file)?;
+        write_mcap(path, &vehicle, &read)?;
     }
     match (&result.difference, gap) {
         (Some(found), _) => Err(CommandError::Checks(format!(
@@ -167,7 +167,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         ))),
         (None, None) => match &arguments.as_test {
             Some(name) => {
-                make_test(name, &vehicle, &file)?;
+                make_test(name, &vehicle, &read)?;
                 if arguments.json {
                     return Ok(());
                 }
@@ -180,16 +180,17 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     }
 }
 
-/// Writes the records as MCAP, with the statuses and events of the replay.
-fn write_mcap(path: &Path, vehicle: &Vehicle<f32>, file: &RecordFile) -> Result<(), CommandError> {
+/// Writes the records as MCAP, with the statuses and events of the replay, and the log that was recorded.
+fn write_mcap(path: &Path, vehicle: &Vehicle<f32>, read: &ReadRecords) -> Result<(), CommandError> {
     let out = RecordWriter::new(RecordFormat::Mcap, NewFile::create("--mcap", path)?);
-    write_run(out, vehicle, file.identity, &file.records)?
+    write_run(out, vehicle, read.file.identity, &read.file.records, &read.log)?
         .finish()
         .map(|_| ())
 }
 
 /// Makes a test of records that replay.
-fn make_test(name: &str, vehicle: &Vehicle<f32>, file: &RecordFile) -> Result<(), CommandError> {
+fn make_test(name: &str, vehicle: &Vehicle<f32>, read: &ReadRecords) -> Result<(), CommandError> {
+    let file = &read.file;
     let ticks = file.records.len();
     if ticks > TEST_TICKS_MAX {
         return Err(CommandError::Input(format!(
@@ -204,7 +205,7 @@ fn make_test(name: &str, vehicle: &Vehicle<f32>, file: &RecordFile) -> Result<()
     }
     let records = folder.join(name).with_extension("records");
     let out = RecordWriter::new(RecordFormat::Frames, NewFile::create("--as-test", &records)?);
-    let out = write_run(out, vehicle, file.identity, &file.records)?;
+    let out = write_run(out, vehicle, file.identity, &file.records, &read.log)?;
     if *vehicle != vehicle_f32(&load_vehicle(None)?)? {
         let mut file = NewFile::create("--as-test", &records.with_extension("toml"))?;
         file.write_all(vehicle_file::to_toml(vehicle.parameters()).as_bytes())?;

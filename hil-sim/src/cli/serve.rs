@@ -1,27 +1,30 @@
 //! `hil-sim serve`: a simulated board on a port, in real time, for everything that talks to a real one.
 
-use std::collections::BTreeMap;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
-use std::time::{Duration, Instant};
+use std::sync::mpsc::channel;
 
 use clap::Args;
+use model::vehicle::Vehicle;
+use plant::Plant;
 use report::error::CommandError;
 use report::output::print;
-use virtual_board::scenario::run::happen;
 use virtual_board::scenario::{Backend, Scenario, VirtualBackend};
 
-use super::drive::{self, load_scenario, load_vehicles};
+use super::drive::{self, BoardKind, load_scenario, load_vehicles};
+use super::emulated::{self, only_emulated};
 
 mod hub;
+mod pace;
 mod ports;
+mod server;
 pub(super) mod websocket;
 
-use hub::{ClientId, Hub};
-use ports::{ClientOutput, PortEvent, listen, open_pty, serve_tcp};
+use pace::Pace;
+use ports::{listen, open_pty, serve_tcp};
+use server::Server;
 use websocket::serve_websocket;
 
 /// Flags of `serve`.
@@ -58,6 +61,12 @@ pub struct Arguments {
     /// Boot the board when the first client comes: its record then begins with the boot, and can be replayed
     #[arg(long)]
     wait: bool,
+    /// What is served: the firmware's tasks on a virtual board, or the flashed ELF on an emulated one
+    #[arg(long, value_enum, default_value_t)]
+    board: BoardKind,
+    /// ELF to run on the emulated board; the workspace's own, built if needed, if left out
+    #[arg(long, value_name = "ELF")]
+    pub firmware: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
@@ -66,14 +75,13 @@ Examples:
   hil-sim serve --tcp 127.0.0.1:5760 --scenario kerb
   hil-sim serve --websocket 127.0.0.1:5761
   hil-sim serve --wait
+  hil-sim serve --board emulated
   hil-sim link --port tcp:127.0.0.1:5760 drive --speed-m-s 0.3 --seconds 5 --record drive.mcap";
 
 /// Where the board listens if nothing else is said.
 const DEFAULT_TCP: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 5760);
-/// How long the server waits for a client's bytes before the board goes on.
-const PATIENCE: Duration = Duration::from_millis(1);
-/// Most simulated time in one go, us: a machine that slept does not catch up.
-const STRIDE_MAX_US: u64 = 100_000;
+/// Least simulated time in one go, ms, of the virtual board: a client's bytes wait no longer for it.
+const VIRTUAL_GO_MS: u64 = 1;
 
 fn tcp_address(text: &str) -> Result<SocketAddr, String> {
     text.parse()
@@ -93,6 +101,33 @@ fn rate(text: &str) -> Result<f64, String> {
 /// [`CommandError::Input`] on a bad file, flag or address, [`CommandError::Checks`] when the simulated vehicle leaves the
 /// range in which the plant's equations hold.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
+    check_addresses(arguments)?;
+    match (arguments.board, &arguments.firmware) {
+        (BoardKind::Emulated, firmware) => emulated::run(firmware.as_deref()),
+        (BoardKind::Virtual, Some(_)) => Err(only_emulated()),
+        (BoardKind::Virtual, None) => run_on(
+            arguments,
+            VIRTUAL_GO_MS,
+            |vehicle, plant| {
+                VirtualBackend::boot(vehicle, plant).map_err(|error| CommandError::Input(error.to_string()))
+            },
+            |_backend| Ok(()),
+        ),
+    }
+}
+
+/// Serves the board that `boot` makes, which runs at least `go_ms` at a time. A board whose time stands still tells `check`
+/// why.
+///
+/// # Errors
+/// As [`run`], and what `boot` and `check` say.
+pub fn run_on<B: Backend>(
+    arguments: &Arguments,
+    go_ms: u64,
+    boot: impl FnOnce(&Vehicle<f64>, Plant) -> Result<B, CommandError>,
+    check: impl FnMut(&mut B) -> Result<(), CommandError>,
+) -> Result<(), CommandError> {
+    check_addresses(arguments)?;
     let drive = drive::Arguments {
         scenario: arguments.scenario.clone(),
         seed: arguments.seed,
@@ -109,25 +144,16 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     )?;
     let input = |error: String| CommandError::Input(error);
     let plant = scenario.plant(&simulated).map_err(|error| input(error.to_string()))?;
-    let backend = VirtualBackend::boot(&vehicle, plant).map_err(|error| input(error.to_string()))?;
+    let backend = boot(&vehicle, plant)?;
 
     let (events, happened) = channel();
-    let other = arguments.pty || arguments.websocket.is_some();
-    let tcp = arguments.tcp.or((!other).then_some(DEFAULT_TCP));
-    for (flag, address) in [("--tcp", tcp), ("--websocket", arguments.websocket)] {
-        if let Some(address) = address.filter(|address| !address.ip().is_loopback() && !arguments.any_machine) {
-            return Err(input(format!(
-                "{flag} {address}: other machines could drive; --any-machine lets them"
-            )));
-        }
-    }
-    if let Some(address) = tcp {
-        let bound = listen("--tcp", address, events.clone(), serve_tcp)?;
-        print(&format!("board at tcp:{bound}\n"))?;
-    }
-    if let Some(address) = arguments.websocket {
-        let bound = listen("--websocket", address, events.clone(), serve_websocket)?;
-        print(&format!("board at ws://{bound}\n"))?;
+    for (flag, address) in addresses(arguments) {
+        let (serve, scheme) = match flag {
+            TCP => (serve_tcp as ports::Serve, "tcp:"),
+            _ => (serve_websocket as ports::Serve, "ws://"),
+        };
+        let bound = listen(flag, address, events.clone(), serve)?;
+        print(&format!("board at {scheme}{bound}\n"))?;
     }
     if arguments.pty {
         print(&format!("board at {}\n", open_pty(events.clone())?))?;
@@ -136,117 +162,36 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let end = ended.clone();
     ctrlc::set_handler(move || end.store(true, Ordering::Relaxed))
         .map_err(|error| CommandError::Other(error.to_string()))?;
-    let mut server = Server {
-        backend,
-        scenario,
-        next_step: 0,
-        hub: Hub::default(),
-        outputs: BTreeMap::new(),
-        off: arguments.wait,
-    };
-    server.serve(&happened, arguments.rate, &ended)
+    let mut server = Server::new(backend, scenario, check, arguments.wait);
+    server.serve(&happened, Pace::new(arguments.rate, go_ms), &ended)
+}
+
+/// The flags of the addresses.
+const TCP: &str = "--tcp";
+const WEBSOCKET: &str = "--websocket";
+
+/// Flag and address of each listener.
+fn addresses(arguments: &Arguments) -> impl Iterator<Item = (&'static str, SocketAddr)> {
+    let other = arguments.pty || arguments.websocket.is_some();
+    let tcp = arguments.tcp.or((!other).then_some(DEFAULT_TCP));
+    let listeners = [(TCP, tcp), (WEBSOCKET, arguments.websocket)];
+    listeners
+        .into_iter()
+        .filter_map(|(flag, address)| Some((flag, address?)))
+}
+
+/// Refuses an address that other machines reach, unless they are to.
+fn check_addresses(arguments: &Arguments) -> Result<(), CommandError> {
+    let open = addresses(arguments).find(|(_, address)| !address.ip().is_loopback() && !arguments.any_machine);
+    open.map_or(Ok(()), |(flag, address)| {
+        Err(CommandError::Input(format!(
+            "{flag} {address}: other machines could drive; --any-machine lets them"
+        )))
+    })
 }
 
 /// Level ground.
 fn level(seed: Option<u64>) -> Result<Scenario, CommandError> {
     let text = format!("title = \"served\"\nduration_s = 1.0\nseed = {}\n", seed.unwrap_or(1));
     Scenario::parse("served", &text).map_err(|error| CommandError::Input(error.to_string()))
-}
-
-/// The board and its clients.
-struct Server {
-    backend: VirtualBackend,
-    scenario: Scenario,
-    next_step: usize,
-    hub: Hub,
-    outputs: BTreeMap<ClientId, (String, ClientOutput)>,
-    /// The board has not booted yet: it waits for the first client.
-    off: bool,
-}
-
-impl Server {
-    fn serve(&mut self, events: &Receiver<PortEvent>, rate: f64, ended: &AtomicBool) -> Result<(), CommandError> {
-        let (mut last, mut due_us) = (Instant::now(), 0.0);
-        if self.scenario.chocked_until_armed {
-            // Nobody pulls them here.
-            print("the scenario's chocks are not put in place\n")?;
-        }
-        while !ended.load(Ordering::Relaxed) {
-            match events.recv_timeout(PATIENCE) {
-                Ok(event) => self.take(event)?,
-                Err(RecvTimeoutError::Timeout) => {}
-                Err(RecvTimeoutError::Disconnected) => {
-                    return Err(CommandError::Other("every port is closed".into()));
-                }
-            }
-            while let Ok(event) = events.try_recv() {
-                self.take(event)?;
-            }
-            let now = Instant::now();
-            due_us += now.duration_since(last).as_secs_f64() * 1e6 * rate;
-            last = now;
-            if self.off {
-                due_us = 0.0;
-                continue;
-            }
-            let stride_us = (due_us as u64).min(STRIDE_MAX_US) / 1000 * 1000;
-            due_us = (due_us - stride_us as f64).min(STRIDE_MAX_US as f64);
-            self.advance(stride_us / 1000)?;
-        }
-        Ok(())
-    }
-
-    /// Lets the board run some milliseconds, and tells the clients what it says.
-    fn advance(&mut self, ms: u64) -> Result<(), CommandError> {
-        let start_us = self.backend.now_us();
-        for instant_us in (1..=ms).map(|ms| start_us + ms * 1000) {
-            while let Some(step) = self.scenario.steps.get(self.next_step)
-                && step.at_s * 1e6 < instant_us as f64
-            {
-                self.next_step += 1;
-                happen(&step.action, &mut self.backend);
-            }
-            self.backend.board.run_until(instant_us);
-        }
-        let said = self.backend.board.receive();
-        if !said.is_empty() {
-            self.outputs.retain(|_, (_, output)| output.send(&said));
-        }
-        for line in self.backend.log() {
-            print(&format!("{line}\n"))?;
-        }
-        let mut validity = Ok(());
-        self.backend.plant(&mut |plant| validity = plant.validity());
-        validity.map_err(|invalid| CommandError::Checks(invalid.to_string()))
-    }
-
-    fn take(&mut self, event: PortEvent) -> Result<(), CommandError> {
-        match event {
-            PortEvent::Came(client, name, output) => {
-                print(&format!("{name}: came\n"))?;
-                self.off = false;
-                self.outputs.insert(client, (name, output));
-            }
-            PortEvent::Said(client, bytes) => {
-                let outcome = self.hub.take(client, &bytes);
-                self.backend.send(&outcome.to_board);
-                if let Some((name, output)) = self.outputs.get(&client) {
-                    if !outcome.to_client.is_empty() {
-                        output.send(&outcome.to_client);
-                    }
-                    if outcome.became_operator {
-                        print(&format!("{name}: drives\n"))?;
-                    }
-                }
-            }
-            PortEvent::Left(client) => {
-                let drove = self.hub.leave(client);
-                if let Some((name, _)) = self.outputs.remove(&client) {
-                    let and = if drove { ", and has driven" } else { "" };
-                    print(&format!("{name}: left{and}\n"))?;
-                }
-            }
-        }
-        Ok(())
-    }
 }

@@ -1,8 +1,9 @@
-//! Records as files hold them: the link's own frames, an identity first, then blocks of records.
+//! Records as files hold them: the link's own frames, an identity first, then blocks of records, and of the log.
 
+use firmware::events::Line;
 use firmware::flight_record::FlightRecord;
 use firmware::protocol::frame::{Decoder, Received};
-use firmware::protocol::message::{BoardMessage, Identity};
+use firmware::protocol::message::{BoardMessage, Identity, Reading};
 use firmware::records::codec::Records;
 use model::sample::Actuation;
 
@@ -13,6 +14,8 @@ pub struct RecordFile {
     pub identity: Option<Identity>,
     /// The records in order.
     pub records: Vec<FlightRecord>,
+    /// The lines of the board's log in order, if the file has them: each once.
+    pub log: Vec<Line>,
     /// Blocks of which the numbers tell that they are missing.
     pub lost_blocks: u32,
     /// Frames and blocks that could not be read.
@@ -25,12 +28,14 @@ impl RecordFile {
         let mut file = Self::default();
         let mut decoder = Decoder::new();
         let mut next: Option<u32> = None;
+        let mut next_line = 0;
         for byte in bytes {
             match decoder.push::<BoardMessage>(*byte) {
                 Received::Bad | Received::Overlong => file.unreadable += 1,
                 Received::Message(BoardMessage::Identity(identity)) => {
                     file.identity.get_or_insert(identity);
                     next = None;
+                    next_line = 0;
                 }
                 Received::Message(BoardMessage::Records(block)) => {
                     file.lost_blocks += next.map_or(0, |next| block.number.wrapping_sub(next));
@@ -39,6 +44,17 @@ impl RecordFile {
                         match record {
                             Ok(record) => file.records.push(record),
                             Err(_) => file.unreadable += 1,
+                        }
+                    }
+                }
+                Received::Message(BoardMessage::Reading {
+                    reading: Reading::Log(block),
+                    ..
+                }) => {
+                    for (number, line) in (block.first..).zip(&block.lines) {
+                        if number >= next_line {
+                            file.log.push(*line);
+                            next_line = number.saturating_add(1);
                         }
                     }
                 }

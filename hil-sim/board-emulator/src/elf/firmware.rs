@@ -2,9 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use defmt_decoder::Table;
 use object::{Object, ObjectSymbol};
 use rigless::image::Image;
 
+use super::log::{LogReader, table_of};
 use crate::error::Error;
 
 /// A firmware that can be run.
@@ -15,6 +17,8 @@ pub struct Firmware {
     image: Image,
     loader: Image,
     rtt_block: u64,
+    /// The dictionary of its log, or why it has none.
+    log_table: Result<Table, String>,
 }
 
 /// Name of the boot loader's ELF, beside the firmware's.
@@ -38,6 +42,7 @@ impl Firmware {
         let loader = Image::new(&loader, read(&loader)?, None)?;
         let mut firmware = Self {
             path: path.to_owned(),
+            log_table: table_of(&bytes),
             bytes,
             image,
             loader,
@@ -62,11 +67,6 @@ impl Firmware {
         vec![self.loader.clone()]
     }
 
-    /// The ELF's bytes.
-    pub(super) fn bytes(&self) -> &[u8] {
-        &self.bytes
-    }
-
     /// Address of the RTT control block.
     pub fn rtt_block(&self) -> u64 {
         self.rtt_block
@@ -84,6 +84,23 @@ impl Firmware {
                 path: self.path.clone(),
                 name: name.to_owned(),
             })
+    }
+
+    /// A reader of the log of one run.
+    ///
+    /// # Errors
+    /// [`Error::Log`] when the ELF carries no log dictionary.
+    pub fn log_reader(&self) -> Result<LogReader<'_>, Error> {
+        let table = self.log_table.as_ref();
+        table.map(LogReader::new).map_err(|why| Error::Log(why.clone()))
+    }
+
+    /// Decodes the log from the bytes that came through RTT.
+    ///
+    /// # Errors
+    /// As [`Firmware::log_reader`].
+    pub fn decode(&self, rtt: &[u8]) -> Result<Vec<String>, Error> {
+        Ok(self.log_reader()?.lines(rtt))
     }
 
     /// Name, address and size of every defined function whose name satisfies `wanted`.

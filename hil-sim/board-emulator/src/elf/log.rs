@@ -1,10 +1,8 @@
 //! The firmware's log: drained the way a debug probe does, decoded by the dictionary in the ELF.
 
+use defmt_decoder::{DecodeError, StreamDecoder, Table};
 use rigless::emulator::{self, Memory};
 use rigless::soc::Width;
-
-use super::firmware::Firmware;
-use crate::error::Error;
 
 /// Offsets into the RTT control block of up-channel 0's fields: after the identifier (16 bytes), the two
 /// channel counts and the channel's name.
@@ -33,24 +31,35 @@ pub(crate) fn drain(block: u64, memory: &mut (impl Memory + ?Sized), out: &mut V
     memory.write(block + READ, Width::W32, read)
 }
 
-impl Firmware {
-    /// Decodes the log from the bytes that came through RTT.
-    ///
-    /// # Errors
-    /// [`Error::Log`] when the ELF carries no log dictionary.
-    pub fn decode(&self, rtt: &[u8]) -> Result<Vec<String>, Error> {
-        let table = defmt_decoder::Table::parse(self.bytes())
-            .map_err(|error| Error::Log(error.to_string()))?
-            .ok_or_else(|| Error::Log("the ELF has no .defmt section".to_owned()))?;
-        let mut stream = table.new_stream_decoder();
-        stream.received(rtt);
+/// The log of one run, decoded as it comes.
+pub struct LogReader<'a> {
+    decoder: Box<dyn StreamDecoder + Send + Sync + 'a>,
+}
+
+impl<'a> LogReader<'a> {
+    /// A reader by the dictionary of the ELF that writes the log.
+    pub(super) fn new(table: &'a Table) -> Self {
+        Self {
+            decoder: table.new_stream_decoder(),
+        }
+    }
+
+    /// The lines that these further bytes complete.
+    pub fn lines(&mut self, rtt: &[u8]) -> Vec<String> {
+        self.decoder.received(rtt);
         let mut lines = Vec::new();
         loop {
-            match stream.decode() {
+            match self.decoder.decode() {
                 Ok(frame) => lines.push(frame.display(false).to_string()),
-                Err(defmt_decoder::DecodeError::UnexpectedEof) => return Ok(lines),
-                Err(defmt_decoder::DecodeError::Malformed) => lines.push("<malformed>".to_owned()),
+                Err(DecodeError::UnexpectedEof) => return lines,
+                Err(DecodeError::Malformed) => lines.push("<malformed>".to_owned()),
             }
         }
     }
+}
+
+/// The dictionary of an ELF's log, or why it has none.
+pub(super) fn table_of(elf: &[u8]) -> Result<Table, String> {
+    let table = Table::parse(elf).map_err(|error| error.to_string())?;
+    table.ok_or_else(|| "the ELF has no .defmt section".to_owned())
 }

@@ -6,3 +6,4 @@ pub mod flight;
 pub(crate) mod log;
 
 pub use firmware::Firmware;
+pub use log::LogReader;

@@ -9,7 +9,7 @@ use virtual_board::scenario::{Backend, Observation};
 use super::emulation::Emulation;
 use super::settings::EmulationSettings;
 use super::stopped::Stopped;
-use crate::elf::{Firmware, flight};
+use crate::elf::{Firmware, LogReader, flight};
 use crate::error::Error;
 use crate::time::US;
 use crate::vehicle::VehicleAtPins;
@@ -19,8 +19,10 @@ pub struct EmulatedBackend<'a> {
     firmware: &'a Firmware,
     emulation: Emulation,
     vehicle: VehicleAtPins,
-    /// Lines of the log that [`Backend::log`] has returned.
-    log_lines: usize,
+    /// Reads the log; none before it was first asked for.
+    log_reader: Option<LogReader<'a>>,
+    /// Bytes of the log that it has been given.
+    log_bytes: usize,
     /// The tick of the last record that [`Backend::take_records`] has returned.
     recorded_tick: u32,
     /// Why the run ended early; time stands still from then on.
@@ -52,7 +54,8 @@ impl<'a> EmulatedBackend<'a> {
             firmware,
             emulation,
             vehicle,
-            log_lines: 0,
+            log_reader: None,
+            log_bytes: 0,
             recorded_tick: 0,
             failure: None,
         })
@@ -67,6 +70,18 @@ impl<'a> EmulatedBackend<'a> {
             Some(failure) => Err(failure),
             None => Ok(&mut self.emulation),
         }
+    }
+
+    /// The lines of the log that have come since the last call.
+    fn new_lines(&mut self) -> Result<Vec<String>, Error> {
+        let from = self.log_bytes;
+        let bytes = self.emulation.at(move |stopped| stopped.log_bytes(from))??;
+        self.log_bytes += bytes.len();
+        let reader = match &mut self.log_reader {
+            Some(reader) => reader,
+            none => none.insert(self.firmware.log_reader()?),
+        };
+        Ok(reader.lines(&bytes))
     }
 
     /// Keeps the first failure, because the trait's calls return no errors.
@@ -151,11 +166,7 @@ impl Backend for EmulatedBackend<'_> {
     }
 
     fn log(&mut self) -> Vec<String> {
-        let bytes = self.emulation.at(|stopped| stopped.log_bytes()).and_then(|bytes| bytes);
-        let lines = bytes.and_then(|bytes| self.firmware.decode(&bytes));
-        let lines = self.note(lines);
-        let new = lines.get(self.log_lines..).unwrap_or_default().to_vec();
-        self.log_lines = lines.len();
-        new
+        let lines = self.new_lines();
+        self.note(lines)
     }
 }

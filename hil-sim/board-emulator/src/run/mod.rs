@@ -11,9 +11,11 @@ mod orders;
 mod settings;
 mod state;
 mod stopped;
+mod trial;
 
 pub use backend::EmulatedBackend;
 pub use emulation::{Emulation, Frozen};
 pub use settings::EmulationSettings;
 pub use state::CycleRead;
 pub use stopped::{Stopped, Work};
+pub use trial::takes_stored;

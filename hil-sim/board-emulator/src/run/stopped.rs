@@ -195,13 +195,13 @@ impl Stopped<'_> {
         self.state.cycle_reads.take().unwrap_or_default()
     }
 
-    /// The log so far, as the firmware encoded it.
+    /// The log so far, as the firmware encoded it, without its first `from` bytes.
     ///
     /// # Errors
     /// When the log's buffer is outside the part's memory.
-    pub fn log_bytes(&mut self) -> Result<Vec<u8>, Error> {
+    pub fn log_bytes(&mut self, from: usize) -> Result<Vec<u8>, Error> {
         self.state.drain_log(self.host)?;
-        Ok(self.state.log().to_vec())
+        Ok(self.state.log().get(from..).unwrap_or_default().to_vec())
     }
 }
 

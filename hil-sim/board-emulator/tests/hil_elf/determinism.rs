@@ -21,7 +21,7 @@ fn digest(mut board: Operator) -> (u64, u64) {
     let mut hasher = DefaultHasher::new();
     let (probe, instructions, log) = board
         .emulation
-        .at(|stopped| (stopped.take_probe(), stopped.instructions(), stopped.log_bytes().ok()))
+        .at(|stopped| (stopped.take_probe(), stopped.instructions(), stopped.log_bytes(0).ok()))
         .expect("it runs");
     (probe, log).hash(&mut hasher);
     format!("{:?}", board.statuses).hash(&mut hasher);

@@ -17,6 +17,7 @@ mod memory;
 mod parameters;
 mod part;
 mod safety;
+mod serve;
 mod start_up;
 mod support;
 mod update;

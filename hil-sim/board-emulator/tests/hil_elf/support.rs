@@ -195,7 +195,7 @@ impl Operator {
     pub fn log(&mut self) -> Vec<String> {
         let bytes = self
             .emulation
-            .at(|stopped| stopped.log_bytes())
+            .at(|stopped| stopped.log_bytes(0))
             .expect("it runs")
             .expect("the log is in RAM");
         firmware().decode(&bytes).expect("the log decodes")

@@ -1,5 +1,6 @@
 //! The record of a run: its file, and its replay after the run.
 
+use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -7,14 +8,15 @@ use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
+use record_file::log_line::LogLine;
+use record_file::run::{Narrator, RunWriter};
+use record_file::writer::{RecordFormat, RecordWriter};
 use report::error::CommandError;
 use report::files::GrowingFile;
 use virtual_board::scenario::Story;
 use virtual_board::scenario::trace::TraceRow;
 
 use super::vehicle_f32;
-use crate::cli::record_file::run::{Narrator, RunWriter};
-use crate::cli::record_file::writer::{RecordFormat, RecordWriter};
 
 /// Time from one reading of the firmware's log to the next while a run is recorded, ms: the file gets it as the run goes.
 const LOG_PERIOD_MS: u64 = 500;
@@ -68,7 +70,7 @@ impl RunRecord {
 
     /// Takes the next lines of the firmware's log.
     pub fn log(&mut self, lines: &[String]) {
-        self.write(|writer| lines.iter().try_for_each(|line| writer.log_line(line)));
+        self.write(|writer| lines.iter().try_for_each(|line| writer.log(&LogLine::printed(line))));
     }
 
     /// Completes the file; its name.
@@ -87,9 +89,9 @@ impl RunRecord {
         writer.finish()?.finish()
     }
 
-    fn write(&mut self, write: impl FnOnce(&mut RunWriter<GrowingFile>) -> Result<(), CommandError>) {
+    fn write(&mut self, write: impl FnOnce(&mut RunWriter<GrowingFile>) -> io::Result<()>) {
         if self.written.is_ok() {
-            self.written = write(&mut self.writer);
+            self.written = write(&mut self.writer).map_err(CommandError::from);
         }
     }
 }

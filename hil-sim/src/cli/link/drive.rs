@@ -9,6 +9,7 @@ use firmware::protocol::message::{
 use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
+use record_file::writer::RecordWriter;
 use report::error::CommandError;
 
 use super::console::Console;
@@ -16,7 +17,6 @@ use super::recording::{LinkRecording, Recorded};
 use super::session::{Link, refused};
 use super::status::{SHOW_US, line};
 use super::wire::Wire;
-use crate::cli::record_file::writer::RecordWriter;
 
 /// Largest speed and yaw rate of any vehicle, m/s and rad/s: the ends of the ranges of `speed_max_m_s` and
 /// `yaw_rate_max_rad_s`.

@@ -2,10 +2,9 @@
 
 use std::path::Path;
 
+use record_file::writer::{RecordFormat, RecordWriter};
 use report::error::CommandError;
 use report::files::GrowingFile;
-
-use crate::cli::record_file::writer::{RecordFormat, RecordWriter};
 
 /// Records into a file that must not exist yet. A recording that ended early is completed as far as it got.
 ///

@@ -11,9 +11,25 @@ use super::console::Console;
 use super::session::{Link, refused};
 use super::wire::Wire;
 
+/// How often a question is asked before the link counts as lost.
+const ATTEMPTS: u32 = 3;
+
 impl<W: Wire> Link<W> {
-    /// Asks the board to read something of its memory.
+    /// Asks the board to read something of its memory: again if question or answer was lost, as a long reading is not to
+    /// fail for one frame of hundreds.
     pub(super) fn read_memory(&mut self, read: Read) -> Result<Reading, CommandError> {
+        for _ in 0..ATTEMPTS {
+            if let Some(found) = self.ask_memory(read)? {
+                return Ok(found);
+            }
+        }
+        Err(CommandError::Checks(
+            "the board did not answer a question about its memory".into(),
+        ))
+    }
+
+    /// Asks once; nothing if no answer came in time.
+    fn ask_memory(&mut self, read: Read) -> Result<Option<Reading>, CommandError> {
         let mut found = None;
         let sequence = self.give(Order::Read(read))?;
         let until_us = self.wire.now_us() + super::session::ANSWER_US;
@@ -24,7 +40,7 @@ impl<W: Wire> Link<W> {
             }
             found = self.client.reading_of(sequence);
         }
-        found.ok_or_else(|| CommandError::Checks("the board did not answer a question about its memory".into()))
+        Ok(found)
     }
 
     /// Shows the board's log.

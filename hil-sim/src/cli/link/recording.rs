@@ -2,17 +2,16 @@
 
 use std::io::Write;
 
-use firmware::events::{Line, LogBlock};
+use firmware::events::LogBlock;
 use firmware::protocol::message::{Identity, Order, Read, Reading};
 use firmware::records::codec::{RecordBlock, Records};
+use record_file::run::StatusStory;
+use record_file::writer::RecordWriter;
 use report::error::CommandError;
-use virtual_board::words::{event_words, is_trouble};
 
 use super::memory::{beyond, strange};
 use super::session::Link;
 use super::wire::Wire;
-use crate::cli::record_file::run::StatusStory;
-use crate::cli::record_file::writer::RecordWriter;
 
 /// How often the board is asked for the new lines of its log, us.
 const LOG_US: u64 = 500_000;
@@ -39,7 +38,7 @@ impl Recorded {
     fn write<O: Write>(&mut self, block: RecordBlock, out: &mut RecordWriter<O>) -> Result<(), CommandError> {
         self.blocks += 1;
         self.ticks += Records::new(&block.bytes).flatten().count() as u64;
-        out.block(block)
+        Ok(out.block(block)?)
     }
 }
 
@@ -75,14 +74,16 @@ impl LogFollower {
     }
 
     fn write<O: Write>(&mut self, block: &LogBlock, out: &mut RecordWriter<O>) -> Result<(), CommandError> {
-        for (number, Line { time_us, event }) in (block.first..).zip(&block.lines) {
-            if let Some(next) = beyond(number, self.from) {
-                let level = if is_trouble(*event) { "WARN" } else { "INFO" };
-                out.log(*time_us, level, &event_words(*event))?;
-                self.from = next;
-            }
+        // Whatever a board answers, no line is written twice.
+        let known = self.from.saturating_sub(block.first);
+        let new = LogBlock {
+            first: block.first.saturating_add(known),
+            lines: block.lines.iter().skip(known as usize).copied().collect(),
+        };
+        if !new.lines.is_empty() {
+            self.from = new.first.saturating_add(new.lines.len() as u32);
         }
-        Ok(())
+        Ok(out.log_block(&new)?)
     }
 }
 
@@ -145,11 +146,12 @@ impl LinkRecording {
                 out.vehicle(vehicle_file::to_toml(&parameters))?;
             }
         }
-        if !out.keeps_all() || self.unwritten.is_some() || link.client.identity().is_none() {
+        if self.unwritten.is_some() || link.client.identity().is_none() {
             return Ok(());
         }
         // The status stays where it is: others look at it too.
-        if let Some(status) = link.client.status
+        if out.keeps_all()
+            && let Some(status) = link.client.status
             && self.last_status.replace((status.boot, status.sequence)) != Some((status.boot, status.sequence))
         {
             out.status(&status.vehicle)?;
@@ -171,7 +173,7 @@ impl LinkRecording {
         out: &mut RecordWriter<O>,
     ) -> Result<Recorded, CommandError> {
         link.order(Order::Recording { from: None })?;
-        if out.keeps_all() && self.unwritten.is_none() {
+        if self.unwritten.is_none() {
             self.story.ended().iter().try_for_each(|event| out.event(event))?;
             link.log_from(self.log.from, |block, _| self.log.write(block, out))?;
         }
@@ -180,8 +182,8 @@ impl LinkRecording {
 }
 
 impl<W: Wire> Link<W> {
-    /// Writes the stream of records to `out`, behind the board's identity, for `seconds` or until the user asks to stop;
-    /// beside it, where the file keeps them, parameters, statuses, events and log. A board that boots meanwhile is asked
+    /// Writes the stream of records and the log to `out`, behind the board's identity, for `seconds` or until the user asks
+    /// to stop; beside them, where the file keeps them, parameters, statuses and events. A board that boots meanwhile is asked
     /// for its records from the first tick on.
     ///
     /// # Errors

@@ -8,6 +8,8 @@ use firmware::drive_board::LINK_BAUD;
 use report::error::CommandError;
 use serialport::ClearBuffer;
 
+use super::websocket::WebSocketStream;
+
 /// A wire with the board at its end, and the host's clock.
 pub trait Wire {
     /// Sends bytes.
@@ -31,17 +33,18 @@ const PATIENCE: Duration = Duration::from_millis(5);
 trait Stream: Read + Write {}
 impl<T: Read + Write> Stream for T {}
 
-/// How the port of a served board begins: `tcp:127.0.0.1:5760`.
+/// How the ports of a served board begin: `tcp:127.0.0.1:5760`, `ws://127.0.0.1:5761`.
 const TCP: &str = "tcp:";
+const WEBSOCKET: &str = "ws:";
 
-/// A serial port or a TCP connection, and the host's monotonic clock.
+/// A serial port, or a connection to a served board, and the host's monotonic clock.
 pub struct Port {
     port: Box<dyn Stream>,
     opened: Instant,
 }
 
 impl Port {
-    /// Opens a port by its name, or connects to the board that `hil-sim serve` serves at `tcp:ADDRESS`.
+    /// Opens a port by its name, or connects to the board that `hil-sim serve` serves at `tcp:ADDRESS` or `ws://ADDRESS`.
     ///
     /// # Errors
     /// [`CommandError::Input`]: there is no such port, or it is taken.
@@ -51,18 +54,20 @@ impl Port {
             if !is_host_and_port(address) {
                 return Err(wrong("allowed is tcp:HOST:PORT, as tcp:127.0.0.1:5760"));
             }
-            let stream = TcpStream::connect(address).map_err(|error| match error.kind() {
-                ErrorKind::ConnectionRefused => {
-                    wrong("nobody listens there: `hil-sim serve` must run, and prints its ports")
-                }
-                _ => wrong(&error.to_string()),
-            })?;
+            let stream = connect(address).map_err(|why| wrong(&why))?;
             stream
-                .set_nodelay(true)
-                .and_then(|()| stream.set_read_timeout(Some(PATIENCE)))
+                .set_read_timeout(Some(PATIENCE))
                 .and_then(|()| stream.set_write_timeout(Some(PATIENCE)))
                 .map_err(|error| wrong(&error.to_string()))?;
             Box::new(stream)
+        } else if let Some(address) = name.strip_prefix(WEBSOCKET) {
+            let address = address.strip_prefix("//").unwrap_or_default();
+            let address = address.strip_suffix('/').unwrap_or(address);
+            if !is_host_and_port(address) {
+                return Err(wrong("allowed is ws://HOST:PORT, as ws://127.0.0.1:5761"));
+            }
+            let stream = connect(address).map_err(|why| wrong(&why))?;
+            Box::new(WebSocketStream::greet(stream, address, PATIENCE).map_err(|why| wrong(&why))?)
         } else {
             let port = serialport::new(name, LINK_BAUD)
                 .timeout(PATIENCE)
@@ -80,10 +85,22 @@ impl Port {
     }
 }
 
+/// Connects to whoever listens at HOST:PORT.
+fn connect(address: &str) -> Result<TcpStream, String> {
+    let stream = TcpStream::connect(address).map_err(|error| match error.kind() {
+        ErrorKind::ConnectionRefused => {
+            "nobody listens there: `hil-sim serve` must run, and prints its ports".to_owned()
+        }
+        _ => error.to_string(),
+    })?;
+    stream.set_nodelay(true).map_err(|error| error.to_string())?;
+    Ok(stream)
+}
+
 /// Why a name is no port that opens, and what to do about it.
 fn not_opened(name: &str, error: &serialport::Error) -> String {
-    if name.starts_with("ws:") {
-        return "a WebSocket is the console's way; this tool takes a serial port, or tcp:HOST:PORT".into();
+    if name.starts_with("wss:") {
+        return "no encrypted WebSocket is spoken; a served board is ws://HOST:PORT".into();
     }
     // What the system says of a thing that is no terminal ("Not a typewriter") helps nobody.
     if std::fs::metadata(name).is_ok() {

@@ -80,6 +80,9 @@ fn read_all(client: ClientId, mut from: impl Read, events: &Sender<PortEvent>) {
     let _ = events.send(PortEvent::Left(client));
 }
 
+/// Begins to serve one client.
+pub type Serve = fn(TcpStream, Sender<PortEvent>) -> std::io::Result<()>;
+
 /// Listens at the address that `flag` names, lets `serve` begin with each client, and returns the address, with the port
 /// that the system chose for port 0.
 ///
@@ -89,7 +92,7 @@ pub fn listen(
     flag: &str,
     address: SocketAddr,
     events: Sender<PortEvent>,
-    serve: fn(TcpStream, Sender<PortEvent>) -> std::io::Result<()>,
+    serve: Serve,
 ) -> Result<SocketAddr, CommandError> {
     let wrong = |error: std::io::Error| CommandError::Input(format!("{flag} {address}: {error}"));
     let listener = TcpListener::bind(address).map_err(wrong)?;

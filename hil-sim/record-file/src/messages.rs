@@ -4,8 +4,10 @@ use model::estimate::Estimate;
 use model::sample::MOTORS;
 use model::status::{Status, Terms};
 use model::supervise::codes::{Blocker, Fault, Limit};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+
+use crate::log_line::{LogLevel, LogLine};
 
 /// The vehicle's status without the terms of the laws, which have a channel of their own.
 #[derive(Debug, Serialize)]
@@ -61,17 +63,17 @@ pub struct EventMessage<'a> {
 }
 
 /// A line of the log, as `foxglove.Log`, which tools of the field show as text.
-#[derive(Debug, Default, Serialize)]
-pub struct LogMessage<'a> {
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub struct LogMessage {
     timestamp: Timestamp,
     level: u8,
-    message: &'a str,
-    name: &'static str,
-    file: &'static str,
+    message: String,
+    name: String,
+    file: String,
     line: u32,
 }
 
-#[derive(Debug, Default, Serialize)]
+#[derive(Debug, Default, Serialize, Deserialize)]
 struct Timestamp {
     sec: u32,
     nsec: u32,
@@ -82,23 +84,36 @@ const INFO: u8 = 2;
 const WARNING: u8 = 3;
 const ERROR: u8 = 4;
 
-impl<'a> LogMessage<'a> {
-    /// The line `text` of the time `time_us`, us since the board's boot; `level` as the firmware's log names it.
-    pub fn new(time_us: u64, level: &str, text: &'a str) -> Self {
+impl From<&LogLine> for LogMessage {
+    fn from(line: &LogLine) -> Self {
         Self {
             timestamp: Timestamp {
-                sec: (time_us / 1_000_000) as u32,
-                nsec: (time_us % 1_000_000) as u32 * 1000,
+                sec: (line.time_us / 1_000_000) as u32,
+                nsec: (line.time_us % 1_000_000) as u32 * 1000,
             },
-            level: match level {
-                "ERROR" => ERROR,
-                "WARN" => WARNING,
-                _ => INFO,
+            level: match line.level {
+                LogLevel::Info => INFO,
+                LogLevel::Warning => WARNING,
+                LogLevel::Error => ERROR,
             },
-            message: text,
-            name: "firmware",
-            file: "",
+            message: line.text.clone(),
+            name: "firmware".to_owned(),
+            file: String::new(),
             line: 0,
+        }
+    }
+}
+
+impl From<LogMessage> for LogLine {
+    fn from(message: LogMessage) -> Self {
+        Self {
+            time_us: u64::from(message.timestamp.sec) * 1_000_000 + u64::from(message.timestamp.nsec) / 1000,
+            level: match message.level {
+                ERROR.. => LogLevel::Error,
+                WARNING => LogLevel::Warning,
+                _ => LogLevel::Info,
+            },
+            text: message.message,
         }
     }
 }
@@ -203,8 +218,20 @@ mod tests {
 
     #[test]
     fn a_line_of_the_log_has_its_time_and_level() {
-        let line = serde_json::to_value(LogMessage::new(12_345_678, "WARN", "hot")).expect("JSON");
-        assert_eq!(line["timestamp"], json!({ "sec": 12, "nsec": 345_678_000 }));
-        assert_eq!((&line["level"], &line["message"]), (&json!(3), &json!("hot")));
+        for (level, number) in [(LogLevel::Info, 2), (LogLevel::Warning, 3), (LogLevel::Error, 4)] {
+            let line = LogLine {
+                time_us: 12_345_678,
+                level,
+                text: "hot".to_owned(),
+            };
+            let message = serde_json::to_value(LogMessage::from(&line)).expect("JSON");
+            assert_eq!(message["timestamp"], json!({ "sec": 12, "nsec": 345_678_000 }));
+            assert_eq!(
+                (&message["level"], &message["message"]),
+                (&json!(number), &json!("hot"))
+            );
+            let read: LogMessage = serde_json::from_value(message).expect("a message");
+            assert_eq!(LogLine::from(read), line);
+        }
     }
 }

@@ -1,23 +1,24 @@
 //! A recording under way, in either kind of file.
 
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io::{self, Write};
 use std::path::Path;
 
+use firmware::events::LogBlock;
 use firmware::protocol::frame::encode;
-use firmware::protocol::message::{BoardMessage, Identity};
+use firmware::protocol::message::{BoardMessage, Identity, OrderId, Reading};
 use firmware::records::codec::{RecordBlock, Records};
 use model::status::Status;
-use report::error::CommandError;
 use virtual_board::scenario::StoryEvent;
 
-use super::mcap_writer::{McapWriter, VEHICLE_KEY, VEHICLE_METADATA};
-use super::messages::{EventMessage, LogMessage, StatusMessage, TypedChannel};
+use crate::log_line::LogLine;
+use crate::mcap_writer::{McapWriter, VEHICLE_KEY, VEHICLE_METADATA};
+use crate::messages::{EventMessage, LogMessage, StatusMessage, TypedChannel};
 
 /// What kind of file holds a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RecordFormat {
-    /// The link's own frames, one after the other: the record of every tick, and nothing else.
+    /// The link's own frames, one after the other: the record of every tick, and the log where it came over the link.
     Frames,
     /// MCAP: status, terms, events and log beside the same frames.
     Mcap,
@@ -37,7 +38,7 @@ impl RecordFormat {
     }
 }
 
-/// A recording that goes to `W`. A file of frames takes identities and blocks, and leaves the rest.
+/// A recording that goes to `W`. A file of frames takes identities and blocks, of records and of the log, and leaves the rest.
 pub struct RecordWriter<W: Write>(Kind<W>);
 
 enum Kind<W: Write> {
@@ -55,7 +56,7 @@ impl<W: Write> RecordWriter<W> {
         })
     }
 
-    /// Whether status, events, log and vehicle are kept.
+    /// Whether status, events and vehicle are kept.
     pub fn keeps_all(&self) -> bool {
         matches!(self.0, Kind::Mcap(..))
     }
@@ -63,8 +64,8 @@ impl<W: Write> RecordWriter<W> {
     /// Takes who the board is, which stands before its blocks.
     ///
     /// # Errors
-    /// [`CommandError::Other`]: the message fits no frame, or the output takes no more.
-    pub fn identity(&mut self, identity: &Identity) -> Result<(), CommandError> {
+    /// The message fits no frame, or the output takes no more.
+    pub fn identity(&mut self, identity: &Identity) -> io::Result<()> {
         if let Kind::Mcap(writer, _) = &mut self.0 {
             let about = identity.about;
             let [major, minor, patch] = about.version;
@@ -86,7 +87,7 @@ impl<W: Write> RecordWriter<W> {
     ///
     /// # Errors
     /// As [`RecordWriter::identity`].
-    pub fn block(&mut self, block: RecordBlock) -> Result<(), CommandError> {
+    pub fn block(&mut self, block: RecordBlock) -> io::Result<()> {
         if let Kind::Mcap(_, time_us) = &mut self.0
             && let Some(Ok(first)) = Records::new(&block.bytes).next()
         {
@@ -95,12 +96,12 @@ impl<W: Write> RecordWriter<W> {
         self.message(&BoardMessage::Records(block))
     }
 
-    fn message(&mut self, message: &BoardMessage) -> Result<(), CommandError> {
-        let frame = encode(message).map_err(|_| CommandError::Other("a message of the board fits no frame".into()))?;
+    fn message(&mut self, message: &BoardMessage) -> io::Result<()> {
+        let frame = encode(message).map_err(|_| io::Error::other("a message of the board fits no frame"))?;
         match &mut self.0 {
             Kind::Frames(out) => out
                 .write_all(&frame)
-                .map_err(|error| CommandError::Other(format!("output: {error}"))),
+                .map_err(|error| io::Error::new(error.kind(), format!("output: {error}"))),
             Kind::Mcap(writer, time_us) => writer.frame(*time_us, &frame),
         }
     }
@@ -108,8 +109,8 @@ impl<W: Write> RecordWriter<W> {
     /// Takes the text of the vehicle file of the set in force.
     ///
     /// # Errors
-    /// [`CommandError::Other`]: the output takes no more.
-    pub fn vehicle(&mut self, toml: String) -> Result<(), CommandError> {
+    /// The output takes no more.
+    pub fn vehicle(&mut self, toml: String) -> io::Result<()> {
         let Kind::Mcap(writer, _) = &mut self.0 else {
             return Ok(());
         };
@@ -120,7 +121,7 @@ impl<W: Write> RecordWriter<W> {
     ///
     /// # Errors
     /// As [`RecordWriter::vehicle`].
-    pub fn status(&mut self, status: &Status) -> Result<(), CommandError> {
+    pub fn status(&mut self, status: &Status) -> io::Result<()> {
         let Kind::Mcap(writer, _) = &mut self.0 else {
             return Ok(());
         };
@@ -132,7 +133,7 @@ impl<W: Write> RecordWriter<W> {
     ///
     /// # Errors
     /// As [`RecordWriter::vehicle`].
-    pub fn event(&mut self, event: &StoryEvent) -> Result<(), CommandError> {
+    pub fn event(&mut self, event: &StoryEvent) -> io::Result<()> {
         let Kind::Mcap(writer, _) = &mut self.0 else {
             return Ok(());
         };
@@ -145,22 +146,43 @@ impl<W: Write> RecordWriter<W> {
         writer.typed(TypedChannel::Events, (event.at_s * 1e6).round() as u64, &message)
     }
 
-    /// Takes a line of the log, of the time `time_us`, us since boot; `level` as the firmware's log names it.
+    /// Takes a line of the log. A file of frames takes the log in the link's own blocks ([`RecordWriter::log_block`]), and
+    /// leaves this.
     ///
     /// # Errors
     /// As [`RecordWriter::vehicle`].
-    pub fn log(&mut self, time_us: u64, level: &str, text: &str) -> Result<(), CommandError> {
+    pub fn log(&mut self, line: &LogLine) -> io::Result<()> {
         let Kind::Mcap(writer, _) = &mut self.0 else {
             return Ok(());
         };
-        writer.typed(TypedChannel::Log, time_us, &LogMessage::new(time_us, level, text))
+        writer.typed(TypedChannel::Log, line.time_us, &LogMessage::from(line))
+    }
+
+    /// Takes a block of the log, as the link brings it.
+    ///
+    /// # Errors
+    /// As [`RecordWriter::identity`].
+    pub fn log_block(&mut self, block: &LogBlock) -> io::Result<()> {
+        if self.keeps_all() {
+            return block.lines.iter().try_for_each(|line| self.log(&LogLine::of(line)));
+        }
+        if block.lines.is_empty() {
+            return Ok(());
+        }
+        // Whose order it answered is of no concern in a file.
+        let id = OrderId {
+            session: 0,
+            sequence: 0,
+        };
+        let reading = Reading::Log(block.clone());
+        self.message(&BoardMessage::Reading { id, reading })
     }
 
     /// Completes the recording; its output.
     ///
     /// # Errors
     /// As [`RecordWriter::vehicle`].
-    pub fn finish(self) -> Result<W, CommandError> {
+    pub fn finish(self) -> io::Result<W> {
         match self.0 {
             Kind::Frames(out) => Ok(out),
             Kind::Mcap(writer, _) => writer.finish(),

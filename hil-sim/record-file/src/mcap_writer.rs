@@ -2,15 +2,14 @@
 //! the record of every tick as the link's own frames.
 
 use std::collections::BTreeMap;
-use std::io::Write;
+use std::io::{self, Write};
 
 use mcap::records::MessageHeader;
 use mcap::write::{Metadata, NoSeek};
 use mcap::{McapError, WriteOptions, Writer};
-use report::error::CommandError;
 use serde::Serialize;
 
-use super::messages::TypedChannel;
+use crate::messages::TypedChannel;
 
 /// The channel of the link's own frames.
 pub const FRAMES_TOPIC: &str = "/records";
@@ -54,20 +53,18 @@ impl<W: Write> McapWriter<W> {
         }
     }
 
-    fn begun(&mut self) -> Result<&mut BegunFile<W>, CommandError> {
+    fn begun(&mut self) -> io::Result<&mut BegunFile<W>> {
         if let Some(out) = self.out.take() {
             self.begun = Some(Box::new(BegunFile::begin(out).map_err(not_written)?));
         }
-        self.begun
-            .as_deref_mut()
-            .ok_or_else(|| CommandError::Other("output: the file has failed before".into()))
+        self.begun.as_deref_mut().ok_or_else(failed_before)
     }
 
     /// Writes one frame of the link, of the time `time_us`, us since the board's boot.
     ///
     /// # Errors
-    /// [`CommandError::Other`]: the output takes no more.
-    pub fn frame(&mut self, time_us: u64, frame: &[u8]) -> Result<(), CommandError> {
+    /// The output takes no more.
+    pub fn frame(&mut self, time_us: u64, frame: &[u8]) -> io::Result<()> {
         let begun = self.begun()?;
         let header = begun.frames.header(time_us);
         begun.message(&header, time_us, frame).map_err(not_written)
@@ -77,8 +74,8 @@ impl<W: Write> McapWriter<W> {
     ///
     /// # Errors
     /// As [`McapWriter::frame`].
-    pub fn typed(&mut self, channel: TypedChannel, time_us: u64, message: &impl Serialize) -> Result<(), CommandError> {
-        let json = serde_json::to_vec(message).map_err(|error| CommandError::Other(error.to_string()))?;
+    pub fn typed(&mut self, channel: TypedChannel, time_us: u64, message: &impl Serialize) -> io::Result<()> {
+        let json = serde_json::to_vec(message)?;
         let begun = self.begun()?;
         let header = begun.typed[channel as usize].header(time_us);
         begun.message(&header, time_us, &json).map_err(not_written)
@@ -88,7 +85,7 @@ impl<W: Write> McapWriter<W> {
     ///
     /// # Errors
     /// As [`McapWriter::frame`].
-    pub fn metadata(&mut self, name: &str, words: BTreeMap<String, String>) -> Result<(), CommandError> {
+    pub fn metadata(&mut self, name: &str, words: BTreeMap<String, String>) -> io::Result<()> {
         let metadata = Metadata {
             name: name.to_owned(),
             metadata: words,
@@ -100,14 +97,14 @@ impl<W: Write> McapWriter<W> {
     ///
     /// # Errors
     /// As [`McapWriter::frame`].
-    pub fn finish(self) -> Result<W, CommandError> {
+    pub fn finish(self) -> io::Result<W> {
         match (self.out, self.begun) {
             (Some(out), _) => Ok(out),
             (None, Some(mut begun)) => {
                 begun.writer.finish().map_err(not_written)?;
                 Ok(begun.writer.into_inner().into_inner())
             }
-            (None, None) => Err(CommandError::Other("output: the file has failed before".into())),
+            (None, None) => Err(failed_before()),
         }
     }
 }
@@ -166,9 +163,13 @@ impl Sequence {
     }
 }
 
-fn not_written(error: McapError) -> CommandError {
+fn failed_before() -> io::Error {
+    io::Error::other("output: the file has failed before")
+}
+
+fn not_written(error: McapError) -> io::Error {
     match error {
-        McapError::Io(error) => CommandError::Other(format!("output: {error}")),
-        error => CommandError::Other(format!("output: {error}")),
+        McapError::Io(error) => io::Error::new(error.kind(), format!("output: {error}")),
+        error => io::Error::other(format!("output: {error}")),
     }
 }

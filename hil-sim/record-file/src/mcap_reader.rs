@@ -7,7 +7,9 @@ use mcap::MAGIC;
 use mcap::parse_record;
 use mcap::records::{Record, op};
 
-use super::mcap_writer::{FRAMES_TOPIC, VEHICLE_KEY, VEHICLE_METADATA};
+use crate::log_line::LogLine;
+use crate::mcap_writer::{FRAMES_TOPIC, VEHICLE_KEY, VEHICLE_METADATA};
+use crate::messages::{LogMessage, TypedChannel};
 
 /// Bytes of a record before its body: its kind and its length.
 const HEAD: usize = 1 + 8;
@@ -22,6 +24,8 @@ pub struct McapContents {
     pub frames: Vec<u8>,
     /// The text of the vehicle file of the set in force.
     pub vehicle: Option<String>,
+    /// The board's log.
+    pub log: Vec<LogLine>,
     /// How the chunks are compressed, where they are: no record in them is read.
     pub compression: Option<String>,
 }
@@ -29,27 +33,41 @@ pub struct McapContents {
 /// The contents of a file, as far as it goes; `None` if it is no MCAP file.
 pub fn contents(bytes: &[u8]) -> Option<McapContents> {
     let mut contents = McapContents::default();
-    let mut channel = None;
-    contents.read(bytes.strip_prefix(MAGIC)?, &mut channel, false);
+    let mut channels = KnownChannels::default();
+    contents.read(bytes.strip_prefix(MAGIC)?, &mut channels, false);
     Some(contents)
 }
 
+/// The numbers of the channels that are read, once they are known.
+#[derive(Debug, Default)]
+struct KnownChannels {
+    frames: Option<u16>,
+    log: Option<u16>,
+}
+
 impl McapContents {
-    /// Reads records one after the other; `channel` is the number of the channel of frames, once it is known.
-    fn read(&mut self, mut rest: &[u8], channel: &mut Option<u16>, in_chunk: bool) {
+    /// Reads records one after the other.
+    fn read(&mut self, mut rest: &[u8], channels: &mut KnownChannels, in_chunk: bool) {
         while let Some((head, after)) = rest.split_first_chunk::<HEAD>() {
             let [kind, length @ ..] = *head;
             let length = usize::try_from(u64::from_le_bytes(length)).unwrap_or(usize::MAX);
             let (body, next) = after.split_at(length.min(after.len()));
             rest = next;
             match kind {
-                op::CHUNK if !in_chunk => self.read_chunk(body, channel),
+                op::CHUNK if !in_chunk => self.read_chunk(body, channels),
                 // The last record of a file that breaks off.
                 _ if body.len() < length => {}
                 op::CHANNEL | op::MESSAGE | op::METADATA => match parse_record(kind, body) {
-                    Ok(Record::Channel(found)) if found.topic == FRAMES_TOPIC => *channel = Some(found.id),
-                    Ok(Record::Message { header, data }) if Some(header.channel_id) == *channel => {
+                    Ok(Record::Channel(found)) if found.topic == FRAMES_TOPIC => channels.frames = Some(found.id),
+                    Ok(Record::Channel(found)) if found.topic == TypedChannel::Log.topic() => {
+                        channels.log = Some(found.id);
+                    }
+                    Ok(Record::Message { header, data }) if Some(header.channel_id) == channels.frames => {
                         self.frames.extend_from_slice(&data);
+                    }
+                    Ok(Record::Message { header, data }) if Some(header.channel_id) == channels.log => {
+                        let message = serde_json::from_slice::<LogMessage>(&data);
+                        self.log.extend(message.ok().map(LogLine::from));
                     }
                     Ok(Record::Metadata(mut found)) if found.name == VEHICLE_METADATA => {
                         self.vehicle = found.metadata.remove(VEHICLE_KEY);
@@ -62,13 +80,13 @@ impl McapContents {
         }
     }
 
-    fn read_chunk(&mut self, body: &[u8], channel: &mut Option<u16>) {
+    fn read_chunk(&mut self, body: &[u8], channels: &mut KnownChannels) {
         if let Ok(Record::Chunk { header, .. }) = parse_record(op::CHUNK, body)
             && !header.compression.is_empty()
         {
             self.compression = Some(header.compression);
         } else if let Some(records) = body.get(CHUNK_HEAD..) {
-            self.read(records, channel, true);
+            self.read(records, channels, true);
         }
     }
 }

@@ -1,6 +1,12 @@
+use std::path::Path;
+
+use firmware::events::{Event, Line, LogBlock};
 use firmware::flight_record::FlightRecord;
+use firmware::protocol::message::Identity;
+use model::supervise::arming::Mode;
 use model::vehicle::Vehicle;
 
+use super::log_line::LogLevel;
 use super::mcap_reader::contents;
 use super::run::write_run;
 use super::writer::{RecordFormat, RecordWriter};
@@ -9,6 +15,22 @@ use super::*;
 fn vehicle() -> Vehicle<f32> {
     let vehicle = vehicle_file::reference().expect("good");
     Vehicle::new(vehicle.parameters().cast::<f32>()).expect("good")
+}
+
+/// A log with a line before the first tick, one of trouble in between, and one at the end.
+fn log() -> Vec<LogLine> {
+    [
+        (0, LogLevel::Info),
+        (1_000_500, LogLevel::Warning),
+        (1_999_000, LogLevel::Error),
+    ]
+    .into_iter()
+    .map(|(time_us, level)| LogLine {
+        time_us,
+        level,
+        text: format!("line of {time_us}"),
+    })
+    .collect()
 }
 
 fn file(format: RecordFormat) -> (Vec<FlightRecord>, Vec<u8>) {
@@ -22,7 +44,7 @@ fn file(format: RecordFormat) -> (Vec<FlightRecord>, Vec<u8>) {
         })
         .collect();
     let out = RecordWriter::new(format, Vec::new());
-    let bytes = write_run(out, &vehicle(), None, &records).expect("fits");
+    let bytes = write_run(out, &vehicle(), None, &records, &log()).expect("fits");
     (records, bytes)
 }
 
@@ -56,6 +78,7 @@ fn a_cut_mcap_file_is_read_as_far_as_it_goes() {
         Some(vehicle_file::to_toml(vehicle().parameters())),
         "the vehicle goes with the records"
     );
+    assert_eq!(whole.log, log());
     // Where the frames begin and end in the file: each is there once its last byte is.
     let mut ends = Vec::new();
     let mut from = 0;
@@ -77,6 +100,7 @@ fn a_cut_mcap_file_is_read_as_far_as_it_goes() {
             .map(|(_, length)| length)
             .sum();
         assert_eq!(read.frames, whole.frames[..length], "cut at {cut}");
+        assert!(whole.log.starts_with(&read.log), "cut at {cut}");
     }
 }
 
@@ -106,6 +130,23 @@ fn the_reader_of_the_library_finds_every_message() {
     let count = |topic: &str| messages.iter().filter(|message| message.channel.topic == topic).count();
     assert_eq!((count("/status"), count("/terms")), (199, 199));
     assert!(count("/records") > 10);
+    assert_eq!(count("/log"), log().len());
+    // In the order of their times, but for what has no time of its own: blocks, whose first tick counts.
+    let times: Vec<u64> = messages.iter().map(|message| message.log_time).collect();
+    let log_times = messages
+        .iter()
+        .enumerate()
+        .filter(|(_, message)| message.channel.topic == "/log");
+    for (n, message) in log_times {
+        let status_before = messages[..n]
+            .iter()
+            .rev()
+            .find(|message| message.channel.topic == "/status");
+        assert!(
+            status_before.is_none_or(|status| status.log_time <= message.log_time),
+            "{times:?}"
+        );
+    }
     let status = messages.iter().filter(|message| message.channel.topic == "/status");
     for (n, message) in (1_u64..).zip(status) {
         let status: serde_json::Value = serde_json::from_slice(&message.data).expect("JSON");
@@ -129,4 +170,56 @@ fn a_name_says_what_kind_of_file_it_is() {
     ] {
         assert_eq!(RecordFormat::of(Path::new(name)), format, "{name}");
     }
+}
+
+/// Lines of the log with these times, us, the first of which has this number.
+fn block(first: u32, times_us: impl IntoIterator<Item = u64>) -> LogBlock {
+    let event = Event::Mode(Mode::Armed);
+    LogBlock {
+        first,
+        lines: times_us.into_iter().map(|time_us| Line { time_us, event }).collect(),
+    }
+}
+
+/// The log in a file of frames: each line once, whatever was asked twice, and that of the next boot behind it.
+#[test]
+fn a_log_that_came_over_the_link_is_in_a_file_of_frames() {
+    let identity = Identity {
+        protocol: PROTOCOL_VERSION,
+        nonce: 0,
+        session: 1,
+        sequence: 0,
+        time_us: 0,
+        about: firmware::link::about(vehicle().parameters(), 0),
+    };
+    let mut out = RecordWriter::new(RecordFormat::Frames, Vec::new());
+    for _ in 0..2 {
+        out.identity(&identity).expect("fits");
+        for block in [block(0, [10, 20]), block(1, [20, 30]), block(3, [])] {
+            out.log_block(&block).expect("fits");
+        }
+    }
+    let frames = out.finish().expect("written");
+    let times: Vec<u64> = RecordFile::parse(&frames).log.iter().map(|line| line.time_us).collect();
+    assert_eq!(times, [10, 20, 30, 10, 20, 30]);
+    // The same conversation as MCAP has each line as often as the board told it.
+    let mcap = conversation::write_mcap(&frames, None, Vec::new()).expect("written");
+    let log = contents(&mcap).expect("MCAP").log;
+    assert_eq!(log.len(), 8);
+    assert!(
+        log.iter()
+            .all(|line| line.text == "armed" && line.level == LogLevel::Info),
+        "{log:?}"
+    );
+}
+
+#[test]
+fn a_printed_line_has_time_level_and_words() {
+    let line = LogLine::printed("  1.250000 WARN  arm IMU: no samples, restarting");
+    let expected = LogLine {
+        time_us: 1_250_000,
+        level: LogLevel::Warning,
+        text: "arm IMU: no samples, restarting".to_owned(),
+    };
+    assert_eq!(line, expected);
 }

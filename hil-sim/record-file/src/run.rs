@@ -1,6 +1,6 @@
 //! The records of a run, with what follows from them.
 
-use std::io::Write;
+use std::io::{self, Write};
 
 use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
@@ -10,10 +10,10 @@ use model::sample::TICK_US;
 use model::status::Status;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
-use report::error::CommandError;
 use virtual_board::scenario::{Sight, Story, StoryEvent};
 
-use super::writer::RecordWriter;
+use crate::log_line::LogLine;
+use crate::writer::RecordWriter;
 
 /// Ticks from status to status, as on the link.
 const STATUS_TICKS: u32 = 1_000_000 / TICK_US / STATUS_RATE_HZ as u32;
@@ -43,13 +43,13 @@ impl<W: Write> RunWriter<W> {
     /// Begins the recording of a board that was told of `vehicle`, and that has said who it is if there is an `identity`.
     ///
     /// # Errors
-    /// [`CommandError::Other`]: a message fits no frame, or the output takes no more.
+    /// A message fits no frame, or the output takes no more.
     pub fn begin(
         mut out: RecordWriter<W>,
         vehicle: &Vehicle<f32>,
         identity: Option<Identity>,
         narrator: Narrator,
-    ) -> Result<Self, CommandError> {
+    ) -> io::Result<Self> {
         out.identity(&identity.unwrap_or_else(|| Identity {
             protocol: PROTOCOL_VERSION,
             nonce: 0,
@@ -73,7 +73,7 @@ impl<W: Write> RunWriter<W> {
     ///
     /// # Errors
     /// As [`RunWriter::begin`].
-    pub fn record(&mut self, record: &FlightRecord) -> Result<(), CommandError> {
+    pub fn record(&mut self, record: &FlightRecord) -> io::Result<()> {
         let mut full: Option<RecordBlock> = None;
         self.encoder.push(record, |block| full = Some(block.clone()));
         full.map_or(Ok(()), |block| self.out.block(block))?;
@@ -98,24 +98,23 @@ impl<W: Write> RunWriter<W> {
     ///
     /// # Errors
     /// As [`RunWriter::begin`].
-    pub fn event(&mut self, event: &StoryEvent) -> Result<(), CommandError> {
+    pub fn event(&mut self, event: &StoryEvent) -> io::Result<()> {
         self.out.event(event)
     }
 
-    /// Takes a line of the firmware's log: its time in s since boot, its level and its words.
+    /// Takes a line of the firmware's log.
     ///
     /// # Errors
     /// As [`RunWriter::begin`].
-    pub fn log_line(&mut self, line: &str) -> Result<(), CommandError> {
-        let (at_us, level, text) = log_line(line);
-        self.out.log(at_us, level, text)
+    pub fn log(&mut self, line: &LogLine) -> io::Result<()> {
+        self.out.log(line)
     }
 
     /// Completes the recording; its output.
     ///
     /// # Errors
     /// As [`RunWriter::begin`].
-    pub fn finish(mut self) -> Result<W, CommandError> {
+    pub fn finish(mut self) -> io::Result<W> {
         let mut last = None;
         self.encoder.flush(|block| last = Some(block.clone()));
         last.map_or(Ok(()), |block| self.out.block(block))?;
@@ -125,7 +124,7 @@ impl<W: Write> RunWriter<W> {
     }
 }
 
-/// Writes a whole run into `out`; its output.
+/// Writes a whole run into `out`, each line of its log with the ticks of its time; its output.
 ///
 /// # Errors
 /// As [`RunWriter::begin`].
@@ -134,9 +133,17 @@ pub fn write_run<W: Write>(
     vehicle: &Vehicle<f32>,
     identity: Option<Identity>,
     records: &[FlightRecord],
-) -> Result<W, CommandError> {
+    log: &[LogLine],
+) -> io::Result<W> {
     let mut writer = RunWriter::begin(out, vehicle, identity, Narrator::Statuses)?;
-    records.iter().try_for_each(|record| writer.record(record))?;
+    let mut lines = log.iter().peekable();
+    for record in records {
+        while let Some(line) = lines.next_if(|line| line.time_us <= record.sample.time_us) {
+            writer.log(line)?;
+        }
+        writer.record(record)?;
+    }
+    lines.try_for_each(|line| writer.log(line))?;
     writer.finish()
 }
 
@@ -155,12 +162,4 @@ impl StatusStory {
     pub fn ended(self) -> Vec<StoryEvent> {
         self.0.told().events
     }
-}
-
-/// Time in us, level and words of a line of the firmware's log.
-fn log_line(line: &str) -> (u64, &str, &str) {
-    let (time, rest) = line.trim_start().split_once(' ').unwrap_or(("", line));
-    let (level, text) = rest.trim_start().split_once(' ').unwrap_or(("", rest));
-    let at_s: f64 = time.parse().unwrap_or(0.0);
-    ((at_s * 1e6).round() as u64, level, text.trim_start())
 }

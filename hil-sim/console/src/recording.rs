@@ -1,0 +1,211 @@
+//! What a board says, kept while it is recorded, and the files that come of it.
+
+use std::collections::VecDeque;
+
+use firmware::events::LogBlock;
+use firmware::protocol::frame::encode;
+use firmware::protocol::message::{BoardMessage, BoardStatus, Identity, OrderId, Reading};
+use firmware::records::codec::{RecordBlock, Records};
+use record_file::conversation::write_mcap;
+use serde::Serialize;
+
+/// Most bytes of a recording in the page's memory. Its file of frames has about as many, and as MCAP three times as many.
+const RECORDING_MAX: usize = 64 << 20;
+
+/// A recording under way: the board's own frames in the order in which they came.
+#[derive(Debug)]
+pub struct Recording {
+    frames: Vec<u8>,
+    bytes_max: usize,
+    /// Number of the next block of records, once there has been one: what went before the first is no loss.
+    next: Option<u32>,
+    /// Number of the next line of the log.
+    pub next_line: u32,
+    /// When the stream was to end, us; none while it goes on.
+    pub ended_us: Option<u64>,
+    /// What is recorded so far.
+    pub counts: RecordingCounts,
+}
+
+/// What is recorded.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct RecordingCounts {
+    /// Ticks recorded.
+    pub ticks: u64,
+    /// Blocks that the board made and that did not arrive.
+    pub lost_blocks: u32,
+    /// Bytes kept.
+    pub bytes: usize,
+    /// There was no room for more: the recording has ended by itself.
+    pub full: bool,
+    /// The stream has ended, and the log up to then is recorded: this is all there will be.
+    pub complete: bool,
+}
+
+impl Recording {
+    /// A recording of this board.
+    pub fn begin(identity: &Identity) -> Self {
+        Self::with_room(identity, RECORDING_MAX)
+    }
+
+    fn with_room(identity: &Identity, bytes_max: usize) -> Self {
+        let mut recording = Self {
+            frames: Vec::new(),
+            bytes_max,
+            next: None,
+            next_line: 0,
+            ended_us: None,
+            counts: RecordingCounts::default(),
+        };
+        recording.write(&BoardMessage::Identity(*identity));
+        recording
+    }
+
+    /// The board has booted: its numbers begin anew.
+    pub fn meet(&mut self, identity: &Identity) {
+        self.next = None;
+        self.next_line = 0;
+        self.write(&BoardMessage::Identity(*identity));
+    }
+
+    /// Whether records are still taken.
+    pub fn goes_on(&self) -> bool {
+        self.ended_us.is_none()
+    }
+
+    /// Takes the blocks and statuses that have come, until the recording ends. The first that finds no room ends it: a file
+    /// with a hole in it would replay no further.
+    pub fn take(&mut self, blocks: &mut VecDeque<RecordBlock>, statuses: &[BoardStatus]) {
+        for block in blocks.drain(..) {
+            if self.is_closed() {
+                return;
+            }
+            self.counts.lost_blocks += self.next.map_or(0, |next| block.number.wrapping_sub(next));
+            self.next = Some(block.number.wrapping_add(1));
+            self.counts.ticks += Records::new(&block.bytes).flatten().count() as u64;
+            self.write(&BoardMessage::Records(block));
+        }
+        for status in statuses {
+            if self.is_closed() {
+                return;
+            }
+            self.write(&BoardMessage::Status(*status));
+        }
+    }
+
+    /// Takes a block of the log, without the lines that are known.
+    pub fn take_log(&mut self, block: &LogBlock) {
+        let new = newer(block, self.next_line);
+        if new.lines.is_empty() {
+            return;
+        }
+        self.next_line = new.first.saturating_add(new.lines.len() as u32);
+        // Whose order it answered is of no concern in a file.
+        let id = OrderId {
+            session: 0,
+            sequence: 0,
+        };
+        let reading = Reading::Log(new);
+        self.write(&BoardMessage::Reading { id, reading });
+    }
+
+    /// Whether nothing more is taken: it has ended, or there is no more room. The log, whose lines are few, has room still.
+    fn is_closed(&mut self) -> bool {
+        self.counts.full |= self.frames.len() >= self.bytes_max;
+        self.counts.full || !self.goes_on()
+    }
+
+    /// The frames as far as they go: the file that `hil-sim replay` reads.
+    pub fn into_frames(self) -> Vec<u8> {
+        self.frames
+    }
+
+    /// The MCAP file; `vehicle` is the text of the vehicle file of the set in force.
+    ///
+    /// # Errors
+    /// A message that MCAP does not take, in words.
+    pub fn mcap(&self, vehicle: Option<String>) -> Result<Vec<u8>, String> {
+        write_mcap(&self.frames, vehicle, Vec::new()).map_err(|error| error.to_string())
+    }
+
+    fn write(&mut self, message: &BoardMessage) {
+        // What came in a frame fits one.
+        if let Ok(frame) = encode(message) {
+            self.frames.extend(&frame);
+            self.counts.bytes = self.frames.len();
+        }
+    }
+}
+
+/// The lines of a block from number `from` on.
+pub fn newer(block: &LogBlock, from: u32) -> LogBlock {
+    let known = from.saturating_sub(block.first);
+    LogBlock {
+        first: block.first.saturating_add(known),
+        lines: block.lines.iter().skip(known as usize).copied().collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use firmware::link::about;
+    use firmware::protocol::message::PROTOCOL_VERSION;
+    use virtual_board::records::RecordFile;
+
+    use super::*;
+
+    fn identity() -> Identity {
+        let vehicle = vehicle_file::reference().expect("good").parameters().cast::<f32>();
+        Identity {
+            protocol: PROTOCOL_VERSION,
+            nonce: 0,
+            session: 1,
+            sequence: 0,
+            time_us: 0,
+            about: about(&vehicle, 0),
+        }
+    }
+
+    fn block(number: u32) -> RecordBlock {
+        let mut encoder = firmware::records::codec::BlockEncoder::new();
+        let mut record = firmware::flight_record::FlightRecord::NONE;
+        record.tick = number + 1;
+        encoder.push(&record, |_| {});
+        let mut full = None;
+        encoder.flush(|block| full = Some(block.clone()));
+        let mut block = full.expect("a block");
+        block.number = number;
+        block
+    }
+
+    fn status() -> BoardStatus {
+        BoardStatus {
+            boot: 0,
+            sequence: 1,
+            vehicle: model::status::Status::default(),
+            link: firmware::protocol::message::LinkCounters::default(),
+            cycles: firmware::protocol::message::TickCycles::default(),
+            clock: firmware::hardware::ClockSource::External,
+        }
+    }
+
+    #[test]
+    fn a_full_recording_ends_keeps_what_it_has_and_says_so() {
+        let mut recording = Recording::with_room(&identity(), 2000);
+        let mut number = 0;
+        while !recording.counts.full {
+            recording.take(&mut [block(number)].into(), &[]);
+            number += 1;
+            assert!(number < 1000, "it is never full");
+        }
+        let counts = recording.counts;
+        // Later blocks and statuses change nothing; what is there replays up to the last tick before the end.
+        let mut later = VecDeque::from([block(number), block(number + 1)]);
+        recording.take(&mut later, &[status()]);
+        assert_eq!(recording.counts, counts);
+        assert!(later.is_empty());
+        let read = RecordFile::parse(&recording.into_frames());
+        assert_eq!(read.records.len() as u64, counts.ticks);
+        assert_eq!((read.lost_blocks, counts.ticks as u32), (0, number - 1));
+    }
+}

@@ -1,0 +1,45 @@
+//! What a board has said over its link, kept as frames, into a file for other tools.
+
+use std::io::{self, Write};
+
+use firmware::protocol::frame::{Decoder, Received};
+use firmware::protocol::message::{BoardMessage, Reading};
+
+use crate::run::StatusStory;
+use crate::writer::{RecordFormat, RecordWriter};
+
+/// Writes what `frames` hold into an MCAP file that goes to `out`: identities, records, statuses with what they tell, and
+/// the log. `vehicle` is the text of the vehicle file of the set in force. Returns the output.
+///
+/// # Errors
+/// The output takes no more.
+pub fn write_mcap<W: Write>(frames: &[u8], vehicle: Option<String>, out: W) -> io::Result<W> {
+    let mut out = RecordWriter::new(RecordFormat::Mcap, out);
+    let (mut vehicle, mut story) = (vehicle, StatusStory::default());
+    let mut decoder = Decoder::new();
+    let mut rest = frames;
+    while let Some(received) = decoder.next_of(&mut rest) {
+        let Received::Message(message) = received else {
+            continue;
+        };
+        match message {
+            BoardMessage::Identity(identity) => {
+                out.identity(&identity)?;
+                vehicle.take().map_or(Ok(()), |toml| out.vehicle(toml))?;
+            }
+            BoardMessage::Records(block) => out.block(block)?,
+            BoardMessage::Status(status) => {
+                out.status(&status.vehicle)?;
+                let events = story.add(&status.vehicle);
+                events.iter().try_for_each(|event| out.event(event))?;
+            }
+            BoardMessage::Reading {
+                reading: Reading::Log(block),
+                ..
+            } => out.log_block(&block)?,
+            BoardMessage::Answer { .. } | BoardMessage::Reading { .. } => {}
+        }
+    }
+    story.ended().iter().try_for_each(|event| out.event(event))?;
+    out.finish()
+}

@@ -1,0 +1,178 @@
+//! How much of the board's time is due, and how fast it really passes.
+
+/// Time of the host that a go is to take at most, us, and that it makes up for: clients are heard in between.
+const GO_MAX_US: u64 = 10_000;
+/// Longest first go, ms: how fast the board runs is not known yet.
+const FIRST_GO_MS: f64 = 10.0;
+/// Most of the host's time that a board makes up for, us: a machine that slept does not let it hurry.
+const BACKLOG_MAX_US: f64 = 100_000.0;
+/// Over which time of the host the pace is measured, us.
+const WINDOW_US: u64 = 3_000_000;
+/// A pace that falls this share short of the one that was asked for is told, and a change by as much is told again.
+const SHORTFALL: f64 = 0.1;
+
+/// The board's time against the host's. Times of the host are in us from any fixed start.
+#[derive(Debug)]
+pub struct Pace {
+    /// Simulated seconds per second that were asked for.
+    rate: f64,
+    /// Least simulated time in one go, ms.
+    go_ms: u64,
+    /// Most simulated time in one go, ms: as much as the board runs while the clients can wait.
+    go_max_ms: f64,
+    /// Simulated time that is to pass, us.
+    due_us: f64,
+    /// When the host's clock was read last.
+    read_us: Option<u64>,
+    /// Since when the window lasts, and how much simulated time has passed in it, ms.
+    window: Option<(u64, u64)>,
+    /// The share of the rate that was told last.
+    told: f64,
+}
+
+impl Pace {
+    /// `rate` simulated seconds per second, at least `go_ms` in one go.
+    pub fn new(rate: f64, go_ms: u64) -> Self {
+        Self {
+            rate,
+            go_ms,
+            go_max_ms: FIRST_GO_MS,
+            due_us: 0.0,
+            read_us: None,
+            window: None,
+            told: 1.0,
+        }
+    }
+
+    /// The host's clock has come to `now_us` without the board: it is not on.
+    pub fn rest(&mut self, now_us: u64) {
+        self.due_us = 0.0;
+        self.read_us = Some(now_us);
+        self.window = None;
+    }
+
+    /// The host's clock has come to `now_us`: how long the board runs now, ms.
+    pub fn go(&mut self, now_us: u64) -> u64 {
+        let passed_us = now_us.saturating_sub(self.read_us.unwrap_or(now_us));
+        self.read_us = Some(now_us);
+        let most_us = BACKLOG_MAX_US * self.rate.max(1.0);
+        self.due_us = (self.due_us + passed_us as f64 * self.rate).min(most_us);
+        if !self.is_due() {
+            return 0;
+        }
+        let go_ms = (self.due_us / 1000.0).min(self.go_max_ms) as u64;
+        self.due_us -= (go_ms * 1000) as f64;
+        let (_, passed_ms) = self.window.get_or_insert((now_us, 0));
+        *passed_ms += go_ms;
+        go_ms
+    }
+
+    /// The board has run `go_ms`, which has taken `took_us` of the host's time.
+    pub fn ran(&mut self, go_ms: u64, took_us: u64) {
+        let most_ms = GO_MAX_US as f64 / 1000.0 * self.rate.max(1.0);
+        if took_us > GO_MAX_US {
+            self.go_max_ms = (self.go_max_ms / 2.0).max(self.go_ms as f64);
+        } else if took_us < GO_MAX_US / 4 && go_ms as f64 >= self.go_max_ms / 2.0 {
+            self.go_max_ms = (self.go_max_ms * 2.0).min(most_ms);
+        }
+    }
+
+    /// Whether there is enough for a go already: nothing is to be waited for.
+    pub fn is_due(&self) -> bool {
+        self.due_us >= (self.go_ms * 1000) as f64
+    }
+
+    /// The pace reached up to `now_us`, where a person should know it: too slow, or not any more.
+    pub fn word(&mut self, now_us: u64) -> Option<String> {
+        let (since_us, passed_ms) = self.window?;
+        let span_us = now_us.saturating_sub(since_us);
+        if span_us < WINDOW_US {
+            return None;
+        }
+        self.window = None;
+        let reached = passed_ms as f64 * 1000.0 / span_us as f64;
+        let share = (reached / self.rate).min(1.0);
+        let short = share < 1.0 - SHORTFALL;
+        if (share - self.told).abs() < SHORTFALL || !(short || self.told < 1.0) {
+            return None;
+        }
+        self.told = if short { share } else { 1.0 };
+        Some(if short {
+            format!(
+                "pace: {reached:.2} times real time; {} was asked for, and this machine reaches no more now",
+                self.rate
+            )
+        } else {
+            format!("pace: {reached:.2} times real time, as asked for")
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lets the host's time pass in steps of `step_us`, each simulated ms taking `cost_us` of it; the simulated time, ms,
+    /// and what was told.
+    fn passes(pace: &mut Pace, from_us: u64, for_us: u64, step_us: u64, cost_us: u64) -> (u64, Vec<String>) {
+        let (mut now_us, mut board_ms, mut told) = (from_us, 0, Vec::new());
+        while now_us < from_us + for_us {
+            let go_ms = pace.go(now_us);
+            board_ms += go_ms;
+            // Clients wait for a go that is too long only while the speed is not known.
+            assert!(board_ms < 100 || go_ms * cost_us <= 2 * GO_MAX_US, "{go_ms}");
+            pace.ran(go_ms, go_ms * cost_us);
+            now_us += step_us + go_ms * cost_us;
+            told.extend(pace.word(now_us));
+        }
+        (board_ms, told)
+    }
+
+    #[test]
+    fn a_fast_machine_keeps_every_rate_and_says_nothing() {
+        for (rate, expected_ms) in [(1.0, 20_000), (0.25, 5_000), (3.0, 60_000), (100.0, 2_000_000)] {
+            for go_ms in [1, 5] {
+                let (board_ms, told) = passes(&mut Pace::new(rate, go_ms), 0, 20_000_000, 50, 1);
+                // The first reading of the clock begins, and what is due at the end is still to come.
+                let missing_ms = expected_ms - board_ms;
+                assert!(
+                    missing_ms as f64 <= 10.0 * f64::max(rate, 1.0),
+                    "rate {rate}, {go_ms} ms: {missing_ms} ms missing"
+                );
+                assert!(told.is_empty(), "{told:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_slow_machine_says_what_it_reaches_once_and_when_it_is_over() {
+        let mut pace = Pace::new(1.0, 5);
+        let (board_ms, told) = passes(&mut pace, 0, 20_000_000, 50, 2_000);
+        assert!((9_900..=10_100).contains(&board_ms), "{board_ms}");
+        assert_eq!(
+            told,
+            ["pace: 0.50 times real time; 1 was asked for, and this machine reaches no more now"]
+        );
+        let (_, told) = passes(&mut pace, 20_000_000, 20_000_000, 100, 100);
+        // Nor does it let anybody wait at a rate that is far beyond it.
+        passes(&mut Pace::new(100.0, 5), 0, 20_000_000, 50, 500);
+        // Perhaps after a pace in between.
+        assert!(told.len() <= 2, "{told:?}");
+        assert!(
+            told.last().is_some_and(|word| word.ends_with("as asked for")),
+            "{told:?}"
+        );
+    }
+
+    #[test]
+    fn a_machine_that_slept_does_not_let_the_board_hurry() {
+        let mut pace = Pace::new(1.0, 1);
+        pace.go(0);
+        let slept_us = 3_600_000_000;
+        let caught_up: u64 = (0..1000).map(|_| pace.go(slept_us)).sum();
+        assert_eq!(caught_up * 1000, BACKLOG_MAX_US as u64);
+        // Nor one whose board was off.
+        pace.rest(2 * slept_us);
+        assert_eq!(pace.go(2 * slept_us), 0);
+    }
+}
