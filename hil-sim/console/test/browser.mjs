@@ -187,9 +187,14 @@ class Page {
     await this.mouse("mouseReleased", to);
   }
 
-  /** A touch event: touchStart or touchMove with the fingers that touch from then on, touchEnd or touchCancel with none. */
+  /** A touch event: touchStart or touchMove with the fingers that touch from then on; touchEnd or touchCancel of them all. */
   touch(type, ...fingers) {
     return this.send("Input.dispatchTouchEvent", { type, touchPoints: fingers.map(([x, y], id) => ({ x, y, id })) });
+  }
+
+  /** Lifts one of several fingers, by its number. */
+  lift(id, [x, y]) {
+    return this.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [{ x, y, id }] });
   }
 
   async tap(place) {

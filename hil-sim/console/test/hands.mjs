@@ -151,9 +151,10 @@ export async function joystick(open, phone) {
   await page.until(`${NEUTRAL} && ${STANDS}`);
   // A second finger on the joystick takes nothing over, and its leaving nothing away.
   await press();
-  await page.touch("touchStart", up, [centre[0] + 40, centre[1] + 30]);
+  const second = [centre[0] + 40, centre[1] + 30];
+  await page.touch("touchStart", up, second);
   assert.ok(await page.value(FORWARD));
-  await page.touch("touchMove", up);
+  await page.lift(1, second);
   assert.ok(await page.value(FORWARD));
   // A touch that the system takes away is a hand that lets go.
   await page.touch("touchCancel");
@@ -161,7 +162,7 @@ export async function joystick(open, phone) {
   // Stopped by another finger; the one on the joystick does not drive on, nor does it when the page comes back.
   await press();
   await page.touch("touchStart", up, stop);
-  await page.touch("touchMove", up);
+  await page.lift(1, stop);
   await page.until(STANDS);
   assert.equal(await page.value(MODE), "armed");
   assert.match(await page.value(NOTE), /let go of everything/);
