@@ -90,41 +90,41 @@ where
         if request == Request::ClearFaults && core.mode() == Mode::Disarmed {
             bridges.clear_break();
         }
-        let sample = gather(
-            topics,
-            now,
-            encoders.counts(),
-            Switched {
-                emergency_stop: emergency_stop.is_pressed(),
-                break_input: bridges.break_input_active(),
-                bridge_break: bridges.break_tripped(),
-                board_blockers: blockers.union(topics.blockers.raised()).bits(),
-            },
-        );
-        let command = command(topics, now, request);
+        tick = tick.wrapping_add(1);
+        // The tick's record from its begin on, so that nothing of it is copied.
+        let mut record = FlightRecord {
+            tick,
+            sample: gather(
+                topics,
+                now,
+                encoders.counts(),
+                Switched {
+                    emergency_stop: emergency_stop.is_pressed(),
+                    break_input: bridges.break_input_active(),
+                    bridge_break: bridges.break_tripped(),
+                    board_blockers: blockers.union(topics.blockers.raised()).bits(),
+                },
+            ),
+            command: command(topics, now, request),
+            actuation: Actuation::SAFE,
+        };
 
         if core.mode() == Mode::Disarmed
             && let Some(vehicle) = topics.new_vehicle.take()
         {
             change_vehicle(core, &vehicle);
         }
-        let sensed = core.sense(&sample);
+        let sensed = core.sense(&record.sample);
         let after_sense = counter.cycles();
         let estimate = core.estimate(&sensed);
         let after_estimate = counter.cycles();
-        let decision = core.decide(&sensed, &estimate, &command);
+        let decision = core.decide(&sensed, &estimate, &record.command);
         let after_decide = counter.cycles();
         let output = core.actuate(&sensed, &estimate, decision);
         bridges.apply(&output.actuation);
         let after_actuate = counter.cycles();
 
-        tick = tick.wrapping_add(1);
-        let record = FlightRecord {
-            tick,
-            sample,
-            command,
-            actuation: output.actuation,
-        };
+        record.actuation = output.actuation;
         recorder.record(&record);
         if recorder.for_host() {
             ticks.record(&topics.records, &record, &output.status);
@@ -133,7 +133,7 @@ where
         if !faults.is_empty() {
             // A history that has no room for more faults in one go loses the latest ones; the tick waits for nobody.
             let _ = topics.new_faults.try_send(NewFaults {
-                time_us: sample.time_us,
+                time_us: record.sample.time_us,
                 mode,
                 faults,
             });

@@ -5,8 +5,8 @@
 /// `f32::clamp` panics when its bounds are out of order or not numbers, and `f32::min` leaves the sign of
 /// zero open, so that two processors may differ. Control code uses this instead.
 pub trait Bounded {
-    /// `low` for a value below the range, `high` for one above it, else the value itself. NaN stays NaN, which
-    /// the check before the bridges finds.
+    /// `low` for a value below the range, `high` for one above it, else the value itself; `low` if the bounds are out of
+    /// order. NaN stays NaN, which the check before the bridges finds.
     #[must_use]
     fn bounded(self, low: Self, high: Self) -> Self;
 }
@@ -14,13 +14,9 @@ pub trait Bounded {
 impl Bounded for f32 {
     #[inline]
     fn bounded(self, low: Self, high: Self) -> Self {
-        if self < low {
-            low
-        } else if self > high {
-            high
-        } else {
-            self
-        }
+        // One after the other, not one or the other: each of the two is one instruction of the host's.
+        let below = if self > high { high } else { self };
+        if below < low { low } else { below }
     }
 }
 
@@ -35,7 +31,9 @@ mod tests {
         assert_eq!(0.5_f32.bounded(-1.0, 1.0), 0.5);
         assert!(f32::NAN.bounded(-1.0, 1.0).is_nan());
         // Bounds out of order or not numbers: a value, no panic.
-        assert_eq!(0.0_f32.bounded(1.0, -1.0), 1.0);
+        for value in [-2.0_f32, 0.0, 2.0] {
+            assert_eq!(value.bounded(1.0, -1.0), 1.0);
+        }
         assert_eq!(0.0_f32.bounded(f32::NAN, f32::NAN), 0.0);
     }
 }

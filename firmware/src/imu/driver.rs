@@ -186,7 +186,8 @@ impl<S: SpiDevice<u16>> Icm42688p<S> {
         let temperature = word(a, b);
         let data = [word(b, c), word(c, d), word(d, e), word(e, f), word(f, g), word(g, h)];
         // A part that does not answer leaves the line high or low.
-        if data == [-1; DATA_WORDS - 1] || data == [0; DATA_WORDS - 1] || data.contains(&NO_DATA) {
+        let holds = |level: i16| data.iter().all(|word| *word == level);
+        if holds(-1) || holds(0) || data.contains(&NO_DATA) {
             return Err(ImuError::NoData);
         }
         let [ax, ay, az, gx, gy, gz] = data;

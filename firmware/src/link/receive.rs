@@ -26,8 +26,9 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Read, about: Ab
     let mut bytes = [0; 64];
     loop {
         if let Ok(length) = uart.read(&mut bytes).await {
-            for byte in bytes.iter().take(length) {
-                receiver.take(decoder.push(*byte), Instant::now());
+            let mut received = bytes.get(..length).unwrap_or_default();
+            while let Some(received) = decoder.next_of(&mut received) {
+                receiver.take(received, Instant::now());
             }
         } else {
             // Bytes were lost: what comes next is not the rest of what came before.

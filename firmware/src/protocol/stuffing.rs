@@ -7,42 +7,66 @@
 /// The distance that ends at no zero.
 const FULL: u8 = 255;
 
+/// Bytes in which [`stuff`] looks for zeros at once.
+const EIGHT: usize = 8;
+
 /// Stuffs the message in `wire[1..=length]`; the bytes after it take what stuffing adds. Returns the length of the
 /// stuffed message, which begins at `wire[0]`; `None` if there is no room.
 pub fn stuff(wire: &mut [u8], length: usize) -> Option<usize> {
     let mut end = length.checked_add(1)?;
-    let mut start = 0;
-    while let Some(full) = chain(wire.get_mut(start..end)?) {
-        start += full;
-        if start == end {
-            break;
+    // From the end on, as what long runs add moves only what is stuffed.
+    let (mut next, mut at) = (end, end);
+    while at > 1 {
+        let first = at.saturating_sub(EIGHT).max(1);
+        let part = wire.get(first..at)?;
+        let mut zeros = match part.first_chunk() {
+            Some(eight) => zeros(*eight),
+            None => zeros(core::array::from_fn(|i| part.get(i).copied().unwrap_or(1))),
+        };
+        // The highest bit is that of the last zero.
+        while let Some(bit) = zeros.checked_ilog2() {
+            zeros ^= 1 << bit;
+            let zero = first + bit as usize / 8;
+            end = hold(wire, zero, next, end)?;
+            next = zero;
         }
-        end += 1;
-        let rest = wire.get_mut(start..end)?;
-        rest.copy_within(..rest.len().checked_sub(1)?, 1);
+        at = first;
     }
-    Some(end)
+    hold(wire, 0, next, end)
 }
 
-/// Writes the distances of the first byte and of the zeros; stops after a run of 254 bytes and returns its end.
-fn chain(bytes: &mut [u8]) -> Option<usize> {
-    let (mut holder, rest) = bytes.split_first_mut()?;
-    let mut distance = 1;
-    for (passed, byte) in rest.iter_mut().enumerate() {
-        if *byte == 0 {
-            *holder = distance;
-            holder = byte;
-            distance = 1;
-        } else {
-            distance += 1;
-            if distance == FULL {
-                *holder = FULL;
-                return Some(passed + 2);
-            }
-        }
+/// The zeros among eight bytes: the highest bit of each that is one, the first byte's lowest.
+fn zeros(eight: [u8; EIGHT]) -> u64 {
+    // All bits but the highest of each byte: to these the same number can be added without a carry into the next byte.
+    const LOW: u64 = u64::from_ne_bytes([0x7F; EIGHT]);
+    let bytes = u64::from_le_bytes(eight);
+    !(((bytes & LOW) + LOW) | bytes | LOW)
+}
+
+/// Writes the distance from `holder` to `next`: the next zero, or the end of the stuffed bytes. Returns that end.
+#[inline]
+fn hold(wire: &mut [u8], holder: usize, next: usize, end: usize) -> Option<usize> {
+    let distance = next - holder;
+    if distance < usize::from(FULL) {
+        *wire.get_mut(holder)? = distance as u8;
+        Some(end)
+    } else {
+        hold_run(wire, holder, next, end)
     }
-    *holder = distance;
-    None
+}
+
+/// As [`hold`] before a run of 254 bytes or more. The end moves by a byte for each full distance after which the run or the
+/// message goes on.
+#[cold]
+fn hold_run(wire: &mut [u8], holder: usize, next: usize, end: usize) -> Option<usize> {
+    *wire.get_mut(holder)? = FULL;
+    let holder = holder + usize::from(FULL);
+    if holder == end {
+        return Some(end);
+    }
+    let rest = wire.get_mut(holder..=end)?;
+    rest.copy_within(..rest.len().checked_sub(1)?, 1);
+    hold(wire, holder, next + 1, end + 1)
 }
 
 /// The message of a stuffed one, in its place; `None` if a distance leads nowhere.

@@ -99,11 +99,11 @@ impl Encoder {
         let counts = angle_rad * self.counts_per_rad;
         // Towards minus infinity, without a call.
         let cut = counts as i64;
-        let truth = cut.saturating_sub(i64::from(cut as f64 > counts));
+        // A shaft that left every range wraps: the plant tells so itself.
+        let truth = cut.wrapping_sub(i64::from(cut as f64 > counts));
         let edges = truth.wrapping_sub(self.truth);
         self.truth = truth;
         match self.law {
-            // A shaft that left every range wraps: the plant tells so itself.
             CountLaw::Fault(SensorFault::None | SensorFault::Delayed | SensorFault::NoForce) => {
                 self.counted = self.counted.wrapping_add(edges);
             }

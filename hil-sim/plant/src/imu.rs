@@ -180,11 +180,20 @@ pub struct ImuSensor {
     errors: ImuErrors,
     bias: [f64; 6],
     filter: Butterworth,
+    /// Standard deviations of the noise of accelerometer and gyro behind the filter.
+    noise_deviations: [f64; 2],
     settled: bool,
     noise: Noise,
     faults: Faults,
     temperature: Temperature,
     imperfection: Option<Box<Imperfection>>,
+}
+
+/// Standard deviations of the noise of accelerometer and gyro behind a filter of this corner.
+fn noise_deviations(errors: &ImuErrors, corner_hz: f64) -> [f64; 2] {
+    // Equivalent noise bandwidth of a second-order Butterworth: 1.11 of its corner.
+    let root_bandwidth = (1.11 * corner_hz).sqrt();
+    [errors.accel_noise * root_bandwidth, errors.gyro_noise * root_bandwidth]
 }
 
 /// Temperature of a part that nothing was said of, in C.
@@ -201,6 +210,7 @@ impl ImuSensor {
             errors,
             bias,
             filter: Butterworth::new(corner_hz),
+            noise_deviations: noise_deviations(&errors, corner_hz),
             settled: false,
             noise,
             faults: Faults::new(),
@@ -267,6 +277,7 @@ impl ImuSensor {
     /// Moves the filter's corner.
     pub fn set_corner_hz(&mut self, corner_hz: f64) {
         self.filter.set_corner_hz(corner_hz);
+        self.noise_deviations = noise_deviations(&self.errors, corner_hz);
     }
 
     /// Follows the motion for `h` seconds.
@@ -294,10 +305,7 @@ impl ImuSensor {
                 self.filter.corner_hz(),
             ),
         };
-        // Equivalent noise bandwidth of a second-order Butterworth: 1.11 of its corner.
-        let root_bandwidth = (1.11 * self.filter.corner_hz()).sqrt();
-        let accel = self.errors.accel_noise * root_bandwidth;
-        let gyro = self.errors.gyro_noise * root_bandwidth;
+        let [accel, gyro] = self.noise_deviations;
         let noise = &mut self.noise;
         let mut noises = [0.0; 6];
         if accel > 0.0 && gyro > 0.0 {

@@ -36,7 +36,7 @@ mod validity;
 pub mod wiring;
 
 use analog::AnalogConverter;
-use body::{BALLAST, Body, FORWARD, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
+use body::{Body, JointTorque, LEFT, PHI, RIGHT};
 use encoder::Encoder;
 use gear::{GEARS, Gear};
 use icm42688p::Icm42688pModel;
@@ -133,12 +133,12 @@ impl Plant {
             let count = libm::ceil(substeps);
             (count as u64, dt_s / count)
         };
-        let bridges = self.connected(bridges);
-        for _ in 0..count {
-            if self.time_s >= self.push_until_s {
-                self.end_push();
-            }
-            self.substep(h, &bridges);
+        let mut changed = [BridgeState::Open; MOTORS];
+        let bridges = self.connected(bridges, &mut changed);
+        if count == 1 {
+            self.substep(h, bridges);
+        } else {
+            self.substeps(count, h, bridges);
         }
         self.supply.follow(dt_s, self.battery_a, &mut self.battery);
         self.watch_validity();
@@ -147,21 +147,37 @@ impl Plant {
         }
     }
 
-    /// The bridges as the motors feel them.
+    /// The bridges as the motors feel them: as they are, or put into `changed`.
     #[inline]
-    fn connected(&self, bridges: &[BridgeState; MOTORS]) -> [BridgeState; MOTORS] {
-        let mut bridges = *bridges;
+    fn connected<'a>(
+        &self,
+        bridges: &'a [BridgeState; MOTORS],
+        changed: &'a mut [BridgeState; MOTORS],
+    ) -> &'a [BridgeState; MOTORS] {
+        if self.has_spar && !self.wiring.faulty() {
+            return bridges;
+        }
+        *changed = *bridges;
         if !self.has_spar {
-            bridges[Motor::Ballast as usize] = BridgeState::Open;
+            changed[Motor::Ballast as usize] = BridgeState::Open;
         }
-        if self.wiring.faulty() {
-            bridges = self.wiring.through(&bridges);
+        *changed = self.wiring.through(changed);
+        changed
+    }
+
+    /// Several substeps of `h` seconds. Apart from the one that a vehicle on a plane takes.
+    #[inline(never)]
+    fn substeps(&mut self, count: u64, h: f64, bridges: &[BridgeState; MOTORS]) {
+        for _ in 0..count {
+            self.substep(h, bridges);
         }
-        bridges
     }
 
     #[inline]
     fn substep(&mut self, h: f64, bridges: &[BridgeState; MOTORS]) {
+        if self.time_s >= self.push_until_s {
+            self.end_push();
+        }
         let mut before: [f64; MOTORS] = core::array::from_fn(|i| self.body.joint_rate(i));
         if let Some(gears) = self.gears.as_deref() {
             gear::overwrite(&mut before, gears, Gear::rate);
@@ -169,10 +185,8 @@ impl Plant {
         self.battery_v = self
             .battery
             .terminal_v(h, self.battery_v, &mut self.motors, bridges, &before);
-        let mut joints = [JointTorque::NONE; MOTORS];
-        for (i, (joint, motor)) in joints.iter_mut().zip(&mut self.motors).enumerate() {
-            *joint = motor.begin(h, bridges[i], self.battery_v, before[i]);
-        }
+        let joints: [JointTorque; MOTORS] =
+            core::array::from_fn(|i| self.motors[i].begin(h, bridges[i], self.battery_v, before[i]));
         let mean_rates = match self.gears.as_deref_mut() {
             None => {
                 self.body.step(h, &self.ground, &joints);
@@ -242,11 +256,12 @@ impl Plant {
         if !smooth || dt_s <= 0.0 || dt_s > self.substep_s {
             return None;
         }
-        let bridges = self.connected(bridges);
+        let mut changed = [BridgeState::Open; MOTORS];
+        let bridges = self.connected(bridges, &mut changed);
         let rates = self.body.joint_rates_after(0.5 * dt_s);
         let volts = self
             .battery
-            .terminal_v(dt_s, self.battery_v, &mut self.motors, &bridges, &rates);
+            .terminal_v(dt_s, self.battery_v, &mut self.motors, bridges, &rates);
         let currents = core::array::from_fn(|i| self.motors[i].mean_current_after(dt_s, bridges[i], volts, rates[i]));
         Some(self.convert(volts, currents))
     }
@@ -301,44 +316,19 @@ impl Plant {
     /// asks for the truth of few glances.
     #[inline]
     pub fn glance(&self) -> Glance {
-        let (q, u) = (self.body.position(), self.body.speed());
-        let [right, left] = *self.body.wheels();
-        let [slope_right, slope_left] = self.body.path_slopes();
-        let (spar, spar_rate) = if self.has_spar { (q[SPAR], u[SPAR]) } else { (0.0, 0.0) };
-        let gravity = self.body.gravity();
         Glance {
-            from_normal: Truth {
-                time_s: self.time_s,
-                x_m: q[FORWARD],
-                y_m: q[SIDE],
-                height_m: q[LIFT],
-                heading_rad: q[YAW],
-                yaw_rate_rad_s: u[YAW],
-                speed_m_s: u[FORWARD],
-                side_speed_m_s: u[SIDE],
-                wheel_rate_rad_s: [u[LEFT], u[RIGHT]],
-                phi_rad: q[PHI],
-                phi_rate_rad_s: u[PHI],
-                spar_rad: spar,
-                spar_rate_rad_s: spar_rate,
-                ballast_rad: q[BALLAST] - q[SPAR],
-                ballast_rate_rad_s: u[BALLAST] - u[SPAR],
-                slope_rad: 0.0,
-                normal_n: [left.normal_n, right.normal_n],
-                longitudinal_n: [left.longitudinal_n, right.longitudinal_n],
-                slip_m_s: [left.slip_m_s, right.slip_m_s],
-                sliding: [left.sliding, right.sliding],
-                lifted: [left.lifted, right.lifted],
-                current_a: self.motors.each_ref().map(DcMotor::mean_current_a),
-                torque_n_m: self.motors.each_ref().map(DcMotor::torque_n_m),
-                battery_v: self.battery_v,
-                battery_a: self.battery_a,
-                chocked: self.body.chocked(),
-            },
+            time_s: self.time_s,
+            position: *self.body.position(),
+            speed: *self.body.speed(),
+            wheels: *self.body.wheels(),
+            path_slopes: self.body.path_slopes(),
+            gravity: self.body.gravity(),
+            current_a: self.motors.each_ref().map(DcMotor::mean_current_a),
+            torque_n_m: self.motors.each_ref().map(DcMotor::torque_n_m),
+            battery_v: self.battery_v,
+            battery_a: self.battery_a,
             has_spar: self.has_spar,
-            gravity_along: gravity.along,
-            gravity_normal: gravity.normal,
-            path_slope: 0.5 * (slope_right + slope_left),
+            chocked: self.body.chocked(),
         }
     }
 }

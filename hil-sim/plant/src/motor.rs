@@ -196,7 +196,7 @@ impl DcMotor {
         if let BridgeState::Duty(duty) = bridge {
             let (current, emf) = (self.current, self.back_emf * rate);
             let mean = self.look_ahead(h).average(current, duty * battery_v, emf);
-            return mean.max(-self.chop_a).min(self.chop_a);
+            return mean.clamp(-self.chop_a, self.chop_a);
         }
         self.step_ahead(h, bridge, battery_v, rate)
     }

@@ -6,6 +6,7 @@ use model::board::BoardScales;
 use model::vehicle::Vehicle;
 
 use super::*;
+use crate::body::FORWARD;
 use crate::noise::Noise;
 use crate::terrain::Terrain;
 

@@ -1,5 +1,7 @@
 //! The true state of the simulated world, for logs and metrics. The vehicle never sees it.
 
+use super::body::{BALLAST, FORWARD, Gravity, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW};
+
 /// The state of the simulated world at one instant, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Truth {
@@ -57,35 +59,68 @@ pub struct Truth {
     pub chocked: bool,
 }
 
-/// The state of the simulated world at one instant, before anybody has worked out where the vertical is.
+/// The state of the simulated world at one instant as the plant holds it, before anybody has worked out where the vertical
+/// is. Whole arrays of the plant's, so that a glance costs little more than to copy them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Glance {
-    /// The truth, with angles from the plane's normal, and without the slope.
-    pub(crate) from_normal: Truth,
+    pub(crate) time_s: f64,
+    /// Positions, with angles from the plane's normal, and speeds, by the indices of [`super::body`].
+    pub(crate) position: [f64; 9],
+    pub(crate) speed: [f64; 9],
+    /// Right and left.
+    pub(crate) wheels: [WheelContact; 2],
+    pub(crate) path_slopes: [f64; 2],
+    pub(crate) gravity: Gravity,
+    pub(crate) current_a: [f64; 3],
+    pub(crate) torque_n_m: [f64; 3],
+    pub(crate) battery_v: f64,
+    pub(crate) battery_a: f64,
     pub(crate) has_spar: bool,
-    /// Gravity along the heading and along the plane's normal, m/s^2.
-    pub(crate) gravity_along: f64,
-    pub(crate) gravity_normal: f64,
-    /// Mean rise of the wheels' paths a metre along the heading.
-    pub(crate) path_slope: f64,
+    pub(crate) chocked: bool,
 }
 
 impl Glance {
     /// The truth that was seen.
     pub fn truth(&self) -> Truth {
-        let seen = &self.from_normal;
-        let vertical = libm::atan2(self.gravity_along, self.gravity_normal);
+        let (q, u) = (&self.position, &self.speed);
+        let [right, left] = &self.wheels;
+        let [slope_right, slope_left] = self.path_slopes;
+        let vertical = libm::atan2(self.gravity.along, self.gravity.normal);
         // Nearly always a plane.
-        let path_rad = if self.path_slope == 0.0 {
-            0.0
+        let path_slope = 0.5 * (slope_right + slope_left);
+        let path_rad = if path_slope == 0.0 { 0.0 } else { libm::atan(path_slope) };
+        let (spar_rad, spar_rate_rad_s) = if self.has_spar {
+            (q[SPAR] + vertical, u[SPAR])
         } else {
-            libm::atan(self.path_slope)
+            (0.0, 0.0)
         };
         Truth {
-            phi_rad: seen.phi_rad + vertical,
-            spar_rad: if self.has_spar { seen.spar_rad + vertical } else { 0.0 },
+            time_s: self.time_s,
+            x_m: q[FORWARD],
+            y_m: q[SIDE],
+            height_m: q[LIFT],
+            heading_rad: q[YAW],
+            yaw_rate_rad_s: u[YAW],
+            speed_m_s: u[FORWARD],
+            side_speed_m_s: u[SIDE],
+            wheel_rate_rad_s: [u[LEFT], u[RIGHT]],
+            phi_rad: q[PHI] + vertical,
+            phi_rate_rad_s: u[PHI],
+            spar_rad,
+            spar_rate_rad_s,
+            ballast_rad: q[BALLAST] - q[SPAR],
+            ballast_rate_rad_s: u[BALLAST] - u[SPAR],
             slope_rad: vertical + path_rad,
-            ..*seen
+            normal_n: [left.normal_n, right.normal_n],
+            longitudinal_n: [left.longitudinal_n, right.longitudinal_n],
+            slip_m_s: [left.slip_m_s, right.slip_m_s],
+            sliding: [left.sliding, right.sliding],
+            lifted: [left.lifted, right.lifted],
+            current_a: self.current_a,
+            torque_n_m: self.torque_n_m,
+            battery_v: self.battery_v,
+            battery_a: self.battery_a,
+            chocked: self.chocked,
         }
     }
 }

@@ -46,16 +46,23 @@ impl Plant {
     }
 
     /// Looks at what has just been simulated.
+    #[inline]
     pub(super) fn watch_validity(&mut self) {
         let (q, u) = (self.body.position(), self.body.speed());
         // Nearly always everything is far within: one comparison that what is no number fails.
         let speeds: f64 = u.iter().map(|u| u * u).sum();
-        if speeds < SPEED_MAX_M_S * SPEED_MAX_M_S
+        let far_within = speeds < SPEED_MAX_M_S * SPEED_MAX_M_S
             && q[PHI].abs() < ARM_ANGLE_MAX_RAD
-            && self.battery_v.abs() < BATTERY_MAX_V
-        {
-            return;
+            && self.battery_v.abs() < BATTERY_MAX_V;
+        if !far_within {
+            self.look_closely();
         }
+    }
+
+    /// Notes the first quantity that is out of its range.
+    #[cold]
+    fn look_closely(&mut self) {
+        let (q, u) = (self.body.position(), self.body.speed());
         let watched = [
             ("speed_m_s", u[FORWARD], SPEED_MAX_M_S),
             ("side speed_m_s", u[SIDE], SPEED_MAX_M_S),

@@ -57,16 +57,16 @@ pub struct Estimate {
 impl Estimate {
     /// Whether every value that a motor depends on is a number.
     pub fn is_finite(&self) -> bool {
-        // Nothing of a number is 0; of an infinity or of what is no number it is no number, and stays so in a sum.
-        let nothing = 0.0 * self.phi_rad
-            + 0.0 * self.phi_rate_rad_s
-            + 0.0 * self.theta_rate_rad_s
-            + 0.0 * self.heading_rad
-            + 0.0 * self.yaw_rate_rad_s
-            + 0.0 * self.spar_rad
-            + 0.0 * self.spar_rate_rad_s
-            + 0.0 * self.ballast_rad
-            + 0.0 * self.ballast_rate_rad_s;
-        nothing == 0.0
+        // An infinity or what is no number stays so in a sum. Values so large that their sum is none are no estimate either.
+        let sum = self.phi_rad
+            + self.phi_rate_rad_s
+            + self.theta_rate_rad_s
+            + self.heading_rad
+            + self.yaw_rate_rad_s
+            + self.spar_rad
+            + self.spar_rate_rad_s
+            + self.ballast_rad
+            + self.ballast_rate_rad_s;
+        sum.is_finite()
     }
 }

@@ -116,6 +116,9 @@ impl MotorWatch {
     }
 
     /// Takes one tick.
+    // As `Supervisor::motor_health`, which alone calls it.
+    #[allow(clippy::inline_always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn update(&mut self, reading: &MotorReading) -> MotorHealth {
         let MotorReading {
             count,

@@ -115,8 +115,8 @@ impl ImuWatch {
             .is_some_and(|last| last.accel == raw.accel && last.gyro == raw.gyro);
         self.last = Some(*raw);
         let repeated = self.repeated.update(same);
-        let at_end = |value: &i16| *value == i16::MAX || *value == i16::MIN;
-        let saturated = self.saturated.update(raw.accel.iter().chain(&raw.gyro).any(at_end));
+        let at_end = |axes: &[i16; 3]| axes.iter().any(|value| matches!(*value, i16::MIN | i16::MAX));
+        let saturated = self.saturated.update(at_end(&raw.accel) || at_end(&raw.gyro));
         // At most three times 2^30.
         let square = |a: i16| (i32::from(a) * i32::from(a)).cast_unsigned();
         let [x, y, z] = raw.accel;

@@ -108,7 +108,7 @@ impl Backend for EmulatedBackend<'_> {
             let observation = Observation {
                 now_us: stopped.now() / US,
                 booted_us: stopped.clock_start() / US,
-                glance: vehicle.plant().glance(),
+                glance: Box::new(vehicle.plant().glance()),
                 bridges_on: stopped.bridges().iter().any(|bridge| bridge.duty().is_some()),
                 received: stopped.receive(),
             };

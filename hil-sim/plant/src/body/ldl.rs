@@ -129,11 +129,8 @@ pub fn add_outer<const N: usize>(a: &mut Symmetric, row: &[(usize, f64); N], wei
 /// `row . v` for a sparse `row`.
 #[inline(always)]
 pub fn dot<const N: usize>(row: &[(usize, f64); N], v: &Speeds) -> f64 {
-    let mut sum = 0.0;
-    for &(i, value) in row {
-        sum += value * v[i];
-    }
-    sum
+    let products = row.iter().map(|&(i, value)| value * v[i]);
+    products.reduce(|sum, product| sum + product).unwrap_or(0.0)
 }
 
 /// Adds `weight * row` to `v`.

@@ -7,7 +7,7 @@ use super::ldl::{SPEEDS, Speeds, Symmetric};
 use super::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 
 /// Gravity in the axes of the heading: how much of g points backward, rightward and downward, in m/s^2.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Gravity {
     /// Against the heading (uphill positive).
     pub along: f64,

@@ -30,9 +30,11 @@ impl Icm42688pModel {
     }
 
     /// Chip select goes high.
+    #[inline]
     pub fn deselect(&mut self) {
         self.transfer = Transfer::Deselected;
-        if let Some(words) = self.pending.take() {
+        if let Some(words) = self.pending {
+            self.pending = None;
             self.publish(&words);
         }
     }
@@ -46,7 +48,9 @@ impl Icm42688pModel {
 
     /// Frames of two bytes each way while the chip is selected, the high byte first: as [`Self::exchange`] one after the
     /// other.
-    #[inline]
+    // A tick calls it once for each part: inlined, the frames' number is known.
+    #[allow(clippy::inline_always)]
+    #[inline(always)]
     pub fn exchange_frames<const FRAMES: usize>(&mut self, frames: &mut [u16; FRAMES]) {
         if let Some((registers, next)) = self.frames_of_burst(frames) {
             *frames = registers.map(u16::from_be_bytes);

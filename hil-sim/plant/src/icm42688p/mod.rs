@@ -63,6 +63,8 @@ pub struct Icm42688pModel {
     /// Time from which on the part answers again after a reset, in s.
     ready_from_s: f64,
     adaptive: AdaptiveRange,
+    /// The temperature last measured, C, and its word: it seldom changes.
+    temperature: (f64, i16),
     transfer: Transfer,
     /// A sample that came while a burst was being read.
     pending: Option<Words>,
@@ -79,6 +81,8 @@ impl Icm42688pModel {
             time_s: 0.0,
             ready_from_s: 0.0,
             adaptive: AdaptiveRange::default(),
+            // 25 C make 0.
+            temperature: (25.0, 0),
             transfer: Transfer::Deselected,
             pending: None,
         };
@@ -221,7 +225,14 @@ impl Icm42688pModel {
         } else {
             self.pending.unwrap_or_else(|| self.banks.words())
         };
-        words[0] = quantise((self.sensor.temperature_c(self.time_s) - 25.0) * reg::TEMPERATURE_LSB_PER_K);
+        let temperature_c = self.sensor.temperature_c(self.time_s);
+        if temperature_c != self.temperature.0 {
+            self.temperature = (
+                temperature_c,
+                quantise((temperature_c - 25.0) * reg::TEMPERATURE_LSB_PER_K),
+            );
+        }
+        words[0] = self.temperature.1;
         if new_accel {
             for (word, value) in words[1..4].iter_mut().zip(&measured[..3]) {
                 *word = quantise(value * self.accel.counts_per_unit);

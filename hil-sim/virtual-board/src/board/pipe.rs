@@ -31,13 +31,18 @@ impl Pipe {
     }
 
     /// Takes everything off the line.
+    #[inline]
     pub fn take_all(&self) -> Vec<u8> {
-        let mut line = self.0.borrow_mut();
-        if line.queue.is_empty() {
+        if self.0.borrow().queue.is_empty() {
             // As nearly always.
             return Vec::new();
         }
-        std::mem::take(&mut line.queue).into()
+        self.take_bytes()
+    }
+
+    #[inline(never)]
+    fn take_bytes(&self) -> Vec<u8> {
+        std::mem::take(&mut self.0.borrow_mut().queue).into()
     }
 }
 
@@ -54,9 +59,10 @@ impl Read for Pipe {
                 return Poll::Pending;
             }
             let length = buffer.len().min(line.queue.len());
-            for (slot, byte) in buffer.iter_mut().zip(line.queue.drain(..length)) {
-                *slot = byte;
+            for (slot, byte) in buffer.iter_mut().zip(&line.queue) {
+                *slot = *byte;
             }
+            line.queue.drain(..length);
             Poll::Ready(Ok(length))
         })
         .await

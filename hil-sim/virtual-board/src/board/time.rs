@@ -113,13 +113,13 @@ impl Alarms {
         let (mut due, mut next_us) = (0, u64::MAX);
         let mut waiting = self.set.get();
         while waiting != 0 {
-            let bit = waiting & waiting.wrapping_neg();
-            waiting ^= bit;
-            let due_us = self.due_us[bit.trailing_zeros() as usize].get();
-            if due_us <= now_us {
-                due |= bit;
-            } else {
+            let place = waiting.trailing_zeros() as usize;
+            waiting &= waiting - 1;
+            let due_us = self.due_us[place].get();
+            if due_us > now_us {
                 next_us = next_us.min(due_us);
+            } else {
+                due |= 1 << place;
             }
         }
         self.set.set(self.set.get() & !due);

@@ -14,7 +14,7 @@ pub struct Observation {
     /// When the board's clock last started, with its last boot, us since the start.
     pub booted_us: u64,
     /// The true state of the vehicle, at a glance.
-    pub glance: Glance,
+    pub glance: Box<Glance>,
     /// Whether any bridge drives its motor.
     pub bridges_on: bool,
     /// Bytes that the board has sent since the observation before.
@@ -72,7 +72,7 @@ impl Backend for VirtualBackend {
             observation.booted_us = self.board.booted_us();
             observation.received = self.board.receive();
             self.board.world(|world| {
-                observation.glance = world.plant.glance();
+                *observation.glance = world.plant.glance();
                 observation.bridges_on = world.bridges_on();
             });
             observe(&mut observation);

@@ -9,7 +9,7 @@ const GLANCES: usize = 64;
 #[derive(Debug)]
 pub(super) struct Glances {
     /// In order of time, in a ring.
-    kept: Vec<(u64, Glance)>,
+    kept: Vec<(u64, Box<Glance>)>,
     /// Place of the oldest once the ring is full.
     oldest: usize,
 }
@@ -22,14 +22,21 @@ impl Glances {
         }
     }
 
-    pub(super) fn add(&mut self, now_us: u64, glance: &Glance) {
+    /// Takes a glance; what is left in its place is to be overwritten by the next.
+    pub(super) fn add(&mut self, now_us: u64, glance: &mut Box<Glance>) {
         if self.kept.len() < GLANCES {
-            self.kept.push((now_us, *glance));
+            self.begin(now_us, glance);
         } else if let Some((at_us, seen)) = self.kept.get_mut(self.oldest) {
             *at_us = now_us;
-            *seen = *glance;
+            std::mem::swap(seen, glance);
             self.oldest = (self.oldest + 1) % GLANCES;
         }
+    }
+
+    /// Takes one of the first glances.
+    #[cold]
+    fn begin(&mut self, now_us: u64, glance: &mut Box<Glance>) {
+        self.kept.push((now_us, std::mem::take(glance)));
     }
 
     /// What was true at `us`, or as near to it as is known, and of two equally near the earlier.
@@ -37,9 +44,9 @@ impl Glances {
         self.nearest(us).map(|(_, glance)| glance.truth())
     }
 
-    fn nearest(&self, us: u64) -> Option<&(u64, Glance)> {
+    fn nearest(&self, us: u64) -> Option<&(u64, Box<Glance>)> {
         let (newer, older) = self.kept.split_at_checked(self.oldest)?;
-        let mut nearest: Option<&(u64, Glance)> = None;
+        let mut nearest: Option<&(u64, Box<Glance>)> = None;
         for seen in newer.iter().rev().chain(older.iter().rev()) {
             if nearest.is_some_and(|(at, _)| at.abs_diff(us) < seen.0.abs_diff(us)) {
                 // Further back they are ever further away.
@@ -59,7 +66,7 @@ mod tests {
     fn seen(glances: u64) -> Glances {
         let mut seen = Glances::new();
         for ms in 1..=glances {
-            seen.add(1000 * ms, &Glance::default());
+            seen.add(1000 * ms, &mut Box::default());
         }
         seen
     }

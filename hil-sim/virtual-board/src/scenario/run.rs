@@ -195,7 +195,7 @@ impl Observer {
         let Observation {
             now_us,
             booted_us,
-            ref glance,
+            ref mut glance,
             bridges_on,
             ref mut received,
         } = *observation;
@@ -218,7 +218,7 @@ impl Observer {
             self.mode = Some(status.mode);
             // The board's clock starts at each of its boots; a run has one time.
             status.time_us += booted_us;
-            let truth = self.glances.truth_at(status.time_us).unwrap_or_else(|| glance.truth());
+            let truth = self.glances.truth_at(status.time_us).unwrap_or_default();
             self.modes = [self.modes[1], self.modes[2], status.mode];
             sink(&TraceRow {
                 commanded: self.commanded,
