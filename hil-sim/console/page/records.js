@@ -68,7 +68,7 @@ export class Records {
 
   counted(counts) {
     if (!counts) return;
-    if (counts.complete) this.save(this.host.link());
+    if (counts.complete && (this.on || this.ending)) this.save(this.host.link());
     const seconds = (counts.ticks / 1000).toFixed(1);
     element("recording").textContent =
       `${seconds} s, ${(counts.bytes / 1000).toFixed(0)} kB, ${counts.lost_blocks} blocks lost${counts.full ? "; full: it has ended" : ""}`;
