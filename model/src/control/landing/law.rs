@@ -212,6 +212,7 @@ impl LandingLaw {
             speed: if input.target_m_s == 0.0 { 0.0 } else { target },
             reference: self.command.reference(),
             wheels: wheel_rate,
+            unforeseen: self.rate_observer.unforeseen(),
             acceleration: if target < 0.0 { room.backward } else { room.forward },
             lag: self.command.lag(),
             distance_m: input.distance_m,

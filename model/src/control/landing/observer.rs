@@ -71,6 +71,7 @@ pub(super) struct RateObserver {
     pole: f32,
     filter_gain: f32,
     wheel_rate: f32,
+    unforeseen: f32,
     slope_lesson: f32,
     calm_sin_slope: f32,
     /// The predicted joint rate now, and behind the filter's first and second stage.
@@ -87,6 +88,7 @@ impl RateObserver {
             pole: design.rate_observer,
             filter_gain,
             wheel_rate: 0.0,
+            unforeseen: 0.0,
             slope_lesson: 0.0,
             calm_sin_slope: 0.0,
             joint_rate: 0.0,
@@ -98,12 +100,14 @@ impl RateObserver {
         self.wheel_rate = wheel_rate;
         self.joint_rate = wheel_rate + phi_rate;
         self.stages = [self.joint_rate; 2];
+        self.unforeseen = 0.0;
         self.slope_lesson = 0.0;
         self.calm_sin_slope = sin_slope;
     }
 
     /// Predicts with the whole torque in the last tick, corrects with the sensed joint rate, on a slope of the sine
-    /// `sin_slope`. A vehicle that is stuck learns nothing of its slope: it takes the one that it knew before it pushed.
+    /// `sin_slope`. A vehicle that is stuck learns nothing of its slope: it takes the one that it knew before it pushed. So does one
+    /// that has been held up by what its wheels hit: what it has learnt since was no slope.
     #[allow(clippy::too_many_arguments)] // Each is another quantity of the one tick.
     pub(super) fn update(
         &mut self,
@@ -123,9 +127,10 @@ impl RateObserver {
         *first += self.filter_gain * (mean - *first);
         *second += self.filter_gain * (*first - *second);
         let error = sensed - *second;
+        self.unforeseen = error;
         self.wheel_rate = predicted + 2.0 * pole * self.tick * error;
         self.joint_rate = self.wheel_rate + phi_rate;
-        if push == PushState::Stuck {
+        if push == PushState::Stuck || push == PushState::Freed {
             self.slope_lesson = self.calm_sin_slope - sin_slope;
             return;
         }
@@ -147,6 +152,11 @@ impl RateObserver {
     /// theta' without the filter's lag.
     pub(super) fn wheel_rate(&self) -> f32 {
         self.wheel_rate
+    }
+
+    /// The joint rate beyond what the model foresaw for the last tick.
+    pub(super) fn unforeseen(&self) -> f32 {
+        self.unforeseen
     }
 
     /// What the last tick taught of the slope, as a change of its sine.

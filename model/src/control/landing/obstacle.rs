@@ -11,6 +11,13 @@ const MOVES_SHARE: f32 = 0.5;
 const TOLD: f32 = 0.03;
 /// Speed told, nondimensional, below which a vehicle creeps up what slows it; a faster one runs against it.
 const CREEPING: f32 = 0.5;
+/// Speed, nondimensional, that the wheels lose unforeseen when they hit something: the observer's jolt. A hill's foot takes less,
+/// because the observer learns it meanwhile.
+const BLOW: f32 = 0.1;
+/// Way over which the wheels climb what they have hit, in their radii: sqrt(2 h) for an edge h radii high, here 0.18.
+const CLIMB: f32 = 0.6;
+/// Time, in time units, for which what they hit must hold them up to be taken for a slope: three of the observer's poles.
+const HELD_TIME: f32 = 1.0;
 /// Speed, nondimensional, that a vehicle lacks when it pushes.
 const MISSING: f32 = 0.02;
 /// Time without progress, in time units, after which a vehicle is stuck, besides what a start takes.
@@ -43,15 +50,19 @@ pub(super) enum PushState {
     Creeps,
     /// It pushes and does not move.
     Stuck,
+    /// It moves as it is told again after what its wheels had hit held it up.
+    Freed,
 }
 
 /// What the vehicle is told to do, nondimensional but for the place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Told {
-    /// The speed that the operator wants, the reference on its way there, and the wheels' present speed.
+    /// The speed that the operator wants, the reference on its way there, the wheels' present speed, and what of it the model did
+    /// not foresee.
     pub(super) speed: f32,
     pub(super) reference: f32,
     pub(super) wheels: f32,
+    pub(super) unforeseen: f32,
     /// The acceleration that a start has at most, g, and the time by which the command is smoothed, in time units.
     pub(super) acceleration: f32,
     pub(super) lag: f32,
@@ -68,6 +79,12 @@ pub(super) struct Obstacle {
     moves: bool,
     /// It is told to move slowly.
     creeps: bool,
+    /// Where its wheels hit what they have not come past, m, and the time for which that has held it up.
+    struck_m: Option<f32>,
+    held: f32,
+    freed: bool,
+    /// Where it last came free, m: there the slope that it forgot would feel like a blow again.
+    freed_m: Option<f32>,
     time: f32,
     /// Time that a start may take.
     start: f32,
@@ -94,12 +111,28 @@ impl Obstacle {
         };
         let creeps = told.speed.abs() < CREEPING;
         let moves = direction * told.wheels >= MOVES_SHARE * direction * told.speed;
+        let struck_m = self.struck_m(direction, told, length_m);
+        let freed = struck_m.is_some() && moves && self.held > HELD_TIME;
+        let held = if struck_m.is_some() && !moves {
+            self.held + tick
+        } else {
+            0.0
+        };
+        let freed_m = if freed {
+            Some(told.distance_m)
+        } else {
+            self.freed_m.filter(|_| direction == self.direction)
+        };
         let advance_m = direction * (told.distance_m - self.furthest_m);
         if direction == 0.0 || direction != self.direction || !(-RETREAT_M..PROGRESS_M).contains(&advance_m) {
             *self = Self {
                 direction,
                 moves,
                 creeps,
+                struck_m,
+                held,
+                freed,
+                freed_m,
                 time: 0.0,
                 start: told.lag + libm::sqrtf(4.0 * PROGRESS_M / (length_m * told.acceleration)),
                 furthest_m: told.distance_m,
@@ -108,9 +141,25 @@ impl Obstacle {
         }
         self.moves = moves;
         self.creeps = creeps;
+        self.struck_m = struck_m;
+        self.held = held;
+        self.freed = freed;
+        self.freed_m = freed_m;
         // While the reference is still on its way from the other direction, nothing pushes in this one.
         if !moves && direction * told.reference > 0.0 {
             self.time += tick;
+        }
+    }
+
+    /// Where the wheels hit what they have not come past, m, for a vehicle that is to move in this direction.
+    fn struck_m(&self, direction: f32, told: &Told, length_m: f32) -> Option<f32> {
+        let on_it = |place_m: &f32| direction * (told.distance_m - place_m) < CLIMB * length_m;
+        if direction == 0.0 || direction != self.direction || self.freed_m.is_some_and(|place_m| on_it(&place_m)) {
+            None
+        } else if direction * told.unforeseen < -BLOW {
+            Some(told.distance_m)
+        } else {
+            self.struck_m.filter(on_it)
         }
     }
 
@@ -122,6 +171,8 @@ impl Obstacle {
     pub(super) fn push(&self) -> PushState {
         if self.time > self.stuck_time() {
             PushState::Stuck
+        } else if self.freed {
+            PushState::Freed
         } else if self.direction == 0.0 || self.moves {
             PushState::None
         } else if self.creeps {
@@ -157,10 +208,48 @@ mod tests {
         speed: 0.8,
         reference: 0.8,
         wheels: 0.0,
+        unforeseen: 0.0,
         acceleration: 0.2,
         lag: 0.5,
         distance_m: 1.0,
     };
+
+    /// What the vehicle is once it moves again, after `held` time units against something that gave its wheels a blow of
+    /// `unforeseen`; driving in `direction`, and `further_m` behind the place of the blow.
+    fn freed(direction: f32, unforeseen: f32, held: f32, further_m: f32) -> PushState {
+        let mut obstacle = Obstacle::default();
+        let holds = Told {
+            speed: direction * PUSHES.speed,
+            reference: direction * PUSHES.reference,
+            ..PUSHES
+        };
+        obstacle.update(&holds, TICK, WHEEL_M);
+        obstacle.update(&Told { unforeseen, ..holds }, TICK, WHEEL_M);
+        for _ in 0..(held * TICKS_PER_TIME as f32) as usize {
+            obstacle.update(&holds, TICK, WHEEL_M);
+        }
+        let moves = Told {
+            wheels: 0.6 * holds.speed,
+            distance_m: holds.distance_m + direction * further_m,
+            ..holds
+        };
+        obstacle.update(&moves, TICK, WHEEL_M);
+        obstacle.push()
+    }
+
+    /// A blow tells an obstacle from a hill. What a hill's foot takes of the speed is none, nor what pushes from behind; and what
+    /// holds the vehicle up for a moment only, or lies behind it, has taught it nothing.
+    #[test]
+    fn a_blow_tells_an_obstacle_from_a_hill() {
+        for way in [1.0, -1.0] {
+            assert_eq!(freed(way, -0.15 * way, 1.5, 0.005), PushState::Freed);
+            assert_eq!(freed(way, -0.15 * way, 1.5, 0.14), PushState::Freed);
+            assert_eq!(freed(way, -0.15 * way, 1.5, 0.16), PushState::None);
+            assert_eq!(freed(way, -0.15 * way, 0.5, 0.005), PushState::None);
+            assert_eq!(freed(way, -0.08 * way, 1.5, 0.005), PushState::None);
+            assert_eq!(freed(way, 0.15 * way, 1.5, 0.005), PushState::None);
+        }
+    }
 
     /// Against an obstacle the vehicle pushes hard, then less. Its arm comes down so slowly that its weight alone turns the
     /// wheels forward still when the arm takes up, or loses, its rate within one time unit.
