@@ -270,6 +270,9 @@ impl Follower {
         self.measured_power = 0.0;
     }
 
+    // As `MotorWatch::update`, which alone calls it.
+    #[allow(clippy::inline_always)]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     fn update(&mut self, voltage_v: f32, current_a: f32) -> CurrentResponse {
         let steady_a = voltage_v * self.ampere_per_volt;
         let before_a = if self.ticks == 0 { steady_a } else { self.model_a };

@@ -10,7 +10,7 @@ use model::control::speed_law::SpeedLaw;
 use model::vehicle::{SpeedLawChoice, Vehicle};
 use serde::Serialize;
 
-use super::design_numbers::{DesignNumber, SUPPLY_SHARE, design_numbers};
+use super::design_numbers::{DesignNumber, design_numbers};
 use super::equilibrium::poles;
 
 /// How bad a finding is.
@@ -64,6 +64,11 @@ const CONSTANTS_SHARE: f64 = 0.1;
 const RIM: f64 = 1.0;
 /// A spoked wheel with its tyre has about 0.7 `m r^2`, a disc 0.5; below this the wheels are heavier or the inertia larger.
 const DISC: f64 = 0.3;
+/// Electrical time constant of a drive motor, ms, from which on its encoder seems to contradict voltage and current: three
+/// ticks.
+const ELECTRICAL_MAX_MS: f64 = 3.0;
+/// What one count of an encoder may show as, behind the wheel rates' filter, over the speed unit.
+const COUNT_SHARE_MAX: f64 = 0.3;
 /// The slope that any floor has somewhere: a ramp of 1 in 12.
 const RAMP_DEG: f64 = 4.8;
 /// Ticks in the time unit that the law needs at least: below, its servo becomes slower than the arm swings.
@@ -169,13 +174,14 @@ impl Inspector<'_> {
                 0.5 * rim
             ),
         );
-        let wheels_yaw = wheels * body.half_track_m * body.half_track_m;
+        // Beside what two points at the wheels' centres have, a disc or a hoop has half of its inertia about its diameter.
+        let wheels_yaw = 0.5 * body.wheels_inertia_kg_m2;
         self.tell(
             body.yaw_inertia_kg_m2 < wheels_yaw,
             Severity::Warning,
             "body.yaw_inertia_kg_m2",
             format!(
-                "{} kg m^2 is less than the wheels alone have at this track: {wheels_yaw:.4}",
+                "{} kg m^2 is less than the wheels alone have about their diameters: {wheels_yaw:.4}",
                 body.yaw_inertia_kg_m2
             ),
         );
@@ -235,26 +241,46 @@ impl Inspector<'_> {
         ),
     );
         let volts = self.number("speed_max_voltage_v");
+        let [nominal, minimum] = ["speed_at_nominal_v_m_s", "speed_at_minimum_v_m_s"].map(|name| self.number(name));
         self.tell(
-            volts > SUPPLY_SHARE * battery.nominal_v,
+            control.speed_max_m_s > nominal,
             Severity::Error,
             "control.speed_max_m_s",
             format!(
-                "{} m/s takes {volts:.1} V on the level, more than 97 % of nominal_v {} V: {:.2} m/s is the most",
-                control.speed_max_m_s,
-                battery.nominal_v,
-                SUPPLY_SHARE * battery.nominal_v * control.speed_max_m_s / volts
+                "{} m/s takes {volts:.1} V on the level, besides what the law leaves to the arm: with nominal_v {} V, \
+                 {nominal:.2} m/s is the most",
+                control.speed_max_m_s, battery.nominal_v,
             ),
         );
         self.tell(
-            volts > SUPPLY_SHARE * battery.minimum_v && volts <= SUPPLY_SHARE * battery.nominal_v,
+            control.speed_max_m_s > minimum && control.speed_max_m_s <= nominal,
             Severity::Warning,
             "control.speed_max_m_s",
             format!(
-                "{} m/s takes {volts:.1} V on the level; an empty battery of {} V keeps {:.2} m/s",
-                control.speed_max_m_s,
-                battery.minimum_v,
-                self.number("speed_at_minimum_v_m_s")
+                "{} m/s takes {volts:.1} V on the level, besides what the law leaves to the arm; an empty battery of {} V keeps \
+                 {minimum:.2} m/s",
+                control.speed_max_m_s, battery.minimum_v,
+            ),
+        );
+        let motor = &p.drive_motor;
+        let electrical_ms = 1e3 * motor.inductance_h / motor.resistance_ohm;
+        self.tell(
+            electrical_ms > ELECTRICAL_MAX_MS,
+            Severity::Warning,
+            "drive_motor.inductance_h",
+            format!(
+                "the armature's current follows its voltage within {electrical_ms:.1} ms, more than {ELECTRICAL_MAX_MS}: the check of the \
+                 encoders takes it to follow at once"
+            ),
+        );
+        let count_m_s = 1e-3 * self.number("encoder_count_mm") / p.estimator.wheel_rate_time_constant_s;
+        self.tell(
+            count_m_s > COUNT_SHARE_MAX * self.number("speed_unit_m_s"),
+            Severity::Warning,
+            "drive_motor.encoder_counts_per_rev",
+            format!(
+                "a count is {:.2} mm at the rim, and shows as {count_m_s:.2} m/s: too coarse to stand and creep by",
+                self.number("encoder_count_mm")
             ),
         );
         let hold_a = self.number("hold_current_10_deg_a");
@@ -310,14 +336,12 @@ impl Inspector<'_> {
         let unstable = self.checked.poles_eq_3_25_per_s.iter().any(|[re, _]| *re >= 0.0);
         let flown = self.vehicle.speed_law() == SpeedLawChoice::SwingDamped;
         self.tell(
-            unstable,
-            if flown { Severity::Error } else { Severity::Warning },
+            flown && unstable,
+            Severity::Error,
             "control.kp",
             format!(
-                "Eq. 3.25 with kp {} and kd {} is unstable on this vehicle{}",
-                control.kp,
-                control.kd,
-                if flown { "" } else { " (the landing law flies)" }
+                "Eq. 3.25 with kp {} and kd {} is unstable on this vehicle",
+                control.kp, control.kd
             ),
         );
     }

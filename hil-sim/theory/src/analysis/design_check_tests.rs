@@ -67,7 +67,7 @@ fn the_reference_vehicle_is_sound_and_its_numbers_are_those_of_the_data_sheets()
 #[test]
 fn each_thing_that_is_wrong_is_told_at_its_field() {
     type Change = fn(&mut VehicleParameters<f64>);
-    let wrong: [(&str, Severity, Change); 15] = [
+    let wrong: [(&str, Severity, Change); 17] = [
         ("body.arm_length_m", Severity::Error, |p| p.body.arm_length_m = 0.25),
         ("body.arm_length_m", Severity::Warning, |p| p.body.arm_length_m = 0.24),
         ("body.wheels_inertia_kg_m2", Severity::Error, |p| {
@@ -77,7 +77,7 @@ fn each_thing_that_is_wrong_is_told_at_its_field() {
             p.body.wheels_inertia_kg_m2 = 0.02;
         }),
         ("body.yaw_inertia_kg_m2", Severity::Warning, |p| {
-            p.body.yaw_inertia_kg_m2 = 0.05;
+            p.body.yaw_inertia_kg_m2 = 0.02;
         }),
         ("drive_motor.torque_constant_n_m_per_a", Severity::Error, |p| {
             p.drive_motor.torque_constant_n_m_per_a = 0.06;
@@ -97,6 +97,12 @@ fn each_thing_that_is_wrong_is_told_at_its_field() {
         ("control.speed_max_m_s", Severity::Warning, |p| {
             p.battery.minimum_v = 12.0;
             p.control.speed_max_m_s = 3.0;
+        }),
+        ("drive_motor.inductance_h", Severity::Warning, |p| {
+            p.drive_motor.inductance_h = 0.001;
+        }),
+        ("drive_motor.encoder_counts_per_rev", Severity::Warning, |p| {
+            p.drive_motor.encoder_counts_per_rev = 16.0;
         }),
         ("drive_motor.current_limit_a", Severity::Error, |p| {
             p.drive_motor.current_limit_a = 2.0;

@@ -2,18 +2,16 @@
 
 use core::f64::consts::{PI, TAU};
 
-use model::control::landing::Design;
+use model::control::landing::{Design, SUPPLY_RESERVE, SUPPLY_SHARE};
 use model::control::steering::STEERING_SHARE;
 use model::sample::TICK_US;
-use model::vehicle::{GRAVITY_M_S2, MotorParameters, TurningDrive, Vehicle};
+use model::vehicle::{GRAVITY_M_S2, MotorParameters, SpeedLawChoice, TurningDrive, Vehicle};
 use serde::Serialize;
 
 use super::critical::{Direction, critical};
 use super::input::Input;
 use super::slip::slip_limit;
 
-/// Share of the supply that the governor leaves to the speed (`SUPPLY_SHARE` of the law).
-pub const SUPPLY_SHARE: f64 = 0.97;
 /// Slope at which the hold is told.
 const HOLD_DEG: f64 = 10.0;
 
@@ -88,6 +86,11 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
     let no_load = battery.nominal_v / (motor.back_emf_constant_v_s_per_rad * motor.gear_ratio) * body.wheel_radius_m;
     // Steadily on the level the joint turns as the wheel does, and U = zeta theta'.
     let speed_volts = |speed_m_s: f64| level.zeta * speed_m_s / scales.speed_m_s * scales.voltage_v;
+    let reserve_v = match vehicle.speed_law() {
+        SpeedLawChoice::Landing => f64::from(SUPPLY_RESERVE) * scales.voltage_v,
+        SpeedLawChoice::SwingDamped => 0.0,
+    };
+    let speed_at = |supply_v: f64| ((f64::from(SUPPLY_SHARE) * supply_v - reserve_v) / speed_volts(1.0)).max(0.0);
     let whole_inertia = mass + level.mu;
     let (sin_max, cos_max) = (within_phi_max.sin(), within_phi_max.cos());
     let by_arm = al * sin_max / (whole_inertia - al * cos_max) * GRAVITY_M_S2;
@@ -154,9 +157,14 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
             "voltage to keep speed_max_m_s on the level",
         ),
         number(
+            "speed_at_nominal_v_m_s",
+            speed_at(battery.nominal_v),
+            "speed on the level that 97 % of nominal_v keeps, less what the law leaves to the arm",
+        ),
+        number(
             "speed_at_minimum_v_m_s",
-            SUPPLY_SHARE * battery.minimum_v / speed_volts(1.0),
-            "speed on the level that 97 % of minimum_v keeps",
+            speed_at(battery.minimum_v),
+            "the same of minimum_v",
         ),
         number(
             "torque_limit_n_m",

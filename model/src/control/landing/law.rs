@@ -16,9 +16,10 @@ use crate::control::equilibrium::{ArmAngle, Equilibrium};
 use crate::control::speed::{SpeedAim, SpeedInput, SpeedTerms};
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
-/// Share of the supply, and reserve in nondimensional volts, that bound the speed.
-const SUPPLY_SHARE: f32 = 0.97;
-const SUPPLY_RESERVE: f32 = 0.45;
+/// Share of the supply that bounds the speed.
+pub const SUPPLY_SHARE: f32 = 0.97;
+/// Nondimensional voltage that the speed leaves to the arm.
+pub const SUPPLY_RESERVE: f32 = 0.45;
 /// Least cosine of the arm's angle at rest that the rate of home is reckoned with: beyond, the arm is at its limits.
 const HOME_COS_MIN: f32 = 0.3;
 /// Speed below which the place is captured and held once no motion is asked for, m/s.

@@ -70,6 +70,47 @@ pub(super) struct Told {
     pub(super) distance_m: f32,
 }
 
+/// What the wheels of a vehicle that is to move in one direction have hit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Blow {
+    /// Where they hit what they have not come past, m, and the time for which that has held the vehicle up.
+    struck_m: Option<f32>,
+    held: f32,
+    /// The vehicle has come free in this tick.
+    freed: bool,
+    /// Where it last came free, m: there the slope that it forgot would feel like a blow again.
+    freed_m: Option<f32>,
+}
+
+impl Blow {
+    /// One tick on the way in this direction, for wheels of the radius `length_m`.
+    fn update(&mut self, direction: f32, moves: bool, told: &Told, tick: f32, length_m: f32) {
+        let struck = direction * told.unforeseen < -BLOW;
+        self.freed = false;
+        if !struck && self.struck_m.is_none() {
+            // As nearly always.
+            return;
+        }
+        let on_it = |place_m: &f32| direction * (told.distance_m - place_m) < CLIMB * length_m;
+        self.struck_m = if self.freed_m.is_some_and(|place_m| on_it(&place_m)) {
+            None
+        } else if struck {
+            Some(told.distance_m)
+        } else {
+            self.struck_m.filter(on_it)
+        };
+        if self.struck_m.is_some() && moves && self.held > HELD_TIME {
+            self.freed = true;
+            self.freed_m = Some(told.distance_m);
+        }
+        self.held = if self.struck_m.is_some() && !moves {
+            self.held + tick
+        } else {
+            0.0
+        };
+    }
+}
+
 /// Whether the vehicle pushes against something that does not move, and for how long, in time units. A vehicle that
 /// bounces off an obstacle again and again is stuck as well: what counts is that it comes no further.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -79,12 +120,7 @@ pub(super) struct Obstacle {
     moves: bool,
     /// It is told to move slowly.
     creeps: bool,
-    /// Where its wheels hit what they have not come past, m, and the time for which that has held it up.
-    struck_m: Option<f32>,
-    held: f32,
-    freed: bool,
-    /// Where it last came free, m: there the slope that it forgot would feel like a blow again.
-    freed_m: Option<f32>,
+    blow: Blow,
     time: f32,
     /// Time that a start may take.
     start: f32,
@@ -109,57 +145,31 @@ impl Obstacle {
         } else {
             0.0
         };
-        let creeps = told.speed.abs() < CREEPING;
-        let moves = direction * told.wheels >= MOVES_SHARE * direction * told.speed;
-        let struck_m = self.struck_m(direction, told, length_m);
-        let freed = struck_m.is_some() && moves && self.held > HELD_TIME;
-        let held = if struck_m.is_some() && !moves {
-            self.held + tick
-        } else {
-            0.0
-        };
-        let freed_m = if freed {
-            Some(told.distance_m)
-        } else {
-            self.freed_m.filter(|_| direction == self.direction)
-        };
-        let advance_m = direction * (told.distance_m - self.furthest_m);
-        if direction == 0.0 || direction != self.direction || !(-RETREAT_M..PROGRESS_M).contains(&advance_m) {
-            *self = Self {
-                direction,
-                moves,
-                creeps,
-                struck_m,
-                held,
-                freed,
-                freed_m,
-                time: 0.0,
-                start: told.lag + libm::sqrtf(4.0 * PROGRESS_M / (length_m * told.acceleration)),
-                furthest_m: told.distance_m,
-            };
+        if direction == 0.0 && self.direction == 0.0 {
+            // Nothing pushes, and what comes first begins anew.
             return;
         }
+        let creeps = told.speed.abs() < CREEPING;
+        let moves = direction * told.wheels >= MOVES_SHARE * direction * told.speed;
         self.moves = moves;
         self.creeps = creeps;
-        self.struck_m = struck_m;
-        self.held = held;
-        self.freed = freed;
-        self.freed_m = freed_m;
+        let turned = direction == 0.0 || direction != self.direction;
+        if turned {
+            self.blow = Blow::default();
+        } else {
+            self.blow.update(direction, moves, told, tick, length_m);
+        }
+        let advance_m = direction * (told.distance_m - self.furthest_m);
+        if turned || !(-RETREAT_M..PROGRESS_M).contains(&advance_m) {
+            self.direction = direction;
+            self.time = 0.0;
+            self.start = told.lag + libm::sqrtf(4.0 * PROGRESS_M / (length_m * told.acceleration));
+            self.furthest_m = told.distance_m;
+            return;
+        }
         // While the reference is still on its way from the other direction, nothing pushes in this one.
         if !moves && direction * told.reference > 0.0 {
             self.time += tick;
-        }
-    }
-
-    /// Where the wheels hit what they have not come past, m, for a vehicle that is to move in this direction.
-    fn struck_m(&self, direction: f32, told: &Told, length_m: f32) -> Option<f32> {
-        let on_it = |place_m: &f32| direction * (told.distance_m - place_m) < CLIMB * length_m;
-        if direction == 0.0 || direction != self.direction || self.freed_m.is_some_and(|place_m| on_it(&place_m)) {
-            None
-        } else if direction * told.unforeseen < -BLOW {
-            Some(told.distance_m)
-        } else {
-            self.struck_m.filter(on_it)
         }
     }
 
@@ -171,7 +181,7 @@ impl Obstacle {
     pub(super) fn push(&self) -> PushState {
         if self.time > self.stuck_time() {
             PushState::Stuck
-        } else if self.freed {
+        } else if self.blow.freed {
             PushState::Freed
         } else if self.direction == 0.0 || self.moves {
             PushState::None

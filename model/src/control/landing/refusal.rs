@@ -35,9 +35,17 @@ impl SlopeRefusal {
     /// One tick on a slope whose sine, without its sign, is `excess` more than that of the steepest one the vehicle can
     /// stand on, at a landing speed. `drives` tells that the operator wants a speed or a turn.
     pub(super) fn update(&mut self, excess: f32, landing: f32, drives: bool, tick: f32) {
+        self.driven |= drives;
+        // Once refused, the vehicle stays so.
+        if self.driven || self.refuses {
+            return;
+        }
         let stands = landing.abs() < STANDS_SPEED && excess > STANDS_EXCESS;
         self.stood = if stands { self.stood + tick } else { 0.0 };
-        self.driven |= drives || self.stood > STANDS_TIME;
+        if self.stood > STANDS_TIME {
+            self.driven = true;
+            return;
+        }
         self.age += tick;
         self.excess = (self.excess + excess * tick).max(0.0);
         let learns = self.age < LEARNT_TIME;
@@ -49,8 +57,7 @@ impl SlopeRefusal {
         } else {
             self.learning + EXCESS_LEARNT
         };
-        // Once refused, the vehicle stays so.
-        self.refuses |= !self.driven && self.excess > most;
+        self.refuses = self.excess > most;
     }
 
     /// The vehicle was armed on a slope on which it cannot stand.
