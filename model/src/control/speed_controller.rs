@@ -8,6 +8,8 @@ use super::swing_damped::SwingDampedLaw;
 use crate::vehicle::{SpeedLawChoice, Vehicle};
 
 /// The speed loop under the law that the vehicle file names.
+// A vehicle has one, in place: there is no heap.
+#[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SpeedController {
     /// Eq. 3.25 with what surrounds it.
