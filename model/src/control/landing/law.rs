@@ -193,12 +193,14 @@ impl LandingLaw {
         // Wanted acceleration within grip.
         let (room, excess) = self.room(input, slope, landing, stuck);
         self.slope_limited = self.limits.too_steep(slope.0);
-        self.refusal.update(
-            self.limits.excess(slope.0),
-            landing,
-            input.target_m_s != 0.0 || input.turns,
-            self.tick,
-        );
+        if !self.refusal.is_settled() {
+            self.refusal.update(
+                self.limits.excess(slope.0),
+                landing,
+                input.target_m_s != 0.0 || input.turns,
+                self.tick,
+            );
+        }
         let voltage_max = self.scales.voltage_from_si(input.voltage_max_v);
         let target = self.target(input, slope.0, voltage_max, wheel_rate);
         let speed_pole = self.pace * self.design.speed;

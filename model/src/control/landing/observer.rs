@@ -130,7 +130,7 @@ impl RateObserver {
         self.unforeseen = error;
         self.wheel_rate = predicted + 2.0 * pole * self.tick * error;
         self.joint_rate = self.wheel_rate + phi_rate;
-        if push == PushState::Stuck || push == PushState::Freed {
+        if matches!(push, PushState::Stuck | PushState::Freed) {
             self.slope_lesson = self.calm_sin_slope - sin_slope;
             return;
         }

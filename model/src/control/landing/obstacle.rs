@@ -40,9 +40,10 @@ const PUSH_ON_G: f32 = 0.25;
 const PUSH_EXCESS: f32 = 0.25;
 
 /// Whether the vehicle pushes against something.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum PushState {
     /// It moves, or it does not push.
+    #[default]
     None,
     /// It is told to drive and moves at less than half of that speed: perhaps it starts, perhaps it is about to be stopped.
     Perhaps,
@@ -83,14 +84,17 @@ struct Blow {
 }
 
 impl Blow {
+    /// Whether there is something to update: seldom.
+    #[inline]
+    fn concerns(&self, direction: f32, told: &Told) -> bool {
+        direction * told.unforeseen < -BLOW || self.struck_m.is_some() || self.freed
+    }
+
     /// One tick on the way in this direction, for wheels of the radius `length_m`.
+    #[inline(never)]
     fn update(&mut self, direction: f32, moves: bool, told: &Told, tick: f32, length_m: f32) {
         let struck = direction * told.unforeseen < -BLOW;
         self.freed = false;
-        if !struck && self.struck_m.is_none() {
-            // As nearly always.
-            return;
-        }
         let on_it = |place_m: &f32| direction * (told.distance_m - place_m) < CLIMB * length_m;
         self.struck_m = if self.freed_m.is_some_and(|place_m| on_it(&place_m)) {
             None
@@ -121,6 +125,8 @@ pub(super) struct Obstacle {
     /// It is told to move slowly.
     creeps: bool,
     blow: Blow,
+    /// What was found in the last tick.
+    push: PushState,
     time: f32,
     /// Time that a start may take.
     start: f32,
@@ -131,12 +137,19 @@ pub(super) struct Obstacle {
 impl Obstacle {
     /// One tick, for wheels of the radius `length_m`.
     pub(super) fn update(&mut self, told: &Told, tick: f32, length_m: f32) {
+        self.follow(told, tick, length_m);
+        self.push = self.found();
+    }
+
+    #[inline]
+    fn follow(&mut self, told: &Told, tick: f32, length_m: f32) {
+        let mut stuck = self.push == PushState::Stuck;
         if self.direction * told.speed < -TOLD && self.time > TURNED_BACK_SHARE * self.stuck_time() {
             self.time = self.time.bounded(self.stuck_time() + tick, f32::MAX);
+            stuck = true;
         }
         // Told to back off, a stuck vehicle first lowers its arm, and as long it pushes on.
-        let direction = if self.push() == PushState::Stuck && self.direction * (told.reference - told.wheels) > MISSING
-        {
+        let direction = if stuck && self.direction * (told.reference - told.wheels) > MISSING {
             self.direction
         } else if told.speed > TOLD {
             1.0
@@ -145,7 +158,8 @@ impl Obstacle {
         } else {
             0.0
         };
-        if direction == 0.0 && self.direction == 0.0 {
+        let turned = direction != self.direction;
+        if !turned && direction == 0.0 {
             // Nothing pushes, and what comes first begins anew.
             return;
         }
@@ -153,10 +167,9 @@ impl Obstacle {
         let moves = direction * told.wheels >= MOVES_SHARE * direction * told.speed;
         self.moves = moves;
         self.creeps = creeps;
-        let turned = direction == 0.0 || direction != self.direction;
         if turned {
             self.blow = Blow::default();
-        } else {
+        } else if self.blow.concerns(direction, told) {
             self.blow.update(direction, moves, told, tick, length_m);
         }
         let advance_m = direction * (told.distance_m - self.furthest_m);
@@ -179,6 +192,11 @@ impl Obstacle {
     }
 
     pub(super) fn push(&self) -> PushState {
+        self.push
+    }
+
+    #[inline]
+    fn found(&self) -> PushState {
         if self.time > self.stuck_time() {
             PushState::Stuck
         } else if self.blow.freed {

@@ -60,6 +60,12 @@ impl SlopeRefusal {
         self.refuses = self.excess > most;
     }
 
+    /// Nothing changes any more until the vehicle is armed anew.
+    #[inline]
+    pub(super) fn is_settled(self) -> bool {
+        self.driven || self.refuses
+    }
+
     /// The vehicle was armed on a slope on which it cannot stand.
     pub(super) fn refuses(self) -> bool {
         self.refuses
