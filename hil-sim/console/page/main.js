@@ -253,7 +253,7 @@ function showPanels(ms) {
   showMode(app.mode, note(silent));
   const live = Boolean(status) && !silent && app.operates;
   const pending = document.activeElement;
-  for (const [id, on] of [["arm", live && status.vehicle.mode === "Disarmed"], ["disarm", Boolean(app.link)], ["clear", live && status.vehicle.faults !== 0]]) {
+  for (const [id, on] of [["arm", live && !records.replaying && status.vehicle.mode === "Disarmed"], ["disarm", Boolean(app.link)], ["clear", live && status.vehicle.faults !== 0]]) {
     // A button that has the focus keeps it: a keyboard's user is not thrown to the top of the page.
     element(id).disabled = !on && pending !== element(id);
     element(id).setAttribute("aria-disabled", !on);

@@ -32,9 +32,11 @@ export class Operator {
     /** Set while the page drives a vehicle of its own or has the wheel of another. */
     this.speaks = false;
     addEventListener("keydown", (event) => this.keydown(event), { capture: true });
-    addEventListener("keyup", (event) => this.held.delete(event.code), { capture: true });
+    addEventListener("keyup", (event) => this.keyup(event), { capture: true });
     // Whoever cannot be seen to hold a key does not hold it.
     addEventListener("blur", () => this.letGo());
+    // The menu takes the keys, and their release with them.
+    addEventListener("contextmenu", () => this.letGo());
     document.addEventListener("visibilitychange", () => this.letGo());
     addEventListener("pagehide", () => this.letGo());
     // A key that is held does not drive on while the keys write.
@@ -57,6 +59,9 @@ export class Operator {
       if (!event.repeat) this.stop();
       return;
     }
+    // A key that is held on the stop is one press of it.
+    if (event.repeat && event.key === "Enter" && event.target.matches?.("#stop")) event.preventDefault();
+    if (event.metaKey) this.held.clear();
     const slides = event.target.matches?.("input[type=range]") && event.code.startsWith("Arrow");
     const writes = slides || event.target.matches?.(WRITES);
     if (writes || event.ctrlKey || event.altKey || event.metaKey || !(event.code in KEYS)) return;
@@ -64,6 +69,12 @@ export class Operator {
     if (event.target.matches?.(".scroll, pre")) return;
     event.preventDefault();
     if (!event.repeat) this.held.add(event.code);
+  }
+
+  keyup(event) {
+    this.held.delete(event.code);
+    // On a Mac no key that is released beside Command says so.
+    if (event.metaKey || event.key === "Meta") this.held.clear();
   }
 
   listenToPad() {

@@ -120,6 +120,14 @@ export async function stops(open) {
   assert.ok(await page.value(FORWARD));
   await page.key("keyUp", "KeyW");
   assert.ok(await page.value(NEUTRAL), "a key that is let go drives no more");
+  // The browser's menu takes the release of a key, and so does a Mac's Command.
+  for (const lost of ["new Event('contextmenu')", "new KeyboardEvent('keyup', { code: 'MetaLeft', key: 'Meta' })"]) {
+    await page.key("keyDown", "KeyW");
+    assert.ok(await page.value(FORWARD));
+    await page.value(`void dispatchEvent(${lost})`);
+    assert.ok(await page.value(NEUTRAL), `${lost}: a key whose release is lost drives no more`);
+    await page.key("keyUp", "KeyW");
+  }
   // Set by the mouse, it gives the arrow keys back.
   await page.clickAt(await page.place("#speed", [0.3, 0.5]));
   await page.key("keyDown", "ArrowUp");

@@ -73,7 +73,9 @@ const PALE = `(() => {
     if (typed || [...e.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim())) {
       if (e.matches("script, style, title, option")) continue;
       texts += 1;
-      const size = parseFloat(style.fontSize) * (drawn ? e.getScreenCTM().a : 1);
+      // A drawing is scaled, and some of its text turned.
+      const { a, b } = drawn ? e.getScreenCTM() : { a: 1, b: 0 };
+      const size = parseFloat(style.fontSize) * Math.hypot(a, b);
       if (size < SMALLEST_PX) found.add(name + " is " + size.toFixed(1) + " px high");
       const least = size >= 24 || (size >= 18.66 && Number(style.fontWeight) >= 700) ? 3 : 4.5;
       const paper = drawn ? ground(e.ownerSVGElement ?? e) : ground(e);

@@ -17,6 +17,7 @@ article { background: #fff; border-radius: 10px; padding: 16px; margin: 0 0 16px
 article > div { min-width: 0; }
 @media (min-width: 900px) { article { grid-template-columns: minmax(0, 1.1fr) minmax(0, 1fr); } }
 svg { display: block; width: 100%; height: auto; }
+.wide > svg { min-width: 560px; }
 svg + svg { margin-top: 12px; }
 .verdict { display: inline-block; padding: 1px 10px; border-radius: 999px; font-size: .85rem; font-weight: 600; }
 .confirmed { background: #d9f2e1; color: #0b5a2c; }

@@ -11,6 +11,7 @@
 
 use super::facing::{INTERVAL_S, MEAN_GAIN, STEADY_TIME_CONSTANT_S};
 use super::rate_filter::LowPass;
+use crate::bounded::Bounded;
 use crate::persistence::Persistence;
 
 /// What one tick of an armed vehicle shows of the rates of one body.
@@ -93,6 +94,11 @@ impl Exchanged {
             }
             steady.update(*rate);
             *rate -= steady.value();
+        }
+        if self.turned {
+            // Of its last roll no more than a slow turn shows: one sample is no roll of the body yet.
+            let [_, _, roll] = &mut self.steady;
+            roll.reset(roll.value().bounded(-TURNS_RAD_S, TURNS_RAD_S));
         }
         self.turned = false;
         let [relative, swing, roll] = motion;
@@ -242,15 +248,15 @@ mod tests {
     #[test]
     fn the_end_of_a_turn_tells_nothing() {
         for yaw_rad_s in [-8.0_f32, -1.8, 1.6, 3.0] {
-            for wheels_rad_s in [0.0_f32, 12.0] {
+            // The roll may outlive the turn by an interval.
+            for (wheels_rad_s, rolls) in [(0.0_f32, 100_u16), (12.0, 100), (0.0, 101), (12.0, 101)] {
                 let mut watch = Exchanged::default();
                 for k in 0..300_u16 {
-                    let yaw_rad_s = if k < 100 { yaw_rad_s } else { 0.0 };
                     let told = watch.update(&BodyRates {
                         relative_rad_s: wheels_rad_s,
                         swing_rad_s: 0.0,
-                        roll_rad_s: yaw_rad_s * libm::sinf(0.7),
-                        yaw_rad_s,
+                        roll_rad_s: if k < rolls { yaw_rad_s * libm::sinf(0.7) } else { 0.0 },
+                        yaw_rad_s: if k < 100 { yaw_rad_s } else { 0.0 },
                     });
                     assert!(!told, "{yaw_rad_s} rad/s, {wheels_rad_s} rad/s, interval {k}");
                 }

@@ -193,7 +193,11 @@ pub fn page(laws: &[Contender], planar: &PlanarSteps, flights: &[Flight]) -> Res
         for cells in &table.rows {
             row(&mut body, "td", cells.iter().map(String::as_str));
         }
-        _ = writeln!(body, "</table></div></div>\n<div>{}</div>\n</article>", chart.to_svg()?);
+        _ = writeln!(
+            body,
+            "</table></div></div>\n<div class=\"wide\">{}</div>\n</article>",
+            chart.to_svg()?
+        );
     }
     body.push_str("</main>\n");
     Ok(document("The laws compared", &body))

@@ -47,7 +47,7 @@ fn summary(figures: &[(Figure, Vec<String>)]) -> String {
 
 fn article(html: &mut String, figure: &Figure, svgs: &[String]) {
     let stem = figure.stem();
-    _ = writeln!(html, "<article id=\"{stem}\">\n<div>");
+    _ = writeln!(html, "<article id=\"{stem}\">\n<div class=\"wide\">");
     for (chart, svg) in figure.charts.iter().zip(svgs) {
         let label = format!("<svg role=\"img\" aria-label=\"{}\" ", escaped(&chart.title));
         html.push_str(&svg.replacen("<svg ", &label, 1));

@@ -40,8 +40,13 @@ impl SlopeRefusal {
         if self.driven || self.refuses {
             return;
         }
-        let stands = landing.abs() < STANDS_SPEED && excess > STANDS_EXCESS;
-        self.stood = if stands { self.stood + tick } else { 0.0 };
+        let slow = landing.abs() < STANDS_SPEED;
+        if slow && excess <= STANDS_EXCESS {
+            // It stands on little of a slope, or is held by hand and has not found its slope: nothing is learnt.
+            self.stood = 0.0;
+            return;
+        }
+        self.stood = if slow { self.stood + tick } else { 0.0 };
         if self.stood > STANDS_TIME {
             self.driven = true;
             return;
@@ -114,6 +119,17 @@ mod tests {
             None,
             "what is left of learning goes first"
         );
+    }
+
+    /// Held by hand for a while after it was armed, and then let go on a slope that it can stand on: it learns as any other.
+    #[test]
+    fn a_vehicle_that_was_held_learns_its_slope_before_it_is_refused() {
+        let mut refusal = SlopeRefusal::default();
+        for _ in 0..(40.0 / TICK) as u32 {
+            refusal.update(-0.5, 0.0, false, TICK);
+        }
+        let learning = |time: f32| 0.045 * (1.0 - (time - 1.0).abs()).max(0.0) - 0.0145;
+        assert_eq!(refused_after(&mut refusal, learning, false), None);
     }
 
     #[test]
