@@ -12,6 +12,8 @@ use virtual_board::link_client::LinkClient;
 
 #[path = "support/elves.rs"]
 mod elves;
+#[path = "support/listened.rs"]
+mod listened;
 #[path = "support/served.rs"]
 mod served;
 #[path = "support/tool.rs"]
@@ -274,7 +276,7 @@ fn a_recording_that_breaks_off_keeps_what_it_had() {
             std::thread::sleep(Duration::from_millis(20));
         }
         if end_the_board {
-            served.server.kill().expect("killed");
+            served.server.process.kill().expect("killed");
         } else {
             tool.kill().expect("killed");
         }

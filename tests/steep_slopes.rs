@@ -5,7 +5,10 @@ use model::supervise::codes::{Fault, FaultSet, Limit};
 use model::vehicle::Vehicle;
 use virtual_board::scenario::trace::TraceRow;
 
+#[path = "support/heat.rs"]
+mod heat;
 mod support;
+use heat::heats;
 use support::flights::{first, last};
 use support::generated::shown;
 use support::reference;
@@ -246,23 +249,6 @@ fn armed_hardly_beyond_the_limit_the_vehicle_refuses_too() {
     }
 }
 
-/// Heat of a winding over what its continuous current keeps up, tau h' = (i/i_c)^2 - h, by the true currents of the trace's
-/// rows: the time and the heat at each.
-fn heats(rows: &[TraceRow], vehicle: &Vehicle<f64>) -> Vec<(f64, f64)> {
-    let motor = &vehicle.parameters().drive_motor;
-    let (mut heat, mut before_s) = ([0.0_f64; 2], 0.0);
-    let mut heats = Vec::new();
-    for row in rows {
-        let share = -f64::exp_m1(-(row.time_s() - before_s) / motor.winding_time_constant_s);
-        before_s = row.time_s();
-        for (heat, current_a) in heat.iter_mut().zip(&row.truth.current_a) {
-            *heat += share * ((current_a / motor.continuous_current_a).powi(2) - *heat);
-        }
-        heats.push((before_s, heat[0].max(heat[1])));
-    }
-    heats
-}
-
 /// Beyond 20 deg (`continuous_slope_deg` of `check`) the hold takes more than the motors' continuous current. When they are hot
 /// the vehicle can no longer stand there facing up or down: it turns across the slope until what is left of it is held, tells
 /// *MotorHeat*, goes back towards where it held, as far as the current takes it, and comes to rest without a fault. The weight that the current no longer holds, at most 3 m/s^2 of it, turns
@@ -287,11 +273,16 @@ fn held_until_the_motors_are_hot_the_vehicle_turns_across_the_slope_and_stands()
                 "",
             );
             let story = format!("{slope_deg} deg, seed {seed}");
-            let heats = heats(&outcome.trace.rows, &vehicle);
+            let motor = &vehicle.parameters().drive_motor;
+            let [left, right] = [0, 1].map(|side| {
+                let rows = &outcome.trace.rows;
+                heats(rows, side, motor.continuous_current_a, motor.winding_time_constant_s)
+            });
+            let hotter = |((at_s, left), (_, right)): (&(f64, f64), &(f64, f64))| (*at_s, left.max(*right));
+            let heats: Vec<(f64, f64)> = left.iter().zip(&right).map(hotter).collect();
             let hot_s = first(&outcome, 0.0, |row| row.status.limits.contains(Limit::MotorHeat)).expect("told");
             let at_hot = heats.iter().find(|(time_s, _)| *time_s >= hot_s).expect("a row").1;
             // From heat 0.9 to 1 the limit falls from its whole to the continuous current: on its way it meets the hold's.
-            let motor = &vehicle.parameters().drive_motor;
             let hold_a = from(&outcome, hot_s)[0].truth.current_a[0].abs();
             let above = (hold_a - motor.continuous_current_a) / (motor.current_limit_a - motor.continuous_current_a);
             let expected = 1.0 - 0.1 * above;

@@ -5,6 +5,9 @@ use model::supervise::codes::{Fault, FaultSet, Limit};
 use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{DriveOutcome, Scenario};
 
+#[path = "heat.rs"]
+mod heat;
+
 /// One case: what happens, and what is wrong about its outcome.
 pub struct ShortCase {
     /// Number of its kind in `tests/cases/README.md`.
@@ -55,19 +58,6 @@ fn sound(outcome: &DriveOutcome) -> Option<String> {
 fn fastest(outcome: &DriveOutcome, from_s: f64) -> f64 {
     let rows = outcome.trace.rows.iter().filter(|row| row.time_s() >= from_s);
     rows.map(|row| row.truth.speed_m_s.abs()).fold(0.0, f64::max)
-}
-
-/// Heat of the left motor of the reference vehicle over what its continuous current keeps up, by its true currents:
-/// tau h' = (i / i_c)^2 - h, tau 41.6 s, i_c 5.8 A. The time and the heat of each row.
-fn heat(outcome: &DriveOutcome) -> Vec<(f64, f64)> {
-    let (mut heat, mut before_s) = (0.0, 0.0);
-    let rows = outcome.trace.rows.iter();
-    rows.map(|row| {
-        heat += (row.time_s() - before_s) / 41.6 * ((row.truth.current_a[0] / 5.8).powi(2) - heat);
-        before_s = row.time_s();
-        (before_s, heat)
-    })
-    .collect()
 }
 
 /// The cases, each of a kind of its own.
@@ -190,7 +180,7 @@ pub const SHORT_CASES: &[ShortCase] = &[
             plant.right = { torque_constant_factor = 0.4 }
             step = [{ at_s = 1.0, action = "arm" }]"#,
         wrong: |outcome| {
-            let heat = heat(outcome);
+            let heat = heat::heats(&outcome.trace.rows, 0, 5.8, 41.6);
             let hot_s = first(outcome, 0.0, |row| row.status.limits.contains(Limit::MotorHeat));
             let told = hot_s
                 .and_then(|s| heat.iter().find(|(at_s, _)| *at_s >= s))

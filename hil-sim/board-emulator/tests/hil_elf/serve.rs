@@ -1,10 +1,9 @@
 //! `hil-sim serve --board emulated`: the link tool's commands at the ports of the served ELF.
 
-use std::io::{self, BufRead, BufReader};
+use std::io;
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 use clap::Parser;
@@ -18,6 +17,10 @@ use hil_sim::cli::link::{self, Arguments};
 use report::error::CommandError;
 
 use crate::support::firmware;
+
+#[path = "../../../../tests/support/listened.rs"]
+mod listened;
+use listened::Listened;
 
 /// After this time of the host a test gives up instead of hanging; nothing is measured by it.
 const GIVE_UP: Duration = Duration::from_mins(3);
@@ -86,49 +89,10 @@ struct Tool {
 }
 
 /// A server, which ends with the test.
-struct Served {
-    server: Child,
-    lines: Receiver<String>,
-}
-
-impl Drop for Served {
-    fn drop(&mut self) {
-        let _ = self.server.kill();
-        let _ = self.server.wait();
-    }
-}
-
-impl Served {
-    fn new(arguments: &[&str]) -> Self {
-        let mut server = Command::new(env!("CARGO_BIN_EXE_emulated-board"))
-            .args(["serve", "--board", "emulated"])
-            .args(arguments)
-            .env(ELF_VARIABLE, firmware().path())
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the server starts");
-        let (line, lines) = channel();
-        let out = BufReader::new(server.stdout.take().expect("piped"));
-        std::thread::spawn(move || {
-            for text in out.lines().map_while(Result::ok) {
-                if line.send(text).is_err() {
-                    return;
-                }
-            }
-        });
-        Self { server, lines }
-    }
-
-    /// What follows `part` in the next line that has it.
-    fn wait_for(&self, part: &str) -> String {
-        loop {
-            let line = self.lines.recv_timeout(GIVE_UP);
-            let line = line.unwrap_or_else(|_| panic!("no line with `{part}`"));
-            if let Some((_, rest)) = line.split_once(part) {
-                return rest.to_owned();
-            }
-        }
-    }
+fn serve(arguments: &[&str]) -> Listened {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_emulated-board"));
+    let command = command.args(["serve", "--board", "emulated"]).args(arguments);
+    Listened::start(command.env(ELF_VARIABLE, firmware().path()), GIVE_UP)
 }
 
 /// Runs the link tool at a port, which breaks after `cut_s` seconds: how it ends, and what it shows.
@@ -162,7 +126,7 @@ fn new_file(name: &str) -> PathBuf {
 /// board.
 #[test]
 fn a_served_elf_is_driven_over_every_kind_of_port() {
-    let served = Served::new(&["--tcp", "127.0.0.1:0", "--websocket", "127.0.0.1:0", "--pty"]);
+    let served = serve(&["--tcp", "127.0.0.1:0", "--websocket", "127.0.0.1:0", "--pty"]);
     let [tcp, websocket, terminal] = [(); 3].map(|()| served.wait_for("board at "));
     assert!(tcp.starts_with("tcp:") && websocket.starts_with("ws://") && terminal.starts_with('/'));
     let text = link_at(&websocket, &["status", "--seconds", "0.3"]);
@@ -228,7 +192,7 @@ fn a_served_elf_is_driven_over_every_kind_of_port() {
 #[test]
 fn a_served_elf_takes_an_update_and_comes_up_with_it() {
     // As fast as this machine can: nobody drives.
-    let served = Served::new(&["--websocket", "127.0.0.1:0", "--rate", "100"]);
+    let served = serve(&["--websocket", "127.0.0.1:0", "--rate", "100"]);
     let port = served.wait_for("board at ");
     let text = link_at(&port, &["update", firmware().path().to_str().expect("utf-8")]);
     assert!(

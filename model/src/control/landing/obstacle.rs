@@ -279,6 +279,27 @@ mod tests {
         }
     }
 
+    /// What takes the speed where the vehicle has just forgotten a slope is that slope, and no second blow; further on it is one.
+    #[test]
+    fn a_slope_is_forgotten_once_in_a_place() {
+        let mut obstacle = Obstacle::default();
+        let mut meets = |distance_m: f32| {
+            let holds = Told { distance_m, ..PUSHES };
+            obstacle.update(&holds, TICK, WHEEL_M);
+            let unforeseen = -0.15;
+            obstacle.update(&Told { unforeseen, ..holds }, TICK, WHEEL_M);
+            for _ in 0..(1.5 * TICKS_PER_TIME as f32) as usize {
+                obstacle.update(&holds, TICK, WHEEL_M);
+            }
+            let wheels = 0.6 * holds.speed;
+            obstacle.update(&Told { wheels, ..holds }, TICK, WHEEL_M);
+            obstacle.push()
+        };
+        assert_eq!(meets(1.0), PushState::Freed);
+        assert_eq!(meets(1.1), PushState::None);
+        assert_eq!(meets(1.2), PushState::Freed);
+    }
+
     /// Against an obstacle the vehicle pushes hard, then less. Its arm comes down so slowly that its weight alone turns the
     /// wheels forward still when the arm takes up, or loses, its rate within one time unit.
     #[test]

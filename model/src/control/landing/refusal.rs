@@ -37,7 +37,7 @@ impl SlopeRefusal {
     pub(super) fn update(&mut self, excess: f32, landing: f32, drives: bool, tick: f32) {
         self.driven |= drives;
         // Once refused, the vehicle stays so.
-        if self.driven || self.refuses {
+        if self.is_settled() {
             return;
         }
         let slow = landing.abs() < STANDS_SPEED;

@@ -25,7 +25,7 @@ pub(super) struct BlockWitness {
 }
 
 /// The value that is further from nought.
-fn further(kept: f64, value: f64) -> f64 {
+pub(super) fn further(kept: f64, value: f64) -> f64 {
     if value.abs() > kept.abs() { value } else { kept }
 }
 

@@ -1,5 +1,6 @@
 //! Why motors and supply bounded the drive: how much current flowed, and how high the supply rose.
 
+use super::block::further;
 use super::sight::Sight;
 
 /// What was seen of motors and supply.
@@ -20,10 +21,7 @@ impl PowerWitness {
             *highest_a = highest_a.max(f64::from(current_a).abs());
         }
         self.battery_v = self.battery_v.max(f64::from(status.battery_v));
-        let slope_rad = f64::from(status.estimate.slope_rad);
-        if slope_rad.abs() > self.slope_rad.abs() {
-            self.slope_rad = slope_rad;
-        }
+        self.slope_rad = further(self.slope_rad, f64::from(status.estimate.slope_rad));
     }
 
     /// The heat of the motors in a sentence.

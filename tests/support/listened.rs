@@ -1,0 +1,52 @@
+//! A program that serves something, and what it says meanwhile.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+/// A program under way, which ends with the test.
+pub struct Listened {
+    pub process: Child,
+    lines: Receiver<String>,
+    give_up: Duration,
+}
+
+impl Drop for Listened {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+impl Listened {
+    /// Starts the program. A test that waits for `give_up` gives up instead of hanging; nothing is measured by it.
+    pub fn start(command: &mut Command, give_up: Duration) -> Self {
+        let mut process = command.stdout(Stdio::piped()).spawn().expect("the program starts");
+        let (line, lines) = channel();
+        let out = BufReader::new(process.stdout.take().expect("piped"));
+        std::thread::spawn(move || {
+            for text in out.lines().map_while(Result::ok) {
+                if line.send(text).is_err() {
+                    return;
+                }
+            }
+        });
+        Self {
+            process,
+            lines,
+            give_up,
+        }
+    }
+
+    /// What follows `part` in the next line that has it.
+    pub fn wait_for(&self, part: &str) -> String {
+        loop {
+            let line = self.lines.recv_timeout(self.give_up);
+            let line = line.unwrap_or_else(|_| panic!("no line with `{part}`"));
+            if let Some((_, rest)) = line.split_once(part) {
+                return rest.to_owned();
+            }
+        }
+    }
+}
