@@ -187,9 +187,9 @@ pub fn run_on<B: Backend>(
         written,
         ..
     } = watched;
-    let told = story.told();
     let record = match record {
         Some(mut record) => {
+            record.events(&story.under_way());
             // What led to a run that could not go on is worth its record most.
             record.log(end.as_ref().map_or(&[][..], |end| &end.log));
             let path = record.finish()?;
@@ -197,6 +197,7 @@ pub fn run_on<B: Backend>(
         }
         None => String::new(),
     };
+    let told = story.told();
     written?;
     ended(&mut backend)?;
     let end = end?;
