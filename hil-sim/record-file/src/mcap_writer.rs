@@ -211,7 +211,7 @@ fn failed_before() -> io::Error {
 
 fn not_written(error: McapError) -> io::Error {
     match error {
-        McapError::Io(error) => io::Error::new(error.kind(), format!("output: {error}")),
+        McapError::Io(error) => error,
         error => io::Error::other(format!("output: {error}")),
     }
 }

@@ -127,9 +127,7 @@ impl<W: Write> RecordWriter<W> {
     fn message(&mut self, message: &BoardMessage) -> io::Result<()> {
         let frame = encode(message).map_err(|_| io::Error::other("a message of the board fits no frame"))?;
         match &mut self.kind {
-            Kind::Frames(out) => out
-                .write_all(&frame)
-                .map_err(|error| io::Error::new(error.kind(), format!("output: {error}"))),
+            Kind::Frames(out) => out.write_all(&frame),
             Kind::Mcap(writer, time_us) => writer.frame(*time_us, &frame),
         }
     }

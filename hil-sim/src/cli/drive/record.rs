@@ -79,11 +79,13 @@ impl RunRecord {
         self.write(|writer| lines.iter().try_for_each(|line| writer.log(&LogLine::printed(line))));
     }
 
-    /// Completes the file; its name.
+    /// Takes what was under way at the end of the run and the last lines of the log, and completes the file; its name.
     ///
     /// # Errors
     /// [`CommandError`]: what could not be written. What a full disk took is kept.
-    pub fn finish(self) -> Result<PathBuf, CommandError> {
+    pub fn ended(mut self, under_way: &[StoryEvent], log: &[String]) -> Result<PathBuf, CommandError> {
+        self.events(under_way);
+        self.log(log);
         self.written?;
         self.writer.finish()?.finish()
     }
