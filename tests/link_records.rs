@@ -159,9 +159,8 @@ fn the_tool_writes_the_stream_as_the_frames_that_brought_it() {
     // And the log from the boot on, which replay puts into an MCAP file.
     let log: Vec<String> = record_file::parse(&file)
         .expect("readable")
-        .log
-        .into_iter()
-        .map(|line| line.text)
+        .log()
+        .map(|line| line.text.clone())
         .collect();
     for part in ["booted, reset by power-on", "gyros calibrated"] {
         assert_eq!(log.iter().filter(|line| *line == part).count(), 1, "{part}: {log:?}");
@@ -212,9 +211,9 @@ fn the_tool_records_everything_for_other_tools_too() {
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("link.mcap");
     std::fs::write(&path, &bytes).expect("writes");
     let read = hil_sim::cli::record_files::read(&path).expect("readable");
-    assert_eq!(read.file.records.len() as u64, recorded.ticks);
-    assert_eq!(read.file.records[0].tick, 1);
-    let vehicle = read.vehicle.expect("in the file").parameters().cast::<f32>();
+    assert_eq!(read.records().count() as u64, recorded.ticks);
+    assert_eq!(read.boots[0].records[0].tick, 1);
+    let vehicle = read.boots[0].vehicle.expect("in the file").parameters().cast::<f32>();
     assert_eq!(vehicle, support::reference().parameters().cast::<f32>());
 }
 

@@ -1,6 +1,7 @@
 //! `drive --record` and `replay` from outside: what was driven comes back bit for bit, or it is told where it does not.
 //! And the records of tests/records, which drive as they did when they were committed.
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use firmware::drive_board::SCALES;
@@ -9,7 +10,7 @@ use firmware::protocol::message::{Identity, PROTOCOL_VERSION};
 use hil_sim::cli::record_files;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
-use record_file::ReadRecords;
+use record_file::ReadBoot;
 use record_file::run::write_run;
 use record_file::writer::{RecordFormat, RecordWriter};
 use virtual_board::records::first_field;
@@ -77,7 +78,13 @@ fn a_record_of_another_protocol_is_told() {
             about: firmware::link::about(vehicle.parameters(), 0),
         };
         let out = RecordWriter::new(format, Vec::new());
-        let bytes = write_run(out, &vehicle, Some(identity), &[FlightRecord::NONE], &[]).expect("fits");
+        let boot = ReadBoot {
+            identity: Some(identity),
+            vehicle: None,
+            records: vec![FlightRecord::NONE],
+            log: Vec::new(),
+        };
+        let bytes = write_run(out, &[vehicle], &[boot]).expect("fits");
         let file = path(name);
         std::fs::write(&file, bytes).expect("writes");
         let (code, _, error) = replay(&file, &[]);
@@ -217,13 +224,90 @@ fn an_mcap_file_replays_with_its_own_vehicle_as_far_as_it_goes() {
     let (code, json, error) = replay(&again, &[]);
     assert_eq!((code, &json["ticks"]), (Some(0), &1000.into()), "{error}");
     // With the log of that second, as it was.
-    let log = |path: &Path| record_files::read(path).expect("readable").log;
+    let log = |path: &Path| record_files::read(path).expect("readable").boots.remove(0).log;
     let (of_drive, of_second) = (log(&file), log(&again));
     let within = of_drive.iter().take_while(|line| line.time_us <= 1_000_000).count();
     assert!(within > 2 && within < of_drive.len(), "{of_drive:?}");
     assert_eq!(of_second, of_drive[..within]);
     // Which replaces no file.
     assert_eq!(replay(&file, &["--mcap", again.to_str().expect("utf-8")]).0, Some(2));
+}
+
+/// A board that loses its supply in a drive boots anew: the record has both boots, and each replays from its first tick.
+#[test]
+fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
+    const POWER_IS_BACK_S: f64 = 4.5;
+    let mut scenario = String::from("title = \"boots\"\nduration_s = 14.0\nseed = 1\n");
+    for (at_s, action) in [
+        (1.0, "\"arm\""),
+        (2.0, "\"drive\"\nspeed_m_s = 0.5"),
+        // At rest, where the gyros are calibrated.
+        (3.0, "\"drive\"\nspeed_m_s = 0.0"),
+        (4.0, "\"battery-contact\"\nconnected = false"),
+        (POWER_IS_BACK_S, "\"battery-contact\"\nconnected = true"),
+        // The arm has swung out, and the gyros are calibrated.
+        (10.0, "\"arm\""),
+        (11.0, "\"drive\"\nspeed_m_s = 0.5"),
+    ] {
+        writeln!(scenario, "\n[[step]]\nat_s = {at_s:?}\naction = {action}").expect("a string");
+    }
+    let file = path("boots.toml");
+    std::fs::write(&file, scenario).expect("writes");
+    for name in ["boots.records", "boots.mcap"] {
+        let record = path(name);
+        _ = std::fs::remove_file(&record);
+        let [file, record_name] = [&file, &record].map(|path| path.to_str().expect("utf-8"));
+        let out = path("boots-out");
+        // With the proof that the drive itself replays.
+        let out = ["--out", out.to_str().expect("utf-8")];
+        let output = hil_sim(&[&["drive", file, "--record", record_name], &out[..]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        let (code, json, error) = replay(&record, &[]);
+        assert_eq!((code, &json["ok"]), (Some(0), &true.into()), "{error} {json}");
+        let boots = json["boots"].as_array().expect("boots");
+        assert_eq!(boots.len(), 2, "{json}");
+        // Armed and driving in both, so that a core which knew of the first boot would drive otherwise in the second.
+        let read = record_files::read(&record).expect("readable");
+        for boot in &read.boots {
+            assert_eq!(boot.records[0].tick, 1);
+            assert!(boot.records.iter().filter(|record| record.actuation.enable).count() > 1000);
+        }
+        let shown = hil_sim(&["replay", record_name]);
+        let shown = String::from_utf8_lossy(&shown.stdout).into_owned();
+        assert!(shown.contains("boot 2: ") && shown.contains("bit for bit"), "{shown}");
+        let (code, _, error) = replay(&record, &["--as-test", "boots"]);
+        assert!(code == Some(2) && error.contains("2 boots"), "{error}");
+    }
+    // The file's time is the run's, and no boot's message stands among the other's.
+    let bytes = std::fs::read(path("boots.mcap")).expect("reads");
+    let messages = mcap::MessageStream::new(&bytes).expect("MCAP");
+    let mut boots = Vec::new();
+    let (mut restart_s, mut second_booted_s) = (0.0, 0.0);
+    for message in messages.map(|message| message.expect("good")) {
+        let at_s = message.log_time as f64 * 1e-9;
+        let text = String::from_utf8_lossy(&message.data);
+        if message.channel.topic == "/events" {
+            if text.contains("the board starts anew") {
+                restart_s = at_s;
+            }
+            // A spell stands where it began, and is told when it is over.
+            continue;
+        }
+        boots.push(at_s >= POWER_IS_BACK_S);
+        if message.channel.topic == "/log" && text.contains("reset by brown-out") {
+            second_booted_s = at_s;
+        }
+    }
+    assert!(boots.is_sorted() && boots.contains(&true));
+    // The board boots within 20 ms of its supply, and its first status follows within 50 ms.
+    assert!(
+        (POWER_IS_BACK_S..POWER_IS_BACK_S + 0.02).contains(&second_booted_s),
+        "{second_booted_s}"
+    );
+    assert!(
+        (second_booted_s..second_booted_s + 0.05).contains(&restart_s),
+        "{restart_s}"
+    );
 }
 
 /// What would make no test is refused, before anything is written.
@@ -271,7 +355,7 @@ fn every_committed_record_replays() {
     assert!(!files.is_empty(), "{}", folder.display());
     for path in files {
         let shown = path.display();
-        let ReadRecords { mut file, .. } = record_files::read(&path).expect("readable");
+        let mut file = record_files::read(&path).expect("readable");
         assert_eq!((file.lost_blocks, file.unreadable), (0, 0), "{shown}");
         let other = path.with_extension("toml");
         let vehicle = if other.exists() {
@@ -283,14 +367,17 @@ fn every_committed_record_replays() {
         let vehicle = Vehicle::new(vehicle.parameters().cast::<f32>()).expect("valid");
         let mut core = VehicleCore::new(&vehicle, &SCALES);
         let mut differs = None;
-        for (record, tick) in file.records.iter_mut().zip(1_u32..) {
+        let [boot] = &mut file.boots[..] else {
+            panic!("{shown}: {} boots", file.boots.len())
+        };
+        for (record, tick) in boot.records.iter_mut().zip(1_u32..) {
             assert_eq!(record.tick, tick, "{shown}: from the boot on, without a gap");
             let actuation = core.step(&record.sample, &record.command).actuation;
             differs = differs.or_else(|| first_field(record.actuation, actuation).map(|field| (tick, field)));
             record.actuation = actuation;
         }
         assert!(
-            file.records.iter().any(|record| record.actuation.enable),
+            boot.records.iter().any(|record| record.actuation.enable),
             "{shown}: the vehicle is never armed"
         );
         let Some((tick, (field, recorded, replayed))) = differs else {
@@ -302,7 +389,8 @@ fn every_committed_record_replays() {
              UPDATE_RECORDS=1 cargo test -p hil-sim --test replay every_committed"
         );
         let out = RecordWriter::new(RecordFormat::Frames, Vec::new());
-        let bytes = write_run(out, &vehicle, file.identity, &file.records, &[]).expect("fits");
+        boot.log.clear();
+        let bytes = write_run(out, &[vehicle], &file.boots).expect("fits");
         std::fs::write(&path, bytes).expect("writes");
     }
 }

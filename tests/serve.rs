@@ -1,6 +1,7 @@
 //! `hil-sim serve` from outside: every command of the link tool against a served board, on a TCP port, on a pseudo-terminal
 //! and over a WebSocket.
 
+use std::io::Write as _;
 use std::net::TcpStream;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -21,6 +22,8 @@ mod tool;
 use served::{GIVE_UP, Served};
 use tool::{WORKSPACE, hil_sim, stderr};
 
+/// What a vehicle tells whose operator a busy machine has made fall silent.
+const SILENCED: [&str; 2] = ["CommandTimeout", "NotAtRest"];
 const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
 
 fn new_file(name: &str) -> String {
@@ -44,7 +47,7 @@ fn every_command(served: &Served, name: &str) {
     // before it is armed again.
     let driven = (0..10).find_map(|_| {
         let (code, text, error) = served.link(&drive);
-        if code != Some(0) && ["CommandTimeout", "NotAtRest"].iter().any(|why| error.contains(why)) {
+        if code != Some(0) && SILENCED.iter().any(|why| error.contains(why)) {
             ok(&["disarm"]);
             ok(&["clear-faults"]);
             ok(&["status", "--seconds", "1"]);
@@ -110,7 +113,7 @@ fn a_drive_is_recorded_from_the_boot_on_and_replays() {
         }
         let read = hil_sim::cli::record_files::read(Path::new(&file)).expect("readable");
         // It arms, drives for 3 s and stops in this record.
-        assert!(read.file.records.len() > 3000, "{}", read.file.records.len());
+        assert!(read.records().count() > 3000, "{}", read.records().count());
     }
 }
 
@@ -169,15 +172,21 @@ fn every_link_command_works_on_a_pseudo_terminal() {
     every_command(&served, "pty");
 }
 
-/// A clock that runs slower or faster than this machine's is followed: no order is dated in the board's future.
+/// A board whose clock runs slower or faster than this machine's is driven, at whatever rate it is served. That no order is dated
+/// in its future the board's own clock judges: `a_board_at_another_rate_gets_no_order_late` of tests/link_tool.rs.
 #[test]
 fn a_board_at_another_rate_drives() {
-    for rate in ["0.3", "0.7", "0.97", "3"] {
-        let served = Served::new(&["--tcp", "127.0.0.1:0", "--rate", rate]);
-        served.wait_for("calibrated");
-        let (code, text, error) = served.link(&["drive", "--speed-m-s", "0.3", "--seconds", "4"]);
-        assert_eq!(code, Some(0), "rate {rate}: {text} {error}");
-        assert!(text.contains(" 0 late"), "rate {rate}: {text}");
+    for rate in ["0.3", "0.97", "3"] {
+        // A machine that is busy with other work may make an operator fall silent, on each board anew.
+        let driven = (0..10).any(|_| {
+            let served = Served::new(&["--tcp", "127.0.0.1:0", "--rate", rate]);
+            served.wait_for("calibrated");
+            let (code, text, error) = served.link(&["drive", "--speed-m-s", "0.3", "--seconds", "4"]);
+            let is_silent = SILENCED.iter().any(|why| error.contains(why));
+            assert!(code == Some(0) || is_silent, "rate {rate}: {text} {error}");
+            code == Some(0)
+        });
+        assert!(driven, "rate {rate}: no operator that is heard");
     }
 }
 
@@ -283,15 +292,55 @@ fn a_recording_that_breaks_off_keeps_what_it_had() {
         let code = tool.wait().expect("ended").code();
         assert_eq!(code, end_the_board.then_some(1), "{name}");
         let read = hil_sim::cli::record_files::read(Path::new(&file)).expect("readable");
-        let ticks: Vec<u32> = read.file.records.iter().map(|record| record.tick).collect();
+        let ticks: Vec<u32> = read.records().map(|record| record.tick).collect();
         assert!(ticks.len() > 1000, "{name}: {} ticks", ticks.len());
         assert!(ticks.windows(2).all(|pair| pair[1] == pair[0] + 1), "{name}");
-        assert!(read.vehicle.is_some(), "{name}");
+        assert!(read.boots[0].vehicle.is_some(), "{name}");
         if end_the_board {
             // The tool lives: the file is whole, with its index.
             let bytes = std::fs::read(&file).expect("reads");
             assert!(mcap::Summary::read(&bytes).expect("whole").is_some());
         }
+    }
+}
+
+/// Clients that never read, and one that says more than anybody can hear, hold up neither the board nor another client.
+#[test]
+fn clients_that_do_not_read_or_flood_hold_up_nobody() {
+    let served = Served::new(&["--tcp", "127.0.0.1:0", "--websocket", "127.0.0.1:0"]);
+    let web = served.wait_for("board at ");
+    let connect = |port: &str| TcpStream::connect(port).expect("connects");
+    let (tcp, address) = (&served.port["tcp:".len()..], &web["ws://".len()..]);
+    let silent = connect(tcp);
+    let (silent_web, _) = tungstenite::client(&web, connect(address)).expect("greeted");
+    let mut flood = connect(tcp);
+    std::thread::spawn(move || while flood.write_all(&[1; 8192]).is_ok() {});
+    for _ in 0..3 {
+        let (code, text, error) = served.link(&["status", "--seconds", "1"]);
+        assert_eq!(code, Some(0), "{text} {error}");
+    }
+    drop((silent, silent_web));
+}
+
+/// Ctrl-C ends the server with exit code 0, and what the board has logged is told to its last line.
+#[cfg(unix)]
+#[test]
+fn a_server_that_is_told_to_end_tells_the_last_lines_of_the_log() {
+    for signal in ["-INT", "-TERM"] {
+        // So slow that the first reading of the log, 20 ms of the board's time after its boot, is 2 s away.
+        let mut served = Served::new(&["--tcp", "127.0.0.1:0", "--rate", "0.01"]);
+        let (code, _, error) = served.link(&["status", "--seconds", "0.1"]);
+        assert_ne!(code, None, "{error}");
+        let pid = served.server.process.id().to_string();
+        assert!(
+            Command::new("kill")
+                .args([signal, &pid])
+                .status()
+                .expect("runs")
+                .success()
+        );
+        assert!(served.wait_for("biplanar drive board").contains("power-on"));
+        assert_eq!(served.server.process.wait().expect("ended").code(), Some(0), "{signal}");
     }
 }
 

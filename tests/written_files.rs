@@ -42,13 +42,45 @@ fn what_a_full_disk_took_of_a_record_replays() {
             .output()
             .expect("runs");
         assert_ne!(output.status.code(), Some(0), "{name}");
-        assert!(
-            stderr(&output).contains("File too large"),
-            "{name}: {}",
-            stderr(&output)
-        );
+        let told = stderr(&output);
+        for part in ["File too large", "--record: ", name, "stays in it"] {
+            assert!(told.contains(part), "{name}: {told}");
+        }
+        // The drive itself is told all the same.
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(text.contains("\"simulated_s\":24"), "{name}: {text}");
         replays_to_the_bit(&file);
     }
+}
+
+/// A file that is written whole or not at all says by its flag and name that the disk is full, and standard output by its own.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_named() {
+    let place = folder("full-disk-replay");
+    let [record, mcap] = ["run.records", "again.mcap"].map(|name| place.join(name));
+    for file in [&record, &mcap] {
+        let _ = std::fs::remove_file(file);
+    }
+    let [record, mcap] = [&record, &mcap].map(|path| path.to_str().expect("utf-8"));
+    assert!(
+        hil_sim(&["drive", "kerb", "--no-bounds", "--json", "--record", record])
+            .status
+            .success()
+    );
+    let limited = |line: &str| {
+        let line = format!("trap '' XFSZ; ulimit -f 100; exec \"$0\" {line}");
+        let output = Command::new("sh")
+            .args(["-c", &line, env!("CARGO_BIN_EXE_hil-sim"), record, mcap])
+            .output();
+        stderr(&output.expect("runs"))
+    };
+    let told = limited("replay \"$1\" --mcap \"$2\"");
+    assert!(told.contains(&format!("--mcap: cannot write {mcap}: ")), "{told}");
+    assert!(!told.contains(".part-") && !told.contains("directory"), "{told}");
+    assert!(!Path::new(mcap).exists());
+    let told = limited("replay \"$1\" > /dev/full");
+    assert!(told.contains("standard output: No space left on device"), "{told}");
 }
 
 /// A drive that is killed while it is recorded leaves under the file's own name what it had driven, and that replays.

@@ -46,6 +46,8 @@ pub struct BoardWire {
     pub sent: Rc<RefCell<Vec<u8>>>,
     pub cut_at_us: u64,
     pub world: World,
+    /// Seconds of the host's clock in a second of the board's.
+    pub host_rate: f64,
     started_us: u64,
 }
 
@@ -60,6 +62,7 @@ impl BoardWire {
             sent: Rc::default(),
             cut_at_us: u64::MAX,
             world: Box::new(|_, _| {}),
+            host_rate: 1.0,
             started_us,
         }
     }
@@ -94,7 +97,7 @@ impl Wire for BoardWire {
     }
 
     fn now_us(&self) -> u64 {
-        HOST_START_US + self.bench.now_ms() * 1000
+        HOST_START_US + ((self.bench.now_ms() * 1000) as f64 * self.host_rate) as u64
     }
 }
 

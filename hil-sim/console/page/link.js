@@ -88,8 +88,9 @@ export class Link {
     this.order("link_record", on ? 1 : 0);
   }
 
-  takeMcap() {
-    return this.module.bytes("link_take_mcap");
+  /** The frames of the recording, which the module then has no more. */
+  takeRecording() {
+    return this.module.bytes("link_take_recording");
   }
 
   async close() {

@@ -6,6 +6,8 @@ import { History } from "./plots.js";
 const element = (id) => document.getElementById(id);
 // Ticks of one go of a replay.
 const GO_TICKS = 5000;
+// Largest file that is replayed in the page, bytes: a full recording of the page's own, as MCAP. Its statuses are kept.
+const FILE_MAX = 256e6;
 // Statuses per second of a replay: every tenth tick.
 const STATUS_S = 0.01;
 
@@ -51,11 +53,37 @@ export class Records {
   }
 
   save(link) {
-    const bytes = link.takeMcap();
-    if (bytes.length === 0) tell("recording: nothing came");
-    else download(bytes, "console.mcap", "application/octet-stream");
+    // The page has the frames before anything is made of them: whatever fails then, they are saved.
+    const frames = link.takeRecording();
     this.on = this.ending = false;
     this.label();
+    if (frames.length === 0) {
+      tell("recording: nothing came");
+      return;
+    }
+    try {
+      download(this.mcap(frames, link.vehicleFile()), "console.mcap", "application/octet-stream");
+    } catch (error) {
+      download(frames, "console.records", "application/octet-stream");
+      tell(`recording: it could not be made MCAP (${error.message}); it is saved as console.records, which \`hil-sim replay console.records --mcap NAME.mcap\` makes MCAP`);
+    }
+  }
+
+  /** The MCAP file of a recording's frames, with the vehicle file of the set in force. */
+  mcap(frames, vehicleFile) {
+    const error = this.module.text("mcap_make", this.give(vehicleFile, frames));
+    if (error) throw new Error(error);
+    return this.module.bytes("mcap_take");
+  }
+
+  /** Gives the module a text and bytes; the text's length. */
+  give(text, bytes) {
+    const head = new TextEncoder().encode(text);
+    const both = new Uint8Array(head.length + bytes.length);
+    both.set(head);
+    both.set(bytes, head.length);
+    this.module.give(both);
+    return head.length;
   }
 
   /** The board is gone: saves what this link recorded until then. */
@@ -78,13 +106,12 @@ export class Records {
     const file = input.files[0];
     input.value = "";
     if (!file) return;
-    const vehicle = new TextEncoder().encode(this.host.vehicleFile());
-    const record = new Uint8Array(await file.arrayBuffer());
-    const both = new Uint8Array(vehicle.length + record.length);
-    both.set(vehicle);
-    both.set(record, vehicle.length);
-    this.module.give(both);
-    const error = this.module.text("replay_open", vehicle.length);
+    if (file.size > FILE_MAX) {
+      tell(`${file.name}: ${(file.size / 1e6).toFixed(0)} MB, and a page has room for ${FILE_MAX / 1e6}: \`hil-sim replay\` reads it, and \`--until S\` makes a shorter one`);
+      return;
+    }
+    const length = this.give(this.host.vehicleFile(), new Uint8Array(await file.arrayBuffer()));
+    const error = this.module.text("replay_open", length);
     if (error) {
       tell(`${file.name}: ${error}`);
       return;
@@ -92,11 +119,14 @@ export class Records {
     this.statuses = [];
     this.history.clear();
     let last;
+    // When the boot under way began, in the time of the plots: a boot follows the one before.
+    let [boot, bootedS] = [1, 0];
     do {
       last = this.module.json("replay_step", GO_TICKS);
+      if (last.boot[0] !== boot) [boot, bootedS] = [last.boot[0], this.history.times.at(-1) ?? 0];
       for (const status of last.statuses) {
-        this.statuses.push(status);
-        this.history.push(status.time_us * 1e-6, this.host.row(status));
+        this.statuses.push({ ...status, boot: last.boot });
+        this.history.push(bootedS + status.time_us * 1e-6, this.host.row(status));
       }
       element("recording").textContent = `${file.name}: ${last.ticks[0]} of ${last.ticks[1]} ticks`;
       await new Promise((resolve) => setTimeout(resolve));
@@ -104,7 +134,7 @@ export class Records {
     element("recording").textContent = "";
     const lost = last.lost_blocks + last.unreadable ? `; ${last.lost_blocks} blocks lost, ${last.unreadable} frames unreadable` : "";
     element("replay-note").textContent =
-      `${file.name}: ${last.ticks[0]} ticks; ${last.differs ?? "every actuation is the recorded one, bit for bit"}${lost}`;
+      `${file.name}: ${last.ticks[0]} ticks${last.boot[1] > 1 ? ` of ${last.boot[1]} boots` : ""}; ${last.differs ?? "every actuation is the recorded one, bit for bit"}${lost}`;
     element("scrub").max = this.statuses.length - 1;
     element("scrub").value = 0;
     element("replay-bar").hidden = false;
@@ -116,7 +146,8 @@ export class Records {
   show() {
     const status = this.statuses[element("scrub").value];
     if (!status) return;
-    element("replay-at").textContent = `${(status.time_us * 1e-6).toFixed(2)} s`;
+    const [boot, boots] = status.boot;
+    element("replay-at").textContent = `${(status.time_us * 1e-6).toFixed(2)} s${boots > 1 ? ` of boot ${boot}` : ""}`;
     this.host.show(status);
   }
 

@@ -13,6 +13,7 @@ use serde::Serialize;
 use crate::operator_link::OperatorLink;
 use crate::page_memory::{input_room, output_start, put, put_json, take_input, take_text};
 use crate::parameter_work::{differences, rows};
+use crate::recording::mcap;
 use crate::replay::PageReplay;
 use crate::simulation::{Simulation, default_drive_hash};
 use crate::vocabulary::Vocabulary;
@@ -20,6 +21,7 @@ use crate::vocabulary::Vocabulary;
 thread_local! {
     static BOARD: RefCell<Option<Simulation>> = const { RefCell::new(None) };
     static LINK: RefCell<Option<OperatorLink>> = const { RefCell::new(None) };
+    static MCAP: RefCell<Vec<u8>> = const { RefCell::new(Vec::new()) };
     static REPLAY: RefCell<Option<PageReplay>> = const { RefCell::new(None) };
 }
 
@@ -223,11 +225,19 @@ pub extern "C" fn link_take_recording() -> usize {
     put(with_link(OperatorLink::take_recording))
 }
 
-/// Takes the recording: the bytes of its MCAP file. None if there is no recording, or it could not be made one, which the
-/// next [`link_receive`] tells; the recording is then still there.
+/// Makes an MCAP file of a recording: the input is the text of the vehicle file of the set in force, `vehicle_length` bytes of
+/// it (0: not known), then the frames. The answer is what is wrong, as text; [`mcap_take`] takes the file.
 #[unsafe(no_mangle)]
-pub extern "C" fn link_take_mcap() -> usize {
-    put(with_link(OperatorLink::take_mcap))
+pub extern "C" fn mcap_make(vehicle_length: usize) -> usize {
+    let input = take_input();
+    let (vehicle, frames) = input.split_at(vehicle_length.min(input.len()));
+    put_error(mcap(frames, &String::from_utf8_lossy(vehicle)).map(|file| MCAP.set(file)))
+}
+
+/// Takes the MCAP file that was made last.
+#[unsafe(no_mangle)]
+pub extern "C" fn mcap_take() -> usize {
+    put(MCAP.take())
 }
 
 /// Opens the records of a file: the input is the text of a vehicle file, `vehicle_length` bytes of it (0: the reference

@@ -363,21 +363,4 @@ impl OperatorLink {
     pub fn take_recording(&mut self) -> Vec<u8> {
         self.recording.take().map(Recording::into_frames).unwrap_or_default()
     }
-
-    /// Takes the recording: the bytes of its MCAP file, with the parameters in force. A recording of which none can be made
-    /// stays, and why is told.
-    pub fn take_mcap(&mut self) -> Vec<u8> {
-        let vehicle = self.parameters.as_ref().map(vehicle_file::to_toml);
-        match self.recording.as_ref().map(|recording| recording.mcap(vehicle)) {
-            Some(Ok(file)) => {
-                self.recording = None;
-                file
-            }
-            Some(Err(why)) => {
-                self.told.push(format!("recording: {why}"));
-                Vec::new()
-            }
-            None => Vec::new(),
-        }
-    }
 }

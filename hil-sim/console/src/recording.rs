@@ -120,14 +120,6 @@ impl Recording {
         self.frames
     }
 
-    /// The MCAP file; `vehicle` is the text of the vehicle file of the set in force.
-    ///
-    /// # Errors
-    /// A message that MCAP does not take, in words.
-    pub fn mcap(&self, vehicle: Option<String>) -> Result<Vec<u8>, String> {
-        write_mcap(&self.frames, vehicle, Vec::new()).map_err(|error| error.to_string())
-    }
-
     fn write(&mut self, message: &BoardMessage) {
         // What came in a frame fits one.
         if let Ok(frame) = encode(message) {
@@ -135,6 +127,16 @@ impl Recording {
             self.counts.bytes = self.frames.len();
         }
     }
+}
+
+/// The MCAP file of a recording's frames; `vehicle` is the text of the vehicle file of the set in force, empty if that is not
+/// known.
+///
+/// # Errors
+/// A message that MCAP does not take, in words.
+pub fn mcap(frames: &[u8], vehicle: &str) -> Result<Vec<u8>, String> {
+    let vehicle = (!vehicle.is_empty()).then(|| vehicle.to_owned());
+    write_mcap(frames, vehicle, Vec::new()).map_err(|error| error.to_string())
 }
 
 /// The lines of a block from number `from` on.
@@ -205,7 +207,7 @@ mod tests {
         assert_eq!(recording.counts, counts);
         assert!(later.is_empty());
         let read = RecordFile::parse(&recording.into_frames());
-        assert_eq!(read.records.len() as u64, counts.ticks);
+        assert_eq!(read.records().count() as u64, counts.ticks);
         assert_eq!((read.lost_blocks, counts.ticks as u32), (0, number - 1));
     }
 }

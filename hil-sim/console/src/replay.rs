@@ -1,29 +1,35 @@
 //! A file's records through the same step again.
 
 use firmware::drive_board::SCALES;
+use firmware::flight_record::FlightRecord;
 use model::status::Status;
-use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
-use record_file::parse;
+use record_file::replay::{BootToReplay, Replay};
+use record_file::{ReadBoot, parse};
 use serde::Serialize;
-use virtual_board::records::{RecordFile, first_field};
 
-/// The records of a file, driven again by a vehicle that starts anew.
+/// The records of a file, driven again by a vehicle that starts anew with each boot.
 pub struct PageReplay {
-    file: RecordFile,
-    core: VehicleCore,
-    next: usize,
+    replay: Replay<Vec<FlightRecord>>,
+    done: usize,
+    /// Ticks of the boot under way.
+    done_of_boot: usize,
+    boot: usize,
     differs: Option<String>,
+    lost_blocks: u32,
+    unreadable: u32,
 }
 
-/// Some ticks of a replay.
+/// Some ticks of a replay, all of one boot.
 #[derive(Debug, Serialize)]
 pub struct Replayed {
     /// Every tenth status.
     statuses: Vec<Status>,
+    /// Number of their boot in the file, from 1, and how many there are.
+    boot: [usize; 2],
     /// Ticks done and ticks of the file.
     ticks: [usize; 2],
-    /// Where the replay drives otherwise than the record, in words.
+    /// Where the replay drives otherwise than the record, or ends before it, in words.
     differs: Option<String>,
     lost_blocks: u32,
     unreadable: u32,
@@ -37,61 +43,89 @@ impl PageReplay {
     /// What is wrong with the file or the vehicle.
     pub fn open(bytes: &[u8], vehicle: &str) -> Result<Self, String> {
         let read = parse(bytes).map_err(|error| error.to_string())?;
-        if let Some(first) = read.file.records.first().filter(|first| first.tick > 1) {
+        let first = read.records().next().map_or(0, |first| first.tick);
+        let (lost_blocks, unreadable) = (read.lost_blocks, read.unreadable);
+        let boots = read.boots.into_iter().filter(|boot| !boot.records.is_empty());
+        let boots: Result<_, String> = boots.map(|boot| boot_to_replay(boot, vehicle)).collect();
+        let replay = Replay::new(boots?);
+        if replay.next_boot().is_none() {
             return Err(format!(
-                "the records begin with tick {}: what the vehicle knew by then is not in them, and a replay begins \
-                 with the board's boot. Start the recording within 2 s of the boot",
-                first.tick
+                "the records begin with tick {first}: what the vehicle knew by then is not in them, and a replay begins \
+                 with the board's boot. Start the recording within 2 s of the boot"
             ));
         }
-        let vehicle = match read.vehicle {
-            Some(vehicle) => Ok(vehicle),
-            None if vehicle.is_empty() => vehicle_file::reference(),
-            None => vehicle_file::parse_vehicle_for("vehicle file", vehicle, &SCALES.sensor_ranges()),
-        };
-        let vehicle = vehicle.map_err(|error| error.to_string())?;
-        let vehicle = Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(|error| error.to_string())?;
         Ok(Self {
-            file: read.file,
-            core: VehicleCore::new(&vehicle, &SCALES),
-            next: 0,
+            replay,
+            done: 0,
+            done_of_boot: 0,
+            boot: 0,
             differs: None,
+            lost_blocks,
+            unreadable,
         })
     }
 
-    /// Drives up to `ticks` further ticks. A gap in the records ends the replay.
+    /// Drives up to `ticks` further ticks, as far as the boot goes.
     pub fn step(&mut self, ticks: usize) -> Replayed {
         let mut statuses = Vec::new();
-        let until = self.next.saturating_add(ticks).min(self.file.records.len());
-        while self.next < until {
-            let record = &self.file.records[self.next];
-            if self.next > 0 && record.tick != self.file.records[self.next - 1].tick.wrapping_add(1) {
-                let told = format!("ticks before tick {} are missing: the replay ends here", record.tick);
-                self.differs.get_or_insert(told);
-                self.file.records.truncate(self.next);
+        let boots = self.replay.ticks().len();
+        for n in 0..ticks {
+            if n > 0 && self.replay.next_boot() != Some(self.boot) {
                 break;
             }
-            let output = self.core.step(&record.sample, &record.command);
+            let Some(tick) = self.replay.step() else { break };
+            if tick.boot != self.boot {
+                (self.boot, self.done_of_boot) = (tick.boot, 0);
+            }
             if self.differs.is_none()
-                && let Some((field, recorded, replayed)) = first_field(record.actuation, output.actuation)
+                && let Some(found) = tick.difference
             {
+                let of_boot = if boots > 1 {
+                    format!(" of boot {}", found.boot)
+                } else {
+                    String::new()
+                };
                 self.differs = Some(format!(
-                    "differs first in tick {} ({:.3} s): {field} is {replayed}, the record has {recorded}",
-                    record.tick,
-                    record.sample.time_us as f64 * 1e-6
+                    "differs first in tick {}{of_boot} ({:.3} s): {} is {}, the record has {}",
+                    found.tick,
+                    found.time_us as f64 * 1e-6,
+                    found.field,
+                    found.replayed,
+                    found.recorded
                 ));
             }
-            if self.next.is_multiple_of(10) {
-                statuses.push(output.status);
+            if self.done_of_boot.is_multiple_of(10) {
+                statuses.push(tick.status);
             }
-            self.next += 1;
+            self.done_of_boot += 1;
+            self.done += 1;
+        }
+        if self.replay.next_boot().is_none()
+            && let Some(missing) = self.replay.missing().first()
+        {
+            self.differs.get_or_insert(missing.to_string());
         }
         Replayed {
             statuses,
-            ticks: [self.next, self.file.records.len()],
+            boot: [self.boot, boots],
+            ticks: [self.done, self.replay.ticks().iter().sum()],
             differs: self.differs.clone(),
-            lost_blocks: self.file.lost_blocks,
-            unreadable: self.file.unreadable,
+            lost_blocks: self.lost_blocks,
+            unreadable: self.unreadable,
         }
     }
+}
+
+/// A boot with the vehicle that the file tells, or else that of the text, or the reference vehicle.
+fn boot_to_replay(boot: ReadBoot, vehicle: &str) -> Result<BootToReplay<Vec<FlightRecord>>, String> {
+    let vehicle = match boot.vehicle {
+        Some(vehicle) => Ok(vehicle),
+        None if vehicle.is_empty() => vehicle_file::reference(),
+        None => vehicle_file::parse_vehicle_for("vehicle file", vehicle, &SCALES.sensor_ranges()),
+    };
+    let vehicle = vehicle.map_err(|error| error.to_string())?;
+    Ok(BootToReplay {
+        vehicle: Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(|error| error.to_string())?,
+        records: boot.records,
+    })
 }

@@ -183,8 +183,17 @@ async function records() {
   await page.click("end-replay");
   assert.equal(await page.value(`${COMMAND}.speed`), 0, "a key that was held before counts no more");
   await page.key("keyUp", "ArrowUp");
-  // A board that is lost while its ticks are recorded leaves what came until then.
+  // A recording that cannot be made MCAP is saved as its frames, and the page says so.
   rmSync(file);
+  await page.value('console_.records.mcap = () => { throw new Error("no room"); }');
+  await recordFromBoot(page);
+  await page.until(`/^[1-9]/.test(${text("recording")})`);
+  await page.click("record");
+  const frames = await until(() => found(folder, ".records")[0], () => "the saved frames");
+  replayed(frames);
+  await page.until(`${text("log")}.includes("could not be made MCAP (no room); it is saved as console.records")`);
+  await page.value("delete console_.records.mcap");
+  // A board that is lost while its ticks are recorded leaves what came until then.
   await recordFromBoot(page);
   await page.until(`/^[1-9]/.test(${text("recording")})`);
   await page.value('document.getElementById("connection").open = true');
@@ -194,9 +203,9 @@ async function records() {
 }
 
 /** The records that the browser has saved whole: it gives them their name at the end. */
-function found(folder) {
+function found(folder, end = ".mcap") {
   try {
-    return readdirSync(folder).filter((name) => name.endsWith(".mcap")).map((name) => join(folder, name));
+    return readdirSync(folder).filter((name) => name.endsWith(end)).map((name) => join(folder, name));
   } catch {
     return [];
   }

@@ -4,6 +4,7 @@ use model::command::Request;
 use serde_json::Value;
 use vehicle_console::operator_link::OperatorLink;
 use vehicle_console::parameter_work::differences;
+use vehicle_console::recording::mcap;
 use vehicle_console::replay::PageReplay;
 use vehicle_console::simulation::{PageWorld, Simulation};
 
@@ -62,6 +63,12 @@ impl Session {
         self.link.request(self.now_us, Request::Arm);
         self.run(0.1);
         assert_eq!(self.status["mode"], "Armed", "{:?}", self.told);
+    }
+
+    /// The recording as the MCAP file that the page saves.
+    fn take_mcap(&mut self) -> Vec<u8> {
+        let vehicle = self.link.parameters().map(vehicle_file::to_toml);
+        mcap(&self.link.take_recording(), &vehicle.unwrap_or_default()).expect("written")
     }
 
     fn truth(&mut self) -> Value {
@@ -163,7 +170,7 @@ fn a_recording_becomes_an_mcap_file_with_its_log() {
     assert_eq!(session.recording["complete"], true);
     let ticks = session.recording["ticks"].as_u64().expect("a number");
     let bytes = session.recording["bytes"].as_u64().expect("a number");
-    let file = session.link.take_mcap();
+    let file = session.take_mcap();
     println!(
         "{ticks} ticks: {:.1} bytes a tick in memory, {:.1} as MCAP",
         bytes as f64 / ticks as f64,
@@ -194,8 +201,8 @@ fn a_recording_becomes_an_mcap_file_with_its_log() {
         assert_eq!(lines, 1, "{part}: {log:?}");
     }
     let read = record_file::parse(&file).expect("readable");
-    assert_eq!(read.file.records.len() as u64, ticks);
-    let vehicle = read.vehicle.expect("it tells").parameters().cast::<f32>();
+    assert_eq!(read.records().count() as u64, ticks);
+    let vehicle = read.boots[0].vehicle.expect("it tells").parameters().cast::<f32>();
     assert_eq!(Some(&vehicle), session.link.parameters());
     // The page replays it with its own vehicle, whatever set it is given.
     let other = vehicle_file::REFERENCE.replace("comfort_s = 0.2", "comfort_s = 0.4");
@@ -225,9 +232,10 @@ fn a_recording_goes_on_when_the_board_has_booted() {
     session.link.record(session.now_us, false);
     session.run(0.5);
     assert_eq!(session.recording["complete"], true);
-    let read = record_file::parse(&session.link.take_mcap()).expect("readable");
-    assert_eq!((read.file.lost_blocks, read.file.unreadable), (0, 0));
-    let ticks: Vec<u32> = read.file.records.iter().map(|record| record.tick).collect();
+    let file = session.take_mcap();
+    let read = record_file::parse(&file).expect("readable");
+    assert_eq!((read.lost_blocks, read.unreadable), (0, 0));
+    let ticks: Vec<u32> = read.records().map(|record| record.tick).collect();
     let again = ticks
         .windows(2)
         .position(|pair| pair[1] != pair[0] + 1)
@@ -241,10 +249,16 @@ fn a_recording_goes_on_when_the_board_has_booted() {
         ticks.len()
     );
     assert!(ticks[again..].windows(2).all(|pair| pair[1] == pair[0] + 1));
-    assert_eq!(
-        read.log.iter().filter(|line| line.text.starts_with("booted")).count(),
-        2,
-        "{:?}",
-        read.log
-    );
+    for boot in &read.boots {
+        let booted = boot.log.iter().filter(|line| line.text.starts_with("booted"));
+        assert_eq!(booted.count(), 1, "{:?}", boot.log);
+    }
+    // The page replays each boot with a vehicle that starts anew.
+    let mut replay = PageReplay::open(&file, "").expect("records");
+    for (boot, done) in [(1, again), (2, ticks.len())] {
+        let replayed = serde_json::to_value(replay.step(usize::MAX)).expect("JSON");
+        assert_eq!(replayed["differs"], Value::Null);
+        assert_eq!(replayed["boot"], serde_json::json!([boot, 2]));
+        assert_eq!(replayed["ticks"], serde_json::json!([done, ticks.len()]));
+    }
 }

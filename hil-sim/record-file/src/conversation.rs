@@ -15,7 +15,7 @@ use crate::writer::{RecordFormat, RecordWriter};
 /// The output takes no more.
 pub fn write_mcap<W: Write>(frames: &[u8], vehicle: Option<String>, out: W) -> io::Result<W> {
     let mut out = RecordWriter::new(RecordFormat::Mcap, out);
-    let (mut vehicle, mut story) = (vehicle, StatusStory::default());
+    let (mut vehicle, mut story, mut boot) = (vehicle, StatusStory::default(), None);
     let mut decoder = Decoder::new();
     let mut rest = frames;
     while let Some(received) = decoder.next_of(&mut rest) {
@@ -24,7 +24,16 @@ pub fn write_mcap<W: Write>(frames: &[u8], vehicle: Option<String>, out: W) -> i
         };
         match message {
             BoardMessage::Identity(identity) => {
+                let boots = boot
+                    .replace(identity.about.boot)
+                    .is_some_and(|boot| boot != identity.about.boot);
+                if boots {
+                    story.end().iter().try_for_each(|event| out.event(event))?;
+                }
                 out.identity(&identity)?;
+                if boots {
+                    out.event(&story.restart())?;
+                }
                 vehicle.take().map_or(Ok(()), |toml| out.vehicle(toml))?;
             }
             BoardMessage::Records(block) => out.block(block)?,
@@ -40,6 +49,6 @@ pub fn write_mcap<W: Write>(frames: &[u8], vehicle: Option<String>, out: W) -> i
             BoardMessage::Answer { .. } | BoardMessage::Reading { .. } => {}
         }
     }
-    story.ended().iter().try_for_each(|event| out.event(event))?;
+    story.end().iter().try_for_each(|event| out.event(event))?;
     out.finish()
 }

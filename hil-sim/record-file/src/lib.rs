@@ -5,30 +5,57 @@
 #![forbid(unsafe_code)]
 
 use firmware::drive_board::SCALES;
-use firmware::protocol::message::PROTOCOL_VERSION;
+use firmware::flight_record::FlightRecord;
+use firmware::protocol::message::{Identity, PROTOCOL_VERSION};
 use model::vehicle::Vehicle;
 use thiserror::Error;
-use virtual_board::records::RecordFile;
+use virtual_board::records::{BootRecords, RecordFile};
 
 pub mod conversation;
 pub mod log_line;
 mod mcap_reader;
 mod mcap_writer;
 mod messages;
+pub mod replay;
 pub mod run;
 pub mod writer;
 
 use log_line::LogLine;
 
 /// What was read from a file.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct ReadRecords {
-    /// The records.
-    pub file: RecordFile,
-    /// The vehicle in force when they were recorded, if the file says so.
+    /// The boots of the board, in the order in which they were recorded.
+    pub boots: Vec<ReadBoot>,
+    /// Blocks of which the numbers tell that they are missing.
+    pub lost_blocks: u32,
+    /// Frames and blocks that could not be read.
+    pub unreadable: u32,
+}
+
+/// What was recorded from one boot of the board to the next.
+#[derive(Debug)]
+pub struct ReadBoot {
+    /// The board that made the records, if the file says so.
+    pub identity: Option<Identity>,
+    /// The vehicle in force, if the file says so, of this boot or else of one beside it.
     pub vehicle: Option<Vehicle<f64>>,
+    /// The records in order, each tick once.
+    pub records: Vec<FlightRecord>,
     /// The board's log, as far as the file has it, in order.
     pub log: Vec<LogLine>,
+}
+
+impl ReadRecords {
+    /// The records of every boot, one after the other.
+    pub fn records(&self) -> impl Iterator<Item = &FlightRecord> {
+        self.boots.iter().flat_map(|boot| &boot.records)
+    }
+
+    /// The log of every boot, one after the other.
+    pub fn log(&self) -> impl Iterator<Item = &LogLine> {
+        self.boots.iter().flat_map(|boot| &boot.log)
+    }
 }
 
 /// Why a file has no records for this program.
@@ -58,22 +85,57 @@ pub fn parse(bytes: &[u8]) -> Result<ReadRecords, ReadError> {
     let contents = mcap_reader::contents(bytes);
     let frames = contents.as_ref().map_or(bytes, |contents| &contents.frames);
     let file = RecordFile::parse(frames);
-    if let Some(identity) = file.identity.filter(|identity| identity.protocol != PROTOCOL_VERSION) {
+    let identities = file.boots.iter().filter_map(|boot| boot.identity);
+    if let Some(identity) = { identities }.find(|identity| identity.protocol != PROTOCOL_VERSION) {
         return Err(ReadError::Protocol(identity.protocol));
     }
-    let lines = file.log.iter().map(LogLine::of).collect();
-    let (vehicle, log, compression) = match contents {
-        Some(contents) => (contents.vehicle, contents.log, contents.compression),
-        None => (None, lines, None),
-    };
-    if file.records.is_empty() {
+    if file.records().next().is_none() {
+        let compression = contents.and_then(|contents| contents.compression);
         return Err(compression.map_or(ReadError::NoRecords, ReadError::Compressed));
     }
-    let vehicle = vehicle
-        .map(|text| vehicle_file::parse_vehicle_for("vehicle.toml", &text, &SCALES.sensor_ranges()))
-        .transpose()
-        .map_err(|error| ReadError::Vehicle(error.to_string()))?;
-    Ok(ReadRecords { file, vehicle, log })
+    let RecordFile {
+        boots,
+        lost_blocks,
+        unreadable,
+    } = file;
+    let starts: Vec<usize> = boots.iter().map(|boot| boot.start).collect();
+    let mut read: Vec<ReadBoot> = boots.into_iter().map(ReadBoot::from).collect();
+    if let Some(contents) = contents {
+        // What was told behind a boot's first frame is that boot's.
+        let boot_of = |frames_before: usize| starts.partition_point(|start| *start < frames_before).saturating_sub(1);
+        for told in contents.log {
+            read[boot_of(told.frames_before)].log.push(told.what);
+        }
+        for told in contents.vehicles {
+            read[boot_of(told.frames_before)].vehicle = Some(vehicle(&told.what)?);
+        }
+        let mut known = read.iter().find_map(|boot| boot.vehicle);
+        for boot in &mut read {
+            known = boot.vehicle.or(known);
+            boot.vehicle = known;
+        }
+    }
+    Ok(ReadRecords {
+        boots: read,
+        lost_blocks,
+        unreadable,
+    })
+}
+
+impl From<BootRecords> for ReadBoot {
+    fn from(boot: BootRecords) -> Self {
+        Self {
+            identity: boot.identity,
+            vehicle: None,
+            records: boot.records,
+            log: boot.log.iter().map(LogLine::of).collect(),
+        }
+    }
+}
+
+fn vehicle(text: &str) -> Result<Vehicle<f64>, ReadError> {
+    vehicle_file::parse_vehicle_for("vehicle.toml", text, &SCALES.sensor_ranges())
+        .map_err(|error| ReadError::Vehicle(error.to_string()))
 }
 
 #[cfg(test)]

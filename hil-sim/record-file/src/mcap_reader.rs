@@ -22,12 +22,21 @@ const CHUNK_HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
 pub struct McapContents {
     /// The link's own frames, one after the other.
     pub frames: Vec<u8>,
-    /// The text of the vehicle file of the set in force.
-    pub vehicle: Option<String>,
+    /// The text of the vehicle file of the set in force, of each boot that tells it.
+    pub vehicles: Vec<AmongFrames<String>>,
     /// The board's log.
-    pub log: Vec<LogLine>,
+    pub log: Vec<AmongFrames<LogLine>>,
     /// How the chunks are compressed, where they are: no record in them is read.
     pub compression: Option<String>,
+}
+
+/// Something that stands among the frames.
+#[derive(Debug, PartialEq, Eq)]
+pub struct AmongFrames<T> {
+    /// Bytes of the frames before it.
+    pub frames_before: usize,
+    /// What is told.
+    pub what: T,
 }
 
 /// The contents of a file, as far as it goes; `None` if it is no MCAP file.
@@ -67,10 +76,12 @@ impl McapContents {
                     }
                     Ok(Record::Message { header, data }) if Some(header.channel_id) == channels.log => {
                         let message = serde_json::from_slice::<LogMessage>(&data);
-                        self.log.extend(message.ok().map(LogLine::from));
+                        let line = message.ok().map(LogLine::from);
+                        self.log.extend(line.map(|line| told(&self.frames, line)));
                     }
                     Ok(Record::Metadata(mut found)) if found.name == VEHICLE_METADATA => {
-                        self.vehicle = found.metadata.remove(VEHICLE_KEY);
+                        let text = found.metadata.remove(VEHICLE_KEY);
+                        self.vehicles.extend(text.map(|text| told(&self.frames, text)));
                     }
                     // Of no concern here, or spoilt.
                     _ => {}
@@ -88,5 +99,12 @@ impl McapContents {
         } else if let Some(records) = body.get(CHUNK_HEAD..) {
             self.read(records, channels, true);
         }
+    }
+}
+
+fn told<T>(frames: &[u8], what: T) -> AmongFrames<T> {
+    AmongFrames {
+        frames_before: frames.len(),
+        what,
     }
 }

@@ -20,8 +20,17 @@ pub const VEHICLE_METADATA: &str = "vehicle";
 /// The key of the vehicle file's text.
 pub const VEHICLE_KEY: &str = "vehicle.toml";
 
-/// Time after which what was written must be readable whatever happens, us of the board's time.
+/// Time after which what was written must be readable whatever happens, us of the file's time.
 const FLUSH_US: u64 = 500_000;
+
+/// From which boot of the board a time counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Since {
+    /// The one under way.
+    ThisBoot,
+    /// The first in the file.
+    FirstBoot,
+}
 
 /// An MCAP file that is being written. It begins with its first message: a file without one stays empty.
 pub struct McapWriter<W: Write> {
@@ -34,6 +43,9 @@ struct BegunFile<W: Write> {
     writer: Writer<NoSeek<W>>,
     frames: Sequence,
     typed: [Sequence; TypedChannel::ALL.len()],
+    /// When the boot under way began, and the latest message, in the file's time: us since the first boot.
+    booted_us: u64,
+    latest_us: u64,
     flushed_us: u64,
 }
 
@@ -60,23 +72,46 @@ impl<W: Write> McapWriter<W> {
         self.begun.as_deref_mut().ok_or_else(failed_before)
     }
 
+    /// The board has booted: times are those since then, and stand in the file from `booted_us` on, us since the first boot,
+    /// or behind the latest message, whichever is later. The chunk ends.
+    ///
+    /// # Errors
+    /// The output takes no more.
+    pub fn boot(&mut self, booted_us: u64) -> io::Result<()> {
+        let begun = self.begun()?;
+        begun.booted_us = begun.latest_us.max(booted_us);
+        begun.flushed_us = begun.booted_us;
+        begun.writer.flush().map_err(not_written)
+    }
+
     /// Writes one frame of the link, of the time `time_us`, us since the board's boot.
     ///
     /// # Errors
     /// The output takes no more.
     pub fn frame(&mut self, time_us: u64, frame: &[u8]) -> io::Result<()> {
         let begun = self.begun()?;
+        let time_us = begun.in_file(time_us);
         let header = begun.frames.header(time_us);
         begun.message(&header, time_us, frame).map_err(not_written)
     }
 
-    /// Writes a message of a typed channel.
+    /// Writes a message of a typed channel, of the time `time_us` after the boot that `since` says.
     ///
     /// # Errors
     /// As [`McapWriter::frame`].
-    pub fn typed(&mut self, channel: TypedChannel, time_us: u64, message: &impl Serialize) -> io::Result<()> {
+    pub fn typed(
+        &mut self,
+        channel: TypedChannel,
+        since: Since,
+        time_us: u64,
+        message: &impl Serialize,
+    ) -> io::Result<()> {
         let json = serde_json::to_vec(message)?;
         let begun = self.begun()?;
+        let time_us = match since {
+            Since::ThisBoot => begun.in_file(time_us),
+            Since::FirstBoot => time_us,
+        };
         let header = begun.typed[channel as usize].header(time_us);
         begun.message(&header, time_us, &json).map_err(not_written)
     }
@@ -130,12 +165,19 @@ impl<W: Write> BegunFile<W> {
             writer,
             frames,
             typed,
+            booted_us: 0,
+            latest_us: 0,
             flushed_us: 0,
         })
     }
 
+    /// The file's time of what happened `time_us` after the boot under way.
+    fn in_file(&self, time_us: u64) -> u64 {
+        self.booted_us.saturating_add(time_us)
+    }
+
     fn message(&mut self, header: &MessageHeader, time_us: u64, bytes: &[u8]) -> Result<(), McapError> {
-        // Either way: a board that boots anew begins with 0 again.
+        self.latest_us = self.latest_us.max(time_us);
         if time_us.abs_diff(self.flushed_us) >= FLUSH_US {
             self.writer.flush()?;
             self.flushed_us = time_us;
@@ -149,7 +191,7 @@ impl Sequence {
         Self { id, next: 0 }
     }
 
-    /// The header of the channel's next message. MCAP counts in ns; here since the board's boot.
+    /// The header of the channel's next message, at `time_us` of the file's time. MCAP counts in ns.
     fn header(&mut self, time_us: u64) -> MessageHeader {
         let sequence = self.next;
         self.next = sequence.wrapping_add(1);
@@ -169,7 +211,7 @@ fn failed_before() -> io::Error {
 
 fn not_written(error: McapError) -> io::Error {
     match error {
-        McapError::Io(error) => io::Error::new(error.kind(), format!("output: {error}")),
+        McapError::Io(error) => error,
         error => io::Error::other(format!("output: {error}")),
     }
 }

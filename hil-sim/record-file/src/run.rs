@@ -10,8 +10,9 @@ use model::sample::TICK_US;
 use model::status::Status;
 use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
-use virtual_board::scenario::{Sight, Story, StoryEvent};
+use virtual_board::scenario::{EventKind, Sight, Story, StoryEvent};
 
+use crate::ReadBoot;
 use crate::log_line::LogLine;
 use crate::writer::RecordWriter;
 
@@ -25,7 +26,14 @@ pub struct RunWriter<W: Write> {
     vehicle: Vehicle<f32>,
     core: VehicleCore,
     encoder: BlockEncoder,
+    identity: Identity,
     last_tick: u32,
+    /// When the board of the next boot was switched on, us since the board's first boot, where that is known.
+    booted_us: Option<u64>,
+    /// Time of the last line of the log, us since its boot.
+    log_us: u64,
+    /// Lines of a boot of which no record has come yet.
+    log_ahead: Vec<LogLine>,
     /// What the statuses tell, where nobody else tells what happened.
     story: Option<StatusStory>,
 }
@@ -50,63 +58,114 @@ impl<W: Write> RunWriter<W> {
         identity: Option<Identity>,
         narrator: Narrator,
     ) -> io::Result<Self> {
-        out.identity(&identity.unwrap_or_else(|| Identity {
+        let identity = identity.unwrap_or_else(|| Identity {
             protocol: PROTOCOL_VERSION,
             nonce: 0,
             session: 1,
             sequence: 0,
             time_us: 0,
             about: firmware::link::about(vehicle.parameters(), 0),
-        }))?;
+        });
+        out.identity(&identity)?;
         out.vehicle(vehicle_file::to_toml(vehicle.parameters()))?;
         Ok(Self {
             out,
             vehicle: *vehicle,
             core: VehicleCore::new(vehicle, &SCALES),
             encoder: BlockEncoder::new(),
+            identity,
             last_tick: 0,
+            booted_us: None,
+            log_us: 0,
+            log_ahead: Vec::new(),
             story: (narrator == Narrator::Statuses).then(StatusStory::default),
         })
     }
 
-    /// Takes the record of the next tick.
+    /// The board whose records come next was switched on at `booted_us`, us since the board's first boot: so long it was
+    /// off, which no record tells.
+    pub fn booted_at(&mut self, booted_us: u64) {
+        self.booted_us = Some(booted_us);
+    }
+
+    /// The board has booted: its records, statuses and log begin anew, with this vehicle in force. A board that does not say
+    /// who it is counts as the one before.
+    ///
+    /// # Errors
+    /// As [`RunWriter::begin`].
+    pub fn boot(&mut self, vehicle: &Vehicle<f32>, identity: Option<Identity>) -> io::Result<()> {
+        self.end_boot()?;
+        let mut next = self.identity;
+        next.about.boot = next.about.boot.wrapping_add(1);
+        self.identity = identity.unwrap_or(next);
+        self.out.boot(self.booted_us)?;
+        self.out.identity(&self.identity)?;
+        self.out.vehicle(vehicle_file::to_toml(vehicle.parameters()))?;
+        self.vehicle = *vehicle;
+        self.core = VehicleCore::new(vehicle, &SCALES);
+        (self.last_tick, self.log_us) = (0, 0);
+        if let Some(story) = &mut self.story {
+            self.out.event(&story.restart())?;
+        }
+        std::mem::take(&mut self.log_ahead)
+            .iter()
+            .try_for_each(|line| self.log(line))
+    }
+
+    /// Writes what the boot that ends has not been written of.
+    fn end_boot(&mut self) -> io::Result<()> {
+        let mut last = None;
+        self.encoder.flush(|block| last = Some(block.clone()));
+        last.map_or(Ok(()), |block| self.out.block(block))?;
+        let events = self.story.as_mut().map(StatusStory::end).unwrap_or_default();
+        events.iter().try_for_each(|event| self.out.event(event))
+    }
+
+    /// Takes the record of the next tick. A tick that goes back is one of the next boot.
     ///
     /// # Errors
     /// As [`RunWriter::begin`].
     pub fn record(&mut self, record: &FlightRecord) -> io::Result<()> {
+        if self.last_tick > 0 && record.tick <= self.last_tick {
+            let vehicle = self.vehicle;
+            self.boot(&vehicle, None)?;
+        }
+        self.last_tick = record.tick;
         let mut full: Option<RecordBlock> = None;
         self.encoder.push(record, |block| full = Some(block.clone()));
         full.map_or(Ok(()), |block| self.out.block(block))?;
         if !self.out.keeps_all() {
             return Ok(());
         }
-        if record.tick <= self.last_tick {
-            // The board has booted anew.
-            self.core = VehicleCore::new(&self.vehicle, &SCALES);
-        }
-        self.last_tick = record.tick;
         let status = self.core.step(&record.sample, &record.command).status;
         if !record.tick.is_multiple_of(STATUS_TICKS) {
             return Ok(());
         }
         self.out.status(&status)?;
-        let events = self.story.as_mut().map(|story| story.add(&status)).unwrap_or_default();
-        events.iter().try_for_each(|event| self.out.event(event))
+        let Some(story) = &mut self.story else {
+            return Ok(());
+        };
+        story.add(&status).iter().try_for_each(|event| self.out.event(event))
     }
 
-    /// Takes something that happened.
+    /// Takes something that happened, with its time since the first boot.
     ///
     /// # Errors
     /// As [`RunWriter::begin`].
     pub fn event(&mut self, event: &StoryEvent) -> io::Result<()> {
-        self.out.event(event)
+        self.out.event_of_run(event)
     }
 
-    /// Takes a line of the firmware's log.
+    /// Takes a line of the firmware's log. One whose time goes back is of the next boot, and waits for its records.
     ///
     /// # Errors
     /// As [`RunWriter::begin`].
     pub fn log(&mut self, line: &LogLine) -> io::Result<()> {
+        if !self.log_ahead.is_empty() || line.time_us < self.log_us {
+            self.log_ahead.push(line.clone());
+            return Ok(());
+        }
+        self.log_us = line.time_us;
         self.out.log(line)
     }
 
@@ -115,35 +174,39 @@ impl<W: Write> RunWriter<W> {
     /// # Errors
     /// As [`RunWriter::begin`].
     pub fn finish(mut self) -> io::Result<W> {
-        let mut last = None;
-        self.encoder.flush(|block| last = Some(block.clone()));
-        last.map_or(Ok(()), |block| self.out.block(block))?;
-        let events = self.story.take().map(StatusStory::ended).unwrap_or_default();
-        events.iter().try_for_each(|event| self.out.event(event))?;
+        while !self.log_ahead.is_empty() {
+            // The run has ended before its first record.
+            let vehicle = self.vehicle;
+            self.boot(&vehicle, None)?;
+        }
+        self.end_boot()?;
         self.out.finish()
     }
 }
 
-/// Writes a whole run into `out`, each line of its log with the ticks of its time; its output.
+/// Writes a whole run into `out`, boot by boot, each with the vehicle of its place in `vehicles`, the last of which counts for
+/// all further ones, and each line of its log with the ticks of its time; its output.
 ///
 /// # Errors
 /// As [`RunWriter::begin`].
-pub fn write_run<W: Write>(
-    out: RecordWriter<W>,
-    vehicle: &Vehicle<f32>,
-    identity: Option<Identity>,
-    records: &[FlightRecord],
-    log: &[LogLine],
-) -> io::Result<W> {
-    let mut writer = RunWriter::begin(out, vehicle, identity, Narrator::Statuses)?;
-    let mut lines = log.iter().peekable();
-    for record in records {
-        while let Some(line) = lines.next_if(|line| line.time_us <= record.sample.time_us) {
-            writer.log(line)?;
+pub fn write_run<W: Write>(out: RecordWriter<W>, vehicles: &[Vehicle<f32>], boots: &[ReadBoot]) -> io::Result<W> {
+    let (Some(first), Some(vehicle)) = (boots.first(), vehicles.first()) else {
+        return Err(io::Error::other("a run without a boot"));
+    };
+    let mut writer = RunWriter::begin(out, vehicle, first.identity, Narrator::Statuses)?;
+    for (n, boot) in boots.iter().enumerate() {
+        if n > 0 {
+            writer.boot(vehicles.get(n).or(vehicles.last()).unwrap_or(vehicle), boot.identity)?;
         }
-        writer.record(record)?;
+        let mut lines = boot.log.iter().peekable();
+        for record in &boot.records {
+            while let Some(line) = lines.next_if(|line| line.time_us <= record.sample.time_us) {
+                writer.log(line)?;
+            }
+            writer.record(record)?;
+        }
+        lines.try_for_each(|line| writer.log(line))?;
     }
-    lines.try_for_each(|line| writer.log(line))?;
     writer.finish()
 }
 
@@ -152,14 +215,24 @@ pub fn write_run<W: Write>(
 pub struct StatusStory(Story);
 
 impl StatusStory {
-    /// Takes the next status; what is over by then.
-    pub fn add(&mut self, status: &Status) -> Vec<StoryEvent> {
+    /// Takes the next status; what it tells.
+    pub fn add(&mut self, status: &Status) -> &[StoryEvent] {
         self.0.add(Sight { status, truth: None });
-        self.0.take()
+        self.0.new_events()
     }
 
-    /// What was under way to the end.
-    pub fn ended(self) -> Vec<StoryEvent> {
-        self.0.told().events
+    /// What was under way to the end of a boot, or of the recording; then nothing is.
+    pub fn end(&mut self) -> Vec<StoryEvent> {
+        std::mem::take(&mut self.0).under_way()
+    }
+
+    /// What is told of a board that has started anew.
+    pub fn restart(&self) -> StoryEvent {
+        StoryEvent {
+            at_s: 0.0,
+            for_s: None,
+            kind: EventKind::Restart,
+            text: "the board starts anew".to_owned(),
+        }
     }
 }

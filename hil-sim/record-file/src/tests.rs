@@ -44,8 +44,30 @@ fn file(format: RecordFormat) -> (Vec<FlightRecord>, Vec<u8>) {
         })
         .collect();
     let out = RecordWriter::new(format, Vec::new());
-    let bytes = write_run(out, &vehicle(), None, &records, &log()).expect("fits");
+    let boot = ReadBoot {
+        identity: None,
+        vehicle: None,
+        records: records.clone(),
+        log: log(),
+    };
+    let bytes = write_run(out, &[vehicle()], &[boot]).expect("fits");
     (records, bytes)
+}
+
+/// The identity of a board in this boot.
+fn identity(boot: u32) -> Identity {
+    Identity {
+        protocol: PROTOCOL_VERSION,
+        nonce: 0,
+        session: 1,
+        sequence: 0,
+        time_us: 0,
+        about: firmware::link::about(vehicle().parameters(), boot),
+    }
+}
+
+fn all(file: &RecordFile) -> Vec<FlightRecord> {
+    file.records().copied().collect()
 }
 
 #[test]
@@ -53,18 +75,18 @@ fn records_come_back_and_what_is_missing_is_counted() {
     let (records, bytes) = file(RecordFormat::Frames);
     let read = RecordFile::parse(&bytes);
     assert_eq!((read.lost_blocks, read.unreadable), (0, 0));
-    assert_eq!(read.records, records);
-    assert!(read.identity.is_some());
+    assert_eq!(all(&read), records);
+    assert!(read.boots[0].identity.is_some());
     // Cut off in the middle, as by a full disk: what was written before is there.
     let cut = RecordFile::parse(&bytes[..bytes.len() / 2]);
-    assert!(cut.records.len() > 500 && records.starts_with(&cut.records));
+    assert!(all(&cut).len() > 500 && records.starts_with(&all(&cut)));
     // A byte that fell over costs its block, and the next block tells so.
     let mut spoilt = bytes.clone();
     let middle = bytes.len() / 2;
     spoilt[middle] ^= 0x55;
     let spoilt = RecordFile::parse(&spoilt);
-    assert!(spoilt.unreadable + spoilt.lost_blocks > 0 && spoilt.records.len() < records.len());
-    assert!(RecordFile::parse(b"no records at all").records.is_empty());
+    assert!(spoilt.unreadable + spoilt.lost_blocks > 0 && all(&spoilt).len() < records.len());
+    assert!(all(&RecordFile::parse(b"no records at all")).is_empty());
 }
 
 /// However far a file got, the records up to there come back: every whole frame of them.
@@ -72,13 +94,16 @@ fn records_come_back_and_what_is_missing_is_counted() {
 fn a_cut_mcap_file_is_read_as_far_as_it_goes() {
     let (records, bytes) = file(RecordFormat::Mcap);
     let whole = contents(&bytes).expect("MCAP");
-    assert_eq!(RecordFile::parse(&whole.frames).records, records);
+    assert_eq!(all(&RecordFile::parse(&whole.frames)), records);
     assert_eq!(
-        whole.vehicle,
-        Some(vehicle_file::to_toml(vehicle().parameters())),
+        whole.vehicles.iter().map(|told| &told.what).collect::<Vec<_>>(),
+        [&vehicle_file::to_toml(vehicle().parameters())],
         "the vehicle goes with the records"
     );
-    assert_eq!(whole.log, log());
+    assert_eq!(
+        whole.log.iter().map(|told| told.what.clone()).collect::<Vec<_>>(),
+        log()
+    );
     // Where the frames begin and end in the file: each is there once its last byte is.
     let mut ends = Vec::new();
     let mut from = 0;
@@ -111,7 +136,7 @@ fn a_spoilt_mcap_file_ends_and_invents_nothing() {
     for at in (8..bytes.len()).step_by(613) {
         let mut spoilt = bytes.clone();
         spoilt[at] ^= 0xFF;
-        let read = RecordFile::parse(&contents(&spoilt).expect("MCAP").frames).records;
+        let read = all(&RecordFile::parse(&contents(&spoilt).expect("MCAP").frames));
         assert!(
             read.iter().all(|record| records[record.tick as usize - 1] == *record),
             "{at}"
@@ -184,23 +209,19 @@ fn block(first: u32, times_us: impl IntoIterator<Item = u64>) -> LogBlock {
 /// The log in a file of frames: each line once, whatever was asked twice, and that of the next boot behind it.
 #[test]
 fn a_log_that_came_over_the_link_is_in_a_file_of_frames() {
-    let identity = Identity {
-        protocol: PROTOCOL_VERSION,
-        nonce: 0,
-        session: 1,
-        sequence: 0,
-        time_us: 0,
-        about: firmware::link::about(vehicle().parameters(), 0),
-    };
     let mut out = RecordWriter::new(RecordFormat::Frames, Vec::new());
-    for _ in 0..2 {
-        out.identity(&identity).expect("fits");
+    for boot in 0..2 {
+        out.identity(&identity(boot)).expect("fits");
         for block in [block(0, [10, 20]), block(1, [20, 30]), block(3, [])] {
             out.log_block(&block).expect("fits");
         }
     }
     let frames = out.finish().expect("written");
-    let times: Vec<u64> = RecordFile::parse(&frames).log.iter().map(|line| line.time_us).collect();
+    let read = RecordFile::parse(&frames);
+    let times: Vec<u64> = { read.boots.iter() }
+        .flat_map(|boot| &boot.log)
+        .map(|line| line.time_us)
+        .collect();
     assert_eq!(times, [10, 20, 30, 10, 20, 30]);
     // The same conversation as MCAP has each line as often as the board told it.
     let mcap = conversation::write_mcap(&frames, None, Vec::new()).expect("written");
@@ -208,8 +229,111 @@ fn a_log_that_came_over_the_link_is_in_a_file_of_frames() {
     assert_eq!(log.len(), 8);
     assert!(
         log.iter()
+            .map(|told| &told.what)
             .all(|line| line.text == "armed" && line.level == LogLevel::Info),
         "{log:?}"
+    );
+}
+
+/// A boot of the board with these ticks, and a line of its log at the end of each second.
+fn boot(number: u32, ticks: u32) -> ReadBoot {
+    let records = (1..=ticks).map(|tick| {
+        let mut record = FlightRecord::NONE;
+        record.tick = tick;
+        record.sample.time_us = u64::from(tick) * 1000;
+        record
+    });
+    let line = |s: u32| LogLine {
+        time_us: u64::from(s) * 1_000_000,
+        level: LogLevel::Info,
+        text: format!("boot {number}, {s} s"),
+    };
+    ReadBoot {
+        identity: Some(identity(number)),
+        vehicle: None,
+        records: records.collect(),
+        log: (0..=ticks / 1000).map(line).collect(),
+    }
+}
+
+/// Boots stay apart in either kind of file: each with its own records, vehicle and log, and the times of an MCAP file go on.
+#[test]
+fn boots_stay_apart() {
+    let told = [boot(7, 2500), boot(3, 1500), boot(9, 3000)];
+    let other = vehicle_file::REFERENCE.replace("comfort_s = 0.2", "comfort_s = 0.4");
+    let other = vehicle_file::parse_vehicle_for("other", &other, &SCALES.sensor_ranges()).expect("good");
+    let other = Vehicle::new(other.parameters().cast::<f32>()).expect("good");
+    for format in [RecordFormat::Frames, RecordFormat::Mcap] {
+        let out = RecordWriter::new(format, Vec::new());
+        let bytes = write_run(out, &[vehicle(), other], &told).expect("fits");
+        let read = parse(&bytes).expect("readable");
+        assert_eq!((read.lost_blocks, read.unreadable), (0, 0));
+        assert_eq!(read.boots.len(), told.len());
+        for (n, (read, told)) in read.boots.iter().zip(&told).enumerate() {
+            assert_eq!(
+                (read.identity, &read.records),
+                (told.identity, &told.records),
+                "{format:?}"
+            );
+            if format == RecordFormat::Mcap {
+                assert_eq!(read.log, told.log);
+                let parameters = read.vehicle.expect("told").parameters().cast::<f32>();
+                let expected = if n == 0 { vehicle() } else { other };
+                assert_eq!(parameters, *expected.parameters());
+            }
+        }
+        if format == RecordFormat::Frames {
+            continue;
+        }
+        // In the file's time 2.5 s, 1.5 s and 3 s follow each other, whatever a message is of.
+        let begins_s = [0.0, 2.5, 4.0, 7.0];
+        let mut boots = Vec::new();
+        for message in mcap::MessageStream::new(&bytes).expect("MCAP") {
+            let message = message.expect("good");
+            if message.channel.topic == "/log" {
+                let line: serde_json::Value = serde_json::from_slice(&message.data).expect("JSON");
+                let words = line["message"].as_str().expect("text");
+                let second: f64 = words
+                    .trim_end_matches(" s")
+                    .rsplit(' ')
+                    .next()
+                    .expect("s")
+                    .parse()
+                    .expect("s");
+                let boot = told
+                    .iter()
+                    .position(|boot| boot.log.iter().any(|line| line.text == words));
+                let at_s = begins_s[boot.expect("told")] + second;
+                assert_eq!(message.log_time, (at_s * 1e9) as u64, "{words}");
+            }
+            let at_s = message.log_time as f64 * 1e-9;
+            boots.push(begins_s.iter().filter(|begin_s| at_s > **begin_s).count());
+        }
+        // What is written of one boot stands before what is written of the next, in the file and in its time.
+        assert!(boots.is_sorted(), "{boots:?}");
+    }
+}
+
+/// Where the identity between two boots is lost, a tick that goes back tells; where a board says again who it is, in the
+/// same boot, what it tells again counts once.
+#[test]
+fn a_boot_is_told_from_a_board_that_speaks_again() {
+    let frames = |boots: &[ReadBoot]| {
+        let out = RecordWriter::new(RecordFormat::Frames, Vec::new());
+        write_run(out, &[vehicle()], boots).expect("fits")
+    };
+    let [first, second] = [boot(1, 2000), boot(2, 1000)].map(|boot| frames(&[boot]));
+    let without_identity = &second[second.iter().position(|byte| *byte == 0).expect("a frame") + 1..];
+    let read = parse(&[&first, without_identity].concat()).expect("readable");
+    let ticks: Vec<usize> = read.boots.iter().map(|boot| boot.records.len()).collect();
+    assert_eq!((ticks, read.lost_blocks), (vec![2000, 1000], 0));
+
+    let longer = frames(&[boot(1, 3000)]);
+    let read = parse(&[first, longer].concat()).expect("readable");
+    assert_eq!(read.boots.len(), 1);
+    assert_eq!(
+        (read.boots[0].records.clone(), read.lost_blocks),
+        (boot(1, 3000).records, 0)
     );
 }
 

@@ -12,7 +12,7 @@ use model::status::Status;
 use virtual_board::scenario::StoryEvent;
 
 use crate::log_line::LogLine;
-use crate::mcap_writer::{McapWriter, VEHICLE_KEY, VEHICLE_METADATA};
+use crate::mcap_writer::{McapWriter, Since, VEHICLE_KEY, VEHICLE_METADATA};
 use crate::messages::{EventMessage, LogMessage, StatusMessage, TypedChannel};
 
 /// What kind of file holds a recording.
@@ -39,7 +39,11 @@ impl RecordFormat {
 }
 
 /// A recording that goes to `W`. A file of frames takes identities and blocks, of records and of the log, and leaves the rest.
-pub struct RecordWriter<W: Write>(Kind<W>);
+pub struct RecordWriter<W: Write> {
+    kind: Kind<W>,
+    /// The boot that is written, once an identity has told it.
+    boot: Option<u32>,
+}
 
 enum Kind<W: Write> {
     Frames(W),
@@ -50,23 +54,47 @@ enum Kind<W: Write> {
 impl<W: Write> RecordWriter<W> {
     /// A recording of this kind.
     pub fn new(format: RecordFormat, out: W) -> Self {
-        Self(match format {
-            RecordFormat::Frames => Kind::Frames(out),
-            RecordFormat::Mcap => Kind::Mcap(McapWriter::new(out), 0),
-        })
+        Self {
+            kind: match format {
+                RecordFormat::Frames => Kind::Frames(out),
+                RecordFormat::Mcap => Kind::Mcap(McapWriter::new(out), 0),
+            },
+            boot: None,
+        }
     }
 
     /// Whether status, events and vehicle are kept.
     pub fn keeps_all(&self) -> bool {
-        matches!(self.0, Kind::Mcap(..))
+        matches!(self.kind, Kind::Mcap(..))
     }
 
-    /// Takes who the board is, which stands before its blocks.
+    /// The board has booted: what is taken from now on stands behind all that was taken. It was switched on at `booted_us`,
+    /// us since the first boot, where that is known; else as soon as the boot before ends.
+    ///
+    /// # Errors
+    /// The output takes no more.
+    pub fn boot(&mut self, booted_us: Option<u64>) -> io::Result<()> {
+        self.boot = None;
+        match &mut self.kind {
+            Kind::Frames(_) => Ok(()),
+            Kind::Mcap(writer, time_us) => {
+                *time_us = 0;
+                writer.boot(booted_us.unwrap_or(0))
+            }
+        }
+    }
+
+    /// Takes who the board is, which stands before its blocks. One of another boot than the last one begins that boot.
     ///
     /// # Errors
     /// The message fits no frame, or the output takes no more.
     pub fn identity(&mut self, identity: &Identity) -> io::Result<()> {
-        if let Kind::Mcap(writer, _) = &mut self.0 {
+        let boot = identity.about.boot;
+        if self.boot.is_some_and(|known| known != boot) {
+            self.boot(None)?;
+        }
+        self.boot = Some(boot);
+        if let Kind::Mcap(writer, _) = &mut self.kind {
             let about = identity.about;
             let [major, minor, patch] = about.version;
             let words = [
@@ -88,7 +116,7 @@ impl<W: Write> RecordWriter<W> {
     /// # Errors
     /// As [`RecordWriter::identity`].
     pub fn block(&mut self, block: RecordBlock) -> io::Result<()> {
-        if let Kind::Mcap(_, time_us) = &mut self.0
+        if let Kind::Mcap(_, time_us) = &mut self.kind
             && let Some(Ok(first)) = Records::new(&block.bytes).next()
         {
             *time_us = first.sample.time_us;
@@ -98,10 +126,8 @@ impl<W: Write> RecordWriter<W> {
 
     fn message(&mut self, message: &BoardMessage) -> io::Result<()> {
         let frame = encode(message).map_err(|_| io::Error::other("a message of the board fits no frame"))?;
-        match &mut self.0 {
-            Kind::Frames(out) => out
-                .write_all(&frame)
-                .map_err(|error| io::Error::new(error.kind(), format!("output: {error}"))),
+        match &mut self.kind {
+            Kind::Frames(out) => out.write_all(&frame),
             Kind::Mcap(writer, time_us) => writer.frame(*time_us, &frame),
         }
     }
@@ -111,7 +137,7 @@ impl<W: Write> RecordWriter<W> {
     /// # Errors
     /// The output takes no more.
     pub fn vehicle(&mut self, toml: String) -> io::Result<()> {
-        let Kind::Mcap(writer, _) = &mut self.0 else {
+        let Kind::Mcap(writer, _) = &mut self.kind else {
             return Ok(());
         };
         writer.metadata(VEHICLE_METADATA, BTreeMap::from([(VEHICLE_KEY.to_owned(), toml)]))
@@ -122,19 +148,36 @@ impl<W: Write> RecordWriter<W> {
     /// # Errors
     /// As [`RecordWriter::vehicle`].
     pub fn status(&mut self, status: &Status) -> io::Result<()> {
-        let Kind::Mcap(writer, _) = &mut self.0 else {
+        let Kind::Mcap(writer, _) = &mut self.kind else {
             return Ok(());
         };
-        writer.typed(TypedChannel::Status, status.time_us, &StatusMessage::from(status))?;
-        writer.typed(TypedChannel::Terms, status.time_us, &status.terms)
+        writer.typed(
+            TypedChannel::Status,
+            Since::ThisBoot,
+            status.time_us,
+            &StatusMessage::from(status),
+        )?;
+        writer.typed(TypedChannel::Terms, Since::ThisBoot, status.time_us, &status.terms)
     }
 
-    /// Takes something that happened.
+    /// Takes something that happened in the boot under way, with its time since then.
     ///
     /// # Errors
     /// As [`RecordWriter::vehicle`].
     pub fn event(&mut self, event: &StoryEvent) -> io::Result<()> {
-        let Kind::Mcap(writer, _) = &mut self.0 else {
+        self.event_since(event, Since::ThisBoot)
+    }
+
+    /// Takes something that happened, with its time since the first boot.
+    ///
+    /// # Errors
+    /// As [`RecordWriter::vehicle`].
+    pub fn event_of_run(&mut self, event: &StoryEvent) -> io::Result<()> {
+        self.event_since(event, Since::FirstBoot)
+    }
+
+    fn event_since(&mut self, event: &StoryEvent, since: Since) -> io::Result<()> {
+        let Kind::Mcap(writer, _) = &mut self.kind else {
             return Ok(());
         };
         let message = EventMessage {
@@ -143,7 +186,7 @@ impl<W: Write> RecordWriter<W> {
             kind: event.kind.name(),
             text: &event.text,
         };
-        writer.typed(TypedChannel::Events, (event.at_s * 1e6).round() as u64, &message)
+        writer.typed(TypedChannel::Events, since, (event.at_s * 1e6).round() as u64, &message)
     }
 
     /// Takes a line of the log. A file of frames takes the log in the link's own blocks ([`RecordWriter::log_block`]), and
@@ -152,10 +195,15 @@ impl<W: Write> RecordWriter<W> {
     /// # Errors
     /// As [`RecordWriter::vehicle`].
     pub fn log(&mut self, line: &LogLine) -> io::Result<()> {
-        let Kind::Mcap(writer, _) = &mut self.0 else {
+        let Kind::Mcap(writer, _) = &mut self.kind else {
             return Ok(());
         };
-        writer.typed(TypedChannel::Log, line.time_us, &LogMessage::from(line))
+        writer.typed(
+            TypedChannel::Log,
+            Since::ThisBoot,
+            line.time_us,
+            &LogMessage::from(line),
+        )
     }
 
     /// Takes a block of the log, as the link brings it.
@@ -183,7 +231,7 @@ impl<W: Write> RecordWriter<W> {
     /// # Errors
     /// As [`RecordWriter::vehicle`].
     pub fn finish(self) -> io::Result<W> {
-        match self.0 {
+        match self.kind {
             Kind::Frames(out) => Ok(out),
             Kind::Mcap(writer, _) => writer.finish(),
         }

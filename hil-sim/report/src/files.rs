@@ -5,7 +5,7 @@
 //! A [`GrowingFile`] has its name from the start: what a killed program, a full disk or a pulled cable left of it is there.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
@@ -82,14 +82,21 @@ impl NewFile {
     }
 }
 
+/// What fails names flag and file, whoever tells it.
 impl Write for NewFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.part.write(bytes)
+        let written = self.part.write(bytes);
+        written.map_err(|error| named(error.kind(), not_written(self.flag, &self.path, &error)))
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        self.part.flush()
+        let flushed = self.part.flush();
+        flushed.map_err(|error| named(error.kind(), not_written(self.flag, &self.path, &error)))
     }
+}
+
+fn named(kind: ErrorKind, told: CommandError) -> std::io::Error {
+    std::io::Error::new(kind, told)
 }
 
 /// A file that grows under its own name and keeps what was written, whatever ends the program.
@@ -137,17 +144,27 @@ impl GrowingFile {
 
     fn sync(&mut self) -> Result<(), CommandError> {
         let synced = self.part.flush().and_then(|()| self.part.get_ref().sync_all());
-        synced.map_err(|error| CommandError::Other(format!("{}: {}: output: {error}", self.flag, self.path.display())))
+        synced.map_err(|error| self.full(&error))
+    }
+
+    fn full(&self, error: &std::io::Error) -> CommandError {
+        let (flag, path) = (self.flag, self.path.display());
+        CommandError::Other(format!(
+            "{flag}: {path}: {error}; what it has taken until then stays in it"
+        ))
     }
 }
 
+/// What fails names flag and file, whoever tells it.
 impl Write for GrowingFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.part.write(bytes)
+        let written = self.part.write(bytes);
+        written.map_err(|error| named(error.kind(), self.full(&error)))
     }
 
     fn flush(&mut self) -> std::io::Result<()> {
-        self.part.flush()
+        let flushed = self.part.flush();
+        flushed.map_err(|error| named(error.kind(), self.full(&error)))
     }
 }
 
@@ -194,7 +211,7 @@ fn existing(flag: &str, path: &Path) -> CommandError {
 }
 
 fn not_written(flag: &str, path: &Path, error: &std::io::Error) -> CommandError {
-    if error.kind() == std::io::ErrorKind::AlreadyExists {
+    if error.kind() == ErrorKind::AlreadyExists {
         return existing(flag, path);
     }
     // The library's own text would name the temporary file.
@@ -202,9 +219,15 @@ fn not_written(flag: &str, path: &Path, error: &std::io::Error) -> CommandError 
         Some(_) => error.to_string(),
         None => error.kind().to_string(),
     };
+    let path = path.display();
+    if matches!(
+        error.kind(),
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge
+    ) {
+        return CommandError::Input(format!("{flag}: cannot write {path}: {why}"));
+    }
     CommandError::Input(format!(
-        "{flag}: cannot write {}: {why}; it must lie in a directory that can be written",
-        path.display()
+        "{flag}: cannot write {path}: {why}; it must lie in a directory that can be written"
     ))
 }
 

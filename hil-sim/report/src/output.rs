@@ -179,7 +179,7 @@ pub fn print_json(value: &impl Serialize) -> Result<(), CommandError> {
 fn write_out(text: &str) -> Result<(), CommandError> {
     match std::io::stdout().lock().write_all(text.as_bytes()) {
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
-        written => Ok(written?),
+        written => written.map_err(|error| CommandError::Other(format!("standard output: {error}"))),
     }
 }
 

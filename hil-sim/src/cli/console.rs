@@ -36,6 +36,8 @@ Examples:
 
 /// The target of the page's module.
 const TARGET: &str = "wasm32-unknown-unknown";
+/// The module's build profile: as the release, without what only a debugger reads.
+const PROFILE: &str = "page";
 
 /// Serves the page until Ctrl-C.
 ///
@@ -77,7 +79,15 @@ fn build() -> Result<PathBuf, CommandError> {
     }
     let mut command = Command::new(cargo);
     without_package_variables(&mut command);
-    command.args(["build", "--release", "-p", "vehicle-console", "--target", TARGET]);
+    command.args([
+        "build",
+        "--profile",
+        PROFILE,
+        "-p",
+        "vehicle-console",
+        "--target",
+        TARGET,
+    ]);
     command.current_dir(root()).stdout(Stdio::null());
     let status = command
         .status()
@@ -86,7 +96,7 @@ fn build() -> Result<PathBuf, CommandError> {
         return Err(CommandError::Other("the page's module could not be built".into()));
     }
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    Ok(target.join(TARGET).join("release/vehicle_console.wasm"))
+    Ok(target.join(TARGET).join(PROFILE).join("vehicle_console.wasm"))
 }
 
 /// Whether the toolchain has the target's library. What cannot be asked is left to the build.

@@ -187,16 +187,18 @@ pub fn run_on<B: Backend>(
         written,
         ..
     } = watched;
-    let told = story.told();
-    let record = match record {
-        Some(mut record) => {
-            // What led to a run that could not go on is worth its record most.
-            record.log(end.as_ref().map_or(&[][..], |end| &end.log));
-            let path = record.finish()?;
-            format!("\nrecord                 {}", visible_line(&path.display().to_string()))
+    // What led to a run that could not go on is worth its record most.
+    let last_lines = end.as_ref().map_or(&[][..], |end| &end.log);
+    // A disk that took no more of the record is no reason to keep quiet about the drive.
+    let (record, recorded) = match record.map(|record| record.ended(&story.under_way(), last_lines)) {
+        Some(Ok(path)) => {
+            let path = path.display().to_string();
+            (format!("\nrecord                 {}", visible_line(&path)), Ok(()))
         }
-        None => String::new(),
+        Some(Err(error)) => (String::new(), Err(error)),
+        None => (String::new(), Ok(())),
     };
+    let told = story.told();
     written?;
     ended(&mut backend)?;
     let end = end?;
@@ -242,6 +244,7 @@ pub fn run_on<B: Backend>(
             visible_line(&out.display().to_string())
         ))?;
     }
+    recorded?;
     if verdict == RunVerdict::Failed {
         return Err(failed(arguments, &scenario, &checks));
     }

@@ -4,18 +4,16 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
-use model::tick::VehicleCore;
 use model::vehicle::Vehicle;
-use record_file::ReadRecords;
+use record_file::replay::{BootToReplay, Replay, ReplayDifference};
 use record_file::run::write_run;
 use record_file::writer::{RecordFormat, RecordWriter};
+use record_file::{ReadBoot, ReadRecords};
 use report::error::CommandError;
 use report::files::{NewFile, refuse_existing};
 use report::output::{print, print_json};
 use serde::Serialize;
-use virtual_board::records::first_field;
 
 use super::drive::{load_vehicle, vehicle_f32};
 use super::record_files;
@@ -31,7 +29,7 @@ pub struct Arguments {
     /// have driven otherwise
     #[arg(long, value_name = "FILE")]
     vehicle: Option<PathBuf>,
-    /// Replay only the first S seconds after the boot
+    /// Replay only the first S seconds after the first boot
     #[arg(long, value_name = "S", value_parser = seconds)]
     until: Option<f64>,
     /// Make a test of the record: NAME.records in tests/records, with NAME.toml if the vehicle is not the reference
@@ -77,7 +75,9 @@ fn test_name(text: &str) -> Result<String, String> {
 
 /// The first tick whose replay drives otherwise.
 #[derive(Debug, PartialEq, Serialize)]
-struct ReplayDifference {
+struct DifferenceJson {
+    /// Number of its boot, from 1.
+    boot: usize,
     tick: u32,
     /// When, s since boot.
     at_s: f64,
@@ -87,15 +87,25 @@ struct ReplayDifference {
     replayed: i32,
 }
 
+/// What `--json` says of a boot of the board.
+#[derive(Debug, Serialize)]
+struct BootJson {
+    /// Ticks that are replayed.
+    ticks: usize,
+    /// Times of the first and the last record, s since the boot.
+    from_s: f64,
+    to_s: f64,
+}
+
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
 struct ReplayJson {
+    /// Ticks that are replayed, of every boot.
     ticks: usize,
-    from_s: f64,
-    to_s: f64,
+    boots: Vec<BootJson>,
     lost_blocks: u32,
     unreadable: u32,
-    difference: Option<ReplayDifference>,
+    difference: Option<DifferenceJson>,
     ok: bool,
 }
 
@@ -109,43 +119,48 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         refuse_existing("--mcap", path)?;
     }
     let mut read = record_files::read(&arguments.file)?;
-    let vehicle = match (&arguments.vehicle, read.vehicle.take()) {
-        (None, Some(vehicle)) => vehicle,
-        (named, _) => load_vehicle(named.as_deref())?,
-    };
-    let vehicle = vehicle_f32(&vehicle)?;
     if let Some(until_s) = arguments.until {
         let is_before = |time_us: u64| time_us as f64 * 1e-6 <= until_s;
-        read.file.records.retain(|record| is_before(record.sample.time_us));
-        read.log.retain(|line| is_before(line.time_us));
+        read.boots.truncate(1);
+        for boot in &mut read.boots {
+            boot.records.retain(|record| is_before(record.sample.time_us));
+            boot.log.retain(|line| is_before(line.time_us));
+        }
+        if read.records().next().is_none() {
+            return Err(CommandError::Input("--until: there is no record before it".into()));
+        }
     }
-    let file = &read.file;
-    let (Some(first), Some(last)) = (file.records.first(), file.records.last()) else {
-        return Err(CommandError::Input("--until: there is no record before it".into()));
-    };
-    if first.tick > 1 {
+    // A boot whose records were all lost has nothing to replay.
+    read.boots.retain(|boot| !boot.records.is_empty());
+    let vehicles = vehicles(arguments.vehicle.as_deref(), &read)?;
+    let boots = read.boots.iter().zip(&vehicles);
+    let mut replay = Replay::new(
+        boots
+            .map(|(boot, vehicle)| BootToReplay {
+                vehicle: *vehicle,
+                records: &boot.records[..],
+            })
+            .collect(),
+    );
+    if replay.next_boot().is_none() {
         return Err(CommandError::Input(format!(
             "{}: the records begin with tick {}. What the vehicle knew by then is not in them: a replay begins with the \
              board's boot. `hil-sim link record` has it if it asks within 2 s of the boot",
             arguments.file.display(),
-            first.tick
+            read.records().next().map_or(0, |first| first.tick)
         )));
     }
-    let gap = file
-        .records
-        .windows(2)
-        .find(|pair| pair[1].tick != pair[0].tick.wrapping_add(1));
-    let whole = gap.map_or(file.records.len(), |pair| (pair[0].tick - first.tick) as usize + 1);
-    let difference = difference(&vehicle, &file.records[..whole]);
-    let seconds = |record: &FlightRecord| record.sample.time_us as f64 * 1e-6;
+    let difference = std::iter::from_fn(|| replay.step()).find_map(|tick| tick.difference);
     let result = ReplayJson {
-        ticks: whole,
-        from_s: seconds(first),
-        to_s: seconds(last),
-        lost_blocks: file.lost_blocks,
-        unreadable: file.unreadable,
-        ok: difference.is_none() && gap.is_none(),
-        difference,
+        ticks: replay.ticks().iter().sum(),
+        boots: { read.boots.iter() }
+            .zip(replay.ticks())
+            .map(|(boot, ticks)| BootJson::of(&boot.records, *ticks))
+            .collect(),
+        lost_blocks: read.lost_blocks,
+        unreadable: read.unreadable,
+        ok: difference.is_none() && replay.missing().is_empty(),
+        difference: difference.map(DifferenceJson::from),
     };
     if arguments.json {
         print_json(&result)?;
@@ -153,21 +168,18 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         print(&table(&result))?;
     }
     if let Some(path) = &arguments.mcap {
-        write_mcap(path, &vehicle, &read)?;
+        write_mcap(path, &vehicles, &read)?;
     }
-    match (&result.difference, gap) {
+    match (difference, replay.missing().first()) {
         (Some(found), _) => Err(CommandError::Checks(format!(
-            "the replay drives otherwise from tick {} on; from there the vehicle would have moved otherwise too",
-            found.tick
+            "the replay drives otherwise from tick {}{} on; from there the vehicle would have moved otherwise too",
+            found.tick,
+            of_boot(found.boot, result.boots.len())
         ))),
-        (None, Some(pair)) => Err(CommandError::Checks(format!(
-            "ticks {} to {} are missing: the replay ends before them",
-            pair[0].tick + 1,
-            pair[1].tick.saturating_sub(1)
-        ))),
+        (None, Some(missing)) => Err(CommandError::Checks(missing.to_string())),
         (None, None) => match &arguments.as_test {
             Some(name) => {
-                make_test(name, &vehicle, &read)?;
+                make_test(name, &vehicles, &read)?;
                 if arguments.json {
                     return Ok(());
                 }
@@ -180,18 +192,40 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     }
 }
 
+/// The vehicle of each boot: that of `named`; else what the file says, or the reference vehicle.
+fn vehicles(named: Option<&Path>, read: &ReadRecords) -> Result<Vec<Vehicle<f32>>, CommandError> {
+    let named = named.map(|path| load_vehicle(Some(path))).transpose()?;
+    let of_boot = |boot: &ReadBoot| match named.or(boot.vehicle) {
+        Some(vehicle) => vehicle_f32(&vehicle),
+        None => vehicle_f32(&load_vehicle(None)?),
+    };
+    read.boots.iter().map(of_boot).collect()
+}
+
+/// " of boot 2", where there are several.
+fn of_boot(boot: usize, boots: usize) -> String {
+    if boots > 1 {
+        format!(" of boot {boot}")
+    } else {
+        String::new()
+    }
+}
+
 /// Writes the records as MCAP, with the statuses and events of the replay, and the log that was recorded.
-fn write_mcap(path: &Path, vehicle: &Vehicle<f32>, read: &ReadRecords) -> Result<(), CommandError> {
+fn write_mcap(path: &Path, vehicles: &[Vehicle<f32>], read: &ReadRecords) -> Result<(), CommandError> {
     let out = RecordWriter::new(RecordFormat::Mcap, NewFile::create("--mcap", path)?);
-    write_run(out, vehicle, read.file.identity, &read.file.records, &read.log)?
-        .finish()
-        .map(|_| ())
+    write_run(out, vehicles, &read.boots)?.finish().map(|_| ())
 }
 
 /// Makes a test of records that replay.
-fn make_test(name: &str, vehicle: &Vehicle<f32>, read: &ReadRecords) -> Result<(), CommandError> {
-    let file = &read.file;
-    let ticks = file.records.len();
+fn make_test(name: &str, vehicles: &[Vehicle<f32>], read: &ReadRecords) -> Result<(), CommandError> {
+    let ticks = read.records().count();
+    let (Some(vehicle), [_]) = (vehicles.first(), &read.boots[..]) else {
+        return Err(CommandError::Input(format!(
+            "--as-test: {} boots; a test has one: with --until the first boot alone",
+            read.boots.len()
+        )));
+    };
     if ticks > TEST_TICKS_MAX {
         return Err(CommandError::Input(format!(
             "--as-test: {ticks} ticks; allowed are {TEST_TICKS_MAX}: with --until the first seconds alone"
@@ -205,7 +239,7 @@ fn make_test(name: &str, vehicle: &Vehicle<f32>, read: &ReadRecords) -> Result<(
     }
     let records = folder.join(name).with_extension("records");
     let out = RecordWriter::new(RecordFormat::Frames, NewFile::create("--as-test", &records)?);
-    let out = write_run(out, vehicle, file.identity, &file.records, &read.log)?;
+    let out = write_run(out, vehicles, &read.boots)?;
     if *vehicle != vehicle_f32(&load_vehicle(None)?)? {
         let mut file = NewFile::create("--as-test", &records.with_extension("toml"))?;
         file.write_all(vehicle_file::to_toml(vehicle.parameters()).as_bytes())?;
@@ -215,40 +249,62 @@ fn make_test(name: &str, vehicle: &Vehicle<f32>, read: &ReadRecords) -> Result<(
     Ok(())
 }
 
-/// The first record whose actuation a core that starts anew does not repeat.
-fn difference(vehicle: &Vehicle<f32>, records: &[FlightRecord]) -> Option<ReplayDifference> {
-    let mut core = VehicleCore::new(vehicle, &SCALES);
-    records.iter().find_map(|record| {
-        let replayed = core.step(&record.sample, &record.command).actuation;
-        let (field, recorded, replayed) = first_field(record.actuation, replayed)?;
-        Some(ReplayDifference {
-            tick: record.tick,
-            at_s: record.sample.time_us as f64 * 1e-6,
-            field,
-            recorded,
-            replayed,
-        })
-    })
+impl BootJson {
+    fn of(records: &[FlightRecord], ticks: usize) -> Self {
+        let seconds = |record: Option<&FlightRecord>| record.map_or(0.0, |record| record.sample.time_us as f64 * 1e-6);
+        Self {
+            ticks,
+            from_s: seconds(records.first()),
+            to_s: seconds(records.last()),
+        }
+    }
+}
+
+impl From<ReplayDifference> for DifferenceJson {
+    fn from(found: ReplayDifference) -> Self {
+        Self {
+            boot: found.boot,
+            tick: found.tick,
+            at_s: found.time_us as f64 * 1e-6,
+            field: found.field,
+            recorded: found.recorded,
+            replayed: found.replayed,
+        }
+    }
 }
 
 fn table(result: &ReplayJson) -> String {
-    let ReplayJson {
-        ticks,
-        from_s,
-        to_s,
-        lost_blocks,
-        unreadable,
-        difference,
-        ..
-    } = result;
-    let what = match difference {
+    let boots = result.boots.len();
+    let mut lines: Vec<String> = { result.boots.iter().zip(1..) }
+        .map(|(boot, number)| {
+            let name = if boots > 1 {
+                format!("boot {number}: ")
+            } else {
+                String::new()
+            };
+            let BootJson { ticks, from_s, to_s } = boot;
+            format!("{name}{ticks} ticks from {from_s:.3} to {to_s:.3} s")
+        })
+        .collect();
+    let lost = format!(
+        "{} blocks lost, {} frames unreadable",
+        result.lost_blocks, result.unreadable
+    );
+    match &mut lines[..] {
+        [one] => *one = format!("{one}, {lost}"),
+        _ => lines.push(lost),
+    }
+    lines.push(match &result.difference {
         None => "every actuation is the recorded one, bit for bit".to_owned(),
         Some(found) => format!(
-            "differs first in tick {} ({:.3} s): {} is {}, the record has {}",
-            found.tick, found.at_s, found.field, found.replayed, found.recorded
+            "differs first in tick {}{} ({:.3} s): {} is {}, the record has {}",
+            found.tick,
+            of_boot(found.boot, boots),
+            found.at_s,
+            found.field,
+            found.replayed,
+            found.recorded
         ),
-    };
-    format!(
-        "{ticks} ticks from {from_s:.3} to {to_s:.3} s, {lost_blocks} blocks lost, {unreadable} frames unreadable\n{what}\n"
-    )
+    });
+    lines.join("\n") + "\n"
 }

@@ -4,7 +4,7 @@ use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::channel;
+use std::sync::mpsc::sync_channel;
 
 use clap::Args;
 use model::vehicle::Vehicle;
@@ -23,7 +23,7 @@ mod server;
 pub(super) mod websocket;
 
 use pace::Pace;
-use ports::{listen, open_pty, serve_tcp};
+use ports::{HAPPENED_MAX, listen, open_pty, serve_tcp};
 use server::Server;
 use websocket::serve_websocket;
 
@@ -146,7 +146,7 @@ pub fn run_on<B: Backend>(
     let plant = scenario.plant(&simulated).map_err(|error| input(error.to_string()))?;
     let backend = boot(&vehicle, plant)?;
 
-    let (events, happened) = channel();
+    let (events, happened) = sync_channel(HAPPENED_MAX);
     for (flag, address) in addresses(arguments) {
         let (serve, scheme) = match flag {
             TCP => (serve_tcp as ports::Serve, "tcp:"),

@@ -1,67 +1,147 @@
 //! Records as files hold them: the link's own frames, an identity first, then blocks of records, and of the log.
 
-use firmware::events::Line;
+use firmware::events::{Line, LogBlock};
 use firmware::flight_record::FlightRecord;
 use firmware::protocol::frame::{Decoder, Received};
 use firmware::protocol::message::{BoardMessage, Identity, Reading};
-use firmware::records::codec::Records;
+use firmware::records::codec::{RecordBlock, Records};
 use model::sample::Actuation;
 
 /// What a file of records holds.
 #[derive(Debug, Default)]
 pub struct RecordFile {
-    /// The board that made the records, if the file says so.
-    pub identity: Option<Identity>,
-    /// The records in order.
-    pub records: Vec<FlightRecord>,
-    /// The lines of the board's log in order, if the file has them: each once.
-    pub log: Vec<Line>,
+    /// The boots of the board, in the order in which they were recorded.
+    pub boots: Vec<BootRecords>,
     /// Blocks of which the numbers tell that they are missing.
     pub lost_blocks: u32,
     /// Frames and blocks that could not be read.
     pub unreadable: u32,
 }
 
+/// What was recorded from one boot of the board to the next.
+#[derive(Debug, Default)]
+pub struct BootRecords {
+    /// Where its first frame begins, bytes from the start of the file.
+    pub start: usize,
+    /// The board that made the records, if the file says so.
+    pub identity: Option<Identity>,
+    /// The records in order, each tick once.
+    pub records: Vec<FlightRecord>,
+    /// The lines of the board's log in order, if the file has them: each once.
+    pub log: Vec<Line>,
+}
+
 impl RecordFile {
-    /// Reads the bytes of a file, also of one that breaks off.
+    /// Reads the bytes of a file, also of one that breaks off. An identity of another boot begins a boot; where it is lost,
+    /// a tick that goes back does.
     pub fn parse(bytes: &[u8]) -> Self {
-        let mut file = Self::default();
-        let mut decoder = Decoder::new();
-        let mut next: Option<u32> = None;
-        let mut next_line = 0;
-        for byte in bytes {
-            match decoder.push::<BoardMessage>(*byte) {
-                Received::Bad | Received::Overlong => file.unreadable += 1,
-                Received::Message(BoardMessage::Identity(identity)) => {
-                    file.identity.get_or_insert(identity);
-                    next = None;
-                    next_line = 0;
-                }
-                Received::Message(BoardMessage::Records(block)) => {
-                    file.lost_blocks += next.map_or(0, |next| block.number.wrapping_sub(next));
-                    next = Some(block.number.wrapping_add(1));
-                    for record in Records::new(&block.bytes) {
-                        match record {
-                            Ok(record) => file.records.push(record),
-                            Err(_) => file.unreadable += 1,
-                        }
-                    }
-                }
-                Received::Message(BoardMessage::Reading {
-                    reading: Reading::Log(block),
-                    ..
-                }) => {
-                    for (number, line) in (block.first..).zip(&block.lines) {
-                        if number >= next_line {
-                            file.log.push(*line);
-                            next_line = number.saturating_add(1);
-                        }
-                    }
-                }
-                Received::Nothing | Received::Message(_) => {}
-            }
+        let mut reader = FrameReader::default();
+        for (byte, end) in bytes.iter().zip(1..) {
+            reader.take(*byte, end);
         }
-        file
+        reader.file
+    }
+
+    /// The records of every boot, one after the other.
+    pub fn records(&self) -> impl Iterator<Item = &FlightRecord> {
+        self.boots.iter().flat_map(|boot| &boot.records)
+    }
+}
+
+/// The records of each boot among records in the order in which they were made: a boot begins where the tick goes back.
+pub fn boots(records: &[FlightRecord]) -> impl Iterator<Item = &[FlightRecord]> {
+    records.chunk_by(|before, after| after.tick > before.tick)
+}
+
+/// Reads frames into a [`RecordFile`].
+#[derive(Default)]
+struct FrameReader {
+    file: RecordFile,
+    decoder: Decoder,
+    /// Where the frame under way begins, bytes.
+    start: usize,
+    /// Number of the next block of this boot, once there has been one.
+    next: Option<u32>,
+    /// Number of the next line of this boot's log.
+    next_line: u32,
+    /// The board has said again who it is, in the boot that it was in: it may tell ticks again that are here.
+    again: bool,
+}
+
+impl FrameReader {
+    /// Takes the next byte; `end` is its place plus 1.
+    fn take(&mut self, byte: u8, end: usize) {
+        match self.decoder.push::<BoardMessage>(byte) {
+            Received::Nothing => return,
+            Received::Bad | Received::Overlong => self.file.unreadable += 1,
+            Received::Message(BoardMessage::Identity(identity)) => self.meet(identity),
+            Received::Message(BoardMessage::Records(block)) => self.take_block(&block),
+            Received::Message(BoardMessage::Reading {
+                reading: Reading::Log(block),
+                ..
+            }) => self.take_log(&block),
+            Received::Message(_) => {}
+        }
+        self.start = end;
+    }
+
+    fn meet(&mut self, identity: Identity) {
+        let known = self.file.boots.last().and_then(|boot| boot.identity);
+        self.again = known.is_some_and(|known| known.about.boot == identity.about.boot);
+        if !self.again {
+            self.begin(Some(identity));
+        }
+    }
+
+    fn begin(&mut self, identity: Option<Identity>) -> &mut BootRecords {
+        (self.next, self.next_line, self.again) = (None, 0, false);
+        let boot = BootRecords {
+            start: self.start,
+            identity,
+            ..BootRecords::default()
+        };
+        self.file.boots.push(boot);
+        let last = self.file.boots.len() - 1;
+        &mut self.file.boots[last]
+    }
+
+    fn boot(&mut self) -> &mut BootRecords {
+        match self.file.boots.len() {
+            0 => self.begin(None),
+            boots => &mut self.file.boots[boots - 1],
+        }
+    }
+
+    fn take_block(&mut self, block: &RecordBlock) {
+        for record in Records::new(&block.bytes) {
+            let Ok(record) = record else {
+                self.file.unreadable += 1;
+                continue;
+            };
+            let is_known = self.boot().records.last().is_some_and(|last| record.tick <= last.tick);
+            match (is_known, self.again) {
+                (true, true) => continue,
+                (true, false) => {
+                    self.begin(None);
+                }
+                (false, _) => self.again = false,
+            }
+            self.boot().records.push(record);
+        }
+        let next = self.next.unwrap_or(block.number);
+        self.file.lost_blocks += block.number.saturating_sub(next);
+        self.next = Some(block.number.wrapping_add(1).max(next));
+    }
+
+    fn take_log(&mut self, block: &LogBlock) {
+        let next_line = self.next_line;
+        let new = (block.first..)
+            .zip(&block.lines)
+            .filter(|(number, _)| *number >= next_line);
+        for (number, line) in new {
+            self.boot().log.push(*line);
+            self.next_line = number.saturating_add(1);
+        }
     }
 }
 

@@ -23,6 +23,8 @@ pub struct EmulatedBackend<'a> {
     log_reader: Option<LogReader<'a>>,
     /// Bytes of the log that it has been given.
     log_bytes: usize,
+    /// When the board was switched on last, us since the start, as it was last observed.
+    booted_us: u64,
     /// The tick of the last record that [`Backend::take_records`] has returned.
     recorded_tick: u32,
     /// Why the run ended early; time stands still from then on.
@@ -56,6 +58,7 @@ impl<'a> EmulatedBackend<'a> {
             vehicle,
             log_reader: None,
             log_bytes: 0,
+            booted_us: 0,
             recorded_tick: 0,
             failure: None,
         })
@@ -98,6 +101,10 @@ impl Backend for EmulatedBackend<'_> {
         self.emulation.now() / US
     }
 
+    fn booted_us(&self) -> u64 {
+        self.booted_us
+    }
+
     fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(&mut Observation)) {
         // Bytes that came up before this call belong to the first observation.
         let mut before = self.emulation.receive();
@@ -117,6 +124,7 @@ impl Backend for EmulatedBackend<'_> {
         });
         self.note(result);
         for mut observation in observations.try_iter() {
+            self.booted_us = observation.booted_us;
             before.append(&mut observation.received);
             observation.received = std::mem::take(&mut before);
             observe(&mut observation);
@@ -142,7 +150,8 @@ impl Backend for EmulatedBackend<'_> {
             // No tick has passed since the step before: the firmware is starting, or ticks lie further apart than steps.
             if record.tick != self.recorded_tick {
                 self.recorded_tick = record.tick;
-                records.push(record);
+                // A board that has booted has none before its first tick.
+                records.extend((record.tick > 0).then_some(record));
             }
         }
         records

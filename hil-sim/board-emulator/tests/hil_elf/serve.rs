@@ -1,6 +1,7 @@
 //! `hil-sim serve --board emulated`: the link tool's commands at the ports of the served ELF.
 
 use std::io;
+use std::net::TcpStream;
 use std::path::PathBuf;
 use std::process::Command;
 use std::sync::Arc;
@@ -156,8 +157,8 @@ fn a_served_elf_is_driven_over_every_kind_of_port() {
     assert!(text.starts_with("armed: ") && text.contains(" 0 blocks lost"), "{text}");
     let read = record_file::parse(&std::fs::read(&recorded).expect("written")).expect("readable");
     // It stands, drives for 1 s and stops in this record.
-    assert!(read.file.records.len() > 1000, "{}", read.file.records.len());
-    assert!(read.log.iter().any(|line| line.text == "armed"), "{:?}", read.log);
+    assert!(read.records().count() > 1000, "{}", read.records().count());
+    assert!(read.log().any(|line| line.text == "armed"), "{:?}", read.boots[0].log);
 
     // An operator who vanishes has fallen silent: the board stops by itself and keeps the fault.
     let (ended, _) = link_until(2.0, &websocket, &["drive", "--speed-m-s", "0.3", "--seconds", "60"]);
@@ -186,6 +187,66 @@ fn a_served_elf_is_driven_over_every_kind_of_port() {
         "{text}"
     );
     link_at(&tcp, &["disarm"]);
+}
+
+/// `cargo run -- serve --board emulated`, the whole command: it ends with the board that it serves, and no emulator goes on
+/// without it.
+#[cfg(unix)]
+#[test]
+fn the_command_and_its_emulator_end_together() {
+    let cargo = |arguments: &[&str]| {
+        let mut command = Command::new("cargo");
+        hil_elf::without_package_variables(&mut command);
+        command.arg(arguments[0]).arg("--quiet").args(&arguments[1..]);
+        command
+            .current_dir(hil_elf::root())
+            .env(ELF_VARIABLE, firmware().path());
+        command
+    };
+    // However long it takes.
+    assert!(
+        cargo(&["build", "--package", "hil-sim"])
+            .status()
+            .expect("runs")
+            .success()
+    );
+    let serve = [
+        "run",
+        "--package",
+        "hil-sim",
+        "--",
+        "serve",
+        "--board",
+        "emulated",
+        "--tcp",
+        "127.0.0.1:0",
+    ];
+    for (signal, code) in [
+        ("-INT", Some(0)),
+        ("-TERM", Some(0)),
+        ("-HUP", Some(0)),
+        ("-KILL", None),
+    ] {
+        // The command builds its emulator first.
+        let mut served = Listened::start(&mut cargo(&serve), 4 * GIVE_UP);
+        let port = served.wait_for("board at ");
+        let text = link_at(&port, &["status", "--seconds", "0.2"]);
+        assert!(text.contains("disarmed: "), "{text}");
+        let pid = served.process.id().to_string();
+        assert!(
+            Command::new("kill")
+                .args([signal, &pid])
+                .status()
+                .expect("runs")
+                .success()
+        );
+        assert_eq!(served.process.wait().expect("ended").code(), code, "{signal}");
+        let address = port.strip_prefix("tcp:").expect("a TCP port");
+        assert!(
+            TcpStream::connect(address).is_err(),
+            "{signal}: an emulator is still there"
+        );
+    }
 }
 
 /// An update goes the whole way that it goes on the drive board: sent, installed by the boot loader, confirmed.

@@ -13,8 +13,8 @@ use record_file::run::{Narrator, RunWriter};
 use record_file::writer::{RecordFormat, RecordWriter};
 use report::error::CommandError;
 use report::files::GrowingFile;
-use virtual_board::scenario::Story;
-use virtual_board::scenario::trace::TraceRow;
+use virtual_board::records::boots;
+use virtual_board::scenario::StoryEvent;
 
 use super::vehicle_f32;
 
@@ -25,8 +25,8 @@ const LOG_PERIOD_MS: u64 = 500;
 /// ends the run.
 pub struct RunRecord {
     writer: RunWriter<GrowingFile>,
-    story: Story,
     log_read_ms: u64,
+    last_tick: u32,
     /// The disk's first refusal, after which nothing more is written.
     written: Result<(), CommandError>,
 }
@@ -41,27 +41,33 @@ impl RunRecord {
         let out = RecordWriter::new(RecordFormat::of(path), file);
         Ok(Self {
             writer: RunWriter::begin(out, vehicle, None, Narrator::Caller)?,
-            story: Story::default(),
             log_read_ms: 0,
+            last_tick: 0,
             written: Ok(()),
         })
     }
 
-    /// Takes the next row of the run, for what happened by then.
-    pub fn row(&mut self, row: &TraceRow) {
-        self.story.add(row.sight());
-        let events = self.story.take();
+    /// Takes what happened next.
+    pub fn events(&mut self, events: &[StoryEvent]) {
         self.write(|writer| events.iter().try_for_each(|event| writer.event(event)));
     }
 
-    /// Takes the records of the next ticks.
-    pub fn records(&mut self, records: &[FlightRecord]) {
-        self.write(|writer| records.iter().try_for_each(|record| writer.record(record)));
+    /// Takes the records of the next ticks, of a board that was switched on `booted_us` after the start.
+    pub fn records(&mut self, records: &[FlightRecord], booted_us: u64) {
+        self.write(|writer| {
+            writer.booted_at(booted_us);
+            records.iter().try_for_each(|record| writer.record(record))
+        });
     }
 
-    /// Whether the log is to be read at `now_ms` since the start.
-    pub fn wants_log(&mut self, now_ms: u64) -> bool {
-        let due = now_ms >= self.log_read_ms + LOG_PERIOD_MS;
+    /// Whether the log is to be read before these records are taken, at `now_ms` since the start: from time to time, and at the
+    /// end of a boot, whose last lines stand before the records of the next one.
+    pub fn wants_log(&mut self, now_ms: u64, records: &[FlightRecord]) -> bool {
+        let boots = records.iter().fold((self.last_tick, false), |(last, boots), record| {
+            (record.tick, boots || record.tick <= last)
+        });
+        self.last_tick = boots.0;
+        let due = boots.1 || now_ms >= self.log_read_ms + LOG_PERIOD_MS;
         if due {
             self.log_read_ms = now_ms;
         }
@@ -73,20 +79,15 @@ impl RunRecord {
         self.write(|writer| lines.iter().try_for_each(|line| writer.log(&LogLine::printed(line))));
     }
 
-    /// Completes the file; its name.
+    /// Takes what was under way at the end of the run and the last lines of the log, and completes the file; its name.
     ///
     /// # Errors
     /// [`CommandError`]: what could not be written. What a full disk took is kept.
-    pub fn finish(self) -> Result<PathBuf, CommandError> {
-        let Self {
-            mut writer,
-            story,
-            written,
-            ..
-        } = self;
-        written?;
-        story.told().events.iter().try_for_each(|event| writer.event(event))?;
-        writer.finish()?.finish()
+    pub fn ended(mut self, under_way: &[StoryEvent], log: &[String]) -> Result<PathBuf, CommandError> {
+        self.events(under_way);
+        self.log(log);
+        self.written?;
+        self.writer.finish()?.finish()
     }
 
     fn write(&mut self, write: impl FnOnce(&mut RunWriter<GrowingFile>) -> io::Result<()>) {
@@ -103,11 +104,11 @@ impl RunRecord {
 /// [`CommandError::Checks`]: the replay drives otherwise.
 pub fn replay_ns(vehicle: &Vehicle<f64>, records: &[FlightRecord]) -> Result<f64, CommandError> {
     let vehicle = vehicle_f32(vehicle)?;
-    let mut core = VehicleCore::new(&vehicle, &SCALES);
     let started = Instant::now();
-    let wrong = records
-        .iter()
-        .find(|record| core.step(&record.sample, &record.command).actuation != record.actuation);
+    let wrong = boots(records).find_map(|boot| {
+        let mut core = VehicleCore::new(&vehicle, &SCALES);
+        { boot.iter() }.find(|record| core.step(&record.sample, &record.command).actuation != record.actuation)
+    });
     let ns = started.elapsed().as_nanos() as f64 / records.len().max(1) as f64;
     match wrong {
         None => Ok(ns),

@@ -76,7 +76,7 @@ impl Watched {
         self.measured.add(row);
         self.story.add(row.sight());
         if let Some(record) = &mut self.record {
-            record.row(row);
+            record.events(self.story.new_events());
         }
         if let (Some(report), Ok(())) = (&mut self.report, &self.written) {
             self.written = report.add(row);
@@ -88,12 +88,12 @@ impl Watched {
         let room = self.replayed_max - self.first_records.len();
         self.first_records.extend(records.iter().take(room));
         if let Some(record) = &mut self.record {
-            record.records(&records);
-            if record.wants_log(backend.now_us() / 1000) {
+            if record.wants_log(backend.now_us() / 1000, &records) {
                 let lines = backend.log();
                 record.log(&lines);
                 self.log.extend(lines);
             }
+            record.records(&records, backend.booted_us());
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Where the link tool's lines go: one writer that is checked, so that a closed pipe is an error and no panic.
 
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 
 use report::error::CommandError;
 use report::visible::visible_line;
@@ -25,6 +25,11 @@ impl<O: Write> Console<O> {
     pub fn coloured_line(&mut self, text: &str) -> Result<(), CommandError> {
         writeln!(self.0, "{text}")
             .and_then(|()| self.0.flush())
-            .map_err(|error| CommandError::Other(format!("output: {error}")))
+            .map_err(|error| {
+                CommandError::Other(match error.kind() {
+                    ErrorKind::BrokenPipe => "standard output: nobody reads it any more".to_owned(),
+                    _ => format!("standard output: {error}"),
+                })
+            })
     }
 }

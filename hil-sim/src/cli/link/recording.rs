@@ -99,6 +99,8 @@ pub(super) struct LinkRecording {
     untold_vehicle: bool,
     /// Number of the next block, once there has been one: what went before the first is no loss.
     next: Option<u32>,
+    /// The boot that was recorded last.
+    boot: Option<u32>,
     /// Boot and number of the last status written.
     last_status: Option<(u32, u32)>,
 }
@@ -135,7 +137,7 @@ impl LinkRecording {
             self.recorded.lost += self.next.map_or(0, |next| block.number.wrapping_sub(next));
             self.next = Some(block.number.wrapping_add(1));
             if let Some(identity) = self.unwritten.take() {
-                out.identity(&identity)?;
+                self.meet(&identity, out)?;
                 self.untold_vehicle = out.keeps_all();
             }
             self.recorded.write(block, out)?;
@@ -163,6 +165,20 @@ impl LinkRecording {
         self.log.follow(link, out)
     }
 
+    /// Writes who the board is, and that it starts anew if it has been recorded in another boot.
+    fn meet<O: Write>(&mut self, identity: &Identity, out: &mut RecordWriter<O>) -> Result<(), CommandError> {
+        let boot = identity.about.boot;
+        let boots = self.boot.replace(boot).is_some_and(|known| known != boot);
+        if boots {
+            self.story.end().iter().try_for_each(|event| out.event(event))?;
+        }
+        out.identity(identity)?;
+        if boots {
+            out.event(&self.story.restart())?;
+        }
+        Ok(())
+    }
+
     /// Tells the board to send no more records, and writes the last lines of its log.
     ///
     /// # Errors
@@ -174,7 +190,7 @@ impl LinkRecording {
     ) -> Result<Recorded, CommandError> {
         link.order(Order::Recording { from: None })?;
         if self.unwritten.is_none() {
-            self.story.ended().iter().try_for_each(|event| out.event(event))?;
+            self.story.end().iter().try_for_each(|event| out.event(event))?;
             link.log_from(self.log.from, |block, _| self.log.write(block, out))?;
         }
         Ok(self.recorded)

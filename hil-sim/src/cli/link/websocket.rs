@@ -14,12 +14,16 @@ use tungstenite::{Error, HandshakeError, Message, WebSocket};
 const GREETING_TIME: Duration = Duration::from_secs(5);
 /// Most bytes of one message of a board: it says some ten kilobytes in a go.
 const MESSAGE_MAX: usize = 1 << 20;
+/// Most bytes that wait for a board that does not read. A second of orders is a tenth of it, and what is older helps nobody.
+const OUTPUT_MAX: usize = 1 << 16;
 
 /// The conversation with a served board.
-pub struct WebSocketStream {
-    socket: WebSocket<TcpStream>,
+pub struct WebSocketStream<S = TcpStream> {
+    socket: WebSocket<S>,
     /// What has come and has not been read yet.
     said: VecDeque<u8>,
+    /// Whether the connection had no room for the end of what was written.
+    unwritten: bool,
 }
 
 impl WebSocketStream {
@@ -35,11 +39,7 @@ impl WebSocketStream {
         };
         let in_words = |error: io::Error| error.to_string();
         waits(&stream, GREETING_TIME).map_err(in_words)?;
-        let config = WebSocketConfig::default()
-            .write_buffer_size(0)
-            .max_message_size(Some(MESSAGE_MAX))
-            .max_frame_size(Some(MESSAGE_MAX));
-        let greeted = client_with_config(format!("ws://{address}/"), stream, Some(config));
+        let greeted = client_with_config(format!("ws://{address}/"), stream, Some(config()));
         let (socket, _) = greeted.map_err(|error| match error {
             HandshakeError::Failure(Error::Http(answer)) => format!("the other end refuses: {}", answer.status()),
             HandshakeError::Failure(error) => {
@@ -48,15 +48,36 @@ impl WebSocketStream {
             HandshakeError::Interrupted(_) => "whoever listens there does not answer as a WebSocket does".to_owned(),
         })?;
         waits(socket.get_ref(), patience).map_err(in_words)?;
-        Ok(Self {
-            socket,
-            said: VecDeque::new(),
-        })
+        Ok(Self::new(socket))
     }
 }
 
-impl Read for WebSocketStream {
+/// Bounds of what a board says at once, and of what waits for it.
+fn config() -> WebSocketConfig {
+    WebSocketConfig::default()
+        .write_buffer_size(0)
+        .max_write_buffer_size(OUTPUT_MAX)
+        .max_message_size(Some(MESSAGE_MAX))
+        .max_frame_size(Some(MESSAGE_MAX))
+}
+
+impl<S: Read + Write> WebSocketStream<S> {
+    fn new(socket: WebSocket<S>) -> Self {
+        Self {
+            socket,
+            said: VecDeque::new(),
+            unwritten: false,
+        }
+    }
+}
+
+impl<S: Read + Write> Read for WebSocketStream<S> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        // What waits goes out whether or not more is written. A connection that has no room yet is read all the same.
+        match self.flush() {
+            Err(error) if !is_passing(&error) => return Err(error),
+            _ => {}
+        }
         if self.said.is_empty() {
             match self.socket.read() {
                 Ok(Message::Binary(said)) => self.said.extend(&said),
@@ -81,21 +102,131 @@ impl Read for WebSocketStream {
     }
 }
 
-impl Write for WebSocketStream {
-    /// Takes bytes whole, as one message: what the connection has no room for yet waits for the next write.
+impl<S: Read + Write> Write for WebSocketStream<S> {
+    /// Takes bytes whole, as one message: what the connection has no room for yet goes out with the next flush, read or write.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        // A full buffer takes nothing and writes nothing by itself.
+        let _ = self.flush();
         match self.socket.send(Message::binary(bytes.to_vec())) {
             Ok(()) => Ok(bytes.len()),
-            Err(Error::Io(error)) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {
-                Ok(bytes.len())
-            }
-            Err(Error::Io(error)) => Err(error),
-            Err(Error::ConnectionClosed | Error::AlreadyClosed) => Err(ErrorKind::ConnectionReset.into()),
-            Err(error) => Err(io::Error::other(error.to_string())),
+            Err(Error::WriteBufferFull(_)) => Err(ErrorKind::WouldBlock.into()),
+            Err(error) => match in_io(error) {
+                error if is_passing(&error) => {
+                    self.unwritten = true;
+                    Ok(bytes.len())
+                }
+                error => Err(error),
+            },
         }
     }
 
+    /// Writes what waits, as far as the connection has room.
     fn flush(&mut self) -> io::Result<()> {
+        if self.unwritten {
+            self.socket.flush().map_err(in_io)?;
+            self.unwritten = false;
+        }
         Ok(())
+    }
+}
+
+/// A failed access in the system's words.
+fn in_io(error: Error) -> io::Error {
+    match error {
+        Error::Io(error) => error,
+        Error::ConnectionClosed | Error::AlreadyClosed => ErrorKind::ConnectionReset.into(),
+        error => io::Error::other(error.to_string()),
+    }
+}
+
+/// Whether an access only took too long.
+fn is_passing(error: &io::Error) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
+}
+
+#[cfg(test)]
+mod tests {
+    use tungstenite::protocol::Role;
+
+    use super::*;
+
+    /// A connection that takes so many bytes more, and has nothing to say.
+    struct Narrow {
+        room: usize,
+        taken: Vec<u8>,
+    }
+
+    impl Read for Narrow {
+        fn read(&mut self, _bytes: &mut [u8]) -> io::Result<usize> {
+            Err(ErrorKind::WouldBlock.into())
+        }
+    }
+
+    impl Write for Narrow {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let length = bytes.len().min(self.room);
+            if length == 0 {
+                return Err(ErrorKind::WouldBlock.into());
+            }
+            self.room -= length;
+            self.taken.extend(&bytes[..length]);
+            Ok(length)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    fn narrow(room: usize) -> WebSocketStream<Narrow> {
+        let taken = Vec::new();
+        WebSocketStream::new(WebSocket::from_raw_socket(
+            Narrow { room, taken },
+            Role::Client,
+            Some(config()),
+        ))
+    }
+
+    /// What the other end has heard.
+    fn heard(stream: &WebSocketStream<Narrow>) -> Vec<Vec<u8>> {
+        let taken = io::Cursor::new(stream.socket.get_ref().taken.clone());
+        let mut other = WebSocket::from_raw_socket(taken, Role::Server, None);
+        let messages = std::iter::from_fn(|| other.read().ok());
+        messages.map(|message| message.into_data().to_vec()).collect()
+    }
+
+    #[test]
+    fn what_had_no_room_goes_out_without_a_further_write() {
+        for by_read in [false, true] {
+            let mut stream = narrow(5);
+            stream.write_all(b"disarm").expect("taken");
+            assert!(stream.flush().is_err(), "there is no room");
+            assert!(heard(&stream).is_empty());
+            stream.socket.get_mut().room = 100;
+            if by_read {
+                assert!(stream.read(&mut [0; 8]).is_err(), "nothing is said");
+            } else {
+                stream.flush().expect("there is room");
+            }
+            assert_eq!(heard(&stream), [b"disarm"]);
+        }
+    }
+
+    #[test]
+    fn a_board_that_does_not_read_gets_no_more_than_the_bound_and_hears_again() {
+        let mut stream = narrow(0);
+        let mut taken = 0;
+        for _ in 0..10_000 {
+            match stream.write(&[7; 100]) {
+                Ok(length) => taken += length,
+                Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock),
+            }
+        }
+        assert!((OUTPUT_MAX / 2..=OUTPUT_MAX).contains(&taken), "{taken}");
+        stream.socket.get_mut().room = usize::MAX;
+        stream.write_all(b"newest").expect("taken");
+        let heard = heard(&stream);
+        assert_eq!(heard.last().map(Vec::as_slice), Some(&b"newest"[..]));
+        assert_eq!(heard.len(), taken / 100 + 1);
     }
 }

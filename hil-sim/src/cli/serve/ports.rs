@@ -7,7 +7,7 @@ use std::sync::Arc;
 #[cfg(unix)]
 use std::sync::atomic::AtomicBool;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread;
 #[cfg(unix)]
 use std::time::Duration;
@@ -18,6 +18,9 @@ use super::hub::ClientId;
 
 /// Pieces of output that wait for a client that does not read; further ones are lost to it.
 pub(super) const WAITING_MAX: usize = 256;
+
+/// Things that happened and that the server has not taken yet; clients that say more wait.
+pub const HAPPENED_MAX: usize = 256;
 
 /// What happens at a port.
 pub enum PortEvent {
@@ -63,7 +66,7 @@ fn write_all(waiting: &Receiver<Vec<u8>>, mut to: impl Write) {
 }
 
 /// Reads what a client says until it or the server is gone.
-fn read_all(client: ClientId, mut from: impl Read, events: &Sender<PortEvent>) {
+fn read_all(client: ClientId, mut from: impl Read, events: &SyncSender<PortEvent>) {
     let mut bytes = [0; 1024];
     loop {
         match from.read(&mut bytes) {
@@ -81,7 +84,7 @@ fn read_all(client: ClientId, mut from: impl Read, events: &Sender<PortEvent>) {
 }
 
 /// Begins to serve one client.
-pub type Serve = fn(TcpStream, Sender<PortEvent>) -> std::io::Result<()>;
+pub type Serve = fn(TcpStream, SyncSender<PortEvent>) -> std::io::Result<()>;
 
 /// Listens at the address that `flag` names, lets `serve` begin with each client, and returns the address, with the port
 /// that the system chose for port 0.
@@ -91,7 +94,7 @@ pub type Serve = fn(TcpStream, Sender<PortEvent>) -> std::io::Result<()>;
 pub fn listen(
     flag: &str,
     address: SocketAddr,
-    events: Sender<PortEvent>,
+    events: SyncSender<PortEvent>,
     serve: Serve,
 ) -> Result<SocketAddr, CommandError> {
     let wrong = |error: std::io::Error| CommandError::Input(format!("{flag} {address}: {error}"));
@@ -113,7 +116,7 @@ pub fn listen(
 ///
 /// # Errors
 /// Those of the socket.
-pub fn serve_tcp(stream: TcpStream, events: Sender<PortEvent>) -> std::io::Result<()> {
+pub fn serve_tcp(stream: TcpStream, events: SyncSender<PortEvent>) -> std::io::Result<()> {
     stream.set_nodelay(true)?;
     let name = format!("tcp {}", stream.peer_addr()?);
     let (writer, client) = (stream.try_clone()?, next_client());
@@ -130,7 +133,7 @@ pub fn serve_tcp(stream: TcpStream, events: Sender<PortEvent>) -> std::io::Resul
 /// # Errors
 /// [`CommandError::Other`]: the system gives none.
 #[cfg(unix)]
-pub fn open_pty(events: Sender<PortEvent>) -> Result<String, CommandError> {
+pub fn open_pty(events: SyncSender<PortEvent>) -> Result<String, CommandError> {
     use serialport::{SerialPort, TTYPort};
 
     let failed = |error: serialport::Error| CommandError::Other(format!("--pty: {error}"));
@@ -150,7 +153,7 @@ const LOOK: Duration = Duration::from_millis(20);
 
 /// Serves one client of the pseudo-terminal after the other, until the server is gone.
 #[cfg(unix)]
-fn serve_pty(mut board: serialport::TTYPort, name: &str, events: &Sender<PortEvent>) {
+fn serve_pty(mut board: serialport::TTYPort, name: &str, events: &SyncSender<PortEvent>) {
     let mut bytes = [0; 1024];
     let mut client: Option<(ClientId, Arc<AtomicBool>)> = None;
     loop {
@@ -214,8 +217,111 @@ fn write_pty(waiting: &Receiver<Vec<u8>>, mut to: serialport::TTYPort, still: &A
 /// # Errors
 /// Always [`CommandError::Input`].
 #[cfg(not(unix))]
-pub fn open_pty(_events: Sender<PortEvent>) -> Result<String, CommandError> {
+pub fn open_pty(_events: SyncSender<PortEvent>) -> Result<String, CommandError> {
     Err(CommandError::Input(
         "--pty: this system has no pseudo-terminals; --tcp works".into(),
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::Ipv4Addr;
+    use std::sync::mpsc::Receiver;
+    use std::time::Duration;
+
+    use tungstenite::Message;
+
+    use super::super::websocket::serve_websocket;
+    use super::*;
+
+    /// After this time a test gives up instead of hanging; nothing is measured by it.
+    const GIVE_UP: Duration = Duration::from_mins(1);
+    const PIECE: usize = 16 << 10;
+    /// Pieces that are sent to a client that does not read, 64 MB: more than the system keeps for a connection, some MB on
+    /// each side of it, and more than waits in the server.
+    const PIECES: u32 = 4096;
+
+    /// A port, and what happens there.
+    fn port(serve: Serve) -> (SocketAddr, Receiver<PortEvent>) {
+        let (events, happened) = sync_channel(HAPPENED_MAX);
+        let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
+        (listen("--tcp", any, events, serve).expect("a port"), happened)
+    }
+
+    fn came(happened: &Receiver<PortEvent>) -> ClientOutput {
+        match happened.recv_timeout(GIVE_UP).expect("a client") {
+            PortEvent::Came(_, _, output) => output,
+            PortEvent::Said(..) | PortEvent::Left(_) => panic!("nobody has come yet"),
+        }
+    }
+
+    /// Sends numbered pieces while nobody reads. That this ends shows that nobody waits for the client.
+    fn send_all(output: &ClientOutput) {
+        for number in 0..PIECES {
+            assert!(output.send(&piece(number)), "the client is there");
+            // As a board does, which leaves the port's thread time to fill whatever room there is.
+            thread::sleep(Duration::from_micros(100));
+        }
+    }
+
+    fn piece(number: u32) -> Vec<u8> {
+        let mut piece = vec![0; PIECE];
+        piece[..4].copy_from_slice(&number.to_le_bytes());
+        piece
+    }
+
+    /// Sends the last piece until the client, which reads again, has it: how many pieces the client has heard by then.
+    fn heard_again(output: &ClientOutput, mut hear: impl FnMut() -> Vec<u8> + Send + 'static) -> usize {
+        let (told, heard) = std::sync::mpsc::channel();
+        thread::spawn(move || {
+            let mut pieces = 0;
+            loop {
+                let piece = hear();
+                assert_eq!(piece.len(), PIECE, "whole pieces");
+                pieces += 1;
+                if piece[..4] == PIECES.to_le_bytes() {
+                    let _ = told.send(pieces);
+                    return;
+                }
+            }
+        });
+        let begun = std::time::Instant::now();
+        loop {
+            output.send(&piece(PIECES));
+            if let Ok(pieces) = heard.recv_timeout(Duration::from_millis(5)) {
+                return pieces;
+            }
+            assert!(begun.elapsed() < GIVE_UP, "the client hears nothing any more");
+        }
+    }
+
+    /// A client that does not read holds up nobody and takes bounded room; when it reads again, it hears what is new.
+    #[test]
+    fn a_client_that_does_not_read_loses_what_there_is_no_room_for() {
+        let (address, happened) = port(serve_tcp);
+        let mut silent = TcpStream::connect(address).expect("connects");
+        let output = came(&happened);
+        send_all(&output);
+        let over_tcp = heard_again(&output, move || {
+            let mut piece = vec![0; PIECE];
+            silent.read_exact(&mut piece).expect("the server speaks");
+            piece
+        });
+
+        let (address, happened) = port(serve_websocket);
+        let stream = TcpStream::connect(address).expect("connects");
+        let (mut silent, _) = tungstenite::client(format!("ws://{address}/"), stream).expect("greeted");
+        let output = came(&happened);
+        send_all(&output);
+        let over_websocket = heard_again(&output, move || {
+            loop {
+                if let Message::Binary(piece) = silent.read().expect("the server speaks") {
+                    return piece.to_vec();
+                }
+            }
+        });
+        for heard in [over_tcp, over_websocket] {
+            assert!(heard < PIECES as usize / 2, "{heard} of {PIECES} pieces were kept");
+        }
+    }
 }

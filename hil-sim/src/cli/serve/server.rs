@@ -12,7 +12,7 @@ use virtual_board::scenario::{Backend, Observation, Scenario};
 
 use super::hub::{ClientId, Hub};
 use super::pace::Pace;
-use super::ports::{ClientOutput, PortEvent};
+use super::ports::{ClientOutput, HAPPENED_MAX, PortEvent};
 
 /// How long the server waits for a client's bytes before the board goes on.
 const PATIENCE: Duration = Duration::from_millis(1);
@@ -49,12 +49,18 @@ impl<B: Backend, C: FnMut(&mut B) -> Result<(), CommandError>> Server<B, C> {
         }
     }
 
-    /// Serves until `ended`.
+    /// Serves until `ended`, and prints the board's log to its last line, whatever ends the board.
     ///
     /// # Errors
     /// The board cannot go on, the vehicle has left the range in which the plant's equations hold, every port is closed, or
     /// nobody takes what is printed.
-    pub fn serve(
+    pub fn serve(&mut self, events: &Receiver<PortEvent>, pace: Pace, ended: &AtomicBool) -> Result<(), CommandError> {
+        let served = self.serve_on(events, pace, ended);
+        let printed = self.print_log();
+        served.and(printed)
+    }
+
+    fn serve_on(
         &mut self,
         events: &Receiver<PortEvent>,
         mut pace: Pace,
@@ -74,7 +80,8 @@ impl<B: Backend, C: FnMut(&mut B) -> Result<(), CommandError>> Server<B, C> {
                     return Err(CommandError::Other("every port is closed".into()));
                 }
             }
-            while let Ok(event) = events.try_recv() {
+            // No more in a turn than can wait: the board's time goes on, however much a client says.
+            for event in events.try_iter().take(HAPPENED_MAX) {
                 self.take(event)?;
             }
             let now_us = begun.elapsed().as_micros() as u64;
@@ -119,14 +126,17 @@ impl<B: Backend, C: FnMut(&mut B) -> Result<(), CommandError>> Server<B, C> {
         }
         self.log_age_ms += ms;
         if self.log_age_ms >= LOG_PERIOD_MS {
-            self.log_age_ms = 0;
-            for line in self.backend.log() {
-                print(&format!("{line}\n"))?;
-            }
+            self.print_log()?;
         }
         let mut validity = Ok(());
         self.backend.plant(&mut |plant| validity = plant.validity());
         validity.map_err(|invalid| CommandError::Checks(invalid.to_string()))
+    }
+
+    fn print_log(&mut self) -> Result<(), CommandError> {
+        self.log_age_ms = 0;
+        let mut lines = self.backend.log().into_iter();
+        lines.try_for_each(|line| print(&format!("{line}\n")))
     }
 
     fn take(&mut self, event: PortEvent) -> Result<(), CommandError> {

@@ -2,7 +2,7 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, Ipv6Addr, TcpStream};
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread;
 use std::time::Duration;
 
@@ -31,7 +31,7 @@ const NOT_A_WEBSOCKET: &str = "HTTP/1.1 400 Bad Request\r\nContent-Type: text/pl
 ///
 /// # Errors
 /// Those of the socket.
-pub fn serve_websocket(stream: TcpStream, events: Sender<PortEvent>) -> io::Result<()> {
+pub fn serve_websocket(stream: TcpStream, events: SyncSender<PortEvent>) -> io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(QUESTION_TIME))?;
     let name = format!("websocket {}", stream.peer_addr()?);
@@ -109,7 +109,7 @@ pub fn is_local_host(host: &str) -> bool {
 }
 
 /// Carries bytes both ways until client or server is gone.
-fn converse(mut socket: WebSocket<TcpStream>, name: String, events: &Sender<PortEvent>) -> io::Result<()> {
+fn converse(mut socket: WebSocket<TcpStream>, name: String, events: &SyncSender<PortEvent>) -> io::Result<()> {
     socket.get_ref().set_read_timeout(Some(PATIENCE))?;
     socket.get_ref().set_write_timeout(Some(PATIENCE))?;
     let client = next_client();
@@ -127,16 +127,23 @@ fn converse(mut socket: WebSocket<TcpStream>, name: String, events: &Sender<Port
     Ok(())
 }
 
-/// Writes what waits for a client; whether client and server are still there.
+/// Writes what waits for a client, as far as the client takes it; whether client and server are still there. What a client
+/// that does not read has no room for waits on, in bounded room, and goes first when the client reads again.
 fn write_waiting<S: Read + Write>(socket: &mut WebSocket<S>, waiting: &Receiver<Vec<u8>>) -> bool {
     loop {
+        // A full buffer takes nothing and writes nothing by itself.
+        match socket.flush() {
+            Ok(()) => {}
+            Err(error) if is_passing(&error) => return true,
+            Err(_) => return false,
+        }
         let bytes = match waiting.try_recv() {
             Ok(bytes) => bytes,
             Err(TryRecvError::Empty) => return true,
             Err(TryRecvError::Disconnected) => return false,
         };
         match socket.send(Message::binary(bytes)) {
-            // A client that does not read loses what there is no room for.
+            // A go that is larger than the buffer is lost.
             Ok(()) | Err(Error::WriteBufferFull(_)) => {}
             Err(error) if is_passing(&error) => {}
             Err(_) => return false,

@@ -25,6 +25,8 @@ pub struct Observation {
 pub trait Backend {
     /// Time since the start, us.
     fn now_us(&self) -> u64;
+    /// When the board was switched on last, us since the start.
+    fn booted_us(&self) -> u64;
     /// Runs through instants since the start, in us and in order, and is observed at each.
     fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(&mut Observation));
     /// Keeps the records of the ticks from now on, for [`Backend::take_records`].
@@ -62,6 +64,10 @@ impl VirtualBackend {
 impl Backend for VirtualBackend {
     fn now_us(&self) -> u64 {
         self.board.now_us()
+    }
+
+    fn booted_us(&self) -> u64 {
+        self.board.booted_us()
     }
 
     fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(&mut Observation)) {

@@ -181,6 +181,7 @@ impl Span {
 pub struct Story {
     events: Vec<StoryEvent>,
     dropped: u64,
+    new: Vec<StoryEvent>,
     mode: Option<Mode>,
     faults: FaultSet,
     refused_arms: u32,
@@ -202,6 +203,7 @@ pub struct RunStory {
 impl Story {
     /// Takes what is seen next.
     pub fn add(&mut self, sight: Sight<'_>) {
+        self.new.clear();
         let (status, time_s) = (sight.status, sight.time_s());
         if status.tick < self.tick {
             self.tell(time_s, EventKind::Restart, "the board starts anew".to_owned());
@@ -248,17 +250,23 @@ impl Story {
         }
     }
 
-    /// Takes what is over by now.
-    pub fn take(&mut self) -> Vec<StoryEvent> {
-        std::mem::take(&mut self.events)
+    /// What the last sight has told: every event once, also those that are only counted.
+    pub fn new_events(&self) -> &[StoryEvent] {
+        &self.new
+    }
+
+    /// What is still under way, as if it ended now.
+    pub fn under_way(&self) -> Vec<StoryEvent> {
+        let spells = SPELLS.iter().zip(&self.spells);
+        spells
+            .filter_map(|(spell, span)| Some(spell_event(spell, span.as_ref()?)))
+            .collect()
     }
 
     /// What happened, with what is still under way.
     pub fn told(mut self) -> RunStory {
-        for (spell, span) in SPELLS.iter().zip(self.spells) {
-            if let Some(span) = span {
-                self.keep(spell_event(spell, &span));
-            }
+        for event in self.under_way() {
+            self.keep(event);
         }
         // A spell is told when it ends, but stands where it began.
         self.events.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
@@ -292,6 +300,7 @@ impl Story {
     }
 
     fn keep(&mut self, event: StoryEvent) {
+        self.new.push(event.clone());
         if self.events.len() < EVENTS_MAX {
             self.events.push(event);
         } else {
