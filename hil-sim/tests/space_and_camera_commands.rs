@@ -150,6 +150,7 @@ fn coupled_prints_the_run_or_the_limit() {
         "psi_max_deg",
         "psi_rate",
         "t",
+        "taken",
         "theta",
         "theta_rate",
         "v",
@@ -161,7 +162,7 @@ fn coupled_prints_the_run_or_the_limit() {
     let limit = json("coupled --critical --controlled false --kr 0.15");
     assert_eq!(
         (keys(&limit), &limit["outcome"]),
-        (vec!["critical", "outcome"], &Value::from("whirl"))
+        (vec!["critical", "outcome", "taken"], &Value::from("whirl"))
     );
     assert!((number(&limit, "critical") - 4.0847).abs() < 5e-5);
     assert_eq!(json("coupled --critical --kr 0.15")["outcome"], "tumble");

@@ -42,11 +42,26 @@ pub enum SettingsError {
         allowed: String,
     },
     /// The changed vehicle is none.
-    #[error("plant.vehicle: {0}")]
+    #[error("plant.vehicle.{0}")]
     Vehicle(ParameterError),
     /// The curve of the open-circuit voltage is none.
     #[error("plant.battery.open_circuit_v: {0}")]
     Curve(&'static str),
+}
+
+impl SettingsError {
+    /// The field that the error is about, as a path in the scenario.
+    pub fn field(&self) -> String {
+        match self {
+            Self::OutOfRange { field, .. } => field.clone(),
+            Self::UnknownField { name, .. } => format!("plant.vehicle.{name}"),
+            Self::Vehicle(error) => {
+                let (group, field) = error.place();
+                format!("plant.vehicle.{group}.{field}")
+            }
+            Self::Curve(_) => "plant.battery.open_circuit_v".to_owned(),
+        }
+    }
 }
 
 /// Refuses a value outside its range, NaN included.

@@ -1,12 +1,13 @@
 //! `hil-sim bounds`: a scenario's bounds beside what its metrics come to over many seeds.
 
-use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::Args;
 use report::error::CommandError;
 use report::output::{print, print_coloured, print_json};
+
+use virtual_board::scenario::metrics::{self, MetricKind};
 
 use super::drive::seeds::{Spread, Spreads, spreads, table};
 use super::{campaign, drive};
@@ -72,15 +73,37 @@ fn suggestion(spreads: &Spreads) -> String {
          # replace each by what the vehicle is asked for, and say why.\n[metrics]\n",
         spreads.seeds[0], spreads.seeds[1]
     );
-    for Spread { name, least, most, .. } in &spreads.metrics {
-        _ = writeln!(
-            text,
-            "{name} = [{:?}, {:?}]",
-            outward(*least, false),
-            outward(*most, true)
-        );
+    for spread in &spreads.metrics {
+        text.push_str(&line(spread));
+        text.push('\n');
     }
     text
+}
+
+/// The line of one metric: measured numbers rounded outward, whole numbers as they are, and what has names by its names.
+fn line(spread: &Spread) -> String {
+    let Spread {
+        name,
+        least,
+        most,
+        named,
+        ..
+    } = spread;
+    match (metrics::kind(name), &named[..]) {
+        (Some(MetricKind::Measured) | None, _) => {
+            format!("{name} = [{:?}, {:?}]", outward(*least, false), outward(*most, true))
+        }
+        (_, [names]) => format!("{name} = {names:?}"),
+        (_, []) => format!("{name} = [{least:?}, {most:?}]"),
+        // No bound allows these and nothing else: it would allow what was never seen.
+        (_, several) => {
+            let several: Vec<String> = several.iter().map(|names| format!("{names:?}")).collect();
+            format!(
+                "# {name}: not the same with every seed, so there is no one bound: {}",
+                several.join(" or ")
+            )
+        }
+    }
 }
 
 /// `value` to two digits, rounded up or down.
@@ -99,6 +122,37 @@ fn outward(value: f64, up: bool) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_set_of_faults_is_suggested_by_its_names_and_counts_as_they_are() {
+        let of = |name, least, most, named: &[&[&'static str]]| {
+            line(&Spread {
+                name,
+                least,
+                median: least,
+                most,
+                named: named.iter().map(|names| names.to_vec()).collect(),
+                bounds: None,
+                out_of_bounds: 0,
+            })
+        };
+        assert_eq!(of("armed_s", 10.123, 10.123, &[]), "armed_s = [10.0, 11.0]");
+        assert_eq!(
+            of("late_ticks", 12_345.0, 12_345.0, &[]),
+            "late_ticks = [12345.0, 12345.0]"
+        );
+        assert_eq!(
+            of("faults", 2048.0, 2048.0, &[&["Whirl", "Slip"]]),
+            r#"faults = ["Whirl", "Slip"]"#
+        );
+        assert_eq!(of("faults", 0.0, 0.0, &[&[]]), "faults = []");
+        assert_eq!(of("final_mode", 1.0, 1.0, &[&["armed"]]), r#"final_mode = ["armed"]"#);
+        let several = of("faults", 0.0, 3.0, &[&[], &["EmergencyStop", "BridgeBreak"]]);
+        assert!(
+            several.starts_with('#') && several.ends_with(r#"[] or ["EmergencyStop", "BridgeBreak"]"#),
+            "{several}"
+        );
+    }
 
     #[test]
     fn suggestions_round_outward() {

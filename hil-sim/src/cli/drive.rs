@@ -54,7 +54,8 @@ pub struct Arguments {
     /// Seed of the sensors' noise, instead of the scenario's
     #[arg(long, value_parser = crate::cli::campaign::seed, allow_negative_numbers = true)]
     pub seed: Option<u64>,
-    /// First and last seed: one run for each, on all cores, and a table of what they spread over
+    /// First and last seed: one run for each, on all cores, and a table of what they spread over. Writes no files: not with
+    /// --out, --record or --seed, which give one run
     #[arg(long, value_parser = crate::cli::campaign::seeds, value_name = "FIRST:LAST", conflicts_with_all = ["seed", "out"])]
     pub seeds: Option<RangeInclusive<u64>>,
     /// Leave the scenario's bounds aside: the run is reported, not judged

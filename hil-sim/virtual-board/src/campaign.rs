@@ -9,7 +9,6 @@ use std::path::{Path, PathBuf};
 
 use firmware::drive_board::SCALES;
 use model::vehicle::Vehicle;
-use plant::Plant;
 use serde::{Serialize, Serializer};
 use toml::Value;
 
@@ -88,13 +87,6 @@ fn metrics_by_name<S: Serializer>(metrics: &[MetricValue], serializer: S) -> Res
     by_name.serialize(serializer)
 }
 
-/// The simulated vehicle at the start of a scenario.
-fn plant(scenario: &Scenario, simulated: &Vehicle<f64>) -> Result<Plant, CampaignError> {
-    scenario
-        .plant(simulated)
-        .map_err(|error| CampaignError::Setup(scenario.title.clone(), error))
-}
-
 /// The numbers of part `index` of `count` of `runs`, counted from 1: parts follow each other without gap and overlap.
 pub fn part(runs: u64, index: u64, count: u64) -> Range<u64> {
     let edge = |i: u64| (u128::from(runs) * u128::from(i) / u128::from(count.max(1))) as u64;
@@ -136,7 +128,7 @@ impl Campaign {
             .ok_or(CampaignError::TooMany("runs", RUNS_MAX))?;
         for combination in 0..combinations {
             let (scenario, _, simulated) = campaign.prepare(combination * campaign.seed_count())?;
-            plant(&scenario, &simulated)?;
+            scenario.plant(&simulated)?;
         }
         Ok(campaign)
     }
@@ -231,7 +223,7 @@ impl Campaign {
     /// [`CampaignError::Board`] if the board does not boot, as on a thread that runs another one.
     pub fn run(&self, run: u64) -> Result<RunResult, CampaignError> {
         let (scenario, told, simulated) = self.prepare(run)?;
-        let plant = plant(&scenario, &simulated)?;
+        let plant = scenario.plant(&simulated)?;
         let mut backend = VirtualBackend::boot(&told, plant)?;
         let JudgedRun {
             verdict,

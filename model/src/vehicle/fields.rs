@@ -12,6 +12,9 @@ pub enum LeftOut {
     Value(f64),
     /// What follows from the file's other values.
     Rule(Rule),
+    /// Of a part that a vehicle without a camera spar does not have: such a vehicle has this value, which nothing reads. The
+    /// file of one with a spar must give it.
+    OfSpar(f64),
 }
 
 /// The rules by which a field follows from others
@@ -41,6 +44,8 @@ pub struct Field {
     pub max: f64,
     /// What holds for a vehicle file that leaves the field out.
     pub left_out: LeftOut,
+    /// Whether it counts things, so that only whole numbers are values.
+    pub whole: bool,
     /// Names of the values 0, 1, ... of a choice, in order; empty for a number. Vehicle files write the name.
     pub choices: &'static [&'static str],
 }
@@ -63,9 +68,13 @@ impl fmt::Display for OutOfRange {
             min,
             max,
             choices,
+            whole,
             ..
         } = *self.field;
         write!(f, "{}.{name} = {}: allowed is {min} to {max}", self.group, self.value)?;
+        if whole {
+            f.write_str(", a whole number")?;
+        }
         for (value, choice) in choices.iter().enumerate() {
             write!(f, "{} {value} ({choice})", if value == 0 { ":" } else { "," })?;
         }
@@ -84,12 +93,17 @@ impl Field {
         let is_bound = is_single && (single == self.min as f32 || single == self.max as f32);
         // Written so that NaN is refused.
         let within = (value >= self.min && value <= self.max) || is_bound;
-        within && (self.choices.is_empty() || self.choice(value).is_some())
+        let counts = !self.whole || libm::trunc(value) == value;
+        within && counts && (self.choices.is_empty() || self.choice(value).is_some())
     }
 
-    /// Whether a vehicle file may leave it out.
-    pub fn is_optional(&self) -> bool {
-        self.left_out != LeftOut::Refused
+    /// Whether the file of a vehicle with or without a camera spar may leave it out.
+    pub fn is_optional(&self, with_spar: bool) -> bool {
+        match self.left_out {
+            LeftOut::Refused => false,
+            LeftOut::OfSpar(_) => !with_spar,
+            LeftOut::Value(_) | LeftOut::Rule(_) => true,
+        }
     }
 
     /// The name of a choice's value; `None` for a number, and for a value that is no choice.
@@ -126,15 +140,19 @@ pub(crate) trait Group<T> {
 }
 
 /// Defines a group of parameters: a plain struct over the number type, and the table of its fields. A field that a vehicle file
-/// may leave out has its value after `or`, or its rule after `by`.
+/// may leave out has its value after `or`, or its rule after `by`; one that only a spar has a use for, its value without one
+/// after `bare`. A count is `in counts`.
 macro_rules! parameter_group {
     (@left_out) => { $crate::vehicle::fields::LeftOut::Refused };
     (@left_out or $value:literal) => { $crate::vehicle::fields::LeftOut::Value($value as f64) };
+    (@left_out bare $value:literal) => { $crate::vehicle::fields::LeftOut::OfSpar($value as f64) };
+    (@whole) => { false };
+    (@whole $whole:ident) => { true };
     (@left_out by $rule:ident) => { $crate::vehicle::fields::LeftOut::Rule($crate::vehicle::fields::Rule::$rule) };
     (
         $(#[doc = $doc:literal])*
         $name:ident {
-            $( $(#[doc = $meaning:literal])+ $field:ident: $min:literal to $max:literal $(or $value:literal)? $(by $rule:ident)? $(: $($choice:literal),+)?, )+
+            $( $(#[doc = $meaning:literal])+ $field:ident: $min:literal to $max:literal $(in $whole:ident)? $(or $value:literal)? $(bare $bare:literal)? $(by $rule:ident)? $(: $($choice:literal),+)?, )+
         }
     ) => {
         $(#[doc = $doc])*
@@ -151,7 +169,8 @@ macro_rules! parameter_group {
                     meaning: concat!($($meaning),+),
                     min: $min as f64,
                     max: $max as f64,
-                    left_out: parameter_group!(@left_out $(or $value)? $(by $rule)?),
+                    left_out: parameter_group!(@left_out $(or $value)? $(bare $bare)? $(by $rule)?),
+                    whole: parameter_group!(@whole $($whole)?),
                     choices: &[$($($choice),+)?],
                 }, )+
             ];

@@ -10,6 +10,7 @@ pub mod fields;
 mod groups;
 mod models;
 mod parameters;
+mod relations;
 mod renamed;
 mod rules;
 mod scales;
@@ -22,6 +23,7 @@ pub use parameters::{
     BatteryParameters, BodyParameters, ControlParameters, EstimatorParameters, ImuParameters, MotorParameters,
     SafetyParameters, SparParameters,
 };
+pub use relations::{RELATIONS, Relation};
 pub use renamed::RENAMED;
 pub use rules::TurningDrive;
 pub use scales::{Scales, SparScales};
@@ -92,6 +94,29 @@ impl fmt::Display for ParameterError {
     }
 }
 
+impl Relation {
+    /// The error of a value that breaks the rule, whose bound is `bound` here.
+    fn broken(&self, value: f64, bound: f64) -> ParameterError {
+        ParameterError::Inconsistent {
+            group: self.group,
+            field: self.field,
+            value,
+            rule: self.rule,
+            bound,
+        }
+    }
+}
+
+impl ParameterError {
+    /// The group (table of the vehicle file) and the field that the error is about.
+    pub fn place(&self) -> (&'static str, &'static str) {
+        match *self {
+            Self::OutOfRange(OutOfRange { group, field, .. }) => (group, field.name),
+            Self::Inconsistent { group, field, .. } | Self::Unstable { group, field, .. } => (group, field),
+        }
+    }
+}
+
 impl core::error::Error for ParameterError {}
 
 impl From<OutOfRange> for ParameterError {
@@ -117,77 +142,36 @@ impl<T: Real> Vehicle<T> {
     pub fn new(parameters: VehicleParameters<T>) -> Result<Self, ParameterError> {
         let p = &parameters;
         p.check()?;
-        let less = |group, field, value: T, bound: T, rule| {
+        let less = |relation: &Relation, value: T, bound: T| {
             if value < bound {
                 Ok(())
             } else {
-                Err(ParameterError::Inconsistent {
-                    group,
-                    field,
-                    value: value.to_f64(),
-                    rule,
-                    bound: bound.to_f64(),
-                })
+                Err(relation.broken(value.to_f64(), bound.to_f64()))
             }
         };
-        less(
-            "body",
-            "arm_mass_kg",
-            p.body.arm_mass_kg,
-            p.body.total_mass_kg,
-            "must be less than total_mass_kg, so that alpha = arm_mass_kg / total_mass_kg is between 0 and 1",
-        )?;
-        less(
-            "battery",
-            "minimum_v",
-            p.battery.minimum_v,
-            p.battery.nominal_v,
-            "must be less than nominal_v",
-        )?;
-        less(
-            "battery",
-            "nominal_v",
-            p.battery.nominal_v,
-            p.battery.maximum_v,
-            "must be less than maximum_v",
-        )?;
-        less(
-            "drive_motor",
-            "current_limit_a",
-            p.drive_motor.current_limit_a,
-            p.safety.overcurrent_a,
-            "must be less than safety.overcurrent_a",
-        )?;
-        if let Some((_, motor)) = &p.spar {
-            less(
-                "ballast_motor",
-                "current_limit_a",
-                motor.current_limit_a,
-                p.safety.overcurrent_a,
-                "must be less than safety.overcurrent_a",
-            )?;
+        less(&relations::ARM_MASS, p.body.arm_mass_kg, p.body.total_mass_kg)?;
+        less(&relations::MINIMUM_VOLTAGE, p.battery.minimum_v, p.battery.nominal_v)?;
+        less(&relations::MAXIMUM_VOLTAGE, p.battery.nominal_v, p.battery.maximum_v)?;
+        let overcurrent_a = p.safety.overcurrent_a;
+        less(&relations::DRIVE_CURRENT, p.drive_motor.current_limit_a, overcurrent_a)?;
+        if let Some(motor) = p.ballast_motor() {
+            less(&relations::BALLAST_CURRENT, motor.current_limit_a, overcurrent_a)?;
         }
         let vehicle = Self { parameters };
         if vehicle.speed_law() == SpeedLawChoice::SwingDamped {
             // Eq. 3.25 with kp at or above the total damping is unstable (erratum E2): refuse it here. The landing law
             // reads no kp.
-            less(
-                "control",
-                "kp",
-                p.control.kp,
-                vehicle.planar(T::ZERO).zeta,
-                "must be less than the total damping zeta, or Eq. 3.25 is unstable",
-            )?;
+            less(&relations::SPEED_GAIN, p.control.kp, vehicle.planar(T::ZERO).zeta)?;
         }
         if let (Some(camera), Some(gains)) = (vehicle.camera(), vehicle.spar_gains())
             && !camera.is_stable_under(&gains)
         {
+            let Relation { group, field, rule, .. } = relations::SPAR_GAINS;
             return Err(ParameterError::Unstable {
-                group: "spar",
-                field: "spar_gain",
+                group,
+                field,
                 value: gains[0].to_f64(),
-                rule: "with the other three gains it must hold this spar; set all four to 0 and ask \
-                       `hil-sim lqr --vehicle` for gains that do",
+                rule,
             });
         }
         Ok(vehicle)
@@ -201,33 +185,19 @@ impl<T: Real> Vehicle<T> {
     /// The first limit that is out of the sensors' ranges.
     pub fn check_on(&self, ranges: &SensorRanges) -> Result<(), ParameterError> {
         let p = &self.parameters;
-        for (group, field, value, bound, rule) in [
+        for (relation, value, bound) in [
+            (relations::MEASURED_VOLTAGE, p.battery.maximum_v, ranges.battery_max_v),
             (
-                "battery",
-                "maximum_v",
-                p.battery.maximum_v,
-                ranges.battery_max_v,
-                "must be at most what the board's voltage sensor measures",
-            ),
-            (
-                "safety",
-                "overcurrent_a",
+                relations::MEASURED_CURRENT,
                 p.safety.overcurrent_a,
                 ranges.current_max_a,
-                "must be at most what the board's current sensors measure",
             ),
         ] {
             let (value, bound) = (value.to_f64(), f64::from(bound));
             // Written so that a value that is not a number is refused.
             let measured = value <= bound;
             if !measured {
-                return Err(ParameterError::Inconsistent {
-                    group,
-                    field,
-                    value,
-                    rule,
-                    bound,
-                });
+                return Err(relation.broken(value, bound));
             }
         }
         Ok(())

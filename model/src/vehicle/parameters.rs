@@ -51,7 +51,7 @@ parameter_group! {
         /// Coulomb friction at the gearbox output.
         coulomb_friction_n_m: 0.0 to 100.0,
         /// Encoder counts (four per line) per turn of the motor shaft.
-        encoder_counts_per_rev: 4.0 to 65536.0,
+        encoder_counts_per_rev: 4.0 to 65536.0 in counts,
     }
 }
 
@@ -89,7 +89,7 @@ parameter_group! {
         /// Distance of the arm IMU from the axle, positive towards the arm's centre of mass.
         arm_radius_m: -2.0 to 2.0,
         /// Distance of the spar IMU above the axle, along the spar.
-        spar_radius_m: -5.0 to 5.0,
+        spar_radius_m: -5.0 to 5.0 bare 0.0,
     }
 }
 
@@ -169,7 +169,7 @@ parameter_group! {
         /// Arm angle beyond which the vehicle is about to whirl (a fault).
         phi_max_rad: 0.2 to 3.1 or 1.4,
         /// Spar angle beyond which the ballast motor is switched off.
-        spar_max_rad: 0.1 to 3.1,
+        spar_max_rad: 0.1 to 3.1 bare 1.3,
         /// Measured motor current beyond which there is a fault.
         overcurrent_a: 0.1 to 1000.0,
         /// Largest age of a sensor sample that is used.

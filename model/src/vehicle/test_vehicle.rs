@@ -31,7 +31,7 @@ pub(crate) fn reference() -> Vehicle<f32> {
         VehicleParameters::try_from_source(true, |table, field| match (value(table, field), field.left_out) {
             (Some(value), _) | (None, LeftOut::Value(value)) => Ok(value),
             (None, LeftOut::Rule(_)) => Ok(field.min),
-            (None, LeftOut::Refused) => Err(field.name),
+            (None, LeftOut::Refused | LeftOut::OfSpar(_)) => Err(field.name),
         })
         .expect("every field is there");
     parameters.follow_rules(|table, field| value(table, field).is_none());

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use model::vehicle::{RELATIONS, Relation};
+
 use super::*;
 use crate::error::quoted;
 
@@ -66,11 +68,13 @@ fn the_page_names_every_field() {
             min,
             max,
             left_out,
+            whole,
             choices,
         } = field;
         let (unit, meaning) = (unit(name), meaning.trim());
         let allowed = if choices.is_empty() {
-            format!("{min} to {max}")
+            let kind = if *whole { ", whole" } else { "" };
+            format!("{min} to {max}{kind}")
         } else {
             quoted(choices)
         };
@@ -82,6 +86,7 @@ fn the_page_names_every_field() {
         let default = match left_out {
             LeftOut::Refused => String::new(),
             LeftOut::Value(value) => shown(*value),
+            LeftOut::OfSpar(_) => "allowed without a spar".to_owned(),
             LeftOut::Rule(_) => "[by rule](control.md#gains-by-rule)".to_owned(),
         };
         let value = shown(value);
@@ -91,6 +96,21 @@ fn the_page_names_every_field() {
         );
     }
     generated::check("vehicle-file.md", "fields", &text);
+}
+
+#[test]
+fn the_page_names_every_rule_between_fields() {
+    let mut text = String::from("| Field | Rule | Why |\n|---|---|---|\n");
+    for Relation {
+        group,
+        field,
+        rule,
+        why,
+    } in RELATIONS
+    {
+        let _ = writeln!(text, "| `{group}.{field}` | {rule} | {why} |");
+    }
+    generated::check("vehicle-file.md", "relations", &text);
 }
 
 #[test]
@@ -107,7 +127,7 @@ fn the_page_names_every_planar_field() {
     {
         let default = match left_out {
             LeftOut::Value(value) => value.to_string(),
-            LeftOut::Refused | LeftOut::Rule(_) => String::new(),
+            LeftOut::Refused | LeftOut::Rule(_) | LeftOut::OfSpar(_) => String::new(),
         };
         let _ = writeln!(text, "| `{name}` | {min} to {max} | {default} | {meaning} |");
     }

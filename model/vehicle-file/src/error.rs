@@ -2,6 +2,8 @@
 
 use model::vehicle::ParameterError;
 
+use crate::place::TextPlace;
+
 /// What is wrong with a vehicle file. Every message names the file, and where there is one the field
 /// and its allowed range.
 #[derive(Debug, thiserror::Error)]
@@ -15,7 +17,7 @@ pub enum VehicleFileError {
         reason: String,
     },
     /// The file is not TOML.
-    #[error("{file}: not valid TOML: {reason}")]
+    #[error("{file}: {reason}")]
     Syntax {
         /// The file.
         file: String,
@@ -35,6 +37,16 @@ pub enum VehicleFileError {
         file: String,
         /// The table.
         table: &'static str,
+    },
+    /// What should be a table is none.
+    #[error("{file}: {table} = {value} is not a table: its fields stand below [{table}]")]
+    NotATable {
+        /// The file.
+        file: String,
+        /// The table.
+        table: &'static str,
+        /// What stands there.
+        value: String,
     },
     /// A field is missing.
     #[error("{file}: {table}.{name} is missing: allowed is {min} to {max}")]
@@ -108,6 +120,53 @@ pub enum VehicleFileError {
         /// The field, its value and what is allowed.
         error: ParameterError,
     },
+    /// One of the others, with its place in the file.
+    #[error("{error} ({place})")]
+    At {
+        /// What is wrong.
+        error: Box<Self>,
+        /// Where it stands.
+        place: TextPlace,
+    },
+}
+
+impl VehicleFileError {
+    pub(crate) fn of_parameter(file: &str, error: ParameterError) -> Self {
+        let file = file.to_owned();
+        Self::Parameter { file, error }
+    }
+
+    /// With the place in `text` of the field or table that it is about, if it is about one that is there.
+    pub(crate) fn placed(self, text: &str) -> Self {
+        match self.path().and_then(|path| TextPlace::find(text, &path)) {
+            Some(place) => Self::At {
+                error: Box::new(self),
+                place,
+            },
+            None => self,
+        }
+    }
+
+    /// What the error is about, as a path in the file.
+    fn path(&self) -> Option<String> {
+        Some(match self {
+            Self::NotATable { table, .. } => (*table).to_owned(),
+            Self::MissingField { table, name, .. }
+            | Self::NotANumber { table, name, .. }
+            | Self::NotAChoice { table, name, .. } => format!("{table}.{name}"),
+            Self::Unknown { name, .. } => name.clone(),
+            Self::Parameter { error, .. } => {
+                let (group, field) = error.place();
+                format!("{group}.{field}")
+            }
+            Self::Unreadable { .. }
+            | Self::Syntax { .. }
+            | Self::Scenario { .. }
+            | Self::MissingTable { .. }
+            | Self::MissingFields { .. }
+            | Self::At { .. } => return None,
+        })
+    }
 }
 
 /// How a field stands in the file.

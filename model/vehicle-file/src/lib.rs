@@ -19,9 +19,13 @@ use model::dynamics::planar::PlanarParameters;
 use model::vehicle::{Field, LeftOut, RENAMED, Vehicle, VehicleParameters};
 use toml::{Table, Value};
 
+pub mod place;
+mod planar;
 mod sets;
 mod text;
 
+use place::syntax_error;
+use planar::PLANAR_FIELDS;
 pub use sets::{Difference, diff, to_toml};
 pub use text::{TEXT_MAX_BYTES, read_text};
 
@@ -39,12 +43,16 @@ pub enum VehicleFile {
 /// # Errors
 /// The first thing wrong with it.
 pub fn read(path: &Path) -> Result<VehicleFile, VehicleFileError> {
-    let file = path.display().to_string();
-    let text = read_text(path).map_err(|reason| VehicleFileError::Unreadable {
-        file: file.clone(),
-        reason,
-    })?;
+    let (file, text) = file_and_text(path)?;
     parse(&file, &text)
+}
+
+fn file_and_text(path: &Path) -> Result<(String, String), VehicleFileError> {
+    let file = path.display().to_string();
+    match read_text(path) {
+        Ok(text) => Ok((file, text)),
+        Err(reason) => Err(VehicleFileError::Unreadable { file, reason }),
+    }
 }
 
 /// Reads and checks a whole vehicle; a `[planar]` file is refused.
@@ -61,9 +69,8 @@ pub fn read_vehicle(path: &Path) -> Result<Vehicle<f64>, VehicleFileError> {
 /// # Errors
 /// The first thing wrong with the file.
 pub fn read_vehicle_for(path: &Path, ranges: &SensorRanges) -> Result<Vehicle<f64>, VehicleFileError> {
-    let vehicle = read_vehicle(path)?;
-    check_on(&path.display().to_string(), &vehicle, *ranges)?;
-    Ok(vehicle)
+    let (file, text) = file_and_text(path)?;
+    parse_vehicle_for(&file, &text, ranges)
 }
 
 /// As [`read_vehicle_for`], from a file's text; `file` is the name used in messages.
@@ -72,15 +79,9 @@ pub fn read_vehicle_for(path: &Path, ranges: &SensorRanges) -> Result<Vehicle<f6
 /// The first thing wrong with the text.
 pub fn parse_vehicle_for(file: &str, text: &str, ranges: &SensorRanges) -> Result<Vehicle<f64>, VehicleFileError> {
     let vehicle = whole_vehicle(file, parse(file, text)?)?;
-    check_on(file, &vehicle, *ranges)?;
+    let checked = vehicle.check_on(ranges);
+    checked.map_err(|error| VehicleFileError::of_parameter(file, error).placed(text))?;
     Ok(vehicle)
-}
-
-fn check_on(file: &str, vehicle: &Vehicle<f64>, ranges: SensorRanges) -> Result<(), VehicleFileError> {
-    vehicle.check_on(&ranges).map_err(|error| VehicleFileError::Parameter {
-        file: file.to_owned(),
-        error,
-    })
 }
 
 /// The text of the reference vehicle's file.
@@ -111,12 +112,17 @@ fn whole_vehicle(file: &str, described: VehicleFile) -> Result<Vehicle<f64>, Veh
 /// # Errors
 /// The first thing wrong with it.
 pub fn parse(file: &str, text: &str) -> Result<VehicleFile, VehicleFileError> {
-    let mut root: Table = text
+    let root: Table = text
         .parse()
         .map_err(|error: toml::de::Error| VehicleFileError::Syntax {
             file: file.to_owned(),
-            reason: error.to_string().trim_end().replace('\n', "\n  "),
+            reason: syntax_error(text, &error),
         })?;
+    described(file, root).map_err(|error| error.placed(text))
+}
+
+/// What a file's root table describes.
+fn described(file: &str, mut root: Table) -> Result<VehicleFile, VehicleFileError> {
     for (old, new) in rename(&mut root) {
         // Not `eprintln!`, which panics when nobody reads any more; a path may hold what acts on a terminal.
         let file = file.escape_debug();
@@ -128,16 +134,20 @@ pub fn parse(file: &str, text: &str) -> Result<VehicleFile, VehicleFileError> {
     if root.contains_key("duration_s") {
         return Err(VehicleFileError::Scenario { file: file.to_owned() });
     }
-    let reader = Reader { file, root: &root };
+    let with_spar = TABLES
+        .iter()
+        .any(|table| table.of_spar && root.contains_key(table.name));
+    let reader = Reader {
+        file,
+        root: &root,
+        with_spar,
+    };
     if root.contains_key(PLANAR) {
         reader.only_known(&[PLANAR])?;
         return reader.planar().map(VehicleFile::Planar);
     }
     let tables: Vec<&str> = TABLES.iter().map(|table| table.name).collect();
     reader.only_known(&tables)?;
-    let with_spar = TABLES
-        .iter()
-        .any(|table| table.of_spar && root.contains_key(table.name));
     let tables = || TABLES.iter().filter(|table| with_spar || !table.of_spar);
     // A name that means nothing may be one that is missing, misspelt.
     for table in tables().filter(|table| root.contains_key(table.name)) {
@@ -153,10 +163,7 @@ pub fn parse(file: &str, text: &str) -> Result<VehicleFile, VehicleFileError> {
         // The firmware has it in single precision: what is on the edge there is refused here too.
         .and_then(|vehicle| Vehicle::new(parameters.cast::<f32>()).map(|_| vehicle))
         .map(|vehicle| VehicleFile::Vehicle(Box::new(vehicle)))
-        .map_err(|error| VehicleFileError::Parameter {
-            file: file.to_owned(),
-            error,
-        })
+        .map_err(|error| VehicleFileError::of_parameter(file, error))
 }
 
 const PLANAR: &str = "planar";
@@ -183,28 +190,6 @@ fn rename(root: &mut Table) -> Vec<(&'static str, &'static str)> {
     met
 }
 
-/// The nondimensional planar vehicle.
-const PLANAR_FIELDS: [Field; 6] = {
-    const fn field(name: &'static str, meaning: &'static str, [min, max]: [f64; 2], left_out: LeftOut) -> Field {
-        Field {
-            name,
-            meaning,
-            min,
-            max,
-            left_out,
-            choices: &[],
-        }
-    }
-    [
-        field("l", "l / r", [0.001, 100.0], LeftOut::Refused),
-        field("alpha", "m / (M + m)", [0.000_001, 0.999_999], LeftOut::Refused),
-        field("zeta", "total damping", [0.0, 1000.0], LeftOut::Refused),
-        field("mu", "wheel inertia", [0.0, 100.0], LeftOut::Refused),
-        field("nu", "reflected rotor inertia", [0.0, 100.0], LeftOut::Value(0.0)),
-        field("beta", "slope, rad", [-1.5, 1.5], LeftOut::Value(0.0)),
-    ]
-};
-
 /// A value as the file writes it, a long one cut off.
 fn shown(value: &Value) -> String {
     const LONGEST: usize = 40;
@@ -219,6 +204,7 @@ fn shown(value: &Value) -> String {
 struct Reader<'a> {
     file: &'a str,
     root: &'a Table,
+    with_spar: bool,
 }
 
 impl Reader<'_> {
@@ -239,7 +225,7 @@ impl Reader<'_> {
 
     /// Refuses a missing table, unless every field of it may be left out, and names in it that are no fields.
     fn only_known_fields(&self, table: &'static str, fields: &[Field]) -> Result<(), VehicleFileError> {
-        if !self.root.contains_key(table) && fields.iter().all(Field::is_optional) {
+        if !self.root.contains_key(table) && fields.iter().all(|field| field.is_optional(self.with_spar)) {
             return Ok(());
         }
         let values = self.table(table)?;
@@ -257,7 +243,7 @@ impl Reader<'_> {
         let (mut count, mut single, mut skeleton) = (0, true, String::new());
         for table in tables {
             let values = self.root.get(table.name).and_then(Value::as_table);
-            let required = table.fields.iter().filter(|field| !field.is_optional());
+            let required = table.fields.iter().filter(|field| !field.is_optional(self.with_spar));
             let missing: Vec<&Field> = required
                 .filter(|field| values.is_none_or(|values| !values.contains_key(field.name)))
                 .collect();
@@ -293,7 +279,12 @@ impl Reader<'_> {
     fn table(&self, table: &'static str) -> Result<&Table, VehicleFileError> {
         match self.root.get(table) {
             Some(Value::Table(values)) => Ok(values),
-            _ => Err(VehicleFileError::MissingTable {
+            Some(value) => Err(VehicleFileError::NotATable {
+                file: self.file.to_owned(),
+                table,
+                value: shown(value),
+            }),
+            None => Err(VehicleFileError::MissingTable {
                 file: self.file.to_owned(),
                 table,
             }),
@@ -318,6 +309,7 @@ impl Reader<'_> {
         let written = self.written(table, field);
         match (written, field.left_out) {
             (None, LeftOut::Value(value)) => return Ok(value),
+            (None, LeftOut::OfSpar(value)) if !self.with_spar => return Ok(value),
             (None, LeftOut::Rule(_)) => return Ok(min),
             _ => {}
         }

@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
+use crate::place::TextPlace;
+
 /// Largest file that is read, in bytes: a vehicle file has about 3000, a scenario rarely more.
 pub const TEXT_MAX_BYTES: u64 = 1 << 20;
 
@@ -19,18 +21,24 @@ pub fn read_text(path: &Path) -> Result<String, String> {
     if !metadata.is_file() {
         return Err("not a regular file".to_owned());
     }
-    let mut text = String::new();
+    let mut bytes = Vec::new();
     // One byte more than allowed: a file that grows meanwhile is refused like one that was too long.
     File::open(path)
-        .and_then(|file| file.take(TEXT_MAX_BYTES + 1).read_to_string(&mut text))
+        .and_then(|file| file.take(TEXT_MAX_BYTES + 1).read_to_end(&mut bytes))
         .map_err(|error| error.to_string())?;
-    if text.len() as u64 > TEXT_MAX_BYTES {
+    if bytes.len() as u64 > TEXT_MAX_BYTES {
         let length = metadata.len();
         return Err(format!(
             "its length is {length} bytes: allowed is 0 to {TEXT_MAX_BYTES}"
         ));
     }
-    Ok(text)
+    String::from_utf8(bytes).map_err(|error| {
+        let good = error.utf8_error().valid_up_to();
+        let byte = error.as_bytes().get(good).copied().unwrap_or_default();
+        let before = String::from_utf8_lossy(&error.as_bytes()[..good]);
+        let place = TextPlace::of(&before, good);
+        format!("not a text in UTF-8: byte 0x{byte:02X} ({place}); save it as UTF-8")
+    })
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use core::f64::consts::TAU;
 
 use model::real::Real;
-use serde::Deserialize;
 
 use super::{TerrainError, WheelPath, check};
 
@@ -11,8 +10,7 @@ use super::{TerrainError, WheelPath, check};
 const STEP_MAX: f64 = 0.3;
 
 /// A feature of the profile along x.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Feature {
     /// Another slope between two places: it comes in over `transition_m`, stays, and goes out again
     /// over `transition_m` before `from_m + length_m`; beyond it the ground stays as high as it got.

@@ -41,11 +41,13 @@ use serde::Deserialize;
 use thiserror::Error;
 
 mod feature;
+mod file;
 #[cfg(test)]
 mod tests;
 
 pub use feature::Feature;
 use feature::Locus;
+pub use file::TerrainFile;
 
 /// Why a terrain is refused.
 #[derive(Debug, Error, PartialEq)]
@@ -61,6 +63,18 @@ pub enum TerrainError {
         min: f64,
         /// Largest allowed value.
         max: f64,
+    },
+    /// A field of a feature's kind is missing.
+    #[error("terrain: {field} is missing")]
+    Missing {
+        /// Table and key.
+        field: String,
+    },
+    /// A field of another kind of feature.
+    #[error("terrain: {field}: a feature of this kind has no such field")]
+    NotOfKind {
+        /// Table and key.
+        field: String,
     },
     /// An interval is empty.
     #[error("terrain: {field}: to_m = {to_m} must be greater than from_m = {from_m}")]
@@ -85,6 +99,19 @@ pub enum TerrainError {
         /// The wheel's radius.
         radius_m: f64,
     },
+}
+
+impl TerrainError {
+    /// Table and key that the error is about.
+    pub fn field(&self) -> String {
+        match self {
+            Self::OutOfRange { field, .. }
+            | Self::Missing { field }
+            | Self::NotOfKind { field }
+            | Self::EmptyInterval { field, .. } => field.clone(),
+            Self::NarrowHollow { index, .. } => format!("profile[{index}]"),
+        }
+    }
 }
 
 /// Inclination of the base plane (6.5).
@@ -128,16 +155,6 @@ pub struct Patch {
     pub left: f64,
 }
 
-/// As written in the file, not yet checked.
-#[derive(Default, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-struct TerrainFile {
-    plane: Plane,
-    friction: Friction,
-    patch: Vec<Patch>,
-    profile: Vec<Feature>,
-}
-
 /// A checked terrain, independent of the vehicle that drives on it.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(try_from = "TerrainFile")]
@@ -146,14 +163,6 @@ pub struct Terrain {
     friction: Friction,
     patches: Vec<Patch>,
     profile: Vec<Feature>,
-}
-
-impl TryFrom<TerrainFile> for Terrain {
-    type Error = TerrainError;
-
-    fn try_from(file: TerrainFile) -> Result<Self, TerrainError> {
-        Self::new(file.plane, file.friction, file.patch, file.profile)
-    }
 }
 
 /// Refuses a value outside its range, NaN included.

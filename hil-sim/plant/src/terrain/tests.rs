@@ -179,6 +179,13 @@ fn bad_terrains_are_refused_with_the_field_and_what_is_allowed() {
     assert!(message.contains("unknown variant `wall`"), "{message}");
     let message = refused("[[profile]]\nkind = \"sine\"\nfrom_m = 0.0\nwavelength_m = -1.0\nheight_m = 0.1\nwaves = 1");
     assert!(message.contains("profile[0].wavelength_m = -1"), "{message}");
+    let message = refused("[[profile]]\nkind = \"step\"\nat_m = 1.0");
+    assert!(message.contains("profile[0].height_m is missing"), "{message}");
+    let message = refused("[[profile]]\nkind = \"step\"\nat_m = 1.0\nheight_m = 0.01\nwaves = 2");
+    assert!(
+        message.contains("profile[0].waves: a feature of this kind"),
+        "{message}"
+    );
     let message = refused("[friction]\nleft = -0.1");
     assert!(message.contains("friction.left = -0.1: allowed is 0 to 5"), "{message}");
 

@@ -141,6 +141,7 @@ fn any_vehicle_on_any_ground_stays_finite_and_within_its_means() {
                 continue;
             }
             let value = (value * 5.0_f64.powf(uniform(-1.0, 1.0))).clamp(field.min, field.max);
+            let value = if field.whole { value.round() } else { value };
             parameters.set(number, value).unwrap();
         }
         parameters.control.kp = -10.0;

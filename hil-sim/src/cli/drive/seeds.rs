@@ -27,6 +27,9 @@ pub struct Spread {
     pub median: f64,
     /// Its largest value.
     pub most: f64,
+    /// Of a metric whose values have names: those of each value that was seen, once.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub named: Vec<Vec<&'static str>>,
     /// The scenario's bounds, if it has any for this metric.
     pub bounds: Option<[f64; 2]>,
     /// Number of runs beyond the bounds.
@@ -152,11 +155,18 @@ fn spread(name: &'static str, mut values: Vec<f64>, bounds: Option<[f64; 2]>) ->
     } else {
         values[middle]
     };
+    let kind = scenario::metrics::kind(name);
+    let mut named: Vec<_> = values
+        .iter()
+        .filter_map(|value| kind.and_then(|kind| kind.names_of(*value)))
+        .collect();
+    named.dedup();
     Some(Spread {
         name,
         least,
         median,
         most,
+        named,
         bounds,
         out_of_bounds,
     })
@@ -179,6 +189,7 @@ pub fn table(spreads: &Spreads) -> String {
         least,
         median,
         most,
+        named,
         bounds,
         out_of_bounds,
     } in &spreads.metrics
@@ -186,6 +197,14 @@ pub fn table(spreads: &Spreads) -> String {
         _ = write!(text, "{name:<30} {least:>11.4} {median:>11.4} {most:>11.4}");
         if let Some([from, to]) = bounds {
             _ = write!(text, "   {from} to {to}");
+        }
+        let named: Vec<String> = named
+            .iter()
+            .filter(|names| !names.is_empty())
+            .map(|names| names.join(", "))
+            .collect();
+        if !named.is_empty() {
+            _ = write!(text, "   {}", named.join(" or "));
         }
         if *out_of_bounds > 0 {
             _ = write!(text, "   {} in {out_of_bounds} of {}", bad("FAILED"), spreads.runs);

@@ -4,7 +4,8 @@ use std::io::Write;
 
 use firmware::hardware::ClockSource;
 use firmware::protocol::message::{BoardStatus, Identity};
-use model::status::Terms;
+use model::status::{Status, Terms};
+use model::supervise::arming::Mode;
 use report::colour::{bad, doubtful};
 use report::error::CommandError;
 
@@ -70,7 +71,7 @@ pub(super) fn line(status: &BoardStatus) -> String {
         vehicle, link, clock, ..
     } = status;
     format!(
-        "{}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V; faults {}; blockers {}; link: {} frames, \
+        "{}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V; faults {}{}; link: {} frames, \
          {} unreadable, {} UART errors, {} repeated, {} foreign, {} late, {} requests and {} answers dropped{}",
         vehicle.mode.name(),
         vehicle.estimate.speed_m_s,
@@ -82,11 +83,7 @@ pub(super) fn line(status: &BoardStatus) -> String {
         } else {
             bad(vehicle.faults)
         },
-        if vehicle.blockers.is_empty() {
-            vehicle.blockers.to_string()
-        } else {
-            doubtful(vehicle.blockers)
-        },
+        blockers(vehicle),
         link.frames,
         link.unreadable_frames(),
         link.uart_errors,
@@ -100,6 +97,15 @@ pub(super) fn line(status: &BoardStatus) -> String {
             ClockSource::Internal => "; no external clock",
         },
     )
+}
+
+/// What blocks arming, where there is something to block: of a vehicle that is armed the blockers say nothing.
+fn blockers(vehicle: &Status) -> String {
+    match (vehicle.mode, vehicle.blockers.is_empty()) {
+        (Mode::Armed | Mode::Stopping, _) => String::new(),
+        (Mode::Disarmed, true) => format!("; blockers {}", vehicle.blockers),
+        (Mode::Disarmed, false) => format!("; blockers {}", doubtful(vehicle.blockers)),
+    }
 }
 
 /// What else the vehicle reports, a line for each group.
@@ -175,4 +181,23 @@ fn term_lines(terms: &Terms) -> [String; 3] {
             ],
         ),
     ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use model::supervise::codes::{Blocker, BlockerSet};
+
+    #[test]
+    fn blockers_are_told_only_of_a_vehicle_that_could_be_armed() {
+        let mut vehicle = Status::default();
+        vehicle.blockers.insert(Blocker::NotAtRest);
+        for (mode, told) in [(Mode::Disarmed, true), (Mode::Armed, false), (Mode::Stopping, false)] {
+            vehicle.mode = mode;
+            assert_eq!(blockers(&vehicle).contains("NotAtRest"), told, "{mode:?}");
+        }
+        vehicle.mode = Mode::Disarmed;
+        vehicle.blockers = BlockerSet::EMPTY;
+        assert_eq!(blockers(&vehicle), "; blockers none");
+    }
 }

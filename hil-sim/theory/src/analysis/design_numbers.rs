@@ -83,6 +83,9 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
     let hold_torque = mass * scales.torque_n_m * HOLD_DEG.to_radians().sin();
     let constant = output_constant(motor);
     let hold_a = hold_torque / (2.0 * constant);
+    // The voltage that holds on a slope is in proportion to its sine.
+    let hold_v =
+        |slope_deg: f64| hold_a * motor.resistance_ohm * slope_deg.to_radians().sin() / HOLD_DEG.to_radians().sin();
     let no_load = battery.nominal_v / (motor.back_emf_constant_v_s_per_rad * motor.gear_ratio) * body.wheel_radius_m;
     // Steadily on the level the joint turns as the wheel does, and U = zeta theta'.
     let speed_volts = |speed_m_s: f64| level.zeta * speed_m_s / scales.speed_m_s * scales.voltage_v;
@@ -131,7 +134,17 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
             static_limit(sin_max),
             "slope that the arm carries within phi_max_rad",
         ),
+        number(
+            "static_limit_v",
+            hold_v(static_limit(1.0)),
+            "voltage of each motor to hold on the slope that the level arm carries",
+        ),
         number("traction_limit_deg", traction, "slope that grip_mu holds"),
+        number(
+            "traction_limit_v",
+            hold_v(traction),
+            "voltage of each motor to hold on the slope that grip_mu holds",
+        ),
         number(
             "hold_current_10_deg_a",
             hold_a,

@@ -3,6 +3,7 @@
 use clap::Args;
 use model::dynamics::planar::PlanarParameters;
 
+use crate::commands::taken::{THESIS, Taken};
 use crate::commands::values::{finite, not_negative, positive, require};
 use report::error::CommandError;
 
@@ -42,5 +43,20 @@ impl BodyArguments {
             nu: not_negative("--nu", self.nu.unwrap_or(default.nu))?,
             beta: default.beta,
         })
+    }
+
+    /// The numbers of the thesis's vehicle, `thesis`, that stand for the flags not given.
+    pub fn taken(&self, thesis: &PlanarParameters<f64>) -> Vec<Taken> {
+        [
+            ("--l", self.l, thesis.l),
+            ("--alpha", self.alpha, thesis.alpha),
+            ("--zeta", self.zeta, thesis.zeta),
+            ("--mu", self.mu, thesis.mu),
+            ("--nu", self.nu, thesis.nu),
+        ]
+        .into_iter()
+        .filter(|(_, given, _)| given.is_none())
+        .map(|(flag, _, value)| Taken::new(flag, value, THESIS))
+        .collect()
     }
 }

@@ -106,6 +106,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let outcome = WithUnits {
         result: &result,
         units: si.units(),
+        taken: Vec::new(),
     };
     let voltage = largest(&result.v);
     let report = Report::new("camera", &outcome)

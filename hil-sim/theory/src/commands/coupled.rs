@@ -10,6 +10,7 @@ use crate::analysis::series::degrees;
 use crate::commands::planar_arguments::{PlanarArguments, PlanarVehicle, WaveformArguments};
 use crate::commands::si::{Si, WithUnits, beside};
 use crate::commands::span::SpanArguments;
+use crate::commands::taken::told;
 use crate::commands::values::{LARGEST_INPUT, finite, positive, require, within};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
@@ -89,6 +90,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         parameters: planar,
         source,
         beta_name,
+        taken,
     } = arguments.planar.resolve()?;
     let si = Si::of(&source);
     let bearing = arguments.bearing.into();
@@ -123,8 +125,9 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         let outcome = WithUnits {
             result: &found,
             units: si.units(),
+            taken,
         };
-        let report = Report::new("coupled", &outcome)
+        let report = told(Report::new("coupled", &outcome), &outcome.taken)
             .line(
                 "critical voltage",
                 beside(format!("{:.8}", found.critical), si.volts(found.critical), "V"),
@@ -144,6 +147,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let outcome = WithUnits {
         result: &result,
         units: si.units(),
+        taken,
     };
     arguments.output.emit(&report(&outcome))
 }
@@ -163,7 +167,7 @@ fn report<'a>(outcome: &'a WithUnits<'a, CoupledRun>) -> Report<'a, WithUnits<'a
         ("voltage", &result.voltage),
         ("v", &result.v),
     ];
-    Report::new("coupled", outcome)
+    told(Report::new("coupled", outcome), &outcome.taken)
         .line("outcome", result.outcome.name())
         .line("largest spar angle (deg)", format!("{:.4}", result.psi_max_deg))
         .line("largest arm angle (deg)", format!("{:.4}", result.phi_max_deg))

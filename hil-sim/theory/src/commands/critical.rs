@@ -7,6 +7,7 @@ use crate::analysis::critical::{Direction, critical};
 use crate::analysis::input::Input;
 use crate::commands::planar_arguments::{LawArguments, PlanarArguments, StartArguments, WaveformArguments};
 use crate::commands::si::{Si, beside};
+use crate::commands::taken::{Taken, told};
 use crate::commands::values::{LARGEST_START, available, finite, require, within};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
@@ -67,6 +68,9 @@ struct CriticalJson {
     whirl_direction: Option<i8>,
     /// Whether the arm turns over even at the hold voltage, so that the search began beyond it.
     hold_fails: bool,
+    /// The numbers that neither a flag nor the vehicle file gives.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    taken: Vec<Taken>,
 }
 
 /// Runs the command.
@@ -103,18 +107,23 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         Quantity::Voltage => (value.and_then(|value| si.volts(value)), None),
         Quantity::Reference => (None, value.and_then(|value| si.speed_m_s(value))),
     };
+    let mut taken = vehicle.taken;
+    if arguments.quantity == Quantity::Reference {
+        taken.extend(arguments.law.taken(&vehicle.source));
+    }
     let outcome = CriticalJson {
         critical: value,
         critical_v,
         critical_m_s,
         whirl_direction: found.map(|c| c.whirl_direction),
         hold_fails: found.is_some_and(|c| c.hold_fails),
+        taken,
     };
     let (name, in_si, unit) = match arguments.quantity {
         Quantity::Voltage => ("critical voltage", critical_v, "V"),
         Quantity::Reference => ("critical reference", critical_m_s, "m/s"),
     };
-    let mut report = Report::new("critical", &outcome);
+    let mut report = told(Report::new("critical", &outcome), &outcome.taken);
     report = match found {
         None => report.line(name, "none: no final value turns the arm over"),
         Some(c) => report

@@ -6,6 +6,7 @@ use serde::Serialize;
 use crate::analysis::equilibrium::{poles, static_phi, steady_theta_rate};
 use crate::commands::planar_arguments::{LawArguments, PlanarArguments};
 use crate::commands::si::{Si, beside};
+use crate::commands::taken::{Taken, told};
 use crate::commands::values::{LARGEST_INPUT, finite, require, within};
 use report::error::CommandError;
 use report::output::{OutputArguments, Report};
@@ -59,6 +60,9 @@ struct EquilibriumJson {
     /// The same, 1/s, where a vehicle is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     poles_closed_per_s: Option<Vec<[f64; 2]>>,
+    /// The numbers that neither a flag nor the vehicle file gives.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    taken: Vec<Taken>,
 }
 
 /// Runs the command.
@@ -91,6 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         poles: poles_open,
         poles_closed_per_s: si.poles_per_s(&poles_closed),
         poles_closed,
+        taken: [vehicle.taken, arguments.law.taken(&vehicle.source)].concat(),
     };
     let text = |poles: &[[f64; 2]]| {
         let one = |z: &[f64; 2]| {
@@ -113,7 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         .with("pole_im", part(&outcome.poles, 1))
         .with("pole_closed_re", part(&outcome.poles_closed, 0))
         .with("pole_closed_im", part(&outcome.poles_closed, 1));
-    let mut report = Report::new("equilibrium", &outcome).columns(columns);
+    let mut report = told(Report::new("equilibrium", &outcome), &outcome.taken).columns(columns);
     report = match phi.zip(theta_rate) {
         None => report.line(
             "equilibrium",

@@ -16,5 +16,6 @@ pub mod simulate;
 pub mod slip_limit;
 pub mod span;
 pub mod spatial;
+pub mod taken;
 pub mod values;
 pub mod vehicle_argument;

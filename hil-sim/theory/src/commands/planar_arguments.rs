@@ -7,6 +7,7 @@ use model::dynamics::planar::PlanarParameters;
 use crate::analysis::equilibrium::static_phi;
 use crate::analysis::waveform::Waveform;
 use crate::commands::body_arguments::BodyArguments;
+use crate::commands::taken::{THESIS, Taken};
 use crate::commands::values::{finite, gain, require, slope};
 use crate::commands::vehicle_argument::{Source, VehicleArgument};
 use report::error::CommandError;
@@ -34,6 +35,8 @@ pub struct PlanarVehicle {
     pub source: Source,
     /// The slope's name in messages: the flag, or the field of the vehicle file.
     pub beta_name: String,
+    /// The numbers that neither a flag nor the file gives.
+    pub taken: Vec<Taken>,
 }
 
 impl PlanarArguments {
@@ -49,10 +52,18 @@ impl PlanarArguments {
             ..self.body.over(default)?
         };
         let beta_name = source.name("beta", self.beta.is_some());
+        let mut taken = match source {
+            Source::Thesis => self.body.taken(&default),
+            Source::File(..) => Vec::new(),
+        };
+        if self.beta.is_none() && !source.has_slope() {
+            taken.push(Taken::new("--beta", default.beta, "the thesis's slope, rad"));
+        }
         Ok(PlanarVehicle {
             parameters,
             source,
             beta_name,
+            taken,
         })
     }
 }
@@ -102,6 +113,19 @@ impl LawArguments {
     pub fn gains(&self, source: &Source) -> (f64, f64) {
         let (kp, kd) = source.gains();
         (self.kp.unwrap_or(kp), self.kd.unwrap_or(kd))
+    }
+
+    /// The gains that neither a flag nor the file gives.
+    pub fn taken(&self, source: &Source) -> Vec<Taken> {
+        if source.whole_vehicle().is_some() {
+            return Vec::new();
+        }
+        let (kp, kd) = source.gains();
+        [("--kp", self.kp, kp), ("--kd", self.kd, kd)]
+            .into_iter()
+            .filter(|(_, given, _)| given.is_none())
+            .map(|(flag, _, gain)| Taken::new(flag, gain, THESIS))
+            .collect()
     }
 
     /// The law for the vehicle `p`, with the gains of the file where no flag gives them.

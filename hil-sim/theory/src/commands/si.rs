@@ -3,6 +3,7 @@
 use model::vehicle::{Scales, SparScales, Vehicle};
 use serde::Serialize;
 
+use crate::commands::taken::Taken;
 use crate::commands::vehicle_argument::Source;
 
 /// The scales of a whole vehicle; without one, there is nothing to say in SI. No flag that overrides a nondimensional
@@ -139,4 +140,7 @@ pub struct WithUnits<'a, R, U = SiUnits> {
     /// The units.
     #[serde(flatten)]
     pub units: Option<U>,
+    /// The numbers that neither a flag nor the vehicle file gives, of a command that tells them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub taken: Vec<Taken>,
 }

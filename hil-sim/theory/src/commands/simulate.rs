@@ -9,6 +9,7 @@ use crate::analysis::simulate::{PlanarRun, simulate, simulate_f32};
 use crate::commands::planar_arguments::{LawArguments, PlanarArguments, StartArguments, WaveformArguments};
 use crate::commands::si::{Si, WithUnits, beside};
 use crate::commands::span::SpanArguments;
+use crate::commands::taken::told;
 use crate::commands::values::{LARGEST_INPUT, LARGEST_START, available, finite, require, within};
 use crate::commands::vehicle_argument::Source;
 use report::error::CommandError;
@@ -87,9 +88,14 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         None => simulate(&p, &input, start, t_end, sample).map_err(|e| CommandError::Other(e.to_string()))?,
     };
     let si = Si::of(&vehicle.source);
+    let mut taken = vehicle.taken;
+    if arguments.reference.is_some() {
+        taken.extend(arguments.law.taken(&vehicle.source));
+    }
     let outcome = WithUnits {
         result: &run,
         units: si.units(),
+        taken,
     };
     arguments.output.emit(&report(&outcome, si))
 }
@@ -135,7 +141,7 @@ fn report<'a>(outcome: &'a WithUnits<'a, PlanarRun>, si: Si) -> Report<'a, WithU
         None => "no grip is enough: the wheel lifts".to_owned(),
     };
     let (end_rate, end_voltage) = (last(&run.theta_rate), last(&run.voltage));
-    Report::new("simulate", outcome)
+    told(Report::new("simulate", outcome), &outcome.taken)
         .line("whirled", run.whirled)
         .line(
             "phi_max",

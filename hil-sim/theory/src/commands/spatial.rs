@@ -122,6 +122,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let outcome = WithUnits {
         result: &result,
         units: si.units(),
+        taken: Vec::new(),
     };
     let mut report = Report::new("spatial", &outcome).columns(Columns::named(&named));
     for (name, values) in &named[..10] {

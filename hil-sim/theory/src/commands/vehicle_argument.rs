@@ -84,6 +84,11 @@ impl Source {
         }
     }
 
+    /// Whether the file says on which slope the vehicle stands.
+    pub fn has_slope(&self) -> bool {
+        matches!(self, Self::File(_, VehicleFile::Planar(_)))
+    }
+
     /// The name in messages of the planar parameter `name`: its flag if the user gave the flag or no file
     /// gives the parameter, else its field in the file.
     pub fn name(&self, name: &str, flag_given: bool) -> String {

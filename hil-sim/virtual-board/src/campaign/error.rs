@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use crate::board::VirtualBoardError;
-use crate::scenario::{ScenarioError, SetupError};
+use crate::scenario::ScenarioError;
 
 /// Why a campaign cannot run.
 #[derive(Debug, Error)]
@@ -14,9 +14,6 @@ pub enum CampaignError {
     /// A vehicle is wrong, as it stands or with the overrides.
     #[error(transparent)]
     Vehicle(#[from] vehicle_file::VehicleFileError),
-    /// The scenario does not fit the vehicle.
-    #[error("{0}: {1}")]
-    Setup(String, SetupError),
     /// The board does not boot.
     #[error(transparent)]
     Board(#[from] VirtualBoardError),

@@ -1,7 +1,9 @@
 //! What is wrong with a scenario file.
 
 use plant::settings::SettingsError;
+use plant::terrain::TerrainError;
 use thiserror::Error;
+use vehicle_file::place::TextPlace;
 
 /// Checks one number of a step: its name, value, least and most.
 pub type Within<'a> = &'a dyn Fn(&str, f64, f64, f64) -> Result<(), ScenarioError>;
@@ -39,6 +41,22 @@ pub enum ScenarioError {
         /// The field, its value and what is allowed.
         error: SettingsError,
     },
+    /// The terrain is none, or the vehicle's wheels cannot follow it.
+    #[error("{file}: {error}")]
+    Terrain {
+        /// The file.
+        file: String,
+        /// The field, its value and what is allowed.
+        error: TerrainError,
+    },
+    /// One of the others, with its place in the file.
+    #[error("{error} ({place})")]
+    At {
+        /// What is wrong.
+        error: Box<Self>,
+        /// Where it stands.
+        place: TextPlace,
+    },
     /// A value is out of range.
     #[error("{file}: {field} = {value}: {allowed}")]
     Value {
@@ -51,4 +69,17 @@ pub enum ScenarioError {
         /// What is allowed.
         allowed: String,
     },
+}
+
+impl ScenarioError {
+    /// With this place, if there is one.
+    pub(super) fn at(self, place: Option<TextPlace>) -> Self {
+        match place {
+            Some(place) => Self::At {
+                error: Box::new(self),
+                place,
+            },
+            None => self,
+        }
+    }
 }

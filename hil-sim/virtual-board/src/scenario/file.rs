@@ -2,181 +2,80 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-
-use serde::Deserialize;
+use std::sync::Arc;
 
 use super::error::ScenarioError;
 use super::metrics;
 use super::nearest::nearest;
-use super::sensor::{FaultName, Sensor};
-use super::wire::LinkStep;
-use super::world::WorldStep;
+use super::reading;
+use super::step::{Action, Step};
 use plant::fault::SensorFault;
 use plant::settings::PlantSettings;
 use plant::terrain::Terrain;
+use vehicle_file::place::TextPlace;
 
 /// One scenario.
-#[derive(Debug, Clone, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone)]
 pub struct Scenario {
     /// One line: what it shows.
     pub title: String,
     /// Length in s.
     pub duration_s: f64,
     /// Seed of every sensor's noise.
-    #[serde(default = "default_seed")]
     pub seed: u64,
     /// Vehicle file, from the scenario's folder; the reference vehicle if left out.
     pub vehicle: Option<PathBuf>,
     /// Chocks hold the wheels until the vehicle is armed.
-    #[serde(default)]
     pub chocked_until_armed: bool,
     /// The ground.
-    #[serde(default)]
     pub terrain: Terrain,
     /// How the simulated vehicle differs from the vehicle file.
-    #[serde(default)]
     pub plant: PlantSettings,
     /// What happens, in order of time.
-    #[serde(default, rename = "step")]
     pub steps: Vec<Step>,
     /// Bounds of the metrics, `name = [least, most]`.
-    #[serde(default)]
     pub metrics: BTreeMap<String, [f64; 2]>,
+    /// The file that it comes from, for messages; the default is none.
+    pub source: ScenarioSource,
 }
 
-const fn default_seed() -> u64 {
-    1
+/// A scenario's file: messages tell its name, and where in its text something stands.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ScenarioSource {
+    file: String,
+    text: Arc<str>,
 }
 
-/// Something that happens at a time.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(try_from = "toml::Table")]
-pub struct Step {
-    /// When, s.
-    pub at_s: f64,
-    /// What.
-    pub action: Action,
-}
-
-impl TryFrom<toml::Table> for Step {
-    type Error = String;
-
-    /// By hand: serde cannot refuse unknown names in a flattened enum.
-    fn try_from(mut table: toml::Table) -> Result<Self, String> {
-        let at_s = match table.remove("at_s") {
-            Some(toml::Value::Float(at_s)) => at_s,
-            Some(toml::Value::Integer(at_s)) => at_s as f64,
-            _ => return Err("a step needs at_s, a time in s".to_owned()),
-        };
-        let name = table.get("action").and_then(toml::Value::as_str).unwrap_or_default();
-        let action = if WorldStep::NAMES.contains(&name) {
-            table.clone().try_into().map(Action::World)
-        } else if LinkStep::NAMES.contains(&name) {
-            table.clone().try_into().map(Action::Link)
-        } else if Action::NAMES.contains(&name) {
-            table.clone().try_into::<Action>()
-        } else {
-            let names = [&Action::NAMES[..], &WorldStep::NAMES, &LinkStep::NAMES].concat();
-            let meant = nearest(name, &names);
-            return Err(format!(
-                "unknown action `{name}` at {at_s} s{meant}; allowed is {}",
-                names.join(", ")
-            ));
-        };
-        let action = action.map_err(|error| error.message().to_owned())?;
-        // A variant without values ignores what stands beside it.
-        if !matches!(
-            action,
-            Action::Drive { .. }
-                | Action::EmergencyStop { .. }
-                | Action::SensorFault { .. }
-                | Action::Battery { .. }
-                | Action::LinkNoise { .. }
-                | Action::Chocks { .. }
-                | Action::World(_)
-                | Action::Link(_)
-        ) && let Some(name) = table.keys().find(|name| *name != "action")
-        {
-            return Err(format!("unknown name `{name}` in a step"));
-        }
-        Ok(Self { at_s, action })
+impl ScenarioSource {
+    /// `error` with the place of `path` in the text.
+    pub(super) fn placed(&self, error: ScenarioError, path: &str) -> ScenarioError {
+        error.at(TextPlace::find(&self.text, path))
     }
-}
 
-/// The vocabulary of scenarios.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(tag = "action", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Action {
-    /// The operator asks to arm.
-    Arm,
-    /// The operator asks to disarm.
-    Disarm,
-    /// The operator clears latched faults.
-    ClearFaults,
-    /// The operator commands this from now on.
-    Drive {
-        /// Speed, m/s.
-        #[serde(default)]
-        speed_m_s: f64,
-        /// Yaw rate, rad/s, to the left positive.
-        #[serde(default)]
-        yaw_rate_rad_s: f64,
-    },
-    /// The operator falls silent: no more drive commands.
-    Silence,
-    /// The operator speaks again, standing still.
-    Speak,
-    /// The emergency stop is pressed or released.
-    EmergencyStop {
-        /// Pressed.
-        pressed: bool,
-    },
-    /// A sensor fails, or works again (`fault = "none"`).
-    SensorFault {
-        /// Which.
-        sensor: Sensor,
-        /// How.
-        fault: FaultName,
-    },
-    /// The battery's open-circuit voltage changes.
-    Battery {
-        /// To this, V.
-        open_circuit_v: f64,
-    },
-    /// Noise on the serial line, from the scenario's seed.
-    LinkNoise {
-        /// How many bytes.
-        bytes: u32,
-    },
-    /// Chocks are put to the wheels or taken away.
-    Chocks {
-        /// In place.
-        chocked: bool,
-    },
-    /// Something happens to the vehicle.
-    #[serde(skip)]
-    World(WorldStep),
-    /// Something happens to the link.
-    #[serde(skip)]
-    Link(LinkStep),
-}
+    /// The file's name.
+    pub(super) fn file(&self) -> String {
+        self.file.clone()
+    }
 
-impl Action {
-    /// The names of the steps that are neither the world's nor the link's, as in files.
-    pub const NAMES: [&'static str; 11] = [
-        "arm",
-        "disarm",
-        "clear-faults",
-        "drive",
-        "silence",
-        "speak",
-        "emergency-stop",
-        "sensor-fault",
-        "battery",
-        "link-noise",
-        "chocks",
-    ];
+    /// What the file says of a part that is not there, with its place.
+    pub(super) fn none_here(&self, path: &str, why: impl Into<String>) -> ScenarioError {
+        let error = ScenarioError::Syntax {
+            file: self.file(),
+            reason: format!("{path}: {}", why.into()),
+        };
+        self.placed(error, path)
+    }
+
+    /// A value that is not allowed, with its place.
+    pub(super) fn value(&self, path: &str, value: &dyn std::fmt::Display, allowed: impl Into<String>) -> ScenarioError {
+        let error = ScenarioError::Value {
+            file: self.file(),
+            field: path.to_owned(),
+            value: value.to_string(),
+            allowed: allowed.into(),
+        };
+        self.placed(error, path)
+    }
 }
 
 /// The scenario that `cargo run` shows.
@@ -214,38 +113,53 @@ impl Scenario {
     /// # Errors
     /// The first thing wrong with it.
     pub fn parse(file: &str, text: &str) -> Result<Self, ScenarioError> {
-        let scenario: Self = toml::from_str(text).map_err(|error| {
-            let file = file.to_owned();
-            if is_vehicle(text) {
-                return ScenarioError::Vehicle { file };
-            }
-            // The reader shows the place of the first step, whichever is wrong.
-            let reason = wrong_step(text).unwrap_or_else(|| error.to_string().trim_end().replace('\n', "\n  "));
-            ScenarioError::Syntax { file, reason }
-        })?;
-        scenario.check(file).map_err(|error| error.at_line_of_step(text))?;
+        let source = ScenarioSource {
+            file: file.to_owned(),
+            text: text.into(),
+        };
+        let (read, steps) = reading::read(&source.file, text)?;
+        let terrain = Terrain::try_from(read.terrain);
+        let terrain = terrain.map_err(|error| source.terrain(error))?;
+        let mut metrics = BTreeMap::new();
+        for (name, bound) in read.metrics {
+            let path = format!("metrics.{name}");
+            let Some(kind) = metrics::kind(&name) else {
+                let near = nearest(&name, &metrics::NAMES);
+                let allowed = format!("unknown metric{near}; `drive --json` lists them all");
+                return Err(source.value(&path, &"[..]", allowed));
+            };
+            let bounds = bound.of(kind);
+            let bounds = bounds.map_err(|allowed| source.value(&path, &bound, allowed))?;
+            metrics.insert(name, bounds);
+        }
+        let scenario = Self {
+            title: read.title,
+            duration_s: read.duration_s,
+            seed: read.seed,
+            vehicle: read.vehicle,
+            chocked_until_armed: read.chocked_until_armed,
+            terrain,
+            plant: read.plant,
+            steps,
+            metrics,
+            source,
+        };
+        scenario.check()?;
         Ok(scenario)
     }
 
-    fn check(&self, file: &str) -> Result<(), ScenarioError> {
+    fn check(&self) -> Result<(), ScenarioError> {
         let within = |field: String, value: f64, min: f64, max: f64| {
             // Written so that NaN is refused.
             if value >= min && value <= max {
                 Ok(())
             } else {
-                Err(ScenarioError::Value {
-                    file: file.to_owned(),
-                    field,
-                    value: value.to_string(),
-                    allowed: format!("allowed is {min} to {max}"),
-                })
+                Err(self.source.value(&field, &value, format!("allowed is {min} to {max}")))
             }
         };
         within("duration_s".into(), self.duration_s, 0.1, DURATION_MAX_S)?;
-        self.plant.check().map_err(|error| ScenarioError::Plant {
-            file: file.to_owned(),
-            error,
-        })?;
+        let settings = self.plant.check();
+        settings.map_err(|error| self.source.settings(error))?;
         within("number of steps".into(), self.steps.len() as f64, 0.0, STEPS_MAX as f64)?;
         let mut last_s = 0.0;
         let mut noise_left = NOISE_MAX_BYTES;
@@ -276,85 +190,17 @@ impl Scenario {
                     within(format!("step[{i}].open_circuit_v"), open_circuit_v, 0.0, 100.0)?;
                 }
                 Action::SensorFault { sensor, fault } if fault.0 == SensorFault::NoForce && !sensor.is_imu() => {
-                    return Err(ScenarioError::Value {
-                        file: file.to_owned(),
-                        field: format!("step[{i}].fault"),
-                        value: fault.0.name().to_owned(),
-                        allowed: "an encoder measures no force: allowed with arm-imu and spar-imu".to_owned(),
-                    });
+                    return Err(self.source.value(
+                        &format!("step[{i}].fault"),
+                        &fault.0.name(),
+                        "an encoder measures no force: allowed with arm-imu and spar-imu",
+                    ));
                 }
                 _ => {}
             }
         }
-        for (name, [least, most]) in &self.metrics {
-            let value = |value: String, allowed: String| ScenarioError::Value {
-                file: file.to_owned(),
-                field: format!("metrics.{name}"),
-                value,
-                allowed,
-            };
-            if !metrics::NAMES.contains(&name.as_str()) {
-                return Err(value(
-                    String::from("[..]"),
-                    format!(
-                        "unknown metric{}; `drive --json` lists them all",
-                        nearest(name, &metrics::NAMES)
-                    ),
-                ));
-            }
-            if least.is_nan() || most.is_nan() || least > most {
-                return Err(value(
-                    format!("[{least}, {most}]"),
-                    "the least must not exceed the most".into(),
-                ));
-            }
-        }
         Ok(())
     }
-}
-
-/// The steps of a scenario, as they stand in its text.
-fn raw_steps(text: &str) -> Option<Vec<toml::Spanned<toml::Table>>> {
-    #[derive(Deserialize)]
-    struct Raw {
-        #[serde(default)]
-        step: Vec<toml::Spanned<toml::Table>>,
-    }
-    Some(toml::from_str::<Raw>(text).ok()?.step)
-}
-
-/// The line in which a step begins, from 1.
-fn line_of(text: &str, step: &toml::Spanned<toml::Table>) -> Option<usize> {
-    Some(1 + text.get(..step.span().start)?.matches('\n').count())
-}
-
-impl ScenarioError {
-    /// With the line of the step that it is about, if it is about one.
-    fn at_line_of_step(mut self, text: &str) -> Self {
-        if let Self::Value { field, .. } = &mut self
-            && let Some((number, _)) = field.strip_prefix("step[").and_then(|rest| rest.split_once(']'))
-            && let Ok(number) = number.parse::<usize>()
-            && let Some(line) = raw_steps(text).and_then(|steps| line_of(text, steps.get(number)?))
-        {
-            *field = format!("line {line}: {field}");
-        }
-        self
-    }
-}
-
-/// What is wrong with the first step that is none, with its line and its place among the steps.
-fn wrong_step(text: &str) -> Option<String> {
-    raw_steps(text)?.into_iter().enumerate().find_map(|(i, step)| {
-        let line = line_of(text, &step)?;
-        let reason = Step::try_from(step.into_inner()).err()?;
-        Some(format!("line {line}: step[{i}]: {reason}"))
-    })
-}
-
-/// Whether a text is a vehicle file, given in place of a scenario.
-fn is_vehicle(text: &str) -> bool {
-    text.parse::<toml::Table>()
-        .is_ok_and(|root| ["body", "planar"].iter().any(|table| root.contains_key(*table)))
 }
 
 #[cfg(test)]

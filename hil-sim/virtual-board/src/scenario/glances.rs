@@ -10,7 +10,7 @@ const GLANCES: usize = 64;
 pub(super) struct Glances {
     /// In order of time, in a ring.
     kept: Vec<(u64, Box<Glance>)>,
-    /// Place of the oldest once the ring is full.
+    /// TextPlace of the oldest once the ring is full.
     oldest: usize,
 }
 

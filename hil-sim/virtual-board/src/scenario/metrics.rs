@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use model::supervise::arming::Mode;
+use model::supervise::codes::{Fault, FaultSet};
 use serde::Serialize;
 
 use super::outcome::{Counts, DriveOutcome};
@@ -16,6 +17,85 @@ pub struct MetricValue {
     /// Its value.
     pub value: f64,
 }
+
+/// What kind of number a metric is: what lies between two of its values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MetricKind {
+    /// Any number, and a little more is a little more.
+    Measured,
+    /// A whole number of things.
+    Count,
+    /// The number of a [`Mode`].
+    Mode,
+    /// The bits of a [`FaultSet`]: between two sets lie others, which have nothing to do with either.
+    Faults,
+}
+
+/// What kind of number the metric of this name is; `None` if there is no such metric.
+pub fn kind(name: &str) -> Option<MetricKind> {
+    NAMES.contains(&name).then_some(match name {
+        "faults" => MetricKind::Faults,
+        "final_mode" => MetricKind::Mode,
+        "refused_arms"
+        | "late_ticks"
+        | "board_unreadable_frames"
+        | "host_unreadable_frames"
+        | "unarmed_drive_ms"
+        | "emergency_stop_ms" => MetricKind::Count,
+        _ => MetricKind::Measured,
+    })
+}
+
+impl MetricKind {
+    /// The names that `value` stands for, of a kind whose values have names; `None` for a value that is none.
+    pub fn names_of(self, value: f64) -> Option<Vec<&'static str>> {
+        let bits = value as u32;
+        if f64::from(bits) != value {
+            return None;
+        }
+        match self {
+            Self::Measured | Self::Count => None,
+            Self::Mode => MODES
+                .iter()
+                .find(|mode| **mode as u32 == bits)
+                .map(|mode| vec![mode.name()]),
+            Self::Faults => {
+                let set = FaultSet::from_bits(bits);
+                (set.bits() == bits).then(|| set.iter().map(Fault::name).collect())
+            }
+        }
+    }
+
+    /// The value that these names stand for; the name that is none.
+    pub(super) fn value_of(self, names: &[String]) -> Result<f64, &str> {
+        match (self, names) {
+            (Self::Mode, [name]) => {
+                let mode = MODES.iter().find(|mode| mode.name() == name).ok_or(name.as_str())?;
+                Ok(f64::from(*mode as u32))
+            }
+            (Self::Faults, names) => {
+                let mut set = FaultSet::EMPTY;
+                for name in names {
+                    let fault = Fault::ALL.iter().find(|fault| fault.name() == name);
+                    set.insert(*fault.ok_or(name.as_str())?);
+                }
+                Ok(f64::from(set.bits()))
+            }
+            (_, names) => Err(names.first().map_or("", String::as_str)),
+        }
+    }
+
+    /// Every name that a value of this kind can have.
+    pub(super) fn names(self) -> Vec<&'static str> {
+        match self {
+            Self::Measured | Self::Count => Vec::new(),
+            Self::Mode => MODES.iter().map(|mode| mode.name()).collect(),
+            Self::Faults => Fault::ALL.iter().map(|fault| fault.name()).collect(),
+        }
+    }
+}
+
+const MODES: [Mode; 3] = [Mode::Disarmed, Mode::Armed, Mode::Stopping];
 
 type Measure = fn(&Metrics, &Counts) -> f64;
 
@@ -228,6 +308,25 @@ impl Errors {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_metric_has_a_kind_and_its_names_stand_for_its_values() {
+        assert_eq!(kind("beauty"), None);
+        assert!(NAMES.iter().all(|name| kind(name).is_some()));
+        let faults = kind("faults").expect("a metric");
+        assert_eq!(faults.names_of(3.0), Some(vec!["EmergencyStop", "BridgeBreak"]));
+        assert_eq!(faults.names_of(0.0), Some(vec![]));
+        for none in [0.5, -1.0, f64::NAN, f64::from(u32::MAX)] {
+            assert_eq!(faults.names_of(none), None, "{none}");
+        }
+        let named = ["BridgeBreak".to_owned(), "EmergencyStop".to_owned()];
+        assert_eq!(faults.value_of(&named), Ok(3.0));
+        assert_eq!(faults.value_of(&["Sadness".to_owned()]), Err("Sadness"));
+        let mode = kind("final_mode").expect("a metric");
+        assert_eq!((mode.names_of(2.0), mode.names_of(3.0)), (Some(vec!["stopping"]), None));
+        assert_eq!(mode.value_of(&["armed".to_owned()]), Ok(1.0));
+        assert!(mode.value_of(&["armed".to_owned(), "disarmed".to_owned()]).is_err());
+    }
 
     #[test]
     fn the_largest_of_values_with_one_that_is_no_number_is_no_number() {

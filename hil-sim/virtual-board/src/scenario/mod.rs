@@ -6,6 +6,7 @@
 //! on the emulated one.
 
 pub mod backend;
+mod bound;
 pub mod error;
 pub mod file;
 mod glances;
@@ -14,23 +15,26 @@ pub mod judged;
 pub mod metrics;
 mod nearest;
 pub mod outcome;
+mod reading;
 pub mod run;
 pub mod sensor;
 pub mod setup;
 pub mod shipped;
+pub mod step;
 pub mod story;
+mod tables;
 pub mod trace;
 pub mod wire;
 pub mod world;
 
 pub use backend::{Backend, Observation, VirtualBackend};
 pub use error::ScenarioError;
-pub use file::{Action, Scenario, Step};
+pub use file::{Scenario, ScenarioSource};
 pub use judge::{Check, RunVerdict, evaluate, failures, judge};
 pub use judged::{JudgedRun, run_judged};
 pub use metrics::{MetricValue, Metrics};
 pub use outcome::{Counts, DriveOutcome, RunEnd};
 pub use run::{RunError, run, run_into, run_watched};
 pub use sensor::Sensor;
-pub use setup::SetupError;
+pub use step::{Action, Step};
 pub use story::{EventKind, GAP_S, RunStory, Sight, Story, StoryEvent};

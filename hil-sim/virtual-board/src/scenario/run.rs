@@ -5,9 +5,10 @@ use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 
 use super::backend::{Backend, Observation};
-use super::file::{Action, Scenario, Step};
+use super::file::Scenario;
 use super::glances::Glances;
 use super::outcome::{Counts, DriveOutcome, RunEnd};
+use super::step::{Action, Step};
 use super::trace::{Trace, TraceRow};
 use super::wire::{FaultyWire, LinkStep, WireDirection, WireFault};
 use crate::link_client::LinkClient;

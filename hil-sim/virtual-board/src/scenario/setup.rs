@@ -3,36 +3,58 @@
 use firmware::drive_board::SCALES;
 use model::vehicle::Vehicle;
 use plant::Plant;
+use plant::imu::imperfection::ImuSettings;
 use plant::settings::SettingsError;
 use plant::terrain::TerrainError;
-use thiserror::Error;
 
-use super::file::Scenario;
+use super::error::ScenarioError;
+use super::file::{Scenario, ScenarioSource};
 
-/// Why a scenario and a vehicle make no plant.
-#[derive(Debug, Error)]
-pub enum SetupError {
-    /// A setting of `[plant]` does not fit the vehicle.
-    #[error(transparent)]
-    PlantSettings(#[from] SettingsError),
-    /// The vehicle's wheels cannot follow the terrain.
-    #[error(transparent)]
-    Terrain(#[from] TerrainError),
+impl ScenarioSource {
+    /// What is wrong with `[plant]`, with its place.
+    pub(super) fn settings(&self, error: SettingsError) -> ScenarioError {
+        let (file, path) = (self.file(), error.field());
+        self.placed(ScenarioError::Plant { file, error }, &path)
+    }
+
+    /// What is wrong with `[terrain]`, with its place.
+    pub(super) fn terrain(&self, error: TerrainError) -> ScenarioError {
+        let (file, path) = (self.file(), format!("terrain.{}", error.field()));
+        self.placed(ScenarioError::Terrain { file, error }, &path)
+    }
 }
 
 impl Scenario {
     /// The simulated vehicle at the start: `vehicle` as `[plant]` changes it, on this terrain.
     ///
     /// # Errors
-    /// [`SetupError`].
-    pub fn plant(&self, vehicle: &Vehicle<f64>) -> Result<Plant, SetupError> {
-        let simulated = self.plant.vehicle_from(vehicle)?;
-        Ok(Plant::with_settings(
-            &simulated,
-            &SCALES,
-            self.terrain.clone(),
-            self.seed,
-            &self.plant,
-        )?)
+    /// A setting of `[plant]` that does not fit the vehicle, a step for a part that the vehicle does not have, a terrain that
+    /// its wheels cannot follow.
+    pub fn plant(&self, vehicle: &Vehicle<f64>) -> Result<Plant, ScenarioError> {
+        let simulated = self.plant.vehicle_from(vehicle);
+        let simulated = simulated.map_err(|error| self.source.settings(error))?;
+        if simulated.parameters().spar.is_none() {
+            self.refuse_what_is_of_a_spar()?;
+        }
+        let terrain = self.terrain.clone();
+        Plant::with_settings(&simulated, &SCALES, terrain, self.seed, &self.plant)
+            .map_err(|error| self.source.terrain(error))
+    }
+
+    /// Refuses what happens to a part that a vehicle without a spar does not have: it would be passed over.
+    fn refuse_what_is_of_a_spar(&self) -> Result<(), ScenarioError> {
+        for (i, step) in self.steps.iter().enumerate() {
+            if let Some((field, what)) = step.of_spar() {
+                let path = format!("step[{i}].{field}");
+                let allowed =
+                    format!("this vehicle has no {what}: allowed with [spar] and [ballast_motor] in its file");
+                return Err(self.source.none_here(&path, allowed));
+            }
+        }
+        if self.plant.spar_imu != ImuSettings::default() {
+            let allowed = "this vehicle has no IMU on a spar: allowed with [spar] and [ballast_motor] in its file";
+            return Err(self.source.none_here("plant.spar_imu", allowed));
+        }
+        Ok(())
     }
 }

@@ -44,7 +44,7 @@ pub struct WireFault {
 
 /// What happens to the link.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(tag = "action", rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum LinkStep {
     /// The way is like this from now on; all left out, it is clear again.
     Link {

@@ -60,7 +60,7 @@ impl AnalogSensor {
 
 /// What the world does.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
-#[serde(tag = "action", rename_all = "kebab-case", deny_unknown_fields)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum WorldStep {
     /// A wheel seizes against the arm, or turns again.
     Jam {

@@ -1,6 +1,6 @@
 //! Fields that follow from others.
 
-use super::{REFERENCE, parse, vehicle};
+use super::{REFERENCE, message, parse, vehicle};
 
 /// By hand, for the small vehicle: 0.03458 kg m^2 turn, 0.7477 N m/V turn them, so that 105 rad/s take 4.857 V s/rad; times
 /// 0.24 times 105 rad/s that is 123 V/rad with the rounded gain. 94 % of 12 V are 11.28 V.
@@ -41,4 +41,31 @@ fn gains_that_are_left_out_follow_from_the_vehicle() {
             .to_string();
         assert!(message.contains(culprit), "{message}");
     }
+}
+
+/// What only a spar has a use for may be left out without one; given, it is in its range and changes nothing.
+#[test]
+fn a_vehicle_without_a_spar_needs_nothing_of_a_spar() {
+    let (head, tail) = REFERENCE.split_once("[spar]").expect("table");
+    let (_, tail) = tail.split_once("[imu]").expect("table");
+    let with = format!("{head}[imu]{tail}");
+    let mut without = with.clone();
+    for line in ["spar_radius_m", "spar_max_rad"] {
+        let given = with.lines().find(|text| text.starts_with(line)).expect(line);
+        without = without.replace(&format!("{given}\n"), "");
+        let (field, value) = given.split_once(" = ").expect("a value");
+        let wrong = with.replace(given, &format!("{field} = 100.0"));
+        assert!(
+            parse("v.toml", &wrong).expect_err(&wrong).to_string().contains(field),
+            "{value}"
+        );
+        // With the spar it must be there.
+        let message = message(&format!("{given}\n"), "");
+        assert!(message.contains(&format!("{field} is missing")), "{message}");
+    }
+    assert_eq!(vehicle(&without).parameters().spar, None);
+    let (mut given, taken) = (*vehicle(&with).parameters(), *vehicle(&without).parameters());
+    given.imu.spar_radius_m = taken.imu.spar_radius_m;
+    given.safety.spar_max_rad = taken.safety.spar_max_rad;
+    assert_eq!(given, taken);
 }

@@ -2,6 +2,9 @@
 
 use super::*;
 
+mod bad_files;
+mod bad_vehicles;
+
 #[test]
 fn the_default_scenario_is_valid() {
     let scenario = Scenario::parse(DEFAULT_NAME, DEFAULT).expect("valid");
@@ -12,19 +15,22 @@ fn the_default_scenario_is_valid() {
 fn bad_scenarios_are_refused_with_file_field_and_range() {
     let base = "title = \"t\"\nduration_s = 10.0\n";
     for (text, parts) in [
-        ("duration_s = 1.0\n", vec!["missing field `title`"]),
+        ("duration_s = 1.0\n", vec!["title is missing"]),
         (
             "title = \"t\"\nduration_s = nan\n",
             vec!["duration_s = NaN", "0.1 to 3600"],
         ),
-        (&format!("{base}wings = 2\n"), vec!["unknown field `wings`"]),
+        (
+            &format!("{base}wings = 2\n"),
+            vec!["unknown name `wings`", "duration_s"],
+        ),
         (
             &format!("{base}[[step]]\nat_s = 11.0\naction = \"arm\"\n"),
-            vec!["line 3: step[0].at_s = 11", "0 to 10"],
+            vec!["step[0].at_s = 11", "0 to 10", "(line 4, column 8)"],
         ),
         (
             &format!("{base}[[step]]\nat_s = 3.0\naction = \"arm\"\n\n[[step]]\nat_s = 1.0\naction = \"disarm\"\n"),
-            vec!["line 7: step[1].at_s = 1", "3 to 10"],
+            vec!["step[1].at_s = 1", "3 to 10", "(line 8, column 8)"],
         ),
         (&format!("{base}[[step]]\nat_s = 1.0\naction = \"fly\"\n"), vec!["fly"]),
         (
@@ -32,15 +38,15 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
                 "{base}[[step]]\nat_s = 1.0\naction = \"arm\"\n\n[[step]]\nat_s = 2.0\naction = \"jamm\"\nside = \"left\"\n"
             ),
             vec![
-                "line 7: step[1]: ",
-                "`jamm` at 2 s; did you mean `jam`?",
+                "step[1].action = \"jamm\": unknown action; did you mean `jam`?",
+                "(line 9, column 10)",
                 "chocks, jam, ",
                 "link, stuck-operator",
             ],
         ),
         (
             &format!("{base}[[step]]\nat_s = 1.0\naction = \"arm\"\n[metrics]\nphi_peak = \"much\"\n"),
-            vec!["expected"],
+            vec!["metrics.phi_peak", "(line 7, column 12)"],
         ),
         (
             &format!("{base}[metrics]\nphi_peak = [0.0, 1.0]\n"),
@@ -66,7 +72,7 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
         ),
         (
             &format!("{base}[[step]]\nat_s = 1.0\naction = \"drive\"\nspeed = 1.0\n"),
-            vec!["unknown field `speed`"],
+            vec!["unknown name `speed`; did you mean `speed_m_s`?"],
         ),
         (
             &format!("{base}[[step]]\nat_s=1.0\naction=\"push\"\non=\"arm\"\nfor_s=0.1\nforward_n=2e4\n"),
@@ -78,7 +84,7 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
         ),
         (
             &format!("{base}[[step]]\nat_s=1.0\naction=\"stand\"\nraised=true\nwings=1\n"),
-            vec!["unknown field `wings`"],
+            vec!["step[0]: unknown name `wings`", "raised"],
         ),
         (
             &format!("{base}[[step]]\nat_s=1.0\naction=\"link-noise\"\nbytes=1000001\n"),

@@ -1,0 +1,102 @@
+//! What the analysis commands take where nobody gives a number.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const REFERENCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../vehicles/reference.toml");
+
+fn hil_sim(line: &str, vehicle: Option<&str>) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hil-sim"));
+    command.args(line.split_whitespace());
+    if let Some(file) = vehicle {
+        command.args(["--vehicle", file]);
+    }
+    command.output().unwrap()
+}
+
+fn json(line: &str, vehicle: Option<&str>) -> Value {
+    let output = hil_sim(&format!("{line} --json"), vehicle);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{line}: {message}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn file(name: &str, text: &str) -> String {
+    let folder: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("taken");
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join(name);
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+fn reference_with(name: &str, changes: &[(&str, &str)]) -> String {
+    let mut text = std::fs::read_to_string(REFERENCE).unwrap();
+    for (from, to) in changes {
+        assert!(text.contains(from), "{from}");
+        text = text.replace(from, to);
+    }
+    file(name, &text)
+}
+
+/// A number that decides a result and that nobody gave is told: in the table, in JSON and on the page.
+#[test]
+fn what_nobody_gave_is_told_with_where_it_comes_from() {
+    let slope = "--beta 0.0873 (the thesis's slope, rad)";
+    let grip = "--mu-s 0.6 (control.grip_mu of the vehicle file)";
+    let planar = file(
+        "planar-taken.toml",
+        "[planar]\nl = 0.8\nalpha = 0.9\nzeta = 2.2\nmu = 0.066\nbeta = 0.1\n",
+    );
+    for (line, vehicle, told) in [
+        ("slip-limit", Some(REFERENCE), vec![slope, grip]),
+        ("critical", Some(REFERENCE), vec![slope]),
+        ("critical --quantity reference --u-max 3", Some(REFERENCE), vec![slope]),
+        ("equilibrium", Some(REFERENCE), vec![slope]),
+        (
+            "simulate --voltage 0.5 --t-end 1 --sample 1",
+            Some(REFERENCE),
+            vec![slope],
+        ),
+        ("coupled --t-end 1 --sample 1", Some(REFERENCE), vec![slope]),
+        ("slip-limit", Some(&planar), vec!["--mu-s 0.8 (rubber on dry concrete)"]),
+        ("slip-limit --mu-s 0.7 --beta 0.1", Some(REFERENCE), vec![]),
+        ("critical", Some(&planar), vec![]),
+        (
+            "critical --quantity reference --u-max 3",
+            Some(&planar),
+            vec!["--kp 0.8 (the thesis's vehicle)", "--kd 10 (the thesis's vehicle)"],
+        ),
+        (
+            "critical --l 0.8 --beta 0.1",
+            None,
+            vec![
+                "--alpha 0.9 (the thesis's vehicle)",
+                "--zeta 2.2",
+                "--mu 0.066",
+                "--nu 0",
+            ],
+        ),
+    ] {
+        let page = Path::new(env!("CARGO_TARGET_TMPDIR")).join("taken.html");
+        let _ = std::fs::remove_file(&page);
+        let shown = hil_sim(&format!("{line} --html {}", page.display()), vehicle);
+        let text = String::from_utf8(shown.stdout).unwrap();
+        let page = std::fs::read_to_string(&page).unwrap();
+        for part in &told {
+            assert!(text.contains(part), "{line}: {part}: {text}");
+            assert!(page.contains(part), "{line}: {part} is not on the page");
+        }
+        assert_eq!(told.is_empty(), !text.contains("not given, taken"), "{line}: {text}");
+        let json = json(line, vehicle);
+        let taken = json.get("taken").map_or(0, |taken| taken.as_array().unwrap().len());
+        assert_eq!(taken, told.len(), "{line}: {json}");
+    }
+    // The vehicle's own grip decides.
+    let slippery = reference_with("slippery.toml", &[("grip_mu = 0.6", "grip_mu = 0.3")]);
+    let own = json("slip-limit", Some(&slippery));
+    assert_eq!(own["mu_s"], 0.3);
+    let given = json("slip-limit --mu-s 0.3", Some(&slippery));
+    assert_eq!(own["critical_voltage"], given["critical_voltage"]);
+}

@@ -1,0 +1,212 @@
+//! The steps of a scenario: what happens when.
+
+use serde::Deserialize;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
+
+use super::nearest::nearest;
+use super::sensor::{FaultName, Sensor};
+use super::wire::LinkStep;
+use super::world::{MotorName, WorldStep};
+use plant::body::PushedBody;
+
+/// Something that happens at a time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// When, s.
+    pub at_s: f64,
+    /// What.
+    pub action: Action,
+}
+
+/// Why a table of a file is no step.
+pub(super) enum NoStep {
+    /// This field, in words of the file.
+    Field {
+        /// Its name.
+        name: &'static str,
+        /// Its value; none if it is missing.
+        value: Option<String>,
+        /// What is allowed.
+        allowed: String,
+    },
+    /// What the reader says of the action's fields.
+    Reader(toml::de::Error),
+}
+
+impl Step {
+    /// Reads the table of one step.
+    ///
+    /// By hand: serde says of a table whose `action` tells its fields neither the field that is wrong nor its place.
+    pub(super) fn read(table: Spanned<DeTable<'_>>) -> Result<Self, NoStep> {
+        let span = table.span();
+        let mut table = table.into_inner();
+        let at_s = match take(&mut table, "at_s").map(Spanned::into_inner) {
+            Some(DeValue::Float(number)) => number.as_str().parse().ok(),
+            Some(DeValue::Integer(number)) => number.as_str().parse().ok(),
+            _ => None,
+        };
+        let at_s = at_s.ok_or_else(|| NoStep::Field {
+            name: "at_s",
+            value: None,
+            allowed: "a step needs at_s, a time in s".to_owned(),
+        })?;
+        let name = take(&mut table, "action");
+        let Some(name) = name
+            .as_ref()
+            .and_then(|value| value.get_ref().as_str())
+            .map(str::to_owned)
+        else {
+            return Err(NoStep::Field {
+                name: "action",
+                value: None,
+                allowed: format!("a step needs an action: allowed is {}", Action::all_names().join(", ")),
+            });
+        };
+        if Action::PLAIN.contains(&name.as_str())
+            && let Some((unknown, _)) = table.iter().next()
+        {
+            let name = &*unknown.get_ref().clone();
+            return Err(NoStep::Field {
+                name: "action",
+                value: None,
+                allowed: format!("unknown name `{name}`: allowed beside this action is at_s alone"),
+            });
+        }
+        // The action's name around its fields, as serde reads an enum.
+        let fields = Spanned::new(span.clone(), DeValue::Table(table));
+        let mut named = DeTable::new();
+        named.insert(Spanned::new(span.clone(), name.clone().into()), fields);
+        let reader = || ValueDeserializer::from(Spanned::new(span, DeValue::Table(named)));
+        let action = if WorldStep::NAMES.contains(&name.as_str()) {
+            WorldStep::deserialize(reader()).map(Action::World)
+        } else if LinkStep::NAMES.contains(&name.as_str()) {
+            LinkStep::deserialize(reader()).map(Action::Link)
+        } else if Action::NAMES.contains(&name.as_str()) {
+            Action::deserialize(reader())
+        } else {
+            let names = Action::all_names();
+            return Err(NoStep::Field {
+                name: "action",
+                value: Some(format!("{name:?}")),
+                allowed: format!(
+                    "unknown action{}; allowed is {}",
+                    nearest(&name, &names),
+                    names.join(", ")
+                ),
+            });
+        };
+        action.map(|action| Self { at_s, action }).map_err(NoStep::Reader)
+    }
+
+    /// The field of this step that only a vehicle with a camera spar has something for, and what that is.
+    pub(super) fn of_spar(&self) -> Option<(&'static str, &'static str)> {
+        match self.action {
+            Action::SensorFault { sensor, .. } => match sensor {
+                Sensor::SparImu => Some(("sensor", "IMU on a spar")),
+                Sensor::BallastEncoder => Some(("sensor", "encoder of a ballast motor")),
+                Sensor::ArmImu | Sensor::LeftEncoder | Sensor::RightEncoder => None,
+            },
+            Action::World(world) => match world {
+                WorldStep::Push {
+                    on: PushedBody::Spar, ..
+                } => Some(("on", "spar to push")),
+                WorldStep::EncoderLoss { motor, .. }
+                | WorldStep::MotorLeads { motor, .. }
+                | WorldStep::HalfBridge { motor, .. } => {
+                    (motor == MotorName::Ballast).then_some(("motor", "ballast motor"))
+                }
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+}
+
+/// Takes a field out of a table.
+fn take<'t>(table: &mut DeTable<'t>, name: &str) -> Option<Spanned<DeValue<'t>>> {
+    let key = table.keys().find(|key| key.get_ref().as_ref() == name)?.clone();
+    table.remove(&key)
+}
+
+/// The vocabulary of scenarios.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Action {
+    /// The operator asks to arm.
+    Arm,
+    /// The operator asks to disarm.
+    Disarm,
+    /// The operator clears latched faults.
+    ClearFaults,
+    /// The operator commands this from now on.
+    Drive {
+        /// Speed, m/s.
+        #[serde(default)]
+        speed_m_s: f64,
+        /// Yaw rate, rad/s, to the left positive.
+        #[serde(default)]
+        yaw_rate_rad_s: f64,
+    },
+    /// The operator falls silent: no more drive commands.
+    Silence,
+    /// The operator speaks again, standing still.
+    Speak,
+    /// The emergency stop is pressed or released.
+    EmergencyStop {
+        /// Pressed.
+        pressed: bool,
+    },
+    /// A sensor fails, or works again (`fault = "none"`).
+    SensorFault {
+        /// Which.
+        sensor: Sensor,
+        /// How.
+        fault: FaultName,
+    },
+    /// The battery's open-circuit voltage changes.
+    Battery {
+        /// To this, V.
+        open_circuit_v: f64,
+    },
+    /// Noise on the serial line, from the scenario's seed.
+    LinkNoise {
+        /// How many bytes.
+        bytes: u32,
+    },
+    /// Chocks are put to the wheels or taken away.
+    Chocks {
+        /// In place.
+        chocked: bool,
+    },
+    /// Something happens to the vehicle.
+    #[serde(skip)]
+    World(WorldStep),
+    /// Something happens to the link.
+    #[serde(skip)]
+    Link(LinkStep),
+}
+
+impl Action {
+    /// The names of all steps.
+    fn all_names() -> Vec<&'static str> {
+        [&Self::NAMES[..], &WorldStep::NAMES, &LinkStep::NAMES].concat()
+    }
+
+    /// The names of the steps that are neither the world's nor the link's, as in files.
+    pub const NAMES: [&'static str; 11] = [
+        "arm",
+        "disarm",
+        "clear-faults",
+        "drive",
+        "silence",
+        "speak",
+        "emergency-stop",
+        "sensor-fault",
+        "battery",
+        "link-noise",
+        "chocks",
+    ];
+    /// Those that need nothing said beside them.
+    const PLAIN: [&'static str; 5] = ["arm", "disarm", "clear-faults", "silence", "speak"];
+}
