@@ -102,3 +102,59 @@ fn on_ice(mu: f64, told_m_s: f64, seed: u64) -> [f64; 2] {
     );
     [largest_m_s, late_s]
 }
+
+/// A vehicle that comes upon ice uphill slides back, and on again, until it is told to stop. Sliding wheels run 0.45 m/s at most
+/// beside the ground for a second (`STEADY_SLIP_MAX_M_S`), so that this is what the speed may be wrong by once they have rolled for
+/// one; the place by that for as long as they slid, or were thought to.
+#[test]
+fn after_a_slide_on_a_slope_the_speed_is_that_of_the_rolling_wheels_again() {
+    const STEADY_SLIP_M_S: f64 = 0.45;
+    for (slope_deg, friction, speed_m_s, patch_m, seed) in [
+        (15.0_f64, 0.05, 1.0, 58.5, 1),
+        (15.0, 0.05, 1.0, 58.5, 2),
+        (5.0, 0.03, 0.5, 0.5, 2),
+        (8.0, 0.03, 1.0, 2.0, 2),
+        (8.0, 0.08, 0.5, 0.5, 2),
+        (12.0, 0.03, 0.5, 2.0, 2),
+        (12.0, 0.08, 0.5, 2.0, 1),
+        (20.0, 0.03, 1.0, 2.0, 2),
+        (20.0, 0.08, 1.0, 0.5, 3),
+    ] {
+        let story = format!("{patch_m} m of {friction} on {slope_deg} deg at {speed_m_s} m/s, seed {seed}");
+        let tables = format!(
+            "chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {:?} }}\n\
+             terrain.patch = [{{ from_m = 1.5, to_m = {:?}, right = {friction:?}, left = {friction:?} }}]",
+            slope_deg.to_radians(),
+            1.5 + patch_m
+        );
+        let steps = format!(
+            "{{ at_s = 4.0, action = \"drive\", speed_m_s = {speed_m_s:?} }}, {{ at_s = 15.0, action = \"drive\" }}"
+        );
+        let outcome = drive(&scenario(22.0, seed, &tables, &steps));
+        let (mut rolled_s, mut slid_s, mut worst_m_s) = (0.0, 0.0, 0.0_f64);
+        for pair in outcome.trace.rows.windows(2) {
+            let (row, dt_s) = (&pair[1], pair[1].time_s() - pair[0].time_s());
+            let truly = row.truth.slip_m_s.iter().any(|slip| slip.abs() > 0.02);
+            let told = row.status.limits.contains(Limit::Slip);
+            rolled_s = if truly { 0.0 } else { rolled_s + dt_s };
+            slid_s += if truly || told { dt_s } else { 0.0 };
+            if rolled_s > 1.0 {
+                let wrong_m_s = f64::from(row.status.estimate.speed_m_s) - row.truth.speed_m_s;
+                worst_m_s = worst_m_s.max(wrong_m_s.abs());
+            }
+        }
+        let last = outcome.trace.rows.last().expect("rows");
+        let astray_m = (f64::from(last.status.estimate.x_m) - last.truth.x_m).abs();
+        println!("{story}: {worst_m_s:.2} m/s wrong, {astray_m:.2} m after {slid_s:.1} s");
+        assert!(worst_m_s < STEADY_SLIP_M_S, "{story}: {worst_m_s} m/s");
+        assert!(
+            astray_m < STEADY_SLIP_M_S * slid_s,
+            "{story}: {astray_m} m after {slid_s} s"
+        );
+        assert_eq!(
+            (last.status.mode, last.status.faults),
+            (Mode::Armed, FaultSet::EMPTY),
+            "{story}"
+        );
+    }
+}

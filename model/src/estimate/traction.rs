@@ -77,6 +77,12 @@ const ROLLS_TICKS: u16 = 300;
 /// by in every second of a slide.
 const REGAINED_M_S: f32 = 0.1;
 const DRIFT_M_S2: f32 = 0.06;
+/// Slip beyond which wheels whose acceleration agrees with the ground's roll, m/s, however far the integral has gone astray.
+/// Friction that slides gives the vehicle speed or takes it, which wheels do only where their law makes them follow the ground:
+/// it keeps them within 0.3 m/s of it, and within half as much again while they come there.
+const STEADY_SLIP_MAX_M_S: f32 = 0.45;
+/// Ticks after which they are believed with less slip than that, too.
+const ROLLS_ANYWAY_TICKS: u16 = 1000;
 /// Ticks after which a slide is taken for a wrong angle of the arm.
 const SLIDE_MAX_TICKS: u16 = 10_000;
 /// Yaw rate from which the accelerations tell nothing, rad/s: a roll of the axle, or of the IMU on the arm, adds to them.
@@ -132,19 +138,24 @@ impl Traction {
         let yaw_max = SLIDES_RAD_S + RADIUS_SHARE * evidence.wheels_m_s.abs() / (2.0 * self.half_track_m);
         let apart = along > SLIDES_M_S2 || yaw > yaw_max;
         let sliding_s = f32::from(self.sliding_ticks) * self.dt_s;
-        let regained = (self.speed_m_s - evidence.wheels_m_s).abs() < REGAINED_M_S + DRIFT_M_S2 * sliding_s;
-        let agreed = along < ROLLS_M_S2 && !hunts && yaw < 0.5 * yaw_max && regained;
+        let slip_m_s = (self.speed_m_s - evidence.wheels_m_s).abs();
+        let regained = slip_m_s < REGAINED_M_S + DRIFT_M_S2 * sliding_s || slip_m_s > STEADY_SLIP_MAX_M_S;
+        let agreed = along < ROLLS_M_S2 && !hunts && yaw < 0.5 * yaw_max;
         self.apart_ticks = if apart { self.apart_ticks.saturating_add(1) } else { 0 };
         self.agreed_ticks = if agreed { self.agreed_ticks.saturating_add(1) } else { 0 };
         if self.sliding {
             self.sliding_ticks = self.sliding_ticks.saturating_add(1);
-            self.sliding = self.agreed_ticks < ROLLS_TICKS && self.sliding_ticks < SLIDE_MAX_TICKS;
+            self.sliding = self.agreed_ticks < if regained { ROLLS_TICKS } else { ROLLS_ANYWAY_TICKS };
+            if self.sliding_ticks >= SLIDE_MAX_TICKS {
+                // Nor may what began it begin it again at once.
+                self.stand();
+            }
         } else {
             self.sliding_ticks = 0;
             self.sliding = hunts || self.apart_ticks >= SLIDES_TICKS;
         }
         // The speed of the slide begins with the first sign of it.
-        if self.sliding || apart {
+        if self.sliding || self.apart_ticks > 0 {
             self.speed_m_s += self.dt_s * (evidence.wheels_m_s2 + difference_m_s2);
         } else {
             self.speed_m_s = evidence.wheels_m_s;
@@ -285,10 +296,12 @@ mod tests {
                 traction.speed_m_s()
             );
             assert!((traction.acceleration_m_s2(0.0) - G * tilt_error).abs() < 0.01);
+            let slip_m_s = (traction.speed_m_s() - ROLLING.wheels_m_s).abs();
             for _ in 0..1000 {
                 traction.update(&ROLLING);
             }
-            assert!(traction.slides(), "the wheels do not turn as fast as the vehicle goes");
+            // The wheels do not turn as fast as the vehicle goes, unless they differ by more than sliding wheels can.
+            assert_eq!(traction.slides(), slip_m_s < STEADY_SLIP_MAX_M_S, "{slip_m_s} m/s");
             let caught = Evidence {
                 wheels_m_s: traction.speed_m_s() + 0.1,
                 ..ROLLING
@@ -298,6 +311,40 @@ mod tests {
             }
             assert!(!traction.slides());
             assert_eq!(traction.speed_m_s(), caught.wheels_m_s);
+        }
+    }
+
+    /// Nothing contradicts the wheels any more, but what the slide left of the integral.
+    #[test]
+    fn wheels_that_agree_for_a_second_are_believed_whatever_the_integral_says() {
+        for tilt_error in [-0.5, -0.037, 0.037, 0.5] {
+            let mut traction = after(&Evidence { tilt_error, ..ROLLING }, 1000);
+            assert!(traction.slides());
+            for _ in 0..1300 {
+                traction.update(&ROLLING);
+            }
+            assert!(!traction.slides(), "{tilt_error}");
+            assert_eq!(traction.speed_m_s(), ROLLING.wheels_m_s);
+        }
+    }
+
+    #[test]
+    fn a_slide_without_end_is_a_wrong_angle_and_does_not_go_on_in_the_next_tick() {
+        let wrong = Evidence {
+            tilt_error: 0.1,
+            ..ROLLING
+        };
+        let mut traction = after(&wrong, usize::from(SLIDE_MAX_TICKS));
+        assert!(traction.slides());
+        let ends = (0..300).position(|_| {
+            traction.update(&wrong);
+            !traction.slides()
+        });
+        assert!(ends.is_some());
+        for _ in 0..SLIDES_TICKS {
+            assert_eq!(traction.speed_m_s() - ROLLING.wheels_m_s, 0.0);
+            assert!(!traction.slides());
+            traction.update(&ROLLING);
         }
     }
 
