@@ -85,6 +85,47 @@ fn an_open_lead_is_named_by_its_motor() {
     }
 }
 
+/// Above the file's `minimum_v` the duties are made for what the sensor reads, below for `minimum_v`: the bridges give at most
+/// the battery's share of it, 1.33, too much.
+#[test]
+fn a_supply_sensor_that_reads_too_low_brings_a_controlled_stop_at_the_speed_told() {
+    for (speed_m_s, reads) in [
+        (0.0, "gain = 0.1"),
+        (1.0, "reads = \"dead\""),
+        (1.0, "gain = 0.1"),
+        (2.3, "gain = 0.5"),
+        (2.3, "reads = \"dead\""),
+        (-2.3, "offset = -20.0"),
+        (2.3, "offset = -6.0"),
+    ] {
+        for seed in [1, 11] {
+            let fault = format!("{{ at_s = 8.0, action = \"analog-fault\", sensor = \"battery-voltage\", {reads} }}");
+            let outcome = fly(13.0, seed, "", &format!("{}, {fault}", at_speed(speed_m_s)));
+            let story = format!("{reads} at {speed_m_s} m/s, seed {seed}");
+            let found = first(&outcome, 8.0, |row| row.status.mode == Mode::Stopping);
+            assert!(found.is_some_and(|s| s < 0.3), "{story}: {found:?}");
+            assert_eq!(last(&outcome).status.faults, only(&[Fault::BatteryLow]), "{story}");
+            assert_eq!(last(&outcome).status.mode, Mode::Disarmed, "{story}");
+            let after = || outcome.trace.rows.iter().filter(|row| row.time_s() > 8.0);
+            let speed_peak_m_s = after().map(|row| row.truth.speed_m_s.abs()).fold(0.0, f64::max);
+            assert!(
+                speed_peak_m_s < f64::abs(speed_m_s) + 0.1,
+                "{story}: {speed_peak_m_s} m/s"
+            );
+            // The current limit of 17 A and its share.
+            let current_peak_a = after().map(|row| row.truth.current_a[0].abs()).fold(0.0, f64::max);
+            assert!(current_peak_a < 17.0 * 1.33, "{story}: {current_peak_a} A");
+        }
+    }
+    for (speed_m_s, seed) in [(0.0, 1), (1.0, 2), (2.3, 3)] {
+        let fault = "{ at_s = 8.0, action = \"analog-fault\", sensor = \"battery-voltage\", gain = 2.0 }";
+        let outcome = fly(9.0, seed, "", &format!("{}, {fault}", at_speed(speed_m_s)));
+        let found = first(&outcome, 8.0, |row| row.status.mode == Mode::Disarmed);
+        assert!(found.is_some_and(|s| s < 0.15), "{speed_m_s}: {found:?}");
+        assert_eq!(last(&outcome).status.faults, only(&[Fault::BatteryHigh]), "{speed_m_s}");
+    }
+}
+
 /// What fails at the spar takes the levelling, never the drive.
 #[test]
 fn no_failure_of_the_spar_ends_the_drive() {

@@ -144,7 +144,7 @@ impl VehicleCore {
             mut voltage_v,
             ..
         } = decision;
-        let battery_v = sensed.battery_v;
+        let supply_v = sensed.supply_v;
         let mut actuation = Actuation::SAFE;
         if mode != Mode::Disarmed {
             let [left_v, right_v, ballast_v] = voltage_v;
@@ -164,12 +164,12 @@ impl VehicleCore {
                 if limited.by_current && shares[i] < 1.0 {
                     limits.insert(Limit::MotorHeat);
                 }
-                let kept_v = self.supply_guards[i].limit(limited.voltage_v, sensed.relative_rate_rad_s[i], battery_v);
+                let kept_v = self.supply_guards[i].limit(limited.voltage_v, sensed.relative_rate_rad_s[i], supply_v);
                 if kept_v != limited.voltage_v {
                     limits.insert(Limit::Regeneration);
                 }
                 voltage_v[i] = kept_v;
-                actuation.duty[i] = duty(kept_v, battery_v, self.scales.duty_max);
+                actuation.duty[i] = duty(kept_v, supply_v, self.scales.duty_max);
             };
             drive(Motor::Left, left, Limit::LeftCurrent);
             drive(Motor::Right, right, Limit::RightCurrent);
@@ -179,7 +179,7 @@ impl VehicleCore {
             } else {
                 drive(Motor::Ballast, ballast, Limit::BallastCurrent);
             }
-            if voltage_v.iter().all(|v| v.is_finite()) && battery_v.is_finite() {
+            if voltage_v.iter().all(|v| v.is_finite()) && supply_v.is_finite() {
                 actuation.enable = true;
             } else {
                 self.supervisor.trip(Fault::NotFinite);
@@ -205,7 +205,7 @@ impl VehicleCore {
                 terms: decision.terms,
                 voltage_v,
                 current_a: sensed.current_a,
-                battery_v,
+                battery_v: sensed.battery_v,
                 late_ticks: decision.late_ticks,
                 refused_arms: decision.refused_arms,
             },

@@ -336,7 +336,7 @@ impl Supervisor {
         self.motor_watches[i].update(&MotorReading {
             count: sensed.encoder_counts[i],
             // The ballast's idle bridge holds 0 V, which is as good a test as any other voltage.
-            applied_v: applied.enable.then(|| voltage(applied.duty[i], sensed.battery_v)),
+            applied_v: applied.enable.then(|| voltage(applied.duty[i], sensed.supply_v)),
             current_a: sensed.current_a[i],
             rate_rad_s: sensed.relative_rate_rad_s[i],
         })

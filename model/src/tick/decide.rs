@@ -123,7 +123,7 @@ impl Laws {
             DriveCommand::NEUTRAL
         };
         self.target_m_s = wanted.speed_m_s;
-        let supply_v = self.duty_max * sensed.battery_v;
+        let supply_v = self.duty_max * sensed.supply_v;
         let turn = self.steering.step(&SteeringInput {
             target_rad_s: wanted.yaw_rate_rad_s,
             yaw_rate_rad_s: estimate.yaw_rate_rad_s,

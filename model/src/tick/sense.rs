@@ -2,6 +2,7 @@
 
 use crate::analog::{Analog, AnalogScale};
 use crate::board::BoardScales;
+use crate::bounded::Bounded;
 use crate::estimate::rate_filter::{LowPass, RateFilter, nearest};
 use crate::estimate::tilt::TiltReading;
 use crate::sample::{ImuRaw, MOTORS, Motor, Sample, TICK_S};
@@ -19,6 +20,7 @@ pub(super) struct Sensing {
     imu: ImuUnits,
     analog: Analog<AnalogScale>,
     battery: LowPass,
+    battery_min_v: f32,
     last_counts: Option<[i64; MOTORS]>,
     ballast_start: i64,
     /// Motors that the vehicle has: without a spar nothing is wired to the ballast's inputs.
@@ -43,6 +45,7 @@ impl Sensing {
             },
             analog: scales.analog,
             battery: LowPass::new(TICK_S, BATTERY_TIME_CONSTANT_S),
+            battery_min_v: p.battery.minimum_v,
             last_counts: None,
             ballast_start: 0,
             motors: if p.spar.is_some() { MOTORS } else { BALLAST },
@@ -94,6 +97,7 @@ impl Sensing {
             spar_force_y_m_s2: self.imu.force_m_s2(&sample.spar_imu.raw, 1),
             spar_gyro_x_rad_s: self.imu.rate_rad_s(&sample.spar_imu.raw, 0),
             battery_v: self.battery.value(),
+            supply_v: self.battery.value().bounded(self.battery_min_v, f32::MAX),
             current_a,
             analog,
             encoder_counts: counts,

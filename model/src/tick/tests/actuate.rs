@@ -42,7 +42,7 @@ fn each_current_limit_bounds_its_motor_and_raises_its_flag_only() {
     ] {
         for rate_rad_s in [0.0, 3.0, -3.0] {
             let mut sensed = sensed_at_rest();
-            sensed.battery_v = 27.5;
+            sensed.supply_v = 27.5;
             sensed.relative_rate_rad_s[motor] = rate_rad_s;
             for (share, bound) in [(0.99_f32, false), (1.01, true), (-0.99, false), (-1.01, true)] {
                 // What the other motors get is within their limits.
@@ -101,7 +101,7 @@ fn a_stopping_vehicle_is_driven_and_a_disarmed_one_is_not() {
         assert_eq!(output.status.mode, mode);
     }
     let duties = actuated(&sensed, driving([3.0, -3.0, 1.0])).actuation.duty;
-    let expected = [3.0_f32, -3.0, 1.0].map(|v| v / sensed.battery_v * DUTY_FULL_SCALE);
+    let expected = [3.0_f32, -3.0, 1.0].map(|v| v / sensed.supply_v * DUTY_FULL_SCALE);
     for (duty, expected) in duties.into_iter().zip(expected) {
         assert!((f32::from(duty) - expected).abs() <= 0.51, "{duty} for {expected}");
     }
@@ -115,7 +115,7 @@ fn what_is_not_a_number_opens_the_bridges_in_its_tick() {
             let mut sensed = sensed_at_rest();
             let mut decision = driving([1.0; MOTORS]);
             if place == MOTORS {
-                sensed.battery_v = broken;
+                sensed.supply_v = broken;
             } else {
                 decision.voltage_v[place] = broken;
                 // An infinite voltage is brought within the current limit: only a motor without one keeps it.

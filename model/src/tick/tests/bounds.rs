@@ -32,7 +32,7 @@ fn a_supply_near_its_highest_voltage_takes_back_less() {
     for (battery_v, bound) in [(25.0, false), (27.5, false), (29.8, true)] {
         let mut core = VehicleCore::new(&reference(), &BoardScales::EXAMPLE);
         let mut sensed = sensed_at_rest();
-        sensed.battery_v = battery_v;
+        sensed.supply_v = battery_v;
         sensed.relative_rate_rad_s = [10.0, 10.0, 0.0];
         let output = core.actuate(&sensed, &Estimate::default(), driving([8.0, 15.0, 1.0]));
         let [left_v, right_v, ballast_v] = output.status.voltage_v;

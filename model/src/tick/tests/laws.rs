@@ -107,8 +107,8 @@ fn steering_takes_half_of_the_supply_and_driving_the_rest() {
     bench.estimate.yaw_rate_rad_s = -20.0;
     bench.estimate.phi_rad = -0.9;
     // Less than the current limits allow.
-    bench.sensed.battery_v = 4.0;
-    let supply_v = BoardScales::EXAMPLE.duty_max * bench.sensed.battery_v;
+    bench.sensed.supply_v = 4.0;
+    let supply_v = BoardScales::EXAMPLE.duty_max * bench.sensed.supply_v;
     let mut wish = Wish::default();
     for _ in 0..20 {
         wish = bench.tick(ARMED);
@@ -138,10 +138,10 @@ fn each_limits_flag_rises_with_its_cause_and_falls_without() {
     type Cause = fn(&mut Bench);
     let causes: [(Limit, bool, Cause); 12] = [
         (Limit::Voltage, true, |b| {
-            (b.sensed.battery_v, b.estimate.phi_rad) = (2.0, 0.9);
+            (b.sensed.supply_v, b.estimate.phi_rad) = (2.0, 0.9);
         }),
         (Limit::Voltage, true, |b| {
-            (b.sensed.battery_v, b.estimate.phi_rad) = (2.0, -0.9);
+            (b.sensed.supply_v, b.estimate.phi_rad) = (2.0, -0.9);
         }),
         (Limit::Voltage, false, |b| b.estimate.phi_rad = 0.01),
         (Limit::Reference, true, |b| b.command.drive.speed_m_s = 0.5),
