@@ -1,11 +1,19 @@
 //! The nondimensional models of a vehicle: what each chapter's equations take, from the SI values.
 
-use super::Vehicle;
+use super::{MotorParameters, Vehicle};
 use crate::dynamics::camera::CameraParameters;
 use crate::dynamics::coupled::{Bearing, CoupledParameters};
 use crate::dynamics::planar::PlanarParameters;
 use crate::dynamics::spatial::SpatialParameters;
 use crate::real::Real;
+
+impl<T: Real> MotorParameters<T> {
+    /// Time constant with which the rate of an unloaded rotor follows the voltage, s: `J R / (Kt Ke)`, 0 without inertia.
+    pub fn free_rotor_s(&self) -> T {
+        self.rotor_inertia_kg_m2 * self.resistance_ohm
+            / (self.torque_constant_n_m_per_a * self.back_emf_constant_v_s_per_rad)
+    }
+}
 
 impl<T: Real> Vehicle<T> {
     /// `(M + m) r^2`, kg m^2: what (3.10) divides inertias by. The same as mt R^2 of ch. 6, since

@@ -9,9 +9,10 @@ use super::fields::{LeftOut, Rule};
 use super::{Field, VehicleParameters};
 use crate::board::DUTY_MAX_PERCENT;
 
-/// Crossover of the yaw loop, rad/s, where the loop's lag does not bound it: half of the one at which the reference vehicle
-/// with 1 deg of play in its gears chatters between their flanks.
-const CROSSOVER_RAD_S: f64 = 105.0;
+/// Largest product of the crossover and the time constant of a free rotor, rad. In the play of the gears a rotor follows the
+/// voltage with that time constant, and its encoder shows a turn of the wheel that is none: beyond twice this, the reference
+/// vehicle with 1 deg of play chatters between the flanks.
+const PLAY_SHARE: f64 = 0.49;
 /// Lag of the yaw loop besides the motor's, s: the gyro's filter of 250 Hz has 0.9 ms, its sample is half a tick of 1 ms old,
 /// the voltage reaches the bridge within a tick, and a voltage that holds for a tick is half of one old.
 const LAG_S: f64 = 0.0029;
@@ -31,6 +32,8 @@ pub struct TurningDrive {
     pub torque_per_volt_n_m_per_v: f64,
     /// Electrical time constant of a motor, s.
     pub electrical_s: f64,
+    /// Time constant with which a rotor follows the voltage in the play of its gears, s.
+    pub free_rotor_s: f64,
 }
 
 impl TurningDrive {
@@ -47,12 +50,13 @@ impl TurningDrive {
             torque_per_volt_n_m_per_v: 2.0 * wheel_turn * motor.torque_constant_n_m_per_a * motor.gear_ratio
                 / motor.resistance_ohm,
             electrical_s: motor.inductance_h / motor.resistance_ohm,
+            free_rotor_s: motor.free_rotor_s(),
         }
     }
 
     /// The yaw loop's crossover by rule, rad/s.
     pub fn crossover_rad_s(&self) -> f64 {
-        CROSSOVER_RAD_S.min(LAG_SHARE / (LAG_S + self.electrical_s))
+        (PLAY_SHARE / self.free_rotor_s).min(LAG_SHARE / (LAG_S + self.electrical_s))
     }
 
     /// The crossover with this gain, V s/rad, or by rule if that is less, rad/s.

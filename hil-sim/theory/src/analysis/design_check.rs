@@ -319,6 +319,7 @@ impl Inspector<'_> {
             Design::by_rule(
                 self.number("tick_time_units") as f32,
                 (p.estimator.wheel_rate_time_constant_s / self.number("time_unit_s")) as f32,
+                (p.drive_motor.free_rotor_s() / self.number("time_unit_s")) as f32,
             )
             .servo,
         );

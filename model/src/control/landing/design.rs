@@ -15,8 +15,8 @@ pub struct Design {
     pub rate_observer: f32,
 }
 
-/// Pole of the arm servo where neither tick nor lag bounds it. Faster gains little, since grip bounds every step, and
-/// costs robustness: with 4, some vehicles of +-20 % limit-cycle.
+/// Pole of the arm servo where nothing else bounds it. Faster gains little, since grip bounds every step, and costs
+/// robustness: with 4, some vehicles of +-20 % limit-cycle.
 const SERVO: f32 = 3.0;
 /// Pole of the torque observer over the arm servo's.
 const TORQUE_OBSERVER: f32 = 5.0;
@@ -27,24 +27,32 @@ const SPEED: f32 = 0.5;
 const TICK_SHARE: f32 = 0.35;
 /// Largest product of the arm servo's pole and the lag of the wheel-rate filter.
 const LAG_SHARE: f32 = 0.2;
+/// Largest product of the cube of the arm servo's pole and the rotors' time constant. In the play of the gears a rotor is free:
+/// its rate follows the voltage with that time constant, and what the law makes of the rate goes with the cube of its poles.
+/// Simulated with play of 1 and 2 deg, vehicles of nine inertias and resistances of their rotors chatter from 2.9 on.
+const PLAY_SHARE: f32 = 1.1;
 
 impl Design {
-    /// The gains for a tick and a time constant of the wheel-rate filter in time units.
+    /// The gains for a tick, a time constant of the wheel-rate filter and one of the free rotors, in time units.
     ///
     /// ```
     /// use model::control::landing::Design;
-    /// // The reference vehicle: 1 ms and 4 ms of 159.6 ms.
-    /// let design = Design::by_rule(0.00626, 0.0251);
+    /// // The reference vehicle: 1 ms, 4 ms and 4.6 ms of 159.6 ms.
+    /// let design = Design::by_rule(0.00626, 0.0251, 0.029);
     /// assert_eq!((design.servo, design.speed), (3.0, 1.5));
     /// assert_eq!((design.torque_observer, design.rate_observer), (15.0, 3.0));
     /// // Wheels of 20 mm radius: the tick is long, and the law becomes slower.
-    /// let small = Design::by_rule(0.0222, 0.0886);
+    /// let small = Design::by_rule(0.0222, 0.0886, 0.029);
     /// assert!(small.servo < 2.3 && small.torque_observer * 0.0222 < 0.36);
+    /// // Heavy rotors, as those of small gearmotors: in the play of the gears they follow the voltage late.
+    /// let heavy = Design::by_rule(0.01, 0.04, 0.14);
+    /// assert!(heavy.servo < 2.0);
     /// ```
-    pub fn by_rule(tick: f32, lag: f32) -> Self {
+    pub fn by_rule(tick: f32, lag: f32, rotors: f32) -> Self {
         let servo = SERVO
             .bounded(0.0, TICK_SHARE / (TORQUE_OBSERVER * tick))
-            .bounded(0.0, LAG_SHARE / lag);
+            .bounded(0.0, LAG_SHARE / lag)
+            .bounded(0.0, libm::cbrtf(PLAY_SHARE / rotors));
         Self {
             servo,
             speed: SPEED * servo,

@@ -66,7 +66,8 @@ impl LandingLaw {
         let (p, planar, scales) = (vehicle.parameters(), vehicle.planar(0.0), vehicle.scales());
         let tick = dt_s / scales.time_s;
         let lag = p.estimator.wheel_rate_time_constant_s / scales.time_s;
-        let design = Design::by_rule(tick, lag);
+        let rotors = p.drive_motor.free_rotor_s() / scales.time_s;
+        let design = Design::by_rule(tick, lag, rotors);
         let alpha_l = planar.alpha * planar.l;
         let mass = 1.0 + vehicle.spar_mass_ratio();
         let balance = Balance {

@@ -34,6 +34,7 @@ impl Bench {
                 spar_force_y_m_s2: 0.0,
                 spar_gyro_x_rad_s: 0.0,
                 battery_v: 25.0,
+                supply_v: 25.0,
                 current_a: [0.0; MOTORS],
                 analog: crate::analog::Analog::default(),
                 encoder_counts: [0; MOTORS],
