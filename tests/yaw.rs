@@ -211,6 +211,42 @@ fn play_in_the_gears_leaves_vehicles_that_nobody_tuned_quiet() {
     }
 }
 
+/// The small vehicle with gears that are stiff beside its weight, as gearmotors of metal are, and have 0.5 to 2 deg of play: its
+/// heavy rotors turn freely between their flanks, which no encoder is blamed for. It drives and turns as told: never more than
+/// 0.2 m/s too fast, which is what the reverse from a wall is allowed; and six seconds after its last turn its arm swings by
+/// no more than that of the reference vehicle may.
+#[test]
+fn stiff_gears_with_play_do_not_end_the_drive_of_a_small_vehicle() {
+    let [mut worst_m_s, mut worst_deg] = [0.0_f64; 2];
+    for play_deg in [0.5, 1.0, 1.5, 2.0] {
+        let gear = format!("{{ backlash_deg = {play_deg:?}, gear_stiffness_n_m_per_rad = 3000.0 }}");
+        let tables = format!("plant.left = {gear}\nplant.right = {gear}");
+        let steps = "{ at_s = 4.0, action = 'drive', speed_m_s = 0.4 }, { at_s = 10.0, action = 'drive' },
+             { at_s = 14.0, action = 'drive', yaw_rate_rad_s = 1.0 }, { at_s = 18.0, action = 'drive' }";
+        let outcome = drive(&small(), 26.0, 0.0, &tables, steps);
+        let fast_m_s = most(from(&outcome, 4.0), |row| row.truth.speed_m_s.abs() - 0.4);
+        let phi_deg = |row: &TraceRow| row.truth.phi_rad.to_degrees();
+        let rests = from(&outcome, 24.0);
+        let swing_deg = 0.5 * (most(rests, phi_deg) + most(rests, |row| -phi_deg(row)));
+        println!("{play_deg} deg: {fast_m_s:.2} m/s too fast, the arm swings by {swing_deg:.3} deg");
+        let status = last(&outcome).status;
+        assert_eq!(
+            (status.mode, status.faults),
+            (Mode::Armed, FaultSet::EMPTY),
+            "{play_deg}"
+        );
+        assert!(fast_m_s <= 0.2, "{play_deg} deg: {fast_m_s} m/s too fast");
+        assert!(swing_deg <= 0.05, "{play_deg} deg: the arm swings by {swing_deg} deg");
+        (worst_m_s, worst_deg) = (worst_m_s.max(fast_m_s), worst_deg.max(swing_deg));
+    }
+    shown(
+        "the small vehicle with 0.5, 1, 1.5, 2 deg of play",
+        &format!(
+            "no fault; at most {worst_m_s:.2} m/s too fast; six seconds after its last turn the arm swings by {worst_deg:.3} deg at most"
+        ),
+    );
+}
+
 /// One wheel on ice and one on rubber, level and on 5 deg: the vehicle keeps its heading to 2 deg while it speeds up and
 /// stops, which over its own length is 17 mm, a quarter of a rail's head; and comes back to 0.5 deg. To keep it, the wheel on
 /// ice must spin by up to 2.8 m/s, whose back-EMF, 7.3 V of difference, takes an integral of the yaw rate of

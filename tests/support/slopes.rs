@@ -1,8 +1,6 @@
 //! Drives of any vehicle on a plane of any slope.
 
-use firmware::drive_board::SCALES;
 use model::vehicle::{Vehicle, VehicleParameters};
-use plant::Plant;
 use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
 
@@ -16,7 +14,7 @@ pub fn drive(vehicle: &Vehicle<f64>, seconds: f64, slope_deg: f64, more: &str, s
         slope_deg.to_radians()
     );
     let scenario = Scenario::parse("a scenario of this test", &text).unwrap_or_else(|error| panic!("{error}\n{text}"));
-    let plant = Plant::new(vehicle, &SCALES, scenario.terrain.clone(), scenario.seed).expect("drivable");
+    let plant = scenario.plant(vehicle).expect("drivable");
     let mut backend = VirtualBackend::boot(vehicle, plant).expect("boots");
     scenario::run(&scenario, &mut backend, |_| {}).expect("the plant stays valid")
 }
