@@ -331,14 +331,7 @@ fn a_server_that_is_told_to_end_tells_the_last_lines_of_the_log() {
         let mut served = Served::new(&["--tcp", "127.0.0.1:0", "--rate", "0.01"]);
         let (code, _, error) = served.link(&["status", "--seconds", "0.1"]);
         assert_ne!(code, None, "{error}");
-        let pid = served.server.process.id().to_string();
-        assert!(
-            Command::new("kill")
-                .args([signal, &pid])
-                .status()
-                .expect("runs")
-                .success()
-        );
+        served.server.signal(signal);
         assert!(served.wait_for("biplanar drive board").contains("power-on"));
         assert_eq!(served.server.process.wait().expect("ended").code(), Some(0), "{signal}");
     }

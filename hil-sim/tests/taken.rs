@@ -1,44 +1,9 @@
 //! What the analysis commands take where nobody gives a number.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
-use serde_json::Value;
-
-const REFERENCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../vehicles/reference.toml");
-
-fn hil_sim(line: &str, vehicle: Option<&str>) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_hil-sim"));
-    command.args(line.split_whitespace());
-    if let Some(file) = vehicle {
-        command.args(["--vehicle", file]);
-    }
-    command.output().unwrap()
-}
-
-fn json(line: &str, vehicle: Option<&str>) -> Value {
-    let output = hil_sim(&format!("{line} --json"), vehicle);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{line}: {message}");
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-fn file(name: &str, text: &str) -> String {
-    let folder: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("taken");
-    std::fs::create_dir_all(&folder).unwrap();
-    let path = folder.join(name);
-    std::fs::write(&path, text).unwrap();
-    path.to_str().unwrap().to_owned()
-}
-
-fn reference_with(name: &str, changes: &[(&str, &str)]) -> String {
-    let mut text = std::fs::read_to_string(REFERENCE).unwrap();
-    for (from, to) in changes {
-        assert!(text.contains(from), "{from}");
-        text = text.replace(from, to);
-    }
-    file(name, &text)
-}
+mod vehicle_tool;
+use vehicle_tool::{REFERENCE, file, hil_sim, json, reference_with};
 
 /// A number that decides a result and that nobody gave is told: in the table, in JSON and on the page.
 #[test]

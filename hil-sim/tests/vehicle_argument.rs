@@ -1,11 +1,11 @@
 //! `--vehicle FILE.toml` as a script sees it: the file's numbers, overridden by flags; bad files.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
 use serde_json::Value;
 
-const REFERENCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../vehicles/reference.toml");
+mod vehicle_tool;
+use vehicle_tool::{REFERENCE, file, hil_sim, json, reference_with};
 
 /// Every analysis command with what it needs besides a vehicle, short enough for a test.
 const COMMANDS: [&str; 9] = [
@@ -23,22 +23,6 @@ const COMMANDS: [&str; 9] = [
 /// How the names of numbers in SI end.
 const UNITS: [&str; 4] = ["_v", "_m_s", "_deg", "_s"];
 
-fn hil_sim(line: &str, vehicle: Option<&str>) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_hil-sim"));
-    command.args(line.split_whitespace());
-    if let Some(file) = vehicle {
-        command.args(["--vehicle", file]);
-    }
-    command.output().unwrap()
-}
-
-fn json(line: &str, vehicle: Option<&str>) -> Value {
-    let output = hil_sim(&format!("{line} --json"), vehicle);
-    let message = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success(), "{line}: {message}");
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
 /// The message of a run that must end with 2 and print nothing.
 fn refused(line: &str, vehicle: &str) -> String {
     let output = hil_sim(line, Some(vehicle));
@@ -46,23 +30,6 @@ fn refused(line: &str, vehicle: &str) -> String {
     assert_eq!(output.status.code(), Some(2), "{line}: {message}");
     assert!(output.stdout.is_empty(), "{line}");
     message
-}
-
-fn file(name: &str, text: &str) -> String {
-    let folder: PathBuf = Path::new(env!("CARGO_TARGET_TMPDIR")).join("vehicle-argument");
-    std::fs::create_dir_all(&folder).unwrap();
-    let path = folder.join(name);
-    std::fs::write(&path, text).unwrap();
-    path.to_str().unwrap().to_owned()
-}
-
-fn reference_with(name: &str, changes: &[(&str, &str)]) -> String {
-    let mut text = std::fs::read_to_string(REFERENCE).unwrap();
-    for (from, to) in changes {
-        assert!(text.contains(from), "{from}");
-        text = text.replace(from, to);
-    }
-    file(name, &text)
 }
 
 /// The nondimensional numbers of a JSON value, in order: what has a unit is said only where a vehicle is known.

@@ -49,4 +49,12 @@ impl Listened {
             }
         }
     }
+
+    /// Sends the program a signal, as the shell's `kill` names it.
+    #[cfg(unix)]
+    pub fn signal(&self, signal: &str) {
+        let pid = self.process.id().to_string();
+        let sent = Command::new("kill").args([signal, &pid]).status().expect("runs");
+        assert!(sent.success(), "{signal}");
+    }
 }

@@ -232,14 +232,7 @@ fn the_command_and_its_emulator_end_together() {
         let port = served.wait_for("board at ");
         let text = link_at(&port, &["status", "--seconds", "0.2"]);
         assert!(text.contains("disarmed: "), "{text}");
-        let pid = served.process.id().to_string();
-        assert!(
-            Command::new("kill")
-                .args([signal, &pid])
-                .status()
-                .expect("runs")
-                .success()
-        );
+        served.signal(signal);
         assert_eq!(served.process.wait().expect("ended").code(), code, "{signal}");
         let address = port.strip_prefix("tcp:").expect("a TCP port");
         assert!(

@@ -7,6 +7,7 @@ use core::f64::consts::PI;
 
 use model::control::landing::Design;
 use model::control::speed_law::SpeedLaw;
+use model::sample::TICK_US;
 use model::vehicle::{SpeedLawChoice, Vehicle};
 use serde::Serialize;
 
@@ -315,14 +316,7 @@ impl Inspector<'_> {
             "beyond level the arm carries less the further it swings: the fault comes after the whirl has begun"
                 .to_owned(),
         );
-        let servo = f64::from(
-            Design::by_rule(
-                self.number("tick_time_units") as f32,
-                (p.estimator.wheel_rate_time_constant_s / self.number("time_unit_s")) as f32,
-                (p.drive_motor.free_rotor_s() / self.number("time_unit_s")) as f32,
-            )
-            .servo,
-        );
+        let servo = f64::from(Design::of(self.vehicle, 1e-6 * f64::from(TICK_US)).servo);
         self.tell(
         servo < SLOWEST_SERVO,
         Severity::Error,

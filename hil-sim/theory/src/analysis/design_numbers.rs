@@ -108,9 +108,7 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
     let slip_v = slip_v.map_or(f64::NAN, |u| u * scales.voltage_v);
     let swing_hz = (al / (al * level.l + level.nu)).sqrt() / (TAU * scales.time_s);
     let tick = f64::from(TICK_US) * 1e-6 / scales.time_s;
-    let lag = p.estimator.wheel_rate_time_constant_s / scales.time_s;
-    let rotors = motor.free_rotor_s() / scales.time_s;
-    let servo = f64::from(Design::by_rule(tick as f32, lag as f32, rotors as f32).servo);
+    let servo = f64::from(Design::of(vehicle, f64::from(TICK_US) * 1e-6).servo);
     let counts_per_m = motor.encoder_counts_per_rev * motor.gear_ratio / (TAU * body.wheel_radius_m);
     let steering = SteeringLimits::new(vehicle);
     let number = |name, value, meaning| DesignNumber { name, value, meaning };

@@ -1,6 +1,8 @@
 //! The landing law's gains, by rule from the vehicle.
 
 use crate::bounded::Bounded;
+use crate::real::Real;
+use crate::vehicle::Vehicle;
 
 /// Gains in 1/(time unit).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +35,18 @@ const LAG_SHARE: f32 = 0.2;
 const PLAY_SHARE: f32 = 1.1;
 
 impl Design {
+    /// The gains for `vehicle`, whose law is called every `dt_s` seconds.
+    pub fn of<T: Real>(vehicle: &Vehicle<T>, dt_s: T) -> Self {
+        let (p, time_s) = (vehicle.parameters(), vehicle.scales().time_s);
+        let [tick, lag, rotors] = [
+            dt_s,
+            p.estimator.wheel_rate_time_constant_s,
+            p.drive_motor.free_rotor_s(),
+        ]
+        .map(|seconds| (seconds / time_s).to_f64() as f32);
+        Self::by_rule(tick, lag, rotors)
+    }
+
     /// The gains for a tick, a time constant of the wheel-rate filter and one of the free rotors, in time units.
     ///
     /// ```

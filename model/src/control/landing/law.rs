@@ -66,8 +66,7 @@ impl LandingLaw {
         let (p, planar, scales) = (vehicle.parameters(), vehicle.planar(0.0), vehicle.scales());
         let tick = dt_s / scales.time_s;
         let lag = p.estimator.wheel_rate_time_constant_s / scales.time_s;
-        let rotors = p.drive_motor.free_rotor_s() / scales.time_s;
-        let design = Design::by_rule(tick, lag, rotors);
+        let design = Design::of(vehicle, dt_s);
         let alpha_l = planar.alpha * planar.l;
         let mass = 1.0 + vehicle.spar_mass_ratio();
         let balance = Balance {
