@@ -76,6 +76,37 @@ fn play_of_the_gears_keeps_no_swing_going() {
     );
 }
 
+/// The same play while the vehicle drives slowly, level and down gentle slopes, straight and in turns, where its gears carry
+/// little torque: it is nowhere more than 0.2 m/s too fast, which is what the reverse from a wall is allowed, and no encoder is
+/// blamed.
+#[test]
+fn play_of_the_gears_lets_no_drive_run_away() {
+    let mut worst_m_s = 0.0_f64;
+    for play_deg in [0.6, 1.0, 1.5] {
+        let gear = format!("{{ backlash_deg = {play_deg:?}, gear_stiffness_n_m_per_rad = 3000.0 }}");
+        for slope_rad in [0.0, -0.03] {
+            let tables = format!(
+                "chocked_until_armed = true\nterrain.plane.slope_x_rad = {slope_rad:?}\nplant.left = {gear}\nplant.right = {gear}"
+            );
+            for (speed_m_s, yaw_rad_s) in [(0.05, 0.0), (0.2, 0.6), (0.5, 1.0), (1.0, 0.0)] {
+                let steps = format!(
+                    "{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?}, yaw_rate_rad_s = {yaw_rad_s:?} }}"
+                );
+                let outcome = fly(14.0, 1, &tables, &steps);
+                let fast_m_s = most(from(&outcome, 5.0), |row| row.truth.speed_m_s.abs() - speed_m_s);
+                let story = format!("{play_deg} deg of play on {slope_rad} rad, {speed_m_s} m/s, {yaw_rad_s} rad/s");
+                assert_armed(&outcome, &story);
+                assert!(fast_m_s <= 0.2, "{story}: {fast_m_s} m/s too fast");
+                worst_m_s = worst_m_s.max(fast_m_s);
+            }
+        }
+    }
+    shown(
+        "gears with 0.6, 1, 1.5 deg of play, driving",
+        &format!("at most {worst_m_s:.2} m/s too fast, no fault"),
+    );
+}
+
 /// The arm IMU turned by 2 deg about each of its axes, both ways: turning on the spot at 1 rad/s, the vehicle creeps by
 /// less than 5 cm a turn, from the first turn on.
 #[test]

@@ -1,6 +1,7 @@
 //! The landing law: observers, landing speed, governor, arm servo.
 
 use super::balance::{Balance, MotionByTorque};
+use super::chatter::Chatter;
 use super::command::{CommandRamp, Room, gentle};
 use super::design::Design;
 use super::governor::{Barrier, Interval, grip};
@@ -8,7 +9,7 @@ use super::limits::Limits;
 use super::observer::{RateObserver, TorqueObserver};
 use super::obstacle::{Obstacle, PushState, Told};
 use super::refusal::SlopeRefusal;
-use super::standing::Unrest;
+use super::standing::{STANDING_PACE, Unrest};
 use crate::bounded::Bounded;
 use crate::control::LawOutput;
 use crate::control::ballast_plan::Pivot;
@@ -33,6 +34,9 @@ const START_TIME: f32 = 12.0;
 const ACQUISITION_TIME: f32 = 6.0;
 const HASTE: f32 = 2.0;
 
+/// Acceleration of the reference below which the vehicle drives at the speed told, g.
+const CRUISE_ACCELERATION: f32 = 0.02;
+
 /// The landing law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LandingLaw {
@@ -47,6 +51,7 @@ pub struct LandingLaw {
     rate_observer: RateObserver,
     command: CommandRamp,
     obstacle: Obstacle,
+    chatter: Chatter,
     /// Share of the design's poles in this tick.
     pace: f32,
     /// Torque at the joint in the last tick, as the model has it.
@@ -93,6 +98,7 @@ impl LandingLaw {
             rate_observer: RateObserver::new(&design, tick, 1.0 - libm::expf(-tick / lag)),
             command: CommandRamp::new(&p.control, comfort_s, dt_s, &scales),
             obstacle: Obstacle::default(),
+            chatter: Chatter::default(),
             pace: 1.0,
             torque: 0.0,
             acceleration: 0.0,
@@ -107,6 +113,7 @@ impl LandingLaw {
     pub fn reset(&mut self, speed_m_s: f32) {
         self.command.reset(speed_m_s / self.scales.speed_m_s);
         self.obstacle = Obstacle::default();
+        self.chatter = Chatter::default();
         self.refusal = SlopeRefusal::default();
         self.pace = 1.0;
         self.acceleration = 0.0;
@@ -182,6 +189,7 @@ impl LandingLaw {
         let push = self.obstacle.push();
         let stuck = push == PushState::Stuck;
         let motion = self.observe(arm, slope, phi_rate, sensed_wheel_rate + phi_rate, push);
+        self.chatter.update(self.rate_observer.unforeseen(), self.tick);
         let wheel_rate = self.rate_observer.wheel_rate();
 
         let home = self.equilibrium.arm(0.0, slope.0, slope.1);
@@ -242,6 +250,10 @@ impl LandingLaw {
         let voltage = (torque - disturbance + damping).bounded(-voltage_max, voltage_max);
         let unrest = Unrest {
             told: input.target_m_s == 0.0 && !input.turns && !stuck,
+            cruises: self.chatter.worn()
+                && !stuck
+                && input.sliding_over_m_s.is_none()
+                && self.command.acceleration().abs() < CRUISE_ACCELERATION,
             starting: self.age < LET_GO_TIME,
             reference: self.command.reference(),
             landing,
@@ -253,7 +265,7 @@ impl LandingLaw {
         self.torque = voltage - damping;
         // What the model has, without what the encoders add: that would feed the ballast's push on the axle back to the
         // ballast. Standing accelerates nothing.
-        self.acceleration = if self.pace < 1.0 {
+        self.acceleration = if self.pace <= STANDING_PACE {
             0.0
         } else {
             motion.wheel.at(self.torque + disturbance)
