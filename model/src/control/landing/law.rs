@@ -248,20 +248,9 @@ impl LandingLaw {
         let disturbance = self.torque_observer.torque();
         let damping = self.zeta * (wheel_rate + phi_rate);
         let voltage = (torque - disturbance + damping).bounded(-voltage_max, voltage_max);
-        let unrest = Unrest {
-            told: input.target_m_s == 0.0 && !input.turns && !stuck,
-            cruises: self.chatter.worn()
-                && !stuck
-                && input.sliding_over_m_s.is_none()
-                && self.command.acceleration().abs() < CRUISE_ACCELERATION,
-            starting: self.age < LET_GO_TIME,
-            reference: self.command.reference(),
-            landing,
-            phi_rate,
-            sin_phi_off: arm.0 - home.sin,
-            torque: self.balance.mass * slope.0,
-        };
-        self.pace = unrest.pace();
+        self.pace = self
+            .unrest(input, stuck, (landing, phi_rate, arm.0 - home.sin), slope.0)
+            .pace();
         self.torque = voltage - damping;
         // What the model has, without what the encoders add: that would feed the ballast's push on the axle back to the
         // ballast. Standing accelerates nothing.
@@ -287,6 +276,30 @@ impl LandingLaw {
                 },
                 ..SpeedTerms::default()
             },
+        }
+    }
+
+    /// How far the vehicle is from standing, and from driving at the speed told: its landing speed, phi', and the sine of its arm's
+    /// angle beyond that of the equilibrium, on a slope of the sine `sin_slope`.
+    fn unrest(
+        &self,
+        input: &SpeedInput,
+        stuck: bool,
+        (landing, phi_rate, sin_phi_off): (f32, f32, f32),
+        sin_slope: f32,
+    ) -> Unrest {
+        Unrest {
+            told: input.target_m_s == 0.0 && !input.turns && !stuck,
+            cruises: self.chatter.worn()
+                && !stuck
+                && input.sliding_over_m_s.is_none()
+                && self.command.acceleration().abs() < CRUISE_ACCELERATION,
+            starting: self.age < LET_GO_TIME,
+            reference: self.command.reference(),
+            landing,
+            phi_rate,
+            sin_phi_off,
+            torque: self.balance.mass * sin_slope,
         }
     }
 
