@@ -285,3 +285,33 @@ fn the_bring_up_page_has_every_step() {
     // Nothing is armed before every step without the bridges' supply is over.
     assert!(STEPS.is_sorted_by_key(|step| step.powered));
 }
+
+/// What the emulated board cannot show has a step that shows it, or the reason why none can.
+#[test]
+fn what_no_emulator_shows_a_step_shows_or_a_reason_stands_there() {
+    let page = std::fs::read_to_string(generated::root().join("docs/bring-up.md")).expect("readable");
+    let (_, table) = page
+        .split_once("| Item | Test | The emulator cannot show | Step |\n")
+        .expect("the table");
+    let rows: Vec<Vec<&str>> = table
+        .lines()
+        .skip(1)
+        .take_while(|line| line.starts_with('|'))
+        .map(|line| line.trim_matches('|').split('|').map(str::trim).collect())
+        .collect();
+    assert!(rows.len() > 30, "{}", rows.len());
+    for row in rows {
+        let [item, test, hidden, step] = row[..] else {
+            panic!("{row:?}")
+        };
+        // That each of the commands runs a test, tests/docs.rs sees to.
+        assert!(test.contains("`cargo hil-elf "), "{item}: {test}");
+        if step.is_empty() {
+            assert_eq!(hidden, "", "{item}: no step, and no reason");
+        } else if step != "all" && !step.starts_with("none: ") {
+            for title in step.split("; ") {
+                assert!(STEPS.iter().any(|step| step.title == title), "{item}: no step {title}");
+            }
+        }
+    }
+}

@@ -27,6 +27,8 @@ mod generated;
 mod pages;
 #[path = "support/ripple.rs"]
 mod ripple;
+#[path = "support/shown.rs"]
+mod shown;
 
 use files::files;
 use generated::root;
@@ -276,6 +278,17 @@ fn the_adding_page_counts_its_places() {
         assert_eq!(numbers.collect::<Vec<_>>(), vec![lists; places], "{what}");
         assert!(!section.contains(&format!("\n| {}. ", places + 1)), "{what}");
     }
+}
+
+/// That the commands of the rows run tests, `every_test_that_a_page_names_exists` sees to.
+#[test]
+fn every_section_of_the_safety_page_has_what_shows_it() {
+    shown::every_section_has_rows(&page("safety.md"));
+}
+
+#[test]
+fn a_test_names_every_code() {
+    assert_eq!(shown::untested_codes(&root()), [""; 0]);
 }
 
 #[test]

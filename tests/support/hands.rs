@@ -24,6 +24,8 @@ pub enum Hands {
     RollTo(f64, Motor),
     /// Press the stop, once after so many looks.
     PressAfter(u32),
+    /// Press the board's button once after so many looks.
+    ButtonAfter(u32),
     /// The contacts, open or closed.
     Contacts(bool, bool),
     /// Switch the supply off after so many looks, for so many.
@@ -75,6 +77,8 @@ impl Script {
             (Hands::Contacts(false, false), 20, yes)
         } else if has("press the emergency stop, within") {
             (Hands::PressAfter(seconds(2)), 0, yes)
+        } else if has("blue button, within") {
+            (Hands::ButtonAfter(seconds(2)), 0, yes)
         } else if has("off for 1 s") {
             (Hands::SupplyOff(0, seconds(1)), seconds(2), yes)
         } else if has("cut its supply meanwhile") {
@@ -144,6 +148,9 @@ fn put_contacts(world: &mut World, welded: bool, first: bool, second: bool) {
 pub fn act(bench: &mut Bench, shared: &mut Shared) {
     shared.looks += 1;
     let looks = shared.looks;
+    if shared.hands == Hands::ButtonAfter(looks) {
+        bench.board.press_button();
+    }
     bench.board.world(|world| {
         let truth = world.plant.truth();
         shared.battery_v = truth.battery_v;
@@ -191,7 +198,7 @@ pub fn act(bench: &mut Bench, shared: &mut Shared) {
                 world.plant.set_battery_connected(connected);
             }
             Hands::Stand if looks == 1 => world.plant.set_on_stand(true),
-            Hands::Nothing | Hands::Stand | Hands::PressAfter(_) | Hands::Feed(_) => {
+            Hands::Nothing | Hands::Stand | Hands::PressAfter(_) | Hands::ButtonAfter(_) | Hands::Feed(_) => {
                 world.plant.push(push(PushedBody::Axle, 0.0), 0.001);
             }
         }

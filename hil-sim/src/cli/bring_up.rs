@@ -20,6 +20,7 @@ mod powered;
 pub mod procedure;
 mod restarts;
 pub mod steps;
+mod turns;
 mod unpowered;
 pub mod verdict;
 

@@ -13,7 +13,7 @@ use firmware::drive_board::memory::{ARRIVED_SECTOR, IMAGE_SECTORS, KEPT_SECTOR, 
 use firmware::update::loader::{Boot, Places, prepare};
 
 use super::loader_flash::FlashPlace;
-use super::{part_supply, slow_watchdog};
+use super::slow_watchdog;
 
 /// Where an image arrives.
 const ARRIVED: usize = ARRIVED_SECTOR.expect("a board with a boot loader has a place for it");
@@ -26,7 +26,6 @@ const BLINK_CYCLES: u32 = 16_000_000;
 fn main() -> ! {
     // It runs on in the image: one that hangs before it takes the watchdog over is reset, and rolled back if it is on trial.
     slow_watchdog::start();
-    part_supply::settle();
     let core = Peripherals::take();
     let mut scb = core.map(|core| core.SCB);
     if let Some(scb) = &mut scb {

@@ -6,12 +6,13 @@
 #[cfg(target_os = "none")]
 mod boot;
 #[cfg(target_os = "none")]
+#[path = "../drive-board/board/core_supply.rs"]
+mod core_supply;
+#[cfg(target_os = "none")]
 #[path = "../drive-board/board/flash_banks.rs"]
 mod flash_banks;
 #[cfg(target_os = "none")]
 mod loader_flash;
-#[cfg(target_os = "none")]
-mod part_supply;
 #[cfg(target_os = "none")]
 mod ram_words;
 #[cfg(target_os = "none")]

@@ -1,5 +1,6 @@
 //! The DTCM, which holds the boot loader's stack and variables, before anything reads it: power-up leaves words and check
-//! bits at random, and a write of a part of such a word would find an error. The firmware keeps nothing there over a reset.
+//! bits at random, and a write of a part of such a word would find an error. The firmware keeps nothing there over a reset. The
+//! RAM takes no writes before the core's supply is settled ([`super::core_supply`]).
 
 use core::arch::global_asm;
 
@@ -9,6 +10,9 @@ global_asm!(
     ".type __pre_init, %function",
     ".thumb_func",
     "__pre_init:",
+    // Nothing is pushed: the stack is in what is written here.
+    "mov r12, lr",
+    "bl __settle_core_supply",
     "movw r0, #:lower16:_dtcm_start",
     "movt r0, #:upper16:_dtcm_start",
     "movw r1, #:lower16:_dtcm_end",
@@ -20,5 +24,5 @@ global_asm!(
     "cmp r0, r1",
     "blo 2b",
     "dsb",
-    "bx lr",
+    "bx r12",
 );

@@ -2,9 +2,10 @@
 //! program dies.
 //!
 //! A board includes this folder as a module of its own and gives it, beside itself, `clocks` (the timers' clock, the
-//! encoders' filter, whether the external clock stopped), `flash` (the part's flash as `PartFlash`, with what cleans up
-//! and reads), `part` (what the self-test asks of the part), `reset_cause`, its `AnalogSequence` with `SAMPLES_AFTER_TRIGGER_NS`, its watchdog as
-//! `BoardWatchdog`, and `IMU_CLOCK`. What is missing does not compile. The port guide has the table.
+//! encoders' filter, whether the external clock stopped), `core_supply` (what the core's voltage needs before the RAM is
+//! written), `flash` (the part's flash as `PartFlash`, with what cleans up and reads), `part` (what the self-test asks of the
+//! part), `reset_cause`, its `AnalogSequence` with `SAMPLES_AFTER_TRIGGER_NS`, its watchdog as `BoardWatchdog`, and
+//! `IMU_CLOCK`. What is missing does not compile. The port guide has the table.
 
 pub mod boot_number;
 mod bridges;

@@ -13,6 +13,8 @@
 //! instructions, some 0.1 s at the 64 MHz after a reset of the STM32H7, less than a second at the 16 MHz of the
 //! STM32F7. The result stands in [`RAM_TEST`], until the supply goes.
 //!
+//! The RAM takes no writes before the core's supply is settled ([`crate::board::core_supply`]), which comes first.
+//!
 //! This is assembly because no Rust may run before the RAM is initialised. The stack is part of what is tested: nothing
 //! is pushed.
 
@@ -48,13 +50,14 @@ global_asm!(
     ".type __pre_init, %function",
     ".thumb_func",
     "__pre_init:",
+    "mov r12, lr",
+    "bl __settle_core_supply",
     // The register of the reset's causes. Start-up clears its bits later.
     "movw r0, #({register} & 0xFFFF)",
     "movt r0, #({register} >> 16)",
     "ldr r0, [r0]",
     "tst r0, #{supply_came_up}",
     "beq 9f",
-    "mov r12, lr",
     // The pattern of a word is its address, turned by this; what differs gathers in r9.
     "movw r7, #0xA5C3",
     "movt r7, #0x5A3C",
@@ -80,9 +83,8 @@ global_asm!(
     "strd r2, r3, [r0]",
     "8:",
     "dsb",
-    "mov lr, r12",
     "9:",
-    "bx lr",
+    "bx r12",
     ".ltorg",
     // The march over [r0, r1), which leaves zeros.
     "4:",

@@ -32,6 +32,8 @@ mod at {
     pub const IMU_BUSES: [usize; 2] = [0, 3];
     /// USART3.
     pub const LINK: usize = 2;
+    /// GPIOC.
+    pub const PORT_C: usize = 2;
     /// GPIOG.
     pub const PORT_G: usize = 6;
 }
@@ -47,6 +49,8 @@ const ANALOG_CHANNELS: Analog<u8> = Analog {
 };
 /// The emergency stop's first contact, PG2.
 const STOP_PIN: u8 = 2;
+/// The board's button, PC13.
+const BUTTON_PIN: u8 = 13;
 
 /// Levels of A and B in the four phases of a quadrature encoder that turns forward: A leads B.
 const PHASES: [(Level, Level); 4] = [
@@ -179,6 +183,14 @@ impl DriveBoard {
         let level = (!open).then_some(Level::Low);
         self.mcu.h7.drive_port(now, at::PORT_G, |port, registers, context| {
             port.drive(pin(STOP_PIN), level, registers, context);
+        });
+    }
+
+    /// Presses or releases the board's button, whose line is high while it is pressed.
+    pub fn set_button(&mut self, now: VirtualNanos, pressed: bool) {
+        let level = if pressed { Level::High } else { Level::Low };
+        self.mcu.h7.drive_port(now, at::PORT_C, |port, registers, context| {
+            port.drive(pin(BUTTON_PIN), Some(level), registers, context);
         });
     }
 

@@ -1,6 +1,8 @@
-//! The part's flash when it fails: flags that stay, sectors that are protected, words that cannot be read.
+//! The part's flash when it fails: flags that stay, sectors that are protected, words that cannot be read; and settings that
+//! the part's errata ask for.
 
 use board_emulator::board::{MemoryFault, PartSetup};
+use board_emulator::time::MS;
 use board_emulator::vehicle::stored::{self, REGION};
 use firmware::built_in;
 use firmware::drive_board::{BOARD, FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, HISTORY_SECTORS, PARAMETER_SECTORS};
@@ -11,7 +13,7 @@ use firmware::protocol::message::{
 use model::supervise::codes::Blocker;
 use model::vehicle::Vehicle;
 
-use crate::support::{Operator, STARTED_MS, powered_part, ready};
+use crate::support::{Operator, STARTED_MS, firmware, powered_part, ready};
 
 /// Flags of a bank's status register: write protection, sequence, strobe, inconsistency, corrected single error.
 const ERRORS: [u32; 5] = [1 << 17, 1 << 18, 1 << 19, 1 << 21, 1 << 25];
@@ -146,4 +148,62 @@ fn a_store_that_cannot_be_read_blocks_arming() {
         REGION - history,
         history
     )))));
+}
+
+/// The streams of the DMA that serve the link's USART make bufferable transfers: without that setting (TRBUFF) one that meets
+/// another transfer can stay locked (ES0392 2.20.4), and the link would be dead until the next reset.
+#[test]
+fn the_links_streams_make_bufferable_transfers() {
+    /// Control registers of DMA1's streams 0, in, and 1, out.
+    const CONTROL: [u64; 2] = [0x4002_0010, 0x4002_0028];
+    const BUFFERABLE: u32 = 1 << 20;
+    let mut board = ready();
+    board.run(100);
+    for register in CONTROL {
+        let control = board.emulation.at(move |stopped| stopped.register(register));
+        let control = control.expect("it runs").expect("the register answers");
+        // A stream that was never set up has no direction, no increment, no interrupt.
+        assert_ne!(control, 0, "{register:#x}");
+        assert_eq!(control & BUFFERABLE, BUFFERABLE, "{register:#x}: {control:#x}");
+    }
+}
+
+/// Thumb: `movw r0, #0xED14; movt r0, #0xE000; ldr r1, [r0]; movw r0, #0xFFF8; movt r0, #0x2407; str r1, [r0]; b .`: copies the
+/// system control block's CCR, which nobody but the core can read, to the end of the RAM.
+const COPY_CCR: [u8; 22] = [
+    0x4E, 0xF6, 0x14, 0x50, 0xCE, 0xF2, 0x00, 0x00, 0x01, 0x68, 0x4F, 0xF6, 0xF8, 0x70, 0xC2, 0xF2, 0x07, 0x40, 0x01,
+    0x60, 0xFE, 0xE7,
+];
+
+/// The data cache is off: in write-through it could lose data (ES0392 2.1.1), and the DMA's buffers would need maintenance.
+#[test]
+fn the_data_cache_is_off() {
+    const COPIED_TO: u64 = 0x2407_FFF8;
+    const INSTRUCTION_CACHE: u32 = 1 << 17;
+    const DATA_CACHE: u32 = 1 << 16;
+    let handler = firmware().symbol("TIM5").expect("the firmware has it").0 & !1;
+    let mut board = ready();
+    let patched = board.emulation.at(move |stopped| stopped.write(handler, &COPY_CCR));
+    patched.expect("it runs").expect("flash can be patched");
+    board.emulation.run_for(3 * MS).expect("it runs");
+    let caches = board.emulation.at(|stopped| stopped.read_word(COPIED_TO));
+    let caches = caches.expect("it runs").expect("it is memory");
+    assert_eq!(
+        caches & (INSTRUCTION_CACHE | DATA_CACHE),
+        INSTRUCTION_CACHE,
+        "{caches:#x}"
+    );
+}
+
+/// A debugger that halts the core stops both bridges' timers, whose outputs then are off, and the watchdog.
+#[test]
+fn a_debuggers_halt_is_made_to_stop_the_timers_and_the_watchdog() {
+    /// The debug unit's registers for APB2 and APB4, and what they stop: TIM1 and TIM8, IWDG1.
+    const STOPS: [(u64, u32); 2] = [(0x5C00_104C, 1 << 0 | 1 << 1), (0x5C00_1054, 1 << 18)];
+    let mut board = ready();
+    for (register, stops) in STOPS {
+        let value = board.emulation.at(move |stopped| stopped.register(register));
+        let value = value.expect("it runs").expect("the register answers");
+        assert_eq!(value & stops, stops, "{register:#x}: {value:#x}");
+    }
 }

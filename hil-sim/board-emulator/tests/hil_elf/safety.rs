@@ -93,6 +93,21 @@ fn the_stops_first_contact_alone_disarms_within_a_tick() {
     assert!(board.status().vehicle.faults.contains(Fault::EmergencyStop));
 }
 
+/// The board's button disarms, which is no fault; the board reads it every 20 ms.
+#[test]
+fn the_boards_button_disarms_within_two_of_its_looks() {
+    let mut board = ready();
+    board.arm();
+    board.act(|board, now| board.set_button(now, true));
+    board.emulation.run_for(42 * MS).expect("it runs");
+    assert!(open(bridges(&mut board.emulation)));
+    board.act(|board, now| board.set_button(now, false));
+    board.run(50);
+    let vehicle = board.status().vehicle;
+    assert_eq!(vehicle.mode, Mode::Disarmed);
+    assert!(vehicle.faults.is_empty(), "{}", vehicle.faults);
+}
+
 #[test]
 fn a_driver_fault_stays_open_until_it_is_cleared() {
     let mut board = ready();

@@ -1,14 +1,17 @@
 //! Start-up: what power-up leaves in the RAM, the clock that is missing or stops, the self-test.
 
 use board_emulator::board::PartSetup;
+use board_emulator::run::{Emulation, EmulationSettings};
 use board_emulator::time::{MS, US};
+use board_emulator::vehicle::BenchVehicle;
+use firmware::drive_board::IMAGE_START;
 use firmware::drive_board::encoders::FILTER_NS;
 use firmware::hardware::ClockSource;
 use model::command::Request;
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, Fault};
 
-use crate::support::{blocks_alone, firmware, log_has, open, powered_part, ready};
+use crate::support::{BATTERY_V, blocks_alone, firmware, log_has, open, powered_part, ready};
 
 /// The RAM as the part has it: AXI SRAM and DTCM.
 const RAM: [(u64, usize); 2] = [(0x2400_0000, 512 * 1024), (0x2000_0000, 128 * 1024)];
@@ -30,6 +33,56 @@ fn every_word_of_the_ram_is_written_after_power_up() {
     }
     let boot = board.client.identity().expect("identified").about.boot;
     assert_ne!(boot, BOOT_WITHOUT_RANDOM, "zeroed RAM gives no number of a boot");
+}
+
+/// Until the voltage of its core is valid the part permits no write to the RAM (RM0433 6.4.1): neither the boot loader nor a
+/// firmware that starts without it writes a word before.
+#[test]
+fn nothing_writes_the_ram_before_the_cores_voltage_is_valid() {
+    /// Power controller: its status, and the bit that the voltage is valid (ACTVOSRDY).
+    const STATUS: u64 = 0x5802_4804;
+    const VALID: u32 = 1 << 13;
+    /// An instruction's time, ns, and how many are looked at: ten times those that the regulator of the emulated part takes.
+    const INSTRUCTION: u64 = 10;
+    const INSTRUCTIONS: usize = 10_000;
+    const GARBAGE: u8 = 0xA5;
+    for boot_address in [PartSetup::default().boot_address, IMAGE_START] {
+        let settings = EmulationSettings {
+            // The run first stops there: before the regulator is ready.
+            plant_interval: US,
+            part: PartSetup {
+                boot_address,
+                ..PartSetup::default()
+            },
+            ..EmulationSettings::default()
+        };
+        let garbage: Vec<_> = RAM.iter().map(|(at, bytes)| (*at, vec![GARBAGE; *bytes])).collect();
+        let bench = Box::new(BenchVehicle::new(BATTERY_V));
+        let mut emulation = Emulation::power_on_with(firmware(), bench, settings, &garbage).expect("it powers up");
+        let mut valid = || {
+            let status = emulation.at(|stopped| stopped.register(STATUS)).expect("it runs");
+            let valid = status.expect("a register") & VALID != 0;
+            if !valid {
+                emulation.run_for(INSTRUCTION).expect("it runs");
+            }
+            valid
+        };
+        assert!(!valid(), "the part is in Run* after a power-on");
+        let waited = (0..INSTRUCTIONS).find(|_| valid());
+        assert!(
+            waited.is_some(),
+            "{boot_address:#x}: nothing configures the core's supply"
+        );
+        for (at, bytes) in RAM {
+            let words = emulation.at(move |stopped| stopped.read_block(at, bytes));
+            let words = words.expect("it runs").expect("it is memory");
+            let written = words.iter().position(|byte| *byte != GARBAGE);
+            assert_eq!(
+                written, None,
+                "{boot_address:#x}: a byte of {at:#x} is written too early"
+            );
+        }
+    }
 }
 
 /// Without the external clock the board runs from its own oscillator, at the same rates, says so, and drives.
@@ -235,6 +288,13 @@ fn each_item_of_the_self_test_blocks_arming() {
         (
             PartSetup {
                 revision: 0x1003,
+                ..good
+            },
+            Blocker::PartRevision,
+        ),
+        (
+            PartSetup {
+                revision: 0x2001,
                 ..good
             },
             Blocker::PartRevision,

@@ -218,4 +218,6 @@ pub fn blocks_alone(board: &mut Operator, blocker: Blocker) {
     assert_eq!(status.mode, Mode::Disarmed);
     assert_eq!(status.blockers.iter().collect::<Vec<_>>(), [blocker]);
     assert_eq!(status.refused_arms, 1);
+    let refused = format!("not armed: {} blocks arming", blocker.name());
+    assert!(log_has(board, &refused), "{:#?}", board.log());
 }

@@ -6,12 +6,15 @@ use firmware::drive_board::nucleo_h743zi;
 use firmware::protocol::message::{BoardStatus, Order, STATUS_RATE_HZ};
 use model::command::Request;
 use model::sample::{MOTORS, Motor, TICK_US};
+use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, BlockerSet, Fault};
 use report::error::CommandError;
+use virtual_board::link_client::LinkClient;
 
 use super::person::Person;
-use super::procedure::{Procedure, StepEnd};
+use super::procedure::{Procedure, StepEnd, each_tick};
 use super::steps::PICTURE;
+use super::turns::Turns;
 use super::verdict::Finding;
 use crate::cli::link::drive::DriveJob;
 use crate::cli::link::wire::Wire;
@@ -25,10 +28,8 @@ const MEAN_STATUSES: usize = STATUS_RATE_HZ as usize / 5;
 /// How long the vehicle is armed, s: for the tool, for a person with an oscilloscope.
 const ARMED_S: f64 = 3.0;
 const LOOK_S: f64 = 20.0;
-/// Speed of the wheels, m/s: well above what heading hold turns them apart by in the air, where no wheel turns the vehicle.
+/// Speed that is commanded, m/s: the governor reaches it within the time, and the arm hangs far from its largest angle.
 const FORWARD_M_S: f32 = 0.5;
-/// Least turn of a wheel while it drives, rad.
-const TURNS_RAD: f64 = 0.5;
 /// Budget of a tick, cycles of the core: a tenth of the tick's time. Nine tenths stay for the link, the log and the
 /// stores, and a voltage that comes a tenth of a tick late costs the law's fastest pole, its torque observer's at
 /// 94 rad/s, half a degree of phase.
@@ -79,7 +80,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         &mut self,
         speed_m_s: f32,
         seconds: f64,
-        watch: impl FnMut(&BoardStatus),
+        watch: impl FnMut(&mut LinkClient),
     ) -> Result<Result<BoardStatus, CommandError>, StepEnd> {
         self.ready()?;
         let job = DriveJob::new(speed_m_s, 0.0, seconds)?;
@@ -88,7 +89,11 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
 
     pub(super) fn armed(&mut self) -> Result<Finding, StepEnd> {
         let mut current = Currents::default();
-        self.drive(0.0, ARMED_S, |status| current.add(status))??;
+        self.drive(0.0, ARMED_S, |client| {
+            if let Some(status) = &client.status {
+                current.add(status);
+            }
+        })??;
         let [left, right] = [Motor::Left, Motor::Right].map(|motor| current.largest_a(motor));
         Ok(Finding::of(
             left < IDLE_A && right < IDLE_A,
@@ -127,18 +132,32 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         Ok(Finding::of(both, format!("disarmed by {faults}")))
     }
 
+    pub(super) fn button_armed(&mut self) -> Result<Finding, StepEnd> {
+        self.ask_to(&format!(
+            "Armed after Enter: then press the board's blue button, within {LOOK_S} s"
+        ))?;
+        if self.drive(0.0, LOOK_S, |_| {})?.is_ok() {
+            return Ok(Finding::failed(format!("still armed after {LOOK_S} s")));
+        }
+        let vehicle = self.link.fresh_status()?.vehicle;
+        let seen = format!("{}, faults: {}", vehicle.mode.name(), vehicle.faults);
+        Ok(Finding::of(
+            vehicle.mode == Mode::Disarmed && vehicle.faults.is_empty(),
+            seen,
+        ))
+    }
+
     pub(super) fn forward(&mut self) -> Result<Finding, StepEnd> {
-        let parameters = self.link.parameters()?;
-        let motor = &parameters.drive_motor;
-        let counts_per_rad =
-            f64::from(motor.encoder_counts_per_rev) * f64::from(motor.gear_ratio) / (2.0 * core::f64::consts::PI);
-        let before = self.last_tick()?.sample.encoder_counts;
-        self.drive(FORWARD_M_S, ARMED_S, |_| {})??;
-        let after = self.last_tick()?.sample.encoder_counts;
-        let turned = |motor: Motor| after[motor as usize].wrapping_sub(before[motor as usize]) as f64 / counts_per_rad;
-        let (left, right) = (turned(Motor::Left), turned(Motor::Right));
-        let seen = format!("left {left:+.1} rad, right {right:+.1} rad");
-        if left < TURNS_RAD || right < TURNS_RAD {
+        let mut turns = Turns::new(&self.link.parameters()?.drive_motor);
+        self.ready()?;
+        self.start_records()?;
+        let driven = self.drive(FORWARD_M_S, ARMED_S, |client| {
+            each_tick(client, |tick| turns.add(tick));
+        });
+        self.stop_records();
+        driven??;
+        let seen = turns.text();
+        if !turns.are_right() {
             return Ok(Finding::failed(seen));
         }
         self.ask_to("Did both wheels turn forward?")?;

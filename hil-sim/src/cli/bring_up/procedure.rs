@@ -7,6 +7,7 @@ use firmware::protocol::message::{Identity, Order};
 use firmware::records::codec::Records;
 use report::error::CommandError;
 use report::visible::visible_line;
+use virtual_board::link_client::LinkClient;
 
 use super::person::{Person, Reply};
 use super::steps::{BringUpStep, STEPS, StepKind};
@@ -169,6 +170,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
             StepKind::Armed => self.armed(),
             StepKind::ArmedLook(question) => self.armed_look(question),
             StepKind::StopArmed => self.stop_armed(),
+            StepKind::ButtonArmed => self.button_armed(),
             StepKind::Forward => self.forward(),
             StepKind::TickCost => self.tick_cost(),
         };
@@ -297,7 +299,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
         Ok(ticks)
     }
 
-    fn start_records(&mut self) -> Result<(), StepEnd> {
+    pub(super) fn start_records(&mut self) -> Result<(), StepEnd> {
         self.link.client.records.clear();
         if self.link.client.identity().is_some() {
             self.link.give(Order::Recording { from: Some(0) })?;
@@ -305,15 +307,13 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
         Ok(())
     }
 
-    fn stop_records(&mut self) {
+    pub(super) fn stop_records(&mut self) {
         // A board that has lost its power streams nothing.
         let _ = self.link.give(Order::Recording { from: None });
     }
 
-    fn drain(&mut self, mut each: impl FnMut(&FlightRecord)) {
-        while let Some(block) = self.link.client.records.pop_front() {
-            Records::new(&block.bytes).flatten().for_each(|tick| each(&tick));
-        }
+    fn drain(&mut self, each: impl FnMut(&FlightRecord)) {
+        each_tick(&mut self.link.client, each);
     }
 
     /// Waits until the board has booted since the boot of number `boot`.
@@ -334,6 +334,13 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
             }
         }
         Err(StepEnd::Found(Finding::failed("the board did not start again")))
+    }
+}
+
+/// Takes the ticks whose records have come.
+pub(super) fn each_tick(client: &mut LinkClient, mut each: impl FnMut(&FlightRecord)) {
+    while let Some(block) = client.records.pop_front() {
+        Records::new(&block.bytes).flatten().for_each(|tick| each(&tick));
     }
 }
 

@@ -45,6 +45,8 @@ pub enum StepKind {
     ArmedLook(&'static str),
     /// The emergency stop, armed.
     StopArmed,
+    /// The board's button while armed.
+    ButtonArmed,
     /// Both wheels forward.
     Forward,
     /// What a tick costs.
@@ -105,7 +107,7 @@ pub const STEPS: &[BringUpStep] = &[
         StepKind::Look("Does the part's marking end in V or X?"),
         [
             "Read the part's marking.",
-            "revision V or X",
+            "revision V",
             "another part: the board refuses it (PartRevision)",
         ],
     )),
@@ -146,7 +148,7 @@ pub const STEPS: &[BringUpStep] = &[
         [
             "Switch the board's supply off for 1 s, 100 times.",
             "each start by power-on; no run ended in a panic or a fault",
-            "`firmware/src/bin/stm32/ram.rs`",
+            "`firmware/src/bin/stm32/ram.rs`, `firmware/src/bin/drive-board/board/core_supply.rs`",
         ],
     ),
     bench(off(
@@ -306,6 +308,15 @@ pub const STEPS: &[BringUpStep] = &[
             "wiring of PG2, PE15 and PA8",
         ],
     ),
+    on(
+        "button",
+        StepKind::ButtonArmed,
+        [
+            "The tool arms; press the board's blue button.",
+            "disarmed, without a fault",
+            "the button's line, PC13, high while pressed",
+        ],
+    ),
     bench(on(
         "stop, in hardware",
         StepKind::ArmedLook("Triggered on PE15, pressing the stop: were PE9 and PC8 low within 10 us of the edge?"),
@@ -320,7 +331,7 @@ pub const STEPS: &[BringUpStep] = &[
         StepKind::Forward,
         [
             "The tool drives forward at 0.5 m/s for 3 s.",
-            "both encoders count forward; no fault; the person sees both wheels turn forward",
+            "both wheels turn forward, by their encoders within a quarter of what their voltages tell; no fault",
             "motor leads exchanged",
         ],
     ),
@@ -360,11 +371,12 @@ pub const STEPS: &[BringUpStep] = &[
     bench(on(
         "halted core",
         StepKind::Look(
-            "Halt the core with the debugger while armed: did the bridges open, and did the part not reset?",
+            "Halt the core with the debugger while armed, and read SYSCFG_CFGR, the word at 0x58000418: did the bridges open, did the part \
+             not reset, and is it 0x0000A044?",
         ),
         [
-            "Halt the core with the debugger while `hil-sim link` drives at speed 0.",
-            "bridges open, no reset",
+            "Halt the core with the debugger while `hil-sim link` drives at speed 0; read the word at 0x58000418 (SYSCFG_CFGR).",
+            "bridges open, no reset; 0x0000A044: lock-up, errors of either RAM and a low supply are tied to the break",
             "`guard_outputs` in `firmware/src/bin/drive-board/board/mod.rs`",
         ],
     )),

@@ -11,6 +11,7 @@ use model::supervise::arming::Mode;
 use model::supervise::codes::Blocker;
 use record_file::writer::RecordWriter;
 use report::error::CommandError;
+use virtual_board::link_client::LinkClient;
 
 use super::console::Console;
 use super::recording::{LinkRecording, Recorded};
@@ -183,20 +184,18 @@ impl<W: Wire> Link<W> {
         recorded
     }
 
-    /// As [`Link::drive`] without a word; `watch` sees the newest status all the while that the vehicle is armed. Returns
-    /// the last status before the Disarm.
+    /// As [`Link::drive`] without a word; `watch` sees the client, with the newest status and the records that have come, all
+    /// the while that the vehicle is armed. Returns the last status before the Disarm.
     ///
     /// # Errors
     /// As [`Link::drive`].
     pub fn drive_watching(
         &mut self,
         drive: &DriveJob,
-        mut watch: impl FnMut(&BoardStatus),
+        mut watch: impl FnMut(&mut LinkClient),
     ) -> Result<BoardStatus, CommandError> {
         self.drive_attended(drive, |link| {
-            if let Some(status) = &link.client.status {
-                watch(status);
-            }
+            watch(&mut link.client);
             ControlFlow::Continue(())
         })
     }

@@ -32,6 +32,7 @@
 
 mod analog;
 pub mod clocks;
+pub mod core_supply;
 pub mod flash;
 pub mod part;
 pub mod reset_cause;

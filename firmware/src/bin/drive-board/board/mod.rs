@@ -31,6 +31,7 @@
 
 mod analog;
 pub mod clocks;
+pub mod core_supply;
 pub mod flash;
 mod flash_banks;
 pub mod part;

@@ -12,9 +12,9 @@ pub const PWM_MODE: OcmGp = OcmGp::PWM_MODE1;
 /// Brown-out level 3 of the option bytes: the part is held in reset below 2.7 V. The factory's level 0 lets the core
 /// run down to 1.7 V, below what its clock and the bridges' drivers need.
 const BROWN_OUT_LEVEL: u8 = 3;
-/// Revision X, the first one whose clock and memory errors reach the bridges' timer and whose converter divides its
-/// clock by two (ES0392, "Timer system breaks do not work" of the revisions before).
-const FIRST_REVISION: u16 = 0x2001;
+/// Revision V. On Y and W errors of clock and memory do not reach the bridges' timers (ES0392 2.2.2), reads of the AXI SRAM can
+/// be wrong (2.2.10), and the converter does not divide its clock by two; of X the sources disagree (docs/part-errata.md).
+const FIRST_REVISION: u16 = 0x2003;
 
 /// Whether the silicon has what the firmware needs.
 pub fn revision_is_right() -> bool {

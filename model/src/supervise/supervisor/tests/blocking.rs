@@ -135,6 +135,21 @@ fn no_angle_is_no_small_angle_and_a_current_at_an_open_bridge_blocks() {
     }
 }
 
+/// The same of the ballast motor takes the levelling as soon as the vehicle is armed, and nothing else.
+#[test]
+fn a_ballast_current_at_an_open_bridge_takes_the_levelling_once_armed() {
+    let mut bench = Bench::new();
+    bench.sensed.current_a[2] = 1.0;
+    for _ in 0..60 {
+        assert_eq!(bench.tick().mode, Mode::Disarmed);
+    }
+    assert_eq!(bench.supervisor.latched(), FaultSet::EMPTY, "disarmed it is no fault");
+    bench.arm();
+    bench.tick();
+    assert!(bench.supervisor.latched().iter().eq([Fault::BallastCurrentSensor]));
+    assert_eq!(bench.tick().mode, Mode::Armed);
+}
+
 /// The battery's and the currents' faults need a run: a glitch within it starts it anew.
 #[test]
 fn a_good_tick_ends_a_run_of_bad_ones() {

@@ -1,0 +1,169 @@
+//! How far the wheels turned, beside how far their motors' voltages should have turned them.
+//!
+//! With its wheels off the ground a vehicle is no balance that a law could hold: the law takes the turning wheels for a slide,
+//! and what it makes of them differs from board to board and from run to run. The armature equation holds whatever the law
+//! does: the voltage less the resistance's drop is the back-EMF, so a wheel turns by its integral over the constant.
+
+use core::f64::consts::TAU;
+
+use firmware::drive_board::SCALES;
+use firmware::flight_record::FlightRecord;
+use model::control::motor::DUTY_FULL_SCALE;
+use model::sample::Motor;
+use model::vehicle::MotorParameters;
+
+/// Least turn that says something, rad: a hundredth of a turn is play, a tenth of a turn is driven.
+const LEAST_RAD: f64 = TAU / 10.0;
+/// How far a wheel may be off from what its voltage tells, as a share: back-EMF constants are within a tenth of their data
+/// sheet, a resistance is a quarter higher when it is 60 K warmer or its leads are long, and in the air it drops an eighth of the
+/// voltage. Motor leads that are exchanged are off by 2, a wheel that its motor does not drive by 1.
+const SHARE: f64 = 0.25;
+
+/// What the two wheels did while the tool commanded forward.
+#[derive(Debug)]
+pub(super) struct Turns {
+    counts_per_rad: f64,
+    back_emf_v_s_per_rad: f64,
+    resistance_ohm: f64,
+    before: Option<FlightRecord>,
+    wheels: [WheelTurn; 2],
+}
+
+/// How far a wheel turned, rad.
+#[derive(Debug, Clone, Copy, Default)]
+struct WheelTurn {
+    counted: f64,
+    by_voltage: f64,
+}
+
+impl WheelTurn {
+    fn is_right(self) -> bool {
+        self.counted > LEAST_RAD && (self.counted - self.by_voltage).abs() < SHARE * self.by_voltage
+    }
+}
+
+impl Turns {
+    pub(super) fn new(motor: &MotorParameters<f32>) -> Self {
+        let gear = f64::from(motor.gear_ratio);
+        Self {
+            counts_per_rad: f64::from(motor.encoder_counts_per_rev) * gear / TAU,
+            back_emf_v_s_per_rad: f64::from(motor.back_emf_constant_v_s_per_rad) * gear,
+            resistance_ohm: f64::from(motor.resistance_ohm),
+            before: None,
+            wheels: [WheelTurn::default(); 2],
+        }
+    }
+
+    /// Adds the time from the tick before to this one, if both were commanded forward: the stop at the end of a drive, which
+    /// may take the wheels back, does not count.
+    pub(super) fn add(&mut self, tick: &FlightRecord) {
+        let Some(before) = self.before.replace(*tick) else {
+            return;
+        };
+        let forward = |tick: &FlightRecord| tick.actuation.enable && tick.command.drive.speed_m_s > 0.0;
+        if !forward(&before) || !forward(tick) || tick.tick != before.tick.wrapping_add(1) {
+            return;
+        }
+        let dt_s = tick.sample.time_us.saturating_sub(before.sample.time_us) as f64 * 1e-6;
+        let analog = tick.sample.analog.with(&SCALES.analog, |raw, scale| scale.value(raw));
+        for (wheel, motor) in self
+            .wheels
+            .iter_mut()
+            .zip([Motor::Left, Motor::Right].map(|motor| motor as usize))
+        {
+            // What the tick before decided acts until this one.
+            let share = f64::from(before.actuation.duty[motor]) / f64::from(DUTY_FULL_SCALE);
+            let drop_v = self.resistance_ohm * f64::from(analog.currents()[motor]);
+            let back_emf_v = share * f64::from(analog.battery) - drop_v;
+            wheel.by_voltage += back_emf_v / self.back_emf_v_s_per_rad * dt_s;
+            let counts = tick.sample.encoder_counts[motor].wrapping_sub(before.sample.encoder_counts[motor]);
+            wheel.counted += counts as f64 / self.counts_per_rad;
+        }
+    }
+
+    /// Whether both wheels turned forward, as far as their voltages tell.
+    pub(super) fn are_right(&self) -> bool {
+        self.wheels.iter().all(|wheel| wheel.is_right())
+    }
+
+    /// What was seen.
+    pub(super) fn text(&self) -> String {
+        let [left, right] = self.wheels;
+        format!(
+            "left {:+.1} rad, by its voltage {:+.1}; right {:+.1} rad, by its voltage {:+.1}",
+            left.counted, left.by_voltage, right.counted, right.by_voltage
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use model::command::DriveCommand;
+
+    use super::*;
+
+    /// Three seconds in which a motor's voltage drives its wheel at a steady rate, rad/s, with 1 A; each wheel's encoder
+    /// counts `turns` times as far.
+    fn driven(rate_rad_s: f64, turns: [f64; 2], speed_m_s: f32) -> Turns {
+        let mut found = Turns::new(&motor());
+        let battery_v = 24.0;
+        let current_a = 1.0;
+        let voltage_v = rate_rad_s * found.back_emf_v_s_per_rad + current_a * found.resistance_ohm;
+        let mut tick = FlightRecord::NONE;
+        tick.sample.analog.battery = SCALES.analog.battery.counts(battery_v) as u16;
+        tick.sample.analog.left_current = SCALES.analog.left_current.counts(current_a) as u16;
+        tick.sample.analog.right_current = SCALES.analog.right_current.counts(current_a) as u16;
+        tick.actuation.enable = true;
+        tick.command.drive = DriveCommand::driving(speed_m_s, 0.0);
+        for motor in [0, 1] {
+            tick.actuation.duty[motor] = (voltage_v / battery_v * f64::from(DUTY_FULL_SCALE)) as i16;
+        }
+        for n in 0..3000 {
+            tick.tick = n;
+            tick.sample.time_us = 1000 * u64::from(n);
+            for motor in [0, 1] {
+                let counts = turns[motor] * rate_rad_s * 1e-3 * f64::from(n) * found.counts_per_rad;
+                tick.sample.encoder_counts[motor] = counts as i64;
+            }
+            found.add(&tick);
+        }
+        found
+    }
+
+    fn motor() -> MotorParameters<f32> {
+        firmware::built_in::PARAMETERS.drive_motor
+    }
+
+    #[test]
+    fn wheels_that_turn_as_their_voltages_tell_are_right() {
+        for turns in [0.85, 1.0, 1.15] {
+            let found = driven(1.5, [turns; 2], 0.5);
+            assert!(found.are_right(), "{}", found.text());
+        }
+    }
+
+    #[test]
+    fn exchanged_leads_and_wheels_that_nothing_drives_are_found_on_either_side() {
+        for wrong in [-1.0, 0.0, 0.6, 1.4] {
+            for turns in [[wrong, 1.0], [1.0, wrong]] {
+                let found = driven(1.5, turns, 0.5);
+                assert!(!found.are_right(), "{turns:?}: {}", found.text());
+            }
+        }
+    }
+
+    /// A voltage that drives a wheel backward is as wrong as a wheel that turns backward, and so is one that hardly drives it.
+    #[test]
+    fn wheels_that_are_driven_backward_or_hardly_are_not_right() {
+        for rate_rad_s in [-1.5, 0.1] {
+            let found = driven(rate_rad_s, [1.0; 2], 0.5);
+            assert!(!found.are_right(), "{}", found.text());
+        }
+    }
+
+    #[test]
+    fn what_is_not_commanded_forward_does_not_count() {
+        let found = driven(1.5, [1.0; 2], 0.0);
+        assert_eq!(found.text(), Turns::new(&motor()).text());
+    }
+}
