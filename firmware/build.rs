@@ -35,10 +35,10 @@ struct BuiltBoard {
     ram: [u32; 2],
     /// Sectors of its boot loader, and of its image.
     sectors: [u32; 2],
+    /// Bytes of a sector.
+    sector_bytes: u32,
 }
 
-/// Bytes of a sector of either part.
-const SECTOR_BYTES: u32 = 128 * 1024;
 /// The boot loader's program.
 const LOADER: &str = "boot-loader";
 
@@ -53,6 +53,7 @@ fn board() -> BuiltBoard {
                 f767zi_memory::LOADER_SECTORS as u32,
                 f767zi_memory::IMAGE_SECTORS as u32,
             ],
+            sector_bytes: f767zi_memory::FLASH_SECTOR_BYTES as u32,
         }
     } else {
         BuiltBoard {
@@ -63,6 +64,7 @@ fn board() -> BuiltBoard {
                 h743zi_memory::LOADER_SECTORS as u32,
                 h743zi_memory::IMAGE_SECTORS as u32,
             ],
+            sector_bytes: h743zi_memory::FLASH_SECTOR_BYTES as u32,
         }
     }
 }
@@ -144,9 +146,10 @@ fn linker(out: &Path, board: &BuiltBoard) {
     println!("cargo::rerun-if-changed=../memory.x");
     let program = board.program;
     let [loader_sectors, image_sectors] = board.sectors;
-    let start = FLASH_START + loader_sectors * SECTOR_BYTES;
+    let sector_bytes = board.sector_bytes;
+    let start = FLASH_START + loader_sectors * sector_bytes;
     let [ram_start, ram_bytes] = board.ram;
-    let room = image_room((image_sectors * SECTOR_BYTES) as usize);
+    let room = image_room((image_sectors * sector_bytes) as usize);
     memory(program, [start, room, ram_start, ram_bytes]);
     let place = start as usize + SEAL_AT;
     // The code follows the seal.
@@ -166,7 +169,7 @@ fn linker(out: &Path, board: &BuiltBoard) {
         let [ram_start, ram_bytes] = [h743zi_memory::LOADER_RAM_START, h743zi_memory::LOADER_RAM_BYTES];
         memory(
             LOADER,
-            [FLASH_START, loader_sectors * SECTOR_BYTES, ram_start, ram_bytes],
+            [FLASH_START, loader_sectors * sector_bytes, ram_start, ram_bytes],
         );
         // It has no seal, and none of the log's texts, which the libraries bring with them.
         let text = "SECTIONS\n{\n  /DISCARD/ : { *(.defmt.*) }\n} INSERT AFTER .rodata;\n";

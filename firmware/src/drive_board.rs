@@ -16,14 +16,16 @@ pub mod nucleo_f767zi;
 pub mod nucleo_h743zi;
 
 #[cfg(feature = "nucleo-f767zi")]
-pub use nucleo_f767zi::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, memory};
+pub use nucleo_f767zi::{FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, memory};
 #[cfg(feature = "nucleo-h743zi")]
-pub use nucleo_h743zi::{FLASH_SECTOR_BYTES, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, memory};
+pub use nucleo_h743zi::{FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, memory};
 
 #[cfg(all(feature = "nucleo-h743zi", feature = "nucleo-f767zi"))]
 compile_error!("a firmware is built for one board: leave the default features out");
 #[cfg(not(any(feature = "nucleo-h743zi", feature = "nucleo-f767zi")))]
 compile_error!("choose a board: the feature nucleo-h743zi or nucleo-f767zi");
+
+pub use memory::FLASH_SECTOR_BYTES;
 
 /// The board's number in the seal of an image.
 pub const BOARD: u16 = memory::BOARD;

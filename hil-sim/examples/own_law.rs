@@ -12,13 +12,13 @@ const PERIOD_S: f64 = 0.001;
 
 /// A speed law: called once per period with the wanted speed in m/s and the state of the vehicle, it returns
 /// the voltage of both drive motors in V.
-pub(crate) trait SpeedLaw {
+pub(crate) trait OwnLaw {
     /// The voltage for the next period.
     fn voltage(&mut self, target_m_s: f64, truth: &Truth) -> f64;
 }
 
 /// Closures are laws, too.
-impl<F: FnMut(f64, &Truth) -> f64> SpeedLaw for F {
+impl<F: FnMut(f64, &Truth) -> f64> OwnLaw for F {
     fn voltage(&mut self, target_m_s: f64, truth: &Truth) -> f64 {
         self(target_m_s, truth)
     }
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// An example for the level: proportional and integral feedback of the speed, less the arm's angle and rate,
 /// which keeps the swing small.
-pub(crate) fn law() -> impl SpeedLaw {
+pub(crate) fn law() -> impl OwnLaw {
     let mut integral_m = 0.0;
     move |target_m_s: f64, truth: &Truth| {
         let error = target_m_s - truth.speed_m_s;
@@ -49,14 +49,15 @@ pub(crate) fn law() -> impl SpeedLaw {
 }
 
 /// Drives the reference vehicle on the level from rest under `law`; its speed after each period, m/s.
-pub(crate) fn fly(law: &mut dyn SpeedLaw, target_m_s: f64) -> Result<Vec<f64>, Box<dyn Error>> {
+pub(crate) fn fly(law: &mut dyn OwnLaw, target_m_s: f64) -> Result<Vec<f64>, Box<dyn Error>> {
     let vehicle = vehicle_file::reference()?;
     let mut plant = Plant::new(&vehicle, &SCALES, Terrain::incline(0.0, 0.8)?, 1)?;
+    let duty_max = f64::from(SCALES.duty_max);
     let mut speeds = Vec::new();
     for _ in 0..6_000 {
         let truth = plant.truth();
         let duty = law.voltage(target_m_s, &truth) / truth.battery_v;
-        let drive = BridgeState::Duty(duty.clamp(-0.95, 0.95));
+        let drive = BridgeState::Duty(duty.clamp(-duty_max, duty_max));
         // Left, right, and the ballast motor, which stays off: the spar hangs on its bearing.
         plant.advance(PERIOD_S, &[drive, drive, BridgeState::Open]);
         speeds.push(plant.truth().speed_m_s);

@@ -1,5 +1,7 @@
 //! What the operator wants.
 
+use crate::vehicle::ControlParameters;
+
 /// Makes [`Request`] out of the list of requests.
 macro_rules! requests {
     ($( $(#[doc = $doc:literal])+ $name:ident = $number:literal, )+) => {
@@ -84,6 +86,18 @@ drive_command! {
 }
 
 impl DriveCommand {
+    /// The largest speed, m/s, and yaw rate, rad/s, that any vehicle can be commanded: the ends of the ranges of
+    /// `speed_max_m_s` and `yaw_rate_max_rad_s`.
+    pub fn largest() -> Self {
+        let end = |name| {
+            let mut fields = ControlParameters::<f32>::FIELDS.iter();
+            fields
+                .find(|field| field.name == name)
+                .map_or(0.0, |field| field.max as f32)
+        };
+        Self::driving(end("speed_max_m_s"), end("yaw_rate_max_rad_s"))
+    }
+
     /// Drives at this speed, m/s, and this yaw rate, rad/s; whatever else can be commanded is neutral.
     pub const fn driving(speed_m_s: f32, yaw_rate_rad_s: f32) -> Self {
         let mut command = Self::NEUTRAL;

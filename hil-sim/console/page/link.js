@@ -1,13 +1,15 @@
 // The host's end of the link: the module decides what to say, a transport carries the bytes.
 
-// How often the operator speaks, us: as the firmware's COMMAND_PERIOD_MS.
-const PERIOD_US = 20_000;
 // How often the page looks whether it is time to, ms; it also looks whenever the board says something.
 const LOOK_MS = 10;
 
 export class Link {
-  /** `module` is an instance of its own; `command()` returns {speed, yaw}, or null when the operator is silent. */
-  constructor(module, transport, command) {
+  /**
+   * `module` is an instance of its own; `command()` returns {speed, yaw}, or null when the operator is silent; the operator
+   * speaks every `periodUs`.
+   */
+  constructor(module, transport, command, periodUs) {
+    this.periodUs = periodUs;
     this.module = module;
     this.transport = transport;
     this.command = command;
@@ -15,7 +17,7 @@ export class Link {
     const nonce = crypto.getRandomValues(new Uint32Array(1))[0];
     module.call("link_begin", nonce);
     transport.onbytes = (bytes) => this.receive(bytes);
-    this.spokenUs = -PERIOD_US;
+    this.spokenUs = -periodUs;
     this.timer = setInterval(() => this.speak(), LOOK_MS);
   }
 
@@ -28,7 +30,7 @@ export class Link {
 
   speak() {
     const nowUs = this.transport.nowUs();
-    if (nowUs - this.spokenUs >= PERIOD_US) {
+    if (nowUs - this.spokenUs >= this.periodUs) {
       const command = this.command();
       if (command) this.module.call("link_drive", nowUs, command.speed, command.yaw);
       this.spokenUs = nowUs;

@@ -11,8 +11,6 @@ import { SideView, TopView, fixed, geometryOf } from "./view.js";
 import { World } from "./world.js";
 
 const WASM = new URL("console.wasm", location.href).href;
-// As the firmware's LINK_BAUD.
-const BAUD = 921600;
 // Without a status for so long the board counts as silent, ms.
 const SILENT_MS = 500;
 // Between two drawings of the views, and of plots and panels, ms.
@@ -87,7 +85,7 @@ async function connectNow(way, transport) {
       };
       transport.onrefused = tell;
     }
-    app.link = new Link(module, transport, () => operator.command());
+    app.link = new Link(module, transport, () => operator.command(), 1000 * words.command_period_ms);
     app.link.onheard = heard;
     takeTheWheel();
     element("way").textContent = `${way}: connected`;
@@ -329,7 +327,7 @@ function listen() {
       tell(`no address: ${error.message}`);
     }
   });
-  submitted("serial", () => connect("drive board", new SerialTransport(navigator.serial, BAUD)));
+  submitted("serial", () => connect("drive board", new SerialTransport(navigator.serial, words.link_baud)));
   theme();
   // A page that is left says so; a vehicle whose operator falls silent stops by itself.
   addEventListener("pagehide", () => app.link?.transport.close());
@@ -355,7 +353,7 @@ function theme() {
 }
 
 // For tests and for the curious: what the page knows, and its ways.
-globalThis.console_ = { app, operator, records, history, connect, SerialTransport, BAUD };
+globalThis.console_ = { app, operator, records, history, connect, SerialTransport, words: () => words };
 
 listen();
 showSpeeds();

@@ -3,17 +3,13 @@
 use firmware::protocol::message::{Answer, BoardStatus, Order, ParameterAnswer, Read, Reading, Refusal};
 use model::command::{DriveCommand, Request};
 use model::vehicle::VehicleParameters;
-use virtual_board::link_client::{LinkClient, board_kind};
+use virtual_board::link_client::{AGAIN_US, ANSWER_US, LinkClient, board_kind};
 use virtual_board::words::{log_line, refusal_words};
 
 use crate::heard::{Heard, HostCounters, board_words};
 use crate::parameter_work::{ParameterWork, WorkProgress};
 use crate::recording::{Recording, newer};
 
-/// How often a question that the board has not answered yet is asked again, us.
-const AGAIN_US: u64 = 50_000;
-/// Time within which the board answers an order, us.
-const ANSWER_US: u64 = 300_000;
 /// How often the log is read, us.
 const LOG_US: u64 = 400_000;
 /// Time within which the last lines of the log of a recording that has ended come, us.

@@ -7,14 +7,11 @@ use firmware::protocol::message::{ParameterAnswer, ParameterRequest};
 use model::vehicle::VehicleParameters;
 use serde::Serialize;
 use vehicle_file::diff;
+use virtual_board::link_client::{ANSWER_US, STORE_US};
 use virtual_board::words::not_changed_words;
 
 /// How often a question that only reads is asked again when its answer does not come.
 const AGAIN_MAX: u32 = 5;
-/// Time within which the board answers, us.
-const ANSWER_US: u64 = 300_000;
-/// Time within which the board stores a set, us.
-const STORE_US: u64 = 30_000_000;
 
 /// A question that waits for its answer.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,7 @@
 //! The firmware's own words for the page: codes with meaning and remedy, modes, steps of a scenario.
 
-use firmware::protocol::message::PROTOCOL_VERSION;
+use firmware::drive_board::LINK_BAUD;
+use firmware::protocol::message::{COMMAND_PERIOD_MS, PROTOCOL_VERSION};
 use model::supervise::codes::{Blocker, Fault, FaultClass, Limit};
 use plant::fault::SensorFault;
 use serde::Serialize;
@@ -23,6 +24,10 @@ pub struct CodeWords {
 #[derive(Debug, Serialize)]
 pub struct Vocabulary {
     protocol: u16,
+    /// Bits per second of the board's serial link.
+    link_baud: u32,
+    /// How often the operator repeats the command, ms.
+    command_period_ms: u64,
     faults: Vec<CodeWords>,
     blockers: Vec<CodeWords>,
     limits: Vec<CodeWords>,
@@ -37,6 +42,8 @@ impl Vocabulary {
     pub fn new() -> Self {
         Self {
             protocol: PROTOCOL_VERSION,
+            link_baud: LINK_BAUD,
+            command_period_ms: COMMAND_PERIOD_MS,
             faults: Fault::ALL.iter().zip(Fault::DETECTION).map(fault).collect(),
             blockers: Blocker::ALL
                 .iter()

@@ -267,7 +267,7 @@ async function serial(server, address) {
       socket.onmessage = ({ data }) => out.enqueue(new Uint8Array(data));
     } });
     globalThis.port = port;
-    await console_.connect("drive board", new console_.SerialTransport({ requestPort: async () => port }, console_.BAUD));
+    await console_.connect("drive board", new console_.SerialTransport({ requestPort: async () => port }, console_.words().link_baud));
   })()`);
   assert.equal(await page.value("port.baudRate"), 921600);
   assert.equal(await page.value('document.getElementById("world").checkVisibility()'), false);

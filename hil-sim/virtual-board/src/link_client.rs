@@ -16,10 +16,18 @@ use model::vehicle::VehicleParameters;
 
 use board_clock::BoardClock;
 
+/// Time within which the board answers an order, us.
+pub const ANSWER_US: u64 = 300_000;
+/// Time within which the board stores a set or makes room for an image, us: the slowest erases two sectors of the flash,
+/// each within 4 s by the data sheet.
+pub const STORE_US: u64 = 30_000_000;
+/// How often a host asks a question again that the board has not answered yet, us.
+pub const AGAIN_US: u64 = 50_000;
 /// Answers that are kept for whoever asks for them; older ones go first.
 const ANSWERS_MAX: usize = 32;
 /// Blocks of records that are kept for whoever takes them; older ones go first.
 pub const RECORDS_MAX: usize = 1000;
+
 /// The host's end of the link. Times are the host's, in us from any fixed start.
 #[derive(Debug)]
 pub struct LinkClient {

@@ -3,6 +3,9 @@
 
 /// The board's number in the seal of an image.
 pub const BOARD: u16 = 767;
+/// One sector of the flash, bytes: what an erase clears. The flash has smaller ones too, five at the start
+/// of each bank, which take the room of one.
+pub const FLASH_SECTOR_BYTES: usize = 128 * 1024;
 /// This board has no boot loader: the firmware begins where the flash begins.
 pub const LOADER_SECTORS: usize = 0;
 /// Sectors of the flash that the firmware runs from: bank 1. The option bit `nDBANK` is 0 (two banks), which the self-test

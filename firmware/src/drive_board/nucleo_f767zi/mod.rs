@@ -16,10 +16,7 @@ pub const ENCODER_CLOCK_HZ: u32 = 108_000_000;
 /// Periods of that clock between two samples of an encoder's input.
 pub const ENCODER_DIVIDER: u32 = 16;
 
-/// One sector of the parameters' flash, bytes: what an erase clears. The flash has smaller ones too, five at the start
-/// of each bank, which take the room of one.
-pub const FLASH_SECTOR_BYTES: usize = 128 * 1024;
-/// Room of each of the flash's two banks, in sectors of [`FLASH_SECTOR_BYTES`].
+/// Room of each of the flash's two banks, in sectors of [`FLASH_SECTOR_BYTES`](memory::FLASH_SECTOR_BYTES).
 pub const SECTORS_PER_BANK: usize = 8;
 /// One word of the stores, bytes: eight of what the part programs at once, so that a stored set looks the same on each
 /// board.

@@ -3,6 +3,8 @@
 
 /// The board's number in the seal of an image.
 pub const BOARD: u16 = 743;
+/// One sector of the flash, bytes: what an erase clears.
+pub const FLASH_SECTOR_BYTES: usize = 128 * 1024;
 /// Sectors in front of the firmware's: the boot loader's.
 pub const LOADER_SECTORS: usize = 1;
 /// Sectors of the flash that the firmware runs from, in bank 1 behind the boot loader.

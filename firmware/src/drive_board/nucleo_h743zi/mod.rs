@@ -15,8 +15,6 @@ pub const ENCODER_CLOCK_HZ: u32 = 200_000_000;
 /// Periods of that clock between two samples of an encoder's input.
 pub const ENCODER_DIVIDER: u32 = 32;
 
-/// One sector of the parameters' flash, bytes: what an erase clears.
-pub const FLASH_SECTOR_BYTES: usize = 128 * 1024;
 /// Sectors of each of the flash's two banks.
 pub const SECTORS_PER_BANK: usize = 8;
 /// One word of the parameters' flash, bytes: what is programmed, and what errors are corrected over.

@@ -128,16 +128,16 @@ pub struct Plane {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Friction {
-    /// Under the right wheel.
-    pub right: f64,
     /// Under the left wheel.
     pub left: f64,
+    /// Under the right wheel.
+    pub right: f64,
 }
 
 impl Default for Friction {
     /// Rubber on dry concrete.
     fn default() -> Self {
-        Self { right: 0.8, left: 0.8 }
+        Self { left: 0.8, right: 0.8 }
     }
 }
 
@@ -149,10 +149,10 @@ pub struct Patch {
     pub from_m: f64,
     /// End along x.
     pub to_m: f64,
-    /// Coefficient under the right wheel, 0 to 5.
-    pub right: f64,
     /// Coefficient under the left wheel, 0 to 5.
     pub left: f64,
+    /// Coefficient under the right wheel, 0 to 5.
+    pub right: f64,
 }
 
 /// A checked terrain, independent of the vehicle that drives on it.
@@ -229,8 +229,8 @@ impl Terrain {
             slope_y_rad: 0.0,
         };
         let friction = Friction {
-            right: friction,
             left: friction,
+            right: friction,
         };
         Self::new(plane, friction, Vec::new(), Vec::new())
     }
@@ -248,8 +248,8 @@ impl Terrain {
             .rev()
             .find(covering)
             .map_or(self.friction, |patch| Friction {
-                right: patch.right,
                 left: patch.left,
+                right: patch.right,
             })
     }
 }

@@ -19,10 +19,6 @@ use super::session::{Link, refused};
 use super::status::{SHOW_US, line};
 use super::wire::Wire;
 
-/// Largest speed and yaw rate of any vehicle, m/s and rad/s: the ends of the ranges of `speed_max_m_s` and
-/// `yaw_rate_max_rad_s`.
-const SPEED_MAX_M_S: f32 = 20.0;
-const YAW_RATE_MAX_RAD_S: f32 = 20.0;
 /// Longest drive and longest look, s.
 pub const SECONDS_MAX: f64 = 3600.0;
 
@@ -66,8 +62,9 @@ impl DriveJob {
     /// # Errors
     /// [`CommandError::Input`] names the number and what is allowed.
     pub fn new(speed_m_s: f32, yaw_rate_rad_s: f32, seconds: f64) -> Result<Self, CommandError> {
-        within("--speed-m-s", speed_m_s, SPEED_MAX_M_S)?;
-        within("--yaw-rate-rad-s", yaw_rate_rad_s, YAW_RATE_MAX_RAD_S)?;
+        let largest = DriveCommand::largest();
+        within("--speed-m-s", speed_m_s, largest.speed_m_s)?;
+        within("--yaw-rate-rad-s", yaw_rate_rad_s, largest.yaw_rate_rad_s)?;
         let seconds = check_seconds(seconds)?;
         Ok(Self {
             speed_m_s,

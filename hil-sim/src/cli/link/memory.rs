@@ -5,6 +5,7 @@ use std::io::Write;
 use firmware::events::LogBlock;
 use firmware::protocol::message::{Answer, Order, Read, Reading};
 use report::error::CommandError;
+use virtual_board::link_client::ANSWER_US;
 use virtual_board::words::{fault_name, log_line};
 
 use super::console::Console;
@@ -32,7 +33,7 @@ impl<W: Wire> Link<W> {
     fn ask_memory(&mut self, read: Read) -> Result<Option<Reading>, CommandError> {
         let mut found = None;
         let sequence = self.give(Order::Read(read))?;
-        let until_us = self.wire.now_us() + super::session::ANSWER_US;
+        let until_us = self.wire.now_us() + ANSWER_US;
         while found.is_none() && self.wire.now_us() < until_us {
             self.listen()?;
             if let Some(Answer::Refused(refusal)) = self.client.answer_to(sequence) {

@@ -8,20 +8,13 @@ use firmware::protocol::message::{
 };
 use model::supervise::arming::Mode;
 use report::error::CommandError;
-use virtual_board::link_client::LinkClient;
+use virtual_board::link_client::{AGAIN_US, ANSWER_US, LinkClient, STORE_US};
 use virtual_board::words::{not_changed_words, refusal_words};
 
 use super::wire::Wire;
 
 /// Time without a word from the board after which the board counts as silent, us.
 pub const SILENCE_US: u64 = 300_000;
-/// Time within which the board answers an order, us.
-pub(super) const ANSWER_US: u64 = 300_000;
-/// Time within which the board stores a set or makes room for an image, us: the slowest erases two sectors of the flash,
-/// each within 4 s by the data sheet.
-const STORE_US: u64 = 30_000_000;
-/// How often a question that the board has not answered yet is asked again, us.
-const AGAIN_US: u64 = 50_000;
 
 /// A conversation over one wire.
 pub struct Link<W> {

@@ -14,13 +14,12 @@ use model::dynamics::planar::PlanarParameters;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use super::camera::RUNAWAY_RATE;
 use super::critical::Direction;
 use super::dop853::Dense;
 use super::trajectory::{Extent, Trajectory, follow};
 use super::waveform::Waveform;
 
-/// Rate of the ballast beyond which a run ends: the ballast has long turned over.
-const RUNAWAY_RATE: f64 = 1e5;
 /// The span within which the search for a step limit looks for a whirl or a tumble, in time units.
 pub const CRITICAL_SPAN: f64 = 100.0;
 

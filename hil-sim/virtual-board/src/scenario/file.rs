@@ -9,6 +9,7 @@ use super::metrics;
 use super::nearest::nearest;
 use super::reading;
 use super::step::{Action, Step};
+use model::command::DriveCommand;
 use plant::fault::SensorFault;
 use plant::settings::PlantSettings;
 use plant::terrain::Terrain;
@@ -84,7 +85,6 @@ pub const DEFAULT: &str = include_str!("../../../../tests/scenarios/slope-drive.
 pub const DEFAULT_NAME: &str = "tests/scenarios/slope-drive.toml";
 
 const DURATION_MAX_S: f64 = 3600.0;
-const SPEED_MAX_M_S: f64 = 20.0;
 /// Most steps of a scenario.
 const STEPS_MAX: usize = 10_000;
 /// Most bytes of noise of all steps of a scenario together.
@@ -178,13 +178,10 @@ impl Scenario {
                     speed_m_s,
                     yaw_rate_rad_s,
                 } => {
-                    within(format!("step[{i}].speed_m_s"), speed_m_s, -SPEED_MAX_M_S, SPEED_MAX_M_S)?;
-                    within(
-                        format!("step[{i}].yaw_rate_rad_s"),
-                        yaw_rate_rad_s,
-                        -SPEED_MAX_M_S,
-                        SPEED_MAX_M_S,
-                    )?;
+                    let largest = DriveCommand::largest();
+                    let [speed_max, yaw_max] = [largest.speed_m_s, largest.yaw_rate_rad_s].map(f64::from);
+                    of_step("speed_m_s", speed_m_s, -speed_max, speed_max)?;
+                    of_step("yaw_rate_rad_s", yaw_rate_rad_s, -yaw_max, yaw_max)?;
                 }
                 Action::Battery { open_circuit_v } => {
                     within(format!("step[{i}].open_circuit_v"), open_circuit_v, 0.0, 100.0)?;

@@ -4,6 +4,7 @@
 
 use std::collections::VecDeque;
 
+use firmware::protocol::frame::FRAME_MAX;
 use plant::noise::Noise;
 use serde::Deserialize;
 
@@ -11,8 +12,6 @@ use super::error::{ScenarioError, Within};
 
 /// How long a frame is held back so that later ones overtake it, in ms.
 const OVERTAKEN_MS: u64 = 50;
-/// A frame longer than this is passed on as it is: noise has no zeros to count on.
-const FRAME_MAX: usize = 512;
 
 /// Which way a fault acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
