@@ -25,33 +25,51 @@ const EXCESS_GAIN: f32 = 0.02;
 /// Largest share taken away: twice the current that the equation gives means that something else is wrong.
 const EXCESS_MAX: f32 = 0.5;
 
+/// Ticks whose currents' squares the heat takes at once: a twenty-fifth of the shortest time constant that a vehicle file may
+/// have.
+const HEAT_TICKS: u8 = 4;
+
 /// Watches the current of one motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorGuard {
     per_limit: f32,
-    /// Heat per A^2 in a tick, and the share of the heat that goes in a tick.
+    /// Square of the largest current that is no excess of the whole limit, A^2.
+    allowed_a2: f32,
+    /// Heat per A^2 in a tick, and the share of the heat that goes in [`HEAT_TICKS`].
     warming_per_a2: f32,
     cooling: f32,
     /// The continuous current as a share of the limit.
     continuous_share: f32,
+    /// Squares of the currents since the heat took them last, A^2, and the ticks since.
+    squares_a2: f32,
+    ticks: u8,
     heat: f32,
+    overheated: bool,
     excess: f32,
     share: f32,
+    /// The motor may use its whole limit, and its heat will not change that soon.
+    whole: bool,
 }
 
 impl MotorGuard {
-    /// A guard for the motor of these parameters, cold.
-    pub fn new(motor: &MotorParameters<f32>) -> Self {
-        let cooling = TICK_S / motor.winding_time_constant_s;
+    /// A guard for the motor of these parameters, cold. Guards of other `phase`s (0 to 3) reckon their heats in other ticks.
+    pub fn new(motor: &MotorParameters<f32>, phase: u8) -> Self {
+        let per_s = 1.0 / motor.winding_time_constant_s;
         let continuous_a = motor.continuous_current_a;
+        let allowed_a = EXCESS_ALLOWED * motor.current_limit_a;
         Self {
             per_limit: 1.0 / motor.current_limit_a,
-            warming_per_a2: cooling / (continuous_a * continuous_a),
-            cooling,
+            allowed_a2: allowed_a * allowed_a,
+            warming_per_a2: TICK_S * per_s / (continuous_a * continuous_a),
+            cooling: f32::from(HEAT_TICKS) * TICK_S * per_s,
             continuous_share: (continuous_a / motor.current_limit_a).bounded(0.0, 1.0),
+            squares_a2: 0.0,
+            ticks: phase,
             heat: 0.0,
+            overheated: false,
             excess: 0.0,
             share: 1.0,
+            whole: true,
         }
     }
 
@@ -60,23 +78,46 @@ impl MotorGuard {
     pub fn as_warm_as(self, other: &Self) -> Self {
         Self {
             heat: other.heat,
+            overheated: other.overheated,
+            whole: false,
             ..self
         }
     }
 
     /// Takes the measured current of one tick, A.
+    #[inline]
     pub fn update(&mut self, current_a: f32) {
-        self.heat += self.warming_per_a2 * current_a * current_a - self.cooling * self.heat;
-        let used = current_a.abs() * self.per_limit;
-        if self.share >= 1.0 && used <= EXCESS_ALLOWED && self.heat < 1.0 - HEAT_BAND {
+        let square_a2 = current_a * current_a;
+        self.squares_a2 += square_a2;
+        self.ticks += 1;
+        if self.ticks >= HEAT_TICKS {
+            self.warm();
+        }
+        if self.whole && square_a2 <= self.allowed_a2 {
             // As nearly always: nothing to take away.
             return;
         }
-        let excess = used - EXCESS_ALLOWED * self.share;
+        self.bound(current_a.abs());
+    }
+
+    /// Takes the currents of the last ticks into the heat.
+    fn warm(&mut self) {
+        self.heat += self.warming_per_a2 * self.squares_a2 - self.cooling * self.heat;
+        self.squares_a2 = 0.0;
+        self.ticks = 0;
+        self.overheated = self.heat > HEAT_FAULT;
+        self.whole = self.share >= 1.0 && self.heat < 1.0 - HEAT_BAND;
+    }
+
+    /// The share of the limit that heat and excess leave.
+    #[inline(never)]
+    fn bound(&mut self, current_a: f32) {
+        let excess = current_a * self.per_limit - EXCESS_ALLOWED * self.share;
         self.excess = (self.excess + EXCESS_GAIN * excess).bounded(0.0, EXCESS_MAX);
         let room = (1.0 - self.heat) * (1.0 / HEAT_BAND);
         let by_heat = self.continuous_share + (1.0 - self.continuous_share) * room;
         self.share = by_heat.bounded(0.0, 1.0) * (1.0 - self.excess);
+        self.whole = self.share >= 1.0 && self.heat < 1.0 - HEAT_BAND;
     }
 
     /// Share of its current limit that the motor may use, 0 to 1.
@@ -86,7 +127,7 @@ impl MotorGuard {
 
     /// Whether the winding is so hot that the limit cannot have held.
     pub fn is_overheated(&self) -> bool {
-        self.heat > HEAT_FAULT
+        self.overheated
     }
 }
 
@@ -106,6 +147,10 @@ mod tests {
         }
     }
 
+    fn guard() -> MotorGuard {
+        MotorGuard::new(&motor(), 0)
+    }
+
     /// Seconds of a constant current until `done`.
     fn seconds_until(guard: &mut MotorGuard, current_a: f32, done: impl Fn(&MotorGuard) -> bool) -> f32 {
         let mut ticks = 0_u32;
@@ -119,7 +164,7 @@ mod tests {
     #[test]
     fn the_winding_warms_and_cools_by_its_time_constant() {
         for current_a in [17.0_f32, -17.0, 8.0] {
-            let mut guard = MotorGuard::new(&motor());
+            let mut guard = self::guard();
             let end = (current_a / 5.8) * (current_a / 5.8);
             let expected_s = -40.0 * libm::logf(1.0 - 1.0 / end);
             let found_s = seconds_until(&mut guard, current_a, |guard| guard.heat >= 1.0);
@@ -134,13 +179,13 @@ mod tests {
 
     #[test]
     fn the_continuous_current_may_flow_for_ever_and_a_little_less_leaves_the_whole_limit() {
-        let mut guard = MotorGuard::new(&motor());
+        let mut guard = self::guard();
         for _ in 0..600_000 {
             guard.update(5.8);
         }
         assert!((guard.heat - 1.0).abs() < 1e-2 && !guard.is_overheated());
         assert!((guard.share() * 17.0 - 5.8).abs() < 1.0, "{}", guard.share());
-        let mut guard = MotorGuard::new(&motor());
+        let mut guard = self::guard();
         for _ in 0..600_000 {
             guard.update(5.8 * 0.94);
         }
@@ -151,7 +196,7 @@ mod tests {
     #[test]
     fn the_limit_holds_the_heat_of_a_motor_that_is_always_asked_for_everything() {
         for gain in [0.8_f32, 1.0, 1.4] {
-            let mut guard = MotorGuard::new(&motor());
+            let mut guard = self::guard();
             let mut hottest = 0.0_f32;
             let mut last_a = 0.0;
             for tick in 0..600_000 {
@@ -173,7 +218,7 @@ mod tests {
     #[test]
     fn a_current_that_no_limit_holds_is_a_fault_in_time() {
         for (current_a, bound_s) in [(17.0, 6.3), (30.0, 1.9)] {
-            let mut guard = MotorGuard::new(&motor());
+            let mut guard = self::guard();
             let found_s = seconds_until(&mut guard, current_a, MotorGuard::is_overheated);
             assert!(found_s < bound_s && found_s > 0.8 * bound_s, "{current_a}: {found_s}");
         }
@@ -181,7 +226,7 @@ mod tests {
 
     #[test]
     fn what_was_taken_away_for_an_excess_comes_back() {
-        let mut guard = MotorGuard::new(&motor());
+        let mut guard = self::guard();
         for _ in 0..200 {
             guard.update(25.0);
         }
@@ -199,18 +244,21 @@ mod tests {
 
     #[test]
     fn new_parameters_leave_the_motor_as_warm_as_it_is() {
-        let mut warm = MotorGuard::new(&motor());
+        let mut warm = guard();
         for _ in 0..5000 {
             warm.update(17.0);
         }
-        let other = MotorGuard::new(&MotorParameters {
-            continuous_current_a: 8.0,
-            ..motor()
-        });
+        let other = MotorGuard::new(
+            &MotorParameters {
+                continuous_current_a: 8.0,
+                ..motor()
+            },
+            0,
+        );
         let mut after = other.as_warm_as(&warm);
         assert_eq!(after.heat, warm.heat);
         after.update(0.0);
         assert!(after.share() < 1.0, "{}", after.heat);
-        assert_eq!(MotorGuard::new(&motor()).heat, 0.0);
+        assert_eq!(guard().heat, 0.0);
     }
 }
