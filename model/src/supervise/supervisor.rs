@@ -30,6 +30,8 @@ const ENCODER_FAULTS: FaultSet = FaultSet::EMPTY
 /// Faults of the analogue readings, and of the battery's voltage.
 const ANALOG_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::AnalogStale).with(Fault::Overcurrent);
 const BATTERY_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::BatteryLow).with(Fault::BatteryHigh);
+/// Faults of the drive motors' heat.
+const HEAT_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::DriveMotorHot).with(Fault::DriveBridgeHot);
 const OVERCURRENT_TICKS: u16 = 3;
 const BATTERY_TICKS: u16 = 50;
 /// Ticks in a row in which the emergency stop's contacts must differ to disagree: longer than the contacts of one button
@@ -156,7 +158,7 @@ impl Supervisor {
     }
 
     /// This supervisor, made for `vehicle`, with everything that another one has told: mode, latched faults, blockers,
-    /// refused requests, late ticks and the emergency stop's contacts. The motors are as warm as they were.
+    /// refused requests, late ticks and the emergency stop's contacts. Motors and bridges are as warm as they were.
     #[must_use]
     pub fn with_record_of(self, other: &Self, vehicle: &Vehicle<f32>) -> Self {
         let mut motor_guards = self.motor_guards;
@@ -317,17 +319,25 @@ impl Supervisor {
             // As nearly always.
             return faults;
         }
-        let [left_hot, right_hot, ballast_hot] = self.motor_guards.each_ref().map(MotorGuard::is_overheated);
+        let [left_guard, right_guard, ballast_guard] = &self.motor_guards;
         faults.set(Fault::EncoderImplausible, left.encoder || right.encoder);
         faults.set(Fault::Overcurrent, over);
         faults.set(Fault::LeftMotorOpen, left.open);
         faults.set(Fault::RightMotorOpen, right.open);
         faults.set(Fault::CurrentSensor, left.current_sensor || right.current_sensor);
-        faults.set(Fault::DriveMotorHot, left_hot || right_hot);
+        faults.set(
+            Fault::DriveMotorHot,
+            left_guard.winding_is_overheated() || right_guard.winding_is_overheated(),
+        );
+        faults.set(
+            Fault::DriveBridgeHot,
+            left_guard.bridge_is_overheated() || right_guard.bridge_is_overheated(),
+        );
         faults.set(Fault::BallastEncoder, ballast.encoder);
         faults.set(Fault::BallastOvercurrent, ballast_over);
         faults.set(Fault::BallastMotorOpen, ballast.open);
-        faults.set(Fault::BallastMotorHot, ballast_hot);
+        faults.set(Fault::BallastMotorHot, ballast_guard.winding_is_overheated());
+        faults.set(Fault::BallastBridgeHot, ballast_guard.bridge_is_overheated());
         faults.set(
             Fault::BallastCurrentSensor,
             ballast.current_sensor || ballast.current_offset,
@@ -382,7 +392,7 @@ fn blockers_of(faults: FaultSet) -> BlockerSet {
     blockers.set(Blocker::Battery, faults.has_any(BATTERY_FAULTS));
     blockers.set(Blocker::NoCommand, faults.contains(Fault::CommandTimeout));
     blockers.set(Blocker::StopContacts, faults.contains(Fault::StopContacts));
-    blockers.set(Blocker::MotorHot, faults.contains(Fault::DriveMotorHot));
+    blockers.set(Blocker::MotorHot, faults.has_any(HEAT_FAULTS));
     blockers
 }
 
