@@ -22,6 +22,9 @@ const GROWTH_PER_K: f64 = 0.004;
 const SHUT_DOWN_C: f64 = 150.0;
 const HYSTERESIS_K: f64 = 20.0;
 
+/// Step of the temperatures, s: a tenth of the shortest time constant allowed, less half a tick for the rounding of ticks.
+const STEP_S: f64 = 0.0045;
+
 /// The temperatures of the bridges' silicon.
 #[derive(Debug, Clone)]
 pub(crate) struct BridgeHeat {
@@ -30,6 +33,9 @@ pub(crate) struct BridgeHeat {
     per_s: [f64; MOTORS],
     /// Above the air, K.
     rise_k: [f64; MOTORS],
+    /// Squares of the currents over the time since the last step, A^2 s, and that time, s.
+    squares_a2_s: [f64; MOTORS],
+    since_s: f64,
     /// Bridges that have shut down.
     shut: [bool; MOTORS],
 }
@@ -42,6 +48,8 @@ impl BridgeHeat {
             k_per_a2: motors.map(|motor| rated / (motor.bridge_continuous_a * motor.bridge_continuous_a)),
             per_s: motors.map(|motor| 1.0 / motor.bridge_time_constant_s),
             rise_k: [0.0; MOTORS],
+            squares_a2_s: [0.0; MOTORS],
+            since_s: 0.0,
             shut: [false; MOTORS],
         }
     }
@@ -50,14 +58,28 @@ impl BridgeHeat {
     /// [`BridgeHeat::shut_down`] to look at.
     #[inline]
     pub(crate) fn follow(&mut self, dt_s: f64, current_a: [f64; MOTORS]) -> bool {
-        let mut hottest_k = 0.0_f64;
-        for (i, current_a) in current_a.into_iter().enumerate() {
-            let rise_k = self.rise_k[i];
-            let lost_k = self.k_per_a2[i] * current_a * current_a * (1.0 + GROWTH_PER_K * (AIR_C - 25.0 + rise_k));
-            let share = (dt_s * self.per_s[i]).min(1.0);
-            self.rise_k[i] = rise_k + share * (lost_k - rise_k);
-            hottest_k = hottest_k.max(self.rise_k[i]);
+        for (squares, current_a) in self.squares_a2_s.iter_mut().zip(current_a) {
+            *squares += current_a * current_a * dt_s;
         }
+        self.since_s += dt_s;
+        if self.since_s < STEP_S {
+            return false;
+        }
+        self.warm()
+    }
+
+    /// Takes what the currents have brought since the last step.
+    #[inline(never)]
+    fn warm(&mut self) -> bool {
+        let mut hottest_k = 0.0_f64;
+        for (i, rise_k) in self.rise_k.iter_mut().enumerate() {
+            let growth = 1.0 + GROWTH_PER_K * (AIR_C - 25.0 + *rise_k);
+            let brought_k_s = self.k_per_a2[i] * self.squares_a2_s[i] * growth;
+            *rise_k += self.per_s[i] * (brought_k_s - *rise_k * self.since_s);
+            hottest_k = hottest_k.max(*rise_k);
+        }
+        self.squares_a2_s = [0.0; MOTORS];
+        self.since_s = 0.0;
         hottest_k > SHUT_DOWN_C - HYSTERESIS_K - AIR_C || self.any_shut()
     }
 
