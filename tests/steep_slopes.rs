@@ -315,3 +315,60 @@ fn held_until_the_motors_are_hot_the_vehicle_turns_across_the_slope_and_stands()
         ),
     );
 }
+
+/// On these slopes the hold takes more than such bridges bear for ever, and less than the windings do. Within seconds the limit is
+/// told and the vehicle turns across the slope, as it does with hot windings: no bridge gets so hot that it shuts itself down,
+/// which would let the vehicle roll away.
+#[test]
+fn bridges_that_bear_less_than_the_hold_do_not_shut_down() {
+    let vehicle = changed(|p| p.drive_motor.bridge_continuous_a = 4.0);
+    let motor = &vehicle.parameters().drive_motor;
+    for (slope_deg, seed) in [(18.0, 1), (-18.0, 2), (20.0, 3), (-20.0, 4)] {
+        let outcome = drive(
+            &vehicle,
+            25.0,
+            slope_deg,
+            &format!("seed = {seed}\n{GRIPPY_GROUND}"),
+            "",
+        );
+        let story = format!("{slope_deg} deg, seed {seed}");
+        let told_s = first(&outcome, 0.0, |row| row.status.limits.contains(Limit::MotorHeat)).expect("told");
+        assert!(told_s < 12.0, "{story}: told after {told_s} s");
+        let opened = first(&outcome, 0.0, |row| row.status.faults != FaultSet::EMPTY);
+        assert_eq!(opened, None, "{story}: {:?}", last(&outcome).status.faults);
+        for side in [0, 1] {
+            let rows = &outcome.trace.rows;
+            let bridge = heats(rows, side, motor.bridge_continuous_a, motor.bridge_time_constant_s);
+            let winding = heats(rows, side, motor.continuous_current_a, motor.winding_time_constant_s);
+            let hottest = |heats: &[(f64, f64)]| heats.iter().map(|(_, heat)| *heat).fold(0.0, f64::max);
+            assert!(hottest(&bridge) < 1.1, "{story}: {}", hottest(&bridge));
+            assert!(
+                hottest(&winding) < 0.9,
+                "{story}: not the windings, {}",
+                hottest(&winding)
+            );
+        }
+        let moves_m_s = most(from(&outcome, told_s), |row| row.truth.speed_m_s.abs());
+        assert!(moves_m_s < 1.0, "{story}: {moves_m_s} m/s");
+        let rests = from(&outcome, 37.0);
+        assert!(most(rests, |row| row.truth.speed_m_s.abs()) < 0.02, "{story}: stands");
+    }
+}
+
+/// Bridges that bear far less than the vehicle file says, as without their cooling: one shuts itself down, its fault output
+/// opens the others in hardware, and the vehicle is disarmed and says so.
+#[test]
+fn a_bridge_that_shuts_itself_down_opens_the_others() {
+    let worse = "plant.vehicle = { drive_motor.bridge_continuous_a = 3.0 }";
+    let outcome = drive(&reference(), 12.0, 20.0, &format!("{worse}\n{GRIPPY_GROUND}"), "");
+    let told_s = first(&outcome, 0.0, |row| row.status.faults.contains(Fault::BridgeBreak)).expect("told");
+    assert!(
+        from(&outcome, told_s)
+            .iter()
+            .all(|row| !row.bridges_on && row.status.mode == Mode::Disarmed)
+    );
+    let heat = heats(&outcome.trace.rows, 0, 3.0, 3.0);
+    let at = heat.iter().find(|(at_s, _)| *at_s >= told_s).expect("a row").1;
+    // 90 K above the hottest air, where 65 K are what the rated current makes of a resistance that grows by 40 %.
+    assert!((1.2..90.0 / 65.0 * 1.4).contains(&at), "shut down at a heat of {at}");
+}

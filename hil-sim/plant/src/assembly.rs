@@ -6,6 +6,7 @@ use model::vehicle::{MotorParameters, Vehicle};
 
 use crate::analog::AnalogConverter;
 use crate::body::Body;
+use crate::bridge_heat::BridgeHeat;
 use crate::encoder::Encoder;
 use crate::gear::{GEARS, Gear};
 use crate::icm42688p::Icm42688pModel;
@@ -139,6 +140,7 @@ impl Plant {
             analog: AnalogConverter::new(scales, Noise::new(seed, stream::ANALOG)),
             gears: None,
             wiring: Wiring::default(),
+            bridge_heat: BridgeHeat::new(p.motors()),
             supply: Supply::new(settings.battery.as_ref(), settings.board.brown_out_v),
             push_until_s: f64::INFINITY,
             time_s: 0.0,

@@ -109,6 +109,17 @@ impl Plant {
         }
     }
 
+    /// Whether a bridge has shut itself down because it is too hot: it pulls its fault output.
+    #[inline]
+    pub fn bridge_shut_down(&self) -> bool {
+        self.bridge_heat.any_shut()
+    }
+
+    /// Temperatures of the bridges' silicon, C.
+    pub fn bridge_temperatures_c(&self) -> [f64; MOTORS] {
+        self.bridge_heat.temperatures_c()
+    }
+
     /// Currents through the bridges, which the board's sensors measure.
     pub fn bridge_current_a(&self) -> [f64; MOTORS] {
         core::array::from_fn(|i| self.motors.get(i).map_or(0.0, crate::motor::DcMotor::bridge_current_a))

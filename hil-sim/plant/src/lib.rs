@@ -16,6 +16,7 @@ use model::sample::{MOTORS, Motor};
 pub mod analog;
 mod assembly;
 pub mod body;
+mod bridge_heat;
 mod disturb;
 pub mod encoder;
 pub mod fault;
@@ -37,6 +38,7 @@ pub mod wiring;
 
 use analog::AnalogConverter;
 use body::{Body, JointTorque, LEFT, PHI, RIGHT};
+use bridge_heat::BridgeHeat;
 use encoder::Encoder;
 use gear::{GEARS, Gear};
 use icm42688p::Icm42688pModel;
@@ -80,6 +82,7 @@ pub struct Plant {
     /// Where any drive's gearbox has play: left, right.
     gears: Option<Box<[Option<Gear>; GEARS]>>,
     wiring: Wiring,
+    bridge_heat: BridgeHeat,
     supply: Supply,
     /// When the push in force ends.
     push_until_s: f64,
@@ -141,6 +144,9 @@ impl Plant {
             self.substeps(count, h, bridges);
         }
         self.supply.follow(dt_s, self.battery_a, &mut self.battery);
+        if self.bridge_heat.follow(dt_s, self.bridge_current_a()) {
+            self.wiring.shut_down = self.bridge_heat.shut_down();
+        }
         self.watch_validity();
         for (i, encoder) in self.encoders.iter_mut().enumerate() {
             encoder.advance(shaft_angle(&self.body, self.gears.as_deref(), i), self.time_s);

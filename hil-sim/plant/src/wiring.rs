@@ -1,4 +1,5 @@
-//! Faults between the board's bridges and its motors: broken and shorted leads, dead half-bridges.
+//! Faults between the board's bridges and its motors: broken and shorted leads, dead half-bridges, bridges that have shut
+//! themselves down.
 
 use model::sample::MOTORS;
 use serde::Deserialize;
@@ -37,6 +38,8 @@ pub enum DeadHalf {
 pub(crate) struct Wiring {
     pub(crate) leads: [Leads; MOTORS],
     pub(crate) dead: [DeadHalf; MOTORS],
+    /// Bridges that are too hot: they are open, whatever their inputs say.
+    pub(crate) shut_down: [bool; MOTORS],
     /// The battery is off: nothing flows anywhere.
     pub(crate) unsupplied: bool,
 }
@@ -51,14 +54,15 @@ impl Wiring {
     /// What arrives at the motors of what the bridges do.
     pub(crate) fn through(self, bridges: &[BridgeState; MOTORS]) -> [BridgeState; MOTORS] {
         let mut arrives = *bridges;
-        for ((state, leads), dead) in arrives.iter_mut().zip(self.leads).zip(self.dead) {
+        let faults = self.leads.into_iter().zip(self.dead).zip(self.shut_down);
+        for (state, ((leads, dead), shut_down)) in arrives.iter_mut().zip(faults) {
             if let BridgeState::Duty(duty) = *state {
                 let dies = match dead {
                     DeadHalf::None => false,
                     DeadHalf::Forward => duty > 0.0,
                     DeadHalf::Backward => duty < 0.0,
                 };
-                if dies {
+                if dies || shut_down {
                     *state = BridgeState::Open;
                 }
             }
@@ -89,6 +93,10 @@ mod tests {
         assert_eq!(wiring.through(&bridges), bridges);
         wiring.dead = [DeadHalf::Forward, DeadHalf::Forward, DeadHalf::Backward];
         assert_eq!(wiring.through(&bridges), [Open, Duty(-0.4), Open]);
+        wiring.dead = [DeadHalf::None; MOTORS];
+        wiring.shut_down = [false, true, false];
+        assert_eq!(wiring.through(&bridges), [Duty(0.4), Open, Open]);
+        wiring.shut_down = [false; MOTORS];
         wiring.dead = [DeadHalf::Backward; MOTORS];
         assert_eq!(wiring.through(&bridges), [Duty(0.4), Open, Open]);
         wiring.leads = [Leads::Shorted, Leads::Shorted, Leads::Open];

@@ -1,13 +1,15 @@
-//! How much of its current limit a motor may use: by the heat of its winding, and by the current that is measured.
+//! How much of its current limit a motor may use: by the heat of its winding and of its bridge, and by the current that is
+//! measured.
 //!
-//! The winding warms with the square of the measured current and cools as it is warm, one time constant for both:
+//! Winding and bridge warm with the square of the measured current and cool as they are warm, one time constant for both:
 //!
 //! ```text
 //! tau h' = (i / i_c)^2 - h        h = 1: as warm as the continuous current i_c keeps it
 //! ```
 //!
 //! A winding and a housing have a time constant each, of which the winding's is the shorter: with that one alone the model
-//! is warmer than the motor, as long as the motor has not been at work for long.
+//! is warmer than the motor, as long as the motor has not been at work for long. So it is with a bridge's package on its
+//! copper and what carries both, and seconds there are what half a minute is in a winding.
 
 use crate::bounded::Bounded;
 use crate::sample::TICK_S;
@@ -15,7 +17,7 @@ use crate::vehicle::MotorParameters;
 
 /// Heat below 1 from which on the limit falls, in proportion, to the continuous current at heat 1.
 const HEAT_BAND: f32 = 0.1;
-/// Heat beyond which the limit does not hold the motor: a fault.
+/// Heat beyond which the limit does not hold winding or bridge: a fault.
 const HEAT_FAULT: f32 = 1.2;
 /// Measured current, as a share of what the motor may use, that the armature equation may be wrong by: an armature that is
 /// cold, and the sensor's gain.
@@ -25,58 +27,149 @@ const EXCESS_GAIN: f32 = 0.02;
 /// Largest share taken away: twice the current that the equation gives means that something else is wrong.
 const EXCESS_MAX: f32 = 0.5;
 
-/// Watches the current of one motor.
+/// Ticks whose currents' squares the heats take at once: less than a tenth of the shortest time constant that a vehicle file
+/// may have.
+const HEAT_TICKS: u8 = 4;
+
+/// The heat of one thing that the motor's current flows through.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MotorGuard {
-    per_limit: f32,
-    /// Heat per A^2 in a tick, and the share of the heat that goes in a tick.
+struct Heating {
+    /// Heat per A^2 in a tick, and the share of the heat that goes in [`HEAT_TICKS`].
     warming_per_a2: f32,
     cooling: f32,
-    /// The continuous current as a share of the limit.
+    /// The continuous current as a share of the limit, 1 at most.
     continuous_share: f32,
     heat: f32,
-    excess: f32,
-    share: f32,
 }
 
-impl MotorGuard {
-    /// A guard for the motor of these parameters, cold.
-    pub fn new(motor: &MotorParameters<f32>) -> Self {
-        let cooling = TICK_S / motor.winding_time_constant_s;
-        let continuous_a = motor.continuous_current_a;
+impl Heating {
+    /// Something cold that bears `continuous_a` for ever, in a motor that may use `limit_a`.
+    fn new(continuous_a: f32, time_constant_s: f32, limit_a: f32) -> Self {
+        let tick = TICK_S / time_constant_s;
         Self {
-            per_limit: 1.0 / motor.current_limit_a,
-            warming_per_a2: cooling / (continuous_a * continuous_a),
-            cooling,
-            continuous_share: (continuous_a / motor.current_limit_a).bounded(0.0, 1.0),
+            warming_per_a2: tick / (continuous_a * continuous_a),
+            cooling: f32::from(HEAT_TICKS) * tick,
+            continuous_share: (continuous_a / limit_a).bounded(0.0, 1.0),
             heat: 0.0,
-            excess: 0.0,
-            share: 1.0,
         }
     }
 
-    /// This guard, for a motor that is as warm as another guard's.
-    #[must_use]
-    pub fn as_warm_as(self, other: &Self) -> Self {
+    /// This one, as warm as another.
+    fn as_warm_as(self, other: &Self) -> Self {
         Self {
             heat: other.heat,
             ..self
         }
     }
 
+    /// Takes the squares of the currents of [`HEAT_TICKS`], A^2.
+    fn update(&mut self, squares_a2: f32) {
+        self.heat += self.warming_per_a2 * squares_a2 - self.cooling * self.heat;
+    }
+
+    /// Whether it leaves the whole limit.
+    fn is_cool(&self) -> bool {
+        self.heat < 1.0 - HEAT_BAND
+    }
+
+    /// Share of the limit that this heat leaves, 0 to 1.
+    fn share(&self) -> f32 {
+        let room = (1.0 - self.heat) * (1.0 / HEAT_BAND);
+        (self.continuous_share + (1.0 - self.continuous_share) * room).bounded(0.0, 1.0)
+    }
+
+    /// Whether it is so hot that the limit cannot have held.
+    fn is_overheated(&self) -> bool {
+        self.heat > HEAT_FAULT
+    }
+}
+
+/// Watches the current of one motor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MotorGuard {
+    per_limit: f32,
+    /// Square of the largest current that is no excess of the whole limit, A^2.
+    allowed_a2: f32,
+    winding: Heating,
+    bridge: Heating,
+    /// Squares of the currents since the heats took them last, A^2, and the ticks since.
+    squares_a2: f32,
+    ticks: u8,
+    overheated: bool,
+    excess: f32,
+    share: f32,
+    /// The motor may use its whole limit, and its heats will not change that before they change.
+    whole: bool,
+}
+
+impl MotorGuard {
+    /// A guard for the motor of these parameters and its bridge, both cold. Guards of other `phase`s (0 to 3) reckon their
+    /// heats in other ticks.
+    pub fn new(motor: &MotorParameters<f32>, phase: u8) -> Self {
+        let limit_a = motor.current_limit_a;
+        let heating = |continuous_a, time_constant_s| Heating::new(continuous_a, time_constant_s, limit_a);
+        let allowed_a = EXCESS_ALLOWED * limit_a;
+        Self {
+            per_limit: 1.0 / limit_a,
+            allowed_a2: allowed_a * allowed_a,
+            winding: heating(motor.continuous_current_a, motor.winding_time_constant_s),
+            bridge: heating(motor.bridge_continuous_a, motor.bridge_time_constant_s),
+            squares_a2: 0.0,
+            ticks: phase,
+            overheated: false,
+            excess: 0.0,
+            share: 1.0,
+            whole: true,
+        }
+    }
+
+    /// This guard, for a motor and a bridge that are as warm as another guard's.
+    #[must_use]
+    pub fn as_warm_as(self, other: &Self) -> Self {
+        Self {
+            winding: self.winding.as_warm_as(&other.winding),
+            bridge: self.bridge.as_warm_as(&other.bridge),
+            overheated: other.overheated,
+            whole: false,
+            ..self
+        }
+    }
+
     /// Takes the measured current of one tick, A.
+    #[inline]
     pub fn update(&mut self, current_a: f32) {
-        self.heat += self.warming_per_a2 * current_a * current_a - self.cooling * self.heat;
-        let used = current_a.abs() * self.per_limit;
-        if self.share >= 1.0 && used <= EXCESS_ALLOWED && self.heat < 1.0 - HEAT_BAND {
+        let square_a2 = current_a * current_a;
+        self.squares_a2 += square_a2;
+        self.ticks += 1;
+        if self.ticks >= HEAT_TICKS {
+            self.warm();
+        }
+        if self.whole && square_a2 <= self.allowed_a2 {
             // As nearly always: nothing to take away.
             return;
         }
-        let excess = used - EXCESS_ALLOWED * self.share;
+        self.bound(current_a.abs());
+    }
+
+    /// Takes the currents of the last ticks into the heats.
+    fn warm(&mut self) {
+        self.winding.update(self.squares_a2);
+        self.bridge.update(self.squares_a2);
+        self.squares_a2 = 0.0;
+        self.ticks = 0;
+        self.overheated = self.winding.is_overheated() || self.bridge.is_overheated();
+        self.whole = self.share >= 1.0 && self.winding.is_cool() && self.bridge.is_cool();
+    }
+
+    /// The share of the limit that heats and excess leave.
+    #[inline(never)]
+    fn bound(&mut self, current_a: f32) {
+        let excess = current_a * self.per_limit - EXCESS_ALLOWED * self.share;
         self.excess = (self.excess + EXCESS_GAIN * excess).bounded(0.0, EXCESS_MAX);
-        let room = (1.0 - self.heat) * (1.0 / HEAT_BAND);
-        let by_heat = self.continuous_share + (1.0 - self.continuous_share) * room;
-        self.share = by_heat.bounded(0.0, 1.0) * (1.0 - self.excess);
+        let (winding, bridge) = (self.winding.share(), self.bridge.share());
+        let by_heat = if winding < bridge { winding } else { bridge };
+        self.share = by_heat * (1.0 - self.excess);
+        self.whole = self.share >= 1.0 && self.winding.is_cool() && self.bridge.is_cool();
     }
 
     /// Share of its current limit that the motor may use, 0 to 1.
@@ -84,9 +177,20 @@ impl MotorGuard {
         self.share
     }
 
-    /// Whether the winding is so hot that the limit cannot have held.
+    /// Whether winding or bridge is so hot that the limit cannot have held.
+    #[inline]
     pub fn is_overheated(&self) -> bool {
-        self.heat > HEAT_FAULT
+        self.overheated
+    }
+
+    /// Whether the winding is so hot that the limit cannot have held.
+    pub fn winding_is_overheated(&self) -> bool {
+        self.winding.is_overheated()
+    }
+
+    /// The same of the bridge.
+    pub fn bridge_is_overheated(&self) -> bool {
+        self.bridge.is_overheated()
     }
 }
 
@@ -102,8 +206,14 @@ mod tests {
             current_limit_a: 17.0,
             continuous_current_a: 5.8,
             winding_time_constant_s: 40.0,
+            bridge_continuous_a: 60.0,
+            bridge_time_constant_s: 3.0,
             ..reference().parameters().drive_motor
         }
+    }
+
+    fn guard() -> MotorGuard {
+        MotorGuard::new(&motor(), 0)
     }
 
     /// Seconds of a constant current until `done`.
@@ -119,28 +229,28 @@ mod tests {
     #[test]
     fn the_winding_warms_and_cools_by_its_time_constant() {
         for current_a in [17.0_f32, -17.0, 8.0] {
-            let mut guard = MotorGuard::new(&motor());
+            let mut guard = self::guard();
             let end = (current_a / 5.8) * (current_a / 5.8);
             let expected_s = -40.0 * libm::logf(1.0 - 1.0 / end);
-            let found_s = seconds_until(&mut guard, current_a, |guard| guard.heat >= 1.0);
+            let found_s = seconds_until(&mut guard, current_a, |guard| guard.winding.heat >= 1.0);
             assert!(
                 (found_s - expected_s).abs() < 0.01 * expected_s,
                 "{found_s} {expected_s}"
             );
-            let cooled_s = seconds_until(&mut guard, 0.0, |guard| guard.heat <= 0.5);
+            let cooled_s = seconds_until(&mut guard, 0.0, |guard| guard.winding.heat <= 0.5);
             assert!((cooled_s - 40.0 * libm::logf(2.0)).abs() < 0.3, "{cooled_s}");
         }
     }
 
     #[test]
     fn the_continuous_current_may_flow_for_ever_and_a_little_less_leaves_the_whole_limit() {
-        let mut guard = MotorGuard::new(&motor());
+        let mut guard = self::guard();
         for _ in 0..600_000 {
             guard.update(5.8);
         }
-        assert!((guard.heat - 1.0).abs() < 1e-2 && !guard.is_overheated());
+        assert!((guard.winding.heat - 1.0).abs() < 1e-2 && !guard.winding_is_overheated());
         assert!((guard.share() * 17.0 - 5.8).abs() < 1.0, "{}", guard.share());
-        let mut guard = MotorGuard::new(&motor());
+        let mut guard = self::guard();
         for _ in 0..600_000 {
             guard.update(5.8 * 0.94);
         }
@@ -151,14 +261,14 @@ mod tests {
     #[test]
     fn the_limit_holds_the_heat_of_a_motor_that_is_always_asked_for_everything() {
         for gain in [0.8_f32, 1.0, 1.4] {
-            let mut guard = MotorGuard::new(&motor());
+            let mut guard = self::guard();
             let mut hottest = 0.0_f32;
             let mut last_a = 0.0;
             for tick in 0..600_000 {
                 last_a = gain * guard.share() * 17.0;
                 guard.update(last_a);
-                if guard.heat > hottest {
-                    hottest = guard.heat;
+                if guard.winding.heat > hottest {
+                    hottest = guard.winding.heat;
                 }
                 if tick == 500 {
                     // The measured current counts, not the modelled one.
@@ -173,15 +283,15 @@ mod tests {
     #[test]
     fn a_current_that_no_limit_holds_is_a_fault_in_time() {
         for (current_a, bound_s) in [(17.0, 6.3), (30.0, 1.9)] {
-            let mut guard = MotorGuard::new(&motor());
-            let found_s = seconds_until(&mut guard, current_a, MotorGuard::is_overheated);
+            let mut guard = self::guard();
+            let found_s = seconds_until(&mut guard, current_a, MotorGuard::winding_is_overheated);
             assert!(found_s < bound_s && found_s > 0.8 * bound_s, "{current_a}: {found_s}");
         }
     }
 
     #[test]
     fn what_was_taken_away_for_an_excess_comes_back() {
-        let mut guard = MotorGuard::new(&motor());
+        let mut guard = self::guard();
         for _ in 0..200 {
             guard.update(25.0);
         }
@@ -199,18 +309,85 @@ mod tests {
 
     #[test]
     fn new_parameters_leave_the_motor_as_warm_as_it_is() {
-        let mut warm = MotorGuard::new(&motor());
+        let mut warm = self::guard();
         for _ in 0..5000 {
             warm.update(17.0);
         }
-        let other = MotorGuard::new(&MotorParameters {
-            continuous_current_a: 8.0,
-            ..motor()
-        });
+        let other = MotorGuard::new(
+            &MotorParameters {
+                continuous_current_a: 8.0,
+                ..motor()
+            },
+            0,
+        );
         let mut after = other.as_warm_as(&warm);
-        assert_eq!(after.heat, warm.heat);
+        assert_eq!(after.winding.heat, warm.winding.heat);
         after.update(0.0);
-        assert!(after.share() < 1.0, "{}", after.heat);
-        assert_eq!(MotorGuard::new(&motor()).heat, 0.0);
+        assert!(after.share() < 1.0, "{}", after.winding.heat);
+        assert_eq!(self::guard().winding.heat, 0.0);
+    }
+
+    /// A motor whose bridge bears less than its winding.
+    fn weak_bridge() -> MotorParameters<f32> {
+        MotorParameters {
+            bridge_continuous_a: 4.0,
+            ..motor()
+        }
+    }
+
+    /// The exact solution: h = (i / i_c)^2 (1 - exp(-t / tau)).
+    #[test]
+    fn a_bridge_warms_in_seconds_and_bounds_the_current_before_the_winding_does() {
+        for current_a in [17.0_f32, -8.0, 5.0] {
+            let mut guard = MotorGuard::new(&weak_bridge(), 0);
+            let end = (current_a / 4.0) * (current_a / 4.0);
+            let expected_s = -3.0 * libm::logf(1.0 - 0.9 / end);
+            let found_s = seconds_until(&mut guard, current_a, |guard| guard.share() < 1.0);
+            assert!(
+                (found_s - expected_s).abs() < 0.01 * expected_s + 0.002,
+                "{found_s} {expected_s}"
+            );
+            assert!(guard.winding.heat < 0.9);
+            let cooled_s = seconds_until(&mut guard, 0.0, |guard| guard.bridge.heat <= 0.45);
+            assert!((cooled_s - 3.0 * libm::logf(2.0)).abs() < 0.02, "{cooled_s}");
+        }
+    }
+
+    /// As with the winding, and within the time that a bridge has: always asked for everything, and cold armatures.
+    #[test]
+    fn the_limit_holds_the_heat_of_a_bridge_that_is_always_asked_for_everything() {
+        for gain in [0.8_f32, 1.0, 1.4] {
+            let mut guard = MotorGuard::new(&weak_bridge(), 0);
+            let (mut hottest, mut last_a) = (0.0_f32, 0.0);
+            for _ in 0..30_000 {
+                last_a = gain * guard.share() * 17.0;
+                guard.update(last_a);
+                if guard.bridge.heat > hottest {
+                    hottest = guard.bridge.heat;
+                }
+            }
+            assert!(hottest < 1.05 && !guard.bridge_is_overheated(), "{gain}: {hottest}");
+            assert!((last_a - 4.0).abs() < 0.2, "{gain}: {last_a}");
+        }
+    }
+
+    #[test]
+    fn a_current_that_no_limit_holds_overheats_the_bridge_in_time() {
+        let mut guard = MotorGuard::new(&weak_bridge(), 0);
+        let expected_s = -3.0 * libm::logf(1.0 - 1.2 * 16.0 / (8.0 * 8.0));
+        let found_s = seconds_until(&mut guard, 8.0, MotorGuard::bridge_is_overheated);
+        assert!((found_s - expected_s).abs() < 0.01, "{found_s} {expected_s}");
+        assert!(!guard.winding_is_overheated());
+    }
+
+    #[test]
+    fn new_parameters_leave_the_bridge_as_warm_as_it_is() {
+        let mut warm = MotorGuard::new(&weak_bridge(), 0);
+        for _ in 0..1000 {
+            warm.update(8.0);
+        }
+        let after = self::guard().as_warm_as(&warm);
+        assert_eq!(after.bridge.heat, warm.bridge.heat);
+        assert!(after.bridge.heat > 1.0);
     }
 }

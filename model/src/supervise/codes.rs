@@ -189,6 +189,18 @@ faults! {
         "from cold 14 s at 4 A",
         "Let the ballast motor cool for a minute; check that the ballast turns freely."
     ),
+    /// The bridge of a drive motor is hotter than its continuous current makes it.
+    DriveBridgeHot = 28 => Stops(
+        "the measured current has heated the bridge of a drive motor, by its `bridge_continuous_a` and `bridge_time_constant_s`, to 1.2 times what the continuous current keeps up (`HEAT_FAULT`)",
+        "from cold 2.3 s at 30 A; the limit MotorHeat holds a motor that obeys it below; a driver that shuts itself down acts through the break",
+        "Let the bridges cool for ten seconds; look after their cooling, and compare `bridge_continuous_a` with the drivers."
+    ),
+    /// The bridge of the ballast motor is hotter than its continuous current makes it: the ballast motor is off.
+    BallastBridgeHot = 29 => Spar(
+        "the same of the ballast motor's bridge",
+        "from cold 1.9 s at 4 A",
+        "Let the ballast's bridge cool for ten seconds; check that the ballast turns freely, and the bridge's cooling."
+    ),
 }
 
 remedied_codes! {
@@ -238,8 +250,8 @@ remedied_codes! {
     Unsealed = 19 => "Flash the firmware by `cargo flash-board`, which writes its checksum.",
     /// A word of the RAM did not keep what was written to it when the supply came up.
     Ram = 20 => "Switch the board's supply off and on; if the RAM fails again, use another board.",
-    /// A drive motor is too hot.
-    MotorHot = 21 => "Let the drive motors cool for a minute.",
+    /// A drive motor or its bridge is too hot.
+    MotorHot = 21 => "Let the drive motors cool for a minute, their bridges for ten seconds.",
     /// A new firmware is being stored.
     Update = 22 => "Wait until the update is stored; one that its host has left is given up after 10 s.",
     /// The board's own supply of 3.3 V is low: the break has tripped, and nothing is stored.
@@ -267,7 +279,7 @@ codes! {
     Slip = 6,
     /// The slope is beyond what the arm's weight can carry or the configured grip can hold: no driving further up.
     SlopeLimit = 7,
-    /// A motor's heat, or more measured current than its limit, bounds its current.
+    /// The heat of a motor or its bridge, or more measured current than its limit, bounds its current.
     MotorHeat = 8,
     /// The supply is near its highest voltage: braking may return less power to it.
     Regeneration = 9,

@@ -41,6 +41,14 @@ pub struct MotorHealth {
     pub open: bool,
 }
 
+impl MotorHealth {
+    /// Whether nothing is wrong.
+    #[inline]
+    pub fn is_sound(self) -> bool {
+        !(self.encoder | self.current_sensor | self.current_offset | self.open)
+    }
+}
+
 /// How the measured current answers to the voltage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum CurrentResponse {
@@ -233,13 +241,14 @@ struct Follower {
     measured_power: f32,
 }
 
-/// Share of each tick in the sums: a time constant of 60 ms.
-const SUM_GAIN: f32 = 1.0 / 60.0;
+/// What is left of the sums after a tick: a time constant of 60 ms.
+const SUM_TICKS: f32 = 60.0;
+const SUM_KEPT: f32 = 1.0 - 1.0 / SUM_TICKS;
 /// Largest change that counts, A: one jump, as of a sensor that dies, must not outweigh a hundred ticks.
 const CHANGE_MAX_A: f32 = 0.5;
-/// Least mean square of the modelled second differences that tells something, A^2: the converter's noise, 4 mA in each
-/// reading, makes a quarter of it.
-const POWER_MIN_A2: f32 = 0.02 * 0.02;
+/// Least sum of the squares of the modelled second differences that tells something, A^2: that of 20 mA in every tick. The
+/// converter's noise, 4 mA in each reading, makes a quarter of it.
+const POWER_MIN_A2: f32 = SUM_TICKS * 0.02 * 0.02;
 /// Share of the modelled change that a living sensor shows at least, and a dead one at most.
 const FOLLOWS_SHARE: f32 = 0.5;
 const DEAD_SHARE: f32 = 0.25;
@@ -285,9 +294,9 @@ impl Follower {
             self.ticks += 1;
         } else {
             let [model, measured] = changes.map(|change| change.bounded(-CHANGE_MAX_A, CHANGE_MAX_A));
-            self.power += SUM_GAIN * (model * model - self.power);
-            self.common += SUM_GAIN * (model * measured - self.common);
-            self.measured_power += SUM_GAIN * (measured * measured - self.measured_power);
+            self.power = SUM_KEPT * self.power + model * model;
+            self.common = SUM_KEPT * self.common + model * measured;
+            self.measured_power = SUM_KEPT * self.measured_power + measured * measured;
         }
         if self.power < POWER_MIN_A2 {
             CurrentResponse::Unknown

@@ -36,7 +36,12 @@ impl Suspicion {
     }
 
     /// Takes one tick's verdict; true while the suspicion stands.
+    #[inline]
     pub fn update(&mut self, bad: bool) -> bool {
+        // As nearly always: there is nothing to weigh.
+        if !bad && self.level == 0 {
+            return false;
+        }
         self.level = if bad {
             self.level.saturating_add(self.weight).min(self.limit)
         } else {
@@ -61,7 +66,9 @@ pub enum ImuHealth {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImuWatch {
     timeout_us: u32,
+    /// Largest change of an axis that is no jump, and twice that.
     jump_lsb: i32,
+    jumps_lsb: u32,
     /// Bounds of the squared specific force, in LSB^2.
     force_min_lsb2: u32,
     force_max_lsb2: u32,
@@ -84,14 +91,18 @@ const JUMP_DEG_S: f32 = 200.0;
 /// Bounds of the specific force's magnitude in g: below, the vehicle falls; above, no blow lasts long.
 const FORCE_MIN_G: f32 = 0.2;
 const FORCE_MAX_G: f32 = 6.0;
+/// Least sum of three axes' squares with an axis at an end of its range.
+const END_SQUARED: u32 = (i16::MAX as u32) * (i16::MAX as u32);
 
 impl ImuWatch {
     /// A watch of an IMU of the given scales that calls a sample stale after `timeout_us`.
     pub fn new(timeout_us: u32, scales: &ImuScales) -> Self {
         let squared_lsb = |g: f32| g * g * scales.accel_lsb_per_g * scales.accel_lsb_per_g;
+        let jump_lsb = (JUMP_DEG_S * scales.gyro_lsb_per_deg_s) as i32;
         Self {
             timeout_us,
-            jump_lsb: (JUMP_DEG_S * scales.gyro_lsb_per_deg_s) as i32,
+            jump_lsb,
+            jumps_lsb: 2 * jump_lsb.unsigned_abs(),
             force_min_lsb2: libm::ceilf(squared_lsb(FORCE_MIN_G)) as u32,
             force_max_lsb2: squared_lsb(FORCE_MAX_G) as u32,
             last: None,
@@ -106,21 +117,30 @@ impl ImuWatch {
     #[inline]
     pub fn update(&mut self, sample: &ImuSample) -> ImuHealth {
         let raw = &sample.raw;
-        let jumped = self.last.is_some_and(|last| {
-            let jump = |(now, before): (&i16, &i16)| (i32::from(*now) - i32::from(*before)).abs() > self.jump_lsb;
-            raw.gyro.iter().zip(&last.gyro).any(jump)
+        let (jumped, same) = self.last.map_or((false, false), |last| {
+            // Its amount is more than the largest: one comparison tells it either way.
+            let jump = |(now, before): (&i16, &i16)| {
+                (i32::from(*now) - i32::from(*before) + self.jump_lsb).cast_unsigned() > self.jumps_lsb
+            };
+            let same = last.gyro == raw.gyro && last.accel == raw.accel;
+            (raw.gyro.iter().zip(&last.gyro).any(jump), same)
         });
-        let same = self
-            .last
-            .is_some_and(|last| last.accel == raw.accel && last.gyro == raw.gyro);
         self.last = Some(*raw);
         let repeated = self.repeated.update(same);
-        let at_end = |axes: &[i16; 3]| axes.iter().any(|value| matches!(*value, i16::MIN | i16::MAX));
-        let saturated = self.saturated.update(at_end(&raw.accel) || at_end(&raw.gyro));
         // At most three times 2^30.
-        let square = |a: i16| (i32::from(a) * i32::from(a)).cast_unsigned();
-        let [x, y, z] = raw.accel;
-        let squares = square(x) + square(y) + square(z);
+        let squares = |axes: &[i16; 3]| {
+            let square = |a: i16| (i32::from(a) * i32::from(a)).cast_unsigned();
+            let [x, y, z] = *axes;
+            square(x) + square(y) + square(z)
+        };
+        let at_end = |axes: &[i16; 3], squares: u32| {
+            squares >= END_SQUARED && axes.iter().any(|value| matches!(*value, i16::MIN | i16::MAX))
+        };
+        let turning = squares(&raw.gyro);
+        let squares = squares(&raw.accel);
+        let saturated = self
+            .saturated
+            .update(at_end(&raw.accel, squares) || at_end(&raw.gyro, turning));
         let forceless = self.forceless.update(squares < self.force_min_lsb2);
         let impossible = self.impossible.update(squares > self.force_max_lsb2 || jumped);
         if sample.age_us > self.timeout_us {

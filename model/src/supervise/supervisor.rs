@@ -30,6 +30,8 @@ const ENCODER_FAULTS: FaultSet = FaultSet::EMPTY
 /// Faults of the analogue readings, and of the battery's voltage.
 const ANALOG_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::AnalogStale).with(Fault::Overcurrent);
 const BATTERY_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::BatteryLow).with(Fault::BatteryHigh);
+/// Faults of the drive motors' heat.
+const HEAT_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::DriveMotorHot).with(Fault::DriveBridgeHot);
 const OVERCURRENT_TICKS: u16 = 3;
 const BATTERY_TICKS: u16 = 50;
 /// Ticks in a row in which the emergency stop's contacts must differ to disagree: longer than the contacts of one button
@@ -122,6 +124,7 @@ impl Supervisor {
         let motor_watch =
             |motor: &MotorParameters<f32>| MotorWatch::new(motor, jump_counts(motor, p.battery.maximum_v));
         let imu_watch = ImuWatch::new(sensor_timeout_us, &scales.imu);
+        let [left, right, ballast] = p.motors();
         Self {
             arming: Arming::new(stop_timeout_ticks(vehicle)),
             thresholds: Thresholds {
@@ -136,7 +139,11 @@ impl Supervisor {
             arm_watch: imu_watch,
             spar_watch: p.spar.as_ref().map(|_| imu_watch),
             motor_watches: p.motors().map(motor_watch),
-            motor_guards: p.motors().map(MotorGuard::new),
+            motor_guards: [
+                MotorGuard::new(left, 0),
+                MotorGuard::new(right, 1),
+                MotorGuard::new(ballast, 2),
+            ],
             overcurrent: Persistence::new(OVERCURRENT_TICKS),
             ballast_overcurrent: Persistence::new(OVERCURRENT_TICKS),
             current_offset: false,
@@ -151,7 +158,7 @@ impl Supervisor {
     }
 
     /// This supervisor, made for `vehicle`, with everything that another one has told: mode, latched faults, blockers,
-    /// refused requests, late ticks and the emergency stop's contacts. The motors are as warm as they were.
+    /// refused requests, late ticks and the emergency stop's contacts. Motors and bridges are as warm as they were.
     #[must_use]
     pub fn with_record_of(self, other: &Self, vehicle: &Vehicle<f32>) -> Self {
         let mut motor_guards = self.motor_guards;
@@ -303,21 +310,34 @@ impl Supervisor {
         };
         self.current_offset = left.current_offset || right.current_offset;
         let [left_a, right_a, ballast_a] = sensed.current_a.map(f32::abs);
-        let [left_hot, right_hot, ballast_hot] = self.motor_guards.each_ref().map(MotorGuard::is_overheated);
         let limit_a = self.thresholds.overcurrent_a;
         let over = self.overcurrent.update(left_a > limit_a || right_a > limit_a);
         let ballast_over = self.ballast_overcurrent.update(with_ballast && ballast_a > limit_a);
         let mut faults = FaultSet::EMPTY;
+        let hot = self.motor_guards.iter().any(MotorGuard::is_overheated);
+        if left.is_sound() && right.is_sound() && ballast.is_sound() && !(over || ballast_over || hot) {
+            // As nearly always.
+            return faults;
+        }
+        let [left_guard, right_guard, ballast_guard] = &self.motor_guards;
         faults.set(Fault::EncoderImplausible, left.encoder || right.encoder);
         faults.set(Fault::Overcurrent, over);
         faults.set(Fault::LeftMotorOpen, left.open);
         faults.set(Fault::RightMotorOpen, right.open);
         faults.set(Fault::CurrentSensor, left.current_sensor || right.current_sensor);
-        faults.set(Fault::DriveMotorHot, left_hot || right_hot);
+        faults.set(
+            Fault::DriveMotorHot,
+            left_guard.winding_is_overheated() || right_guard.winding_is_overheated(),
+        );
+        faults.set(
+            Fault::DriveBridgeHot,
+            left_guard.bridge_is_overheated() || right_guard.bridge_is_overheated(),
+        );
         faults.set(Fault::BallastEncoder, ballast.encoder);
         faults.set(Fault::BallastOvercurrent, ballast_over);
         faults.set(Fault::BallastMotorOpen, ballast.open);
-        faults.set(Fault::BallastMotorHot, ballast_hot);
+        faults.set(Fault::BallastMotorHot, ballast_guard.winding_is_overheated());
+        faults.set(Fault::BallastBridgeHot, ballast_guard.bridge_is_overheated());
         faults.set(
             Fault::BallastCurrentSensor,
             ballast.current_sensor || ballast.current_offset,
@@ -344,26 +364,36 @@ impl Supervisor {
 
     /// What blocks arming in this tick.
     fn blockers(&self, faults: FaultSet, estimate: &Estimate, command: &Command) -> BlockerSet {
-        let mut blockers = BlockerSet::EMPTY;
+        let mut blockers = if faults.is_empty() {
+            BlockerSet::EMPTY
+        } else {
+            blockers_of(faults)
+        };
         blockers.set(Blocker::NotCalibrated, !estimate.calibrated);
-        blockers.set(Blocker::EmergencyStop, faults.contains(Fault::EmergencyStop));
-        blockers.set(Blocker::BridgeBreak, faults.contains(Fault::BridgeBreak));
-        blockers.set(Blocker::Imu, faults.has_any(ARM_IMU_FAULTS));
-        blockers.set(Blocker::Encoder, faults.has_any(ENCODER_FAULTS));
-        blockers.set(Blocker::Analog, faults.has_any(ANALOG_FAULTS));
-        blockers.set(Blocker::Battery, faults.has_any(BATTERY_FAULTS));
         blockers.set(Blocker::NotAtRest, !estimate.at_rest);
         // Written so that a phi that is not a number blocks.
         let upright = estimate.phi_rad.abs() < 0.5 * self.thresholds.phi_max_rad;
         blockers.set(Blocker::ArmAngle, !upright);
-        blockers.set(Blocker::NoCommand, faults.contains(Fault::CommandTimeout));
         blockers.set(Blocker::CommandNotNeutral, !command.drive.is_neutral());
         blockers.set(Blocker::Parameters, command.parameters_pending);
         blockers.set(Blocker::CurrentSensor, self.current_offset);
-        blockers.set(Blocker::StopContacts, faults.contains(Fault::StopContacts));
-        blockers.set(Blocker::MotorHot, faults.contains(Fault::DriveMotorHot));
         blockers
     }
+}
+
+/// What blocks arming because of these faults.
+fn blockers_of(faults: FaultSet) -> BlockerSet {
+    let mut blockers = BlockerSet::EMPTY;
+    blockers.set(Blocker::EmergencyStop, faults.contains(Fault::EmergencyStop));
+    blockers.set(Blocker::BridgeBreak, faults.contains(Fault::BridgeBreak));
+    blockers.set(Blocker::Imu, faults.has_any(ARM_IMU_FAULTS));
+    blockers.set(Blocker::Encoder, faults.has_any(ENCODER_FAULTS));
+    blockers.set(Blocker::Analog, faults.has_any(ANALOG_FAULTS));
+    blockers.set(Blocker::Battery, faults.has_any(BATTERY_FAULTS));
+    blockers.set(Blocker::NoCommand, faults.contains(Fault::CommandTimeout));
+    blockers.set(Blocker::StopContacts, faults.contains(Fault::StopContacts));
+    blockers.set(Blocker::MotorHot, faults.has_any(HEAT_FAULTS));
+    blockers
 }
 
 #[cfg(test)]

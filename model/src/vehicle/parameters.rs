@@ -48,6 +48,11 @@ parameter_group! {
         continuous_current_a: 0.01 to 500.0,
         /// Thermal time constant of the winding.
         winding_time_constant_s: 0.1 to 10000.0,
+        /// Current that the motor's bridge bears for ever, in the hottest air that it works in; with more the controller lets
+        /// the bridge become no hotter. 500 A bound nothing but what the other limits bound.
+        bridge_continuous_a: 0.01 to 500.0 or 500.0,
+        /// Thermal time constant of the bridge: its package on its copper.
+        bridge_time_constant_s: 0.05 to 1000.0 or 3.0,
         /// Coulomb friction at the gearbox output.
         coulomb_friction_n_m: 0.0 to 100.0,
         /// Encoder counts (four per line) per turn of the motor shaft.

@@ -150,7 +150,7 @@ mod tests {
         let without = VehicleParameters { spar: None, ..after };
         let lost = diff(&after, &without);
         let found = diff(&without, &after);
-        assert_eq!((lost.len(), found.len()), (22, 22));
+        assert_eq!((lost.len(), found.len()), (24, 24));
         assert!(lost.iter().all(|d| d.before.is_some() && d.after.is_none()));
         assert!(found.iter().all(|d| d.before.is_none() && d.after.is_some()));
         assert!(lost[0].to_string().ends_with("-> -"), "{}", lost[0]);

@@ -224,8 +224,8 @@ fn a_set_of_version_0_1_without_a_camera_keeps_what_both_have() {
         ..PARAMETERS
     };
     let read = read_by_name(&all, &without).expect("in range");
-    // Every parameter of the camera was one of version 0.1, but for the two of its motor's heat.
-    assert_eq!(read.dropped + 2, PARAMETERS.count() - without.count());
+    // Every parameter of the camera was one of version 0.1, but for the four of its motor's and its bridge's heat.
+    assert_eq!(read.dropped + 4, PARAMETERS.count() - without.count());
 }
 
 #[test]

@@ -49,6 +49,8 @@ pub(super) struct BridgeWiring {
     pub(super) second_contact_welded: bool,
     /// A bridge driver reports a fault.
     pub(super) driver_fault: bool,
+    /// A bridge has shut itself down because it is too hot, and reports that as a fault.
+    pub(super) driver_hot: bool,
     /// The pin of each timer's break input is shorted to ground.
     pub(super) grounded: [bool; BREAKS.len()],
     /// Broken lines: the bridge's pull-down holds the input low.
@@ -58,7 +60,7 @@ pub(super) struct BridgeWiring {
 impl BridgeWiring {
     /// Level of the break's pin of a timer: high while the stop's second contact is open or a driver reports a fault.
     fn break_level(self, nth: usize) -> Level {
-        let wire = (self.stop_pressed && !self.second_contact_welded) || self.driver_fault;
+        let wire = (self.stop_pressed && !self.second_contact_welded) || self.driver_fault || self.driver_hot;
         Level::from(wire && !self.grounded[nth])
     }
 

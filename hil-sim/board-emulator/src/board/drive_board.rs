@@ -139,6 +139,9 @@ impl DriveBoard {
         for n in 0..MOTORS {
             self.turn_encoder(now, n, sensed.encoder_counts[n]);
         }
+        if sensed.bridge_shut_down != self.wiring.driver_hot {
+            self.rewire(now, |wiring| wiring.driver_hot = sensed.bridge_shut_down);
+        }
         for (n, imu) in sensed.imus.iter().enumerate() {
             if imu.silent != self.silent_imus[n] {
                 self.silent_imus[n] = imu.silent;

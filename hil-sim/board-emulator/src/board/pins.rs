@@ -148,4 +148,6 @@ pub struct SensedAtPins {
     pub current_slope_uv_per_us: [u32; MOTORS],
     /// The supply is too low for the board, which is held in reset.
     pub unpowered: bool,
+    /// A bridge has shut itself down because it is too hot, and pulls its fault output.
+    pub bridge_shut_down: bool,
 }

@@ -75,6 +75,7 @@ impl ClosedPlant for VehicleAtPins {
             analog_mv,
             current_slope_uv_per_us: slopes_uv_per_us(plant.truth().battery_v, inductances_h()),
             unpowered: !plant.powers_board(),
+            bridge_shut_down: plant.bridge_shut_down(),
         }
     }
 

@@ -2,8 +2,10 @@
 
 use board_emulator::run::{EmulatedBackend, EmulationSettings};
 use firmware::built_in;
+use model::supervise::arming::Mode;
+use model::supervise::codes::Fault;
 use model::vehicle::Vehicle;
-use virtual_board::scenario;
+use virtual_board::scenario::{self, DriveOutcome, Scenario};
 
 use crate::support::firmware;
 
@@ -16,14 +18,18 @@ const SEED: u64 = 5;
 
 fn fly(kind: u32) {
     let case = SHORT_CASES.iter().find(|case| case.kind == kind).expect("a kind");
-    let scenario = case.scenario(SEED);
+    let outcome = flown(&case.scenario(SEED));
+    case.check(SEED, &outcome);
+    assert_eq!(outcome.counts.unarmed_drive_ms, 0);
+}
+
+/// Lets the flashed code drive a scenario.
+fn flown(scenario: &Scenario) -> DriveOutcome {
     let vehicle = Vehicle::new(built_in::PARAMETERS.cast::<f64>()).expect("the built-in vehicle");
     let plant = scenario.plant(&vehicle).expect("the terrain is drivable");
     let mut backend =
         EmulatedBackend::power_on(firmware(), plant, EmulationSettings::default()).expect("the board powers up");
-    let outcome = scenario::run(&scenario, &mut backend, |_| {}).expect("a valid plant");
-    case.check(SEED, &outcome);
-    assert_eq!(outcome.counts.unarmed_drive_ms, 0);
+    scenario::run(scenario, &mut backend, |_| {}).expect("a valid plant")
 }
 
 #[test]
@@ -79,4 +85,34 @@ fn motors_with_weak_magnets_are_held_to_their_heat() {
 #[test]
 fn a_full_battery_is_not_charged_further() {
     fly(21);
+}
+
+/// The simulated bridges bear far less than the built-in vehicle says: one shuts itself down on a slope, and its fault output
+/// opens the others by the break.
+#[test]
+fn a_bridge_that_shuts_itself_down_opens_the_others() {
+    let text = r#"title = "hot bridge"
+        seed = 5
+        duration_s = 6.0
+        chocked_until_armed = true
+        terrain.plane = { slope_x_rad = 0.35 }
+        terrain.friction = { left = 1.0, right = 1.0 }
+        plant.vehicle = { drive_motor.bridge_continuous_a = 2.5 }
+        step = [{ at_s = 1.0, action = "arm" }]"#;
+    let scenario = Scenario::parse("hot-bridge.toml", text).expect("a scenario");
+    let outcome = flown(&scenario);
+    let rows = &outcome.trace.rows;
+    let told = rows
+        .iter()
+        .position(|row| row.status.faults.contains(Fault::BridgeBreak));
+    let told = told.expect("told");
+    assert!(
+        rows[..told].iter().any(|row| row.status.mode == Mode::Armed),
+        "it held the slope before"
+    );
+    assert!(
+        rows[told..]
+            .iter()
+            .all(|row| row.status.mode == Mode::Disarmed && !row.bridges_on)
+    );
 }

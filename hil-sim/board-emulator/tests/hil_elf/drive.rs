@@ -143,7 +143,7 @@ fn a_vehicle_of_another_kind_is_not_taken() {
         outcome
             .log
             .iter()
-            .any(|line| line.contains("set of another firmware, read by name: 22 new ones as built in")),
+            .any(|line| line.contains("set of another firmware, read by name: 24 new ones as built in")),
         "{:#?}",
         outcome.log
     );

@@ -33,6 +33,8 @@ fn the_reference_vehicle_is_sound_and_its_numbers_are_those_of_the_data_sheets()
         ),
         // sin(beta) = 2 n Kt x 5.8 A / ((M + m + spar) g r) = 15.064 / 43.360.
         ("continuous_slope_deg", 20.33, 1e-3),
+        // 20 A hold more than the weight of a vehicle on a wall.
+        ("bridge_slope_deg", 90.0, 1e-9),
         // 317 rpm/V over 43, at the rim.
         ("no_load_speed_m_s", 25.2 * 317.0 / 43.0 / 60.0 * TAU * 0.25, 1e-3),
         // sin(33.6 deg) = 0.72 / 1.3.

@@ -86,6 +86,11 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
     // The voltage that holds on a slope is in proportion to its sine.
     let hold_v =
         |slope_deg: f64| hold_a * motor.resistance_ohm * slope_deg.to_radians().sin() / HOLD_DEG.to_radians().sin();
+    // Of a current that flows for ever.
+    let held_slope_deg = |current_a: f64| {
+        let sine = current_a / hold_a * HOLD_DEG.to_radians().sin();
+        sine.min(1.0).asin().to_degrees()
+    };
     let no_load = battery.nominal_v / (motor.back_emf_constant_v_s_per_rad * motor.gear_ratio) * body.wheel_radius_m;
     // Steadily on the level the joint turns as the wheel does, and U = zeta theta'.
     let speed_volts = |speed_m_s: f64| level.zeta * speed_m_s / scales.speed_m_s * scales.voltage_v;
@@ -156,11 +161,13 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
         ),
         number(
             "continuous_slope_deg",
-            (motor.continuous_current_a / hold_a * HOLD_DEG.to_radians().sin())
-                .min(1.0)
-                .asin()
-                .to_degrees(),
+            held_slope_deg(motor.continuous_current_a),
             "slope on which continuous_current_a holds for ever",
+        ),
+        number(
+            "bridge_slope_deg",
+            held_slope_deg(motor.bridge_continuous_a),
+            "slope on which bridge_continuous_a holds for ever",
         ),
         number("no_load_speed_m_s", no_load, "speed at nominal_v without any load"),
         number(

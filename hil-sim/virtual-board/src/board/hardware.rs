@@ -90,6 +90,9 @@ impl World {
             self.unpowered = true;
             self.bridges = [BridgeState::Open; MOTORS];
         }
+        if self.plant.bridge_shut_down() {
+            self.trip();
+        }
     }
 
     /// Converts the analogue inputs as they are now. The plant need not follow to half a tick for that.
@@ -128,8 +131,11 @@ impl World {
         self.bridges = [BridgeState::Open; MOTORS];
     }
 
-    /// Whether the stop's second contact is open.
+    /// Whether the break's wire is high: the stop's second contact is open, or a bridge pulls its fault output.
     fn break_input(&self) -> bool {
+        if self.plant.bridge_shut_down() {
+            return true;
+        }
         match self.second_contact {
             SecondContact::Follows => self.emergency_stop,
             SecondContact::Welded => false,

@@ -24,11 +24,11 @@ impl PowerWitness {
         self.slope_rad = further(self.slope_rad, f64::from(status.estimate.slope_rad));
     }
 
-    /// The heat of the motors in a sentence.
+    /// The heat of motors and bridges in a sentence.
     pub(super) fn heat(&self) -> String {
         let [left, right, ballast] = self.current_a;
         format!(
-            "MotorHeat: a motor's heat, or more current than its limit, bounds its current: left {left:.1} A, right {right:.1} A, \
+            "MotorHeat: the heat of a motor or its bridge, or more current than its limit, bounds its current: left {left:.1} A, right {right:.1} A, \
              ballast {ballast:.1} A at most, on {:.1} deg at most",
             self.slope_rad.to_degrees()
         )

@@ -311,7 +311,7 @@ fn hot_motors_and_a_full_supply_are_told() {
     assert_eq!(
         lines,
         [
-            "     0.11 s  heat     MotorHeat: a motor's heat, or more current than its limit, bounds its current: left 8.2 A, \
+            "     0.11 s  heat     MotorHeat: the heat of a motor or its bridge, or more current than its limit, bounds its current: left 8.2 A, \
              right 8.0 A, ballast 0.5 A at most, on -28.6 deg at most, for 0.10 s",
             "     0.16 s  supply   Regeneration: the supply, up to 29.7 V, takes back no more power, and the vehicle brakes less, \
              for 0.05 s"

@@ -48,6 +48,53 @@ fn a_motor_too_hot_while_armed_stops_the_vehicle() {
     assert_eq!(found.mode, Mode::Stopping);
 }
 
+/// A bench whose bridges bear 8 A (drive) and 1 A (ballast) for ever: less than their windings, within a few seconds.
+fn weak_bridges() -> Bench {
+    let mut bench = Bench::new();
+    let mut parameters = *reference().parameters();
+    parameters.drive_motor.bridge_continuous_a = 8.0;
+    if let Some((_, motor)) = &mut parameters.spar {
+        motor.bridge_continuous_a = 1.0;
+    }
+    let vehicle = Vehicle::new(parameters).expect("a vehicle");
+    bench.supervisor = Supervisor::new(&vehicle, &BoardScales::EXAMPLE);
+    bench
+}
+
+/// A current that heats the bridge alone. It is told by its own fault, bounds its own motor, blocks arming if it is a drive
+/// motor's, and cools in ten seconds.
+#[test]
+fn a_bridge_that_no_limit_holds_becomes_too_hot() {
+    for (motor, current_a, fault, continuous_a) in [
+        (0, 13.0_f32, Fault::DriveBridgeHot, 8.0_f32),
+        (1, -13.0, Fault::DriveBridgeHot, 8.0),
+        (2, 1.9, Fault::BallastBridgeHot, 1.0),
+    ] {
+        let mut bench = weak_bridges();
+        bench.tick();
+        bench.sensed.current_a[motor] = current_a;
+        let ticks = bench.ticks_until(fault, 10_000).expect("too hot");
+        let expected_s = -3.0 * libm::logf(1.0 - 1.2 * (continuous_a / current_a) * (continuous_a / current_a));
+        let found_s = ticks as f32 * TICK_S;
+        assert!((found_s - expected_s).abs() < 0.01, "{motor}: {found_s} {expected_s}");
+        let found = bench.tick();
+        let windings = FaultSet::EMPTY.with(Fault::DriveMotorHot).with(Fault::BallastMotorHot);
+        assert!(!found.faults.has_any(windings), "{motor}: {}", found.faults);
+        let blocked = bench.supervisor.blocking().contains(Blocker::MotorHot);
+        assert_eq!(blocked, motor < 2, "{motor}");
+        let shares = bench.supervisor.motor_shares();
+        for (n, share) in shares.into_iter().enumerate() {
+            assert_eq!(share < 1.0, n == motor, "{motor}: {shares:?}");
+        }
+        bench.sensed.current_a[motor] = 0.0;
+        for _ in 0..10_000 {
+            bench.tick();
+        }
+        assert!(!bench.supervisor.blocking().contains(Blocker::MotorHot), "{motor}");
+        assert_eq!(bench.supervisor.motor_shares(), [1.0; MOTORS]);
+    }
+}
+
 /// New parameters do not cool a motor.
 #[test]
 fn a_change_of_the_parameters_leaves_the_motors_as_warm_as_they_are() {
