@@ -57,6 +57,8 @@ pub struct PartSetup {
     pub brown_out_level: u8,
     /// Sectors of bank 2 that are not write-protected, a bit each.
     pub writable_sectors: u8,
+    /// The option bytes swap the banks. The emulated part tells so, and swaps nothing.
+    pub banks_swapped: bool,
     /// Where the core finds its vectors after a reset: the boot loader's, or the firmware's for a start without it. The option
     /// bytes hold its upper half.
     pub boot_address: u32,
@@ -73,6 +75,7 @@ impl Default for PartSetup {
             external_clock: true,
             brown_out_level: 3,
             writable_sectors: u8::MAX,
+            banks_swapped: false,
             boot_address: FLASH_START,
             revision: 0x2003,
             memory_fault: None,
@@ -82,6 +85,8 @@ impl Default for PartSetup {
 
 /// Lowest bit of the brown-out level in the option bytes.
 const BROWN_OUT_SHIFT: u32 = 2;
+/// The bit of the option bytes that swaps the banks.
+const SWAP_SHIFT: u32 = 31;
 /// The half of the option bytes' boot word that holds where the core boots while the pin BOOT0 is low.
 const BOOT_PIN_LOW: u64 = 0xFFFF;
 /// Lowest bit of the revision in the identity code.
@@ -93,7 +98,7 @@ impl PartSetup {
         let factory = OptionBytes::FACTORY;
         let level = u64::from(self.brown_out_level) << BROWN_OUT_SHIFT;
         let options = OptionBytes {
-            optsr: factory.optsr & !(3 << BROWN_OUT_SHIFT) | level,
+            optsr: factory.optsr & !(3 << BROWN_OUT_SHIFT) | level | u64::from(self.banks_swapped) << SWAP_SHIFT,
             boot: factory.boot & !BOOT_PIN_LOW | u64::from(self.boot_address >> 16),
             wpsn: [factory.wpsn[0], u64::from(self.writable_sectors)],
             ..factory

@@ -287,6 +287,13 @@ fn each_item_of_the_self_test_blocks_arming() {
         ),
         (
             PartSetup {
+                banks_swapped: true,
+                ..good
+            },
+            Blocker::BoardOptions,
+        ),
+        (
+            PartSetup {
                 revision: 0x1003,
                 ..good
             },

@@ -4,7 +4,7 @@ use std::io::Write;
 
 use firmware::drive_board::nucleo_h743zi;
 use firmware::protocol::message::{BoardStatus, Order, STATUS_RATE_HZ};
-use model::command::Request;
+use model::command::{DriveCommand, Request};
 use model::sample::{MOTORS, Motor, TICK_US};
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, BlockerSet, Fault};
@@ -13,7 +13,6 @@ use virtual_board::link_client::LinkClient;
 
 use super::person::Person;
 use super::procedure::{Procedure, StepEnd, each_tick};
-use super::steps::PICTURE;
 use super::turns::Turns;
 use super::verdict::Finding;
 use crate::cli::link::drive::DriveJob;
@@ -30,6 +29,10 @@ const ARMED_S: f64 = 3.0;
 const LOOK_S: f64 = 20.0;
 /// Speed that is commanded, m/s: the governor reaches it within the time, and the arm hangs far from its largest angle.
 const FORWARD_M_S: f32 = 0.5;
+/// Turn on the spot, rad/s, and for how long, s: short, because in the air nothing turns the vehicle, and the wheels run away from
+/// each other as long as they are told to.
+const TURN_RAD_S: f32 = 0.2;
+const TURN_S: f64 = 0.5;
 /// Budget of a tick, cycles of the core: a tenth of the tick's time. Nine tenths stay for the link, the log and the
 /// stores, and a voltage that comes a tenth of a tick late costs the law's fastest pole, its torque observer's at
 /// 94 rad/s, half a degree of phase.
@@ -38,6 +41,14 @@ const TICK_CYCLES: u32 = (nucleo_h743zi::CORE_CLOCK_HZ as u64 * TICK_US as u64 /
 /// swings is slow at each end.
 const READY_US: u64 = 30_000_000;
 const REST_US: u64 = 1_500_000;
+
+/// What an oscilloscope shows on the left motor's lines while it drives forward a little.
+const PICTURE: &str = "\
+         |<------------ 50 us ------------>|
+PE9   ''''''''''''''''''''''''''''''''''''''''''''
+PE11  ___/'''''''''''''''''''''''''''\\_____/''''''
+         |<---- both high: brake --->|<--->| drive
+                       ^ the converter samples: the current at PC0, which falls, crosses its mean";
 
 impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     pub(super) fn supply_on(&mut self) -> Result<Finding, StepEnd> {
@@ -148,20 +159,37 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     }
 
     pub(super) fn forward(&mut self) -> Result<Finding, StepEnd> {
-        let mut turns = Turns::new(&self.link.parameters()?.drive_motor);
+        let turns = self.turns((FORWARD_M_S, 0.0), ARMED_S, [1.0; 2])?;
+        if !turns.are_right() {
+            return Ok(Finding::failed(turns.text()));
+        }
+        self.ask_to("Did both wheels turn forward?")?;
+        Ok(Finding::passed(turns.text()))
+    }
+
+    pub(super) fn turn(&mut self) -> Result<Finding, StepEnd> {
+        let turns = self.turns((0.0, TURN_RAD_S), TURN_S, [-1.0, 1.0])?;
+        Ok(Finding::of(turns.are_right(), turns.text()))
+    }
+
+    /// What the wheels do at a speed and a yaw rate.
+    fn turns(
+        &mut self,
+        (speed_m_s, yaw_rate_rad_s): (f32, f32),
+        seconds: f64,
+        directions: [f64; 2],
+    ) -> Result<Turns, StepEnd> {
+        let command = DriveCommand::driving(speed_m_s, yaw_rate_rad_s);
+        let mut turns = Turns::new(&self.link.parameters()?.drive_motor, command, directions);
         self.ready()?;
         self.start_records()?;
-        let driven = self.drive(FORWARD_M_S, ARMED_S, |client| {
+        let job = DriveJob::new(speed_m_s, yaw_rate_rad_s, seconds)?;
+        let driven = self.link.drive_watching(&job, |client| {
             each_tick(client, |tick| turns.add(tick));
         });
         self.stop_records();
-        driven??;
-        let seen = turns.text();
-        if !turns.are_right() {
-            return Ok(Finding::failed(seen));
-        }
-        self.ask_to("Did both wheels turn forward?")?;
-        Ok(Finding::passed(seen))
+        driven?;
+        Ok(turns)
     }
 
     pub(super) fn tick_cost(&mut self) -> Result<Finding, StepEnd> {

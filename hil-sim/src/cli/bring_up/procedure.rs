@@ -172,6 +172,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
             StepKind::StopArmed => self.stop_armed(),
             StepKind::ButtonArmed => self.button_armed(),
             StepKind::Forward => self.forward(),
+            StepKind::Turn => self.turn(),
             StepKind::TickCost => self.tick_cost(),
         };
         self.check_interrupt()?;

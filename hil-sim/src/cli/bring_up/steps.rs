@@ -49,6 +49,8 @@ pub enum StepKind {
     ButtonArmed,
     /// Both wheels forward.
     Forward,
+    /// The wheels against each other.
+    Turn,
     /// What a tick costs.
     TickCost,
 }
@@ -104,7 +106,7 @@ const fn bench(step: BringUpStep) -> BringUpStep {
 pub const STEPS: &[BringUpStep] = &[
     bench(off(
         "marking",
-        StepKind::Look("Does the part's marking end in V or X?"),
+        StepKind::Look("Does the part's marking end in V?"),
         [
             "Read the part's marking.",
             "revision V",
@@ -336,6 +338,15 @@ pub const STEPS: &[BringUpStep] = &[
         ],
     ),
     on(
+        "turn",
+        StepKind::Turn,
+        [
+            "The tool turns left on the spot at 0.2 rad/s for 0.5 s.",
+            "the left wheel turns backward, the right one forward, each within a quarter of what its voltage tells; no fault",
+            "left and right motor exchanged: supply off at once",
+        ],
+    ),
+    on(
         "tick cost",
         StepKind::TickCost,
         [
@@ -360,7 +371,7 @@ pub const STEPS: &[BringUpStep] = &[
     bench(on(
         "supply ramped down",
         StepKind::Look(
-            "Ramp the part's 3.3 V down: did the bridges open at 2.76 V (typical), and the part reset at 2.6 V or above?",
+            "3.3 V ramped down: did the bridges open at 2.76 V (typical), and the part reset at 2.6 V or above?",
         ),
         [
             "Ramp the part's 3.3 V down while `hil-sim link` drives at speed 0.",
@@ -370,10 +381,7 @@ pub const STEPS: &[BringUpStep] = &[
     )),
     bench(on(
         "halted core",
-        StepKind::Look(
-            "Halt the core with the debugger while armed, and read SYSCFG_CFGR, the word at 0x58000418: did the bridges open, did the part \
-             not reset, and is it 0x0000A044?",
-        ),
+        StepKind::Look("Halted while armed: bridges open, no reset, and 0x0000A044 at 0x58000418?"),
         [
             "Halt the core with the debugger while `hil-sim link` drives at speed 0; read the word at 0x58000418 (SYSCFG_CFGR).",
             "bridges open, no reset; 0x0000A044: lock-up, errors of either RAM and a low supply are tied to the break",
@@ -390,11 +398,3 @@ pub const STEPS: &[BringUpStep] = &[
         ],
     )),
 ];
-
-/// What an oscilloscope shows on the left motor's lines while it drives forward a little.
-pub const PICTURE: &str = "\
-         |<------------ 50 us ------------>|
-PE9   ''''''''''''''''''''''''''''''''''''''''''''
-PE11  ___/'''''''''''''''''''''''''''\\_____/''''''
-         |<---- both high: brake --->|<--->| drive
-                       ^ the converter samples: the current at PC0, which falls, crosses its mean";

@@ -8,20 +8,26 @@ use core::f64::consts::TAU;
 
 use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
+use model::command::DriveCommand;
 use model::control::motor::DUTY_FULL_SCALE;
 use model::sample::Motor;
 use model::vehicle::MotorParameters;
 
-/// Least turn that says something, rad: a hundredth of a turn is play, a tenth of a turn is driven.
+/// Least turn that says something, rad: about twice what the offset of half an ampere, which a current sensor may have, makes of
+/// the reference vehicle's voltages in 3 s.
 const LEAST_RAD: f64 = TAU / 10.0;
-/// How far a wheel may be off from what its voltage tells, as a share: back-EMF constants are within a tenth of their data
-/// sheet, a resistance is a quarter higher when it is 60 K warmer or its leads are long, and in the air it drops an eighth of the
-/// voltage. Motor leads that are exchanged are off by 2, a wheel that its motor does not drive by 1.
+/// How far a wheel may be off from what its voltage tells, as a share. Back-EMF constants are within a tenth of their data sheet,
+/// the supply's reading within 3 %. In the air the resistance drops an eighth of the voltage: a winding that is 60 K warmer, a
+/// quarter more, is 3 % of it, and a sensor's offset 7 %. Motor leads that are exchanged are off by 2, a wheel that its motor does
+/// not drive by 1.
 const SHARE: f64 = 0.25;
 
-/// What the two wheels did while the tool commanded forward.
+/// What the two wheels did under one command.
 #[derive(Debug)]
 pub(super) struct Turns {
+    command: DriveCommand,
+    /// Which way each wheel must turn: 1 forward, -1 backward.
+    directions: [f64; 2],
     counts_per_rad: f64,
     back_emf_v_s_per_rad: f64,
     resistance_ohm: f64,
@@ -37,15 +43,19 @@ struct WheelTurn {
 }
 
 impl WheelTurn {
-    fn is_right(self) -> bool {
-        self.counted > LEAST_RAD && (self.counted - self.by_voltage).abs() < SHARE * self.by_voltage
+    fn is_right(self, direction: f64) -> bool {
+        let (counted, by_voltage) = (direction * self.counted, direction * self.by_voltage);
+        counted > LEAST_RAD && (counted - by_voltage).abs() < SHARE * by_voltage
     }
 }
 
 impl Turns {
-    pub(super) fn new(motor: &MotorParameters<f32>) -> Self {
+    /// Nothing yet of what the wheels of such motors do under `command`, left and right in `directions`.
+    pub(super) fn new(motor: &MotorParameters<f32>, command: DriveCommand, directions: [f64; 2]) -> Self {
         let gear = f64::from(motor.gear_ratio);
         Self {
+            command,
+            directions,
             counts_per_rad: f64::from(motor.encoder_counts_per_rev) * gear / TAU,
             back_emf_v_s_per_rad: f64::from(motor.back_emf_constant_v_s_per_rad) * gear,
             resistance_ohm: f64::from(motor.resistance_ohm),
@@ -54,14 +64,14 @@ impl Turns {
         }
     }
 
-    /// Adds the time from the tick before to this one, if both were commanded forward: the stop at the end of a drive, which
-    /// may take the wheels back, does not count.
+    /// Adds the time from the tick before to this one, if both were under the command: the stop at the end of a drive, which may
+    /// take the wheels back, does not count.
     pub(super) fn add(&mut self, tick: &FlightRecord) {
         let Some(before) = self.before.replace(*tick) else {
             return;
         };
-        let forward = |tick: &FlightRecord| tick.actuation.enable && tick.command.drive.speed_m_s > 0.0;
-        if !forward(&before) || !forward(tick) || tick.tick != before.tick.wrapping_add(1) {
+        let commanded = |tick: &FlightRecord| tick.actuation.enable && tick.command.drive == self.command;
+        if !commanded(&before) || !commanded(tick) || tick.tick != before.tick.wrapping_add(1) {
             return;
         }
         let dt_s = tick.sample.time_us.saturating_sub(before.sample.time_us) as f64 * 1e-6;
@@ -81,9 +91,10 @@ impl Turns {
         }
     }
 
-    /// Whether both wheels turned forward, as far as their voltages tell.
+    /// Whether both wheels turned the way they must, as far as their voltages tell.
     pub(super) fn are_right(&self) -> bool {
-        self.wheels.iter().all(|wheel| wheel.is_right())
+        let mut wheels = self.wheels.iter().zip(self.directions);
+        wheels.all(|(wheel, direction)| wheel.is_right(direction))
     }
 
     /// What was seen.
@@ -98,14 +109,12 @@ impl Turns {
 
 #[cfg(test)]
 mod tests {
-    use model::command::DriveCommand;
-
     use super::*;
 
     /// Three seconds in which a motor's voltage drives its wheel at a steady rate, rad/s, with 1 A; each wheel's encoder
     /// counts `turns` times as far.
     fn driven(rate_rad_s: f64, turns: [f64; 2], speed_m_s: f32) -> Turns {
-        let mut found = Turns::new(&motor());
+        let mut found = forward();
         let battery_v = 24.0;
         let current_a = 1.0;
         let voltage_v = rate_rad_s * found.back_emf_v_s_per_rad + current_a * found.resistance_ohm;
@@ -130,8 +139,29 @@ mod tests {
         found
     }
 
-    fn motor() -> MotorParameters<f32> {
-        firmware::built_in::PARAMETERS.drive_motor
+    fn forward() -> Turns {
+        let motor = firmware::built_in::PARAMETERS.drive_motor;
+        Turns::new(&motor, DriveCommand::driving(0.5, 0.0), [1.0; 2])
+    }
+
+    /// A wheel that its own voltage drives the wrong way is as wrong as one that another's voltage drives the right way.
+    #[test]
+    fn a_turn_needs_each_wheel_to_turn_its_own_way() {
+        let wheel = |counted, by_voltage| WheelTurn { counted, by_voltage };
+        for (wheels, right) in [
+            ([wheel(-2.0, -2.1), wheel(2.0, 2.1)], true),
+            ([wheel(2.0, 2.1), wheel(-2.0, -2.1)], false),
+            // Left and right motor exchanged.
+            ([wheel(2.0, -2.1), wheel(-2.0, 2.1)], false),
+            ([wheel(-2.0, 2.1), wheel(2.0, -2.1)], false),
+        ] {
+            let turns = Turns {
+                directions: [-1.0, 1.0],
+                wheels,
+                ..forward()
+            };
+            assert_eq!(turns.are_right(), right, "{}", turns.text());
+        }
     }
 
     #[test]
@@ -164,6 +194,6 @@ mod tests {
     #[test]
     fn what_is_not_commanded_forward_does_not_count() {
         let found = driven(1.5, [1.0; 2], 0.0);
-        assert_eq!(found.text(), Turns::new(&motor()).text());
+        assert_eq!(found.text(), forward().text());
     }
 }
