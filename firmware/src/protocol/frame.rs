@@ -145,7 +145,7 @@ impl Decoder {
             let completed = if finished { self.finish() } else { Received::Nothing };
             match (begun, completed) {
                 (Received::Nothing, Received::Nothing) => {}
-                // Of a frame that is too long nothing else is told.
+                // For a frame that is too long the receiver reports nothing else.
                 (Received::Nothing, received) | (received, _) => return Some(received),
             }
         }

@@ -127,7 +127,7 @@ async fn mark<F: NorFlash>(places: &mut Places<F>, found: &Found, mark: Mark) ->
     added.is_ok()
 }
 
-/// Copies an image to another place; returns what is there then, whole, if it is that image.
+/// Copies an image to another place. Returns the copy if it equals the image.
 async fn copy<F: NorFlash>(from: &mut F, to: &mut F, image: Option<Image>) -> Option<Image> {
     let image = image?;
     to.erase(0, to.capacity() as u32).await.ok()?;

@@ -107,7 +107,8 @@ pub async fn run<M: RawMutex, F: NorFlash, R: Restart>(
     }
 }
 
-/// Confirms a firmware on trial, or ends it; returns whether it still is on trial. An armed vehicle is left alone.
+/// Confirms a firmware on trial, or ends its trial. Returns whether the firmware is still on trial. Does nothing while
+/// the vehicle is armed.
 async fn confirm<M: RawMutex, F: NorFlash, R: Restart>(
     topics: &Topics<M>,
     store: &mut UpdateStore<F>,

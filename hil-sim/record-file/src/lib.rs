@@ -1,7 +1,7 @@
 //! Records of drives as files: the link's own frames, an identity first, then blocks of records; alone, or in an MCAP file.
 //!
-//! Bytes in memory and writers of any kind: no file of a file system, so that this package compiles for
-//! `wasm32-unknown-unknown` too and the console's page writes what the tool writes.
+//! This package works on bytes in memory and on any writer. It opens no file, so it also compiles for
+//! `wasm32-unknown-unknown`, and the console's page writes what the tool writes.
 #![forbid(unsafe_code)]
 
 use firmware::drive_board::SCALES;
@@ -38,7 +38,7 @@ pub struct ReadRecords {
 pub struct ReadBoot {
     /// The board that made the records, if the file says so.
     pub identity: Option<Identity>,
-    /// The vehicle in force, if the file says so, of this boot or else of one beside it.
+    /// The vehicle in force, if the file says so: of this boot, else of the boot before or after it.
     pub vehicle: Option<Vehicle<f64>>,
     /// The records in order, each tick once.
     pub records: Vec<FlightRecord>,

@@ -285,7 +285,7 @@ fn boots_stay_apart() {
         if format == RecordFormat::Frames {
             continue;
         }
-        // In the file's time 2.5 s, 1.5 s and 3 s follow each other, whatever a message is of.
+        // The file's clock runs 2.5 s, then 1.5 s, then 3 s, on every channel.
         let begins_s = [0.0, 2.5, 4.0, 7.0];
         let mut boots = Vec::new();
         for message in mcap::MessageStream::new(&bytes).expect("MCAP") {

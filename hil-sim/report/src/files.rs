@@ -168,7 +168,7 @@ impl Write for GrowingFile {
     }
 }
 
-/// A file that was given up before its first byte goes, so that the command can be given again.
+/// A file that was abandoned while empty is removed, so that the user can repeat the command.
 impl Drop for GrowingFile {
     fn drop(&mut self) {
         if self.complete {

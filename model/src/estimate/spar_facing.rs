@@ -48,7 +48,7 @@ pub struct SparFacing {
     ballast_rate: LowPass,
     steady_answer: LowPass,
     steady_drive: LowPass,
-    /// Mean squares of what an IMU leaves over that faces forward, and backward.
+    /// Mean squares of the residuals under the two hypotheses: the IMU faces forward, or backward.
     forward: f32,
     backward: f32,
     mirrored: Persistence,
@@ -251,7 +251,7 @@ mod tests {
         }
     }
 
-    /// Beyond a ballast's quarter turn its weight no longer pulls as the equation has it.
+    /// Beyond a quarter turn of the ballast the equation no longer describes the pull of its weight.
     #[test]
     fn large_angles_tell_nothing() {
         let mut bench = Bench::new();

@@ -90,7 +90,8 @@ const OPEN_BRIDGE_TICKS: u16 = 50;
 const OFFSET_TIME_CONSTANT_S: f32 = 0.02;
 /// Ticks for which a current must not follow.
 const DEAD_TICKS: u16 = 150;
-/// A lead is open if the voltage should drive this share of the current limit, and less than a tenth of that flows.
+/// A lead is open if the voltage should drive this share of the current limit but less than a tenth of that current
+/// flows.
 const OPEN_SHARE: f32 = 0.4;
 const OPEN_CURRENT_SHARE: f32 = 0.1;
 const OPEN_TICKS: u16 = 100;

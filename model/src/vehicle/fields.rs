@@ -140,8 +140,8 @@ pub(crate) trait Group<T> {
 }
 
 /// Defines a group of parameters: a plain struct over the number type, and the table of its fields. A field that a vehicle file
-/// may leave out has its value after `or`, or its rule after `by`; one that only a spar has a use for, its value without one
-/// after `bare`. A count is `in counts`.
+/// may leave out has its value after `or`, or its rule after `by`. A field that only a spar uses states after `bare` its
+/// value for a vehicle without a spar. A count is marked `in counts`.
 macro_rules! parameter_group {
     (@left_out) => { $crate::vehicle::fields::LeftOut::Refused };
     (@left_out or $value:literal) => { $crate::vehicle::fields::LeftOut::Value($value as f64) };

@@ -17,8 +17,8 @@ fn unreadable() -> Booted {
     }
 }
 
-/// Stores a gain on a flash in any state, on which a word may have to be programmed twice. What is told stored is
-/// what the next boot takes.
+/// Stores a gain on a flash in any state, on which a word may have to be programmed twice. A set that the store
+/// reports as stored is the set that the next boot takes.
 fn storing_tells_the_truth(mut flash: TestFlash) {
     flash.damage_on_rewrite = true;
     let mut store = store(flash);

@@ -32,7 +32,10 @@ fn a_power_cut_at_any_step_leaves_the_old_set_or_the_new() {
                     "cut after {power} steps: {:?}",
                     found.outcome
                 );
-                assert!(!finished || found == new, "what is told stored is stored");
+                assert!(
+                    !finished || found == new,
+                    "a set that the board reports as stored is stored"
+                );
                 old_kept += u32::from(found == old);
                 new_kept += u32::from(found == new);
                 // The next store works, too.
@@ -65,7 +68,7 @@ fn a_power_cut_in_the_first_store_leaves_the_built_in_set_or_the_new() {
             match found.outcome {
                 BootOutcome::Stored => assert_eq!(found, booted(0.7)),
                 BootOutcome::NothingStored | BootOutcome::NotBelieved(Disbelief::Unreadable) => {
-                    assert!(!finished, "what is told stored is stored");
+                    assert!(!finished, "a set that the board reports as stored is stored");
                     assert_eq!(found.vehicle, built_in());
                     untouched += 1;
                 }

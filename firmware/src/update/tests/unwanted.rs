@@ -1,4 +1,4 @@
-//! Orders that are not carried out: a probe has flashed another image since, or the flash refuses.
+//! Orders that the boot loader must not carry out: a probe has flashed another image since, or the flash refuses.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! The motors' currents: sampled in the middle of the brake, in step with the PWM, or told to be stale; checked while the
+//! The motors' currents: sampled in the middle of the brake, in step with the PWM, or reported as stale; checked while the
 //! bridges are open.
 
 use std::sync::{Arc, Mutex, PoisonError};
@@ -66,7 +66,7 @@ impl Reading {
         self.read_a - self.mean_a
     }
 
-    /// What the error may be: the current falls under the brake by the duty's share of the slope.
+    /// Largest error: the current falls under the brake by the duty's share of the slope.
     fn most_a(&self) -> f64 {
         self.duty.abs() * SLOPE_A_PER_US * FROM_MIDDLE_US + ROUNDING_A
     }

@@ -298,7 +298,7 @@ impl Body {
         &self.wheels
     }
 
-    /// Rise of the right and left wheel's path a metre along the heading.
+    /// Rise per metre along the heading of each wheel's path: right, left.
     pub fn path_slopes(&self) -> [f64; 2] {
         self.slope
     }

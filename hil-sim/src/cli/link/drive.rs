@@ -96,7 +96,7 @@ enum NotArmed {
     Failed(CommandError),
 }
 
-/// The status in one line each half second. A closed output does not end a drive; it is told afterwards.
+/// One status line per half second. A closed output does not end a drive; the tool reports it afterwards.
 struct Lines<'a, O> {
     console: &'a mut Console<O>,
     next_us: u64,

@@ -12,7 +12,7 @@ use super::trajectory::{Extent, Trajectory, follow};
 
 /// Angle below which the spar counts as level again, in deg.
 const LEVEL_DEG: f64 = 5.0;
-/// Rate of the ballast beyond which a run ends: the ballast has long turned over.
+/// Rate of the ballast beyond which a run ends: by then the ballast has tumbled.
 const RUNAWAY_RATE: f64 = 1e5;
 
 /// One experiment with the spar.

@@ -118,7 +118,7 @@ mod tests {
     use super::*;
     use crate::board::time::VirtualTime;
 
-    /// A task that notes its name at each poll and ends after `polls`, ringing its own bell in between.
+    /// A task that notes its name at each poll and ends after `polls`, waking itself in between.
     fn noting(notes: &Rc<RefCell<String>>, name: char, polls: usize) -> impl Future<Output = ()> + 'static {
         let notes = notes.clone();
         let mut left = polls;

@@ -13,8 +13,8 @@ const GRIP_SHARE: f32 = 0.75;
 /// Friction coefficient kept beyond what standing needs, where standing needs much of the planned share: there holding
 /// and stopping go before margin, up to the configured grip.
 const STANDING_RESERVE: f32 = 0.25;
-/// The same for speeding up uphill, which nothing forces the vehicle to do: less, and up to this share of the configured
-/// grip.
+/// The reserve for accelerating uphill, and the share of the configured grip that bounds it. Both are smaller than for
+/// standing, because the vehicle can do without that acceleration.
 const CLIMBING_RESERVE: f32 = 0.16;
 const CLIMBING_SHARE: f32 = 0.9;
 /// Share of the planned grip that a commanded acceleration takes; the rest is for the arm's swing.

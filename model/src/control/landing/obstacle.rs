@@ -116,7 +116,7 @@ impl Blow {
 }
 
 /// Whether the vehicle pushes against something that does not move, and for how long, in time units. A vehicle that
-/// bounces off an obstacle again and again is stuck as well: what counts is that it comes no further.
+/// bounces off an obstacle again and again is stuck as well, because it makes no progress.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Obstacle {
     direction: f32,
