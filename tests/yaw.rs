@@ -24,9 +24,9 @@ fn settles_s(rows: &[TraceRow], aim_rad_s: f64) -> f64 {
 }
 
 /// Steps of the yaw rate to 1.5 rad/s and back to none, on the spot and driving, to both sides: with the motors of the file,
-/// with motor constants that are 20 % too high on one side and 20 % too low on the other, and with wheels whose radii differ by 10 %. The ramp takes
-/// 0.375 s, so a shorter time is a mistake. The yaw rate settles within 0.1 s of the ramp's end and overshoots by 2 % at
-/// most.
+/// with motor constants that are 20 % too high on one side and 20 % too low on the other, and with wheels whose radii differ
+/// by 10 %. The ramp takes 0.375 s, so a shorter time is a mistake. The yaw rate settles within 0.1 s of the ramp's end and
+/// overshoots by 2 % at most.
 #[test]
 fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
     let ramp_s = STEP_RAD_S / ACCELERATION_RAD_S2;
