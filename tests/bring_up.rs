@@ -189,8 +189,8 @@ fn what_is_wrong_is_told_by_its_step() {
     }
 }
 
-/// On a board that is not simulated, a step that was left out counts as *not shown* and blocks arming. The test cuts the
-/// supply while the board stores.
+/// On a board that is not simulated, a step that was left out counts as *not shown* and blocks arming. The test cuts
+/// the supply while the board stores.
 #[test]
 fn a_step_left_out_keeps_a_board_from_being_armed() {
     let otherwise: Otherwise = |question| match question {

@@ -130,9 +130,9 @@ fn an_arm_imu_a_quarter_of_a_turn_aside_is_found_in_300_ms_of_the_first_motion()
     }
 }
 
-/// A spar IMU that faces backward reverses the levelling; a spar IMU that is mounted a quarter of a turn aside blinds it. The
-/// board switches the ballast off before the ballast has swung over, and the vehicle drives on. The same happens with an IMU
-/// whose every sign is wrong.
+/// A spar IMU that faces backward reverses the levelling; a spar IMU that is mounted a quarter of a turn aside blinds
+/// it. The board switches the ballast off before the ballast has swung over, and the vehicle drives on. The same
+/// happens with an IMU whose every sign is wrong.
 #[test]
 fn a_spar_imu_that_is_mounted_wrong_is_found_before_the_ballast_swings_over() {
     let judge = |outcome: &DriveOutcome, from_s: f64, limit_s: f64, story: &str| {

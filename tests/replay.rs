@@ -266,7 +266,8 @@ fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
         assert_eq!((code, &json["ok"]), (Some(0), &true.into()), "{error} {json}");
         let boots = json["boots"].as_array().expect("boots");
         assert_eq!(boots.len(), 2, "{json}");
-        // Armed and driving in both, so a core that kept state from the first boot would drive differently in the second.
+        // Armed and driving in both, so a core that kept state from the first boot would drive differently in the
+        // second.
         let read = record_files::read(&record).expect("readable");
         for boot in &read.boots {
             assert_eq!(boot.records[0].tick, 1);

@@ -1,4 +1,4 @@
-//! What the tasks tell each other. Each topic holds its latest value with a time stamp; the reader judges its
+//! What the tasks share. Each topic holds its latest value with a time stamp; the reader judges its
 //! age.
 
 use core::cell::Cell;

@@ -34,7 +34,7 @@ impl BoardScales {
     }
 }
 
-/// The largest values that a board's analogue inputs can tell from larger ones.
+/// The largest values that a board's analogue inputs can distinguish from larger ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorRanges {
     /// Battery voltage, V.

@@ -71,7 +71,7 @@ impl VehicleCore {
 
     /// This core for another vehicle, as after a change of the parameters while disarmed.
     ///
-    /// What was told of the vehicle stays: latched faults, blockers, refused requests, ticks, heading and pose. The
+    /// What the vehicle has reported stays: latched faults, blockers, refused requests, ticks, heading and pose. The
     /// laws, the watches and the calibration begin anew.
     #[must_use]
     pub fn with_vehicle(&self, vehicle: &Vehicle<f32>) -> Self {

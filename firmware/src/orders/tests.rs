@@ -1,4 +1,4 @@
-//! Which of the orders of one tick counts, and what each is told.
+//! Which of the orders of one tick counts, and the answer to each.
 
 use std::boxed::Box;
 use std::vec::Vec;

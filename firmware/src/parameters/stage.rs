@@ -91,7 +91,7 @@ impl Stage {
     }
 }
 
-/// The answer that tells one value.
+/// The answer that holds one value.
 fn answer(parameters: &VehicleParameters<f32>, number: u16) -> ParameterAnswer {
     match parameters.value(number) {
         Some(value) => ParameterAnswer::Value {

@@ -114,8 +114,8 @@ impl Decoder {
         if byte == 0 { self.finish() } else { self.begin(&[byte]) }
     }
 
-    /// Takes bytes up to the first that completes something, and tells what; the rest stays in `bytes`. `None` once
-    /// every byte is taken.
+    /// Takes bytes up to the first that completes something, and returns what it completed; the rest stays in `bytes`.
+    /// Returns `None` once every byte is taken.
     ///
     /// ```
     /// use firmware::protocol::frame::{Decoder, Received, encode};

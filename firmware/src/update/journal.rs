@@ -11,7 +11,7 @@ use crate::image_seal::{ERASED, JOURNAL_BYTES};
 
 /// Marks that the journal has room for.
 const JOURNAL_WORDS: u32 = JOURNAL_BYTES / FLASH_WORD_BYTES as u32;
-/// What a mark begins with, but for the lowest bits, which tell what it says.
+/// What a mark begins with, but for the lowest bits, which hold the mark's kind.
 const MARK: u32 = 0x7A3E_51C0;
 
 /// What has been decided or done about the arrived image.

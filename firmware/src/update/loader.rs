@@ -36,7 +36,7 @@ const _: () = assert!(PIECE.is_multiple_of(FLASH_WORD_BYTES));
 /// Most steps of one boot: twice what an update that fails at every place needs.
 const STEPS_MAX: u32 = 16;
 
-/// Does what the marks and the three places ask for, and tells what to boot.
+/// Does what the marks and the three places ask for, and returns what to boot.
 pub async fn prepare<F: NorFlash>(places: &mut Places<F>) -> Boot {
     let mut found = Found {
         running: whole(&mut places.running).await,
@@ -120,7 +120,7 @@ async fn give_up<F: NorFlash>(places: &mut Places<F>, found: &mut Found) {
     set(found, |order| order.rolled_back = true);
 }
 
-/// Adds a mark about the ordered image; tells whether it stands.
+/// Adds a mark about the ordered image; returns whether the mark stands.
 async fn mark<F: NorFlash>(places: &mut Places<F>, found: &Found, mark: Mark) -> bool {
     let Some(order) = found.order else { return false };
     let added = journal::add(&mut places.arrived, mark, order.subject()).await;

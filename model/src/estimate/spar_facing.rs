@@ -223,8 +223,8 @@ mod tests {
         }
     }
 
-    /// The axle speeds up and slows down: the spar swings, and the IMU agrees with the wheels. A mirrored one is told by that
-    /// alone.
+    /// The axle speeds up and slows down: the spar swings, and the IMU agrees with the wheels. That alone
+    /// shows a mirrored IMU.
     #[test]
     fn the_axles_acceleration_tells_too() {
         for (way, expected) in [(1.0, false), (-1.0, true)] {

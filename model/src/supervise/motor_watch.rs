@@ -1,7 +1,7 @@
 //! One motor's encoder, current sensor and leads against each other and against the voltage applied.
 //!
-//! The armature equation `V = R i + k w` ties voltage, current and rate together, so one of the three that is wrong
-//! shows in it, but not which. That is told by how the current follows the voltage from one tick to the next: the laws
+//! The armature equation `V = R i + k w` ties voltage, current and rate together, so the equation
+//! shows that one of the three is wrong, but not which. How the current follows the voltage shows which: the laws
 //! change the voltage by some hundredths of a volt in every tick, and whatever the motor's constants, its temperature
 //! and its load, a current that is measured follows within a fraction of a tick. A sensor that is dead or stuck, and a
 //! motor whose lead is open, follow nothing.
@@ -44,7 +44,7 @@ pub struct MotorHealth {
 /// How the measured current answers to the voltage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum CurrentResponse {
-    /// The voltage changed too little to tell, or the answer lies between the others.
+    /// The voltage changed too little to decide, or the answer lies between the others.
     Unknown,
     Follows,
     Dead,
@@ -197,8 +197,8 @@ struct Silence {
 }
 
 impl Silence {
-    /// Takes one tick in which the motor surely turned by `turned_rad`, if that is positive; whether the encoder is dead.
-    /// Voltage and current tell the rate only while the current follows.
+    /// Takes one tick in which the motor surely turned by `turned_rad`, if that is positive. Returns whether the
+    /// encoder is dead. Voltage and current show the rate only while the current follows.
     fn update(&mut self, count: i64, turned_rad: f32, answer: CurrentResponse) -> bool {
         if count.wrapping_sub(self.count).unsigned_abs() > SILENT_COUNTS {
             *self = Self {
@@ -238,7 +238,7 @@ struct Follower {
 const SUM_GAIN: f32 = 1.0 / 60.0;
 /// Largest change that counts, A: one jump, as of a sensor that dies, must not outweigh a hundred ticks.
 const CHANGE_MAX_A: f32 = 0.5;
-/// Least mean square of the modelled second differences that tells something, A^2: the converter's noise, 4 mA in each
+/// Least mean square of the modelled second differences that shows something, A^2: the converter's noise, 4 mA in each
 /// reading, makes a quarter of it.
 const POWER_MIN_A2: f32 = 0.02 * 0.02;
 /// Share of the modelled change that a living sensor shows at least, and a dead one at most.

@@ -150,8 +150,8 @@ impl Supervisor {
         }
     }
 
-    /// This supervisor, made for `vehicle`, with everything that another one has told: mode, latched faults, blockers,
-    /// refused requests, late ticks and the emergency stop's contacts. The motors are as warm as they were.
+    /// This supervisor, made for `vehicle`, with everything that another supervisor has reported: mode, latched faults,
+    /// blockers, refused requests, late ticks and the emergency stop's contacts. The motors are as warm as they were.
     #[must_use]
     pub fn with_record_of(self, other: &Self, vehicle: &Vehicle<f32>) -> Self {
         let mut motor_guards = self.motor_guards;

@@ -6,8 +6,8 @@ use super::image::{self, ImageState};
 use super::ram;
 use crate::board::part;
 
-/// Runs the test; `break_works` tells what the bridges' own test found. Returns also the checksum that the image's seal
-/// tells.
+/// Runs the test; `break_works` is what the bridges' own test found. Also returns the checksum that the image's seal
+/// states.
 pub fn run(break_works: bool) -> (BlockerSet, u32) {
     let mut blockers = BlockerSet::EMPTY;
     let (image, checksum) = image::check();

@@ -4,7 +4,7 @@ use super::super::{BootOutcome, Disbelief};
 use super::{booted, built_in, gain, history, load, now, store, stored, vehicle};
 use crate::test_flash::TestFlash;
 
-/// The flash after a store of `kp` that has power for so many steps; also whether the store was told done.
+/// The flash after a store of `kp` that has power for so many steps; also whether the board reported the store as done.
 fn cut(mut before: TestFlash, kp: f32, power: usize) -> (TestFlash, bool) {
     before.power = power;
     let mut cut_store = store(before);

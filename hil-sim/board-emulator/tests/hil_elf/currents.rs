@@ -1,5 +1,5 @@
-//! The motors' currents: sampled in the middle of the brake, in step with the PWM, or reported as stale; checked while the
-//! bridges are open.
+//! The motors' currents: sampled in the middle of the brake, in step with the PWM, or reported as stale; checked while
+//! the bridges are open.
 
 use std::sync::{Arc, Mutex, PoisonError};
 

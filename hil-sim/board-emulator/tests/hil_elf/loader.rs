@@ -292,8 +292,8 @@ const POWER_STATUS: u64 = 0x5802_4804;
 const VOLTAGE_VALID: u32 = 1 << 13;
 
 /// No bootable image: an erased flash, noise in every sector behind the boot loader, a damaged image, an image that
-/// nobody sealed, an image that is linked for the start of the flash. The bridges' pins stay as the reset has left them,
-/// the boot loader starts nothing, and the red lamp blinks.
+/// nobody sealed, an image that is linked for the start of the flash. The bridges' pins stay as the reset has left
+/// them, the boot loader starts nothing, and the red lamp blinks.
 #[test]
 fn without_an_image_nothing_moves_and_the_lamp_blinks() {
     let (_, mut damaged) = image();

@@ -112,8 +112,8 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// Advances the host's clock in steps of `step_us`, with `cost_us` per simulated ms. Returns the simulated time in ms
-    /// and the messages.
+    /// Advances the host's clock in steps of `step_us`, with `cost_us` per simulated ms. Returns the simulated time in
+    /// ms and the messages.
     fn passes(pace: &mut Pace, from_us: u64, for_us: u64, step_us: u64, cost_us: u64) -> (u64, Vec<String>) {
         let (mut now_us, mut board_ms, mut told) = (from_us, 0, Vec::new());
         while now_us < from_us + for_us {

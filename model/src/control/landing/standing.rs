@@ -22,7 +22,7 @@ const STARTING_SHARE: f32 = 0.15;
 /// How far from standing the vehicle is, nondimensional.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unrest {
-    /// The vehicle is told to stand, nothing is in its way, and no turn loads its gears.
+    /// The vehicle is commanded to stand, nothing is in its way, and no turn loads its gears.
     pub(super) told: bool,
     /// The law has just started.
     pub(super) starting: bool,

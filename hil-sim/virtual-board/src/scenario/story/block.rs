@@ -18,7 +18,8 @@ pub(super) struct BlockWitness {
     current_a: f64,
     /// Slope as the vehicle finds it, uphill positive, rad.
     estimated_rad: f64,
-    /// Steepest rise of the ground under the wheels, in the commanded direction, rad; `None` where the ground is unknown.
+    /// Steepest rise of the ground under the wheels, in the commanded direction, rad; `None` where the ground is
+    /// unknown.
     rise_rad: Option<f64>,
     chocked: bool,
     slides: bool,
