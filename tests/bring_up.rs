@@ -1,5 +1,5 @@
 //! The bring-up procedure against the virtual board, with a scripted person whose hands act on the simulated vehicle.
-//! What is wrong with a board must be told by the step that looks for it, before anything is armed.
+//! The step that looks for an error of the board must report the error, before anything is armed.
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
@@ -137,7 +137,7 @@ fn an_image_is_sent_once_the_supply_is_on() {
     assert!(at("supply on") < at("update") && STEPS[at("update")].powered);
 }
 
-/// What is wrong with a board, the step that tells it, and whether that is before anything is armed.
+/// What is wrong with a board, the step that reports it, and whether that is before anything is armed.
 #[test]
 fn what_is_wrong_is_told_by_its_step() {
     type Wrong = fn(&mut Bench, &mut Shared);

@@ -213,9 +213,9 @@ fn play_in_the_gears_leaves_vehicles_that_nobody_tuned_quiet() {
 }
 
 /// The small vehicle with gears that are stiff beside its weight, as gearmotors of metal are, and have 0.5 to 2 deg of play: its
-/// heavy rotors turn freely between their flanks, which no encoder is blamed for. It drives and turns as told: never more than
-/// 0.2 m/s too fast, which is what the reverse from a wall is allowed; and six seconds after its last turn its arm swings by
-/// no more than that of the reference vehicle may.
+/// heavy rotors turn freely between their flanks, which no encoder is blamed for. It drives and turns as commanded:
+/// never more than 0.2 m/s too fast, which is what the reverse from a wall is allowed; and six seconds after its last
+/// turn its arm swings by no more than that of the reference vehicle may.
 #[test]
 fn stiff_gears_with_play_do_not_end_the_drive_of_a_small_vehicle() {
     let [mut worst_m_s, mut worst_deg] = [0.0_f64; 2];

@@ -27,7 +27,7 @@ use log_line::LogLine;
 pub struct ReadRecords {
     /// The boots of the board, in the order in which they were recorded.
     pub boots: Vec<ReadBoot>,
-    /// Blocks of which the numbers tell that they are missing.
+    /// Blocks that are missing, by the numbers of the others.
     pub lost_blocks: u32,
     /// Frames and blocks that could not be read.
     pub unreadable: u32,
@@ -101,7 +101,7 @@ pub fn parse(bytes: &[u8]) -> Result<ReadRecords, ReadError> {
     let starts: Vec<usize> = boots.iter().map(|boot| boot.start).collect();
     let mut read: Vec<ReadBoot> = boots.into_iter().map(ReadBoot::from).collect();
     if let Some(contents) = contents {
-        // What was told behind a boot's first frame is that boot's.
+        // What was sent behind a boot's first frame is that boot's.
         let boot_of = |frames_before: usize| starts.partition_point(|start| *start < frames_before).saturating_sub(1);
         for told in contents.log {
             read[boot_of(told.frames_before)].log.push(told.what);

@@ -82,7 +82,7 @@ impl NewFile {
     }
 }
 
-/// What fails names flag and file, whoever tells it.
+/// An error names flag and file, whoever prints it.
 impl Write for NewFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let written = self.part.write(bytes);
@@ -155,7 +155,7 @@ impl GrowingFile {
     }
 }
 
-/// What fails names flag and file, whoever tells it.
+/// An error names flag and file, whoever prints it.
 impl Write for GrowingFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let written = self.part.write(bytes);
@@ -202,7 +202,7 @@ pub fn refuse_existing(flag: &str, path: &Path) -> Result<(), CommandError> {
     }
 }
 
-/// What is told of a file that exists already.
+/// The message about a file that exists already.
 fn existing(flag: &str, path: &Path) -> CommandError {
     CommandError::Input(format!(
         "{flag}: {} exists already; choose another name",

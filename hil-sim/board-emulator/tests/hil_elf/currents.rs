@@ -192,8 +192,8 @@ fn register(board: &mut Operator, address: u64) -> u32 {
     value.expect("it runs").expect("the register answers")
 }
 
-/// The timer sends no trigger: the last currents grow stale and are told so, the vehicle stops and cannot be armed, and nothing
-/// hangs. Once the trigger is back, so are the readings.
+/// The timer sends no trigger: the last currents grow stale and are reported as stale, the vehicle stops and cannot be
+/// armed, and nothing hangs. Once the trigger is back, so are the readings.
 #[test]
 fn a_dead_trigger_is_told_and_stops_the_vehicle() {
     for (address, dead) in [(TRIGGER_CHOICE, 0), (TRIGGER_COMPARE, 0)] {

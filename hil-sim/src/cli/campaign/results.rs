@@ -1,4 +1,4 @@
-//! Files of results: what their lines tell.
+//! Files of results: what their lines hold.
 
 use std::io::Write as _;
 

@@ -318,7 +318,7 @@ impl<W: Wire> Link<W> {
         Ok(())
     }
 
-    /// The vehicle must still be armed, as far as it has told since the board confirmed that it is.
+    /// The vehicle must still be armed, as far as it has reported since the board confirmed that it is.
     fn check_armed(&mut self) -> Result<(), CommandError> {
         let Some(status) = self.client.status else {
             return Ok(());

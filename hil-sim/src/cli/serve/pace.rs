@@ -26,7 +26,7 @@ pub struct Pace {
     read_us: Option<u64>,
     /// Since when the window lasts, and how much simulated time has passed in it, ms.
     window: Option<(u64, u64)>,
-    /// The share of the rate that was told last.
+    /// The share of the rate that was reported last.
     told: f64,
 }
 

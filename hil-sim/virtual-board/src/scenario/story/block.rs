@@ -10,7 +10,7 @@ const LEVEL_RAD: f64 = 0.02;
 /// What was seen of a vehicle that was blocked.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct BlockWitness {
-    /// Fastest that it was told to drive, with its direction, m/s.
+    /// Largest commanded speed, with its direction, m/s.
     told_m_s: f64,
     /// Furthest that the arm leant from the vertical, rad.
     lean_rad: f64,
