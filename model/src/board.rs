@@ -70,8 +70,7 @@ impl SensorRanges {
 }
 
 impl BoardScales {
-    /// Scales of no board in particular, for tests and examples: round numbers, but for those whose rounding
-    /// matters.
+    /// Scales for tests and examples: numerically those of the first drive board.
     pub const EXAMPLE: Self = Self {
         analog: {
             let current = AnalogScale {

@@ -1,4 +1,4 @@
-//! The boot loader's work: looks, decides ([`super::plan`]), copies, until there is something to boot.
+//! The boot loader's work: it looks, decides ([`super::plan`]) and copies, until an image can be booted.
 
 use embedded_storage_async::nor_flash::NorFlash;
 

@@ -6,8 +6,8 @@
 //! tau h' = (i / i_c)^2 - h        h = 1: as warm as the continuous current i_c keeps it
 //! ```
 //!
-//! A winding and a housing have a time constant each, of which the winding's is the shorter: with that one alone the model
-//! is warmer than the motor, as long as the motor has not been at work for long.
+//! A winding and a housing have a time constant each; the winding's is shorter. With the winding's constant alone the
+//! model is warmer than the motor as long as the motor has not worked for long.
 
 use crate::bounded::Bounded;
 use crate::sample::TICK_S;

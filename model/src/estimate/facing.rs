@@ -2,14 +2,15 @@
 //!
 //! An IMU that is mounted half a turn about its z axis shows -phi' and -f_x. Its gyro and its accelerometer agree with each
 //! other, and the law that believes them throws the arm. The encoders do not share the mistake: they measure the rate
-//! `w = theta' + phi'` of the wheels relative to the arm. Of wheels that roll, the axle accelerates by
+//! `w = theta' + phi'` of the wheels relative to the arm. The axle of wheels that roll accelerates by
 //!
 //! ```text
 //! a = r theta'' = r (w' - phi'')
 //! ```
 //!
 //! The estimate takes this acceleration out of what the accelerometer feels along the horizontal. What is left is `e`: next to
-//! nothing, if the IMU faces forward. A mirrored one shows -a where a is, and takes w' + phi'' for theta'':
+//! nothing, if the IMU faces forward. A mirrored IMU shows -a instead of a, and the estimate takes w' + phi'' for
+//! theta'':
 //!
 //! ```text
 //! e = -a - r (w' + phi'') = -2 r w'

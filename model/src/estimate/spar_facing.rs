@@ -9,12 +9,12 @@
 //!
 //! The bearing's zeta does little beside the rest, and is left out.
 //!
-//! The spar's IMU shows what stands on the left; the encoders of ballast and wheels show what drives it, on the right. Of an
-//! IMU that is mounted half a turn about its z axis the left side changes its sign: the law drives the spar away from its
-//! level, and throws the ballast. So the answer should be the drive, or minus the drive: the watch compares the mean squares
-//! of `answer - drive` and `answer + drive`. What pushes the spar besides, a hand or the wind, adds to the answer before the
-//! ballast follows, and leaves both unequal to 0. An IMU that is mounted a quarter of a turn answers nothing: see
-//! [`exchanged`](super::exchanged).
+//! The spar's IMU shows what stands on the left; the encoders of ballast and wheels show what drives it, on the right.
+//! With an IMU that is mounted half a turn about its z axis the left side changes its sign: the law drives the spar
+//! away from its level, and throws the ballast. So the answer should be the drive, or minus the drive: the watch
+//! compares the mean squares of `answer - drive` and `answer + drive`. What pushes the spar besides, a hand or the
+//! wind, adds to the answer before the ballast follows, and leaves both unequal to 0. An IMU that is mounted a quarter
+//! of a turn answers nothing: see [`exchanged`](super::exchanged).
 
 use super::facing::{INTERVAL_S, MEAN_GAIN, STEADY_TIME_CONSTANT_S};
 use super::rate_filter::LowPass;

@@ -216,8 +216,8 @@ mod tests {
         traction
     }
 
-    /// Wheels that let go and grip again 4 times a second: a difference of `difference_m_s2` below a swing of 3 m/s^2, of which
-    /// a lag leaves a third. Ticks until the watch reports a slide.
+    /// Wheels that let go and grip again 4 times per second: a difference of `difference_m_s2` below a swing of 3
+    /// m/s^2, of which a lag leaves a third. Ticks until the watch reports a slide.
     fn hunting(difference_m_s2: f32) -> Option<u16> {
         let mut traction = Traction::new(0.001, 0.25);
         (0..3000_u16).find(|k| {

@@ -1,4 +1,5 @@
-//! What the board finds of itself at boot, each item a line of the log: whatever fails blocks arming until the next boot.
+//! What the board finds of itself at boot, one line of the log per item: an item that fails blocks arming until the
+//! next boot.
 
 use model::supervise::codes::{Blocker, BlockerSet};
 

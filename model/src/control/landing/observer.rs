@@ -1,5 +1,5 @@
 //! What the law knows beyond its sensors: a torque at the joint that the model does not have, the wheel's rate without
-//! the filter's lag, and what a tick teaches of the slope.
+//! the filter's lag, and the change of the slope that each tick shows.
 
 use super::balance::MotionByTorque;
 use super::design::Design;

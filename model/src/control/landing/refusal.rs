@@ -1,4 +1,4 @@
-//! Slopes on which the vehicle cannot stand: found while it is let go, and refused.
+//! Slopes on which the vehicle cannot stand: the law finds them once the wheels are let go, and refuses them.
 
 /// How far and how long the slope must be beyond what the vehicle can stand on: excess of its sine, integrated over time
 /// units. While the slope is learnt, it is overestimated by up to a sine of 0.045 for two time units, after which it is

@@ -1,8 +1,8 @@
 //! Standing: where little torque is needed, the law is slower.
 //!
-//! The gears have play. About zero torque the rotors turn freely within it, and their encoders show a motion of the wheels
-//! that is none. A fast law drives the rotors from flank to flank: with 1 deg of play, until the vehicle creeps away. With
-//! two thirds of its poles the loop through the play has less gain than keeps it going.
+//! The gears have play. About zero torque the rotors turn freely within it, and their encoders show a motion that the
+//! wheels do not make. A fast law drives the rotors from flank to flank: with 1 deg of play, until the vehicle creeps
+//! away. With two thirds of the law's poles the loop through the play has too little gain to oscillate.
 
 /// Share of the poles while the vehicle stands. Simulated with play of 0.3 to 1.5 deg, 0.6 to 0.7 come to rest; with 0.5
 /// and with 0.9 the arm swings on.
