@@ -55,7 +55,7 @@ pub trait Restart {
     fn restart(&mut self) -> !;
 }
 
-/// The boot loader of a board that has none: nothing could restart into it.
+/// The restart of a board without a boot loader: nothing to restart into.
 #[derive(Debug, Clone, Copy)]
 pub enum NoLoader {}
 
