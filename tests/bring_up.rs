@@ -1,5 +1,5 @@
 //! The bring-up procedure against the virtual board, with a scripted person whose hands act on the simulated vehicle.
-//! What is wrong with a board must be told by the step that looks for it, before anything is armed.
+//! The step that looks for an error of the board must report the error, before anything is armed.
 
 use std::cell::RefCell;
 use std::fmt::Write as _;
@@ -137,7 +137,7 @@ fn an_image_is_sent_once_the_supply_is_on() {
     assert!(at("supply on") < at("update") && STEPS[at("update")].powered);
 }
 
-/// What is wrong with a board, the step that tells it, and whether that is before anything is armed.
+/// What is wrong with a board, the step that reports it, and whether that is before anything is armed.
 #[test]
 fn what_is_wrong_is_told_by_its_step() {
     type Wrong = fn(&mut Bench, &mut Shared);
@@ -189,8 +189,8 @@ fn what_is_wrong_is_told_by_its_step() {
     }
 }
 
-/// On a board that is not simulated, what was left out is not shown, and keeps the vehicle from being armed. The supply
-/// is cut while the board stores.
+/// On a board that is not simulated, a step that was left out counts as *not shown* and blocks arming. The test cuts
+/// the supply while the board stores.
 #[test]
 fn a_step_left_out_keeps_a_board_from_being_armed() {
     let otherwise: Otherwise = |question| match question {

@@ -70,7 +70,7 @@ fn shards_merge_to_exactly_what_one_run_of_the_whole_writes() {
     assert_eq!(read("merged.jsonl"), read("whole.jsonl"));
     assert_eq!(read("whole.jsonl").lines().count(), 1 + 12);
 
-    // A shard that is missing, given twice, of another campaign, or cut off is told by name; nothing is written.
+    // The tool names a shard that is missing, given twice, of another campaign, or cut off, and writes nothing.
     std::fs::remove_file(folder.join("merged.jsonl")).expect("there");
     let mut twice = parts.clone();
     twice.push(parts[0].clone());
@@ -121,7 +121,7 @@ fn a_run_out_of_bounds_ends_with_1_and_tells_seed_and_reason() {
     assert_eq!((&summary["passed"], &summary["not_judged"]), (&0.into(), &2.into()));
 }
 
-/// Ends with 2, and tells why.
+/// Ends with 2, and says why.
 fn refused(arguments: &[&str]) {
     let output = hil_sim(arguments);
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
@@ -160,7 +160,7 @@ fn what_cannot_run_is_refused_before_the_first_run() {
 }
 
 /// Three thousands of drives, the last not full, under the law that turns arms over: the file is the same from one thread and
-/// from shards of two threads, and the exit code and the summary tell of the whirls.
+/// from shards of two threads, and the exit code and the summary show the whirls.
 #[test]
 fn a_search_tells_its_whirls_and_is_the_same_from_any_threads_and_shards() {
     let folder = folder("search");
@@ -202,8 +202,8 @@ fn a_search_tells_its_whirls_and_is_the_same_from_any_threads_and_shards() {
     assert_eq!(read("whole.jsonl").lines().count(), 1 + 3);
 }
 
-/// A line that is no result of a search is told by its file and number, and nothing is written; a drive alone is the one that
-/// it was among others, and the optimiser takes it no less far.
+/// The tool names file and number of a line that is no result of a search, and writes nothing; a drive alone is the one
+/// that it was among others, and the optimiser takes it no less far.
 #[test]
 fn one_seed_of_a_search_drives_alone_as_among_others() {
     let folder = folder("one-seed");

@@ -255,7 +255,8 @@ fn sliding_wheels_are_told_and_rolling_ones_are_not() {
     }
 }
 
-/// Time from the first slide of a vehicle that drives onto ground of this friction until it is told, s; and which drive it was.
+/// Time from the first slide of a vehicle that drives onto ground of this friction until the slide is reported, s; and
+/// which drive it was.
 fn slide_told_after(friction: f64, slope_deg: f64, speed_m_s: f64, seed: u64) -> (Option<f64>, String) {
     let slope_rad = slope_deg.to_radians();
     // Behind the way that the start takes.
@@ -279,8 +280,8 @@ fn slide_told_after(friction: f64, slope_deg: f64, speed_m_s: f64, seed: u64) ->
     (told, story)
 }
 
-/// On ice that carries half of the slope's weight at most, the slide is told within a quarter of a second: 0.15 s for which
-/// the sensors must differ, and what their filters take.
+/// On ice that carries half of the slope's weight at most, the status reports the slide within a quarter of a second:
+/// 0.15 s for which the sensors must differ, and what their filters take.
 #[test]
 fn a_slide_is_told_within_a_quarter_of_a_second() {
     for slope_deg in [5.0_f64, -5.0, 10.0, -10.0, 15.0, -15.0, 20.0, -20.0] {

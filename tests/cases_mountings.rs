@@ -53,8 +53,8 @@ fn an_imu_that_turns_over_is_found_in_50_ms_whatever_the_vehicle_does() {
 }
 
 /// Mounted half a turn about its z axis, the IMU agrees with itself from the boot on, and nothing blocks arming. On a slope
-/// the arm must move as soon as the vehicle is armed; on the level it does when the vehicle is told to drive. A vehicle that
-/// stands on the level does not move its arm, and then a mirrored IMU does no harm.
+/// the arm must move as soon as the vehicle is armed; on the level it does when the vehicle is commanded to drive. A
+/// vehicle that stands on the level does not move its arm, and then a mirrored IMU does no harm.
 #[test]
 fn a_mirrored_imu_is_found_in_300_ms_of_the_first_motion() {
     const MIRRORED: &str = "chocked_until_armed = true\nplant.arm_imu.misalignment_z_deg = 180.0";
@@ -111,8 +111,8 @@ fn an_imu_that_gravity_shows_to_be_mounted_wrong_is_told_before_a_motor_turns() 
     }
 }
 
-/// Mounted a quarter of a turn about its z axis, the arm IMU shows an arm that stands still. It is told before the arm has
-/// swung out: on the level once the vehicle drives off, on a slope once the wheels are let go.
+/// Mounted a quarter of a turn about its z axis, the arm IMU shows an arm that stands still. The vehicle reports it
+/// before the arm has swung out: on the level once the vehicle drives off, on a slope once the wheels are let go.
 #[test]
 fn an_arm_imu_a_quarter_of_a_turn_aside_is_found_in_300_ms_of_the_first_motion() {
     for (angle_deg, seed) in [(90.0, 1), (-90.0, 2)] {
@@ -130,8 +130,9 @@ fn an_arm_imu_a_quarter_of_a_turn_aside_is_found_in_300_ms_of_the_first_motion()
     }
 }
 
-/// A spar IMU that faces backward turns the levelling around, one that is mounted a quarter of a turn aside blinds it: the
-/// ballast is switched off before it has swung over, and the vehicle drives on. So is one whose every sign is wrong.
+/// A spar IMU that faces backward reverses the levelling; a spar IMU that is mounted a quarter of a turn aside blinds
+/// it. The board switches the ballast off before the ballast has swung over, and the vehicle drives on. The same
+/// happens with an IMU whose every sign is wrong.
 #[test]
 fn a_spar_imu_that_is_mounted_wrong_is_found_before_the_ballast_swings_over() {
     let judge = |outcome: &DriveOutcome, from_s: f64, limit_s: f64, story: &str| {

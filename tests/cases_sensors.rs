@@ -234,7 +234,7 @@ fn a_gyro_that_crosses_100_degrees_per_second_goes_on_measuring() {
     }
 }
 
-/// What a vehicle without a spar has no sensor for is neither read nor judged.
+/// On a vehicle without a spar, the board neither reads nor checks the spar's sensors.
 #[test]
 fn a_vehicle_without_a_spar_takes_no_fault_from_its_inputs() {
     let mut parameters = *reference().parameters();

@@ -55,7 +55,7 @@ fn a_design_that_cannot_work_ends_with_1_and_a_bad_file_with_2() {
     assert_eq!(output.status.code(), Some(2));
 }
 
-/// The voltage to hold on a slope that `check` tells is the one that the simulated vehicle holds with.
+/// The voltage that `check` reports for holding on a slope is the voltage with which the simulated vehicle holds.
 #[test]
 fn the_hold_that_check_tells_is_the_one_that_the_vehicle_needs() {
     let smooth = changed(

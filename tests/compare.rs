@@ -61,7 +61,7 @@ fn the_comparison_of_another_vehicle_tells_the_laws_apart() {
     std::fs::remove_dir_all(folder).expect("removed");
 }
 
-/// A vehicle that is none, and a directory that is none, are told before anything flies.
+/// The tool refuses a vehicle that is none, and a directory that is none, before anything flies.
 #[test]
 fn a_bad_file_and_a_bad_directory_are_told() {
     let run = |arguments: &[&str]| {

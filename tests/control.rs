@@ -207,8 +207,8 @@ fn parking_takes_no_more_current_than_the_slope() {
     );
 }
 
-/// Stuck at a wall of 75 mm for 4 to 20 s, then told to reverse: it does within 1.5 s, no more than 0.2 m/s too fast; while
-/// it pushes, its motors stay cool.
+/// Stuck at a wall of 75 mm for 4 to 20 s, then commanded to reverse: it does within 1.5 s, no more than 0.2 m/s too
+/// fast; while it pushes, its motors stay cool.
 #[test]
 fn stuck_at_a_wall_it_stays_cool_and_reverses_when_told() {
     let wall = "terrain.profile = [{ kind = 'step', at_m = 1.0, height_m = 0.075 }]";
@@ -247,7 +247,7 @@ fn stuck_at_a_wall_it_stays_cool_and_reverses_when_told() {
 }
 
 /// Driven onto a hill and there stuck at a wall, the vehicle reckons with the hill that it has learnt: it pushes without
-/// bouncing, stays cool, and reverses when told, as on the level.
+/// bouncing, stays cool, and reverses on command, as on the level.
 #[test]
 fn stuck_at_a_wall_on_a_hill_it_does_not_bounce() {
     const WALL_M: f64 = 6.0;

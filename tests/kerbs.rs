@@ -142,7 +142,7 @@ fn but(complaints: &[&String]) -> String {
 }
 
 /// Flights of eight steps of 5 to 30 mm, up and down, 0.3 and 0.6 m apart, at 0.5 to 2.5 m/s: the vehicle comes over all of
-/// them, or stops in front of one and tells it; nothing ends the drive, and it does not run away.
+/// them, or stops in front of one and reports it; nothing ends the drive, and it does not run away.
 #[test]
 fn stairs_are_climbed_or_told() {
     let mut cells = Vec::new();

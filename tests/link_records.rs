@@ -298,7 +298,8 @@ fn faults(bench: &mut Bench) -> Vec<FaultEntry> {
     }
 }
 
-/// Boots, arms, presses the stop for some milliseconds after `ms`, and tells the boot's number and what it remembers.
+/// Boots, arms, presses the stop for some milliseconds after `ms`, and returns the boot's number and what the board
+/// remembers.
 fn run_with_a_fault(seed: u64, history: &VirtualFlash, ms: u64) -> (u32, Vec<FaultEntry>) {
     let mut bench = Bench::with_history(seed, VirtualFlash::erased(), history.clone());
     bench.run(1000);

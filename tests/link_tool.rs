@@ -23,7 +23,7 @@ mod wires;
 use support::Bench;
 use wires::{BoardWire, READ_US, link, messages, ready};
 
-/// Identifies, drives, and tells what came of it.
+/// Identifies, drives, and returns what came of it.
 fn drive<W: Wire>(link: &mut Link<W>, seconds: f64) -> Result<String, CommandError> {
     let mut console = Console(Vec::new());
     link.identify()?;
@@ -189,7 +189,7 @@ fn a_drive_waits_for_gyros_that_are_being_calibrated() {
     assert!(shown.starts_with("armed: "), "{shown}");
 }
 
-/// A disk that is full while the vehicle drives: it stops, then it is disarmed, and the reason is told.
+/// A disk that is full while the vehicle drives: it stops, then it is disarmed, and the tool prints the reason.
 #[test]
 fn a_record_that_takes_no_more_stops_the_vehicle() {
     struct Disk(usize);

@@ -107,8 +107,8 @@ fn the_tool_refuses_what_is_no_sealed_firmware() {
     }
 }
 
-/// An image for the start of the flash, where the boot loader stands: the tool tells it from the ELF, and the board from the
-/// image's first instruction, whatever the ELF says.
+/// An image for the start of the flash, where the boot loader stands: the tool recognises it by the ELF, and the board
+/// by the image's first instruction, whatever the ELF says.
 #[test]
 fn an_image_that_is_linked_for_another_place_is_refused() {
     let (ended, _) = update(ready(68), "old", &linked(BOARD, 9000, FLASH_START, FLASH_START));

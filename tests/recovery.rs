@@ -10,8 +10,9 @@ use virtual_board::scenario::Sensor;
 mod support;
 use support::Bench;
 
-/// Time after which a vehicle whose sensor works again and whose bridges are open stands and is calibrated: its arm swings
-/// out in 6 s; then the whole vehicle may go on rocking on its wheels, and its gyros are averaged over 4 s of that.
+/// Time after which a vehicle whose sensor works again and whose bridges are open must stand and be calibrated: the
+/// swing of its arm decays in 6 s. Then the whole vehicle may go on rocking on its wheels, and the calibration averages
+/// the gyros over 4 s of that.
 const AGAIN_MS: u64 = 11_000;
 
 /// The vehicle stands, knows its angles and can be armed.

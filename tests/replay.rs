@@ -1,5 +1,5 @@
-//! `drive --record` and `replay` from outside: what was driven comes back bit for bit, or it is told where it does not.
-//! And the records of tests/records, which drive as they did when they were committed.
+//! `drive --record` and `replay` from outside: what was driven comes back bit for bit, or the tool reports where it
+//! does not. And the records of tests/records, which drive as they did when they were committed.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -109,7 +109,7 @@ fn a_recorded_drive_replays_to_the_bit() {
     assert!(bytes < 24_000 * 40, "{bytes} bytes");
 }
 
-/// A vehicle that may not go as fast drives as recorded until it is told to.
+/// A vehicle that may not go as fast drives as recorded until a speed beyond its limit is commanded.
 #[test]
 fn another_vehicle_differs_from_a_tick_that_is_named() {
     let file = recorded("kerb-other.records");
@@ -117,7 +117,7 @@ fn another_vehicle_differs_from_a_tick_that_is_named() {
     let (code, json, error) = replay(&file, &["--vehicle", other.to_str().expect("utf-8")]);
     assert_eq!(code, Some(1));
     let found = &json["difference"];
-    // It is told to drive 1 m/s at 4 s, and gets beyond 0.8 m/s within a second.
+    // The command at 4 s is 1 m/s, and the vehicle gets beyond 0.8 m/s within a second.
     let at_s = found["at_s"].as_f64().expect("a time");
     assert!((4.0..5.0).contains(&at_s), "{json}");
     assert!(found["field"].as_str().expect("a name").contains("duty"), "{json}");
@@ -266,7 +266,8 @@ fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
         assert_eq!((code, &json["ok"]), (Some(0), &true.into()), "{error} {json}");
         let boots = json["boots"].as_array().expect("boots");
         assert_eq!(boots.len(), 2, "{json}");
-        // Armed and driving in both, so that a core which knew of the first boot would drive otherwise in the second.
+        // Armed and driving in both, so a core that kept state from the first boot would drive differently in the
+        // second.
         let read = record_files::read(&record).expect("readable");
         for boot in &read.boots {
             assert_eq!(boot.records[0].tick, 1);
@@ -290,7 +291,7 @@ fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
             if text.contains("the board starts anew") {
                 restart_s = at_s;
             }
-            // A spell stands where it began, and is told when it is over.
+            // A spell stands where it began, and is reported when it is over.
             continue;
         }
         boots.push(at_s >= POWER_IS_BACK_S);

@@ -158,7 +158,7 @@ fn the_emergency_stop_opens_the_bridges_at_once_and_holds_until_cleared() {
     assert_eq!(bench.mode(), Mode::Armed);
 }
 
-/// A second contact that is welded shut: the first one opens the bridges, and the disagreement is told until it is
+/// A second contact that is welded shut: the first one opens the bridges, and the disagreement is reported until it is
 /// cleared.
 #[test]
 fn a_welded_second_contact_is_found_at_the_first_press() {

@@ -22,7 +22,7 @@ mod tool;
 use served::{GIVE_UP, Served};
 use tool::{WORKSPACE, hil_sim, stderr};
 
-/// What a vehicle tells whose operator a busy machine has made fall silent.
+/// What a vehicle reports whose operator a busy machine has made fall silent.
 const SILENCED: [&str; 2] = ["CommandTimeout", "NotAtRest"];
 const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
 
@@ -43,8 +43,8 @@ fn every_command(served: &Served, name: &str) {
     // The gyros are calibrated in the first seconds.
     served.wait_for("calibrated");
     let drive = ["drive", "--speed-m-s", "0.3", "--seconds", "1"];
-    // A machine that is busy with other work may make the operator fall silent: then the board stops, tells why, and swings out
-    // before it is armed again.
+    // A machine that is busy with other work may make the operator fall silent: then the board stops, reports why, and
+    // swings out before it is armed again.
     let driven = (0..10).find_map(|_| {
         let (code, text, error) = served.link(&drive);
         if code != Some(0) && SILENCED.iter().any(|why| error.contains(why)) {
@@ -322,7 +322,7 @@ fn clients_that_do_not_read_or_flood_hold_up_nobody() {
     drop((silent, silent_web));
 }
 
-/// Ctrl-C ends the server with exit code 0, and what the board has logged is told to its last line.
+/// Ctrl-C ends the server with exit code 0, and the server prints the board's log to its last line.
 #[cfg(unix)]
 #[test]
 fn a_server_that_is_told_to_end_tells_the_last_lines_of_the_log() {

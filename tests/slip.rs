@@ -18,7 +18,8 @@ const SLIP_M_S: f64 = 0.3 + 0.15 * 2.0;
 const DRIFT_M_S2: f64 = 0.06;
 
 /// Speeding up on ice, the wheels run little faster than the vehicle, which loses nothing by it: it takes little longer than its
-/// friction, or its ramp, takes, and so it does to stop. The slide is told for as long as it lasts, and nothing else happens.
+/// friction, or its ramp, takes, and so it does to stop. The status reports the slide for as long as it lasts, and
+/// nothing else happens.
 #[test]
 fn on_ice_the_wheels_slide_no_more_than_they_must() {
     let drives: Vec<_> = [
@@ -103,9 +104,9 @@ fn on_ice(mu: f64, told_m_s: f64, seed: u64) -> [f64; 2] {
     [largest_m_s, late_s]
 }
 
-/// A vehicle that comes upon ice uphill slides back, and on again, until it is told to stop. Sliding wheels run 0.45 m/s at most
-/// beside the ground for a second (`STEADY_SLIP_MAX_M_S`), so that this is what the speed may be wrong by once they have rolled for
-/// one; the place by that for as long as they slid, or were thought to.
+/// A vehicle that comes upon ice uphill slides back, and on again, until a stop is commanded. Sliding wheels run 0.45
+/// m/s at most beside the ground for a second (`STEADY_SLIP_MAX_M_S`), so that this is what the speed may be wrong by
+/// once they have rolled for one; the place by that for as long as they slid, or were thought to.
 #[test]
 fn after_a_slide_on_a_slope_the_speed_is_that_of_the_rolling_wheels_again() {
     const STEADY_SLIP_M_S: f64 = 0.45;

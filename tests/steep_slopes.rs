@@ -134,7 +134,7 @@ fn where_it_cannot_stand_it_slides_as_slowly_as_the_arm_s_weight_allows() {
 }
 
 /// Driven up onto a slope on which it cannot stand, the vehicle says so, comes no further up, and rolls nowhere: it stays
-/// where the ramp begins to be too steep, and drives back when told. Forward and backward.
+/// where the ramp begins to be too steep, and drives back on command. Forward and backward.
 #[test]
 fn driven_onto_a_slope_beyond_its_own_it_stays_at_its_foot_and_drives_back() {
     let mut furthest_m = 0.0_f64;
@@ -181,7 +181,7 @@ fn driven_onto_a_slope_beyond_its_own_it_stays_at_its_foot_and_drives_back() {
 }
 
 /// Hills whose foot bends upwards within 0.15 m, which is less than the wheel's radius: up to 15 deg the vehicle drives up at every
-/// speed; a foot of 20 deg stops it at 0.5 m/s and less, as a kerb does, and it tells so.
+/// speed; a foot of 20 deg stops it at 0.5 m/s and less, as a kerb does, and the vehicle reports that.
 #[test]
 fn the_sharp_foot_of_a_hill_is_climbed_or_told() {
     for slope_deg in [10.0_f64, 15.0, 20.0] {

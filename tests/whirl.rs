@@ -1,4 +1,4 @@
-//! A forced whirl: told, come to rest, and driven on from.
+//! A forced whirl: the vehicle reports it, comes to rest, and drives on.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Fault, FaultSet};
@@ -17,7 +17,7 @@ const REST_WITHIN_S: f64 = 14.0;
 /// Forward and backward, at rest and at speed, off a patch of ice and
 /// over a kerb of 50 mm, the arm turns over or comes near it. The status tells
 /// ArmAngle within the push, the bridges open, and the vehicle comes to rest by its friction alone. There it knows its
-/// angles; once the faults are cleared it can be armed, and drives as told.
+/// angles; once the faults are cleared it can be armed, and drives as commanded.
 #[test]
 fn a_forced_whirl_is_told_and_ends_at_rest_from_which_the_vehicle_drives_on() {
     let mut whirled = 0;

@@ -34,7 +34,7 @@ fn what_a_full_disk_took_of_a_record_replays() {
     for name in ["run.mcap", "run.records"] {
         let file = place.join(name);
         let _ = std::fs::remove_file(&file);
-        // No file may grow beyond 200 blocks here, which a write is told as an error.
+        // No file may grow beyond 200 blocks here: a larger write gets an error.
         let limits = "trap '' XFSZ; ulimit -f 200; exec \"$0\" drive kerb --no-bounds --json --record \"$1\"";
         let output = Command::new("sh")
             .args(["-c", limits, env!("CARGO_BIN_EXE_hil-sim"), name])
@@ -46,7 +46,7 @@ fn what_a_full_disk_took_of_a_record_replays() {
         for part in ["File too large", "--record: ", name, "stays in it"] {
             assert!(told.contains(part), "{name}: {told}");
         }
-        // The drive itself is told all the same.
+        // The tool still reports the drive itself.
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(text.contains("\"simulated_s\":24"), "{name}: {text}");
         replays_to_the_bit(&file);

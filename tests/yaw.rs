@@ -23,9 +23,10 @@ fn settles_s(rows: &[TraceRow], aim_rad_s: f64) -> f64 {
     0.01 * late as f64
 }
 
-/// Steps of the yaw rate to 1.5 rad/s and back to none, on the spot and driving, to both sides: with drives as the file says,
-/// with motors that differ by 20 % from it, one each way, and with wheels whose radii differ by 10 %. The ramp takes
-/// 0.375 s, so that less is a mistake; the yaw rate settles within 0.1 s of its end, and overshoots by 2 % at most.
+/// Steps of the yaw rate to 1.5 rad/s and back to none, on the spot and driving, to both sides: with the motors of the
+/// file, with motor constants that are 20 % too high on one side and 20 % too low on the other, and with wheels whose
+/// radii differ by 10 %. The ramp takes 0.375 s, so a shorter time is a mistake. The yaw rate settles within 0.1 s of
+/// the ramp's end and overshoots by 2 % at most.
 #[test]
 fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
     let ramp_s = STEP_RAD_S / ACCELERATION_RAD_S2;
@@ -212,9 +213,9 @@ fn play_in_the_gears_leaves_vehicles_that_nobody_tuned_quiet() {
 }
 
 /// The small vehicle with gears that are stiff beside its weight, as gearmotors of metal are, and have 0.5 to 2 deg of play: its
-/// heavy rotors turn freely between their flanks, which no encoder is blamed for. It drives and turns as told: never more than
-/// 0.2 m/s too fast, which is what the reverse from a wall is allowed; and six seconds after its last turn its arm swings by
-/// no more than that of the reference vehicle may.
+/// heavy rotors turn freely between their flanks, which no encoder is blamed for. It drives and turns as commanded:
+/// never more than 0.2 m/s too fast, which is what the reverse from a wall is allowed; and six seconds after its last
+/// turn its arm swings by no more than that of the reference vehicle may.
 #[test]
 fn stiff_gears_with_play_do_not_end_the_drive_of_a_small_vehicle() {
     let [mut worst_m_s, mut worst_deg] = [0.0_f64; 2];
@@ -247,11 +248,12 @@ fn stiff_gears_with_play_do_not_end_the_drive_of_a_small_vehicle() {
     );
 }
 
-/// One wheel on ice and one on rubber, level and on 5 deg: the vehicle keeps its heading to 2 deg while it speeds up and
-/// stops, which over its own length is 17 mm, a quarter of a rail's head; and comes back to 0.5 deg. To keep it, the wheel on
-/// ice must spin by up to 2.8 m/s, whose back-EMF, 7.3 V of difference, takes an integral of the yaw rate of
-/// 7.3 V / `yaw_ki_v_per_rad`, or 4.2 deg, less what the heading hold asks for. Uphill on 5 deg, ice of 0.1 leaves the pair
-/// 0.12 m/s^2 without a moment about the vertical.
+/// One wheel on ice and one on rubber, level and on 5 deg: the vehicle keeps its heading within 2 deg while it speeds
+/// up and stops. Over the vehicle's own length 2 deg are 17 mm, a quarter of a rail's head. Afterwards the heading is
+/// back within 0.5 deg. To keep the heading, the wheel on ice must spin by up to 2.8 m/s. The back-EMF of that spin is
+/// 7.3 V of difference, which takes an integral of the yaw rate of 7.3 V / `yaw_ki_v_per_rad`, or 4.2 deg, less what
+/// the heading hold asks for. Uphill on 5 deg, ice of 0.1 leaves the pair 0.12 m/s^2 without a moment about the
+/// vertical.
 #[test]
 fn split_friction_keeps_the_heading() {
     let [mut most_deg, mut last_deg] = [0.0_f64; 2];

@@ -2,8 +2,9 @@
 //!
 //! A driver with inputs IN1 and IN2 drives forward at high and low, in reverse at low and high, brakes (zero volts across
 //! the motor) at both high, and is open at both low. For a duty the input that says the direction stays high throughout the
-//! period, and the other one is high but for the driven share: the motor sees the supply in one direction, or zero volts.
-//! At zero duty both are high throughout. Both low never occurs: it is the state of a vehicle that is not armed.
+//! period, and the other input is low for the driven share only: the motor sees the supply in one direction, or zero
+//! volts. At zero duty both inputs are high throughout. The two are never low together: that is the state of a vehicle
+//! that is not armed.
 //!
 //! The timers count up and down: the driven share lies around the counter's top, the brake around its zero. The current
 //! crosses its mean in the middle of either, and the edges are never nearer to the middle of the brake than 3 % of the

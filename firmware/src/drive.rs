@@ -78,7 +78,7 @@ where
     loop {
         vehicle_ticks.next().await;
         // Reading the IMUs takes some tens of microseconds. If no sample comes in time, the tick goes on with
-        // the last one, whose age tells the core.
+        // the last sample, whose age the core judges.
         let _ = with_timeout(IMU_WAIT, imu_samples(topics, tick_of(Instant::now()))).await;
 
         let started = counter.cycles();

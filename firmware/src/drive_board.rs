@@ -1,5 +1,5 @@
-//! Facts of the drive board, apart from its pins: one number for each, read by the board's own code, by the boards
-//! that stand in for it on the host, and by the host's tools. Nothing here needs the hardware.
+//! Facts of the drive board, apart from its pins: one number for each fact. The board's own code, the boards that stand
+//! in for it on the host, and the host's tools read the numbers here. Nothing here needs the hardware.
 //!
 //! Each board has its facts in a folder of its own; a feature chooses the board that the firmware is built for. The host's
 //! tools and tests stand in for the first one.

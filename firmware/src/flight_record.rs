@@ -1,4 +1,4 @@
-//! What one tick was given and did.
+//! What went into one tick and what the tick did.
 
 use model::analog::Analog;
 use model::command::Command;

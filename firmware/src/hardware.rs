@@ -17,8 +17,8 @@ pub trait EncoderCounters {
 pub trait Bridges {
     /// Applies one tick's actuation: sets the duties, or opens every bridge unless the actuation is enabled.
     fn apply(&mut self, actuation: &Actuation);
-    /// Whether the hardware break has tripped, or the bridges have opened in any other way without being told to, since
-    /// the break was last cleared.
+    /// Whether the hardware break has tripped, or the bridges have opened in any other way without the firmware's
+    /// order, since the break was last cleared.
     fn break_tripped(&mut self) -> bool;
     /// Whether the break input's wire asks for a break now: the emergency stop's second contact is open, or a bridge
     /// driver reports a fault.
@@ -55,7 +55,7 @@ pub trait Restart {
     fn restart(&mut self) -> !;
 }
 
-/// The boot loader of a board that has none: nothing could restart into it.
+/// The restart of a board without a boot loader: nothing to restart into.
 #[derive(Debug, Clone, Copy)]
 pub enum NoLoader {}
 
@@ -71,7 +71,7 @@ pub trait CycleCounter {
     fn cycles(&self) -> u32;
 }
 
-/// The lamps that tell the operator the vehicle's state.
+/// The lamps that show the operator the vehicle's state.
 pub trait Indicators {
     /// Shows whether the vehicle is armed, and whether a fault is latched.
     fn show(&mut self, armed: bool, faulted: bool);
@@ -131,8 +131,8 @@ pub struct ResetFlags {
 }
 
 impl ResetCause {
-    /// The cause that `flags` tell of. Where they tell of several, the supply goes first: it is what the RAM did not
-    /// outlive, whatever happened before. A supply that comes up from nothing passes the brown-out level too. Every
+    /// The cause that `flags` show. Where they show several causes, the supply goes first: the RAM did not outlive it,
+    /// whatever happened before. A supply that comes up from nothing passes the brown-out level too. Every
     /// internal reset pulls the pin, so that the pin is the cause only if nothing else is.
     pub fn of(flags: ResetFlags) -> Self {
         if flags.power_on {

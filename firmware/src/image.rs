@@ -11,7 +11,7 @@ use crate::image_seal::{
 /// The checksum of an image.
 pub const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
-/// A sealed image, as its seal tells it.
+/// A sealed image, as its seal describes it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Image {
     /// The board that it is for.
@@ -35,7 +35,7 @@ const TURNED_MARKER: [u32; 4] = [!MARKER[0], !MARKER[1], !MARKER[2], !MARKER[3]]
 const _: () = assert!(SEAL_AT.is_multiple_of(PIECE) && SEAL_BYTES <= PIECE && NUMBERS_AT + NUMBERS_BYTES <= SEAL_BYTES);
 
 impl Image {
-    /// What a seal tells; `None` without its marker.
+    /// The image that a seal describes; `None` without its marker.
     fn of(seal: &[u8]) -> Option<Self> {
         let word = |at: usize| Some(u32::from_le_bytes(seal.get(at..at + 4)?.try_into().ok()?));
         let half = |at: usize| Some(u16::from_le_bytes(seal.get(at..at + 2)?.try_into().ok()?));

@@ -2,7 +2,7 @@
 //!
 //! The board's build links a seal whose numbers are still missing. `seal-image` (in `hil-sim/hil-elf/`, which includes
 //! this file too) finds the seal by its marker in what the ELF puts into the flash, and writes the numbers. The boot loader
-//! and the firmware itself compute them anew at each boot. Beside the numbers the seal tells who the firmware is, for
+//! and the firmware itself compute them anew at each boot. Beside the numbers the seal says who the firmware is, for
 //! whoever has its image alone.
 //!
 //! The checksum is CRC-32C (ISCSI) over every byte from the start to the end of the image, gaps as the erased flash has

@@ -9,12 +9,14 @@
 //! | [`imu::run`], once for the arm and once for the spar | 1 kHz | control (interrupt) |
 //! | [`drive::run`] | 1 kHz | control (interrupt) |
 //! | [`watchdog::run`] | 200 Hz | control (interrupt) |
-//! | [`analog::run`] | 1 kHz, halfway between the ticks | thread |
+//! | [`analog::run`] | 1 kHz, halfway between the ticks | control (interrupt) |
 //! | [`link::receive::run`], [`link::send::run`] | as bytes come; at the host's rate | thread |
 //! | [`parameters::run`] | on request | thread |
 //! | [`fault_history::run`] | on a fault | thread |
 //! | [`update::run`] | on request | thread |
 //! | [`log_task::run`] | 20 Hz; logs one line per second and one per change | thread |
+//!
+//! A board may add tasks of its own: the drive boards' start-up also spawns one for the button.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 

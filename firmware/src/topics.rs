@@ -1,4 +1,4 @@
-//! What the tasks tell each other. Each topic holds its latest value with a time stamp; the reader judges its
+//! What the tasks share. Each topic holds its latest value with a time stamp; the reader judges its
 //! age.
 
 use core::cell::Cell;
@@ -33,8 +33,8 @@ pub struct Stamped<T> {
     pub value: T,
 }
 
-/// A value, or none yet. Nothing is all zeros, whatever the value's type (an `Option` may say so by another number in
-/// one of the value's bytes): so the topics, with 100 KiB of records, take no room in the flash.
+/// A value, or none yet. "None yet" is all zeros, whatever the value's type (an `Option` may use another number in one
+/// of the value's bytes): so the topics, with 100 KiB of records, take no room in the flash.
 #[derive(Debug, Clone, Copy)]
 #[repr(u8)]
 enum Held<T> {
@@ -135,8 +135,7 @@ pub enum DisarmBy {
     Button,
 }
 
-/// The host's orders that ask something of the arming state machine: of each kind the newest, until the control task
-/// takes it.
+/// The host's requests to the arming state machine: the newest request of each kind, until the control task takes it.
 #[derive(Debug)]
 pub struct Requests<M: RawMutex>([Slot<M, OrderId>; Request::ALL.len()]);
 

@@ -34,7 +34,7 @@ impl BoardScales {
     }
 }
 
-/// The largest values that a board's analogue inputs can tell from larger ones.
+/// The largest values that a board's analogue inputs can distinguish from larger ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SensorRanges {
     /// Battery voltage, V.
@@ -70,8 +70,7 @@ impl SensorRanges {
 }
 
 impl BoardScales {
-    /// Scales of no board in particular, for tests and examples: round numbers, but for those whose rounding
-    /// matters.
+    /// Scales for tests and examples: numerically those of the first drive board.
     pub const EXAMPLE: Self = Self {
         analog: {
             let current = AnalogScale {

@@ -50,7 +50,7 @@ requests! {
 macro_rules! drive_command {
     ($( $(#[doc = $doc:literal])+ $name:ident, )+) => {
         /// What the operator repeats all the time: how the vehicle is to drive. The host's message, the record of a
-        /// tick and the laws have it as it is. 0 is the neutral value of every quantity.
+        /// tick and the laws hold the command unchanged. 0 is the neutral value of every quantity.
         #[derive(Debug, Clone, Copy, PartialEq, Default)]
         #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         #[repr(C)]

@@ -72,8 +72,8 @@ pub struct Sample {
     pub break_input: bool,
     /// The bridges' hardware break has tripped.
     pub bridge_break: bool,
-    /// What the board's self-test found at boot, as bits: bit n is the blocker of number n. It keeps the vehicle from
-    /// arming until the next boot.
+    /// What the board's self-test found at boot, as bits: bit n is the blocker of number n. A set bit keeps the vehicle
+    /// from arming until the next boot.
     pub board_blockers: u32,
 }
 

@@ -31,9 +31,10 @@ pub struct Sensed {
     pub spar_gyro_x_rad_s: f32,
     /// Filtered battery voltage, V.
     pub battery_v: f32,
-    /// Voltage of the supply that the bridges switch, V, as far as the measured one can be believed: at least the file's
-    /// `minimum_v`. A supply below it is forbidden, and so brings a stop; a reading below it is as likely false. Duties
-    /// that are made for a supply lower than the true one drive too much, by the true one's share of `minimum_v` at most.
+    /// Voltage of the supply that the bridges switch, V, as far as the measured voltage can be believed: at least the
+    /// file's `minimum_v`. A supply below `minimum_v` is forbidden and brings a stop; a reading below `minimum_v` is as
+    /// likely false. Duties for a supply lower than the true supply drive too much: at most by the ratio of the true
+    /// supply to `minimum_v`.
     pub supply_v: f32,
     /// Motor currents, A; 0 for a motor that the vehicle does not have.
     pub current_a: [f32; MOTORS],

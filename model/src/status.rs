@@ -12,16 +12,16 @@ use crate::supervise::codes::{BlockerSet, FaultSet, LimitSet};
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Terms {
-    /// Terms of the speed law, whose sum both drive motors get.
+    /// Terms of the speed law. Both drive motors get their sum.
     pub speed: SpeedTerms,
-    /// Terms of the steering law, whose sum the right motor gets and the left one gets negated.
+    /// Terms of the steering law. The right motor gets their sum, the left motor the negated sum.
     pub steering: SteeringTerms,
-    /// Terms of the spar law, whose sum the ballast motor gets.
+    /// Terms of the spar law. The ballast motor gets their sum.
     pub spar: SparTerms,
 }
 
-/// The status of the vehicle after one tick. What is estimated stands in [`Status::estimate`]; everything else
-/// is counted, commanded or measured. The default is that before the first tick: disarmed, nothing measured.
+/// The status of the vehicle after one tick. [`Status::estimate`] holds every estimate; everything else
+/// is counted, commanded or measured. The default is the status before the first tick: disarmed, nothing measured.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status {
@@ -33,7 +33,7 @@ pub struct Status {
     pub mode: Mode,
     /// Latched faults.
     pub faults: FaultSet,
-    /// What blocks arming.
+    /// What blocks arming now.
     pub blockers: BlockerSet,
     /// What bounds the response.
     pub limits: LimitSet,

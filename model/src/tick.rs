@@ -2,8 +2,9 @@
 //!
 //! `sample + command -> actuation + status`, in the stages *sense* (raw to SI), *estimate*, *decide*
 //! (supervision and control laws) and *actuate* (limits, duties). Each stage takes what the stages before it
-//! returned. The step holds no clock and no hardware: a recorded sequence of samples and commands replays bit
-//! for bit.
+//! returned. Inside the core, *decide* also reads the sines that *estimate* computed, and *actuate* reads the shares of
+//! the current limits that supervision found in *decide*. The step holds no clock and no hardware: a recorded sequence
+//! of samples and commands replays bit for bit.
 
 use crate::board::BoardScales;
 use crate::command::Command;
@@ -71,7 +72,7 @@ impl VehicleCore {
 
     /// This core for another vehicle, as after a change of the parameters while disarmed.
     ///
-    /// What was told of the vehicle stays: latched faults, blockers, refused requests, ticks, heading and pose. The
+    /// What the vehicle has reported stays: latched faults, blockers, refused requests, ticks, heading and pose. The
     /// laws, the watches and the calibration begin anew.
     #[must_use]
     pub fn with_vehicle(&self, vehicle: &Vehicle<f32>) -> Self {

@@ -39,7 +39,7 @@ fn states() -> impl Strategy<Value = SpatialState<f64>> {
     prop::array::uniform9(-2.5..2.5_f64)
 }
 
-/// Chassis and wheel centres as the thesis places them: (6.1), (6.2). Coordinates x, y, psi, ...
+/// Arm and wheel centres as the thesis places them: (6.1), (6.2). Coordinates x, y, psi, ...
 fn bodies(p: &SpatialParameters<f64>, q: &[Jet; 6]) -> [[Jet; 3]; 3] {
     let (sin, cos) = (q[2].sin(), q[2].cos());
     let reach = p.l * q[5].sin();
@@ -279,7 +279,7 @@ fn thin_wheels_add_a_third_to_the_yaw_inertia_that_the_thesis_has() {
     let j0 = 0.5 * p.mu;
     let (masses, effective) = (1.0 - p.alpha, 1.0 - p.alpha + p.mu);
     assert!((j0 - 0.033).abs() < 1e-15 && (j0 / masses - 0.33).abs() < 5e-3 && (j0 / effective - 0.20).abs() < 5e-3);
-    // In a spin with the mass hanging the yaw acceleration falls by just that.
+    // When the vehicle spins with its arm hanging, the yaw acceleration falls by exactly that share.
     let spin = |j0: f64| {
         let flat = PlanarParameters { beta: 0.0, ..p };
         let model = Spatial::new(SpatialParameters::from_planar(&flat, 1.0, j0));

@@ -124,8 +124,8 @@ impl Crate {
         imports
     }
 
-    /// One circle of imports after the other, each from its first module round to it again, so that every
-    /// module of a circle stands in one.
+    /// Returns circles of imports. Each starts and ends at the same module, and every module that lies on a
+    /// circle appears in the result.
     pub fn circles(&self) -> Vec<Vec<Place>> {
         let imports = self.imports();
         let mut circles: Vec<Vec<Place>> = Vec::new();

@@ -54,9 +54,9 @@ pub struct KerbDrive {
     pub comes_over: bool,
 }
 
-/// Drives the reference vehicle at `speed_m_s` up a slope of `slope_deg` over a step of `height_m`, and tells what is wrong
-/// with it: nothing, if the vehicle comes over it or stops before it and says so, without a fault, no more than 0.5 m/s
-/// too fast, but for what the fall over a ledge gives by itself, and with its spar within what blows allow.
+/// Drives the reference vehicle at `speed_m_s` up a slope of `slope_deg` over a step of `height_m`, and returns what is
+/// wrong with it: nothing, if the vehicle comes over it or stops before it and says so, without a fault, no more than
+/// 0.5 m/s too fast, but for what the fall over a ledge gives by itself, and with its spar within what blows allow.
 pub fn drive_over(speed_m_s: f64, height_m: f64, slope_deg: f64) -> KerbDrive {
     let vehicle = reference();
     let kerb = format!("terrain.profile = [{{ kind = 'step', at_m = {KERB_M:?}, height_m = {height_m:?} }}]");

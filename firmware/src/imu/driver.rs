@@ -33,7 +33,7 @@ pub(super) const WHO_AM_I: u8 = 0x47;
 const SOFT_RESET: u8 = 0x01;
 /// Wait after a soft reset. The data sheet asks for 1 ms at least.
 const RESET_TIME: Duration = Duration::from_millis(2);
-/// Wait after a setting of a sensor. No register may be written for 200 us after the sensors are switched on.
+/// Wait after a sensor has been configured. No register may be written for 200 us after the sensors are switched on.
 const SETTING_TIME: Duration = Duration::from_micros(300);
 /// The gyro's start-up time.
 const GYRO_START_TIME: Duration = Duration::from_millis(45);

@@ -6,7 +6,7 @@ use crate::built_in::BUILD_HASH;
 use crate::parameters::schema;
 use crate::protocol::message::About;
 
-/// This firmware, built for a vehicle of the kind of `parameters`, in the boot of number `boot`.
+/// This firmware, built for a vehicle of the kind of `parameters`, for boot number `boot`.
 pub fn about(parameters: &VehicleParameters<f32>, boot: u32) -> About {
     About {
         version: VERSION,

@@ -25,7 +25,7 @@ pub const fn status_rate_max_hz() -> u16 {
     (bytes_per_s * STATUS_SHARE_PERCENT / 100 / STATUS_FRAME_MAX) as u16
 }
 
-/// The task's period while the host wants no status: the task still tells the watchdog that it is alive.
+/// The task's period while the host wants no status: the task still checks in with the watchdog.
 const IDLE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Sends the status and the answers for ever; `boot` is the number of this boot, `clock` what the board's clocks run
@@ -146,7 +146,7 @@ mod tests {
         assert_eq!(per_status, [None, Some(10), Some(4), Some(1), Some(1), Some(1)]);
     }
 
-    /// While no status is wanted, and between rare ones, the task wakes every 100 ms to tell the watchdog.
+    /// While no status is wanted, and between rare ones, the task wakes every 100 ms to check in with the watchdog.
     #[test]
     fn the_task_wakes_with_each_status_and_at_least_every_100_ms() {
         let periods_us = [0, 1, 10, 20, 100, 200].map(|hz| period(hz).as_micros());

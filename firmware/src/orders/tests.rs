@@ -1,4 +1,4 @@
-//! Which of the orders of one tick counts, and what each is told.
+//! Which of the orders of one tick counts, and the answer to each.
 
 use std::boxed::Box;
 use std::vec::Vec;
@@ -16,7 +16,7 @@ fn id(sequence: u32) -> OrderId {
     OrderId { session: 1, sequence }
 }
 
-/// The tick's request, and every answer once the tick has led to `status`.
+/// The request of the tick, and every answer after the tick has produced `status`.
 fn tick(topics: &Topics<NoopRawMutex>, mode: Mode, status: &Status) -> (Request, Vec<(OrderId, Answer)>) {
     let orders = Orders::take(topics, mode);
     orders.answer(topics, status);

@@ -2,8 +2,8 @@
 //!
 //! A set is stored whole: after a power cut at any moment the flash holds either the old set or the new one, never a
 //! mixture. A set of other firmware is read by the parameters' names. The firmware believes a set only if the
-//! checksums hold, every value is in range, and the set is consistent. If the flash holds something, and no set that
-//! can be believed, the vehicle has the built-in set and must not arm before a set is stored.
+//! checksums hold, every value is in range, and the set is consistent. If the flash holds something but no set that
+//! the firmware believes, the vehicle has the built-in set and must not arm before a set is stored.
 
 mod encoding;
 mod numbered;

@@ -1,4 +1,4 @@
-//! A vehicle's parameters as the link and the store know them: the hashes that tell whether two programs mean the same
+//! A vehicle's parameters as the link and the store know them: the hashes that show whether two programs mean the same
 //! by a number or by a name, and the number that an error is about.
 
 use crc::{CRC_32_ISCSI, Crc};

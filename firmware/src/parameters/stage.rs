@@ -1,8 +1,7 @@
 //! The set in force and the changes that are to replace it: a transaction.
 //!
-//! Changes are staged one by one and come into force together, or not at all: whatever is refused, staged or
-//! stored, takes every staged change with it. So no change that somebody took for refused comes into force with a
-//! later one.
+//! Changes are staged one by one and come into force together, or not at all: a refused change or a refused store drops
+//! every staged change. So no change that somebody took for refused comes into force with a later change.
 
 use model::vehicle::{NotSet, Vehicle, VehicleParameters};
 
@@ -91,7 +90,7 @@ impl Stage {
     }
 }
 
-/// The answer that tells one value.
+/// The answer that holds one value.
 fn answer(parameters: &VehicleParameters<f32>, number: u16) -> ParameterAnswer {
     match parameters.value(number) {
         Some(value) => ParameterAnswer::Value {

@@ -2,8 +2,8 @@
 //!
 //! A set is in the store in three items or four: two places for sets take turns, and two copies of a receipt name
 //! the set in force by its sequence number and its checksum. The receipts follow the set, so a set whose writing was
-//! cut off is never in force. They are searched for in the whole flash and not asked of the store: also when damage
-//! hides the newest set, its receipt tells that the set is missing, and no older set is believed instead.
+//! cut off is never in force. Whoever reads them searches the whole flash instead of asking the key-value store: also
+//! when damage hides the newest set, its receipt shows that the set is missing, and no older set is believed instead.
 
 use embedded_storage_async::nor_flash::{NorFlash, ReadNorFlash};
 use model::vehicle::Vehicle;

@@ -46,7 +46,7 @@ pub struct LinkCounters {
 }
 
 impl LinkCounters {
-    /// Frames that could not be read, for whatever reason.
+    /// Frames that the board could not read, for whatever reason.
     pub fn unreadable_frames(&self) -> u32 {
         self.bad_frames.wrapping_add(self.overlong_frames)
     }

@@ -114,8 +114,8 @@ impl Decoder {
         if byte == 0 { self.finish() } else { self.begin(&[byte]) }
     }
 
-    /// Takes bytes up to the first that completes something, and tells what; the rest stays in `bytes`. `None` once
-    /// every byte is taken.
+    /// Takes bytes up to the first that completes something, and returns what it completed; the rest stays in `bytes`.
+    /// Returns `None` once every byte is taken.
     ///
     /// ```
     /// use firmware::protocol::frame::{Decoder, Received, encode};
@@ -145,7 +145,7 @@ impl Decoder {
             let completed = if finished { self.finish() } else { Received::Nothing };
             match (begun, completed) {
                 (Received::Nothing, Received::Nothing) => {}
-                // Of a frame that is too long nothing else is told.
+                // For a frame that is too long the receiver reports nothing else.
                 (Received::Nothing, received) | (received, _) => return Some(received),
             }
         }

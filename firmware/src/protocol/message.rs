@@ -25,7 +25,7 @@ pub const ORDER_AGE_MAX_US: u64 = 250_000;
 /// the host last heard the board. The board drops orders beyond it.
 pub const CLOCK_TOLERANCE_US: u64 = 10_000;
 
-/// Rate of the status until a host chooses another, Hz.
+/// Rate of the status until a host chooses another rate, Hz.
 pub const STATUS_RATE_HZ: u16 = 100;
 
 /// From the host to the board.
@@ -75,7 +75,7 @@ pub struct Envelope {
 pub enum Order {
     /// Drive so; repeated every [`COMMAND_PERIOD_MS`], in any case before the dead-man time is over. Not answered.
     Drive(DriveCommand),
-    /// Ask this of the arming state machine.
+    /// Pass this request to the arming state machine.
     Request(Request),
     /// Read, change or store parameters.
     Parameters(ParameterRequest),
@@ -108,7 +108,7 @@ pub enum Read {
         /// Number of the line.
         from: u32,
     },
-    /// The last faults, kept over resets: the oldest ones whose number is at least this.
+    /// The last faults, kept over resets: the oldest faults whose number is at least this.
     Faults {
         /// Number of the fault.
         from: u32,
@@ -128,14 +128,14 @@ pub enum Reading {
     },
     /// Answer to [`Read::Log`].
     Log(LogBlock),
-    /// Answer to [`Read::Faults`]: none if there are no newer ones.
+    /// Answer to [`Read::Faults`]: no entry if there are no newer faults.
     Faults(FaultBlock),
 }
 
 /// What the host asks of the parameters. Numbers are those of [`model::vehicle::VehicleParameters`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum ParameterRequest {
-    /// Tell one value of the set in force.
+    /// Return one value of the set in force.
     Read {
         /// Its number.
         number: u16,
@@ -153,7 +153,7 @@ pub enum ParameterRequest {
     Store,
     /// Stage the built-in set, not in force before [`ParameterRequest::Store`].
     Defaults,
-    /// Tell one value of the staged set, which is the set in force where nothing is staged.
+    /// Return one value of the staged set, which is the set in force where nothing is staged.
     ReadStaged {
         /// Its number.
         number: u16,
@@ -280,7 +280,7 @@ pub enum Refusal {
     Late,
     /// Too many orders of this kind are waiting.
     Busy,
-    /// Arm: these block it.
+    /// Arm: these blockers keep the vehicle from arming.
     Blocked(BlockerSet),
     /// Arm: a controlled stop is under way.
     Stopping,

@@ -28,7 +28,7 @@ pub enum UpdateRequest {
     },
     /// Check what is stored, and restart into it.
     Install,
-    /// Tell what became of the last update.
+    /// Return what became of the last update.
     State,
 }
 

@@ -1,4 +1,4 @@
-//! Flight records in few bytes: each as what differs from the one before.
+//! Flight records in few bytes: each record holds what differs from the record before.
 //!
 //! A record is a mask of the numbers that are not as expected, and their differences: mask and differences as
 //! little-endian base-128 varints, a difference with its sign in the lowest bit. The first record of a block differs

@@ -1,4 +1,4 @@
-//! Blocks of records in RAM: the newest ones for the stream, and those of the last seconds for the look back.
+//! Blocks of records in RAM: the newest blocks for the stream, and the blocks of the last seconds for the look back.
 
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};

@@ -1,7 +1,7 @@
 //! What was decided about the arrived image: marks behind it, in the last bytes of its place.
 //!
-//! A mark is one word of the flash, programmed once, and names the image that it is about. It counts only if it can be read
-//! and is whole: a word that a power cut has torn is no mark, and the next one takes the word behind it.
+//! A mark is one word of the flash, programmed once, and names the image that it is about. The mark counts only if it
+//! can be read and is whole: a word that a power cut has torn is no mark, and the next mark takes the word behind it.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -11,7 +11,7 @@ use crate::image_seal::{ERASED, JOURNAL_BYTES};
 
 /// Marks that the journal has room for.
 const JOURNAL_WORDS: u32 = JOURNAL_BYTES / FLASH_WORD_BYTES as u32;
-/// What a mark begins with, but for the lowest bits, which tell what it says.
+/// What a mark begins with, but for the lowest bits, which hold the mark's kind.
 const MARK: u32 = 0x7A3E_51C0;
 
 /// What has been decided or done about the arrived image.

@@ -1,4 +1,4 @@
-//! The boot loader's work: looks, decides ([`super::plan`]), copies, until there is something to boot.
+//! The boot loader's work: it looks, decides ([`super::plan`]) and copies, until an image can be booted.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -36,7 +36,7 @@ const _: () = assert!(PIECE.is_multiple_of(FLASH_WORD_BYTES));
 /// Most steps of one boot: twice what an update that fails at every place needs.
 const STEPS_MAX: u32 = 16;
 
-/// Does what the marks and the three places ask for, and tells what to boot.
+/// Does what the marks and the three places ask for, and returns what to boot.
 pub async fn prepare<F: NorFlash>(places: &mut Places<F>) -> Boot {
     let mut found = Found {
         running: whole(&mut places.running).await,
@@ -120,14 +120,14 @@ async fn give_up<F: NorFlash>(places: &mut Places<F>, found: &mut Found) {
     set(found, |order| order.rolled_back = true);
 }
 
-/// Adds a mark about the ordered image; tells whether it stands.
+/// Adds a mark about the ordered image; returns whether the mark stands.
 async fn mark<F: NorFlash>(places: &mut Places<F>, found: &Found, mark: Mark) -> bool {
     let Some(order) = found.order else { return false };
     let added = journal::add(&mut places.arrived, mark, order.subject()).await;
     added.is_ok()
 }
 
-/// Copies an image to another place; returns what is there then, whole, if it is that image.
+/// Copies an image to another place. Returns the copy if it equals the image.
 async fn copy<F: NorFlash>(from: &mut F, to: &mut F, image: Option<Image>) -> Option<Image> {
     let image = image?;
     to.erase(0, to.capacity() as u32).await.ok()?;

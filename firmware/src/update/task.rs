@@ -24,7 +24,7 @@ const ANSWER_TIME: Duration = Duration::from_millis(100);
 const PERIOD: Duration = Duration::from_millis(100);
 
 /// Answers for ever. `restart` restarts the part into its boot loader; a board without one only stores.
-/// `self_test_passed` tells what the board has found of itself at boot.
+/// `self_test_passed` says what the board has found of itself at boot.
 pub async fn run<M: RawMutex, F: NorFlash, R: Restart>(
     topics: &Topics<M>,
     store: Option<UpdateStore<F>>,
@@ -107,7 +107,8 @@ pub async fn run<M: RawMutex, F: NorFlash, R: Restart>(
     }
 }
 
-/// Confirms a firmware on trial, or ends it; returns whether it still is on trial. An armed vehicle is left alone.
+/// Confirms a firmware on trial, or ends its trial. Returns whether the firmware is still on trial. Does nothing while
+/// the vehicle is armed.
 async fn confirm<M: RawMutex, F: NorFlash, R: Restart>(
     topics: &Topics<M>,
     store: &mut UpdateStore<F>,
@@ -138,7 +139,7 @@ async fn confirm<M: RawMutex, F: NorFlash, R: Restart>(
     true
 }
 
-/// Keeps the vehicle from arming, and tells whether an update may write.
+/// Keeps the vehicle from arming, and returns whether an update may write.
 async fn may_write<M: RawMutex>(topics: &Topics<M>) -> Result<(), UpdateRefusal> {
     if withhold(topics, Blocker::Update, || topics.blockers.set(Blocker::Update, true)).await == Withheld::No {
         return Err(UpdateRefusal::NotDisarmed);

@@ -37,7 +37,7 @@ fn place(flash: &Shared, first: usize) -> Region<'_> {
     FlashRegion::new(flash, first, PLACE_PAGES)
 }
 
-/// A sealed image of these bytes' kind: `fill` tells one image from another.
+/// A sealed image of these bytes' kind: `fill` distinguishes one image from another.
 fn sealed(fill: u8, length: usize) -> (Image, Vec<u8>) {
     starting([STACK_END, IMAGE_START + 0x441], fill, length)
 }
@@ -106,7 +106,7 @@ fn transfer(flash: &Shared, image: Image, bytes: &[u8]) -> Result<(), UpdateRefu
     block_on(store.order(&image))
 }
 
-/// A board that was told to install the new image.
+/// A board that has the order to install the new image.
 fn ordered() -> TestFlash {
     let flash = Shared::new(board());
     let (image, bytes) = new();

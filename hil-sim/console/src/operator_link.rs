@@ -227,7 +227,7 @@ impl OperatorLink {
         }
     }
 
-    /// Asks what is to be asked at `now_us`, and takes the bytes for the board.
+    /// Sends every question that is due at `now_us` and returns the bytes for the board.
     pub fn poll(&mut self, now_us: u64) -> Vec<u8> {
         if self.client.identity().is_none() {
             if self.identify_us.is_none_or(|at| now_us.saturating_sub(at) >= AGAIN_US) {

@@ -37,7 +37,7 @@ pub struct Replayed {
 
 impl PageReplay {
     /// Opens the bytes of a file of frames or of an MCAP file; `vehicle` is the text of the vehicle file in force when it was
-    /// recorded, for a file that does not tell it itself.
+    /// recorded, for a file that does not hold it itself.
     ///
     /// # Errors
     /// What is wrong with the file or the vehicle.
@@ -116,7 +116,7 @@ impl PageReplay {
     }
 }
 
-/// A boot with the vehicle that the file tells, or else that of the text, or the reference vehicle.
+/// A boot with the vehicle of the file, else the vehicle of the text, else the reference vehicle.
 fn boot_to_replay(boot: ReadBoot, vehicle: &str) -> Result<BootToReplay<Vec<FlightRecord>>, String> {
     let vehicle = match boot.vehicle {
         Some(vehicle) => Ok(vehicle),

@@ -193,7 +193,7 @@ async function records() {
   replayed(frames);
   await page.until(`${text("log")}.includes("could not be made MCAP (no room); it is saved as console.records")`);
   await page.value("delete console_.records.mcap");
-  // A board that is lost while its ticks are recorded leaves what came until then.
+  // When the board is lost during a recording, the page keeps what it has received.
   await recordFromBoot(page);
   await page.until(`/^[1-9]/.test(${text("recording")})`);
   await page.value('document.getElementById("connection").open = true');

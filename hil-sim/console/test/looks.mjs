@@ -10,7 +10,7 @@ const WIDTHS = [["desktop", 1400, 900], ["phone", 390, 844], ["small-phone", 320
 const COLOURS = ["--c1", "--c2", "--c3", "--c4", "--c5", "--c6", "--mass", "--ground", "--force", "--accent", "--problem", "--warn", "--good", "--stop"];
 const IN_SIGHT = `(() => { const b = document.getElementById("stop").getBoundingClientRect();
   return document.elementFromPoint(b.left + b.width / 2, b.top + b.height / 2).closest("#stop") !== null; })()`;
-// What a WebSocket that nobody answers at is told.
+// The message for a WebSocket at which nobody answers.
 const LONG = "nobody answers at ws://127.0.0.1:5761/: does `cargo run -- serve --websocket 127.0.0.1:5761` run?";
 
 /** Every panel open and full, while the vehicle drives, then with a fault. */

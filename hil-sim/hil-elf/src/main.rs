@@ -20,7 +20,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Builds and tests; returns whether both succeeded. What failed has told the reason.
+/// Builds and tests; returns whether both succeeded. What failed has printed the reason.
 fn run() -> io::Result<bool> {
     let elf = match env::var_os(ELF_VARIABLE) {
         Some(given) => {

@@ -99,7 +99,7 @@ impl Encoder {
         let counts = angle_rad * self.counts_per_rad;
         // Towards minus infinity, without a call.
         let cut = counts as i64;
-        // A shaft that left every range wraps: the plant tells so itself.
+        // A shaft that left every range wraps: the plant itself reports that.
         let truth = cut.wrapping_sub(i64::from(cut as f64 > counts));
         let edges = truth.wrapping_sub(self.truth);
         self.truth = truth;

@@ -75,7 +75,7 @@ pub struct ImuErrors {
 }
 
 impl ImuErrors {
-    /// A perfect sensor, for tests and for telling errors apart.
+    /// A perfect sensor, for tests and to separate one error from another.
     pub const NONE: Self = Self {
         gyro_noise: 0.0,
         accel_noise: 0.0,

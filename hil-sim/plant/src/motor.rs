@@ -211,7 +211,7 @@ impl DcMotor {
     }
 
     /// What this motor will take from the battery over a substep as `a + b V` of the battery's voltage, at
-    /// the joint's rate `rate`; `last_v` tells whether the bridge will chop.
+    /// the joint's rate `rate`; `last_v` decides whether the bridge will chop.
     #[inline]
     fn battery_load(&mut self, h: f64, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
         let Armature {
@@ -238,7 +238,7 @@ impl DcMotor {
     }
 
     /// Begins a substep of `h` seconds: the torque law of the joint under `bridge` at the battery's
-    /// voltage, as far as the joint's present `rate` tells which branch applies.
+    /// voltage, as far as the joint's present `rate` shows which branch applies.
     // One call in a substep, and one that is rare: inlined, what it returns never goes through memory.
     #[allow(clippy::inline_always)]
     #[inline(always)]

@@ -8,8 +8,8 @@ use firmware::protocol::message::{BoardMessage, Reading};
 use crate::run::StatusStory;
 use crate::writer::{RecordFormat, RecordWriter};
 
-/// Writes what `frames` hold into an MCAP file that goes to `out`: identities, records, statuses with what they tell, and
-/// the log. `vehicle` is the text of the vehicle file of the set in force. Returns the output.
+/// Writes what `frames` hold into an MCAP file that goes to `out`: identities, records, statuses with what they show,
+/// and the log. `vehicle` is the text of the vehicle file of the set in force. Returns the output.
 ///
 /// # Errors
 /// The output takes no more.

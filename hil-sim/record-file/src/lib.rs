@@ -1,7 +1,7 @@
 //! Records of drives as files: the link's own frames, an identity first, then blocks of records; alone, or in an MCAP file.
 //!
-//! Bytes in memory and writers of any kind: no file of a file system, so that this package compiles for
-//! `wasm32-unknown-unknown` too and the console's page writes what the tool writes.
+//! This package works on bytes in memory and on any writer. It opens no file, so it also compiles for
+//! `wasm32-unknown-unknown`, and the console's page writes what the tool writes.
 #![forbid(unsafe_code)]
 
 use firmware::drive_board::SCALES;
@@ -27,7 +27,7 @@ use log_line::LogLine;
 pub struct ReadRecords {
     /// The boots of the board, in the order in which they were recorded.
     pub boots: Vec<ReadBoot>,
-    /// Blocks of which the numbers tell that they are missing.
+    /// Blocks that are missing, by the numbers of the others.
     pub lost_blocks: u32,
     /// Frames and blocks that could not be read.
     pub unreadable: u32,
@@ -38,7 +38,7 @@ pub struct ReadRecords {
 pub struct ReadBoot {
     /// The board that made the records, if the file says so.
     pub identity: Option<Identity>,
-    /// The vehicle in force, if the file says so, of this boot or else of one beside it.
+    /// The vehicle in force, if the file says so: of this boot, else of the boot before or after it.
     pub vehicle: Option<Vehicle<f64>>,
     /// The records in order, each tick once.
     pub records: Vec<FlightRecord>,
@@ -101,7 +101,7 @@ pub fn parse(bytes: &[u8]) -> Result<ReadRecords, ReadError> {
     let starts: Vec<usize> = boots.iter().map(|boot| boot.start).collect();
     let mut read: Vec<ReadBoot> = boots.into_iter().map(ReadBoot::from).collect();
     if let Some(contents) = contents {
-        // What was told behind a boot's first frame is that boot's.
+        // What was sent behind a boot's first frame is that boot's.
         let boot_of = |frames_before: usize| starts.partition_point(|start| *start < frames_before).saturating_sub(1);
         for told in contents.log {
             read[boot_of(told.frames_before)].log.push(told.what);

@@ -22,7 +22,7 @@ const CHUNK_HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
 pub struct McapContents {
     /// The link's own frames, one after the other.
     pub frames: Vec<u8>,
-    /// The text of the vehicle file of the set in force, of each boot that tells it.
+    /// The text of the vehicle file of the set in force, for each boot that has one.
     pub vehicles: Vec<AmongFrames<String>>,
     /// The board's log.
     pub log: Vec<AmongFrames<LogLine>>,

@@ -155,7 +155,7 @@ impl TypedChannel {
         }
     }
 
-    /// The JSON schema of the channel's messages: made from one of them, so that it cannot tell otherwise.
+    /// The JSON schema of the channel's messages: made from one of them, so that the two cannot differ.
     ///
     /// # Errors
     /// A message that is no JSON; there is none.

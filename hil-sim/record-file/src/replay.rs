@@ -12,7 +12,7 @@ use virtual_board::records::first_field;
 /// The records of one boot, and the vehicle in force.
 #[derive(Debug)]
 pub struct BootToReplay<R> {
-    /// The vehicle that the firmware was told of.
+    /// The vehicle that the firmware was given.
     pub vehicle: Vehicle<f32>,
     /// Its records in order.
     pub records: R,

@@ -34,11 +34,11 @@ pub struct RunWriter<W: Write> {
     log_us: u64,
     /// Lines of a boot of which no record has come yet.
     log_ahead: Vec<LogLine>,
-    /// What the statuses tell, where nobody else tells what happened.
+    /// The story that the statuses show, where nobody else reports what happened.
     story: Option<StatusStory>,
 }
 
-/// Who tells what happened in a run.
+/// Who reports what happened in a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Narrator {
     /// The board's statuses: no more is known.
@@ -48,7 +48,7 @@ pub enum Narrator {
 }
 
 impl<W: Write> RunWriter<W> {
-    /// Begins the recording of a board that was told of `vehicle`, and that has said who it is if there is an `identity`.
+    /// Begins the recording of a board that was given `vehicle`, and that has said who it is if there is an `identity`.
     ///
     /// # Errors
     /// A message fits no frame, or the output takes no more.
@@ -83,7 +83,7 @@ impl<W: Write> RunWriter<W> {
     }
 
     /// The board whose records come next was switched on at `booted_us`, us since the board's first boot: so long it was
-    /// off, which no record tells.
+    /// off, which no record shows.
     pub fn booted_at(&mut self, booted_us: u64) {
         self.booted_us = Some(booted_us);
     }
@@ -210,12 +210,12 @@ pub fn write_run<W: Write>(out: RecordWriter<W>, vehicles: &[Vehicle<f32>], boot
     writer.finish()
 }
 
-/// The story that a board's statuses tell: nothing in it is known but from them.
+/// The story that a board's statuses show: it takes nothing from elsewhere.
 #[derive(Debug, Default)]
 pub struct StatusStory(Story);
 
 impl StatusStory {
-    /// Takes the next status; what it tells.
+    /// Takes the next status. Returns the events that it shows.
     pub fn add(&mut self, status: &Status) -> &[StoryEvent] {
         self.0.add(Sight { status, truth: None });
         self.0.new_events()
@@ -226,7 +226,7 @@ impl StatusStory {
         std::mem::take(&mut self.0).under_way()
     }
 
-    /// What is told of a board that has started anew.
+    /// The event of a board that has started anew.
     pub fn restart(&self) -> StoryEvent {
         StoryEvent {
             at_s: 0.0,

@@ -80,7 +80,7 @@ fn records_come_back_and_what_is_missing_is_counted() {
     // Cut off in the middle, as by a full disk: what was written before is there.
     let cut = RecordFile::parse(&bytes[..bytes.len() / 2]);
     assert!(all(&cut).len() > 500 && records.starts_with(&all(&cut)));
-    // A byte that fell over costs its block, and the next block tells so.
+    // A byte that fell over costs its block, and the next block's number shows the loss.
     let mut spoilt = bytes.clone();
     let middle = bytes.len() / 2;
     spoilt[middle] ^= 0x55;
@@ -223,7 +223,7 @@ fn a_log_that_came_over_the_link_is_in_a_file_of_frames() {
         .map(|line| line.time_us)
         .collect();
     assert_eq!(times, [10, 20, 30, 10, 20, 30]);
-    // The same conversation as MCAP has each line as often as the board told it.
+    // The same conversation as MCAP has each line as often as the board sent it.
     let mcap = conversation::write_mcap(&frames, None, Vec::new()).expect("written");
     let log = contents(&mcap).expect("MCAP").log;
     assert_eq!(log.len(), 8);
@@ -285,7 +285,7 @@ fn boots_stay_apart() {
         if format == RecordFormat::Frames {
             continue;
         }
-        // In the file's time 2.5 s, 1.5 s and 3 s follow each other, whatever a message is of.
+        // The file's clock runs 2.5 s, then 1.5 s, then 3 s, on every channel.
         let begins_s = [0.0, 2.5, 4.0, 7.0];
         let mut boots = Vec::new();
         for message in mcap::MessageStream::new(&bytes).expect("MCAP") {
@@ -314,8 +314,8 @@ fn boots_stay_apart() {
     }
 }
 
-/// Where the identity between two boots is lost, a tick that goes back tells; where a board says again who it is, in the
-/// same boot, what it tells again counts once.
+/// Where the identity between two boots is lost, a tick that goes back shows the boot. Where a board says again who it
+/// is, in the same boot, what it sends again counts once.
 #[test]
 fn a_boot_is_told_from_a_board_that_speaks_again() {
     let frames = |boots: &[ReadBoot]| {

@@ -41,7 +41,7 @@ impl RecordFormat {
 /// A recording that goes to `W`. A file of frames takes identities and blocks, of records and of the log, and leaves the rest.
 pub struct RecordWriter<W: Write> {
     kind: Kind<W>,
-    /// The boot that is written, once an identity has told it.
+    /// The boot that is written, once an identity has named it.
     boot: Option<u32>,
 }
 

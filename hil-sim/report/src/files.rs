@@ -82,7 +82,7 @@ impl NewFile {
     }
 }
 
-/// What fails names flag and file, whoever tells it.
+/// An error names flag and file, whoever prints it.
 impl Write for NewFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let written = self.part.write(bytes);
@@ -155,7 +155,7 @@ impl GrowingFile {
     }
 }
 
-/// What fails names flag and file, whoever tells it.
+/// An error names flag and file, whoever prints it.
 impl Write for GrowingFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let written = self.part.write(bytes);
@@ -168,7 +168,7 @@ impl Write for GrowingFile {
     }
 }
 
-/// A file that was given up before its first byte goes, so that the command can be given again.
+/// A file that was abandoned while empty is removed, so that the user can repeat the command.
 impl Drop for GrowingFile {
     fn drop(&mut self) {
         if self.complete {
@@ -202,7 +202,7 @@ pub fn refuse_existing(flag: &str, path: &Path) -> Result<(), CommandError> {
     }
 }
 
-/// What is told of a file that exists already.
+/// The message about a file that exists already.
 fn existing(flag: &str, path: &Path) -> CommandError {
     CommandError::Input(format!(
         "{flag}: {} exists already; choose another name",

@@ -1,4 +1,4 @@
-//! Pages that answer: charts with zoom and one cursor, what happened as a strip, the vehicle to scale, a scrubber.
+//! Interactive pages: charts with zoom and one cursor, what happened as a strip, the vehicle to scale, a scrubber.
 //!
 //! One file without external resources. The charts are drawn by uPlot (MIT), which stands beside the console's page.
 

@@ -71,7 +71,7 @@ struct RunArguments {
     /// Vehicle file, instead of the scenarios'
     #[arg(long, value_name = "FILE")]
     vehicle: Option<PathBuf>,
-    /// Vehicle file of the simulated vehicle, where it is another than the one the firmware is told of
+    /// Vehicle file of the simulated vehicle, where it is another than the one that the firmware is given
     #[arg(long, value_name = "FILE")]
     plant_vehicle: Option<PathBuf>,
     /// Run only this part of the runs: part I of N, counted from 1

@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         // Beside the server, which the browser asks for the page before the opener ends.
         std::thread::spawn(move || {
             if !open(&url) {
-                // Nobody to tell it to is no reason to stop serving.
+                // A closed output is no reason to stop serving.
                 let _ = print("no browser could be started: open the address yourself\n");
             }
         });

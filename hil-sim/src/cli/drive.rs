@@ -42,7 +42,7 @@ pub struct Arguments {
     /// Vehicle file; the scenario's, or the reference vehicle, if left out
     #[arg(long, value_name = "FILE")]
     pub vehicle: Option<PathBuf>,
-    /// Vehicle file of the simulated vehicle, where it is another than the one the firmware is told of
+    /// Vehicle file of the simulated vehicle, where it is another than the one that the firmware is given
     #[arg(long, value_name = "FILE")]
     pub plant_vehicle: Option<PathBuf>,
     /// Directory for the trace (CSV), the plots (SVG) and the firmware's log; out/drive if left out, none with --json
@@ -91,7 +91,7 @@ pub enum BoardKind {
     Emulated,
 }
 
-/// Where the report goes unless told otherwise.
+/// Where the report goes unless `--out` says otherwise.
 const DEFAULT_OUT: &str = "out/drive";
 
 /// Most ticks that are replayed after the run, from its start on: 100 s.
@@ -314,8 +314,8 @@ pub fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
     vehicle.map_err(|error| CommandError::Input(error.to_string()))
 }
 
-/// The vehicle that the firmware is told of, by `vehicle`, else by the scenario, and the simulated one: the same, unless
-/// `plant_vehicle` names another.
+/// The vehicle that the firmware is given, by `vehicle`, else by the scenario, and the simulated vehicle: the same,
+/// unless `plant_vehicle` names another.
 ///
 /// # Errors
 /// [`CommandError::Input`] on a bad file.

@@ -218,7 +218,7 @@ pub fn run_on<W: Wire, O: Write>(
     begin: impl FnOnce(&str) -> Result<Link<W>, CommandError>,
     console: &mut Console<O>,
 ) -> Result<(), CommandError> {
-    // Whatever is wrong with the command line is told before the port opens.
+    // The tool reports whatever is wrong with the command line before it opens the port.
     let port = arguments.port.as_deref().ok_or_else(|| {
         CommandError::Input(
             "--port is missing: a serial port, as /dev/ttyACM0, or a served tcp:HOST:PORT or ws://HOST:PORT".into(),

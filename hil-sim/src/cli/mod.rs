@@ -47,7 +47,7 @@ enum HostCommand {
     Drive(drive::Arguments),
     /// Spread of a scenario's metrics over many seeds, beside its bounds
     Bounds(bounds::Arguments),
-    /// The first power-up of a board, step by step: asks, measures over the link, and tells what passed
+    /// The first power-up of a board, step by step: asks, measures over the link, and reports what passed
     BringUp(bring_up::Arguments),
     /// Many runs at once: scenarios, overrides and seeds, on all cores and in shards
     Campaign(campaign::Arguments),

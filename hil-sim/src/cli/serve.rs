@@ -49,7 +49,7 @@ pub struct Arguments {
     /// Vehicle file; the scenario's, or the reference vehicle, if left out
     #[arg(long, value_name = "FILE")]
     vehicle: Option<PathBuf>,
-    /// Vehicle file of the simulated vehicle, where it is another than the one the firmware is told of
+    /// Vehicle file of the simulated vehicle, where it is another than the one that the firmware is given
     #[arg(long, value_name = "FILE")]
     plant_vehicle: Option<PathBuf>,
     /// Seed of the sensors' noise

@@ -93,7 +93,7 @@ fn vehicles_that_differ_from_their_file_settle() {
     );
 }
 
-/// No sequence of commands whirls, chance's or an optimiser's: the search's short form.
+/// Neither random nor optimised sequences of commands make the arm whirl: a short search.
 #[test]
 fn random_drives_do_not_whirl() {
     let found = search(SearchedLaw::Landing, 2000, 2, 0);

@@ -48,8 +48,8 @@ fn energy(p: &PlanarParameters<f64>, x: &PlanarState<f64>) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// The bodies gain the motor's work less the damping's. The climb counts as potential energy or, apart, as
-    /// the work of the slope.
+    /// The energy of the bodies grows by the work of the motor less the loss in the damping. The climb counts as
+    /// potential energy or, apart, as the work of the slope.
     #[test]
     fn energy_balances(p in vehicles(), start in states(), u in -4.0_f64..4.0) {
         let planar = Planar::new(p);

@@ -196,7 +196,7 @@ fn the_sample_time_has_a_limit() {
     }
 }
 
-/// 60 s of driving at 1 kHz (r = 0.25 m: 6.2642 time units a second): the vehicle's f32 arithmetic
+/// 60 s of driving at 1 kHz (r = 0.25 m: 6.2642 time units per second): the vehicle's f32 arithmetic
 /// against the same sampled loop over a plant integrated in f64 to 1e-12.
 #[test]
 fn f32_follows_f64_over_a_minute() {

@@ -186,7 +186,7 @@ impl Campaign {
         (&self.scenarios[rest as usize], set, seed)
     }
 
-    /// The scenario, the vehicle that the firmware is told of, and the simulated one, of run `run`.
+    /// The scenario, the vehicle that the firmware is given, and the simulated vehicle of run `run`.
     fn prepare(&self, run: u64) -> Result<(Scenario, Vehicle<f64>, Vehicle<f64>), CampaignError> {
         let (source, set, seed) = self.parts(run);
         let of = |target: Target| -> Vec<(&Axis, &Value)> {

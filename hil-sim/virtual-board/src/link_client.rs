@@ -1,4 +1,4 @@
-//! The host's end of the link: messages out, statuses and answers in. Knows frames and the time it is told, not
+//! The host's end of the link: messages out, statuses and answers in. Knows frames and the time it is given, not
 //! wires: the bytes travel over the virtual board's line, the emulated board's USART or a serial port alike.
 
 mod board_clock;

@@ -12,7 +12,7 @@ use model::sample::Actuation;
 pub struct RecordFile {
     /// The boots of the board, in the order in which they were recorded.
     pub boots: Vec<BootRecords>,
-    /// Blocks of which the numbers tell that they are missing.
+    /// Blocks that are missing, by the numbers of the others.
     pub lost_blocks: u32,
     /// Frames and blocks that could not be read.
     pub unreadable: u32,
@@ -64,7 +64,7 @@ struct FrameReader {
     next: Option<u32>,
     /// Number of the next line of this boot's log.
     next_line: u32,
-    /// The board has said again who it is, in the boot that it was in: it may tell ticks again that are here.
+    /// The board has said again who it is, in the boot that it was in: it may send ticks again that are here.
     again: bool,
 }
 

@@ -89,7 +89,7 @@ pub fn is_trouble(event: Event) -> bool {
     }
 }
 
-/// What a line of the log tells, in words.
+/// What a line of the log says, in words.
 pub fn event_words(event: Event) -> String {
     match event {
         Event::Booted(cause) => format!("booted, reset by {}", cause.name()),

@@ -10,7 +10,7 @@
 //!
 //! The motor then gives `m2 gamma'' + k2 [...] + xi gamma'`. The plan follows this equation. By itself it is an undamped
 //! pendulum: a step of the acceleration would swing the ballast for ever, and a second one might swing it over. The plan
-//! damps it, which costs a little of the level.
+//! damps the pendulum, at the cost of a small error of the spar's level.
 
 use crate::bounded::Bounded;
 use crate::dynamics::camera::SparCoefficients;

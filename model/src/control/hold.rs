@@ -27,7 +27,7 @@ impl Hold {
     }
 
     /// The speed that the hold asks for, m/s; 0 while the vehicle is driven, which a `target_m_s` other than 0
-    /// says. `slow` tells that the vehicle is slow enough for its place to be captured.
+    /// says. `slow` says that the vehicle is slow enough for its place to be captured.
     pub fn speed_m_s(&mut self, target_m_s: f32, distance_m: f32, slow: bool) -> f32 {
         if target_m_s != 0.0 {
             self.place_m = None;

@@ -1,4 +1,4 @@
-//! The control laws: pure functions of what the vehicle senses and what it is asked for.
+//! The control laws: pure functions of what the vehicle senses and what is commanded.
 
 pub mod ballast_plan;
 pub mod equilibrium;

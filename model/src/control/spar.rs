@@ -1,7 +1,8 @@
 //! The controller that levels the camera spar: the LQR law of ch. 7 in the vehicle's units, about the ballast's plan.
 //!
-//! The law holds the spar near its level. Far from it, it would swing the ballast over: there the controller catches the
-//! spar first. It holds the ballast below the spar, within a bound, and moves it against the spar's swing.
+//! The law holds the spar near its level. Far from its level, the law would swing the ballast over: there the
+//! controller catches the spar first. The controller holds the ballast below the spar, within a bound, and moves the
+//! ballast against the spar's swing.
 
 use super::LawOutput;
 use super::ballast_plan::{BallastPlan, Pivot};

@@ -17,7 +17,7 @@ pub struct SpeedInput {
     pub slope_sin_cos: (f32, f32),
     /// Change of the slope's sine by the vehicle's own turn, 1/s.
     pub slope_turn_per_s: f32,
-    /// The vehicle is told to turn.
+    /// The vehicle is commanded to turn.
     pub turns: bool,
     /// Distance driven, m.
     pub distance_m: f32,

@@ -51,7 +51,7 @@ impl SpeedController {
         }
     }
 
-    /// The law has found that the vehicle is told to drive and comes no further; Eq. 3.25 does not look.
+    /// The law has found that the vehicle is commanded to drive and makes no progress; Eq. 3.25 does not look.
     pub fn is_stuck(&self) -> bool {
         match self {
             Self::SwingDamped(_) => false,

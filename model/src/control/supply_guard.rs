@@ -1,9 +1,10 @@
 //! How much power a braking motor may return to the supply.
 //!
 //! A motor that brakes returns `V (e - V) / R` while its voltage V lies between 0 and the back-EMF e; beyond, it takes power
-//! from the supply to brake. A full battery, or a supply that takes no current back, rises. Above a voltage halfway between
-//! the battery's nominal and its highest one, the motors may return less and less: the vehicle then brakes less. At the
-//! highest voltage they may return nothing. What rises all the same opens the bridges (BatteryHigh).
+//! from the supply to brake. The voltage of a full battery, or of a supply that takes no current back, rises. Above a
+//! voltage halfway between the battery's nominal and its highest voltage, the motors may return less and less power:
+//! the vehicle then brakes less. At the highest voltage they may return none. If the supply rises in spite of that,
+//! fault BatteryHigh opens the bridges.
 
 use super::motor::MotorLimits;
 use crate::bounded::Bounded;

@@ -1,10 +1,10 @@
 //! How far the arm IMU is mounted turned about its x axis, learnt while the vehicle turns on the spot.
 //!
 //! Turned by rho, the IMU shows a part `rho psi'` of the yaw rate as a swing of the arm, and a part `rho g` of gravity as
-//! a roll of the axle. At rest neither can be told from a side slope. Over a whole turn on the spot both can: the arm's
-//! angle comes back to where it was, and the roll of the axle over a plane goes once up and once down, so that the mean of
-//! the swing rate over the mean yaw rate is -rho, and the mean of the roll is rho. Each is taken from its own sensor, so
-//! that a bias of the accelerometer stays one. The first turn after boot is the price.
+//! a roll of the axle. At rest neither differs from the effect of a side slope. Over a whole turn on the spot both
+//! differ: the arm's angle comes back to where it was, and the roll of the axle over a plane goes once up and once
+//! down, so that the mean of the swing rate over the mean yaw rate is -rho, and the mean of the roll is rho. Each is
+//! taken from its own sensor, so that a bias of the accelerometer stays one. The first turn after boot is the price.
 
 /// Learns the alignment of one IMU.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -58,8 +58,8 @@ const EXCHANGED_INTERVALS: u16 = 12;
 const ROLLED_RAD_S: f32 = 0.15 / STEADY_TIME_CONSTANT_S;
 const ROLLED_SWING_SHARE: f32 = 0.1;
 const ROLLED_INTERVALS: u16 = 4;
-/// Yaw rate from which nothing is told, rad/s: an arm that hangs out shows some of it as roll. What it shows below is less than
-/// `ROLLED_RAD_S`.
+/// Yaw rate from which the watch reports nothing, rad/s: an arm that hangs out shows some of the yaw rate as roll.
+/// Below this rate the arm shows less than `ROLLED_RAD_S`.
 const TURNS_RAD_S: f32 = 0.5;
 
 impl Default for Exchanged {
@@ -135,8 +135,8 @@ impl Exchanged {
 mod tests {
     use super::*;
 
-    /// The tick, in intervals, in which the watch first tells of a body that swings by `swing_rad_s` at `hertz`: `shown` makes
-    /// the rates of the relative rate and the swing.
+    /// The tick, in intervals, in which the watch first reports a body that swings by `swing_rad_s` at `hertz`: `shown`
+    /// makes the rates of the relative rate and the swing.
     fn told(hertz: f32, swing_rad_s: f32, shown: impl Fn(f32, f32) -> BodyRates) -> Option<u16> {
         let mut watch = Exchanged::default();
         (1..=1000).find(|k| {
@@ -230,7 +230,7 @@ mod tests {
         }
     }
 
-    /// An arm that hangs out shows yaw as roll: a spin tells nothing.
+    /// An arm that hangs out shows yaw as roll: a spin proves nothing.
     #[test]
     fn a_turn_tells_nothing() {
         for (yaw_rad_s, expected) in [(0.49, true), (0.51, false), (-0.51, false)] {

@@ -2,14 +2,15 @@
 //!
 //! An IMU that is mounted half a turn about its z axis shows -phi' and -f_x. Its gyro and its accelerometer agree with each
 //! other, and the law that believes them throws the arm. The encoders do not share the mistake: they measure the rate
-//! `w = theta' + phi'` of the wheels relative to the arm. Of wheels that roll, the axle accelerates by
+//! `w = theta' + phi'` of the wheels relative to the arm. The axle of wheels that roll accelerates by
 //!
 //! ```text
 //! a = r theta'' = r (w' - phi'')
 //! ```
 //!
 //! The estimate takes this acceleration out of what the accelerometer feels along the horizontal. What is left is `e`: next to
-//! nothing, if the IMU faces forward. A mirrored one shows -a where a is, and takes w' + phi'' for theta'':
+//! nothing, if the IMU faces forward. A mirrored IMU shows -a instead of a, and the estimate takes w' + phi'' for
+//! theta'':
 //!
 //! ```text
 //! e = -a - r (w' + phi'') = -2 r w'
@@ -17,12 +18,12 @@
 //!
 //! So `e` should be 0 or `-2 r w'`: the watch compares the mean squares of the two errors, `e` and `e + 2 r w'`. Neither
 //! voltage, inertia, load nor slope are in this: whatever turns the wheels against the arm, a motor, a hand or the ground,
-//! tells which way the IMU faces. Wheels that slide obey neither equation: both errors are large then. Steady errors, of an
-//! angle that is known to some degrees, are filtered out of both. Nor does a vehicle in the air tell anything: its motors slow
-//! its wheels down, its landing spins them up, and its axle does neither.
+//! shows which way the IMU faces. Wheels that slide obey neither equation: both errors are large then. The watch
+//! filters steady errors, of an angle that is known to some degrees, out of both. A vehicle in the air shows nothing:
+//! its motors slow its wheels down, its landing spins them up, and its axle does neither.
 //!
-//! Of an IMU that is upside down as well, `e` is the sine of an angle of 180 degrees: 0. The vertical tells: what holds the
-//! vehicle up pushes it up, and a vehicle that falls feels nothing (`tick/estimate/contradiction.rs`).
+//! For an IMU that is also upside down, `e` is the sine of an angle of 180 degrees: 0. The vertical shows it: what
+//! holds the vehicle up pushes it up, and a vehicle that falls feels nothing (`tick/estimate/contradiction.rs`).
 
 use super::rate_filter::LowPass;
 use crate::persistence::Persistence;
@@ -87,8 +88,8 @@ const SIDEWAYS_SHARE: f32 = 0.3;
 /// Intervals for which the one must explain what the other does not: 60 ms.
 const MIRRORED_INTERVALS: u16 = 12;
 
-/// What is left unexplained, over g, beyond which wheels that slide tell nothing: when they grip again, the ground turns them,
-/// and through the gears the arm.
+/// What is left unexplained, over g, beyond which wheels that slide show nothing: when they grip again, the ground
+/// turns them, and through the gears the arm.
 const REGAINS: f32 = 0.5;
 /// Share of each interval in the mean squares.
 pub(super) const MEAN_GAIN: f32 = INTERVAL_S / MEAN_TIME_CONSTANT_S;
@@ -198,7 +199,7 @@ mod tests {
             })
         }
 
-        /// The tick in which the watch first tells of wheels that swing by `amplitude_m_s2`.
+        /// The tick in which the watch first reports wheels that swing by `amplitude_m_s2`.
         fn told(&mut self, amplitude_m_s2: f32, share: f32, ticks: u16) -> Option<u16> {
             let step = u16::from(INTERVAL_TICKS);
             (step..=ticks).step_by(usize::from(step)).find(|_| {

@@ -2,7 +2,7 @@
 
 /// Integrates the gyro's yaw rate; its biases are learnt at rest only.
 ///
-/// While the vehicle drives, the wheels do not tell a gyro's bias from wheels of unequal radius, from slip or from a
+/// While the vehicle drives, the wheels cannot distinguish a gyro's bias from unequal radii, from slip or from a
 /// sagging tyre: at a steady speed each shows the same constant difference. (6.12) therefore corrects nothing while
 /// driving. At rest the wheels turn by nothing that matters, and each gyro axis shows its own bias. The two axes'
 /// biases are learnt apart, so that they stay right when the arm leaves the angle at which they were learnt.

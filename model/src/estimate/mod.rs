@@ -2,7 +2,7 @@
 //!
 //! A gearbox encoder measures theta + phi (wheel relative to the arm), never theta; a gyro on the arm
 //! gives phi'; the accelerometer gives phi only once the accelerations of the axle and of the arm are
-//! taken out of it. The slope is not sensed at all: it follows from the balance of forces.
+//! taken out of it. No sensor measures the slope: it follows from the balance of forces.
 
 pub mod alignment;
 pub mod exchanged;

@@ -50,7 +50,7 @@ pub struct Estimate {
     pub spar_contradicted: bool,
     /// The wheels slide: speed and distance come from the accelerometer.
     pub sliding: bool,
-    /// Something blocks the vehicle, which is told to drive.
+    /// Something blocks the vehicle although it is commanded to drive.
     pub stalled: bool,
 }
 

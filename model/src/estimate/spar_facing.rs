@@ -9,12 +9,12 @@
 //!
 //! The bearing's zeta does little beside the rest, and is left out.
 //!
-//! The spar's IMU shows what stands on the left; the encoders of ballast and wheels show what drives it, on the right. Of an
-//! IMU that is mounted half a turn about its z axis the left side changes its sign: the law drives the spar away from its
-//! level, and throws the ballast. So the answer should be the drive, or minus the drive: the watch compares the mean squares
-//! of `answer - drive` and `answer + drive`. What pushes the spar besides, a hand or the wind, adds to the answer before the
-//! ballast follows, and leaves both unequal to 0. An IMU that is mounted a quarter of a turn answers nothing: see
-//! [`exchanged`](super::exchanged).
+//! The spar's IMU shows what stands on the left; the encoders of ballast and wheels show what drives it, on the right.
+//! With an IMU that is mounted half a turn about its z axis the left side changes its sign: the law drives the spar
+//! away from its level, and throws the ballast. So the answer should be the drive, or minus the drive: the watch
+//! compares the mean squares of `answer - drive` and `answer + drive`. What pushes the spar besides, a hand or the
+//! wind, adds to the answer before the ballast follows, and leaves both unequal to 0. An IMU that is mounted a quarter
+//! of a turn answers nothing: see [`exchanged`](super::exchanged).
 
 use super::facing::{INTERVAL_S, MEAN_GAIN, STEADY_TIME_CONSTANT_S};
 use super::rate_filter::LowPass;
@@ -48,7 +48,7 @@ pub struct SparFacing {
     ballast_rate: LowPass,
     steady_answer: LowPass,
     steady_drive: LowPass,
-    /// Mean squares of what an IMU leaves over that faces forward, and backward.
+    /// Mean squares of the residuals under the two hypotheses: the IMU faces forward, or backward.
     forward: f32,
     backward: f32,
     mirrored: Persistence,
@@ -223,8 +223,8 @@ mod tests {
         }
     }
 
-    /// The axle speeds up and slows down: the spar swings, and the IMU agrees with the wheels. A mirrored one is told by that
-    /// alone.
+    /// The axle speeds up and slows down: the spar swings, and the IMU agrees with the wheels. That alone
+    /// shows a mirrored IMU.
     #[test]
     fn the_axles_acceleration_tells_too() {
         for (way, expected) in [(1.0, false), (-1.0, true)] {
@@ -251,7 +251,7 @@ mod tests {
         }
     }
 
-    /// Beyond a ballast's quarter turn its weight no longer pulls as the equation has it.
+    /// Beyond a quarter turn of the ballast the equation no longer describes the pull of its weight.
     #[test]
     fn large_angles_tell_nothing() {
         let mut bench = Bench::new();

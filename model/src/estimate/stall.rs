@@ -1,9 +1,9 @@
-//! Whether something blocks the vehicle: it is told to drive, and its wheels do not turn.
+//! Whether something blocks the vehicle: it is commanded to drive, and its wheels do not turn.
 //!
-//! Against a wall the forces balance as on a steep hill, and no sensor tells the two apart. What does is that the ground
+//! Against a wall the forces balance as on a steep hill, and no sensor distinguishes the two. But the ground
 //! under the wheels cannot change its slope while they stand: the slope of the moment in which the vehicle got stuck
-//! stays right until it has moved on. As long as the vehicle is told to push on, the laws may still carry the
-//! obstacle like a hill, which is how the vehicle climbs a kerb.
+//! stays right until the vehicle has moved on. As long as the vehicle is commanded to push on, the laws may still carry
+//! the obstacle like a hill, which is how the vehicle climbs a kerb.
 
 /// Watches for an obstacle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -16,14 +16,14 @@ pub struct Stall {
     pushes: bool,
 }
 
-/// What the speed law was told.
+/// What was commanded of the speed law, and what the law found.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Intent {
-    /// The speed told, m/s: 0 in a controlled stop.
+    /// The commanded speed, m/s: 0 in a controlled stop.
     pub target_m_s: f32,
     /// The governed reference on its way there, m/s.
     pub reference_m_s: f32,
-    /// The law has found that the vehicle comes no further, for example because it bounces off an obstacle.
+    /// The law has found that the vehicle makes no progress, for example because it bounces off an obstacle.
     pub stuck: bool,
     /// What the law's observers found of the slope, as a change of its sine; nothing from a law without observers.
     pub slope_lesson: Option<f32>,
@@ -32,7 +32,7 @@ pub struct Intent {
 /// What one tick changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
-    /// The vehicle goes where it is told.
+    /// The vehicle drives as commanded.
     Free,
     /// The wheels have just stopped turning, or not begun to.
     Hesitates,
@@ -40,7 +40,7 @@ pub enum Progress {
     Stuck,
 }
 
-/// Reference below which the vehicle is not told to drive, m/s.
+/// Reference below which the vehicle counts as commanded to stand, m/s.
 const TOLD_M_S: f32 = 0.05;
 /// Share of the reference below which the wheels do not turn.
 const MOVES_SHARE: f32 = 0.15;
@@ -50,7 +50,7 @@ const STUCK_TICKS: u16 = 700;
 const FREE_M: f32 = 0.04;
 
 impl Stall {
-    /// Takes one tick: what the law was told, the speed of the wheels, m/s, and the distance driven, m.
+    /// Takes one tick: what was commanded of the law, the speed of the wheels, m/s, and the distance driven, m.
     pub fn update(&mut self, intent: Intent, speed_m_s: f32, distance_m: f32) -> Progress {
         let Intent {
             target_m_s,
@@ -85,12 +85,12 @@ impl Stall {
         *self = Self::default();
     }
 
-    /// Something blocks the vehicle, whatever it is told.
+    /// Something blocks the vehicle, whatever is commanded.
     pub fn is_stuck(&self) -> bool {
         self.stuck_at_m.is_some()
     }
 
-    /// The vehicle is stuck and told to push on.
+    /// The vehicle is stuck and commanded to push on.
     pub fn stalls(&self) -> bool {
         self.pushes
     }

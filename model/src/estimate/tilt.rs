@@ -16,7 +16,8 @@
 //! Every term but those of gravity is computed and subtracted; the rest slowly corrects the integrated
 //! gyro. Uncompensated, 0.3 g of axle acceleration would read as 17 degrees. The axle's acceleration is known late, because
 //! it is differentiated from filtered rates. What the accelerometer shows, turned into the horizontal, therefore passes
-//! through a filter of the same lag: else every change of the acceleration by a leaves lag a / (g tau) in the angle.
+//! through a filter of the same lag. Without that filter, every change of the acceleration by a would leave lag a / (g
+//! tau) in the angle.
 
 use super::rate_filter::LowPass;
 use super::trust::Trust;

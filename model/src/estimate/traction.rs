@@ -5,9 +5,9 @@
 //! follows from the acceleration alone; it is exact at the start of the slide and drifts with 0.02 m/s^2 per tenth of a
 //! degree by which the arm's angle is wrong.
 //!
-//! Near the limit of grip the wheels hunt: they let go and grip again some times a second, with accelerations of which the
-//! filters' lags leave more than the slide itself does. But what a lag leaves has the mean 0, and the ground takes
-//! `g (sin(beta) - mu cos(beta))` of the vehicle's speed all the time: means over half a second tell.
+//! Near the limit of grip the wheels hunt: they let go and grip again some times per second, with accelerations of
+//! which the filters' lags leave more than the slide itself does. But what a lag leaves has the mean 0, and the ground
+//! takes `g (sin(beta) - mu cos(beta))` of the vehicle's speed all the time: means over half a second show the slide.
 
 use super::facing::INTERVAL_S;
 use super::rate_filter::LowPass;
@@ -85,7 +85,8 @@ const STEADY_SLIP_MAX_M_S: f32 = 0.45;
 const ROLLS_ANYWAY_TICKS: u16 = 1000;
 /// Ticks after which a slide is taken for a wrong angle of the arm.
 const SLIDE_MAX_TICKS: u16 = 10_000;
-/// Yaw rate from which the accelerations tell nothing, rad/s: a roll of the axle, or of the IMU on the arm, adds to them.
+/// Yaw rate from which the accelerations show nothing, rad/s: a roll of the axle, or of the IMU on the arm, adds to
+/// them.
 const TURNS_RAD_S: f32 = 0.5;
 
 impl Traction {
@@ -215,8 +216,8 @@ mod tests {
         traction
     }
 
-    /// Wheels that let go and grip again 4 times a second: a difference of `difference_m_s2` below a swing of 3 m/s^2, of which
-    /// a lag leaves a third. Ticks until a slide is told.
+    /// Wheels that let go and grip again 4 times per second: a difference of `difference_m_s2` below a swing of 3
+    /// m/s^2, of which a lag leaves a third. Ticks until the watch reports a slide.
     fn hunting(difference_m_s2: f32) -> Option<u16> {
         let mut traction = Traction::new(0.001, 0.25);
         (0..3000_u16).find(|k| {

@@ -70,7 +70,7 @@ impl Arming {
         }
     }
 
-    /// The same state with another time after which a controlled stop is given up.
+    /// The same state with another time after which the machine gives up a controlled stop.
     pub fn with_stop_timeout(self, stop_timeout_ticks: u32) -> Self {
         Self {
             stop_timeout_ticks,

@@ -43,7 +43,7 @@ faults! {
     ImuImplausible = 3 => Opens(
         "one reading repeated for 20 ticks (`REPEATED_TICKS`); a value at the end of its range for 10 ticks (`SATURATED_TICKS`); a force beyond 6 g, or a rate jumping 200 deg/s in a tick, in most of 40 ticks (`IMPOSSIBLE_TICKS`, `Suspicion`); a force below 0.2 g for 300 ticks, which is a fall of 0.44 m (`FORCELESS_TICKS`); integrated gyro and accelerometer differ by a sine of 0.7 for 300 ticks (`CONTRADICTION`); the accelerometer feels less than -0.5 g along the estimated vertical for 40 ticks (`OVERTURNED_TICKS`); it feels more along the axle than across it for 400 ticks, while disarmed (`ON_ITS_SIDE_TICKS`); wheels that have been on the ground for 270 ticks (`STEADY_WEIGHT_TICKS`) and the accelerometer contradict each other as a mirrored IMU makes them, for 60 ms (`MIRRORED_INTERVALS` in [`facing.rs`](../model/src/estimate/facing.rs)); the arm stands still and the vehicle rolls, in the rhythm of its wheels for 60 ms, or by 0.15 rad ([`exchanged.rs`](../model/src/estimate/exchanged.rs))",
         "stuck 40 ms; noise 150 ms; intermittent 60 ms; without its accelerometer 320 ms; every sign wrong 50 ms; mounted facing backward 300 ms from the first motion of the arm, a quarter of a turn aside 300 ms, and neither found while the arm hangs still; on its side before it can be armed",
-        "Check the arm IMU's mounting and its cable; the log tells when the fault began."
+        "Check the arm IMU's mounting and its cable; the log shows when the fault began."
     ),
     /// The encoders gave no sample in time.
     EncoderStale = 4 => Opens(
@@ -173,7 +173,7 @@ faults! {
     ),
     /// The vehicle was armed on a slope on which it cannot stand.
     SteepSlope = 25 => Stops(
-        "not told to drive since it was armed, the slope is beyond what the arm's weight carries or `grip_mu` holds: excess of its sine over 0.06 time units (`EXCESS_TIME`)",
+        "not commanded to drive since it was armed, the slope is beyond what the arm's weight carries or `grip_mu` holds: excess of its sine over 0.06 time units (`EXCESS_TIME`)",
         "the stop begins within 1 s of its wheels being let go; until then a hanging arm shows no slope",
         "Arm the vehicle on a gentler slope; keep chocks at hand when it stops."
     ),
@@ -273,7 +273,7 @@ codes! {
     BallastCurrent = 3,
     /// The reference governor is still on its way to the command.
     Reference = 4,
-    /// Something blocks the vehicle: it is told to drive, and its wheels do not turn.
+    /// Something blocks the vehicle: it is commanded to drive, and its wheels do not turn.
     Stall = 5,
     /// The wheels slide.
     Slip = 6,

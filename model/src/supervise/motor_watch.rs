@@ -1,7 +1,7 @@
 //! One motor's encoder, current sensor and leads against each other and against the voltage applied.
 //!
-//! The armature equation `V = R i + k w` ties voltage, current and rate together, so one of the three that is wrong
-//! shows in it, but not which. That is told by how the current follows the voltage from one tick to the next: the laws
+//! The armature equation `V = R i + k w` ties voltage, current and rate together, so the equation
+//! shows that one of the three is wrong, but not which. How the current follows the voltage shows which: the laws
 //! change the voltage by some hundredths of a volt in every tick, and whatever the motor's constants, its temperature
 //! and its load, a current that is measured follows within a fraction of a tick. A sensor that is dead or stuck, and a
 //! motor whose lead is open, follow nothing.
@@ -52,7 +52,7 @@ impl MotorHealth {
 /// How the measured current answers to the voltage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum CurrentResponse {
-    /// The voltage changed too little to tell, or the answer lies between the others.
+    /// The voltage changed too little to decide, or the answer lies between the others.
     Unknown,
     Follows,
     Dead,
@@ -98,7 +98,8 @@ const OPEN_BRIDGE_TICKS: u16 = 50;
 const OFFSET_TIME_CONSTANT_S: f32 = 0.02;
 /// Ticks for which a current must not follow.
 const DEAD_TICKS: u16 = 150;
-/// A lead is open if the voltage should drive this share of the current limit, and less than a tenth of that flows.
+/// A lead is open if the voltage should drive this share of the current limit but less than a tenth of that current
+/// flows.
 const OPEN_SHARE: f32 = 0.4;
 const OPEN_CURRENT_SHARE: f32 = 0.1;
 const OPEN_TICKS: u16 = 100;
@@ -204,8 +205,8 @@ struct Silence {
 }
 
 impl Silence {
-    /// Takes one tick in which the motor surely turned by `turned_rad`, if that is positive; whether the encoder is dead.
-    /// Voltage and current tell the rate only while the current follows.
+    /// Takes one tick in which the motor surely turned by `turned_rad`, if that is positive. Returns whether the
+    /// encoder is dead. Voltage and current show the rate only while the current follows.
     fn update(&mut self, count: i64, turned_rad: f32, answer: CurrentResponse) -> bool {
         if count.wrapping_sub(self.count).unsigned_abs() > SILENT_COUNTS {
             *self = Self {

@@ -186,7 +186,7 @@ impl Laws {
         }
     }
 
-    /// What the speed law was told, and what it found, in the last tick.
+    /// What was commanded of the speed law in the last tick, and what the law found.
     pub(super) fn intent(&self) -> Intent {
         Intent {
             target_m_s: self.target_m_s,

@@ -93,8 +93,8 @@ const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
 const ROLL_TIME_CONSTANT_S: f32 = 0.2;
 /// Ticks for which the accelerometer must feel the vehicle's weight before it is trusted again: the wheels rebound.
 const WEIGHT_TICKS: u16 = 30;
-/// The same before it may tell of a slide or of its mounting, most of a period of 3 Hz: of a vibration of about g it would
-/// else be asked in one half of the periods only, which looks like an acceleration.
+/// The same before it may show a slide or its mounting, most of a period of 3 Hz. Under a vibration of about g the
+/// accelerometer would otherwise count in one half of each period only, which looks like an acceleration.
 const STEADY_WEIGHT_TICKS: u16 = 270;
 
 impl Estimator {
@@ -163,8 +163,8 @@ impl Estimator {
         }
     }
 
-    /// One tick. `disarmed` tells that no motor is driven: only then does the ballast hang. `intent` is what the
-    /// speed law was told in the last tick, `believed` what supervision thought of the sensors then.
+    /// One tick. `disarmed` says that no motor is driven: only then does the ballast hang. `intent` is what was
+    /// commanded of the speed law in the last tick, `believed` what supervision thought of the sensors then.
     pub(super) fn step(&mut self, sensed: &Sensed, believed: Believed, disarmed: bool, intent: Intent) -> Estimate {
         let [.., ballast_rate_rad_s] = sensed.relative_rate_rad_s;
         let [bias_x, bias_z] = self.heading.bias_rad_s();

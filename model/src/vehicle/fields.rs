@@ -6,7 +6,7 @@ use core::fmt;
 /// What holds for a vehicle file that leaves a field out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LeftOut {
-    /// Only the vehicle itself tells it: the file must give it.
+    /// Only a measurement of the vehicle can give the value: the file must have the field.
     Refused,
     /// This value, which suits any vehicle.
     Value(f64),
@@ -140,8 +140,8 @@ pub(crate) trait Group<T> {
 }
 
 /// Defines a group of parameters: a plain struct over the number type, and the table of its fields. A field that a vehicle file
-/// may leave out has its value after `or`, or its rule after `by`; one that only a spar has a use for, its value without one
-/// after `bare`. A count is `in counts`.
+/// may leave out has its value after `or`, or its rule after `by`. A field that only a spar uses states after `bare`
+/// its value for a vehicle without a spar. A count is marked `in counts`.
 macro_rules! parameter_group {
     (@left_out) => { $crate::vehicle::fields::LeftOut::Refused };
     (@left_out or $value:literal) => { $crate::vehicle::fields::LeftOut::Value($value as f64) };

@@ -1,4 +1,4 @@
-//! Names that have changed: whoever reads what an older version wrote finds the new name here.
+//! Names that have changed: a reader of what an older version wrote finds the new name here.
 
 /// Tables (`table`) and fields (`table.field`) that have changed their names since version 0.1: the old name and
 /// the new one.

@@ -1,4 +1,4 @@
-//! The fields that follow from others: what a vehicle file has for them when it leaves them out.
+//! The fields that follow from others: their values when a vehicle file leaves them out.
 //!
 //! The yaw loop turns a vehicle on the spot by a voltage difference `v` of its motors: `J psi'' = b v - D psi'`, with the
 //! inertia J that the motors turn, the torque b that a volt gives about the vertical, and the drag D of back-EMF and bearings

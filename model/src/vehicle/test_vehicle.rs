@@ -1,4 +1,5 @@
-//! The reference vehicle for tests of this crate, which cannot use the vehicle-file crate: that one uses this.
+//! The reference vehicle for tests of this crate, which cannot use the vehicle-file crate, because that crate uses this
+//! crate.
 
 use super::{Field, LeftOut, Vehicle, VehicleParameters};
 

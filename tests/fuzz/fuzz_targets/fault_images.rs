@@ -48,7 +48,7 @@ fuzz_target!(|input: &[u8]| {
     );
     // A changed word loses its fault, and no other.
     assert!(found.len() + edits.len() / 3 >= (count as usize).min(FAULTS_KEPT));
-    // A flash without a word that takes the fault may refuse it; a fault that is told stored is there.
+    // A flash without a word that takes the fault may refuse it; a fault that is reported as stored is there.
     if block_on(booted.store(&entry(count))).is_ok() {
         let again = block_on(store(flash).load());
         assert_eq!(again.last(), Some(&entry(count)));

@@ -1,5 +1,5 @@
-//! Any image of the parameters' flash: a boot takes a set that was stored or the built-in one, and the next store tells
-//! the truth.
+//! Any image of the parameters' flash: a boot takes a set that was stored or the built-in one, and the next store
+//! reports the truth.
 //!
 //! The first byte of the input chooses the image: how many sets were stored (the rest are changes of single bytes), or an
 //! image that is the input itself.

@@ -60,7 +60,7 @@ fn open(bank: Bank) {
     }
 }
 
-/// Waits until the bank has done what it was told, locks it, and tells whether it succeeded. The watchdog ends the wait for
+/// Waits until the bank has done its work, locks it, and returns whether it succeeded. The watchdog ends the wait for
 /// a bank that is never done.
 fn finish(bank: Bank) -> Result<(), LoaderFlashError> {
     cortex_m::asm::dsb();
@@ -97,7 +97,7 @@ impl ReadNorFlash for FlashPlace {
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), LoaderFlashError> {
         let mut address = self.access(offset, bytes.len())?;
-        // A damaged word tells of itself alone.
+        // A damaged word spoils its own read alone.
         for word in bytes.chunks_mut(FLASH_WORD_BYTES) {
             read_guarded(address, word).map_err(|_| LoaderFlashError)?;
             address += word.len();

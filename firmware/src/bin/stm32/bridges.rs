@@ -1,4 +1,4 @@
-//! The three motor bridges on TIM1 and TIM8: drive and brake at 20 kHz on two lines a motor, with a hardware break.
+//! The three motor bridges on TIM1 and TIM8: drive and brake at 20 kHz on two lines per motor, with a hardware break.
 //!
 //! Each bridge has two inputs, each a compare channel of its own ([`firmware::bridge_legs`]): TIM1's four drive the left
 //! and the right motor, two of TIM8's the ballast motor. Both low is an open bridge, so switching the outputs off opens
@@ -11,8 +11,8 @@
 //! This file writes the timers' registers itself, because the HAL's driver enables the outputs while it configures a
 //! timer. Here nothing sets a main output enable before the first enabled [`Actuation`], and the break clears it in
 //! hardware, even if the CPU hangs. One wire reaches the break input of both timers, and the part's own faults reach both:
-//! either opens all bridges without software. A timer whose outputs are off for another reason has the other one switched
-//! off by the next tick.
+//! either opens all bridges without software. If a timer's outputs are off for another reason, the next tick
+//! switches the other timer off.
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::Flex;

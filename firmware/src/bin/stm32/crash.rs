@@ -14,7 +14,7 @@ use crate::board::clocks;
 
 /// Bytes of the longest message that is kept.
 const TEXT_BYTES: usize = 240;
-/// Checksum of the record's text, without a table in flash: the text is short, and nobody waits for it.
+/// Checksum of the record's text, without a table in flash: the text is short, and its checksum need not be fast.
 const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 /// Marks a record as written: after power-up the record is all zeros ([`super::ram`]).
 const MAGIC: u32 = 0x4C41_5354;

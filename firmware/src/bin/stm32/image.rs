@@ -57,7 +57,7 @@ pub enum ImageState {
 }
 
 /// Reads the image, constants and the initial values of variables included: a word that no longer can be read would
-/// fault when the firmware comes to it, perhaps while driving. Returns also the checksum that the seal tells.
+/// fault when the firmware comes to it, perhaps while driving. Also returns the checksum that the seal states.
 pub fn check() -> (ImageState, u32) {
     let mut checksum = MISSING;
     let state = try_check(&mut checksum).unwrap_or(ImageState::Damaged);

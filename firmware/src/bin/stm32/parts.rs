@@ -56,6 +56,6 @@ pub struct Board {
     pub regions: Regions,
     /// What the self-test found.
     pub blockers: BlockerSet,
-    /// Checksum of the image that runs, as its seal tells it.
+    /// Checksum of the image that runs, as its seal states it.
     pub image_checksum: u32,
 }

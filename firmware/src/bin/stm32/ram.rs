@@ -7,9 +7,9 @@
 //! before the first one is read, by the first instructions after the reset. A reset that keeps the supply keeps the
 //! RAM, and with it what the last run left ([`super::crash`], [`super::boot_number`]).
 //!
-//! On the way every word is tested, which is possible only now, while nothing lives in the RAM: a march in three passes
-//! writes a pattern that differs from word to word, finds it and writes its complement, and finds that from the end to
-//! the start. This finds bits that stick, and address lines that reach the wrong word. It takes two million
+//! The same instructions test every word, which is possible only now, while nothing lives in the RAM: a march in three
+//! passes writes a pattern that differs from word to word, finds it and writes its complement, and finds that from the
+//! end to the start. This finds bits that stick, and address lines that reach the wrong word. It takes two million
 //! instructions, some 0.1 s at the 64 MHz after a reset of the STM32H7, less than a second at the 16 MHz of the
 //! STM32F7. The result stands in [`RAM_TEST`], until the supply goes.
 //!

@@ -1,4 +1,5 @@
-//! What the board finds of itself at boot, each item a line of the log: whatever fails blocks arming until the next boot.
+//! What the board finds of itself at boot, one line of the log per item: an item that fails blocks arming until the
+//! next boot.
 
 use model::supervise::codes::{Blocker, BlockerSet};
 
@@ -6,8 +7,8 @@ use super::image::{self, ImageState};
 use super::ram;
 use crate::board::part;
 
-/// Runs the test; `break_works` tells what the bridges' own test found. Returns also the checksum that the image's seal
-/// tells.
+/// Runs the test; `break_works` is what the bridges' own test found. Also returns the checksum that the image's seal
+/// states.
 pub fn run(break_works: bool) -> (BlockerSet, u32) {
     let mut blockers = BlockerSet::EMPTY;
     let (image, checksum) = image::check();

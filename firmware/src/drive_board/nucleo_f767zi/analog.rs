@@ -14,7 +14,7 @@ const CURRENT: AnalogScale = AnalogScale {
 pub const INPUTS: Analog<AnalogInput> = Analog {
     battery: AnalogInput {
         channel: 3,
-        // A conversion of 12 bits, at the top of a word of 16, of 0 to 3.3 V behind a divider of 1:20.
+        // A 12-bit conversion, left-aligned in 16 bits; 0 to 3.3 V behind a 1:20 divider.
         scale: AnalogScale {
             per_count: 66.0 / 65536.0,
             zero_count: 0,

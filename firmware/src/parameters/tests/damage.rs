@@ -17,8 +17,8 @@ fn unreadable() -> Booted {
     }
 }
 
-/// Stores a gain on a flash in any state, on which a word may have to be programmed twice. What is told stored is
-/// what the next boot takes.
+/// Stores a gain on a flash in any state, on which a word may have to be programmed twice. A set that the store
+/// reports as stored is the set that the next boot takes.
 fn storing_tells_the_truth(mut flash: TestFlash) {
     flash.damage_on_rewrite = true;
     let mut store = store(flash);
@@ -101,7 +101,8 @@ fn a_word_that_is_not_fresh_is_not_told_stored() {
     }
 }
 
-/// A word that is lost while the set and its receipts are written, in any moment: what is told stored is there.
+/// A word that is lost while the set and its receipts are written, in any moment: a set that is reported as stored is
+/// there.
 #[test]
 fn a_word_that_is_lost_while_another_is_written_is_not_told_stored() {
     // A set in the middle of a page, and one whose receipts move the store to the other page.
@@ -180,7 +181,7 @@ fn apply(flash: &mut TestFlash, damage: &Damage) {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(if cfg!(debug_assertions) { 192 } else { 4000 }))]
 
-    /// Any damage: a boot takes a set that was stored, or the built-in one, and never panics; the next store tells
+    /// Any damage: a boot takes a set that was stored, or the built-in one, and never panics; the next store reports
     /// the truth.
     #[test]
     fn damage_never_boots_what_was_not_stored(

@@ -4,7 +4,7 @@ use super::super::{BootOutcome, Disbelief};
 use super::{booted, built_in, gain, history, load, now, store, stored, vehicle};
 use crate::test_flash::TestFlash;
 
-/// The flash after a store of `kp` that has power for so many steps; also whether the store was told done.
+/// The flash after a store of `kp` that has power for so many steps; also whether the board reported the store as done.
 fn cut(mut before: TestFlash, kp: f32, power: usize) -> (TestFlash, bool) {
     before.power = power;
     let mut cut_store = store(before);
@@ -32,7 +32,10 @@ fn a_power_cut_at_any_step_leaves_the_old_set_or_the_new() {
                     "cut after {power} steps: {:?}",
                     found.outcome
                 );
-                assert!(!finished || found == new, "what is told stored is stored");
+                assert!(
+                    !finished || found == new,
+                    "a set that the board reports as stored is stored"
+                );
                 old_kept += u32::from(found == old);
                 new_kept += u32::from(found == new);
                 // The next store works, too.
@@ -65,7 +68,7 @@ fn a_power_cut_in_the_first_store_leaves_the_built_in_set_or_the_new() {
             match found.outcome {
                 BootOutcome::Stored => assert_eq!(found, booted(0.7)),
                 BootOutcome::NothingStored | BootOutcome::NotBelieved(Disbelief::Unreadable) => {
-                    assert!(!finished, "what is told stored is stored");
+                    assert!(!finished, "a set that the board reports as stored is stored");
                     assert_eq!(found.vehicle, built_in());
                     untouched += 1;
                 }

@@ -1,4 +1,4 @@
-//! Orders that are not carried out: a probe has flashed another image since, or the flash refuses.
+//! Orders that the boot loader must not carry out: a probe has flashed another image since, or the flash refuses.
 
 use super::*;
 
@@ -19,8 +19,8 @@ fn an_image_from_a_probe_is_booted() {
     }
 }
 
-/// Sectors that refuse to be erased, the ones that the board runs from or the ones that keep the image before: the image that
-/// ran is booted on, and whoever asks is told that the new one never was.
+/// Sectors that refuse to be erased, those that the board runs from or those that keep the image before: the boot
+/// loader still boots the image that ran, and the board answers that the new image was never installed.
 #[test]
 fn an_image_that_the_flash_refuses_leaves_the_one_that_runs() {
     for refusing in [RUNNING, KEPT] {

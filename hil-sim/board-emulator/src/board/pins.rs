@@ -1,4 +1,4 @@
-//! What the board's pins tell the vehicle and what the vehicle's sensors put on them.
+//! What the board's pins give the vehicle and what the vehicle's sensors put on them.
 
 use model::analog::Analog;
 use rigless::device::Level;

@@ -3,7 +3,7 @@
 //! For each word moved the multiplexer's model changes lines six times: its channel's request, an event and an
 //! acknowledge, each up and down. Events lead back to the multiplexer's own synchronisation and trigger inputs,
 //! which no channel of this firmware uses; acknowledges lead to the timers, none of which requests DMA. This
-//! wrapper keeps both off the part's lines, where every listener would be told of them.
+//! wrapper keeps both off the part's lines, where every listener would see them.
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile, RequestChange};
 use rigless::mcu::{Bare, Mcu, Operate};

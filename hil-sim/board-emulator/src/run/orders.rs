@@ -22,7 +22,7 @@ pub(super) enum Errand {
     End,
 }
 
-/// What the caller is told when the run has passed the last instant of an order.
+/// The error that the caller gets when the run has passed the last instant of an order.
 #[derive(Debug, Default)]
 pub(super) struct Arrival {
     /// Virtual time in ns.

@@ -184,7 +184,7 @@ impl EmulationState {
         }
     }
 
-    /// Drains the log; [`EmulationState::log`] holds it. Until the firmware has initialised its RAM there is none.
+    /// Drains the log into [`EmulationState::log`]. The log is empty until the firmware has initialised its RAM.
     pub(super) fn drain_log(&mut self, host: &mut dyn Host) -> Result<(), Error> {
         if self.ram_is_initialised(host)? {
             log::drain(self.rtt_block, host, &mut self.log)?;

@@ -63,7 +63,7 @@ impl Stopped<'_> {
         }
     }
 
-    /// When the firmware's clock last started, in ns; until it runs, when the part did.
+    /// Time in ns at which the firmware's clock last started; before that, the time at which the part started.
     pub fn clock_start(&self) -> u64 {
         let part = self.session.resets().last().map_or(0, |reset| reset.at.0);
         self.state.clock_start().unwrap_or(part)

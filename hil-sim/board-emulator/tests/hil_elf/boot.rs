@@ -5,8 +5,8 @@ use board_emulator::time::MS;
 
 use crate::support::{Operator, READY, powered};
 
-/// Longest time from the start of the clock to the line that tells the end of the self-check, in ms: the check of the image,
-/// 192 KiB at 25 instructions per byte; the IMUs' start; the calibration's 500 ticks; the log task's period.
+/// Longest time from the start of the clock to the line that reports the end of the self-check, in ms: the check of the
+/// image, 192 KiB at 25 instructions per byte; the IMUs' start; the calibration's 500 ticks; the log task's period.
 const READY_WITHIN_MS: f64 = 192.0 * 1024.0 * 25.0 / INSTRUCTIONS_PER_MS + 50.0 + 500.0 + 50.0;
 /// Longest time from the reset to the start of the firmware's clock, in ms: the boot loader zeroes the DTCM and checks the image,
 /// 256 KiB at 25 instructions per byte; the test of the RAM, 640 KiB at 4 instructions per byte.

@@ -88,8 +88,8 @@ fn an_armed_bridge_drives_and_brakes_and_is_never_open() {
     }
 }
 
-/// The outputs of a timer go off, and no flag tells why: the other timer follows within a tick, and the vehicle does not
-/// stay armed with dead bridges.
+/// The outputs of a timer go off, and no flag shows why: the other timer follows within a tick, and the vehicle does
+/// not stay armed with dead bridges.
 #[test]
 fn outputs_that_are_off_disarm_within_a_tick() {
     for (nth, address) in BREAK_REGISTERS.into_iter().enumerate() {
@@ -159,8 +159,8 @@ fn a_break_input_that_is_shorted_opens_within_a_tick() {
     }
 }
 
-/// Whichever timer's break tripped, with the other one's input shorted to ground, a disarmed vehicle tells, does not arm, and
-/// does once the cause has gone and faults are cleared.
+/// Whichever timer's break tripped, with the other one's input shorted to ground, a disarmed vehicle reports it, does
+/// not arm, and does once the cause has gone and faults are cleared.
 #[test]
 fn each_timers_own_break_blocks_until_it_is_cleared() {
     for shorted in [0, 1] {
@@ -208,7 +208,7 @@ fn a_break_input_that_is_shorted_is_told() {
 }
 
 /// A line from the board to a drive motor's bridge breaks. Its pull-down turns every brake into the drive of the other
-/// line, up to the whole supply the wrong way: the current tells, and the bridges open.
+/// line, up to the whole supply the wrong way: the current shows it, and the bridges open.
 #[test]
 fn a_broken_line_to_a_bridge_opens_the_bridges() {
     /// The current rises within the motor's electrical time constant, the fault takes three ticks, the analogue reading is

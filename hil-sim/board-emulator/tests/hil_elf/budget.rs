@@ -65,7 +65,7 @@ fn a_tick_stays_within_its_budget() {
             .expect("it runs");
         let took = |pair: &[CycleRead]| pair[1].instructions - pair[0].instructions;
         // The recording may begin within a tick. The reads of one tick follow each other; between two ticks the core now and
-        // then has much to do, which tells where they begin.
+        // then has much to do, which shows where they begin.
         let ticks_from = |begin: usize| reads[begin..].chunks_exact(STAGES.len() + 1);
         let follow = |tick: &[CycleRead]| tick.windows(2).all(|pair| took(pair) < WITHIN_A_TICK);
         let begins: Vec<usize> = (0..=STAGES.len())

@@ -1,5 +1,5 @@
-//! The motors' currents: sampled in the middle of the brake, in step with the PWM, or told to be stale; checked while the
-//! bridges are open.
+//! The motors' currents: sampled in the middle of the brake, in step with the PWM, or reported as stale; checked while
+//! the bridges are open.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -66,7 +66,7 @@ impl Reading {
         self.read_a - self.mean_a
     }
 
-    /// What the error may be: the current falls under the brake by the duty's share of the slope.
+    /// Largest error: the current falls under the brake by the duty's share of the slope.
     fn most_a(&self) -> f64 {
         self.duty.abs() * SLOPE_A_PER_US * FROM_MIDDLE_US + ROUNDING_A
     }
@@ -192,8 +192,8 @@ fn register(board: &mut Operator, address: u64) -> u32 {
     value.expect("it runs").expect("the register answers")
 }
 
-/// The timer sends no trigger: the last currents grow stale and are told so, the vehicle stops and cannot be armed, and nothing
-/// hangs. Once the trigger is back, so are the readings.
+/// The timer sends no trigger: the last currents grow stale and are reported as stale, the vehicle stops and cannot be
+/// armed, and nothing hangs. Once the trigger is back, so are the readings.
 #[test]
 fn a_dead_trigger_is_told_and_stops_the_vehicle() {
     for (address, dead) in [(TRIGGER_CHOICE, 0), (TRIGGER_COMPARE, 0)] {

@@ -291,9 +291,9 @@ const LEVELS: u64 = 0x14;
 const POWER_STATUS: u64 = 0x5802_4804;
 const VOLTAGE_VALID: u32 = 1 << 13;
 
-/// Nothing that could be booted: an erased flash, noise in every sector behind the boot loader, a damaged image, an
-/// image that nobody sealed, one that is linked for the start of the flash. The bridges' pins stay as the reset has left them, the boot loader stays
-/// where it is, and the red lamp blinks.
+/// No bootable image: an erased flash, noise in every sector behind the boot loader, a damaged image, an image that
+/// nobody sealed, an image that is linked for the start of the flash. The bridges' pins stay as the reset has left
+/// them, the boot loader starts nothing, and the red lamp blinks.
 #[test]
 fn without_an_image_nothing_moves_and_the_lamp_blinks() {
     let (_, mut damaged) = image();

@@ -69,7 +69,7 @@ fn resets(board: &mut Operator) -> usize {
     board.emulation.at(|stopped| stopped.resets()).expect("it runs").len()
 }
 
-/// A word of the image that cannot be read is told, and is no reason to restart.
+/// The board reports a word of the image that cannot be read; the word is no reason to restart.
 #[test]
 fn a_word_of_the_image_that_cannot_be_read_does_not_arm() {
     let mut sound = powered_part(without_loader(), &[]);
@@ -80,8 +80,8 @@ fn a_word_of_the_image_that_cannot_be_read_does_not_arm() {
     assert_eq!(resets(&mut board), 0);
 }
 
-/// Wherever in the image the word lies: either the board starts and tells it, or, where the start itself needs the word, the
-/// board restarts again and again. The bridges stay open.
+/// Wherever in the image the word lies: either the board starts and reports it, or, where the start itself needs the
+/// word, the board restarts again and again. The bridges stay open.
 #[test]
 fn no_unreadable_word_of_the_image_lets_the_board_arm() {
     const PLACES: u64 = 8;
@@ -117,7 +117,7 @@ fn no_unreadable_word_of_the_image_lets_the_board_arm() {
 }
 
 /// A word of the image that goes bad while the vehicle is armed: the tick that needs the word ends the run, the bridges are
-/// open, and the next start tells why.
+/// open, and the next start reports why.
 #[test]
 fn a_word_that_goes_bad_while_armed_opens_the_bridges() {
     const SINCE: u64 = 1200 * MS;

@@ -49,7 +49,7 @@ fn the_stop_opens_the_bridges_in_10_us_with_the_cpu_in_an_endless_loop() {
     let mut board = ready();
     board.arm();
     assert!(switching(bridges(&mut board.emulation)));
-    // The interrupt of the tasks' clock precedes everything else, so nothing else runs any more.
+    // The task clock's interrupt has the highest priority, so it starves everything else.
     hang(&mut board.emulation, "TIM5");
     board.emulation.run_for(3 * MS).expect("it runs");
     let stuck = board.emulation.at(|stopped| stopped.instructions()).expect("it runs");

@@ -256,7 +256,7 @@ fn a_served_elf_takes_an_update_and_comes_up_with_it() {
     assert!(link_at(&port, &["log"]).contains("booted, reset by "));
 }
 
-/// A vehicle that the firmware cannot fly is told before anybody could connect.
+/// The server refuses a vehicle that the firmware cannot fly before anybody could connect.
 #[test]
 fn a_served_vehicle_of_another_kind_is_refused() {
     let file = new_file("no-spar.toml");

@@ -218,7 +218,7 @@ fn the_inputs_are_filtered_and_pulled() {
     }
 }
 
-/// A second contact that is welded shut shows at the first press, and stays told until faults are cleared.
+/// A second contact that is welded shut shows at the first press, and stays reported until faults are cleared.
 #[test]
 fn contacts_that_disagree_are_told_until_faults_are_cleared() {
     let mut board = ready();
@@ -259,7 +259,7 @@ fn each_item_of_the_self_test_is_logged() {
     assert!(log_has(&mut board, "self-test: silicon revision 0x2003"));
 }
 
-/// Each item that fails is told and blocks arming, alone.
+/// The board reports each item that fails, and the item blocks arming, alone.
 #[test]
 fn each_item_of_the_self_test_blocks_arming() {
     let good = PartSetup::default();

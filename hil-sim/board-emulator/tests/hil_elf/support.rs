@@ -45,7 +45,7 @@ pub fn powered() -> Emulation {
     .expect("the board powers up")
 }
 
-/// A board with a part of its own and further contents of its memory, that was just powered up.
+/// A board that has just been powered up, with its own part settings and memory contents.
 pub fn powered_part(part: PartSetup, contents: &[(u64, Vec<u8>)]) -> Operator {
     let settings = EmulationSettings {
         part,

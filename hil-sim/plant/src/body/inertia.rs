@@ -32,7 +32,7 @@ pub struct Inertia {
     /// Rotor inertia of the left and the right drive at its output, n^2 J; 0 where a gearbox with play lets
     /// the rotor turn by itself.
     pub rotor: [f64; 2],
-    /// Rotor inertia of the camera motor at its output.
+    /// Rotor inertia of the ballast motor at its output.
     pub ballast_rotor: f64,
     /// Viscous damping between one wheel and the arm.
     pub bearing_damping: f64,

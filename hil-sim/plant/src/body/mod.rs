@@ -298,7 +298,7 @@ impl Body {
         &self.wheels
     }
 
-    /// Rise of the right and left wheel's path a metre along the heading.
+    /// Rise per metre along the heading of each wheel's path: right, left.
     pub fn path_slopes(&self) -> [f64; 2] {
         self.slope
     }
@@ -314,7 +314,7 @@ impl Body {
         self.in_flight
     }
 
-    /// Pitch of the base plane along the heading: angle from the plane's normal to the vertical. Adding
+    /// Inclination of the base plane along the heading: angle from the plane's normal to the vertical. Adding
     /// it to an angle from the normal gives the angle from the vertical (erratum E20).
     pub fn vertical_rad(&self) -> f64 {
         libm::atan2(self.gravity.along, self.gravity.normal)

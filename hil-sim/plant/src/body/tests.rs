@@ -140,7 +140,7 @@ fn turning_on_a_two_way_slope_it_is_the_spatial_vehicle() {
 fn with_the_spar_it_is_the_coupled_vehicle_pivoted_on_the_arm() {
     let vehicle = {
         let mut p = *reference_vehicle().parameters();
-        // The coupled model has no reflected inertia of the camera motor.
+        // The coupled model has no reflected inertia of the ballast motor.
         if let Some((_, motor)) = p.spar.as_mut() {
             motor.rotor_inertia_kg_m2 = 0.0;
         }

@@ -1,4 +1,4 @@
-//! The part's adaptive full scale: it measures slow rates in a finer range than it was told, and while it
+//! The part's adaptive full scale: it measures slow rates in a finer range than its setting, and while it
 //! changes between the two, its gyro data stand still.
 //!
 //! Off only where the driver says so (INTF_CONFIG1). A rate is slow below about 100 deg/s; the change

@@ -64,8 +64,8 @@ impl Icm42688pModel {
         *frames = bytes.map(u16::from_be_bytes);
     }
 
-    /// What a burst that begins with the address answers, as every tick reads the data registers, with the register
-    /// before the first where the address was; and the address after it. `None` where something else happens.
+    /// Answer to a burst read that begins with the address, as every tick reads the data registers, and the address
+    /// after the burst. The place of the address holds the register before the first. `None` for any other transfer.
     fn frames_of_burst<const FRAMES: usize>(&self, frames: &[u16; FRAMES]) -> Option<([[u8; 2]; FRAMES], u8)> {
         let [address, _] = frames.first()?.to_be_bytes();
         let reads = self.transfer == Transfer::Address && address & reg::READ != 0;

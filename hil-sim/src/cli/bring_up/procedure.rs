@@ -28,7 +28,7 @@ const LOOK_US: u64 = 300_000;
 /// come.
 const CATCH_UP_US: u64 = 5_000_000;
 
-/// What the procedure is told.
+/// What the procedure is given.
 #[derive(Debug, Clone)]
 pub struct BringUpExtent {
     /// The board is a simulated one: what only a bench shows is not asked.
@@ -49,7 +49,7 @@ pub struct Procedure<'a, W, P, O: Write> {
     reopen: &'a mut dyn FnMut() -> Result<Link<W>, CommandError>,
     person: P,
     pub(super) console: &'a mut Console<O>,
-    /// What the procedure was told.
+    /// What the procedure was given.
     pub(super) extent: BringUpExtent,
 }
 

@@ -145,7 +145,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         let number = self.link.number_of(TABLE, NAME)?;
         let before = self.link.read(number)?;
         let values = [before, before * FACTOR];
-        // An empty store cannot tell a set that was lost from one that never was complete.
+        // An empty store cannot distinguish a set that was lost from a set that never was complete.
         self.store_value(before)?;
         let cuts = self.extent.power_cuts;
         for cut in 1..=cuts {

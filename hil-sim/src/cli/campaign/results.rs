@@ -1,4 +1,4 @@
-//! Files of results: what their lines tell.
+//! Files of results: what their lines hold.
 
 use std::io::Write as _;
 
@@ -13,7 +13,7 @@ use virtual_board::campaign::CampaignIdentity;
 pub(super) struct Header {
     /// What was run.
     pub(super) campaign: CampaignKind,
-    /// The numbers of the runs that follow: from the first, up to but without the second.
+    /// Range of run numbers: the first is included, the second is not.
     pub(super) range: [u64; 2],
 }
 

@@ -1,8 +1,8 @@
-//! The laws that are compared: vehicle files that differ in what they tell the firmware of the law.
+//! The laws that are compared: vehicle files that differ in the law that they give the firmware.
 
 use model::vehicle::{SpeedLawChoice, Vehicle, VehicleParameters};
 
-/// A law, as the firmware is told of it.
+/// A law, as the firmware is given it.
 #[derive(Debug, Clone)]
 pub struct Contender {
     /// Its name.
@@ -62,7 +62,7 @@ const STEP_M_S2: f64 = 20.0;
 /// The laws for the vehicle of a file, in the order of the table.
 ///
 /// # Errors
-/// The name of a law that the vehicle cannot be told of, and why.
+/// The name of a law that the vehicle cannot take, and why.
 pub fn contenders(vehicle: &Vehicle<f64>) -> Result<Vec<Contender>, String> {
     CONTENDERS
         .iter()

@@ -1,4 +1,4 @@
-//! What a tick costs under each law: a ratio of times that one run measures on its host, which no JSON tells.
+//! What a tick costs under each law: a ratio of times that one run measures on its host, which no JSON holds.
 
 use std::time::Instant;
 

@@ -162,7 +162,7 @@ fn strip_event(event: &StoryEvent) -> StripEvent {
     }
 }
 
-/// When each limit was in force, but for those that the story tells as what happened.
+/// When each limit was in force, except the limits that the story reports as events.
 fn limits(rows: &ChartRows) -> impl Iterator<Item = StripEvent> {
     let trace = &rows.trace;
     // Of a long run every stride-th row is there.

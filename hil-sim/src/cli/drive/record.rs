@@ -32,7 +32,8 @@ pub struct RunRecord {
 }
 
 impl RunRecord {
-    /// Begins the file, before the run: one that cannot be written is told at once. The board was told of `vehicle`.
+    /// Begins the file, before the run, so that the tool reports at once a file that it cannot write. The board was
+    /// given `vehicle`.
     ///
     /// # Errors
     /// [`CommandError`]: the file cannot be written.

@@ -94,7 +94,7 @@ enum NotArmed {
     Failed(CommandError),
 }
 
-/// The status in one line each half second. A closed output does not end a drive; it is told afterwards.
+/// One status line per half second. A closed output does not end a drive; the tool reports it afterwards.
 struct Lines<'a, O> {
     console: &'a mut Console<O>,
     next_us: u64,
@@ -314,7 +314,7 @@ impl<W: Wire> Link<W> {
         Ok(())
     }
 
-    /// The vehicle must still be armed, as far as it has told since the board confirmed that it is.
+    /// The vehicle must still be armed, as far as it has reported since the board confirmed that it is.
     fn check_armed(&mut self) -> Result<(), CommandError> {
         let Some(status) = self.client.status else {
             return Ok(());

@@ -87,7 +87,7 @@ impl LogFollower {
     }
 }
 
-/// A recording under way: what of the board's words goes into the file, and what is still to be told there.
+/// A recording under way: what of the board's words goes into the file, and what is still to be written there.
 #[derive(Debug, Default)]
 pub(super) struct LinkRecording {
     recorded: Recorded,

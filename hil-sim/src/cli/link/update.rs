@@ -66,7 +66,7 @@ impl Update {
         Ok(Self { image, bytes })
     }
 
-    /// What the firmware's seal tells.
+    /// What the firmware's seal states.
     pub fn image(&self) -> Image {
         self.image
     }
@@ -122,7 +122,7 @@ impl<W: Wire> Link<W> {
                     next = next_of(&answer)?;
                     failures = 0;
                 }
-                // The piece or its answer was lost: the board tells where it stands.
+                // The piece or its answer was lost: the board answers where it stands.
                 Err(error) if failures < ATTEMPTS && self.listen().is_ok() => {
                     failures += 1;
                     let again = self.ask_update(UpdateRequest::Begin(update.image));

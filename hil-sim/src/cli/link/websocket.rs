@@ -31,7 +31,7 @@ impl WebSocketStream {
     /// `patience` from then on.
     ///
     /// # Errors
-    /// In words: there is none, or the other end refuses.
+    /// A message: the other end speaks no WebSocket, or refuses.
     pub fn greet(stream: TcpStream, address: &str, patience: Duration) -> Result<Self, String> {
         let waits = |stream: &TcpStream, time| {
             let times = stream.set_read_timeout(Some(time));

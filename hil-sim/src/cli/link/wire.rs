@@ -156,7 +156,7 @@ fn gone(error: &io::Error) -> io::Error {
 impl Wire for Port {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         match self.port.write_all(bytes) {
-            // A wire that takes nothing loses the frame; what that means, the board's silence tells.
+            // A wire that takes nothing loses the frame; the board's silence then shows what that means.
             Err(error) if is_passing(&error) => Ok(()),
             result => result.map_err(|error| gone(&error)),
         }

@@ -8,7 +8,7 @@ const FIRST_GO_MS: f64 = 10.0;
 const BACKLOG_MAX_US: f64 = 100_000.0;
 /// Over which time of the host the pace is measured, us.
 const WINDOW_US: u64 = 3_000_000;
-/// A pace that falls this share short of the one that was asked for is told, and a change by as much is told again.
+/// The server reports a pace that is this share below the requested pace, and reports each further change of this size.
 const SHORTFALL: f64 = 0.1;
 
 /// The board's time against the host's. Times of the host are in us from any fixed start.
@@ -26,7 +26,7 @@ pub struct Pace {
     read_us: Option<u64>,
     /// Since when the window lasts, and how much simulated time has passed in it, ms.
     window: Option<(u64, u64)>,
-    /// The share of the rate that was told last.
+    /// The share of the rate that was reported last.
     told: f64,
 }
 
@@ -112,8 +112,8 @@ impl Pace {
 mod tests {
     use super::*;
 
-    /// Lets the host's time pass in steps of `step_us`, each simulated ms taking `cost_us` of it; the simulated time, ms,
-    /// and what was told.
+    /// Advances the host's clock in steps of `step_us`, with `cost_us` per simulated ms. Returns the simulated time in
+    /// ms and the messages.
     fn passes(pace: &mut Pace, from_us: u64, for_us: u64, step_us: u64, cost_us: u64) -> (u64, Vec<String>) {
         let (mut now_us, mut board_ms, mut told) = (from_us, 0, Vec::new());
         while now_us < from_us + for_us {

@@ -140,7 +140,7 @@ pub fn open_pty(events: SyncSender<PortEvent>) -> Result<String, CommandError> {
     let (mut board, other) = TTYPort::pair().map_err(failed)?;
     board.set_timeout(LOOK).map_err(failed)?;
     let name = other.name().unwrap_or_default();
-    // Closed, so that the board's end tells whether a client is there.
+    // Closed, so that the board's end shows whether a client is there.
     drop(other);
     let client_name = format!("pty {name}");
     thread::spawn(move || serve_pty(board, &client_name, &events));

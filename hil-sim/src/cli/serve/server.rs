@@ -101,7 +101,7 @@ impl<B: Backend, C: FnMut(&mut B) -> Result<(), CommandError>> Server<B, C> {
         Ok(())
     }
 
-    /// Lets the board run some milliseconds, and tells the clients what it says.
+    /// Runs the board for some milliseconds, and sends the clients what the board says.
     fn advance(&mut self, ms: u64) -> Result<(), CommandError> {
         let start_us = self.backend.now_us();
         let (mut said, mut instants) = (Vec::new(), Vec::new());

@@ -37,7 +37,7 @@ pub fn serve_websocket(stream: TcpStream, events: SyncSender<PortEvent>) -> io::
     let name = format!("websocket {}", stream.peer_addr()?);
     let mut refusal = stream.try_clone()?;
     thread::spawn(move || {
-        // A client that asks wrongly, or leaves, is told so by the answer, or is gone.
+        // A client that asks wrongly gets an answer that says so; a client that leaves is gone.
         if let Some(socket) = greet(stream, &mut refusal) {
             let _ = converse(socket, name, &events);
         }
@@ -45,7 +45,8 @@ pub fn serve_websocket(stream: TcpStream, events: SyncSender<PortEvent>) -> io::
     Ok(())
 }
 
-/// Answers a client's question; the conversation, if it is one. What asks for something else is told so by `refusal`.
+/// Answers a client's question. Returns the conversation, if the question asks for a WebSocket. Writes a refusal to
+/// `refusal` for any other question.
 fn greet<S: Read + Write>(stream: S, refusal: &mut impl Write) -> Option<WebSocket<S>> {
     let config = WebSocketConfig::default()
         .read_buffer_size(4096)
@@ -182,7 +183,7 @@ mod tests {
 
     use super::*;
 
-    /// A wire in memory: what the client says, and what it is told.
+    /// A wire in memory: what the client sends, and what it receives.
     #[derive(Debug, Default)]
     struct MemoryWire {
         said: io::Cursor<Vec<u8>>,

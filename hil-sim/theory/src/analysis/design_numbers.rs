@@ -12,7 +12,7 @@ use super::critical::{Direction, critical};
 use super::input::Input;
 use super::slip::slip_limit;
 
-/// Slope at which the hold is told.
+/// Slope for which the hold voltage is reported.
 const HOLD_DEG: f64 = 10.0;
 
 /// A number that follows from the file's.

@@ -111,7 +111,7 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
     /// One accepted step, not beyond `limit`.
     ///
     /// # Errors
-    /// [`StepTooSmall`] where the solution cannot be followed (it is not smooth, or not finite).
+    /// [`StepTooSmall`] if the solution is not smooth or not finite.
     pub fn advance(&mut self, limit: f64) -> Result<(), StepTooSmall> {
         let remaining = limit - self.t;
         if remaining <= 0.0 {

@@ -117,7 +117,7 @@ pub fn envelope(
             })
         })
         .collect::<Result<Vec<EnvelopePoint>, NoEnvelope>>()?;
-    // The sum, and not the order in which the cores came to it, tells whether there is an envelope.
+    // The sum, and not the order in which the cores came to it, decides whether there is an envelope.
     if spent.into_inner() > work.all {
         return Err(too_long);
     }

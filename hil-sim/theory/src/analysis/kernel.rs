@@ -123,7 +123,7 @@ impl Kernel {
         kernel
     }
 
-    /// Where the torques lead from the point `at`, but for those that turn the arm over or lift the wheels.
+    /// Successors of the point `at` under every torque that neither whirls the arm nor lifts the wheels.
     fn steps(&self, limits: &TorqueLimits, at: usize) -> Vec<(f64, f64)> {
         let (phi, rate) = (self.phis[at / self.rates.len()], self.rates[at % self.rates.len()]);
         let motion = limits.motion(phi, rate);

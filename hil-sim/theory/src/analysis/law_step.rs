@@ -1,5 +1,5 @@
-//! A step of the speed under a law, on the sampled planar vehicle: of the vehicle that its file tells of, and of vehicles that
-//! differ from it.
+//! A step of the speed under a law, on the sampled planar vehicle: for the vehicle of the file, and for vehicles that
+//! differ from the file.
 
 use model::vehicle::Vehicle;
 use plant::noise::Noise;
@@ -77,8 +77,8 @@ const NOISY: SampledSensing = SampledSensing {
 /// Time for which the vehicle stands before its step, in time units.
 const STANDS: f64 = 40.0;
 
-/// The step from 0 to 1 of a plant whose nine parameters are off by up to 20 %, in three of five at the corners of that
-/// range, on one of five slopes.
+/// The step from 0 to 1 of a plant whose nine parameters are off by up to 20 %, on one of five slopes. Three vehicles
+/// of five stand at the corners of that range.
 pub fn perturbed_step(vehicle: &Vehicle<f64>, seed: u64) -> LawStep {
     let mut noise = Noise::new(seed, 1);
     let slopes = [-0.2, -0.0873, 0.0, 0.0873, 0.2];

@@ -47,7 +47,7 @@ pub struct RandomDrive {
     plant: SampledPlant,
     /// Times and speeds, in order of time.
     commands: Vec<(f64, f64)>,
-    /// Friction coefficient that the vehicle file tells.
+    /// Friction coefficient of the vehicle file.
     grip_mu: f64,
 }
 

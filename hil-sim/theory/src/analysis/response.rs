@@ -22,9 +22,9 @@ pub type PlanarPoint = [f64; 3];
 /// How a response ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fate {
-    /// It comes to rest (relative to the steady speed) in the well it started in.
+    /// The arm settles (at the steady speed) in the well in which it started.
     Returns,
-    /// It leaves its well for good, or turns fully, forward (+1) or backward (-1).
+    /// The arm leaves its well for good, or turns fully, forward (+1) or backward (-1).
     Leaves(i8),
 }
 

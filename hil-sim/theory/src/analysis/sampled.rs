@@ -143,7 +143,7 @@ pub struct SampledDrive<'a> {
     pub plant: SampledPlant,
     /// How it senses.
     pub sensing: SampledSensing,
-    /// Speeds asked for, in units of the speed unit, and from when on, in time units.
+    /// Commanded speeds (in speed units), each with its start time (in time units).
     pub targets: &'a [(f64, f64)],
     /// Length, in time units.
     pub duration: f64,

@@ -140,7 +140,7 @@ pub struct WithUnits<'a, R, U = SiUnits> {
     /// The units.
     #[serde(flatten)]
     pub units: Option<U>,
-    /// The numbers that neither a flag nor the vehicle file gives, of a command that tells them.
+    /// The numbers that neither a flag nor the vehicle file gives, for a command that reports them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub taken: Vec<Taken>,
 }

@@ -1,7 +1,7 @@
 //! Runs the firmware's tasks on one thread until all of them wait.
 //!
 //! A part of its own because every millisecond of virtual time polls some ten futures, which never end and are never
-//! added to: one word tells which are ready. In a round the tasks run in the order in which they were started, so
+//! added to: one word shows which are ready. In a round the tasks run in the order in which they were started, so
 //! a run does not depend on who woke whom first.
 
 use std::future::Future;
@@ -118,7 +118,7 @@ mod tests {
     use super::*;
     use crate::board::time::VirtualTime;
 
-    /// A task that notes its name at each poll and ends after `polls`, ringing its own bell in between.
+    /// A task that notes its name at each poll and ends after `polls`, waking itself in between.
     fn noting(notes: &Rc<RefCell<String>>, name: char, polls: usize) -> impl Future<Output = ()> + 'static {
         let notes = notes.clone();
         let mut left = polls;

@@ -11,7 +11,7 @@ use super::error::CampaignError;
 pub(super) enum Target {
     /// The scenario's file.
     Scenario,
-    /// The vehicle the firmware is told of, and the simulated one too unless a file of its own describes it.
+    /// The vehicle that the firmware is given, and also the simulated vehicle unless a file of its own describes that.
     Vehicle,
     /// The simulated vehicle only.
     PlantVehicle,
@@ -89,7 +89,7 @@ impl OverrideSource {
         if changes.is_empty() {
             return Ok(self.text.clone());
         }
-        // A text that is not TOML is told as what it is by its own reader.
+        // The file's own reader reports a text that is not TOML.
         let Ok(root) = self.text.parse::<Table>() else {
             return Ok(self.text.clone());
         };

@@ -40,7 +40,7 @@ pub struct Scenario {
     pub source: ScenarioSource,
 }
 
-/// A scenario's file: messages tell its name, and where in its text something stands.
+/// A scenario's file: messages give its name, and where in its text something stands.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ScenarioSource {
     file: String,

@@ -62,7 +62,7 @@ impl Glances {
 mod tests {
     use super::*;
 
-    /// Glances that tell their time, one a millisecond, up to so many.
+    /// Glances that hold their time, one per millisecond, up to so many.
     fn seen(glances: u64) -> Glances {
         let mut seen = Glances::new();
         for ms in 1..=glances {

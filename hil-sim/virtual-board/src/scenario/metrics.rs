@@ -248,7 +248,7 @@ impl Metrics {
         rows as f64 / self.rows.max(1) as f64
     }
 
-    /// How far the vehicle moved in its last two seconds, if it was armed and told to stand.
+    /// How far the vehicle moved in its last two seconds, if it was armed and commanded to stand.
     fn hold_drift_m(&self) -> f64 {
         match (self.places.front(), self.places.back()) {
             (Some([_, x0, y0]), Some([_, x1, y1])) => (x1 - x0).hypot(y1 - y0),

@@ -37,7 +37,7 @@ pub(super) enum NoStep {
 impl Step {
     /// Reads the table of one step.
     ///
-    /// By hand: serde says of a table whose `action` tells its fields neither the field that is wrong nor its place.
+    /// By hand: serde says of a table whose `action` decides its fields neither the field that is wrong nor its place.
     pub(super) fn read(table: Spanned<DeTable<'_>>) -> Result<Self, NoStep> {
         let span = table.span();
         let mut table = table.into_inner();

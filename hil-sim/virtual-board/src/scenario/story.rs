@@ -1,4 +1,4 @@
-//! What happened in a run, told in order of time: modes, faults, refusals, and what the vehicle went through.
+//! What happened in a run, in order of time: modes, faults, refusals, and what the vehicle went through.
 
 use std::fmt;
 
@@ -103,14 +103,14 @@ impl fmt::Display for StoryEvent {
     }
 }
 
-/// Something that lasts: whether a row shows it, and what it is told as.
+/// Something that lasts: whether a row shows it, and what the story calls it.
 struct Spell {
     kind: EventKind,
     shows: fn(Sight<'_>) -> bool,
     told: fn(&Span) -> String,
 }
 
-/// Everything that lasts and is told with its length.
+/// Everything that lasts and that the story reports with its length.
 const SPELLS: [Spell; 6] = [
     Spell {
         kind: EventKind::Slide,
@@ -250,7 +250,7 @@ impl Story {
         }
     }
 
-    /// What the last sight has told: every event once, also those that are only counted.
+    /// What the last sight has shown: every event once, also those that are only counted.
     pub fn new_events(&self) -> &[StoryEvent] {
         &self.new
     }
@@ -268,7 +268,7 @@ impl Story {
         for event in self.under_way() {
             self.keep(event);
         }
-        // A spell is told when it ends, but stands where it began.
+        // The story reports a spell when it ends, but at the time at which it began.
         self.events.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
         RunStory {
             events: self.events,

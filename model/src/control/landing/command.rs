@@ -9,9 +9,9 @@ use crate::vehicle::{ControlParameters, GRAVITY_M_S2, Scales, Vehicle};
 /// Reference below which the place is captured, nondimensional.
 const HOLD_REFERENCE: f32 = 0.03;
 
-/// Speed by which sliding wheels are told to run ahead of the vehicle at most, m/s. More slip gives no more force. With less the
-/// wheels would soon be taken to roll again (`REGAINED_M_S` in `estimate/traction.rs`); in a slide of more than three seconds they
-/// may be even so, for some tenths of a second, because the speed over the ground drifts.
+/// Largest speed by which the law lets sliding wheels run ahead of the vehicle, m/s. More slip gives no more force.
+/// With less the wheels would soon be taken to roll again (`REGAINED_M_S` in `estimate/traction.rs`); in a slide of
+/// more than three seconds they may be even so, for some tenths of a second, because the speed over the ground drifts.
 const SLIP_MAX_M_S: f32 = 0.3;
 
 /// The acceleration, g, and the smoothing time, s, that a command of `vehicle` has: as its file wishes, within what keeps the
@@ -184,12 +184,12 @@ mod tests {
         for (from_m_s, target_m_s, ground_m_s, want_m_s) in [
             (0.2, 2.0, 0.2, 0.2 + SLIP_MAX_M_S),
             (-0.2, -2.0, -0.2, -0.2 - SLIP_MAX_M_S),
-            // What the vehicle is told is less.
+            // The commanded speed is lower.
             (0.2, 0.4, 0.2, 0.4),
             // It stops, whatever the speed over the ground seems to be,
             (1.0, 0.0, 1.0, 0.0),
             (-1.0, 0.0, -1.0, 0.0),
-            // and does not run away from what it is told.
+            // and does not run away from the command.
             (0.0, 2.0, -1.0, SLIP_MAX_M_S),
             (0.0, -2.0, 1.0, -SLIP_MAX_M_S),
         ] {

@@ -125,7 +125,7 @@ impl LandingLaw {
         self.command.reference() * self.scales.speed_m_s
     }
 
-    /// The vehicle is told to drive and comes no further.
+    /// The vehicle is commanded to drive and makes no progress.
     pub fn is_stuck(&self) -> bool {
         self.obstacle.push() == PushState::Stuck
     }

@@ -13,14 +13,14 @@ const GRIP_SHARE: f32 = 0.75;
 /// Friction coefficient kept beyond what standing needs, where standing needs much of the planned share: there holding
 /// and stopping go before margin, up to the configured grip.
 const STANDING_RESERVE: f32 = 0.25;
-/// The same for speeding up uphill, which nothing forces the vehicle to do: less, and up to this share of the configured
-/// grip.
+/// The reserve for accelerating uphill, and the share of the configured grip that bounds it. Both are smaller than for
+/// standing, because the vehicle can do without that acceleration.
 const CLIMBING_RESERVE: f32 = 0.16;
 const CLIMBING_SHARE: f32 = 0.9;
 /// Share of the planned grip that a commanded acceleration takes; the rest is for the arm's swing.
 const STEADY_SHARE: f32 = 0.9;
-/// The same while a vehicle starts that is told to stand: let go on a slope it rolls back until its arm is up, and stopping
-/// goes before margin.
+/// The same while a vehicle starts that is commanded to stand: let go on a slope, the vehicle rolls back until its arm
+/// is up, and stopping goes before margin.
 const START_SHARE: f32 = 0.97;
 /// Least acceleration that is always allowed, g: the law never locks up.
 const ACCELERATION_MIN_G: f32 = 0.02;
@@ -97,8 +97,8 @@ impl Limits {
         (home.sin.abs() + STANDING_LEAN).bounded(self.working_sin_phi, self.standing_sin_phi)
     }
 
-    /// What grip and the vehicle file leave to accelerate with, at the landing speed `landing`. `starts` tells that the
-    /// vehicle has just been let go and is told to stand.
+    /// What grip and the vehicle file leave to accelerate with, at the landing speed `landing`. `starts` says that the
+    /// vehicle has just been let go and is commanded to stand.
     pub(super) fn room(&self, (sin_slope, cos_slope): (f32, f32), landing: f32, starts: bool) -> Room {
         let standing = sin_slope.abs() / cos_slope;
         let planned = self.planned_mu();

@@ -1,8 +1,9 @@
 //! The landing law: a speed law near the physical limit.
 //!
-//! The arm is brought to the angle that gives the wanted acceleration, and home again, by a fast servo. What makes
-//! that simple is the *landing speed*: the speed that will be left once the servo has brought the arm home. Fed back
-//! instead of the present speed, it has no swing in it. Derivations, guarantees and their assumptions: docs/control.md.
+//! A fast servo brings the arm to the angle that gives the wanted acceleration, and home again. The law feeds back the
+//! *landing speed* instead of the present speed: the speed that will be left once the servo has brought the arm home.
+//! The landing speed has no swing in it, which makes the law simple. Derivations, guarantees and their assumptions:
+//! docs/control.md.
 //!
 //! Nondimensional inside (forces over (M+m) g, torques over (M+m) g r, time sqrt(r/g)), SI at the edges.
 

@@ -1,5 +1,5 @@
 //! What the law knows beyond its sensors: a torque at the joint that the model does not have, the wheel's rate without
-//! the filter's lag, and what a tick teaches of the slope.
+//! the filter's lag, and the change of the slope that each tick shows.
 
 use super::balance::MotionByTorque;
 use super::design::Design;
@@ -12,8 +12,8 @@ const TORQUE_MAX: f32 = 2.0;
 const SIN_SLOPE_MAX: f32 = 0.66;
 /// Error of the joint rate beyond which the slope learns no faster: a wheel that hits a kerb.
 const JOLT: f32 = 0.1;
-/// Share of it while the vehicle is told to move slowly and moves at less than half of that: what holds it up is then more likely
-/// a kerb that it creeps up than a hill, whose foot is seldom as sharp.
+/// Share of that error while the vehicle is commanded to move slowly and moves at less than half of the command: what
+/// holds the vehicle up is then more likely a kerb that it creeps up than a hill, whose foot is seldom as sharp.
 const CREEPING_SHARE: f32 = 0.2;
 /// Error of the joint rate below which the vehicle moves as the model does, and the rate at which the calm slope then
 /// follows.
@@ -64,7 +64,7 @@ impl TorqueObserver {
 
 /// Joint-rate observer: the model predicts theta' + phi' and passes it through the same filter as the sensed joint
 /// rate, so that the filter's lag costs nothing. What the wheel does beyond the model is a slope. The slope itself is the
-/// estimator's; the observer tells by how much it is to change.
+/// estimator's; the observer returns the change of the slope.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RateObserver {
     tick: f32,

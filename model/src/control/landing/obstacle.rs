@@ -5,30 +5,30 @@ use crate::bounded::Bounded;
 /// Advance, m, that counts as progress; and a way back, m, that is no rebound any more.
 const PROGRESS_M: f32 = 0.01;
 const RETREAT_M: f32 = 0.03;
-/// Share of the speed told from which on the vehicle moves.
+/// Share of the commanded speed from which on the vehicle moves.
 const MOVES_SHARE: f32 = 0.5;
-/// Speed, nondimensional, from which on a vehicle is told to move.
+/// Speed, nondimensional, from which on a command is one to move.
 const TOLD: f32 = 0.03;
-/// Speed told, nondimensional, below which a vehicle creeps up what slows it; a faster one runs against it.
+/// Commanded speed, nondimensional, below which a vehicle creeps up an obstacle; a faster vehicle runs against it.
 const CREEPING: f32 = 0.5;
 /// Speed, nondimensional, that the wheels lose unforeseen when they hit something: the observer's jolt. A hill's foot takes less,
 /// because the observer learns it meanwhile.
 const BLOW: f32 = 0.1;
 /// Way over which the wheels climb what they have hit, in their radii: sqrt(2 h) for an edge h radii high, here 0.18.
 const CLIMB: f32 = 0.6;
-/// Time, in time units, for which what they hit must hold them up to be taken for a slope: three of the observer's poles.
+/// Time, in time units, after which the observer has taken what holds the wheels up for a slope: three of its poles.
 const HELD_TIME: f32 = 1.0;
 /// Speed, nondimensional, that a vehicle lacks when it pushes.
 const MISSING: f32 = 0.02;
 /// Time without progress, in time units, after which a vehicle is stuck, besides what a start takes.
 const STUCK_TIME: f32 = 2.0;
-/// Share of the time after which it counts as stuck from which on a vehicle that is told to turn back was stuck: it has taken
-/// the push of its own arm for a hill by then.
+/// A vehicle that is commanded to turn back after this share of the time after which it counts as stuck was stuck: by
+/// then the observer has taken the push of the arm for a hill.
 const TURNED_BACK_SHARE: f32 = 0.5;
-/// Time after which a stuck vehicle gives up to push hard, and the time that it takes for it, in time units. Lowered at once,
-/// its arm would pull the wheels off the obstacle, and the vehicle would bounce and begin anew: they push on as long as the
-/// arm's weight gives more than its swing takes, `|phi''| < sin(phi) / L`. Over four time units the arm comes down at no more
-/// than that much per time unit, so that one time unit is enough for it to stop in.
+/// Time after which a stuck vehicle gives up pushing hard, and the time over which it lowers its arm, in time units. An
+/// arm that is lowered at once would pull the wheels off the obstacle, and the vehicle would bounce and begin anew. The
+/// wheels push on as long as the arm's weight gives more than its swing takes, `|phi''| < sin(phi) / L`. Over four time
+/// units the arm comes down at no more than that much per time unit, so that the arm can stop within one time unit.
 const PUSH_TIME: f32 = 14.0;
 const GIVE_UP_TIME: f32 = 4.0;
 /// Acceleration, g, whose arm angle a stuck vehicle takes: pushing hard, and after it has given up. The latter keeps the
@@ -45,17 +45,18 @@ pub(super) enum PushState {
     /// It moves, or it does not push.
     #[default]
     None,
-    /// It is told to drive and moves at less than half of that speed: perhaps it starts, perhaps it is about to be stopped.
+    /// It is commanded to drive and moves at less than half of that speed: perhaps it starts, perhaps something stops
+    /// it.
     Perhaps,
-    /// The same of a vehicle that is told to move slowly: perhaps it creeps up a kerb.
+    /// The same of a vehicle that is commanded to move slowly: perhaps it creeps up a kerb.
     Creeps,
     /// It pushes and does not move.
     Stuck,
-    /// It moves as it is told again after what its wheels had hit held it up.
+    /// It moves as commanded again, after what its wheels had hit held it up.
     Freed,
 }
 
-/// What the vehicle is told to do, nondimensional but for the place.
+/// What the vehicle is commanded to do, nondimensional but for the place.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Told {
     /// The speed that the operator wants, the reference on its way there, the wheels' present speed, and what of it the model did
@@ -116,13 +117,13 @@ impl Blow {
 }
 
 /// Whether the vehicle pushes against something that does not move, and for how long, in time units. A vehicle that
-/// bounces off an obstacle again and again is stuck as well: what counts is that it comes no further.
+/// bounces off an obstacle again and again is stuck as well, because it makes no progress.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Obstacle {
     direction: f32,
-    /// It moves, at no less than a share of the speed that it is told.
+    /// It moves, at no less than a share of the commanded speed.
     moves: bool,
-    /// It is told to move slowly.
+    /// It is commanded to move slowly.
     creeps: bool,
     blow: Blow,
     /// What was found in the last tick.
@@ -148,7 +149,7 @@ impl Obstacle {
             self.time = self.time.bounded(self.stuck_time() + tick, f32::MAX);
             stuck = true;
         }
-        // Told to back off, a stuck vehicle first lowers its arm, and as long it pushes on.
+        // A stuck vehicle that is commanded to back off first lowers its arm, and pushes on as long.
         let direction = if stuck && self.direction * (told.reference - told.wheels) > MISSING {
             self.direction
         } else if told.speed > TOLD {
@@ -265,8 +266,8 @@ mod tests {
         obstacle.push()
     }
 
-    /// A blow tells an obstacle from a hill. What a hill's foot takes of the speed is none, nor what pushes from behind; and what
-    /// holds the vehicle up for a moment only, or lies behind it, has taught it nothing.
+    /// A blow distinguishes an obstacle from a hill. What a hill's foot takes of the speed is none, nor what pushes
+    /// from behind; and what holds the vehicle up for a moment only, or lies behind it, has taught it nothing.
     #[test]
     fn a_blow_tells_an_obstacle_from_a_hill() {
         for way in [1.0, -1.0] {

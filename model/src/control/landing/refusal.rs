@@ -1,4 +1,4 @@
-//! Slopes on which the vehicle cannot stand: found while it is let go, and refused.
+//! Slopes on which the vehicle cannot stand: the law finds them once the wheels are let go, and refuses them.
 
 /// How far and how long the slope must be beyond what the vehicle can stand on: excess of its sine, integrated over time
 /// units. While the slope is learnt, it is overestimated by up to a sine of 0.045 for two time units, after which it is
@@ -8,8 +8,9 @@ const EXCESS_TIME: f32 = 0.06;
 const EXCESS_LEARNT: f32 = 0.006;
 const LEARNT_TIME: f32 = 20.0;
 
-/// Landing speed below which a vehicle stands, how near to the steepest slope that it can stand on the slope has to be, as a
-/// sine, for that to tell anything, and for how long: a vehicle that is held by hand has not found its slope.
+/// Landing speed below which a vehicle stands; how near the slope has to be, as a sine, to the steepest slope that the
+/// vehicle can stand on, for standing to prove anything; and for how long. A vehicle that is held by hand has not found
+/// its slope.
 const STANDS_SPEED: f32 = 0.02;
 const STANDS_EXCESS: f32 = -0.15;
 const STANDS_TIME: f32 = 6.0;
@@ -17,8 +18,9 @@ const STANDS_TIME: f32 = 6.0;
 /// Whether a vehicle that was armed where it cannot stand is to be refused.
 ///
 /// At rest with its arm hanging no sensor shows the slope; only once the wheels are let go does the law learn the slope. A
-/// vehicle that has been told to drive since it was armed came to the slope by itself, and can be told to drive back: a limit
-/// is enough for it. So it is for one that has stood on a slope as steep: it can, and open bridges would let it go.
+/// vehicle that has been commanded to drive since it was armed came to the slope by itself, and can drive back on
+/// command: a limit is enough. The limit is also enough for a vehicle that has stood on a slope as steep: it can stand
+/// there, and open bridges would let it go.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct SlopeRefusal {
     driven: bool,
@@ -33,7 +35,7 @@ pub(super) struct SlopeRefusal {
 
 impl SlopeRefusal {
     /// One tick on a slope whose sine, without its sign, is `excess` more than that of the steepest one the vehicle can
-    /// stand on, at a landing speed. `drives` tells that the operator wants a speed or a turn.
+    /// stand on, at a landing speed. `drives` says that the operator wants a speed or a turn.
     pub(super) fn update(&mut self, excess: f32, landing: f32, drives: bool, tick: f32) {
         self.driven |= drives;
         // Once refused, the vehicle stays so.

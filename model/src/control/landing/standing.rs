@@ -25,7 +25,7 @@ const STARTING_SHARE: f32 = 0.15;
 /// How far from standing the vehicle is, nondimensional.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unrest {
-    /// The vehicle is told to stand, nothing is in its way, and no turn loads its gears.
+    /// The vehicle is commanded to stand, nothing is in its way, and no turn loads its gears.
     pub(super) told: bool,
     /// The vehicle drives on worn gears at the speed told, nothing is in its way, and its wheels grip.
     pub(super) cruises: bool,

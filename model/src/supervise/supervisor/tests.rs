@@ -108,8 +108,8 @@ fn a_healthy_vehicle_has_no_faults_and_no_blockers() {
     assert_eq!(bench.supervisor.late_ticks(), 0);
 }
 
-/// The estimator is told in each tick which sensors the tick believed: none before the first, and none whose fault is
-/// present.
+/// The supervisor returns in each tick which sensors the tick believed: none before the first tick, and no sensor whose
+/// fault is present.
 #[test]
 fn a_sensor_with_a_present_fault_is_not_believed() {
     type Cause = fn(&mut Bench, bool);

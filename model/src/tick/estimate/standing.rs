@@ -1,9 +1,11 @@
 //! Whether the vehicle stands still, and whether its gyros' biases are known.
 //!
-//! Rest is the only state in which gyros show their biases and the accelerometer shows gravity alone. A rest that is
-//! none teaches wrong biases, and a wrong bias makes the vehicle look as if it moved for ever. Therefore a sensor that
-//! supervision does not believe is never at rest; an arm IMU that was lost is calibrated anew, because nobody knows
-//! how the arm turned meanwhile; and wheels that stand for long beside a gyro that turns evenly show a wrong bias.
+//! Rest is the only state in which gyros show their biases and the accelerometer shows gravity alone. A false
+//! rest teaches wrong biases, and with a wrong bias the vehicle seems to move for ever. Therefore
+//!
+//! - a sensor that supervision does not believe never counts as at rest;
+//! - an arm IMU that was lost is calibrated anew, because nobody knows how the arm turned meanwhile;
+//! - wheels that stand for long beside a gyro that turns evenly show a wrong bias.
 
 use super::calibration::{BIAS_MAX_RAD_S, Calibration, is_new};
 use crate::estimate::heading::AGREEMENT_RAD_S;

@@ -196,7 +196,7 @@ fn an_armed_vehicle_does_not_take_its_ballast_for_one_that_hangs() {
     }
 }
 
-/// A change of parameters while disarmed: what was told of the vehicle stays, and it calibrates anew.
+/// A change of parameters while disarmed: what the vehicle has reported stays, and the vehicle calibrates anew.
 #[test]
 fn another_vehicle_takes_over_what_was_told_of_the_one_before() {
     let mut bench = Bench::armed();

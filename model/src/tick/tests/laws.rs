@@ -200,7 +200,7 @@ fn the_mode_decides_what_is_aimed_at() {
     }
 }
 
-/// What the estimator is told of the speed law is what the law does.
+/// What the estimator learns of the speed law is what the law does.
 #[test]
 fn the_intent_is_the_laws_target_and_reference() {
     let mut bench = Bench::new();

@@ -49,8 +49,9 @@ fn a_spar_imu_that_is_upside_down_is_told_while_the_vehicle_is_armed() {
     assert!(!bench.tick().spar_contradicted, "what was not believed is forgotten");
 }
 
-/// An IMU that lies on its side feels its weight along the axle: it is told before a calibration ends, while nothing is armed,
-/// and for as long as it lies there. What shakes it at 3 Hz, or a side slope of 44 degrees, is none.
+/// An IMU that lies on its side feels its weight along the axle. The vehicle reports it before a calibration ends,
+/// while nothing is armed, and for as long as the IMU lies there. An IMU that is shaken at 3 Hz, or stands on a side
+/// slope of 44 degrees, does not lie on its side.
 #[test]
 fn an_imu_on_its_side_is_told_before_anything_is_armed() {
     for (side_g, in_plane_g, expected) in [(1.0_f32, 0.0_f32, true), (-0.8, 0.6, true), (0.69, 0.72, false)] {

@@ -331,7 +331,7 @@ fn a_slide_is_told_and_its_way_is_the_accelerometers() {
     }
     assert!(told_after.is_some_and(|k| (150..250).contains(&k)), "{told_after:?}");
     near("speed", found.speed_m_s, 0.2, 0.12);
-    // Until the slide was told, the wheels counted.
+    // Until the slide was reported, the wheels counted.
     let way_m = f64::from(found.distance_m - before.distance_m);
     assert!((0.45..0.65).contains(&way_m), "{way_m}");
 }

@@ -41,7 +41,7 @@ impl Bench {
         bench
     }
 
-    /// Stood still, then told to drive `way`.
+    /// Stood still, then commanded to drive `way`.
     fn told(&mut self, way: f32) {
         self.intent.target_m_s = 0.0;
         self.ticks(100);
@@ -296,8 +296,8 @@ fn gyro_and_accelerometer_contradict_each_other_in_300_ticks() {
     }
 }
 
-/// A blocked vehicle: after 700 ticks without motion the slope that is told stays that of the ground, while the laws
-/// carry the obstacle like a hill; told to stop, they carry the ground again.
+/// A blocked vehicle: after 700 ticks without motion the reported slope stays that of the ground, while the laws
+/// carry the obstacle like a hill. Once a stop is commanded, the laws carry the ground again.
 #[test]
 fn a_blocked_vehicle_tells_so_and_keeps_the_slope_of_the_ground() {
     for way in [1.0_f32, -1.0] {

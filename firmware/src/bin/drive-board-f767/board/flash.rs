@@ -173,7 +173,7 @@ pub fn clean_up() {
     }
 }
 
-/// Copies bytes out of the flash. That a word lost a bit nothing tells here.
+/// Copies bytes out of the flash. On this part nothing shows that a word lost a bit.
 pub fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), ProtectedWord> {
     let mut refused = Sr::default();
     refused.set_rderr(true);

@@ -5,7 +5,7 @@ use firmware::hardware::{ResetCause, ResetFlags};
 
 /// Address of the register that holds the causes, RCC_CSR.
 pub const REGISTER: u32 = 0x4002_3874;
-/// Its bits that tell that the supply came up: PORRSTF and BORRSTF.
+/// Its bits that show that the supply came up: PORRSTF and BORRSTF.
 pub const SUPPLY_CAME_UP: u32 = 1 << 27 | 1 << 25;
 
 /// Reads why the part started, and clears the flags for the next start.

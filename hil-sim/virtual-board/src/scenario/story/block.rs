@@ -10,7 +10,7 @@ const LEVEL_RAD: f64 = 0.02;
 /// What was seen of a vehicle that was blocked.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct BlockWitness {
-    /// Fastest that it was told to drive, with its direction, m/s.
+    /// Largest commanded speed, with its direction, m/s.
     told_m_s: f64,
     /// Furthest that the arm leant from the vertical, rad.
     lean_rad: f64,
@@ -18,7 +18,8 @@ pub(super) struct BlockWitness {
     current_a: f64,
     /// Slope as the vehicle finds it, uphill positive, rad.
     estimated_rad: f64,
-    /// Steepest rise of the ground under the wheels, in the direction told, rad; nothing where nobody knows.
+    /// Steepest rise of the ground under the wheels, in the commanded direction, rad; `None` where the ground is
+    /// unknown.
     rise_rad: Option<f64>,
     chocked: bool,
     slides: bool,

@@ -19,7 +19,7 @@ pub(super) struct SlidingContact {
     speed_m_s: f64,
     /// Force of the ground along the heading, N.
     force_n: f64,
-    /// Friction by load; nothing where it cannot be told.
+    /// Friction by load; `None` where the run does not show it.
     pub(super) grip: Option<f64>,
     /// Slope of the path under the wheels, rad.
     slope_rad: f64,

@@ -162,7 +162,7 @@ fn a_slide_tells_which_wheel_how_fast_and_what_asked_for_more_grip_than_there_is
     }
 }
 
-/// The first instant tells the cause, the fastest one how far it went.
+/// The first instant shows the cause, the fastest instant how far it went.
 #[test]
 fn a_slide_is_told_by_how_it_began_and_how_far_it_went() {
     let told = text([
@@ -187,7 +187,7 @@ fn friction_across_the_heading_counts_as_grip() {
     assert!((contact.grip.expect("known") - 0.05 / 0.6).abs() < 1e-12);
 }
 
-/// A row in which the vehicle is blocked while it is told to drive forward.
+/// A row in which the vehicle is blocked while it is commanded to drive forward.
 fn blocked(change: impl FnOnce(&mut Row)) -> Row {
     row(10, |row| {
         row.status.limits.insert(Limit::Stall);
@@ -290,7 +290,7 @@ fn without_the_truth_the_vehicle_s_own_findings_are_told() {
     );
 }
 
-/// What a motor's heat and a full supply take from the drive is told with how much it was.
+/// The story says how much a motor's heat and a full supply take from the drive.
 #[test]
 fn hot_motors_and_a_full_supply_are_told() {
     let told = told((1..=20).map(|n| {

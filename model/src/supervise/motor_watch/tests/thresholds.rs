@@ -10,7 +10,7 @@ fn watch() -> MotorWatch {
     MotorWatch::new(&reference().parameters().drive_motor, 1000)
 }
 
-/// Under a steady voltage, which does not tell how the current follows.
+/// Under a steady voltage, which does not show how the current follows.
 fn steady(applied_v: f32, current_a: f32, rate_rad_s: f32) -> MotorReading {
     MotorReading {
         count: 0,
@@ -176,7 +176,7 @@ fn following(amplitude_v: f32, share: f32, ticks: u32) -> CurrentResponse {
         let mut ahead = follower;
         ahead.update(voltage_v, 0.0);
         let model_a = ahead.model.last;
-        // A load and an offset tell nothing.
+        // A load and an offset show nothing.
         follower.update(voltage_v, 3.0 + share * model_a)
     })
 }
@@ -197,8 +197,8 @@ fn a_current_follows_by_half_and_is_dead_below_a_quarter() {
     ] {
         assert_eq!(following(0.02, share, 2000), answer, "{share}");
     }
-    // Second differences of 0.02 A: the voltage that tells something is 0.02 / sqrt(2) A through 0.316 ohm, and more, as
-    // the inductance takes some of the change.
+    // Second differences of 0.02 A: the voltage that shows something is 0.02 / sqrt(2) A through 0.316 ohm, and more,
+    // as the inductance takes some of the change.
     assert_eq!(following(0.0043, 1.0, 2000), CurrentResponse::Unknown);
     assert_eq!(following(0.0049, 1.0, 2000), CurrentResponse::Follows);
     assert_eq!(following(0.0049, 0.0, 2000), CurrentResponse::Dead);
@@ -207,7 +207,8 @@ fn a_current_follows_by_half_and_is_dead_below_a_quarter() {
     assert_eq!(following(0.5, 1.0, 3), CurrentResponse::Follows);
 }
 
-/// A follower that begins anew tells nothing before three values, whatever it knew, and then what a new one tells.
+/// A follower that begins anew returns nothing before three values, whatever it knew, and then what a new follower
+/// returns.
 #[test]
 fn a_follower_that_is_reset_knows_nothing() {
     let new = Follower::new(&reference().parameters().drive_motor);
@@ -226,7 +227,7 @@ fn a_follower_that_is_reset_knows_nothing() {
     }
 }
 
-/// Steady loads, offsets and ramps are no changes; the first two values tell nothing, which the follower knows.
+/// Steady loads, offsets and ramps are no changes; the first two values show nothing, which the follower knows.
 #[test]
 fn a_second_difference_leaves_steady_values_and_ramps_out() {
     let mut difference = SecondDifference::default();
@@ -247,7 +248,7 @@ fn one_jump_of_the_current_does_not_hide_a_dead_sensor() {
     assert!(answers[150..].iter().all(|answer| *answer == CurrentResponse::Dead));
 }
 
-/// A dead sensor is told after 150 ticks, and a living one not at all; an open bridge starts anew.
+/// The watch reports a dead sensor after 150 ticks, and a living sensor never; an open bridge starts the count anew.
 #[test]
 fn a_sensor_is_dead_after_150_ticks() {
     let reading = |tick: u32| steady(if tick & 2 == 0 { 0.1 } else { -0.1 }, 0.0, 0.0);

@@ -3,7 +3,7 @@
 use super::{Motion, Ride};
 use crate::sample::TICK_S;
 
-/// The arm swings below wheels that drive on: a mirrored IMU is told by the wheels of a vehicle that is armed.
+/// The arm swings below wheels that drive on: the wheels of an armed vehicle show that its IMU is mirrored.
 #[test]
 fn a_mirrored_imu_contradicts_the_wheels_once_they_turn_against_the_arm() {
     for (mirrored, disarmed, slope_rad) in [

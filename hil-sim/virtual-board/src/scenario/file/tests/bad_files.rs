@@ -222,7 +222,7 @@ fn every_bad_scenario_is_told_with_its_place() {
             .map(drop)
             .expect_err(&text)
             .to_string();
-        // The place of a table that is told as a whole is that of one of its parts.
+        // The place that is reported for a whole table is that of one of its parts.
         let place = place.filter(|_| !parts.contains(&"plant."));
         told(&message, &text, place, parts);
         // Line ends and marks of other systems change nothing of it.
