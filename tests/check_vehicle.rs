@@ -29,6 +29,41 @@ fn every_vehicle_that_is_shipped_is_sound() {
     assert!(vehicles >= 2);
 }
 
+/// The table tells poles of both laws, and of one that rings ever louder that it does.
+#[test]
+fn poles_and_limits_are_told_and_an_unstable_law_is_named() {
+    let output = hil_sim(&["check", "vehicles/small.toml"]);
+    let table = String::from_utf8_lossy(&output.stdout).into_owned();
+    for told in [
+        "poles of the landing law",
+        "poles of Eq. 3.25",
+        "whirl_slope_deg",
+        "whirl_slope_v",
+        "traction_limit_v",
+    ] {
+        assert!(table.contains(told), "{told}: {table}");
+    }
+    assert!(!table.contains("unstable"), "{table}");
+    // Eq. 3.25's gains do not follow from the vehicle: with the reference's, a bearing that drags little leaves it unstable.
+    let free = changed(
+        "free.toml",
+        "bearing_damping_n_m_s = 0.02",
+        "bearing_damping_n_m_s = 0.0",
+    );
+    let free_running = std::fs::read_to_string(&free)
+        .expect("reads")
+        .replace("resistance_ohm = 1.3", "resistance_ohm = 2.6");
+    std::fs::write(&free, free_running).expect("writes");
+    let output = hil_sim(&["check", free.to_str().expect("utf-8")]);
+    let table = String::from_utf8_lossy(&output.stdout).into_owned();
+    let line = table
+        .lines()
+        .find(|line| line.starts_with("poles of Eq. 3.25"))
+        .expect("the poles");
+    assert!(line.ends_with("unstable"), "{line}");
+    assert_eq!(output.status.code(), Some(0), "the landing law flies it: {table}");
+}
+
 #[test]
 fn a_design_that_cannot_work_ends_with_1_and_a_bad_file_with_2() {
     let buried = changed("buried.toml", "arm_length_m = 0.06", "arm_length_m = 0.11");
@@ -102,6 +137,68 @@ fn the_hold_that_check_tells_is_the_one_that_the_vehicle_needs() {
         .collect();
     let mean_a = last.iter().sum::<f64>() / last.len() as f64;
     assert!((mean_a / hold_a - 1.0).abs() < 0.03, "{mean_a} A for {hold_a} A");
+}
+
+/// A robot for the palm of a hand: wheels of 30 mm, 0.5 kg, 6 V, two gearmotors that bear 0.4 A. It has nothing that `check`
+/// doubts, arms, and drives; nothing that its board has not measured yet has warmed its motors.
+#[test]
+fn a_vehicle_in_the_palm_of_a_hand_drives() {
+    let mut text = std::fs::read_to_string(Path::new(WORKSPACE).join("vehicles/small.toml")).expect("reads");
+    for (field, value) in [
+        ("wheel_radius_m", "0.03"),
+        ("total_mass_kg", "0.5"),
+        ("arm_mass_kg", "0.38"),
+        ("arm_length_m", "0.015"),
+        ("wheels_inertia_kg_m2", "0.00007"),
+        ("half_track_m", "0.04"),
+        ("yaw_inertia_kg_m2", "0.0003"),
+        ("bearing_damping_n_m_s", "0.0003"),
+        ("torque_constant_n_m_per_a", "0.0035"),
+        ("back_emf_constant_v_s_per_rad", "0.0035"),
+        ("resistance_ohm", "4.0"),
+        ("inductance_h", "0.001"),
+        ("rotor_inertia_kg_m2", "0.00000003"),
+        ("current_limit_a", "1.2"),
+        ("continuous_current_a", "0.4"),
+        ("winding_time_constant_s", "8.0"),
+        ("coulomb_friction_n_m", "0.003"),
+        ("encoder_counts_per_rev", "28"),
+        ("arm_radius_m", "0.01"),
+        ("nominal_v", "6.0"),
+        ("minimum_v", "4.8"),
+        ("maximum_v", "7.2"),
+        ("speed_max_m_s", "0.5"),
+        ("acceleration_max_m_s2", "0.5"),
+        ("overcurrent_a", "2.0"),
+    ] {
+        let line = text.lines().find(|line| line.split(' ').next() == Some(field));
+        let line = line.unwrap_or_else(|| panic!("{field}")).to_owned();
+        text = text.replacen(&line, &format!("{field} = {value}"), 1);
+    }
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("palm.toml");
+    std::fs::write(&path, text).expect("writes");
+    let vehicle = path.to_str().expect("utf-8");
+    let output = hil_sim(&["check", vehicle, "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one object");
+    assert_eq!((&json["ok"], &json["findings"]), (&true.into(), &serde_json::json!([])));
+    for scenario in ["slope-drive", "figure-of-eight"] {
+        let output = hil_sim(&["drive", scenario, "--vehicle", vehicle, "--json"]);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one object");
+        let metrics = json["metrics"].as_array().expect("metrics");
+        let value = |name: &str| {
+            let metric = metrics.iter().find(|metric| metric["name"] == name).expect(name);
+            metric["value"].as_f64().unwrap_or(f64::NAN)
+        };
+        assert_eq!((value("faults"), value("final_mode")), (0.0, 1.0), "{scenario}");
+        // It comes as far as its top speed allows, follows its reference, and stands.
+        assert!(value("distance_m") > 15.0, "{scenario}: {json}");
+        assert!(
+            value("speed_error_rms_m_s") < 0.05 && value("phi_peak_deg") < 45.0,
+            "{scenario}: {json}"
+        );
+        assert!(value("hold_drift_m") < 0.05, "{scenario}: {json}");
+    }
 }
 
 #[test]

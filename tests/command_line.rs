@@ -1,7 +1,8 @@
 //! The command line of `drive` from outside: files, exit codes, messages.
 
+use std::io::{BufRead as _, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
 
 #[path = "support/tool.rs"]
 mod tool;
@@ -294,4 +295,34 @@ fn every_shell_gets_completions_and_every_command_a_page() {
     }
     let page = String::from_utf8_lossy(&hil_sim(&["man"]).stdout).into_owned();
     assert!(page.contains(".TH hil-sim 1"), "{page}");
+}
+
+/// As in `serve | head -1`: once its address is told, nobody needs to read on. The board goes on for its clients, and Ctrl-C ends
+/// it without a word of trouble.
+#[cfg(unix)]
+#[test]
+fn a_server_whose_words_nobody_reads_goes_on() {
+    let mut server = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+        .arg("serve")
+        .args(["--tcp", "127.0.0.1:0"])
+        .current_dir(WORKSPACE)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let mut line = String::new();
+    let words = server.stdout.take().expect("piped");
+    // Dropped with what it reads from: the pipe is closed.
+    BufReader::new(words).read_line(&mut line).expect("its address");
+    let port = line.trim().strip_prefix("board at ").unwrap_or(&line);
+    // Each client that comes and goes is a word to nobody.
+    let answers = [(); 2].map(|()| hil_sim(&["link", "--port", port, "status", "--seconds", "0.5"]));
+    let goes_on = server.try_wait().expect("waits").is_none();
+    let stopped = Command::new("kill").args(["-INT", &server.id().to_string()]).status();
+    let ended = server.wait_with_output().expect("ended");
+    for answer in answers {
+        assert_eq!(answer.status.code(), Some(0), "{port}: {}", stderr(&answer));
+    }
+    assert!(goes_on && stopped.expect("runs").success());
+    assert_eq!((ended.status.code(), stderr(&ended)), (Some(0), String::new()));
 }

@@ -1,8 +1,6 @@
 //! The estimator against the truth, with data-sheet noise: at ease and under 0.3 g.
 
-use firmware::drive_board::SCALES;
 use model::vehicle::{GRAVITY_M_S2, Vehicle};
-use plant::Plant;
 use virtual_board::scenario::{self, Scenario, VirtualBackend, metrics};
 
 mod support;
@@ -44,7 +42,7 @@ fn under_0_3_g_the_arm_is_known_within_2_5_degrees() {
         let mut scenario = Scenario::parse("sprints", SPRINTS).expect("valid");
         scenario.seed = seed;
         let vehicle = sprinter();
-        let plant = Plant::new(&vehicle, &SCALES, scenario.terrain.clone(), seed).expect("drivable");
+        let plant = scenario.plant(&vehicle).expect("drivable");
         let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
         let outcome = scenario::run(&scenario, &mut backend, |_| {}).expect("a valid plant");
         let rows = &outcome.trace.rows;

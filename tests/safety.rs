@@ -1,16 +1,14 @@
 //! The safety rule: no defined or undefined input moves a motor that is not armed, and any fault reaches
 //! the safe state in bounded time.
 
-use firmware::drive_board::SCALES;
 use firmware::protocol::message::Order;
 use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, BlockerSet, Fault, FaultSet};
-use plant::Plant;
 use plant::fault::SensorFault;
 use plant::noise::Noise;
 use virtual_board::board::hardware::{SecondContact, World};
-use virtual_board::scenario::Sensor;
+use virtual_board::scenario::{Scenario, Sensor};
 
 mod support;
 use support::Bench;
@@ -360,8 +358,9 @@ fn an_overcharged_battery_opens_the_bridges() {
 #[test]
 fn a_disarmed_vehicle_on_a_slope_gets_no_help() {
     let vehicle = support::reference();
-    let terrain = plant::terrain::Terrain::incline(0.0873, 0.8).expect("valid");
-    let plant = Plant::new(&vehicle, &SCALES, terrain, 13).expect("drivable");
+    let slope = "title = 'slope'\nduration_s = 3.0\nseed = 13\n[terrain.plane]\nslope_x_rad = 0.0873\n";
+    let scenario = Scenario::parse("slope.toml", slope).expect("valid");
+    let plant = scenario.plant(&vehicle).expect("drivable");
     let mut board = virtual_board::board::VirtualBoard::boot(&vehicle, plant).expect("boots");
     board.run_until(3_000_000);
     let truth = board.world(|world| world.plant.truth());

@@ -175,6 +175,64 @@ fn bounds_left_aside_judge_nothing() {
     assert!(String::from_utf8_lossy(&output.stdout).contains("\"verdict\":\"not-judged\""));
 }
 
+/// The small vehicle stalls at the kerb that the reference vehicle climbs, and keeps every bound that the dead man's scenario has
+/// for the reference vehicle: neither is a run that passed, and neither one that failed.
+#[test]
+fn no_vehicle_passes_or_fails_by_what_another_measures() {
+    const SMALL: [&str; 2] = ["--vehicle", "vehicles/small.toml"];
+    let folder = env!("CARGO_TARGET_TMPDIR");
+    let out = ["--out", folder];
+    for scenario in ["kerb", "dead-man"] {
+        let run = json(&[&[scenario][..], &SMALL].concat());
+        assert_eq!(
+            (&run["verdict"], &run["ok"]),
+            (&"not-judged".into(), &serde_json::Value::Null),
+            "{scenario}"
+        );
+        assert_eq!(scenario == "kerb", !events(&run, "stall").is_empty(), "{scenario}");
+        let output = hil_sim(&[&["drive", scenario][..], &SMALL, &out].concat());
+        assert_eq!(output.status.code(), Some(0), "{scenario}: {}", stderr(&output));
+        let table = String::from_utf8_lossy(&output.stdout).into_owned();
+        let page = std::fs::read_to_string(Path::new(folder).join("index.html")).expect("the page");
+        for (place, text) in [("table", &table), ("page", &page)] {
+            let told = text.contains("not judged") && text.contains("another vehicle's");
+            assert!(told && !text.contains("passed"), "{scenario}, {place}: {text}");
+        }
+    }
+    let spreads = json(&[&["dead-man", "--seeds", "1:2"][..], &SMALL].concat());
+    assert_eq!((&spreads["passed"], &spreads["failed"]), (&0.into(), &0.into()));
+
+    // What holds of any vehicle is asked of this one too: it ends with the fault of a silent operator.
+    let path = file(
+        "any.toml",
+        &std::fs::read_to_string(format!("{}/tests/scenarios/dead-man.toml", tool::WORKSPACE))
+            .expect("reads")
+            .replace("faults = [2048.0, 2048.0]", "faults = []"),
+    );
+    let path = path.to_str().expect("utf-8");
+    let output = hil_sim(&[&["drive", path, "--json"][..], &SMALL].concat());
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("faults = ") && !stderr(&output).contains("distance"));
+}
+
+/// Other gains make no other vehicle, and a scenario that names the vehicle judges it.
+#[test]
+fn a_vehicle_is_judged_by_bounds_of_its_own() {
+    let ringing = vehicle_file::REFERENCE.replace("law = \"landing\"", "law = \"eq-3.25\"");
+    let ringing = file("ringing-vehicle.toml", &ringing);
+    let output = hil_sim(&["drive", "--json", "--vehicle", ringing.to_str().expect("utf-8")]);
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("speed_"), "{}", stderr(&output));
+
+    let small = format!("{}/vehicles/small.toml", tool::WORKSPACE);
+    let path = file(
+        "own.toml",
+        &format!("title = \"t\"\nduration_s = 3.0\nvehicle = {small:?}\n[metrics]\narmed_s = [0.0, 0.1]\n"),
+    );
+    let run = json(&[path.to_str().expect("utf-8"), "--vehicle", &small]);
+    assert_eq!(run["verdict"], "passed");
+}
+
 #[test]
 fn many_seeds_give_spreads_that_hold_each_run() {
     let path = file(

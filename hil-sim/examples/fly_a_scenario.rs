@@ -6,7 +6,9 @@ use std::error::Error;
 
 use plant::settings::PlantSettings;
 use plant::terrain::Terrain;
-use virtual_board::scenario::{self, Action, MetricValue, Scenario, ScenarioSource, Step, VirtualBackend, metrics};
+use virtual_board::scenario::{
+    self, Action, BoundsOf, MetricValue, Scenario, ScenarioSource, Step, VirtualBackend, metrics,
+};
 
 fn main() -> Result<(), Box<dyn Error>> {
     for metric in fly()? {
@@ -37,6 +39,7 @@ pub(crate) fn fly() -> Result<Vec<MetricValue>, Box<dyn Error>> {
         steps: vec![step(1.0, Action::Arm), step(1.5, drive(0.5)), step(5.0, drive(0.0))],
         // Bounds, for `scenario::evaluate`; here only the values count.
         metrics: BTreeMap::new(),
+        bounds_of: BoundsOf::ThisVehicle,
         // It comes from no file.
         source: ScenarioSource::default(),
     };

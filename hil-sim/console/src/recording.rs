@@ -149,24 +149,15 @@ pub fn newer(block: &LogBlock, from: u32) -> LogBlock {
 }
 
 #[cfg(test)]
+#[path = "../../../tests/support/identities.rs"]
+mod identities;
+
+#[cfg(test)]
 mod tests {
-    use firmware::link::about;
-    use firmware::protocol::message::PROTOCOL_VERSION;
     use virtual_board::records::RecordFile;
 
+    use super::identities::identity;
     use super::*;
-
-    fn identity() -> Identity {
-        let vehicle = vehicle_file::reference().expect("good").parameters().cast::<f32>();
-        Identity {
-            protocol: PROTOCOL_VERSION,
-            nonce: 0,
-            session: 1,
-            sequence: 0,
-            time_us: 0,
-            about: about(&vehicle, 0),
-        }
-    }
 
     fn block(number: u32) -> RecordBlock {
         let mut encoder = firmware::records::codec::BlockEncoder::new();
@@ -193,7 +184,7 @@ mod tests {
 
     #[test]
     fn a_full_recording_ends_keeps_what_it_has_and_says_so() {
-        let mut recording = Recording::with_room(&identity(), 2000);
+        let mut recording = Recording::with_room(&identity(0), 2000);
         let mut number = 0;
         while !recording.counts.full {
             recording.take(&mut [block(number)].into(), &[]);

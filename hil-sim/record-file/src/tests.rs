@@ -2,7 +2,6 @@ use std::path::Path;
 
 use firmware::events::{Event, Line, LogBlock};
 use firmware::flight_record::FlightRecord;
-use firmware::protocol::message::Identity;
 use model::supervise::arming::Mode;
 use model::vehicle::Vehicle;
 
@@ -11,6 +10,10 @@ use super::mcap_reader::contents;
 use super::run::write_run;
 use super::writer::{RecordFormat, RecordWriter};
 use super::*;
+
+#[path = "../../../tests/support/identities.rs"]
+mod identities;
+use identities::identity;
 
 fn vehicle() -> Vehicle<f32> {
     let vehicle = vehicle_file::reference().expect("good");
@@ -52,18 +55,6 @@ fn file(format: RecordFormat) -> (Vec<FlightRecord>, Vec<u8>) {
     };
     let bytes = write_run(out, &[vehicle()], &[boot]).expect("fits");
     (records, bytes)
-}
-
-/// The identity of a board in this boot.
-fn identity(boot: u32) -> Identity {
-    Identity {
-        protocol: PROTOCOL_VERSION,
-        nonce: 0,
-        session: 1,
-        sequence: 0,
-        time_us: 0,
-        about: firmware::link::about(vehicle().parameters(), boot),
-    }
 }
 
 fn all(file: &RecordFile) -> Vec<FlightRecord> {

@@ -8,7 +8,7 @@ use report::colour::{bad, doubtful};
 use report::error::CommandError;
 use report::output::{print_coloured, print_json};
 use serde::Serialize;
-use theory::analysis::design_check::{DesignCheck, DesignFinding, Severity, check};
+use theory::analysis::design_check::{DesignCheck, DesignFinding, Severity, are_stable, check};
 
 use super::drive::load_vehicle;
 
@@ -70,6 +70,26 @@ fn of(checked: &DesignCheck, severity: Severity) -> impl Iterator<Item = &Design
         .filter(move |finding| finding.severity == severity)
 }
 
+/// Poles in words, and whether they are unstable.
+fn poles(poles: &[[f64; 2]]) -> String {
+    let each: Vec<String> = poles
+        .iter()
+        .map(|[re, im]| {
+            if *im == 0.0 {
+                format!("{re:.3}")
+            } else {
+                format!("{re:.3}{im:+.3}i")
+            }
+        })
+        .collect();
+    let stable = if are_stable(poles) {
+        String::new()
+    } else {
+        format!(", {}", bad("unstable"))
+    };
+    format!("{} 1/s{stable}", each.join(", "))
+}
+
 fn table(checked: &DesignCheck) -> String {
     let mut text = String::new();
     for number in &checked.numbers {
@@ -80,21 +100,20 @@ fn table(checked: &DesignCheck) -> String {
         };
         _ = writeln!(text, "{:<32} {value:>12}   {}", number.name, number.meaning);
     }
-    let poles: Vec<String> = checked
-        .poles_eq_3_25_per_s
+    let landing = checked.poles_landing_per_s.as_deref();
+    let designed: Vec<[f64; 2]> = checked
+        .poles_landing_designed_per_s
         .iter()
-        .map(|[re, im]| {
-            if *im == 0.0 {
-                format!("{re:.3}")
-            } else {
-                format!("{re:.3}{im:+.3}i")
-            }
-        })
+        .map(|re| [*re, 0.0])
         .collect();
-    _ = writeln!(
+    _ = write!(
         text,
-        "\npoles of Eq. 3.25 with the file's kp and kd, on the level: {} 1/s",
-        poles.join(", ")
+        "\npoles of the landing law, driving on the level: {}\n\
+         \x20   designed for, but for filter, tick and delay: {}\n\
+         poles of Eq. 3.25 with the file's kp and kd, on the level: {}\n",
+        landing.map_or_else(|| bad("none that are numbers"), poles),
+        poles(&designed),
+        poles(&checked.poles_eq_3_25_per_s)
     );
     let both = [
         (Severity::Error, bad("error:")),

@@ -39,7 +39,8 @@ use watched::Watched;
 pub struct Arguments {
     /// Scenario file, or the name of a shipped scenario; the slope drive if left out
     pub scenario: Option<PathBuf>,
-    /// Vehicle file; the scenario's, or the reference vehicle, if left out
+    /// Vehicle file; the scenario's, or the reference vehicle, if left out. Another vehicle than that is judged only by what
+    /// holds of any: its faults, its mode at the end, and what is counted
     #[arg(long, value_name = "FILE")]
     pub vehicle: Option<PathBuf>,
     /// Vehicle file of the simulated vehicle, where it is another than the one that the firmware is given
@@ -104,7 +105,7 @@ struct Json<'a> {
     seed: u64,
     metrics: &'a [MetricValue],
     checks: &'a [Check],
-    /// Whether every bound holds; nothing if the scenario states none.
+    /// Whether every bound holds; nothing of a run that is not judged.
     ok: Option<bool>,
     verdict: RunVerdict,
     events: &'a [StoryEvent],
@@ -147,12 +148,7 @@ pub fn run_on<B: Backend>(
     boot: impl FnOnce(&Vehicle<f64>, Plant) -> Result<B, CommandError>,
     ended: impl FnOnce(&mut B) -> Result<(), CommandError>,
 ) -> Result<(), CommandError> {
-    let scenario = load_scenario(arguments)?;
-    let (vehicle, simulated) = load_vehicles(
-        arguments.vehicle.as_deref(),
-        arguments.plant_vehicle.as_deref(),
-        &scenario,
-    )?;
+    let (scenario, vehicle, simulated) = load_run(arguments)?;
     if let Some(path) = &arguments.record {
         refuse_existing("--record", path)?;
     }
@@ -206,7 +202,7 @@ pub fn run_on<B: Backend>(
     log.extend(end.log);
     let values = measured.values(&end.counts);
     let checks = scenario::judge(&scenario, &values);
-    let verdict = RunVerdict::of(&checks);
+    let verdict = RunVerdict::of(&scenario, &checks);
     let summary = RunSummary {
         scenario: &scenario,
         vehicle: &simulated,
@@ -283,6 +279,25 @@ fn origin(arguments: &Arguments, scenario: &Scenario) -> RunOrigin {
         ),
         command: command_line(),
     }
+}
+
+/// The scenario that the flags name, the vehicle that the firmware is told of, and the simulated one. Of another vehicle than
+/// the scenario's the scenario asks only what it may ask of any.
+///
+/// # Errors
+/// [`CommandError::Input`] on a bad file.
+pub(super) fn load_run(arguments: &Arguments) -> Result<(Scenario, Vehicle<f64>, Vehicle<f64>), CommandError> {
+    let mut scenario = load_scenario(arguments)?;
+    let (told, simulated) = load_vehicles(
+        arguments.vehicle.as_deref(),
+        arguments.plant_vehicle.as_deref(),
+        &scenario,
+    )?;
+    if arguments.vehicle.is_some() {
+        let own = load_vehicle(scenario.vehicle.as_deref()).ok();
+        scenario.flown_by(&told, own.as_ref());
+    }
+    Ok((scenario, told, simulated))
 }
 
 /// The scenario that the flags name, with what else they say of it.

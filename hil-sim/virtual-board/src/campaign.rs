@@ -194,18 +194,13 @@ impl Campaign {
         };
         let mut scenario = Scenario::parse(&source.name, &source.with(&of(Target::Scenario))?)?;
         scenario.seed = seed;
-        let vehicle = match (&self.vehicle, &scenario.vehicle) {
-            (Some(vehicle), _) => vehicle.clone(),
-            (None, Some(file)) => OverrideSource::read(&source.folder.join(file))?,
-            (None, None) => OverrideSource {
-                name: vehicle_file::REFERENCE_NAME.to_owned(),
-                folder: PathBuf::new(),
-                text: vehicle_file::REFERENCE.to_owned(),
-            },
+        let vehicle = match &self.vehicle {
+            Some(vehicle) => vehicle.clone(),
+            None => OverrideSource::read_own(&source.folder, scenario.vehicle.as_deref())?,
         };
         let told = OverrideSource {
             text: vehicle.with(&of(Target::Vehicle))?,
-            ..vehicle
+            ..vehicle.clone()
         };
         let simulated = self.plant_vehicle.as_ref().unwrap_or(&told);
         let simulated = OverrideSource {
@@ -214,6 +209,13 @@ impl Campaign {
         };
         let ranges = SCALES.sensor_ranges();
         let read = |source: &OverrideSource| vehicle_file::parse_vehicle_for(&source.name, &source.text, &ranges);
+        if self.vehicle.is_some() {
+            // What overrides make of a vehicle is what the bounds are to judge.
+            let own = OverrideSource::read_own(&source.folder, scenario.vehicle.as_deref());
+            let own = own.ok().and_then(|own| read(&own).ok());
+            let flown = read(&vehicle).or_else(|_| read(&told))?;
+            scenario.flown_by(&flown, own.as_ref());
+        }
         Ok((scenario, read(&told)?, read(&simulated)?))
     }
 

@@ -352,7 +352,11 @@ impl Supervisor {
     #[cfg_attr(not(target_os = "none"), inline(always))]
     fn motor_health(&mut self, motor: Motor, sensed: &Sensed, applied: Actuation) -> MotorHealth {
         let i = motor as usize;
-        self.motor_guards[i].update(sensed.current_a[i]);
+        // Before the first conversion the counts are none, and may stand for the largest current of all: in one tick that is
+        // heat enough for a motor of little continuous current to block arming for seconds.
+        if sensed.analog_age_us <= self.thresholds.sensor_timeout_us {
+            self.motor_guards[i].update(sensed.current_a[i]);
+        }
         self.motor_watches[i].update(&MotorReading {
             count: sensed.encoder_counts[i],
             // The ballast's idle bridge holds 0 V, which is as good a test as any other voltage.

@@ -129,6 +129,20 @@ impl Locus {
                 })
             }
         };
+        let within_wheel = |name: &str, value: f64, min: f64, max: f64| {
+            // Written so that NaN is refused.
+            if value >= min && value <= max {
+                Ok(())
+            } else {
+                Err(TerrainError::BeyondWheel {
+                    field: format!("profile[{index}].{name}"),
+                    value,
+                    min,
+                    max,
+                    radius_m: radius,
+                })
+            }
+        };
         let derived = match *feature {
             Feature::Ramp {
                 slope_rad,
@@ -150,12 +164,12 @@ impl Locus {
             }
             Feature::Step { height_m, .. } => {
                 let limit = STEP_MAX * radius;
-                check(format!("profile[{index}].height_m"), height_m, -limit, limit)?;
+                within_wheel("height_m", height_m, -limit, limit)?;
                 let drop = radius - height_m.abs();
                 (radius * radius - drop * drop).sqrt()
             }
             Feature::Joints { gap_m, .. } => {
-                check(format!("profile[{index}].gap_m"), gap_m, 0.0, radius)?;
+                within_wheel("gap_m", gap_m, 0.0, radius)?;
                 0.5 * gap_m
             }
         };

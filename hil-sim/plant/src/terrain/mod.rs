@@ -64,6 +64,20 @@ pub enum TerrainError {
         /// Largest allowed value.
         max: f64,
     },
+    /// A number is out of the range that the wheels can follow.
+    #[error("terrain: {field} = {value}: allowed is {min} to {max} for wheels of {radius_m} m radius")]
+    BeyondWheel {
+        /// Table and key.
+        field: String,
+        /// The value refused.
+        value: f64,
+        /// Smallest allowed value.
+        min: f64,
+        /// Largest allowed value.
+        max: f64,
+        /// The wheels' radius.
+        radius_m: f64,
+    },
     /// A field of a feature's kind is missing.
     #[error("terrain: {field} is missing")]
     Missing {
@@ -106,6 +120,7 @@ impl TerrainError {
     pub fn field(&self) -> String {
         match self {
             Self::OutOfRange { field, .. }
+            | Self::BeyondWheel { field, .. }
             | Self::Missing { field }
             | Self::NotOfKind { field }
             | Self::EmptyInterval { field, .. } => field.clone(),

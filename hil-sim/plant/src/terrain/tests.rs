@@ -197,7 +197,7 @@ fn bad_terrains_are_refused_with_the_field_and_what_is_allowed() {
     };
     let message = of("[[profile]]\nkind = \"step\"\nat_m = 1.0\nheight_m = 0.08");
     assert!(
-        message.contains("profile[0].height_m = 0.08: allowed is -0.075 to 0.075"),
+        message.contains("profile[0].height_m = 0.08: allowed is -0.075 to 0.075 for wheels of 0.25 m radius"),
         "{message}"
     );
     let message = of("[[profile]]\nkind = \"sine\"\nfrom_m = 0.0\nwavelength_m = 0.5\nheight_m = 0.1\nwaves = 1");

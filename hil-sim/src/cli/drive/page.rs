@@ -8,7 +8,7 @@ use report::html::escaped;
 use report::interactive::{InteractivePage, Scene, StripEvent, TIME_LABEL};
 use report::plot::{Chart, Series};
 use virtual_board::scenario::trace::{Trace, TraceRow, Value};
-use virtual_board::scenario::{Check, GAP_S, MetricValue, RunStory, RunVerdict, Scenario, StoryEvent};
+use virtual_board::scenario::{BoundsOf, Check, GAP_S, MetricValue, RunStory, RunVerdict, Scenario, StoryEvent};
 
 use super::rows::ChartRows;
 
@@ -68,7 +68,7 @@ pub fn page(summary: &RunSummary<'_>, rows: &ChartRows) -> Result<String, String
 
 /// Verdict, origin and files.
 fn head(summary: &RunSummary<'_>, stride: usize) -> String {
-    let verdict = RunVerdict::of(summary.checks);
+    let verdict = RunVerdict::of(summary.scenario, summary.checks);
     let class = match verdict {
         RunVerdict::Passed => "confirmed",
         RunVerdict::NotJudged => "added",
@@ -104,6 +104,7 @@ fn head(summary: &RunSummary<'_>, stride: usize) -> String {
 /// What happened, what it was judged by, what else was measured, and the log.
 fn tail(summary: &RunSummary<'_>) -> String {
     let RunSummary {
+        scenario,
         values,
         checks,
         told,
@@ -112,9 +113,14 @@ fn tail(summary: &RunSummary<'_>) -> String {
     } = *summary;
     let mut tail = format!("<h2>What happened</h2>\n{}", events(told));
     tail.push_str("<div class=\"grid\">\n<section class=\"card\"><h3>Judged by</h3>\n");
-    if checks.is_empty() {
+    if scenario.bounds_of == BoundsOf::AnotherVehicle {
+        tail.push_str(
+            "<p>The scenario's bounds are another vehicle's: only those that hold of any vehicle are asked of this one.</p>\n",
+        );
+    } else if checks.is_empty() {
         tail.push_str("<p>Nothing: the scenario states no bounds.</p>\n");
-    } else {
+    }
+    if !checks.is_empty() {
         tail.push_str("<table><tr><th>metric</th><th>value</th><th>bounds</th></tr>\n");
         for check in checks {
             let mark = if check.ok { "" } else { " FAILED" };

@@ -11,7 +11,7 @@ use report::visible::visible_line;
 use serde::Serialize;
 use virtual_board::scenario::{self, JudgedRun, RunVerdict, VirtualBackend, run_judged};
 
-use super::{Arguments, file_name, load_scenario, load_vehicles};
+use super::{Arguments, file_name, load_run};
 
 /// Most seeds of one call; more are a campaign.
 const SEEDS_MAX: u64 = 10_000;
@@ -86,12 +86,7 @@ pub fn run(arguments: &Arguments, seeds: RangeInclusive<u64>) -> Result<(), Comm
 /// # Errors
 /// [`CommandError::Input`] on a bad scenario or vehicle file.
 pub fn spreads(arguments: &Arguments, seeds: RangeInclusive<u64>) -> Result<Spreads, CommandError> {
-    let scenario = load_scenario(arguments)?;
-    let (vehicle, simulated) = load_vehicles(
-        arguments.vehicle.as_deref(),
-        arguments.plant_vehicle.as_deref(),
-        &scenario,
-    )?;
+    let (scenario, vehicle, simulated) = load_run(arguments)?;
     let (first, last) = (*seeds.start(), *seeds.end());
     if last - first >= SEEDS_MAX {
         return Err(CommandError::Input(format!(

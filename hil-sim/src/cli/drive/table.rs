@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use report::colour::{bad, doubtful, good};
 use report::visible::visible_line;
-use virtual_board::scenario::{Check, EventKind, RunVerdict};
+use virtual_board::scenario::{BoundsOf, Check, EventKind, RunVerdict};
 
 use super::page::RunSummary;
 
@@ -46,8 +46,11 @@ pub fn table(summary: &RunSummary<'_>) -> String {
     {
         line(&check.name, &check.name, check.value);
     }
-    let verdict = RunVerdict::of(checks);
+    let verdict = RunVerdict::of(scenario, checks);
     let why = match verdict {
+        RunVerdict::NotJudged if scenario.bounds_of == BoundsOf::AnotherVehicle => {
+            ": the scenario's bounds are another vehicle's, and of those that hold of any vehicle none is broken"
+        }
         RunVerdict::NotJudged => ": the scenario states no bounds",
         _ => "",
     };

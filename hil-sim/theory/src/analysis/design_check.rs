@@ -13,6 +13,8 @@ use serde::Serialize;
 
 use super::design_numbers::{DesignNumber, design_numbers};
 use super::equilibrium::poles;
+use super::landing_poles::landing_poles;
+use super::sampled::{Factors, SampledPlant};
 
 /// How bad a finding is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -42,6 +44,11 @@ pub struct DesignCheck {
     pub numbers: Vec<DesignNumber>,
     /// Poles of Eq. 3.25 with the file's own gains, on the level, in 1/s: real and imaginary part.
     pub poles_eq_3_25_per_s: Vec<[f64; 2]>,
+    /// Poles of the vehicle under the landing law while it drives on the level, in 1/s: real and imaginary part, the slowest
+    /// first, by a linearisation of the law that flies. None where it is no finite number.
+    pub poles_landing_per_s: Option<Vec<[f64; 2]>>,
+    /// The poles that the landing law was designed for, in 1/s, but for what filter, tick and delay make of them.
+    pub poles_landing_designed_per_s: Vec<f64>,
     /// What is wrong.
     pub findings: Vec<DesignFinding>,
 }
@@ -85,9 +92,12 @@ pub fn check(vehicle: &Vehicle<f64>) -> DesignCheck {
         .iter()
         .map(|pole| pole.map(|part| part * per_s))
         .collect();
+    let design = Design::of(vehicle, 1e-6 * f64::from(TICK_US));
     let mut checked = DesignCheck {
         numbers,
         poles_eq_3_25_per_s,
+        poles_landing_per_s: landing_poles(vehicle, &SampledPlant::new(vehicle, &Factors::NONE, 0.0)),
+        poles_landing_designed_per_s: designed(&design).map(|pole| -f64::from(pole) * per_s).to_vec(),
         findings: Vec::new(),
     };
     let mut inspector = Inspector {
@@ -103,6 +113,11 @@ pub fn check(vehicle: &Vehicle<f64>) -> DesignCheck {
     checked
 }
 
+/// Whether every motion of these poles dies away.
+pub fn are_stable(poles: &[[f64; 2]]) -> bool {
+    poles.iter().all(|[re, _]| *re < 0.0)
+}
+
 /// Eq. 3.25 with the file's own gains.
 fn own_law(vehicle: &Vehicle<f64>) -> SpeedLaw<f64> {
     let (level, control) = (vehicle.planar(0.0), &vehicle.parameters().control);
@@ -112,6 +127,25 @@ fn own_law(vehicle: &Vehicle<f64>) -> SpeedLaw<f64> {
         kp: control.kp,
         kd: control.kd,
     }
+}
+
+/// The poles of a design, the slowest first: landing speed, arm servo and rate observer, torque observer.
+fn designed(design: &Design) -> [f32; 7] {
+    let Design {
+        servo,
+        speed,
+        torque_observer,
+        rate_observer,
+    } = *design;
+    [
+        speed,
+        servo,
+        servo,
+        rate_observer,
+        rate_observer,
+        torque_observer,
+        torque_observer,
+    ]
 }
 
 /// Looks through a vehicle and keeps what it finds.
@@ -328,10 +362,16 @@ impl Inspector<'_> {
             p.estimator.wheel_rate_time_constant_s
         ),
     );
-        let unstable = self.checked.poles_eq_3_25_per_s.iter().any(|[re, _]| *re >= 0.0);
         let flown = self.vehicle.speed_law() == SpeedLawChoice::SwingDamped;
+        let stable = self.checked.poles_landing_per_s.as_deref().is_some_and(are_stable);
         self.tell(
-            flown && unstable,
+            !flown && !stable,
+            Severity::Error,
+            "control.law",
+            "the landing law is unstable on this vehicle: a pole of its own is not negative".to_owned(),
+        );
+        self.tell(
+            flown && !are_stable(&self.checked.poles_eq_3_25_per_s),
             Severity::Error,
             "control.kp",
             format!(

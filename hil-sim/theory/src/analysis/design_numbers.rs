@@ -4,12 +4,14 @@ use core::f64::consts::{PI, TAU};
 
 use model::control::landing::{Design, SUPPLY_RESERVE, SUPPLY_SHARE};
 use model::control::steering::STEERING_SHARE;
+use model::dynamics::planar::PlanarParameters;
 use model::sample::TICK_US;
 use model::vehicle::{GRAVITY_M_S2, MotorParameters, SpeedLawChoice, TurningDrive, Vehicle};
 use serde::Serialize;
 
 use super::critical::{Direction, critical};
 use super::input::Input;
+use super::let_go::steepest_let_go;
 use super::slip::slip_limit;
 
 /// Slope for which the hold voltage is reported.
@@ -111,6 +113,15 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
         .ok()
         .and_then(|s| s.critical_voltage);
     let slip_v = slip_v.map_or(f64::NAN, |u| u * scales.voltage_v);
+    // All that rides on the axle weighs on the slope: the same equations, divided by the whole mass.
+    let loaded = PlanarParameters {
+        alpha: level.alpha / mass,
+        mu: level.mu / mass,
+        nu: level.nu / mass,
+        zeta: level.zeta / mass,
+        ..level
+    };
+    let let_go = steepest_let_go(&loaded).unwrap_or(f64::NAN);
     let swing_hz = (al / (al * level.l + level.nu)).sqrt() / (TAU * scales.time_s);
     let tick = f64::from(TICK_US) * 1e-6 / scales.time_s;
     let servo = f64::from(Design::of(vehicle, f64::from(TICK_US) * 1e-6).servo);
@@ -244,6 +255,16 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
             "slip_step_v",
             slip_v,
             "largest voltage step from rest that grip_mu holds, on the level",
+        ),
+        number(
+            "whirl_slope_deg",
+            let_go.to_degrees(),
+            "steepest slope on which the voltage that holds, put on with the arm hanging, does not turn it over",
+        ),
+        number(
+            "whirl_slope_v",
+            hold_v(let_go.to_degrees()),
+            "that voltage, of each motor",
         ),
         number("arm_swing_hz", swing_hz, "frequency of the arm's free swing"),
         number("tick_time_units", tick, "the tick in time units"),

@@ -15,8 +15,12 @@ pub mod equilibrium;
 pub mod input;
 pub mod jumps;
 pub mod kernel;
+pub mod landing_poles;
+#[cfg(test)]
+mod landing_poles_tests;
 pub mod law_search;
 pub mod law_step;
+pub mod let_go;
 pub mod lqr;
 pub mod optimum;
 pub mod poles;

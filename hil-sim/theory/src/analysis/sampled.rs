@@ -4,11 +4,11 @@
 //! the spar's own swing) is the virtual board's.
 
 use model::board::DUTY_MAX_PERCENT;
-use model::control::landing::Balance;
+use model::control::landing::{Balance, MotionByTorque};
 use model::control::speed::SpeedInput;
 use model::control::speed_controller::SpeedController;
 use model::sample::TICK_S;
-use model::vehicle::Vehicle;
+use model::vehicle::{Scales, Vehicle};
 
 /// Arm angle, rad, beyond which it has turned over: past upright nothing brings it back.
 pub const WHIRL_RAD: f64 = core::f64::consts::PI;
@@ -178,8 +178,10 @@ impl SampledDrive<'_> {
         let plant = &self.plant;
         let slope = (libm::sin(plant.beta), libm::cos(plant.beta));
         let phi = libm::asin(plant.standing_sin_phi().clamp(-1.0, 1.0));
-        let [mut theta, mut phi, mut w, mut q] = [0.0, phi, 0.0, 0.0];
-        let mut stages = [0.0; 2];
+        let mut motion = SampledMotion {
+            phi,
+            ..SampledMotion::default()
+        };
         // What stands in the delay line acts first: the voltage that holds.
         let hold = plant.balance.mass * slope.0 / plant.torque_per_voltage;
         let mut line = vec![hold; self.sensing.delay];
@@ -197,53 +199,96 @@ impl SampledDrive<'_> {
                 Some(&(from, target)) if time >= from => target,
                 _ => 0.0,
             };
-            stages[0] += gain * (w + q - stages[0]);
-            stages[1] += gain * (stages[0] - stages[1]);
+            motion.filter(gain);
             let [n0, n1, n2] = self.sensing.noise;
-            let sensed_q = q + n1 * noise();
-            let sensed_phi = (phi + n0 * noise()) as f32;
+            let [of_rate, of_angle] = [n1 * noise(), n0 * noise()];
+            let noises = [of_angle, of_rate, n2 * noise()];
             let (voltage_v, lesson) = law(&SpeedInput {
                 target_m_s: (target * scales.speed_m_s) as f32,
-                phi_rad: sensed_phi,
-                phi_sin_cos: libm::sincosf(sensed_phi),
-                theta_rate_rad_s: ((stages[1] + n2 * noise() - sensed_q) / scales.time_s) as f32,
-                phi_rate_rad_s: (sensed_q / scales.time_s) as f32,
-                slope_sin_cos: (sin_slope, libm::sqrtf(1.0 - sin_slope * sin_slope)),
-                slope_turn_per_s: 0.0,
-                turns: false,
-                distance_m: (theta * scales.length_m) as f32,
-                sliding_over_m_s: None,
                 voltage_max_v: scales.voltage_to_si(plant.voltage_max) as f32,
+                ..motion.sensed(&scales, sin_slope, noises)
             });
             sin_slope += lesson;
             let commanded = scales.voltage_from_si(f64::from(voltage_v));
             line.push(commanded);
             let voltage = line.remove(0);
-            let torque = |w: f64, q: f64| {
-                (plant.torque_per_voltage * voltage - plant.zeta * (w + q)).clamp(-plant.torque_max, plant.torque_max)
-            };
-            let motion = plant.balance.motion((libm::sin(phi), libm::cos(phi)), q, slope);
-            let now = torque(w, q);
+            let forces = motion.by_torque(plant, slope);
+            let now = motion.torque(plant, voltage);
             let row = SampledRow {
                 time,
-                phi,
-                theta_rate: w,
-                phi_rate: q,
-                friction: motion.friction.at(now),
-                normal: motion.normal.at(now),
+                phi: motion.phi,
+                theta_rate: motion.theta_rate,
+                phi_rate: motion.phi_rate,
+                friction: forces.friction.at(now),
+                normal: forces.normal.at(now),
             };
             if !see(&row) {
                 return;
             }
-            let h = tick / f64::from(SUBSTEPS);
-            for _ in 0..SUBSTEPS {
-                let motion = plant.balance.motion((libm::sin(phi), libm::cos(phi)), q, slope);
-                let torque = torque(w, q);
-                w += h * motion.wheel.at(torque);
-                q += h * motion.arm.at(torque);
-                theta += h * w;
-                phi += h * q;
-            }
+            motion.advance(plant, slope, voltage, tick);
+        }
+    }
+}
+
+/// How the planar vehicle moves, and what its wheel-rate filter holds; nondimensional.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct SampledMotion {
+    pub(super) theta: f64,
+    pub(super) phi: f64,
+    pub(super) theta_rate: f64,
+    pub(super) phi_rate: f64,
+    /// The joint rate behind the filter's first and second stage.
+    pub(super) stages: [f64; 2],
+}
+
+impl SampledMotion {
+    /// One tick of the wheel-rate filter, each of whose stages has this gain.
+    pub(super) fn filter(&mut self, gain: f64) {
+        self.stages[0] += gain * (self.theta_rate + self.phi_rate - self.stages[0]);
+        self.stages[1] += gain * (self.stages[0] - self.stages[1]);
+    }
+
+    /// What the law is told, with these `noises` on phi, phi' and the joint rate; the target and the supply are left at 0.
+    pub(super) fn sensed(&self, scales: &Scales<f64>, sin_slope: f32, noises: [f64; 3]) -> SpeedInput {
+        let sensed_rate = self.phi_rate + noises[1];
+        let sensed_phi = (self.phi + noises[0]) as f32;
+        SpeedInput {
+            target_m_s: 0.0,
+            phi_rad: sensed_phi,
+            phi_sin_cos: libm::sincosf(sensed_phi),
+            theta_rate_rad_s: ((self.stages[1] + noises[2] - sensed_rate) / scales.time_s) as f32,
+            phi_rate_rad_s: (sensed_rate / scales.time_s) as f32,
+            slope_sin_cos: (sin_slope, libm::sqrtf(1.0 - sin_slope * sin_slope)),
+            slope_turn_per_s: 0.0,
+            turns: false,
+            distance_m: (self.theta * scales.length_m) as f32,
+            sliding_over_m_s: None,
+            voltage_max_v: 0.0,
+        }
+    }
+
+    /// The torque of the motors at this voltage.
+    fn torque(&self, plant: &SampledPlant, voltage: f64) -> f64 {
+        let damping = plant.zeta * (self.theta_rate + self.phi_rate);
+        (plant.torque_per_voltage * voltage - damping).clamp(-plant.torque_max, plant.torque_max)
+    }
+
+    /// Accelerations and contact forces by the torque, on a slope of this sine and cosine.
+    fn by_torque(&self, plant: &SampledPlant, slope: (f64, f64)) -> MotionByTorque<f64> {
+        let arm = (libm::sin(self.phi), libm::cos(self.phi));
+        plant.balance.motion(arm, self.phi_rate, slope)
+    }
+
+    /// One tick at a voltage.
+    pub(super) fn advance(&mut self, plant: &SampledPlant, slope: (f64, f64), voltage: f64, tick: f64) {
+        let h = tick / f64::from(SUBSTEPS);
+        for _ in 0..SUBSTEPS {
+            let motion = self.by_torque(plant, slope);
+            let torque = self.torque(plant, voltage);
+            self.theta_rate += h * motion.wheel.at(torque);
+            self.phi_rate += h * motion.arm.at(torque);
+            self.theta += h * self.theta_rate;
+            self.phi += h * self.phi_rate;
         }
     }
 }
@@ -252,7 +297,7 @@ impl SampledDrive<'_> {
 const SUBSTEPS: u32 = 4;
 
 /// The vehicle in the law's single precision.
-fn cast(vehicle: &Vehicle<f64>) -> Vehicle<f32> {
+pub(super) fn cast(vehicle: &Vehicle<f64>) -> Vehicle<f32> {
     // A checked vehicle is a vehicle in single precision too: vehicle files are checked in both.
     Vehicle::new(vehicle.parameters().cast()).expect("a checked vehicle")
 }

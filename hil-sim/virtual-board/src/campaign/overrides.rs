@@ -84,6 +84,18 @@ impl OverrideSource {
         })
     }
 
+    /// The vehicle file `file` of a scenario in `folder`; the reference vehicle's if it names none.
+    pub(super) fn read_own(folder: &Path, file: Option<&Path>) -> Result<Self, CampaignError> {
+        match file {
+            Some(file) => Self::read(&folder.join(file)),
+            None => Ok(Self {
+                name: vehicle_file::REFERENCE_NAME.to_owned(),
+                folder: PathBuf::new(),
+                text: vehicle_file::REFERENCE.to_owned(),
+            }),
+        }
+    }
+
     /// The text with these overrides.
     pub(super) fn with(&self, changes: &[(&Axis, &Value)]) -> Result<String, CampaignError> {
         if changes.is_empty() {

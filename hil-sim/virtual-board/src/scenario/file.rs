@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::bounds_of::BoundsOf;
 use super::error::ScenarioError;
 use super::metrics;
 use super::nearest::nearest;
@@ -36,6 +37,8 @@ pub struct Scenario {
     pub steps: Vec<Step>,
     /// Bounds of the metrics, `name = [least, most]`.
     pub metrics: BTreeMap<String, [f64; 2]>,
+    /// Whose bounds these are.
+    pub bounds_of: BoundsOf,
     /// The file that it comes from, for messages; the default is none.
     pub source: ScenarioSource,
 }
@@ -142,6 +145,7 @@ impl Scenario {
             plant: read.plant,
             steps,
             metrics,
+            bounds_of: BoundsOf::default(),
             source,
         };
         scenario.check()?;

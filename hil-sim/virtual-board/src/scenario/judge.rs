@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::bounds_of::BoundsOf;
 use super::file::Scenario;
 use super::metrics::{MetricValue, measure};
 use super::outcome::DriveOutcome;
@@ -45,19 +46,19 @@ pub enum RunVerdict {
     Failed,
     /// The simulated vehicle left the range in which the plant's equations hold.
     Stopped,
-    /// The scenario states no bounds.
+    /// The scenario states no bounds, or those of another vehicle, of which none that holds of any is broken.
     NotJudged,
 }
 
 impl RunVerdict {
-    /// The verdict on a run that went to its end.
-    pub fn of(checks: &[Check]) -> Self {
-        if checks.is_empty() {
-            Self::NotJudged
-        } else if checks.iter().all(|check| check.ok) {
-            Self::Passed
-        } else {
+    /// The verdict on a run of `scenario` that went to its end. No vehicle passes by the bounds of another.
+    pub fn of(scenario: &Scenario, checks: &[Check]) -> Self {
+        if checks.iter().any(|check| !check.ok) {
             Self::Failed
+        } else if checks.is_empty() || scenario.bounds_of == BoundsOf::AnotherVehicle {
+            Self::NotJudged
+        } else {
+            Self::Passed
         }
     }
 

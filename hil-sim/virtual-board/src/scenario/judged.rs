@@ -30,7 +30,7 @@ pub fn run_judged(scenario: &Scenario, backend: &mut dyn Backend) -> JudgedRun {
             let metrics = metrics.values(&end.counts);
             let checks = judge(scenario, &metrics);
             JudgedRun {
-                verdict: RunVerdict::of(&checks),
+                verdict: RunVerdict::of(scenario, &checks),
                 reasons: failures(&checks),
                 metrics,
             }

@@ -7,6 +7,7 @@
 
 pub mod backend;
 mod bound;
+pub mod bounds_of;
 pub mod error;
 pub mod file;
 mod glances;
@@ -28,6 +29,7 @@ pub mod wire;
 pub mod world;
 
 pub use backend::{Backend, Observation, VirtualBackend};
+pub use bounds_of::BoundsOf;
 pub use error::ScenarioError;
 pub use file::{Scenario, ScenarioSource};
 pub use judge::{Check, RunVerdict, evaluate, failures, judge};

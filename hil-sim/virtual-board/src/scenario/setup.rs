@@ -1,4 +1,4 @@
-//! The plant that a scenario asks for.
+//! The plant that a scenario asks for, and what it asks of the vehicle that drives.
 
 use firmware::drive_board::SCALES;
 use model::vehicle::Vehicle;
@@ -7,8 +7,10 @@ use plant::imu::imperfection::ImuSettings;
 use plant::settings::SettingsError;
 use plant::terrain::TerrainError;
 
+use super::bounds_of::{BoundsOf, are_one};
 use super::error::ScenarioError;
 use super::file::{Scenario, ScenarioSource};
+use super::metrics::{self, MetricKind};
 
 impl ScenarioSource {
     /// What is wrong with `[plant]`, with its place.
@@ -39,6 +41,18 @@ impl Scenario {
         let terrain = self.terrain.clone();
         Plant::with_settings(&simulated, &SCALES, terrain, self.seed, &self.plant)
             .map_err(|error| self.source.terrain(error))
+    }
+
+    /// This scenario for a run of the vehicle `flown`, where `own` is the one that its bounds were written for; none if its
+    /// file cannot be read. Other gains, limits and thresholds make no other vehicle: they are what the bounds are to judge.
+    pub fn flown_by(&mut self, flown: &Vehicle<f64>, own: Option<&Vehicle<f64>>) {
+        let one = own.is_some_and(|own| are_one(flown, own));
+        if one || self.metrics.is_empty() {
+            return;
+        }
+        self.bounds_of = BoundsOf::AnotherVehicle;
+        self.metrics
+            .retain(|name, _| metrics::kind(name) != Some(MetricKind::Measured));
     }
 
     /// Refuses what happens to a part that a vehicle without a spar does not have: it would be passed over.

@@ -22,4 +22,4 @@ mod standing;
 pub use balance::{Affine, Balance, MotionByTorque};
 pub use design::Design;
 pub use governor::{Barrier, Interval, grip};
-pub use law::{LandingLaw, SUPPLY_RESERVE, SUPPLY_SHARE};
+pub use law::{LandingLaw, MOTION_STATES, SUPPLY_RESERVE, SUPPLY_SHARE};

@@ -56,6 +56,11 @@ impl TorqueObserver {
         self.torque = self.torque.bounded(-TORQUE_MAX, TORQUE_MAX);
     }
 
+    /// What it remembers.
+    pub(super) fn states(&mut self) -> [&mut f32; 2] {
+        [&mut self.phi_rate, &mut self.torque]
+    }
+
     /// The torque found, to be added to the applied one.
     pub(super) fn torque(&self) -> f32 {
         self.torque
@@ -147,6 +152,12 @@ impl RateObserver {
         if error.abs() < CALM && push == PushState::None {
             self.calm_sin_slope += CALM_RATE * self.tick * (sin_slope - self.calm_sin_slope);
         }
+    }
+
+    /// What it remembers and corrects in every tick.
+    pub(super) fn states(&mut self) -> [&mut f32; 4] {
+        let [first, second] = &mut self.stages;
+        [&mut self.wheel_rate, &mut self.joint_rate, first, second]
     }
 
     /// theta' without the filter's lag.

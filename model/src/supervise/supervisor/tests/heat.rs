@@ -112,3 +112,21 @@ fn a_change_of_the_parameters_leaves_the_motors_as_warm_as_they_are() {
     assert!(after[1] < 0.6, "{after:?}");
     assert_eq!((after[0], after[2]), (1.0, 1.0));
 }
+
+/// What the converter has not measured yet warms no motor, whatever its counts stand for; nor does what it measured long ago.
+#[test]
+fn a_current_that_nobody_measured_warms_no_motor() {
+    for age_us in [u32::MAX, 50_000] {
+        let mut bench = Bench::new();
+        bench.sensed.analog_age_us = age_us;
+        bench.sensed.current_a = [-60.0; MOTORS];
+        let found = (0..5000).map(|_| bench.tick()).last().expect("ticks");
+        assert!(found.faults.contains(Fault::AnalogStale), "{}", found.faults);
+        assert!(!found.faults.contains(Fault::DriveMotorHot), "{}", found.faults);
+        assert_eq!(bench.supervisor.motor_shares(), [1.0; MOTORS]);
+        bench.sensed.analog_age_us = 100;
+        bench
+            .ticks_until(Fault::DriveMotorHot, 5000)
+            .expect("once it is measured, it does");
+    }
+}

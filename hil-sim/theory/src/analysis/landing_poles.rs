@@ -1,0 +1,141 @@
+//! The poles of the vehicle under the landing law: numerically, from what one tick of the law that flies and one of the plant
+//! make of a small change of each state.
+//!
+//! Nothing here knows the poles that the law was designed for. Where filter, tick and delay cost nothing, both agree; what they
+//! cost shows in the difference.
+
+use model::control::landing::{LandingLaw, MOTION_STATES};
+use model::control::speed::SpeedInput;
+use model::sample::TICK_S;
+use model::vehicle::Vehicle;
+use nalgebra::SMatrix;
+
+use super::poles::eigenvalues;
+use super::sampled::{SampledMotion, SampledPlant, cast};
+
+/// Those of the law, and beside them phi, theta', phi', the two stages of the wheel-rate filter, the estimator's sine of the
+/// slope, and the voltage that is commanded and does not act yet.
+const STATES: usize = MOTION_STATES + 7;
+/// Change of a state, nondimensional: in single precision about zero exact to a part in 1e7, and with it sines are straight to
+/// one in 1e8.
+const CHANGE: f64 = 1e-4;
+/// Time for which the law runs before it is linearised, in time units: it has learnt its slope in haste by then.
+const SETTLED: f64 = 16.0;
+/// A speed asked for, m/s: none to speak of, and yet the law does not take it for standing.
+const CREEPING_M_S: f32 = 1e-9;
+/// Share of a motion that a tick leaves, below which it is over within the tick.
+const OVER: f64 = 0.1;
+
+/// The law that flies and a plant, about the vehicle that drives steadily on the level.
+struct Loop<'a> {
+    vehicle: &'a Vehicle<f64>,
+    plant: &'a SampledPlant,
+    law: LandingLaw,
+    tick: f64,
+    gain: f64,
+}
+
+impl<'a> Loop<'a> {
+    fn new(vehicle: &'a Vehicle<f64>, plant: &'a SampledPlant) -> Self {
+        let time_s = vehicle.scales().time_s;
+        let lag_s = vehicle.parameters().estimator.wheel_rate_time_constant_s;
+        let mut law = LandingLaw::new(&cast(vehicle), TICK_S);
+        law.reset(0.0);
+        let mut this = Self {
+            vehicle,
+            plant,
+            law,
+            tick: f64::from(TICK_S) / time_s,
+            gain: 1.0 - libm::exp(-f64::from(TICK_S) / lag_s),
+        };
+        let rests = this.told(&SampledMotion::default(), 0.0);
+        for _ in 0..(SETTLED / this.tick) as u32 {
+            this.law.step(&rests);
+        }
+        this
+    }
+
+    /// What the law is told.
+    fn told(&self, motion: &SampledMotion, sin_slope: f32) -> SpeedInput {
+        let scales = self.vehicle.scales();
+        SpeedInput {
+            target_m_s: CREEPING_M_S,
+            voltage_max_v: scales.voltage_to_si(self.plant.voltage_max) as f32,
+            ..motion.sensed(&scales, sin_slope, [0.0; 3])
+        }
+    }
+
+    /// The states a tick after these.
+    fn after(&self, states: &[f64; STATES]) -> [f64; STATES] {
+        let [
+            phi,
+            theta_rate,
+            phi_rate,
+            first,
+            second,
+            sin_slope,
+            waiting,
+            of_law @ ..,
+        ] = *states;
+        let mut motion = SampledMotion {
+            theta: 0.0,
+            phi,
+            theta_rate,
+            phi_rate,
+            stages: [first, second],
+        };
+        let mut law = self.law;
+        for (state, value) in law.motion_states().into_iter().zip(of_law) {
+            *state = value as f32;
+        }
+        motion.filter(self.gain);
+        let output = law.step(&self.told(&motion, sin_slope as f32));
+        let sin_slope = sin_slope + f64::from(law.slope_lesson().unwrap_or_default());
+        let commanded = self.vehicle.scales().voltage_from_si(f64::from(output.voltage_v));
+        motion.advance(self.plant, (0.0, 1.0), waiting, self.tick);
+        let of_motion = [motion.phi, motion.theta_rate, motion.phi_rate];
+        let [first, second] = motion.stages;
+        let mut after = [0.0; STATES];
+        let of_law = law.motion_states().map(|state| f64::from(*state));
+        let all = of_motion
+            .into_iter()
+            .chain([first, second, sin_slope, commanded])
+            .chain(of_law);
+        for (state, value) in after.iter_mut().zip(all) {
+            *state = value;
+        }
+        after
+    }
+
+    /// What a tick makes of a change of each state, one a column.
+    fn matrix(&self) -> SMatrix<f64, STATES, STATES> {
+        let mut matrix = SMatrix::zeros();
+        for changed in 0..STATES {
+            let towards = |change: f64| {
+                let mut states = [0.0; STATES];
+                states[changed] = change;
+                self.after(&states)
+            };
+            let (up, down) = (towards(CHANGE), towards(-CHANGE));
+            for (row, (up, down)) in up.into_iter().zip(down).enumerate() {
+                matrix[(row, changed)] = (up - down) / (2.0 * CHANGE);
+            }
+        }
+        matrix
+    }
+}
+
+/// The poles of the `plant` that the landing law of `vehicle` drives steadily on the level, a tick of delay included, in 1/s as
+/// `[re, im]`, the slowest first. What is over within a tick is left out. `None` where they cannot be computed.
+pub fn landing_poles(vehicle: &Vehicle<f64>, plant: &SampledPlant) -> Option<Vec<[f64; 2]>> {
+    let of_tick = eigenvalues(&Loop::new(vehicle, plant).matrix())?;
+    let tick_s = f64::from(TICK_S);
+    let mut poles: Vec<[f64; 2]> = of_tick
+        .into_iter()
+        .map(|[re, im]| (re.hypot(im), im.atan2(re)))
+        .filter(|(left, _)| *left > OVER)
+        .map(|(left, turned)| [left.ln() / tick_s, turned / tick_s])
+        .collect();
+    poles.sort_by(|p, q| q[0].total_cmp(&p[0]).then(p[1].total_cmp(&q[1])));
+    Some(poles)
+}
