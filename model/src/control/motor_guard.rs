@@ -105,6 +105,8 @@ pub struct MotorGuard {
 impl MotorGuard {
     /// A guard for the motor of these parameters and its bridge, both cold. Guards of other `phase`s (0 to 3) reckon their
     /// heats in other ticks.
+    // Once in the flash, not once for each motor.
+    #[inline(never)]
     pub fn new(motor: &MotorParameters<f32>, phase: u8) -> Self {
         let limit_a = motor.current_limit_a;
         let heating = |continuous_a, time_constant_s| Heating::new(continuous_a, time_constant_s, limit_a);
@@ -125,6 +127,7 @@ impl MotorGuard {
 
     /// This guard, for a motor and a bridge that are as warm as another guard's.
     #[must_use]
+    #[inline(never)]
     pub fn as_warm_as(self, other: &Self) -> Self {
         Self {
             winding: self.winding.as_warm_as(&other.winding),
@@ -344,7 +347,7 @@ mod tests {
             let expected_s = -3.0 * libm::logf(1.0 - 0.9 / end);
             let found_s = seconds_until(&mut guard, current_a, |guard| guard.share() < 1.0);
             assert!(
-                (found_s - expected_s).abs() < 0.01 * expected_s + 0.002,
+                (found_s - expected_s).abs() < 0.01 * expected_s + f32::from(HEAT_TICKS) * TICK_S,
                 "{found_s} {expected_s}"
             );
             assert!(guard.winding.heat < 0.9);

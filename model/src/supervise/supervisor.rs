@@ -386,6 +386,7 @@ impl Supervisor {
 }
 
 /// What blocks arming because of these faults.
+#[cold]
 fn blockers_of(faults: FaultSet) -> BlockerSet {
     let mut blockers = BlockerSet::EMPTY;
     blockers.set(Blocker::EmergencyStop, faults.contains(Fault::EmergencyStop));
