@@ -26,6 +26,7 @@ mod record;
 pub mod rows;
 pub mod seeds;
 mod table;
+mod terms;
 mod watched;
 
 use files::RunReport;

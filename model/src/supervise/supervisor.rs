@@ -10,8 +10,7 @@ use crate::control::motor::voltage;
 use crate::control::motor_guard::MotorGuard;
 use crate::estimate::Estimate;
 use crate::persistence::Persistence;
-use crate::sample::TICK_S;
-use crate::sample::{Actuation, MOTORS, Motor};
+use crate::sample::{Actuation, MOTORS, Motor, TICK_S};
 use crate::sensed::Sensed;
 use crate::vehicle::{MotorParameters, Vehicle};
 

@@ -144,8 +144,8 @@ fn the_last_patch_that_covers_a_place_wins() {
     let patch = |from_m, to_m, right, left| Patch {
         from_m,
         to_m,
-        right,
         left,
+        right,
     };
     let patches = vec![patch(0.0, 10.0, 0.5, 0.4), patch(2.0, 3.0, 0.1, 0.2)];
     let terrain = Terrain::new(Plane::default(), Friction::default(), patches, vec![]).unwrap();

@@ -11,6 +11,7 @@ use virtual_board::scenario::trace::{Trace, TraceRow, Value};
 use virtual_board::scenario::{BoundsOf, Check, GAP_S, MetricValue, RunStory, RunVerdict, Scenario, StoryEvent};
 
 use super::rows::ChartRows;
+use super::terms::{SPAR_TERMS, SPEED_TERMS, STEERING_TERMS};
 
 /// The files and the command of a run, as a person would name them.
 #[derive(Debug, Clone)]
@@ -247,19 +248,6 @@ fn events(told: &RunStory) -> String {
     text
 }
 
-/// The terms of the speed law, by the names of the chart.
-const SPEED_TERMS: &[(&str, Value)] = &[
-    ("feed-forward", |r| f64::from(r.status.terms.speed.feed_forward_v)),
-    ("weight", |r| f64::from(r.status.terms.speed.weight_v)),
-    ("speed feedback", |r| f64::from(r.status.terms.speed.speed_feedback_v)),
-    ("swing rate", |r| f64::from(r.status.terms.speed.swing_rate_v)),
-    ("swing damping", |r| f64::from(r.status.terms.speed.swing_damping_v)),
-    ("friction", |r| f64::from(r.status.terms.speed.friction_v)),
-    ("guard", |r| f64::from(r.status.terms.speed.guard_v)),
-    ("trim", |r| f64::from(r.status.terms.speed.trim_v)),
-    ("governed", |r| f64::from(r.status.terms.speed.governed_v)),
-];
-
 /// The charts of the report: file name and chart.
 pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
     let t = trace.values(TraceRow::time_s);
@@ -339,6 +327,11 @@ pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
             ),
         ),
         ("speed-terms", over_time("Terms of the speed law", "V", SPEED_TERMS)),
+        (
+            "steering-terms",
+            over_time("Terms of the steering law", "V", STEERING_TERMS),
+        ),
+        ("spar-terms", over_time("Terms of the spar law", "V", SPAR_TERMS)),
         (
             "path",
             Chart::new("Path on the plane", "x, m", "y, m")
