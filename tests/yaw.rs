@@ -10,7 +10,7 @@ mod support;
 use support::flights::{fly, last};
 use support::generated::shown;
 use support::reference;
-use support::slopes::{by_rule, drive, from, most};
+use support::slopes::{by_rule, drive, from, most, small};
 
 /// Yaw rate of the steps, rad/s, and the acceleration on the way there, rad/s^2, as the reference file has it.
 const STEP_RAD_S: f64 = 1.5;
@@ -96,15 +96,6 @@ fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
             100.0 * worst_over
         ),
     );
-}
-
-/// The small vehicle of `vehicles/small.toml`, whose motors, gears and encoders are nothing like the reference's.
-fn small() -> Vehicle<f64> {
-    let text = include_str!("../vehicles/small.toml");
-    match vehicle_file::parse("vehicles/small.toml", text) {
-        Ok(vehicle_file::VehicleFile::Vehicle(vehicle)) => *vehicle,
-        other => panic!("{other:?}"),
-    }
 }
 
 /// Vehicles that nobody tuned: the small one, and the reference with what bears on its turns 20 % and more off. The gains of

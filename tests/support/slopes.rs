@@ -34,6 +34,15 @@ pub fn by_rule(change: impl FnOnce(&mut VehicleParameters<f64>)) -> Vehicle<f64>
     Vehicle::new(parameters).expect("a vehicle")
 }
 
+/// The small vehicle of `vehicles/small.toml`, whose motors, gears and encoders are nothing like the reference's.
+pub fn small() -> Vehicle<f64> {
+    let text = include_str!("../../vehicles/small.toml");
+    match vehicle_file::parse("vehicles/small.toml", text) {
+        Ok(vehicle_file::VehicleFile::Vehicle(vehicle)) => *vehicle,
+        other => panic!("{other:?}"),
+    }
+}
+
 /// The largest value.
 pub fn most(rows: &[TraceRow], value: impl Fn(&TraceRow) -> f64) -> f64 {
     rows.iter().map(value).fold(f64::NEG_INFINITY, f64::max)

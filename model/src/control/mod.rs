@@ -14,6 +14,7 @@ pub mod speed_law;
 pub mod steering;
 pub mod supply_guard;
 pub mod swing_damped;
+pub mod turning_grip;
 
 /// What a law gives in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -50,7 +50,7 @@ pub struct Shown {
     /// makes 9 g of their inertia, of which filters of 20 and 28 ms leave less than 0.14 g, whose square `UNEXPLAINED_MIN` is,
     /// after 120 ms.
     pub weighs: bool,
-    /// The wheels are known to slide.
+    /// The wheels are known to slide, or to have slid lately.
     pub slides: bool,
 }
 
@@ -69,6 +69,8 @@ pub struct Facing {
     /// Mean square of what shakes it sideways, over g.
     sideways: f32,
     mirrored: Persistence,
+    /// Intervals since the wheels gripped again, up to [`REGAINS_INTERVALS`].
+    regained: u8,
 }
 
 const G: f32 = GRAVITY_M_S2 as f32;
@@ -88,9 +90,11 @@ const SIDEWAYS_SHARE: f32 = 0.3;
 /// Intervals for which the one must explain what the other does not: 60 ms.
 const MIRRORED_INTERVALS: u16 = 12;
 
-/// What is left unexplained, over g, beyond which wheels that slide show nothing: when they grip again, the ground
-/// turns them, and through the gears the arm.
+/// What is left unexplained, over g, beyond which wheels that slide tell nothing: when they grip again, the ground turns them,
+/// and through the gears the arm. And the intervals for which they tell nothing after that: in 40 ms the filters of 20 and 28 ms
+/// leave a quarter of it, whose square is less than `UNEXPLAINED_MIN`.
 const REGAINS: f32 = 0.5;
+const REGAINS_INTERVALS: u8 = 8;
 /// Share of each interval in the mean squares.
 pub(super) const MEAN_GAIN: f32 = INTERVAL_S / MEAN_TIME_CONSTANT_S;
 
@@ -108,6 +112,7 @@ impl Facing {
             backward: 0.0,
             sideways: 0.0,
             mirrored: Persistence::new(MIRRORED_INTERVALS),
+            regained: REGAINS_INTERVALS,
         }
     }
 
@@ -116,22 +121,31 @@ impl Facing {
         let relative = self.radius_s2 * self.relative.update(shown.relative_rad_s);
         let [forward, backward] = [shown.unexplained, shown.unexplained + 2.0 * relative];
         let sideways = shown.sideways_m_s2 / G;
-        let regains = shown.slides && shown.unexplained.abs() > REGAINS;
-        if shown.weighs {
+        let paused = self.regained < REGAINS_INTERVALS;
+        self.regained = if shown.slides && shown.unexplained.abs() > REGAINS {
+            0
+        } else {
+            (self.regained + 1).min(REGAINS_INTERVALS)
+        };
+        if self.regained < REGAINS_INTERVALS || paused {
+            // Nor has what such wheels leave in the filters anything steady.
+            self.steady_forward.reset(forward);
+            self.steady_backward.reset(backward);
+            self.steady_sideways.reset(sideways);
+            [self.forward, self.backward, self.sideways] = [0.0; 3];
+        } else if shown.weighs {
             // What a flight shows is no steady error either.
             self.steady_forward.update(forward);
             self.steady_backward.update(backward);
             self.steady_sideways.update(sideways);
-            if !regains {
-                let [forward, backward] = [
-                    forward - self.steady_forward.value(),
-                    backward - self.steady_backward.value(),
-                ];
-                self.forward += MEAN_GAIN * (forward * forward - self.forward);
-                self.backward += MEAN_GAIN * (backward * backward - self.backward);
-                let sideways = sideways - self.steady_sideways.value();
-                self.sideways += MEAN_GAIN * (sideways * sideways - self.sideways);
-            }
+            let [forward, backward] = [
+                forward - self.steady_forward.value(),
+                backward - self.steady_backward.value(),
+            ];
+            self.forward += MEAN_GAIN * (forward * forward - self.forward);
+            self.backward += MEAN_GAIN * (backward * backward - self.backward);
+            let sideways = sideways - self.steady_sideways.value();
+            self.sideways += MEAN_GAIN * (sideways * sideways - self.sideways);
         }
         self.mirrored.update(
             self.forward > UNEXPLAINED_MIN
@@ -148,6 +162,7 @@ impl Facing {
         self.steady_sideways.reset(sideways_m_s2 / G);
         [self.forward, self.backward, self.sideways] = [0.0; 3];
         self.mirrored.update(false);
+        self.regained = REGAINS_INTERVALS;
     }
 }
 

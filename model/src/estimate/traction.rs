@@ -50,6 +50,8 @@ pub struct Traction {
     apart_ticks: u16,
     agreed_ticks: u16,
     sliding_ticks: u16,
+    /// Ticks since the last slide.
+    rolling_ticks: u16,
     sliding: bool,
     speed_m_s: f32,
 }
@@ -85,6 +87,8 @@ const STEADY_SLIP_MAX_M_S: f32 = 0.45;
 const ROLLS_ANYWAY_TICKS: u16 = 1000;
 /// Ticks after which a slide is taken for a wrong angle of the arm.
 const SLIDE_MAX_TICKS: u16 = 10_000;
+/// Ticks for which a slide was lately: where the ground has let the wheels go once, it may again.
+const LATELY_TICKS: u16 = 2000;
 /// Yaw rate from which the accelerations show nothing, rad/s: a roll of the axle, or of the IMU on the arm, adds to
 /// them.
 const TURNS_RAD_S: f32 = 0.5;
@@ -104,6 +108,7 @@ impl Traction {
             apart_ticks: 0,
             agreed_ticks: 0,
             sliding_ticks: 0,
+            rolling_ticks: u16::MAX,
             sliding: false,
             speed_m_s: 0.0,
         }
@@ -146,6 +151,7 @@ impl Traction {
         self.agreed_ticks = if agreed { self.agreed_ticks.saturating_add(1) } else { 0 };
         if self.sliding {
             self.sliding_ticks = self.sliding_ticks.saturating_add(1);
+            self.rolling_ticks = 0;
             self.sliding = self.agreed_ticks < if regained { ROLLS_TICKS } else { ROLLS_ANYWAY_TICKS };
             if self.sliding_ticks >= SLIDE_MAX_TICKS {
                 // Nor may what began it begin it again at once.
@@ -153,6 +159,7 @@ impl Traction {
             }
         } else {
             self.sliding_ticks = 0;
+            self.rolling_ticks = self.rolling_ticks.saturating_add(1);
             self.sliding = hunts || self.apart_ticks >= SLIDES_TICKS;
         }
         // The speed of the slide begins with the first sign of it.
@@ -176,6 +183,11 @@ impl Traction {
     /// The wheels slide.
     pub fn slides(&self) -> bool {
         self.sliding
+    }
+
+    /// The wheels slide, or did lately and may do so again before that is told.
+    pub fn slid_lately(&self) -> bool {
+        self.rolling_ticks < LATELY_TICKS
     }
 
     /// Speed over the ground: the wheels', or what the accelerations give while they slide, m/s.

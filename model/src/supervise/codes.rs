@@ -271,7 +271,7 @@ codes! {
     RightCurrent = 2,
     /// The ballast motor's current limit.
     BallastCurrent = 3,
-    /// The reference governor is still on its way to the command.
+    /// The governed speed or yaw rate is not the commanded one: still on its way, or held back, a turn by the ground's grip.
     Reference = 4,
     /// Something blocks the vehicle: it is commanded to drive, and its wheels do not turn.
     Stall = 5,

@@ -1,11 +1,13 @@
 //! Stage 3: the control laws under the supervisor's verdict.
 
+use crate::bounded::Bounded;
 use crate::command::{Command, DriveCommand};
 use crate::control::LawOutput;
 use crate::control::spar::{SparController, SparState, SparTerms};
 use crate::control::speed::SpeedInput;
 use crate::control::speed_controller::SpeedController;
 use crate::control::steering::{STEERING_SHARE, SteeringController, SteeringInput};
+use crate::control::turning_grip::{Ground, TurningGrip};
 use crate::estimate::Estimate;
 use crate::estimate::stall::Intent;
 use crate::sample::MOTORS;
@@ -24,6 +26,8 @@ use super::estimate::Sines;
 const PROBE_V: f32 = 0.02;
 /// Distance of the governed reference from the commanded speed, m/s, up to which the command counts as reached.
 const REFERENCE_REACHED_M_S: f32 = 0.01;
+/// The same of the yaw rate, rad/s.
+const REFERENCE_REACHED_RAD_S: f32 = 0.01;
 
 /// What stage 3 decided for one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,6 +70,7 @@ pub(super) struct Wish {
 pub(super) struct Laws {
     speed: SpeedController,
     steering: SteeringController,
+    turning_grip: TurningGrip,
     spar: Option<SparController>,
     /// A spar fault has occurred since the vehicle was armed: the ballast motor gets no voltage.
     spar_off: bool,
@@ -84,6 +89,7 @@ impl Laws {
         Self {
             speed: SpeedController::new(vehicle, TICK_S),
             steering: SteeringController::new(vehicle, TICK_S),
+            turning_grip: TurningGrip::new(vehicle),
             spar: SparController::new(vehicle, TICK_S),
             spar_off: false,
             target_m_s: 0.0,
@@ -124,8 +130,14 @@ impl Laws {
         };
         self.target_m_s = wanted.speed_m_s;
         let supply_v = self.duty_max * sensed.supply_v;
+        let (speed_m_s, reference_m_s) = (estimate.speed_m_s.abs(), self.speed.reference_m_s().abs());
+        let ground = Ground {
+            sin_slope: sines.slope.0,
+            sin_roll: sines.roll,
+            speed_m_s: speed_m_s.bounded(reference_m_s, f32::MAX),
+        };
         let turn = self.steering.step(&SteeringInput {
-            target_rad_s: wanted.yaw_rate_rad_s,
+            target_rad_s: self.turning_grip.yaw_rate_rad_s(wanted.yaw_rate_rad_s, &ground),
             yaw_rate_rad_s: estimate.yaw_rate_rad_s,
             heading_rad: estimate.heading_rad,
             voltage_max_v: STEERING_SHARE * supply_v,
@@ -152,7 +164,9 @@ impl Laws {
         limits.set(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);
         let behind_m_s = (self.speed.reference_m_s() - wanted.speed_m_s).abs();
         limits.set(Limit::SlopeLimit, self.speed.slope_limited());
-        limits.set(Limit::Reference, behind_m_s > REFERENCE_REACHED_M_S);
+        let behind_rad_s = (self.steering.reference_rad_s() - wanted.yaw_rate_rad_s).abs();
+        let behind = behind_m_s > REFERENCE_REACHED_M_S || behind_rad_s > REFERENCE_REACHED_RAD_S;
+        limits.set(Limit::Reference, behind);
         limits.set(Limit::Stall, estimate.stalled);
         limits.set(Limit::Slip, estimate.sliding);
         Wish {

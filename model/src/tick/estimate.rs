@@ -64,6 +64,8 @@ pub(super) struct Estimator {
 pub(super) struct Sines {
     pub(super) phi: (f32, f32),
     pub(super) slope: (f32, f32),
+    /// Sine of the axle's roll: positive with its left end up.
+    pub(super) roll: f32,
     /// Change of the slope's sine by the vehicle's own turn, 1/s.
     pub(super) slope_turn_per_s: f32,
 }
@@ -159,8 +161,14 @@ impl Estimator {
         Sines {
             phi: (self.arm.sin(), self.arm.cos()),
             slope: (self.slope.sin(), self.slope.cos()),
+            roll: self.sin_roll(),
             slope_turn_per_s: self.slope_turn_per_s,
         }
+    }
+
+    /// Sine of the axle's roll: positive with its left end up.
+    fn sin_roll(&self) -> f32 {
+        self.roll.value() - self.alignment.sin_roll()
     }
 
     /// One tick. `disarmed` says that no motor is driven: only then does the ballast hang. `intent` is what was
@@ -289,7 +297,7 @@ impl Estimator {
             wheels_m_s2: r * self.theta_acceleration.update(theta_rate_rad_s),
             yaw_rate_rad_s,
             wheels_yaw_rad_s,
-            sin_roll: sin_roll - self.alignment.sin_roll(),
+            sin_roll: self.sin_roll(),
         }
     }
 

@@ -102,7 +102,7 @@ impl Estimator {
                     unexplained: self.arm.unexplained(),
                     sideways_m_s2: sensed.arm_force_y_m_s2,
                     weighs: self.weighs.stands(),
-                    slides: self.traction.slides(),
+                    slides: self.traction.slid_lately(),
                 }),
                 1 => {
                     let [roll_rad_s, _] = sensed.arm_gyro_xz_rad_s;

@@ -45,6 +45,7 @@ impl Bench {
         let sines = Sines {
             phi: (phi.sin(), phi.cos()),
             slope: (sin_slope, (1.0 - sin_slope * sin_slope).sqrt()),
+            roll: 0.0,
             slope_turn_per_s: 0.0,
         };
         self.laws
@@ -136,7 +137,7 @@ fn steering_takes_half_of_the_supply_and_driving_the_rest() {
 #[test]
 fn each_limits_flag_rises_with_its_cause_and_falls_without() {
     type Cause = fn(&mut Bench);
-    let causes: [(Limit, bool, Cause); 12] = [
+    let causes: [(Limit, bool, Cause); 15] = [
         (Limit::Voltage, true, |b| {
             (b.sensed.supply_v, b.estimate.phi_rad) = (2.0, 0.9);
         }),
@@ -148,6 +149,16 @@ fn each_limits_flag_rises_with_its_cause_and_falls_without() {
         (Limit::Reference, true, |b| b.command.drive.speed_m_s = -0.5),
         (Limit::Reference, false, |b| b.command.drive.speed_m_s = 0.009),
         (Limit::Reference, false, |b| b.command.drive.speed_m_s = -0.009),
+        // After 20 ticks a yaw rate of 0.08 rad/s is reached; 5 rad/s at 2.5 m/s ask for more than the ground's grip.
+        (Limit::Reference, true, |b| b.command.drive.yaw_rate_rad_s = 0.2),
+        (Limit::Reference, false, |b| b.command.drive.yaw_rate_rad_s = -0.07),
+        (Limit::Reference, true, |b| {
+            (
+                b.command.drive.yaw_rate_rad_s,
+                b.estimate.speed_m_s,
+                b.estimate.sin_slope,
+            ) = (0.07, 2.5, 0.53);
+        }),
         (Limit::Stall, true, |b| b.estimate.stalled = true),
         (Limit::Slip, true, |b| b.estimate.sliding = true),
         // Rubber of 0.6 holds no slope of 60 degrees, and an arm of 0.72 r carries none of 50.
