@@ -5,6 +5,7 @@
 //! limits are not faults.
 
 pub mod arming;
+mod blocking;
 pub mod codes;
 pub mod motor_watch;
 pub mod plausibility;

@@ -1,6 +1,7 @@
 //! Fault and blocker detection: what one tick shows against the vehicle's limits, and the mode that follows.
 
 use super::arming::{Arming, Conditions, Mode};
+use super::blocking::{ARM_IMU_FAULTS, ENCODER_FAULTS, blockers_of};
 use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use super::motor_watch::{MotorHealth, MotorReading, MotorWatch};
 use super::plausibility::{ImuHealth, ImuWatch};
@@ -18,19 +19,6 @@ use crate::vehicle::{MotorParameters, Vehicle};
 const LATE_US: u64 = 1500;
 /// A tick that comes later than this after the last one is a fault.
 const MISSED_US: u64 = 5000;
-/// Faults of what the arm IMU shows, and of what the wheels' encoders show.
-const ARM_IMU_FAULTS: FaultSet = FaultSet::EMPTY
-    .with(Fault::ImuStale)
-    .with(Fault::ImuImplausible)
-    .with(Fault::NotFinite);
-const ENCODER_FAULTS: FaultSet = FaultSet::EMPTY
-    .with(Fault::EncoderStale)
-    .with(Fault::EncoderImplausible);
-/// Faults of the analogue readings, and of the battery's voltage.
-const ANALOG_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::AnalogStale).with(Fault::Overcurrent);
-const BATTERY_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::BatteryLow).with(Fault::BatteryHigh);
-/// Faults of the drive motors' heat.
-const HEAT_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::DriveMotorHot).with(Fault::DriveBridgeHot);
 const OVERCURRENT_TICKS: u16 = 3;
 const BATTERY_TICKS: u16 = 50;
 /// Ticks in a row in which the emergency stop's contacts must differ to disagree: longer than the contacts of one button
@@ -382,22 +370,6 @@ impl Supervisor {
         blockers.set(Blocker::CurrentSensor, self.current_offset);
         blockers
     }
-}
-
-/// What blocks arming because of these faults.
-#[cold]
-fn blockers_of(faults: FaultSet) -> BlockerSet {
-    let mut blockers = BlockerSet::EMPTY;
-    blockers.set(Blocker::EmergencyStop, faults.contains(Fault::EmergencyStop));
-    blockers.set(Blocker::BridgeBreak, faults.contains(Fault::BridgeBreak));
-    blockers.set(Blocker::Imu, faults.has_any(ARM_IMU_FAULTS));
-    blockers.set(Blocker::Encoder, faults.has_any(ENCODER_FAULTS));
-    blockers.set(Blocker::Analog, faults.has_any(ANALOG_FAULTS));
-    blockers.set(Blocker::Battery, faults.has_any(BATTERY_FAULTS));
-    blockers.set(Blocker::NoCommand, faults.contains(Fault::CommandTimeout));
-    blockers.set(Blocker::StopContacts, faults.contains(Fault::StopContacts));
-    blockers.set(Blocker::MotorHot, faults.has_any(HEAT_FAULTS));
-    blockers
 }
 
 #[cfg(test)]

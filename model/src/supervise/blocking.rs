@@ -1,0 +1,33 @@
+//! Which faults keep the vehicle from being armed, by what a person has to look at.
+
+use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
+
+/// Faults of what the arm IMU shows, and of what the wheels' encoders show.
+pub(super) const ARM_IMU_FAULTS: FaultSet = FaultSet::EMPTY
+    .with(Fault::ImuStale)
+    .with(Fault::ImuImplausible)
+    .with(Fault::NotFinite);
+pub(super) const ENCODER_FAULTS: FaultSet = FaultSet::EMPTY
+    .with(Fault::EncoderStale)
+    .with(Fault::EncoderImplausible);
+/// Faults of the analogue readings, and of the battery's voltage.
+const ANALOG_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::AnalogStale).with(Fault::Overcurrent);
+const BATTERY_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::BatteryLow).with(Fault::BatteryHigh);
+/// Faults of the drive motors' heat.
+const HEAT_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::DriveMotorHot).with(Fault::DriveBridgeHot);
+
+/// What blocks arming because of these faults.
+#[cold]
+pub(super) fn blockers_of(faults: FaultSet) -> BlockerSet {
+    let mut blockers = BlockerSet::EMPTY;
+    blockers.set(Blocker::EmergencyStop, faults.contains(Fault::EmergencyStop));
+    blockers.set(Blocker::BridgeBreak, faults.contains(Fault::BridgeBreak));
+    blockers.set(Blocker::Imu, faults.has_any(ARM_IMU_FAULTS));
+    blockers.set(Blocker::Encoder, faults.has_any(ENCODER_FAULTS));
+    blockers.set(Blocker::Analog, faults.has_any(ANALOG_FAULTS));
+    blockers.set(Blocker::Battery, faults.has_any(BATTERY_FAULTS));
+    blockers.set(Blocker::NoCommand, faults.contains(Fault::CommandTimeout));
+    blockers.set(Blocker::StopContacts, faults.contains(Fault::StopContacts));
+    blockers.set(Blocker::MotorHot, faults.has_any(HEAT_FAULTS));
+    blockers
+}
