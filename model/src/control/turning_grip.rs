@@ -30,7 +30,7 @@ const COSINE_LOSS: f32 = 0.56;
 
 /// The ground and how fast it passes.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ground {
+pub struct TurningGround {
     /// Sine of the slope.
     pub sin_slope: f32,
     /// Sine of the axle's roll.
@@ -62,7 +62,7 @@ impl TurningGrip {
 
     /// The yaw rate that is nearest to `wanted_rad_s` within grip, rad/s. One call a tick.
     #[inline]
-    pub fn yaw_rate_rad_s(&mut self, wanted_rad_s: f32, ground: &Ground) -> f32 {
+    pub fn yaw_rate_rad_s(&mut self, wanted_rad_s: f32, ground: &TurningGround) -> f32 {
         // The square root, by one step of Newton's a tick.
         let square = ground.sin_slope * ground.sin_slope + ground.sin_roll * ground.sin_roll;
         self.steep = (0.5 * (self.steep + square / self.steep)).bounded(STEEP_MIN, 1.0);
@@ -86,7 +86,7 @@ mod tests {
     const G: f32 = GRAVITY_M_S2 as f32;
 
     /// The bound of a vehicle with `grip_mu` and `acceleration_max_m_s2`, once it knows its ground.
-    fn bounded(grip_mu: f32, acceleration_m_s2: f32, wanted_rad_s: f32, ground: &Ground) -> f32 {
+    fn bounded(grip_mu: f32, acceleration_m_s2: f32, wanted_rad_s: f32, ground: &TurningGround) -> f32 {
         let mut parameters = *test_vehicle::reference().parameters();
         parameters.control.grip_mu = grip_mu;
         parameters.control.acceleration_max_m_s2 = acceleration_m_s2;
@@ -105,7 +105,7 @@ mod tests {
             speed_m_s in 0.1_f32..2.5, wanted_rad_s in -20.0_f32..20.0,
         ) {
             let steep = libm::sinf(slope);
-            let ground = Ground {
+            let ground = TurningGround {
                 sin_slope: steep * libm::cosf(facing), sin_roll: steep * libm::sinf(facing), speed_m_s,
             };
             let yaw_rad_s = bounded(grip_mu, acceleration_m_s2, wanted_rad_s, &ground);
@@ -131,7 +131,7 @@ mod tests {
     /// The reference file's 2 rad/s at 2.5 m/s need 0.51 g of 0.54; on the spot nothing is asked of grip, however steep.
     #[test]
     fn the_file_s_own_turn_is_left_alone_on_the_level_and_any_turn_on_the_spot() {
-        let ground = |sin_slope, speed_m_s| Ground {
+        let ground = |sin_slope, speed_m_s| TurningGround {
             sin_slope,
             sin_roll: 0.0,
             speed_m_s,

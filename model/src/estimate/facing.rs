@@ -91,10 +91,10 @@ const SIDEWAYS_SHARE: f32 = 0.3;
 const MIRRORED_INTERVALS: u16 = 12;
 
 /// What is left unexplained, over g, beyond which wheels that slide tell nothing: when they grip again, the ground turns them,
-/// and through the gears the arm. And the intervals for which they tell nothing after that: in 40 ms the filters of 20 and 28 ms
-/// leave a quarter of it, whose square is less than `UNEXPLAINED_MIN`.
+/// and through the gears the arm. And the intervals for which they show nothing after that: the filters of 20 and
+/// 28 ms, one behind the other, leave 0.29 of it after 60 ms, whose square is `UNEXPLAINED_MIN`.
 const REGAINS: f32 = 0.5;
-const REGAINS_INTERVALS: u8 = 8;
+const REGAINS_INTERVALS: u8 = 12;
 /// Share of each interval in the mean squares.
 pub(super) const MEAN_GAIN: f32 = INTERVAL_S / MEAN_TIME_CONSTANT_S;
 

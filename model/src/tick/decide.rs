@@ -7,7 +7,7 @@ use crate::control::spar::{SparController, SparState, SparTerms};
 use crate::control::speed::SpeedInput;
 use crate::control::speed_controller::SpeedController;
 use crate::control::steering::{STEERING_SHARE, SteeringController, SteeringInput};
-use crate::control::turning_grip::{Ground, TurningGrip};
+use crate::control::turning_grip::{TurningGrip, TurningGround};
 use crate::estimate::Estimate;
 use crate::estimate::stall::Intent;
 use crate::sample::MOTORS;
@@ -131,7 +131,7 @@ impl Laws {
         self.target_m_s = wanted.speed_m_s;
         let supply_v = self.duty_max * sensed.supply_v;
         let (speed_m_s, reference_m_s) = (estimate.speed_m_s.abs(), self.speed.reference_m_s().abs());
-        let ground = Ground {
+        let ground = TurningGround {
             sin_slope: sines.slope.0,
             sin_roll: sines.roll,
             speed_m_s: speed_m_s.bounded(reference_m_s, f32::MAX),

@@ -1,5 +1,9 @@
 //! The landing law: observers, landing speed, governor, arm servo.
 
+mod states;
+
+pub use states::MOTION_STATES;
+
 use super::balance::{Balance, MotionByTorque};
 use super::chatter::Chatter;
 use super::command::{CommandRamp, Room, gentle};
@@ -17,8 +21,6 @@ use crate::control::equilibrium::{ArmAngle, Equilibrium};
 use crate::control::speed::{SpeedAim, SpeedInput, SpeedTerms};
 use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
 
-/// Number of the states of [`LandingLaw::motion_states`].
-pub const MOTION_STATES: usize = 7;
 /// Share of the supply that bounds the speed.
 pub const SUPPLY_SHARE: f32 = 0.97;
 /// Nondimensional voltage that the speed leaves to the arm.
@@ -160,22 +162,6 @@ impl LandingLaw {
     /// What the last tick taught of the slope, as a change of its sine; nothing before the first tick.
     pub fn slope_lesson(&self) -> Option<f32> {
         self.started.then(|| self.rate_observer.slope_lesson())
-    }
-
-    /// What the law remembers of the vehicle's motion, nondimensional, for whoever linearises the law: the observers' states, and
-    /// the torque of the last tick. The command is none of it: no motion of the vehicle's moves it, but for its bounds.
-    pub fn motion_states(&mut self) -> [&mut f32; MOTION_STATES] {
-        let [phi_rate, disturbance] = self.torque_observer.states();
-        let [wheel_rate, joint_rate, first, second] = self.rate_observer.states();
-        [
-            phi_rate,
-            disturbance,
-            wheel_rate,
-            joint_rate,
-            first,
-            second,
-            &mut self.torque,
-        ]
     }
 
     /// What the axle does in the tick decided last.
