@@ -42,6 +42,7 @@ const BREAKS: [(BreakInput, TimerPin); 2] = [
 
 /// What the lines between board and bridges do beside what the timers ask for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[allow(clippy::struct_excessive_bools)] // Each is a wire of its own.
 pub(super) struct BridgeWiring {
     /// The stop's second contact is open.
     pub(super) stop_pressed: bool,
