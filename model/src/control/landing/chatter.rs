@@ -5,13 +5,17 @@
 //! it did not foresee, with a sign that alternates some twenty times a second; a blow, a slope and a slide push it to one
 //! side. So what alternates tells worn gears from what the ground does.
 
+use crate::bounded::Bounded;
+
 /// Rate of the mean that is taken away, per time unit. It follows what the ground does, a tenth of a time unit and longer,
 /// and not the chatter.
 const MEAN_RATE: f32 = 4.0;
 /// Rate of the mean of what is left, per time unit: several time units, in which a blow passes.
 const LEVEL_RATE: f32 = 0.25;
-/// Mean of what alternates from which the gears are worn, nondimensional. Simulated with play of 0.6 to 1.5 deg, chatter is
-/// 0.1; kerbs reach 0.016 in passing, sound drives on ground that grips 0.003.
+/// What counts of it in one tick at most, half of what chatter has: a blow is ten times as large, and over within a time
+/// unit and a half, in which it brings the mean to less than [`WORN`].
+const BLOW: f32 = 0.05;
+/// Mean from which the gears are worn, nondimensional: half of what chatter brings it to.
 const WORN: f32 = 0.02;
 
 /// What alternates in the joint rates that the observer did not foresee, and whether it was ever that of worn gears.
@@ -26,7 +30,7 @@ impl Chatter {
     /// One tick: the joint rate beyond what the observer foresaw.
     pub(super) fn update(&mut self, unforeseen: f32, tick: f32) {
         self.mean += MEAN_RATE * tick * (unforeseen - self.mean);
-        self.level += LEVEL_RATE * tick * ((unforeseen - self.mean).abs() - self.level);
+        self.level += LEVEL_RATE * tick * ((unforeseen - self.mean).abs().bounded(0.0, BLOW) - self.level);
         self.worn |= self.level > WORN;
     }
 
@@ -66,8 +70,10 @@ mod tests {
     fn a_steady_motion_and_one_blow_are_not_play() {
         // A slope that nobody told, a slide: as large as chatter, to one side.
         assert_eq!(found(60_000, |time| 0.1 * (time / 2.0).min(1.0)), None);
-        // A blow that the observer forgets within a third of a time unit.
-        assert_eq!(found(60_000, |time| 0.2 * libm::expf(-3.0 * time)), None);
+        // Blows that the observer forgets within a third of a time unit, however hard.
+        for blow in [0.2, 1.0, 3.0] {
+            assert_eq!(found(60_000, |time| blow * libm::expf(-3.0 * time)), None, "{blow}");
+        }
         // Noise of the sensors that never ends.
         assert_eq!(found(60_000, |time| 0.015 * libm::sinf(25.0 * time)), None);
     }
