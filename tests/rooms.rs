@@ -34,6 +34,31 @@ const SHARED: &[(&str, &str)] = &[
     ),
 ];
 
+/// Constants of which one package may have several of one name: folder and names (none: every name), with the reason.
+const SHARED_CONSTANTS: &[(&str, &[&str], &str)] = &[
+    (
+        "firmware/src/drive_board",
+        &[],
+        "one folder for each board, with the same facts of each",
+    ),
+    (
+        "firmware/src/bin",
+        &[],
+        "one program for each board, with the same parts",
+    ),
+    (
+        "model/src/dynamics",
+        &["PHI", "PHI_RATE", "PSI", "THETA", "THETA_RATE"],
+        "where a quantity stands in the state of each model",
+    ),
+    ("hil-sim", &["EXAMPLES"], "the examples of a command, in its module"),
+    (
+        "hil-sim/theory/src/figures",
+        &["FIGURES"],
+        "the figures of a chapter, in its module",
+    ),
+];
+
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
@@ -107,6 +132,45 @@ fn no_two_types_have_one_name() {
             "{name} is one type: take it out of the list"
         );
     }
+}
+
+/// The names of the constants that a file's items define at its top, but for those of its tests.
+fn constants(items: &[syn::Item]) -> impl Iterator<Item = String> {
+    items.iter().filter_map(|item| match item {
+        syn::Item::Const(item) if item.ident != "_" => Some(item.ident.to_string()),
+        _ => None,
+    })
+}
+
+/// A name in one package is one number.
+#[test]
+fn no_two_constants_of_a_package_have_one_name() {
+    let mut places: BTreeMap<(String, String), Vec<String>> = BTreeMap::new();
+    for file in files(&root(), &["rs"]) {
+        let place = shown(&file);
+        let Some((package, _)) = place.split_once("/src/") else {
+            continue;
+        };
+        if place.contains("tests") || package.contains("board-emulator") {
+            continue;
+        }
+        let text = fs::read_to_string(&file).expect("a source is readable");
+        let parsed = syn::parse_file(&text).unwrap_or_else(|error| panic!("{place}: {error}"));
+        for name in constants(&parsed.items) {
+            let shared = |(folder, names, _): &(&str, &[&str], &str)| {
+                place.starts_with(folder) && (names.is_empty() || names.contains(&name.as_str()))
+            };
+            if !SHARED_CONSTANTS.iter().any(shared) {
+                places
+                    .entry((package.to_owned(), name))
+                    .or_default()
+                    .push(place.clone());
+            }
+        }
+    }
+    assert!(places.len() > 500, "{} constants found", places.len());
+    let twice: BTreeMap<_, _> = places.iter().filter(|(_, places)| places.len() > 1).collect();
+    assert!(twice.is_empty(), "{twice:#?}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use crate::image_seal::{
     BOARD_AT, BUILD_AT, ERASED, MARKER, NUMBERS_AT, NUMBERS_BYTES, SEAL_AT, SEAL_BYTES, VERSION_AT,
 };
 
-/// The checksum of an image.
+/// CRC-32C: the checksum of images, of stored sets and faults, and the hash of parameters' names.
 pub const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 
 /// A sealed image, as its seal describes it.
@@ -27,12 +27,14 @@ pub struct Image {
 }
 
 /// Bytes that are read at once: the seal lies within one such piece.
-const PIECE: usize = 256;
+const CHECKED_PIECE: usize = 256;
 
 /// The marker with every bit turned: the marker itself stands nowhere in an image but in its seal.
 const TURNED_MARKER: [u32; 4] = [!MARKER[0], !MARKER[1], !MARKER[2], !MARKER[3]];
 
-const _: () = assert!(SEAL_AT.is_multiple_of(PIECE) && SEAL_BYTES <= PIECE && NUMBERS_AT + NUMBERS_BYTES <= SEAL_BYTES);
+const _: () = assert!(
+    SEAL_AT.is_multiple_of(CHECKED_PIECE) && SEAL_BYTES <= CHECKED_PIECE && NUMBERS_AT + NUMBERS_BYTES <= SEAL_BYTES
+);
 
 impl Image {
     /// The image that a seal describes; `None` without its marker.
@@ -105,15 +107,15 @@ pub async fn image_in<F: ReadNorFlash>(place: &mut F, room: u32, home: &ImageHom
 }
 
 async fn whole_image<F: ReadNorFlash>(place: &mut F, room: u32, board: u16) -> Option<Image> {
-    let mut piece = [0; PIECE];
+    let mut piece = [0; CHECKED_PIECE];
     place.read(SEAL_AT as u32, &mut piece).await.ok()?;
     let image = Image::of(&piece)?;
     if image.board != board || image.length > room || (image.length as usize) < SEAL_AT + SEAL_BYTES {
         return None;
     }
     let mut digest = CHECKSUM.digest();
-    for at in (0..image.length).step_by(PIECE) {
-        let left = ((image.length - at) as usize).min(PIECE);
+    for at in (0..image.length).step_by(CHECKED_PIECE) {
+        let left = ((image.length - at) as usize).min(CHECKED_PIECE);
         let bytes = piece.get_mut(..left)?;
         place.read(at, bytes).await.ok()?;
         if at as usize == SEAL_AT {

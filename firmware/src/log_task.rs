@@ -13,7 +13,7 @@ use crate::hardware::{ClockSource, Indicators, ResetCause};
 use crate::topics::Topics;
 
 /// How often the task looks at the vehicle's state.
-const PERIOD: Duration = Duration::from_millis(50);
+const LOG_PERIOD: Duration = Duration::from_millis(50);
 /// Rounds per summary: one summary per second.
 const SUMMARY_EVERY: u32 = 20;
 
@@ -34,7 +34,7 @@ pub fn boot<M: RawMutex>(topics: &Topics<M>, version: &str, cause: ResetCause, c
 
 /// Logs the vehicle's state and shows it on the lamps, for ever.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut indicators: impl Indicators) -> ! {
-    let mut ticker = Ticker::every(PERIOD);
+    let mut ticker = Ticker::every(LOG_PERIOD);
     let mut mode = Mode::Disarmed;
     let mut faults = FaultSet::EMPTY;
     let mut refused = 0;

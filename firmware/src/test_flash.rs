@@ -5,7 +5,7 @@ use std::vec::Vec;
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
-pub const WORD: usize = crate::drive_board::FLASH_WORD_BYTES;
+pub const FLASH_WORD: usize = crate::drive_board::FLASH_WORD_BYTES;
 pub const PAGE: usize = 4096;
 pub const PAGES: usize = 2;
 
@@ -58,7 +58,7 @@ impl TestFlash {
     pub fn with_pages(pages: usize) -> Self {
         Self {
             bytes: vec![0xFF; PAGE * pages],
-            damaged: vec![false; PAGE * pages / WORD],
+            damaged: vec![false; PAGE * pages / FLASH_WORD],
             worn: Vec::new(),
             decays: None,
             power: usize::MAX,
@@ -99,15 +99,15 @@ impl TestFlash {
             state ^= state << 5;
             state
         };
-        for at in bytes.step_by(WORD) {
-            let word = &mut self.bytes[at..at + WORD];
+        for at in bytes.step_by(FLASH_WORD) {
+            let word = &mut self.bytes[at..at + FLASH_WORD];
             match chance() >> 30 {
                 0 => {}
                 1 => {
                     word.fill(0xFF);
-                    self.damaged[at / WORD] = false;
+                    self.damaged[at / FLASH_WORD] = false;
                 }
-                2 => self.damaged[at / WORD] = true,
+                2 => self.damaged[at / FLASH_WORD] = true,
                 _ => word.iter_mut().for_each(|byte| *byte |= (chance() >> 24) as u8),
             }
         }
@@ -132,7 +132,7 @@ impl ReadNorFlash for TestFlash {
             return Err(Trouble::Cut);
         }
         let from = offset as usize;
-        let words = from / WORD..(from + bytes.len()).div_ceil(WORD);
+        let words = from / FLASH_WORD..(from + bytes.len()).div_ceil(FLASH_WORD);
         if self.damaged[words].iter().any(|damaged| *damaged) {
             return Err(Trouble::Unreadable);
         }
@@ -146,41 +146,41 @@ impl ReadNorFlash for TestFlash {
 }
 
 impl NorFlash for TestFlash {
-    const WRITE_SIZE: usize = WORD;
+    const WRITE_SIZE: usize = FLASH_WORD;
     const ERASE_SIZE: usize = PAGE;
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Trouble> {
         assert!(
-            (offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD),
+            (offset as usize).is_multiple_of(FLASH_WORD) && bytes.len().is_multiple_of(FLASH_WORD),
             "aligned to words"
         );
         if self.dead {
             return Err(Trouble::Cut);
         }
-        for (i, word) in bytes.chunks(WORD).enumerate() {
-            let at = offset as usize + i * WORD;
+        for (i, word) in bytes.chunks(FLASH_WORD).enumerate() {
+            let at = offset as usize + i * FLASH_WORD;
             if self.protected.contains(&at) {
                 return Err(Trouble::Protected);
             }
             let cut = !self.powered();
-            let fresh = self.bytes[at..at + WORD].iter().all(|b| *b == 0xFF);
-            let spoilt = self.worn.contains(&(at / WORD)) || (!fresh && self.damage_on_rewrite);
+            let fresh = self.bytes[at..at + FLASH_WORD].iter().all(|b| *b == 0xFF);
+            let spoilt = self.worn.contains(&(at / FLASH_WORD)) || (!fresh && self.damage_on_rewrite);
             if !cut && spoilt {
-                self.damaged[at / WORD] = true;
+                self.damaged[at / FLASH_WORD] = true;
                 continue;
             }
             assert!(
                 cut || fresh,
                 "a word is programmed once between erasures: {at:#x} holds {:02x?} and should get {word:02x?}",
-                &self.bytes[at..at + WORD]
+                &self.bytes[at..at + FLASH_WORD]
             );
             if cut {
                 self.dead = true;
-                self.damaged[at / WORD] |= self.damage_on_cut;
-                self.bytes[at..at + WORD / 2].copy_from_slice(&word[..WORD / 2]);
+                self.damaged[at / FLASH_WORD] |= self.damage_on_cut;
+                self.bytes[at..at + FLASH_WORD / 2].copy_from_slice(&word[..FLASH_WORD / 2]);
                 return Err(Trouble::Cut);
             }
-            self.bytes[at..at + WORD].copy_from_slice(word);
+            self.bytes[at..at + FLASH_WORD].copy_from_slice(word);
             self.decay();
         }
         Ok(())
@@ -205,7 +205,7 @@ impl NorFlash for TestFlash {
                 return Err(Trouble::Cut);
             }
             self.bytes[range.clone()].fill(0xFF);
-            self.damaged[range.start / WORD..range.end / WORD].fill(false);
+            self.damaged[range.start / FLASH_WORD..range.end / FLASH_WORD].fill(false);
         }
         Ok(())
     }

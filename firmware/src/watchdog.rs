@@ -6,11 +6,11 @@ use embassy_time::{Duration, Instant, Ticker};
 use crate::hardware::Watchdog;
 use crate::topics::Topics;
 
-const PERIOD: Duration = Duration::from_millis(5);
+const FEED_PERIOD: Duration = Duration::from_millis(5);
 
 /// Feeds the watchdog while all critical tasks are alive. Once a task is dead, the watchdog resets the part.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut watchdog: impl Watchdog) -> ! {
-    let mut ticker = Ticker::every(PERIOD);
+    let mut ticker = Ticker::every(FEED_PERIOD);
     loop {
         if topics.checkins.all_alive(Instant::now()) {
             watchdog.feed();

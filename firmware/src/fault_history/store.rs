@@ -4,21 +4,20 @@
 //! else. The log goes through the sectors in turn, and erases a sector only when it comes to its start: by then the
 //! sector before it is full, and holds every fault that is remembered.
 
-use crc::{CRC_32_ISCSI, Crc};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::drive_board::FLASH_WORD_BYTES;
 use crate::fault_list::{FAULTS_KEPT, FaultEntry};
+use crate::image::CHECKSUM;
 
-const HASH: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
 /// Bytes of a fault in the flash.
 pub(super) const WORD: usize = FLASH_WORD_BYTES;
 /// First bytes of a fault.
-const MARK: [u8; 4] = *b"FLT1";
+const HISTORY_MARK: [u8; 4] = *b"FLT1";
 /// Bytes in front of the checksum.
 const CHECKED: usize = WORD - 4;
 /// How many words that do not read back as written are left behind for one fault.
-const ATTEMPTS: u8 = 4;
+const WRITE_ATTEMPTS: u8 = 4;
 
 /// A fault was not stored: the flash fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -78,7 +77,7 @@ impl<F: NorFlash> FaultStore<F> {
         }
         let word = encode(entry).ok_or(FaultNotStored)?;
         let mut attempts = 0;
-        while attempts < ATTEMPTS {
+        while attempts < WRITE_ATTEMPTS {
             let at = self.next_erased().await?;
             let written = self.flash.write(at, &word).await.is_ok();
             self.end = Some(at + WORD as u32);
@@ -137,10 +136,10 @@ fn keep(newest: &mut heapless::Vec<FaultEntry, FAULTS_KEPT>, entry: FaultEntry) 
 fn encode(entry: &FaultEntry) -> Option<[u8; WORD]> {
     let mut word = [0; WORD];
     let (checked, checksum) = word.split_at_mut_checked(CHECKED)?;
-    let (mark, rest) = checked.split_at_mut_checked(MARK.len())?;
-    mark.copy_from_slice(&MARK);
+    let (mark, rest) = checked.split_at_mut_checked(HISTORY_MARK.len())?;
+    mark.copy_from_slice(&HISTORY_MARK);
     postcard::to_slice(entry, rest).ok()?;
-    checksum.copy_from_slice(&HASH.checksum(checked).to_le_bytes());
+    checksum.copy_from_slice(&CHECKSUM.checksum(checked).to_le_bytes());
     Some(word)
 }
 
@@ -148,8 +147,8 @@ fn encode(entry: &FaultEntry) -> Option<[u8; WORD]> {
 fn decode(word: &[u8; WORD]) -> Option<FaultEntry> {
     let (checked, checksum) = word.split_at_checked(CHECKED)?;
     // The mark first: most words are erased, and need no checksum.
-    let entry = checked.strip_prefix(&MARK)?;
-    if checksum != HASH.checksum(checked).to_le_bytes() {
+    let entry = checked.strip_prefix(&HISTORY_MARK)?;
+    if checksum != CHECKSUM.checksum(checked).to_le_bytes() {
         return None;
     }
     postcard::from_bytes(entry).ok()

@@ -11,7 +11,7 @@ use crate::fault_list::{FAULTS_KEPT, FaultEntry, NewFaults};
 use crate::topics::Topics;
 
 /// How often the task looks whether the vehicle is disarmed, while there are faults to store.
-const PERIOD: Duration = Duration::from_millis(20);
+const HISTORY_PERIOD: Duration = Duration::from_millis(20);
 
 /// Keeps the faults for ever; `boot` is the number of this boot. Without a store the faults are kept in RAM only.
 pub async fn run<M: RawMutex, F: NorFlash>(topics: &Topics<M>, mut store: Option<FaultStore<F>>, boot: u32) -> ! {
@@ -27,7 +27,7 @@ pub async fn run<M: RawMutex, F: NorFlash>(topics: &Topics<M>, mut store: Option
         let new = if unstored.is_empty() {
             Some(topics.new_faults.receive().await)
         } else {
-            with_timeout(PERIOD, topics.new_faults.receive()).await.ok()
+            with_timeout(HISTORY_PERIOD, topics.new_faults.receive()).await.ok()
         };
         if let Some(NewFaults { time_us, mode, faults }) = new {
             for fault in faults.iter() {

@@ -29,7 +29,7 @@ const READ: u8 = 0x80;
 const DATA_WORDS: usize = 7;
 
 /// What [`register::WHO_AM_I`] holds.
-pub(super) const WHO_AM_I: u8 = 0x47;
+pub(super) const WHO_AM_I_VALUE: u8 = 0x47;
 const SOFT_RESET: u8 = 0x01;
 /// Wait after a soft reset. The data sheet asks for 1 ms at least.
 const RESET_TIME: Duration = Duration::from_millis(2);
@@ -151,7 +151,7 @@ impl<S: SpiDevice<u16>> Icm42688p<S> {
         Timer::after(RESET_TIME).await;
         self.write(BANK_0.register, BANK_0.value).await?;
         let who = self.read(register::WHO_AM_I).await?;
-        if who != WHO_AM_I {
+        if who != WHO_AM_I_VALUE {
             return Err(ImuError::WrongPart(who));
         }
         for setting in INTERFACE {

@@ -5,7 +5,7 @@ use embassy_time::{Duration, Instant, Timer};
 use embedded_hal_async::spi::SpiDevice;
 use model::sample::ImuRaw;
 
-use super::driver::{Icm42688p, ImuError, WHO_AM_I};
+use super::driver::{Icm42688p, ImuError, WHO_AM_I_VALUE};
 use crate::checkins::Critical;
 use crate::events::Event;
 use crate::hardware::Place;
@@ -82,7 +82,7 @@ fn check_in<M: RawMutex>(topics: &Topics<M>, place: Place) {
 fn complain<E>(name: &str, error: &ImuError<E>) {
     match error {
         ImuError::Bus(_) => warning!("{} IMU: the SPI bus failed", name),
-        ImuError::WrongPart(who) => warning!("{} IMU: WHO_AM_I is {}, expected {}", name, *who, WHO_AM_I),
+        ImuError::WrongPart(who) => warning!("{} IMU: WHO_AM_I is {}, expected {}", name, *who, WHO_AM_I_VALUE),
         ImuError::NotConfigured { register, value } => {
             warning!(
                 "{} IMU: register {} holds {} after configuration",

@@ -5,7 +5,7 @@ use crc::{CRC_32_ISCSI, Crc, NoTable};
 use crate::protocol::message::{CLOCK_TOLERANCE_US, ORDER_AGE_MAX_US, OrderId};
 
 /// Mixes boot, nonce and time into a session's number. Without a table in flash: one handshake is one session.
-const HASH: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
+const SESSION_HASH: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 
 /// One host's right to give orders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,7 +54,7 @@ impl Sessions {
     pub fn offer(&mut self, nonce: u32, now_us: u64) -> (u32, u32) {
         let known = self.known().find(|session| session.nonce == nonce).copied();
         let session = known.unwrap_or_else(|| {
-            let mut digest = HASH.digest();
+            let mut digest = SESSION_HASH.digest();
             digest.update(&self.boot.to_le_bytes());
             digest.update(&nonce.to_le_bytes());
             digest.update(&now_us.to_le_bytes());

@@ -9,18 +9,18 @@ use super::version_1;
 /// Longest stored set in bytes, a multiple of any flash's word.
 pub(super) const SET_MAX: usize = 1024;
 /// Bytes in front of the values: format, sequence number, number of values, 4 bytes each.
-pub(super) const HEADER: usize = 12;
+pub(super) const SET_HEADER: usize = 12;
 /// Bytes of a value: the hash of its name, and the value.
 pub(super) const VALUE: usize = 8;
 /// Most values of a stored set.
-pub(super) const VALUES_MAX: usize = (SET_MAX - HEADER) / VALUE;
+pub(super) const VALUES_MAX: usize = (SET_MAX - SET_HEADER) / VALUE;
 /// First bytes of a stored set.
 const FORMAT: [u8; 4] = *b"PAR2";
 
 /// Encodes a set with its sequence number and returns the set's length in bytes; `None` if the set does not fit.
 pub(super) fn encode(parameters: &VehicleParameters<f32>, sequence: u32, bytes: &mut [u8; SET_MAX]) -> Option<usize> {
     let count = parameters.count();
-    let (header, values) = bytes.split_at_mut_checked(HEADER)?;
+    let (header, values) = bytes.split_at_mut_checked(SET_HEADER)?;
     let words = [FORMAT, sequence.to_le_bytes(), u32::from(count).to_le_bytes()];
     for (slot, word) in header.chunks_exact_mut(4).zip(words) {
         slot.copy_from_slice(&word);
@@ -33,7 +33,7 @@ pub(super) fn encode(parameters: &VehicleParameters<f32>, sequence: u32, bytes: 
             .copy_from_slice(&name_hash(table, field.name).to_le_bytes());
         slots.next()?.copy_from_slice(&parameters.value(number)?.to_le_bytes());
     }
-    Some(HEADER + VALUE * usize::from(count))
+    Some(SET_HEADER + VALUE * usize::from(count))
 }
 
 /// A stored set as it was found.

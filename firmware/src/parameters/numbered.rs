@@ -1,16 +1,14 @@
 //! A vehicle's parameters as the link and the store know them: the hashes that show whether two programs mean the same
 //! by a number or by a name, and the number that an error is about.
 
-use crc::{CRC_32_ISCSI, Crc};
 use model::vehicle::{ParameterError, Vehicle, VehicleParameters};
 
 use crate::drive_board::SCALES;
-
-pub(super) const HASH: Crc<u32> = Crc::<u32>::new(&CRC_32_ISCSI);
+use crate::image::CHECKSUM;
 
 /// Hash of the names and ranges of every parameter of a vehicle of this kind, in order.
 pub fn schema(parameters: &VehicleParameters<f32>) -> u32 {
-    let mut digest = HASH.digest();
+    let mut digest = CHECKSUM.digest();
     for (table, field) in (0..parameters.count()).filter_map(|number| parameters.field(number)) {
         digest.update(table.as_bytes());
         digest.update(field.name.as_bytes());
@@ -22,7 +20,7 @@ pub fn schema(parameters: &VehicleParameters<f32>) -> u32 {
 
 /// Hash of a parameter's name, `table.field`: what a stored set knows a value by.
 pub(super) fn name_hash(table: &str, field: &str) -> u32 {
-    let mut digest = HASH.digest();
+    let mut digest = CHECKSUM.digest();
     digest.update(table.as_bytes());
     digest.update(b".");
     digest.update(field.as_bytes());

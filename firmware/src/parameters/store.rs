@@ -12,8 +12,9 @@ use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
 use super::encoding::{SET_MAX, StoredSet, decode, encode, read_by_name};
-use super::numbered::{HASH, drivable, number_of};
+use super::numbered::{drivable, number_of};
 use super::tolerant_flash::Tolerant;
+use crate::image::CHECKSUM;
 
 /// Key of the only item of a store of version 0.1.
 pub(super) const VERSION_1: u8 = 1;
@@ -27,10 +28,10 @@ const RECEIPT: usize = 16;
 const RECEIPT_MARK: [u8; 4] = *b"RCPT";
 /// Bytes that the search for receipts reads at once, and by how many the next piece overlaps: a multiple of any
 /// flash's word, and enough for a receipt.
-const PIECE: usize = 1024;
+const SCANNED_PIECE: usize = 1024;
 const OVERLAP: usize = 32;
 /// How often a set is written when it does not read back. Each time takes fresh words of the flash.
-const ATTEMPTS: u8 = 3;
+const STORE_ATTEMPTS: u8 = 3;
 
 /// Where the vehicle's parameters came from at boot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,7 +87,7 @@ impl Receipt {
     fn of(sequence: u32, set: &[u8]) -> Self {
         Self {
             sequence,
-            checksum: HASH.checksum(set),
+            checksum: CHECKSUM.checksum(set),
         }
     }
 
@@ -106,7 +107,7 @@ impl Receipt {
     }
 
     fn own_checksum(self) -> u32 {
-        let mut digest = HASH.digest();
+        let mut digest = CHECKSUM.digest();
         digest.update(&RECEIPT_MARK);
         digest.update(&self.sequence.to_le_bytes());
         digest.update(&self.checksum.to_le_bytes());
@@ -202,7 +203,7 @@ impl<F: NorFlash> ParameterStore<F> {
         let capacity = self.flash.capacity();
         let (mut newest, mut erased, mut at) = (None::<Receipt>, true, 0);
         loop {
-            let length = PIECE.min(capacity.saturating_sub(at));
+            let length = SCANNED_PIECE.min(capacity.saturating_sub(at));
             let Some(piece) = self.buffer.get_mut(..length) else {
                 break;
             };
@@ -218,10 +219,10 @@ impl<F: NorFlash> ParameterStore<F> {
                     }
                 }
             }
-            if length < PIECE || at + length >= capacity {
+            if length < SCANNED_PIECE || at + length >= capacity {
                 break;
             }
-            at += PIECE - OVERLAP;
+            at += SCANNED_PIECE - OVERLAP;
         }
         (newest, erased)
     }
@@ -297,7 +298,7 @@ impl<F: NorFlash> ParameterStore<F> {
         let mut bytes = [0; SET_MAX];
         let length = encode(vehicle.parameters(), sequence, &mut bytes).ok_or(NotStored)?;
         let set = bytes.get(..length).ok_or(NotStored)?;
-        for _ in 0..ATTEMPTS {
+        for _ in 0..STORE_ATTEMPTS {
             if self.write(sequence, set).await {
                 return Ok(());
             }

@@ -10,7 +10,7 @@ use embedded_storage_async::nor_flash::{ErrorType, MultiwriteNorFlash, NorFlash,
 pub(super) struct Tolerant<F>(pub(super) F);
 
 /// Bytes that are read at once in the search for an unreadable word.
-const PIECE: usize = 32;
+const READ_PIECE: usize = 32;
 
 impl<F: ErrorType> ErrorType for Tolerant<F> {
     type Error = F::Error;
@@ -30,7 +30,7 @@ impl<F: NorFlash> ReadNorFlash for Tolerant<F> {
         let mut rest = bytes;
         while !rest.is_empty() {
             // Up to the next word's boundary, so that no good word is lost with a bad one.
-            let length = rest.len().min(PIECE - at % PIECE);
+            let length = rest.len().min(READ_PIECE - at % READ_PIECE);
             let Some((piece, after)) = rest.split_at_mut_checked(length) else {
                 break;
             };

@@ -2,7 +2,7 @@
 
 use core::ops::Range;
 
-use super::numbered::HASH;
+use crate::image::CHECKSUM;
 
 /// The parameters of version 0.1, in order.
 const NAMES: [&str; 66] = [
@@ -78,7 +78,7 @@ const HASHES: [u32; NAMES.len()] = {
     let mut hashes = [0; NAMES.len()];
     let mut at = 0;
     while at < NAMES.len() {
-        hashes[at] = HASH.checksum(NAMES[at].as_bytes());
+        hashes[at] = CHECKSUM.checksum(NAMES[at].as_bytes());
         at += 1;
     }
     hashes
@@ -89,11 +89,11 @@ const CAMERA: Range<usize> = 17..37;
 const WITH_CAMERA: u32 = 0xa6fc2134;
 const WITHOUT_CAMERA: u32 = 0xf9704e66;
 /// Bytes in front of the values: that hash, and the number of values, 4 bytes each.
-const HEADER: usize = 8;
+const SET_HEADER_1: usize = 8;
 
 /// Hash of the name and value of each parameter of a set of version 0.1; `None` if the bytes are none.
 pub(super) fn values(bytes: &[u8]) -> Option<impl Iterator<Item = (u32, f32)> + use<'_>> {
-    let (header, values) = bytes.split_at_checked(HEADER)?;
+    let (header, values) = bytes.split_at_checked(SET_HEADER_1)?;
     let (schema, count) = header.split_first_chunk::<4>()?;
     let left_out = match u32::from_le_bytes(*schema) {
         WITH_CAMERA => 0..0,

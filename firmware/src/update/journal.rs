@@ -12,7 +12,7 @@ use crate::image_seal::{ERASED, JOURNAL_BYTES};
 /// Marks that the journal has room for.
 const JOURNAL_WORDS: u32 = JOURNAL_BYTES / FLASH_WORD_BYTES as u32;
 /// What a mark begins with, but for the lowest bits, which hold the mark's kind.
-const MARK: u32 = 0x7A3E_51C0;
+const ENTRY_MARK: u32 = 0x7A3E_51C0;
 
 /// What has been decided or done about the arrived image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,7 +80,7 @@ pub type Subject = [u32; 3];
 
 fn encode(mark: Mark, [length, checksum, before]: Subject) -> [u8; FLASH_WORD_BYTES] {
     let mut word = [0; FLASH_WORD_BYTES];
-    let parts = [MARK | mark as u32, length, checksum, before];
+    let parts = [ENTRY_MARK | mark as u32, length, checksum, before];
     // Each part once as it is and once turned round: a word that is not whole is no mark.
     let parts = parts.into_iter().chain(parts.map(|part| !part));
     for (to, part) in word.chunks_exact_mut(4).zip(parts) {

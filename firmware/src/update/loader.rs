@@ -31,8 +31,8 @@ pub enum Boot {
 }
 
 /// Bytes that are copied at once.
-const PIECE: usize = 256;
-const _: () = assert!(PIECE.is_multiple_of(FLASH_WORD_BYTES));
+const COPIED_PIECE: usize = 256;
+const _: () = assert!(COPIED_PIECE.is_multiple_of(FLASH_WORD_BYTES));
 /// Most steps of one boot: twice what an update that fails at every place needs.
 const STEPS_MAX: u32 = 16;
 
@@ -131,9 +131,9 @@ async fn mark<F: NorFlash>(places: &mut Places<F>, found: &Found, mark: Mark) ->
 async fn copy<F: NorFlash>(from: &mut F, to: &mut F, image: Option<Image>) -> Option<Image> {
     let image = image?;
     to.erase(0, to.capacity() as u32).await.ok()?;
-    let mut piece = [ERASED; PIECE];
-    for at in (0..image.length).step_by(PIECE) {
-        let left = ((image.length - at) as usize).min(PIECE);
+    let mut piece = [ERASED; COPIED_PIECE];
+    for at in (0..image.length).step_by(COPIED_PIECE) {
+        let left = ((image.length - at) as usize).min(COPIED_PIECE);
         piece.fill(ERASED);
         from.read(at, piece.get_mut(..left)?).await.ok()?;
         let words = left.next_multiple_of(FLASH_WORD_BYTES);

@@ -21,7 +21,7 @@ const LEFT_AFTER: Duration = Duration::from_secs(10);
 /// What the last answer has to leave the board before it restarts.
 const ANSWER_TIME: Duration = Duration::from_millis(100);
 /// How often the task looks whether the vehicle is disarmed, while it has something to store.
-const PERIOD: Duration = Duration::from_millis(100);
+const UPDATE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Answers for ever. `restart` restarts the part into its boot loader; a board without one only stores.
 /// `self_test_passed` says what the board has found of itself at boot.
@@ -46,7 +46,7 @@ pub async fn run<M: RawMutex, F: NorFlash, R: Restart>(
     let mut pending = false;
     loop {
         let patience = match (on_trial, pending) {
-            (true, _) => PERIOD,
+            (true, _) => UPDATE_PERIOD,
             (false, true) => LEFT_AFTER,
             (false, false) => Duration::MAX,
         };

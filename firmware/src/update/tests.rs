@@ -15,7 +15,7 @@ use crate::image_seal::{
     VERSION_AT, image_room,
 };
 use crate::protocol::message::{UPDATE_BYTES, UpdateRefusal, UpdateState};
-use crate::test_flash::{PAGE, TestFlash, WORD};
+use crate::test_flash::{FLASH_WORD, PAGE, TestFlash};
 
 mod marks;
 mod unwanted;
@@ -282,8 +282,8 @@ fn a_corrupt_journal_never_bricks() {
                         *byte = (state >> 24) as u8;
                     }
                 }
-                3 => flash.damaged[journal.start / WORD..journal.end / WORD].fill(true),
-                _ => flash.damaged[journal.start / WORD] = true,
+                3 => flash.damaged[journal.start / FLASH_WORD..journal.end / FLASH_WORD].fill(true),
+                _ => flash.damaged[journal.start / FLASH_WORD] = true,
             }
             let (booted, flash) = boot(flash);
             assert_ne!(booted, Boot::Nothing, "{kind}");

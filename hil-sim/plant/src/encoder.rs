@@ -9,7 +9,7 @@ use super::fault::{DELAY_MS, SensorFault};
 use super::noise::Noise;
 
 /// Samples kept for [`SensorFault::Delayed`]: one a millisecond.
-const HISTORY: usize = DELAY_MS as usize;
+const DELAYED_COUNTS: usize = DELAY_MS as usize;
 
 /// A quadrature encoder and the counter behind it.
 #[derive(Debug, Clone)]
@@ -23,7 +23,7 @@ pub struct Encoder {
     law: CountLaw,
     /// Edges seen of which only every other is counted ([`SensorFault::Slow`]).
     half_edges: i64,
-    history: [i64; HISTORY],
+    history: [i64; DELAYED_COUNTS],
     /// Where the oldest of the history stands; the others follow it, round the end.
     oldest: usize,
     history_ms: u64,
@@ -51,7 +51,7 @@ impl Encoder {
             fault: SensorFault::None,
             law: CountLaw::Fault(SensorFault::None),
             half_edges: 0,
-            history: [0; HISTORY],
+            history: [0; DELAYED_COUNTS],
             oldest: 0,
             history_ms: 0,
             time_s: 0.0,
@@ -69,7 +69,7 @@ impl Encoder {
         self.fault = fault;
         self.law = CountLaw::Fault(fault);
         self.half_edges = 0;
-        self.history = [self.counted; HISTORY];
+        self.history = [self.counted; DELAYED_COUNTS];
         self.history_ms = self.time_ms();
     }
 
@@ -135,9 +135,9 @@ impl Encoder {
         let time_ms = self.time_ms();
         if time_ms > self.history_ms {
             self.history_ms = time_ms;
-            self.oldest = (self.oldest + 1) % HISTORY;
+            self.oldest = (self.oldest + 1) % DELAYED_COUNTS;
             // The newest takes the place of the oldest.
-            self.history[(self.oldest + HISTORY - 1) % HISTORY] = self.counted;
+            self.history[(self.oldest + DELAYED_COUNTS - 1) % DELAYED_COUNTS] = self.counted;
         }
     }
 

@@ -89,7 +89,7 @@ pub struct InteractivePage<'a> {
 /// Label of the horizontal axis of the charts that share the cursor.
 pub const TIME_LABEL: &str = "time, s";
 
-const STYLE: &str = include_str!("interactive/page.css");
+const PAGE_STYLE: &str = include_str!("interactive/page.css");
 const SCRIPT: &str = include_str!("interactive/page.js");
 /// uPlot 1.6, MIT; its licence stands beside it and in the page.
 const PLOT_SCRIPT: &str = include_str!("../../console/page/vendor/uPlot.iife.min.js");
@@ -200,7 +200,7 @@ impl InteractivePage<'_> {
         Ok(format!(
             "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
              <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-             <title>{}</title>\n<style>{PLOT_STYLE}\n{STYLE}</style>\n</head>\n<body>\n{body}\
+             <title>{}</title>\n<style>{PLOT_STYLE}\n{PAGE_STYLE}</style>\n</head>\n<body>\n{body}\
              <script type=\"application/json\" id=\"data\">{json}</script>\n\
              <script>/*\n{PLOT_LICENCE}*/\n{PLOT_SCRIPT}</script>\n<script>{SCRIPT}</script>\n</body>\n</html>\n",
             escaped(self.title)

@@ -35,7 +35,7 @@ Examples:
   hil-sim serve --websocket 127.0.0.1:5761";
 
 /// The target of the page's module.
-const TARGET: &str = "wasm32-unknown-unknown";
+const WASM_TARGET: &str = "wasm32-unknown-unknown";
 /// The module's build profile: as the release, without what only a debugger reads.
 const PROFILE: &str = "page";
 
@@ -74,7 +74,7 @@ fn build() -> Result<PathBuf, CommandError> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     if !has_target() {
         return Err(CommandError::Input(format!(
-            "the toolchain has no {TARGET}: `rustup target add {TARGET}` adds it"
+            "the toolchain has no {WASM_TARGET}: `rustup target add {WASM_TARGET}` adds it"
         )));
     }
     let mut command = Command::new(cargo);
@@ -86,7 +86,7 @@ fn build() -> Result<PathBuf, CommandError> {
         "-p",
         "vehicle-console",
         "--target",
-        TARGET,
+        WASM_TARGET,
     ]);
     command.current_dir(root()).stdout(Stdio::null());
     let status = command
@@ -96,7 +96,7 @@ fn build() -> Result<PathBuf, CommandError> {
         return Err(CommandError::Other("the page's module could not be built".into()));
     }
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    Ok(target.join(TARGET).join(PROFILE).join("vehicle_console.wasm"))
+    Ok(target.join(WASM_TARGET).join(PROFILE).join("vehicle_console.wasm"))
 }
 
 /// Whether the toolchain has the target's library. What cannot be asked is left to the build.
@@ -107,7 +107,7 @@ fn has_target() -> bool {
         .output();
     asked.map_or(true, |output| {
         let sysroot = String::from_utf8_lossy(&output.stdout).into_owned();
-        Path::new(sysroot.trim()).join("lib/rustlib").join(TARGET).exists()
+        Path::new(sysroot.trim()).join("lib/rustlib").join(WASM_TARGET).exists()
     })
 }
 

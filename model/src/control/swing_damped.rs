@@ -58,7 +58,7 @@ const GUARD_GAIN: f32 = 4.0;
 /// Largest sine of the equilibrium angle that the swing damping aims at.
 const SIN_EQUILIBRIUM_MAX: f32 = 0.9;
 /// Speed reference below which the place is captured and held once no motion is asked for, m/s.
-const HOLD_BELOW_M_S: f32 = 0.02;
+const CAPTURE_BELOW_M_S: f32 = 0.02;
 
 impl SwingDampedLaw {
     /// The law for `vehicle`, called every `dt_s` seconds.
@@ -103,7 +103,7 @@ impl SwingDampedLaw {
     /// One tick: the voltage for each of the two motors within `voltage_max_v`, and its terms.
     pub fn step(&mut self, input: &SpeedInput) -> LawOutput<SpeedTerms> {
         let target = input.target_m_s.bounded(-self.speed_max_m_s, self.speed_max_m_s);
-        let slow = self.reference_m_s.abs() < HOLD_BELOW_M_S;
+        let slow = self.reference_m_s.abs() < CAPTURE_BELOW_M_S;
         let hold_m_s = self.hold.speed_m_s(target, input.distance_m, slow);
         let acceleration_g = self.govern(target + hold_m_s);
 

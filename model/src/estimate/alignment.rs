@@ -24,7 +24,7 @@ struct Turn {
 }
 
 /// Least yaw rate of a turn, rad/s.
-const TURNS_RAD_S: f32 = 0.2;
+const SPINS_RAD_S: f32 = 0.2;
 /// Largest speed of a turn on the spot, m/s.
 const ON_THE_SPOT_M_S: f32 = 0.15;
 /// Largest angle that is believed, rad: more is no mounting error.
@@ -35,7 +35,7 @@ impl Alignment {
     /// has it, and the speed of the wheels in m/s.
     pub fn update(&mut self, dt_s: f32, yaw_rad_s: f32, swing_rad_s: f32, sin_roll: f32, speed_m_s: f32) {
         let same_way = yaw_rad_s * self.turn.turned_rad >= 0.0;
-        if yaw_rad_s.abs() < TURNS_RAD_S || speed_m_s.abs() > ON_THE_SPOT_M_S || !same_way {
+        if yaw_rad_s.abs() < SPINS_RAD_S || speed_m_s.abs() > ON_THE_SPOT_M_S || !same_way {
             self.turn = Turn::default();
             return;
         }

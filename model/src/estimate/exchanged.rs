@@ -60,7 +60,7 @@ const ROLLED_SWING_SHARE: f32 = 0.1;
 const ROLLED_INTERVALS: u16 = 4;
 /// Yaw rate from which the watch reports nothing, rad/s: an arm that hangs out shows some of the yaw rate as roll.
 /// Below this rate the arm shows less than `ROLLED_RAD_S`.
-const TURNS_RAD_S: f32 = 0.5;
+const SHOWN_TURN_RAD_S: f32 = 0.5;
 
 impl Default for Exchanged {
     fn default() -> Self {
@@ -81,7 +81,7 @@ impl Exchanged {
     /// Takes what one interval shows; whether the IMU has shown for a while that its axes are exchanged.
     pub fn update(&mut self, rates: &BodyRates) -> bool {
         let mut motion = [rates.relative_rad_s, rates.swing_rad_s, rates.roll_rad_s];
-        if rates.yaw_rad_s.abs() > TURNS_RAD_S {
+        if rates.yaw_rad_s.abs() > SHOWN_TURN_RAD_S {
             self.turned = true;
             self.in_rhythm.update(false);
             self.rolled.update(false);
@@ -98,7 +98,7 @@ impl Exchanged {
         if self.turned {
             // Of its last roll no more than a slow turn shows: one sample is no roll of the body yet.
             let [_, _, roll] = &mut self.steady;
-            roll.reset(roll.value().bounded(-TURNS_RAD_S, TURNS_RAD_S));
+            roll.reset(roll.value().bounded(-SHOWN_TURN_RAD_S, SHOWN_TURN_RAD_S));
         }
         self.turned = false;
         let [relative, swing, roll] = motion;

@@ -28,7 +28,7 @@
 use super::rate_filter::LowPass;
 use crate::persistence::Persistence;
 use crate::sample::TICK_S;
-use crate::vehicle::GRAVITY_M_S2;
+use crate::vehicle::G;
 
 /// Ticks from one update of a watch of mountings to its next: the arm's two, the spar's two and the slow means of
 /// [`traction`](super::traction) take turns, because a swing of some hertz needs no more, and a tick has time for one of them.
@@ -73,7 +73,6 @@ pub struct Facing {
     regained: u8,
 }
 
-const G: f32 = GRAVITY_M_S2 as f32;
 /// Time constant of what is steady: several times that of the tilt estimate's filters, and less than a manoeuvre.
 pub(super) const STEADY_TIME_CONSTANT_S: f32 = 0.2;
 /// Time constant of the mean squares: longer than the blow of a kerb.

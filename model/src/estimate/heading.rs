@@ -43,7 +43,7 @@ pub struct YawReading {
 /// Largest yaw rate that may be left unexplained at rest: more is motion that the wheels do not show.
 pub const AGREEMENT_RAD_S: f32 = 0.06;
 /// Bias learning speed-up at rest.
-const STANDSTILL_FACTOR: f32 = 20.0;
+const STANDING_BIAS_FACTOR: f32 = 20.0;
 /// Ticks of a block of what a rest teaches: longer than the filters of wheels and gyro take to agree.
 const LESSON_TICKS: u8 = 50;
 /// Yaw rate from which the length of the gyro's vector counts instead of its projection.
@@ -54,7 +54,7 @@ impl HeadingEstimator {
     pub fn new(dt_s: f32, bias_time_constant_s: f32) -> Self {
         Self {
             dt_s,
-            bias_gain: STANDSTILL_FACTOR * dt_s / bias_time_constant_s,
+            bias_gain: STANDING_BIAS_FACTOR * dt_s / bias_time_constant_s,
             bias_rad_s: [0.0; 2],
             yaw_rate_rad_s: 0.0,
             heading_rad: 0.0,

@@ -59,9 +59,9 @@ pub struct SparFacing {
 const LEFT_OVER_MIN: f32 = 5.0 * 5.0;
 /// Share of it that an IMU that faces backward may leave over: a fifth of the amplitude. A hand's push that the ballast has
 /// countered by half would leave as little for a moment.
-const MIRRORED_SHARE: f32 = 0.04;
+const SPAR_MIRRORED_SHARE: f32 = 0.04;
 /// Intervals for which it must explain what the other does not: 45 ms.
-const MIRRORED_INTERVALS: u16 = 9;
+const SPAR_MIRRORED_INTERVALS: u16 = 9;
 /// What wheels and arm IMU may differ by in the axle's acceleration, as rad/s^2 of the spar and as a share of the drive, to be
 /// believed: where wheels slide and on a blow the spar feels something else than they show.
 const DOUBT_RAD_S2: f32 = 1.0;
@@ -87,7 +87,7 @@ impl SparFacing {
             steady_drive: LowPass::new(INTERVAL_S, STEADY_TIME_CONSTANT_S),
             forward: 0.0,
             backward: 0.0,
-            mirrored: Persistence::new(MIRRORED_INTERVALS),
+            mirrored: Persistence::new(SPAR_MIRRORED_INTERVALS),
         })
     }
 
@@ -110,7 +110,7 @@ impl SparFacing {
             mean(&mut self.backward, answer + drive);
         }
         self.mirrored
-            .update(self.forward > LEFT_OVER_MIN && self.backward < MIRRORED_SHARE * self.forward)
+            .update(self.forward > LEFT_OVER_MIN && self.backward < SPAR_MIRRORED_SHARE * self.forward)
     }
 
     /// Begins anew: nothing drives the ballast, or the IMU is not believed.
@@ -214,7 +214,7 @@ mod tests {
             let found = told(-1.0);
             let period = (2.0 * core::f64::consts::PI / omega / f64::from(INTERVAL_S)) as u16;
             assert!(
-                found.is_some_and(|k| (MIRRORED_INTERVALS..=period).contains(&k)),
+                found.is_some_and(|k| (SPAR_MIRRORED_INTERVALS..=period).contains(&k)),
                 "{size} rad at {omega} rad/s: {found:?}"
             );
             for way in [1.0, 0.8, 1.2, 0.0] {

@@ -22,7 +22,7 @@
 use super::rate_filter::LowPass;
 use super::trust::Trust;
 use crate::bounded::Bounded;
-use crate::vehicle::GRAVITY_M_S2;
+use crate::vehicle::G;
 
 /// What moves the body besides gravity: known from encoders and from the other estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -87,7 +87,6 @@ pub struct TiltEstimator {
 const CORRECTION_MAX: f32 = 0.015;
 /// Time constant of the angular acceleration's filter.
 const ACCELERATION_TIME_CONSTANT_S: f32 = 0.01;
-const G: f32 = GRAVITY_M_S2 as f32;
 
 impl TiltEstimator {
     /// An estimator called every `dt_s` seconds for an IMU at `radius_m` from the axle towards the
@@ -247,6 +246,7 @@ impl TiltEstimator {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vehicle::GRAVITY_M_S2;
 
     const DT: f32 = 0.001;
     /// Standing on level ground.

@@ -12,7 +12,7 @@
 use super::facing::INTERVAL_S;
 use super::rate_filter::LowPass;
 use crate::bounded::Bounded;
-use crate::vehicle::GRAVITY_M_S2;
+use crate::vehicle::G;
 
 /// One tick's evidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,7 +56,6 @@ pub struct Traction {
     speed_m_s: f32,
 }
 
-const G: f32 = GRAVITY_M_S2 as f32;
 /// Time constant of the differences' filters.
 const DIFFERENCE_TIME_CONSTANT_S: f32 = 0.05;
 /// Time constant of the slow means, and intervals for which they must differ: 0.2 s.

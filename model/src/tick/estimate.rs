@@ -15,7 +15,7 @@ use crate::persistence::Persistence;
 use crate::sample::{Motor, TICK_S};
 use crate::sensed::Sensed;
 use crate::supervise::supervisor::Believed;
-use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
+use crate::vehicle::{G, Scales, Vehicle};
 
 mod calibration;
 mod contradiction;
@@ -85,7 +85,6 @@ struct MeasuredMotion {
     sin_roll: f32,
 }
 
-const G: f32 = GRAVITY_M_S2 as f32;
 /// Speed and arm rate below which the vehicle is stopped.
 const STOPPED_M_S: f32 = 0.05;
 const STOPPED_ARM_RAD_S: f32 = 0.2;

@@ -39,6 +39,8 @@ pub enum SpeedLawChoice {
 
 /// Acceleration of gravity, m/s^2.
 pub const GRAVITY_M_S2: f64 = 9.81;
+/// The same for the code that flies, which reckons in single precision.
+pub(crate) const G: f32 = GRAVITY_M_S2 as f32;
 
 /// Why a set of parameters is no vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]

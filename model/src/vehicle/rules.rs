@@ -12,12 +12,12 @@ use crate::board::DUTY_MAX_PERCENT;
 /// Largest product of the crossover and the time constant of a free rotor, rad. In the play of the gears a rotor follows the
 /// voltage with that time constant, and its encoder shows a turn of the wheel that is none: beyond twice this, the reference
 /// vehicle with 1 deg of play chatters between the flanks.
-const PLAY_SHARE: f64 = 0.49;
+const YAW_PLAY_SHARE: f64 = 0.49;
 /// Lag of the yaw loop besides the motor's, s: the gyro's filter of 250 Hz has 0.9 ms, its sample is half a tick of 1 ms old,
 /// the voltage reaches the bridge within a tick, and a voltage that holds for a tick is half of one old.
 const LAG_S: f64 = 0.0029;
 /// Largest product of crossover and lag, rad: what the lag takes of the phase margin, 20 deg.
-const LAG_SHARE: f64 = 0.35;
+const YAW_LAG_SHARE: f64 = 0.35;
 /// Corner of the integral over the crossover: it takes 13 deg of the phase margin.
 const INTEGRAL_SHARE: f64 = 0.24;
 /// Pole of the heading hold over the crossover: six times slower than the integral's corner, so that either does its part alone.
@@ -56,7 +56,7 @@ impl TurningDrive {
 
     /// The yaw loop's crossover by rule, rad/s.
     pub fn crossover_rad_s(&self) -> f64 {
-        (PLAY_SHARE / self.free_rotor_s).min(LAG_SHARE / (LAG_S + self.electrical_s))
+        (YAW_PLAY_SHARE / self.free_rotor_s).min(YAW_LAG_SHARE / (LAG_S + self.electrical_s))
     }
 
     /// The crossover with this gain, V s/rad, or by rule if that is less, rad/s.

@@ -4,10 +4,10 @@ use std::vec::Vec;
 
 use proptest::prelude::*;
 
-use super::super::numbered::HASH;
 use super::super::{BootOutcome, Booted, Disbelief};
 use super::{booted, built_in, gain, history, load, now, store, stored, vehicle};
-use crate::test_flash::{PAGE, PAGES, TestFlash, WORD};
+use crate::image::CHECKSUM;
+use crate::test_flash::{FLASH_WORD, PAGE, PAGES, TestFlash};
 
 /// The built-in set, because the stored one cannot be read.
 fn unreadable() -> Booted {
@@ -61,7 +61,7 @@ fn a_lost_page_never_boots_an_older_set() {
             for unreadable_page in [true, false] {
                 let mut flash = history(stores);
                 if unreadable_page {
-                    flash.damaged[page * PAGE / WORD..(page + 1) * PAGE / WORD].fill(true);
+                    flash.damaged[page * PAGE / FLASH_WORD..(page + 1) * PAGE / FLASH_WORD].fill(true);
                 } else {
                     flash.bytes[page * PAGE..(page + 1) * PAGE].fill(0xFF);
                 }
@@ -90,11 +90,11 @@ fn a_word_that_is_not_fresh_is_not_told_stored() {
         for word in 0..flash.damaged.len() {
             let mut stuck = flash.clone();
             // A bit that was lost in an erased word.
-            if stuck.bytes[word * WORD..(word + 1) * WORD]
+            if stuck.bytes[word * FLASH_WORD..(word + 1) * FLASH_WORD]
                 .iter()
                 .all(|byte| *byte == 0xFF)
             {
-                stuck.bytes[word * WORD + 20] = 0xFE;
+                stuck.bytes[word * FLASH_WORD + 20] = 0xFE;
             }
             storing_tells_the_truth(stuck);
         }
@@ -110,7 +110,7 @@ fn a_word_that_is_lost_while_another_is_written_is_not_told_stored() {
         let before = history(stores);
         let after = stored(before.clone(), 0.9);
         let words = (0..before.damaged.len()).filter(|word| {
-            let range = word * WORD..(word + 1) * WORD;
+            let range = word * FLASH_WORD..(word + 1) * FLASH_WORD;
             before.bytes[range.clone()] != after.bytes[range]
         });
         let written: Vec<usize> = words.collect();
@@ -132,7 +132,7 @@ fn what_only_looks_like_a_receipt_is_none() {
         let mut bytes = b"RCPT".to_vec();
         bytes.extend(sequence.to_le_bytes());
         bytes.extend(0x1234_5678_u32.to_le_bytes());
-        let checksum = HASH.checksum(&bytes) ^ u32::from(!sound);
+        let checksum = CHECKSUM.checksum(&bytes) ^ u32::from(!sound);
         bytes.extend(checksum.to_le_bytes());
         bytes
     };
@@ -156,7 +156,7 @@ enum Damage {
 }
 
 fn damage() -> impl Strategy<Value = Damage> {
-    let word = 0..PAGE * PAGES / WORD;
+    let word = 0..PAGE * PAGES / FLASH_WORD;
     prop_oneof![
         word.clone().prop_map(Damage::Unreadable),
         (0..PAGE * PAGES * 8).prop_map(Damage::Flipped),
@@ -169,9 +169,12 @@ fn apply(flash: &mut TestFlash, damage: &Damage) {
     match *damage {
         Damage::Unreadable(word) => flash.damaged[word] = true,
         Damage::Flipped(bit) => flash.bytes[bit / 8] ^= 1 << (bit % 8),
-        Damage::Erased(word) => flash.bytes[word * WORD..(word + 1) * WORD].fill(0xFF),
+        Damage::Erased(word) => flash.bytes[word * FLASH_WORD..(word + 1) * FLASH_WORD].fill(0xFF),
         Damage::Noise(word, noise) => {
-            for (place, byte) in flash.bytes[word * WORD..(word + 1) * WORD].iter_mut().enumerate() {
+            for (place, byte) in flash.bytes[word * FLASH_WORD..(word + 1) * FLASH_WORD]
+                .iter_mut()
+                .enumerate()
+            {
                 *byte = noise.wrapping_mul(place as u8 | 1).wrapping_add(noise >> 3);
             }
         }

@@ -5,7 +5,7 @@ use std::vec::Vec;
 use model::vehicle::{RENAMED, VehicleParameters};
 use proptest::prelude::*;
 
-use super::super::encoding::{HEADER, SET_MAX, StoredSet, VALUE, decode, encode, read_by_name, read_with};
+use super::super::encoding::{SET_HEADER, SET_MAX, StoredSet, VALUE, decode, encode, read_by_name, read_with};
 use super::super::numbered::name_hash;
 use super::super::store::VERSION_1;
 use super::super::{BootOutcome, Booted, Disbelief};
@@ -55,7 +55,7 @@ fn a_set_of_this_firmware_is_not_migrated() {
     let mut encoded = [0; SET_MAX];
     let length = encode(vehicle(0.5).parameters(), 7, &mut encoded).expect("fits");
     assert_eq!(encoded[..length], bytes(&named(0.5), 7)[..]);
-    assert_eq!(length, HEADER + VALUE * usize::from(PARAMETERS.count()));
+    assert_eq!(length, SET_HEADER + VALUE * usize::from(PARAMETERS.count()));
     assert_eq!(load(flash_with(&named(0.5))), booted(0.5));
 }
 

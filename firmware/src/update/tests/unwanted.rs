@@ -69,7 +69,7 @@ fn an_image_that_was_given_up_is_booted_when_a_probe_flashes_it() {
 fn the_image_before_is_never_on_trial() {
     let mut flash = boot(ordered()).1;
     let end = (ARRIVED + PLACE_PAGES) * PAGE;
-    let journal = (end - JOURNAL_BYTES as usize) / WORD..end / WORD;
+    let journal = (end - JOURNAL_BYTES as usize) / FLASH_WORD..end / FLASH_WORD;
     flash.worn = journal.collect();
     for _ in 0..2 {
         let (booted, after) = boot(flash);

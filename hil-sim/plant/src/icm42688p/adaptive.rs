@@ -5,9 +5,9 @@
 //! takes 1 to 2 ms, as users of the part measured.
 
 /// Rate of any axis from which on the part leaves its fine range, in rad/s: 100 deg/s.
-const FAST_RAD_S: f64 = 1.745_329_251_994_329_5;
+const STALL_RAD_S: f64 = 1.745_329_251_994_329_5;
 /// Rate of every axis below which it returns: 90 deg/s, so that noise does not change it to and fro.
-const SLOW_RAD_S: f64 = 0.9 * FAST_RAD_S;
+const SLOW_RAD_S: f64 = 0.9 * STALL_RAD_S;
 /// Shortest stall, in s; the longest is twice as long.
 const STALL_S: f64 = 1e-3;
 
@@ -23,7 +23,7 @@ impl AdaptiveRange {
     /// random.
     pub(super) fn stalls(&mut self, now_s: f64, rates: &[f64; 3], bits: impl FnOnce() -> u64) -> bool {
         let largest = rates.iter().fold(0.0_f64, |largest, rate| largest.max(rate.abs()));
-        let fast = largest > if self.fast { SLOW_RAD_S } else { FAST_RAD_S };
+        let fast = largest > if self.fast { SLOW_RAD_S } else { STALL_RAD_S };
         if fast != self.fast {
             self.fast = fast;
             let share = (bits() >> 11) as f64 / (1_u64 << 53) as f64;

@@ -8,10 +8,6 @@ pub const DEVICE_CONFIG: u8 = 0x11;
 pub const DEVICE_CONFIG_RESET: u8 = 0x01;
 /// Temperature, high byte: first of the data registers (big-endian words).
 pub const TEMP_DATA1: u8 = 0x1d;
-/// Accelerometer x, high byte.
-pub const ACCEL_DATA_X1: u8 = 0x1f;
-/// Gyro x, high byte.
-pub const GYRO_DATA_X1: u8 = 0x25;
 /// Gyro z, low byte: last of the data registers.
 pub const GYRO_DATA_Z0: u8 = 0x2a;
 /// Interrupt status, cleared by reading.

@@ -5,7 +5,7 @@ use crate::fault::{DELAY_MS, SensorFault};
 use crate::noise::Noise;
 
 /// Samples kept for [`SensorFault::Delayed`], at 1 kHz.
-const HISTORY: usize = DELAY_MS as usize;
+const DELAYED_SAMPLES: usize = DELAY_MS as usize;
 /// Samples of which a [`SensorFault::Slow`] part takes one.
 const SLOW: u32 = 16;
 /// Magnitude of the garbage: the part's whole range, 16 g and 2000 deg/s.
@@ -22,7 +22,7 @@ pub(super) struct Faults {
     /// What the sensor last gave.
     last: ImuChannels,
     /// The last samples of a delayed sensor, the oldest first.
-    history: [ImuChannels; HISTORY],
+    history: [ImuChannels; DELAYED_SAMPLES],
 }
 
 impl Faults {
@@ -31,13 +31,13 @@ impl Faults {
             fault: SensorFault::None,
             ticks: 0,
             last: [0.0; 6],
-            history: [[0.0; 6]; HISTORY],
+            history: [[0.0; 6]; DELAYED_SAMPLES],
         }
     }
 
     pub(super) fn set(&mut self, fault: SensorFault) {
         self.fault = fault;
-        self.history = [self.last; HISTORY];
+        self.history = [self.last; DELAYED_SAMPLES];
     }
 
     pub(super) fn fault(&self) -> SensorFault {

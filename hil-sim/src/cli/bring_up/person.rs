@@ -50,7 +50,7 @@ impl Reply {
 }
 
 /// How long one look at the standard input takes at most.
-const PATIENCE: Duration = Duration::from_millis(20);
+const KEY_PATIENCE: Duration = Duration::from_millis(20);
 
 /// The person at the terminal. A thread reads the lines, so that the tool hears the board and Ctrl-C meanwhile.
 #[derive(Debug)]
@@ -80,7 +80,7 @@ impl Default for Terminal {
 
 impl Person for Terminal {
     fn reply(&mut self, question: &str) -> Result<Option<String>, CommandError> {
-        match self.0.recv_timeout(PATIENCE) {
+        match self.0.recv_timeout(KEY_PATIENCE) {
             Ok(line) => Ok(Some(line)),
             Err(RecvTimeoutError::Timeout) => Ok(None),
             Err(RecvTimeoutError::Disconnected) => Err(CommandError::Checks(format!("nobody answers: {question}"))),

@@ -19,9 +19,9 @@ use crate::cli::link::drive::DriveJob;
 use crate::cli::link::wire::Wire;
 
 /// How far meter and board may differ over the supply, as a share: the divider's resistors, and the reference.
-const SUPPLY_SHARE: f64 = 0.03;
+const SUPPLY_ERROR_SHARE: f64 = 0.03;
 /// Largest current while nothing is asked of the motors, A.
-const IDLE_A: f64 = 2.0;
+const FREE_RUNNING_A: f64 = 2.0;
 /// Statuses of the 0.2 s over which a mean is taken.
 const MEAN_STATUSES: usize = STATUS_RATE_HZ as usize / 5;
 /// How long the vehicle is armed, s: for the tool, for a person with an oscilloscope.
@@ -59,7 +59,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         let range = f64::from(battery.minimum_v)..=f64::from(battery.maximum_v);
         let seen = format!("meter {meter_v:.2} V, board {reads_v:.2} V");
         Ok(Finding::of(
-            range.contains(&meter_v) && (reads_v - meter_v).abs() < SUPPLY_SHARE * meter_v,
+            range.contains(&meter_v) && (reads_v - meter_v).abs() < SUPPLY_ERROR_SHARE * meter_v,
             seen,
         ))
     }
@@ -107,7 +107,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         })??;
         let [left, right] = [Motor::Left, Motor::Right].map(|motor| current.largest_a(motor));
         Ok(Finding::of(
-            left < IDLE_A && right < IDLE_A,
+            left < FREE_RUNNING_A && right < FREE_RUNNING_A,
             format!("armed for {ARMED_S} s, left up to {left:.2} A, right up to {right:.2} A"),
         ))
     }

@@ -13,7 +13,7 @@ use super::verdict::Finding;
 use crate::cli::link::wire::Wire;
 
 /// The parameter that is changed and put back, and by how much: a dead-man time that is a hundredth longer harms nobody.
-const TABLE: &str = "safety";
+const SAFETY_TABLE: &str = "safety";
 const NAME: &str = "command_timeout_s";
 const FACTOR: f32 = 1.01;
 /// Most stores between two cuts of the supply: some seconds' worth, a small part of what a sector endures.
@@ -124,7 +124,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     }
 
     pub(super) fn store(&mut self) -> Result<Finding, StepEnd> {
-        let number = self.link.number_of(TABLE, NAME)?;
+        let number = self.link.number_of(SAFETY_TABLE, NAME)?;
         let before = self.link.read(number)?;
         let changed = before * FACTOR;
         self.store_value(changed)?;
@@ -133,16 +133,16 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         let back = self.link.read(number)?;
         Ok(Finding::of(
             after.to_bits() == changed.to_bits() && back.to_bits() == before.to_bits(),
-            format!("{TABLE}.{NAME}: {before}, stored {changed}, read {after}, put back {back}"),
+            format!("{SAFETY_TABLE}.{NAME}: {before}, stored {changed}, read {after}, put back {back}"),
         ))
     }
 
     fn store_value(&mut self, value: f32) -> Result<(), CommandError> {
-        self.link.set(&[format!("{TABLE}.{NAME}={value}")])
+        self.link.set(&[format!("{SAFETY_TABLE}.{NAME}={value}")])
     }
 
     pub(super) fn power_cuts(&mut self) -> Result<Finding, StepEnd> {
-        let number = self.link.number_of(TABLE, NAME)?;
+        let number = self.link.number_of(SAFETY_TABLE, NAME)?;
         let before = self.link.read(number)?;
         let values = [before, before * FACTOR];
         // An empty store cannot distinguish a set that was lost from a set that never was complete.
@@ -163,7 +163,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
             let value = self.link.read(number)?;
             if log.set_lost || !values.iter().any(|known| known.to_bits() == value.to_bits()) {
                 return Ok(Finding::failed(format!(
-                    "cut {cut}: the set is lost, {TABLE}.{NAME} is {value}"
+                    "cut {cut}: the set is lost, {SAFETY_TABLE}.{NAME} is {value}"
                 )));
             }
         }

@@ -46,7 +46,7 @@ pub struct PlanarSteps {
 
 /// Slope of the thesis's step, rad; less where the vehicle cannot climb it with a margin.
 const SLOPE_RAD: f64 = 0.0873;
-const SLOPE_SHARE: f64 = 0.5;
+const COURSE_SLOPE_SHARE: f64 = 0.5;
 /// Length, in time units.
 const DURATION: f64 = 80.0;
 /// Share of the largest speed that is asked for at most; else one speed unit.
@@ -57,7 +57,7 @@ const DELAY: usize = 1;
 /// Flies the step.
 pub fn steps(vehicle: &Vehicle<f64>, laws: &[Contender]) -> PlanarSteps {
     let scales = vehicle.scales();
-    let slope_rad = SLOPE_RAD.min(SLOPE_SHARE * steepest_rad(vehicle));
+    let slope_rad = SLOPE_RAD.min(COURSE_SLOPE_SHARE * steepest_rad(vehicle));
     let p = vehicle.parameters();
     let target = (SPEED_SHARE * p.control.speed_max_m_s / scales.speed_m_s).min(1.0);
     let plant = SampledPlant::new(vehicle, &Factors::NONE, slope_rad);

@@ -44,7 +44,7 @@ const POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; 
 /// Most bytes of a question.
 const QUESTION_MAX: usize = 8192;
 /// Time within which a browser asks its question, and takes each part of the answer.
-const PATIENCE: Duration = Duration::from_secs(5);
+const CLIENT_PATIENCE: Duration = Duration::from_secs(5);
 
 /// The files of the page.
 #[derive(Debug)]
@@ -92,8 +92,8 @@ impl PageServer {
     }
 
     fn answer_one(&self, mut stream: TcpStream) -> io::Result<()> {
-        stream.set_read_timeout(Some(PATIENCE))?;
-        stream.set_write_timeout(Some(PATIENCE))?;
+        stream.set_read_timeout(Some(CLIENT_PATIENCE))?;
+        stream.set_write_timeout(Some(CLIENT_PATIENCE))?;
         let mut question = Vec::new();
         let mut bytes = [0; 1024];
         while !question.windows(4).any(|end| end == b"\r\n\r\n") {

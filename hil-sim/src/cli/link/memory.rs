@@ -13,13 +13,13 @@ use super::session::{Link, refused};
 use super::wire::Wire;
 
 /// How often a question is asked before the link counts as lost.
-const ATTEMPTS: u32 = 3;
+const READ_ATTEMPTS: u32 = 3;
 
 impl<W: Wire> Link<W> {
     /// Asks the board to read something of its memory: again if question or answer was lost, as a long reading is not to
     /// fail for one frame of hundreds.
     pub(super) fn read_memory(&mut self, read: Read) -> Result<Reading, CommandError> {
-        for _ in 0..ATTEMPTS {
+        for _ in 0..READ_ATTEMPTS {
             if let Some(found) = self.ask_memory(read)? {
                 return Ok(found);
             }

@@ -16,7 +16,7 @@ use super::session::{Link, refused};
 use super::wire::Wire;
 
 /// How often a piece is sent again before the link counts as lost.
-const ATTEMPTS: u32 = 5;
+const PIECE_ATTEMPTS: u32 = 5;
 /// Time within which a board that restarts into an update is heard again, us: the boot loader keeps one image and installs
 /// another, two sectors each (4 s at most for an erasure) and 8192 words each (600 us at most), 26 s; a new image that hangs
 /// is ended by the loader's watchdog, after 33 s at most; and the kept one is restored, in another 13 s.
@@ -123,7 +123,7 @@ impl<W: Wire> Link<W> {
                     failures = 0;
                 }
                 // The piece or its answer was lost: the board answers where it stands.
-                Err(error) if failures < ATTEMPTS && self.listen().is_ok() => {
+                Err(error) if failures < PIECE_ATTEMPTS && self.listen().is_ok() => {
                     failures += 1;
                     let again = self.ask_update(UpdateRequest::Begin(update.image));
                     next = next_of(&again.map_err(|_| error)?)?;

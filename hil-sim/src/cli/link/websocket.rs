@@ -13,9 +13,9 @@ use tungstenite::{Error, HandshakeError, Message, WebSocket};
 /// Time within which the other end greets.
 const GREETING_TIME: Duration = Duration::from_secs(5);
 /// Most bytes of one message of a board: it says some ten kilobytes in a go.
-const MESSAGE_MAX: usize = 1 << 20;
+const BOARD_MESSAGE_MAX: usize = 1 << 20;
 /// Most bytes that wait for a board that does not read. A second of orders is a tenth of it, and what is older helps nobody.
-const OUTPUT_MAX: usize = 1 << 16;
+const HOST_OUTPUT_MAX: usize = 1 << 16;
 
 /// The conversation with a served board.
 pub struct WebSocketStream<S = TcpStream> {
@@ -56,9 +56,9 @@ impl WebSocketStream {
 fn config() -> WebSocketConfig {
     WebSocketConfig::default()
         .write_buffer_size(0)
-        .max_write_buffer_size(OUTPUT_MAX)
-        .max_message_size(Some(MESSAGE_MAX))
-        .max_frame_size(Some(MESSAGE_MAX))
+        .max_write_buffer_size(HOST_OUTPUT_MAX)
+        .max_message_size(Some(BOARD_MESSAGE_MAX))
+        .max_frame_size(Some(BOARD_MESSAGE_MAX))
 }
 
 impl<S: Read + Write> WebSocketStream<S> {
@@ -222,7 +222,7 @@ mod tests {
                 Err(error) => assert_eq!(error.kind(), ErrorKind::WouldBlock),
             }
         }
-        assert!((OUTPUT_MAX / 2..=OUTPUT_MAX).contains(&taken), "{taken}");
+        assert!((HOST_OUTPUT_MAX / 2..=HOST_OUTPUT_MAX).contains(&taken), "{taken}");
         stream.socket.get_mut().room = usize::MAX;
         stream.write_all(b"newest").expect("taken");
         let heard = heard(&stream);

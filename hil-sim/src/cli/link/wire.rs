@@ -27,15 +27,15 @@ pub trait Wire {
 }
 
 /// How long a read waits for bytes, and a write for room.
-const PATIENCE: Duration = Duration::from_millis(5);
+const WIRE_PATIENCE: Duration = Duration::from_millis(5);
 
 /// Bytes both ways.
 trait Stream: Read + Write {}
 impl<T: Read + Write> Stream for T {}
 
 /// How the ports of a served board begin: `tcp:127.0.0.1:5760`, `ws://127.0.0.1:5761`.
-const TCP: &str = "tcp:";
-const WEBSOCKET: &str = "ws:";
+const TCP_SCHEME: &str = "tcp:";
+const WEBSOCKET_SCHEME: &str = "ws:";
 
 /// A serial port, or a connection to a served board, and the host's monotonic clock.
 pub struct Port {
@@ -50,27 +50,27 @@ impl Port {
     /// [`CommandError::Input`]: there is no such port, or it is taken.
     pub fn open(name: &str) -> Result<Self, CommandError> {
         let wrong = |why: &str| CommandError::Input(format!("--port {name}: {why}"));
-        let port: Box<dyn Stream> = if let Some(address) = name.strip_prefix(TCP) {
+        let port: Box<dyn Stream> = if let Some(address) = name.strip_prefix(TCP_SCHEME) {
             if !is_host_and_port(address) {
                 return Err(wrong("allowed is tcp:HOST:PORT, as tcp:127.0.0.1:5760"));
             }
             let stream = connect(address).map_err(|why| wrong(&why))?;
             stream
-                .set_read_timeout(Some(PATIENCE))
-                .and_then(|()| stream.set_write_timeout(Some(PATIENCE)))
+                .set_read_timeout(Some(WIRE_PATIENCE))
+                .and_then(|()| stream.set_write_timeout(Some(WIRE_PATIENCE)))
                 .map_err(|error| wrong(&error.to_string()))?;
             Box::new(stream)
-        } else if let Some(address) = name.strip_prefix(WEBSOCKET) {
+        } else if let Some(address) = name.strip_prefix(WEBSOCKET_SCHEME) {
             let address = address.strip_prefix("//").unwrap_or_default();
             let address = address.strip_suffix('/').unwrap_or(address);
             if !is_host_and_port(address) {
                 return Err(wrong("allowed is ws://HOST:PORT, as ws://127.0.0.1:5761"));
             }
             let stream = connect(address).map_err(|why| wrong(&why))?;
-            Box::new(WebSocketStream::greet(stream, address, PATIENCE).map_err(|why| wrong(&why))?)
+            Box::new(WebSocketStream::greet(stream, address, WIRE_PATIENCE).map_err(|why| wrong(&why))?)
         } else {
             let port = serialport::new(name, LINK_BAUD)
-                .timeout(PATIENCE)
+                .timeout(WIRE_PATIENCE)
                 .open()
                 .map_err(|error| wrong(&not_opened(name, &error)))?;
             // What came before the tool did is old.
@@ -113,7 +113,7 @@ fn not_opened(name: &str, error: &serialport::Error) -> String {
         };
     }
     if is_host_and_port(name) {
-        return format!("no such port; a served board is {TCP}{name}");
+        return format!("no such port; a served board is {TCP_SCHEME}{name}");
     }
     let there: Vec<String> = serialport::available_ports()
         .unwrap_or_default()

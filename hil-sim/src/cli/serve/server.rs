@@ -15,9 +15,9 @@ use super::pace::Pace;
 use super::ports::{ClientOutput, HAPPENED_MAX, PortEvent};
 
 /// How long the server waits for a client's bytes before the board goes on.
-const PATIENCE: Duration = Duration::from_millis(1);
+const TURN_PATIENCE: Duration = Duration::from_millis(1);
 /// How often the board's log is read, ms of its time.
-const LOG_PERIOD_MS: u64 = 20;
+const LOG_LOOK_MS: u64 = 20;
 
 /// The board and its clients.
 pub struct Server<B, C> {
@@ -72,7 +72,7 @@ impl<B: Backend, C: FnMut(&mut B) -> Result<(), CommandError>> Server<B, C> {
             print("the scenario's chocks are not put in place\n")?;
         }
         while !ended.load(Ordering::Relaxed) {
-            let patience = if pace.is_due() { Duration::ZERO } else { PATIENCE };
+            let patience = if pace.is_due() { Duration::ZERO } else { TURN_PATIENCE };
             match events.recv_timeout(patience) {
                 Ok(event) => self.take(event)?,
                 Err(RecvTimeoutError::Timeout) => {}
@@ -125,7 +125,7 @@ impl<B: Backend, C: FnMut(&mut B) -> Result<(), CommandError>> Server<B, C> {
             self.outputs.retain(|_, (_, output)| output.send(&said));
         }
         self.log_age_ms += ms;
-        if self.log_age_ms >= LOG_PERIOD_MS {
+        if self.log_age_ms >= LOG_LOOK_MS {
             self.print_log()?;
         }
         let mut validity = Ok(());

@@ -17,7 +17,7 @@ use super::ports::{ClientOutput, PortEvent, WAITING_MAX, next_client};
 const QUESTION_TIME: Duration = Duration::from_secs(5);
 /// How long a client's thread waits for the client's bytes, and for room for the board's, before it turns to the other
 /// way.
-const PATIENCE: Duration = Duration::from_millis(2);
+const READ_PATIENCE: Duration = Duration::from_millis(2);
 /// Most bytes of one message of a client: orders are short.
 const MESSAGE_MAX: usize = 65_536;
 /// Most bytes that wait for a client that does not read.
@@ -111,8 +111,8 @@ pub fn is_local_host(host: &str) -> bool {
 
 /// Carries bytes both ways until client or server is gone.
 fn converse(mut socket: WebSocket<TcpStream>, name: String, events: &SyncSender<PortEvent>) -> io::Result<()> {
-    socket.get_ref().set_read_timeout(Some(PATIENCE))?;
-    socket.get_ref().set_write_timeout(Some(PATIENCE))?;
+    socket.get_ref().set_read_timeout(Some(READ_PATIENCE))?;
+    socket.get_ref().set_write_timeout(Some(READ_PATIENCE))?;
     let client = next_client();
     let (output, waiting) = sync_channel(WAITING_MAX);
     let mut told = events.send(PortEvent::Came(client, name, ClientOutput::new(output)));

@@ -20,6 +20,9 @@ use super::dop853::Dense;
 use super::trajectory::{Extent, Trajectory, follow};
 use super::waveform::Waveform;
 
+/// Ballast over M + m of chapter 8's example, and where neither a flag nor a vehicle file gives it.
+pub const BALLAST: f64 = 0.15;
+
 /// The span within which the search for a step limit looks for a whirl or a tumble, in time units.
 pub const CRITICAL_SPAN: f64 = 100.0;
 
@@ -236,7 +239,7 @@ impl SteppedDrive {
         let way = direction.sign();
         let ending = |distance: f64| self.counted_ending(hold + way * distance);
         let mut distance: f64 = 0.0;
-        let mut steps_left = SEARCH_STEPS_MAX;
+        let mut steps_left = CRITICAL_STEPS_MAX;
         let mut bracket = None;
         while bracket.is_none() && distance < 1000.0 {
             let mut edges = vec![distance];
@@ -287,12 +290,12 @@ impl SteppedDrive {
 /// needs at most.
 const RUN_STEPS_MAX: u64 = 50_000;
 /// The most of all of its runs while it scans; the thesis's vehicle needs 433,623 at most.
-const SEARCH_STEPS_MAX: u64 = 5_000_000;
+const CRITICAL_STEPS_MAX: u64 = 5_000_000;
 
 /// The responses are too stiff to be followed to their ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the search ended without a limit: a run of {CRITICAL_SPAN} time units needs more than {RUN_STEPS_MAX} integration steps, or all runs more than {SEARCH_STEPS_MAX}"
+    "the search ended without a limit: a run of {CRITICAL_SPAN} time units needs more than {RUN_STEPS_MAX} integration steps, or all runs more than {CRITICAL_STEPS_MAX}"
 )]
 pub struct TooStiff;
 

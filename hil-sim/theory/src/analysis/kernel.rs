@@ -34,14 +34,14 @@ pub struct TorqueLimits {
 /// Least normal force of a vehicle that stands on its wheels.
 const NORMAL_MIN: f32 = 0.05;
 /// Rate beyond which an arm counts as lost, per time unit.
-const RATE_MAX: f64 = 7.0;
+const KERNEL_RATE_MAX: f64 = 7.0;
 /// Half width of the states that the shares count, per time unit: what a push or a kerb may leave.
 pub const COUNTED_RATE: f64 = 3.0;
 /// Step of the sweeps, in time units.
-const STEP: f64 = 0.02;
+const KERNEL_STEP: f64 = 0.02;
 /// Most sweeps, and the change below which the values stand.
 const SWEEPS_MAX: usize = 1000;
-const SETTLED: f64 = 1e-4;
+const VALUE_SETTLED: f64 = 1e-4;
 /// Torques tried between the least and the most.
 const TORQUES: usize = 5;
 /// Distance from a half turn from which on an arm has turned over.
@@ -94,7 +94,7 @@ impl Kernel {
                 .map(|k| most * (2.0 * k as f64 / (count - 1) as f64 - 1.0))
                 .collect()
         };
-        let (phis, rates) = (axis(PI), axis(RATE_MAX));
+        let (phis, rates) = (axis(PI), axis(KERNEL_RATE_MAX));
         let mut kernel = Self {
             reach: phis.iter().flat_map(|phi| vec![phi.abs(); count]).collect(),
             phis,
@@ -116,7 +116,7 @@ impl Kernel {
                     kernel.reach[at] = best;
                 }
             }
-            if change < SETTLED {
+            if change < VALUE_SETTLED {
                 break;
             }
         }
@@ -138,11 +138,11 @@ impl Kernel {
             .map(|torque| {
                 let acceleration = f64::from(motion.arm.at(torque));
                 (
-                    phi + STEP * (rate + 0.5 * STEP * acceleration),
-                    rate + STEP * acceleration,
+                    phi + KERNEL_STEP * (rate + 0.5 * KERNEL_STEP * acceleration),
+                    rate + KERNEL_STEP * acceleration,
                 )
             })
-            .filter(|(phi, rate)| phi.abs() < PI && rate.abs() < RATE_MAX)
+            .filter(|(phi, rate)| phi.abs() < PI && rate.abs() < KERNEL_RATE_MAX)
             .collect()
     }
 
@@ -154,7 +154,7 @@ impl Kernel {
             let cell = (x as usize).min(count - 2);
             (cell, x - cell as f64)
         };
-        let ((i, a), (j, b)) = (place(phi, PI), place(rate, RATE_MAX));
+        let ((i, a), (j, b)) = (place(phi, PI), place(rate, KERNEL_RATE_MAX));
         let value = |i: usize, j: usize| self.reach[i * count + j];
         (value(i, j) * (1.0 - a) + value(i + 1, j) * a) * (1.0 - b)
             + (value(i, j + 1) * (1.0 - a) + value(i + 1, j + 1) * a) * b

@@ -20,7 +20,7 @@ const STATES: usize = MOTION_STATES + 7;
 /// one in 1e8.
 const CHANGE: f64 = 1e-4;
 /// Time for which the law runs before it is linearised, in time units: it has learnt its slope in haste by then.
-const SETTLED: f64 = 16.0;
+const SETTLING_TIME: f64 = 16.0;
 /// A speed asked for, m/s: none to speak of, and yet the law does not take it for standing.
 const CREEPING_M_S: f32 = 1e-9;
 /// Share of a motion that a tick leaves, below which it is over within the tick.
@@ -49,7 +49,7 @@ impl<'a> Loop<'a> {
             gain: 1.0 - libm::exp(-f64::from(TICK_S) / lag_s),
         };
         let rests = this.told(&SampledMotion::default(), 0.0);
-        for _ in 0..(SETTLED / this.tick) as u32 {
+        for _ in 0..(SETTLING_TIME / this.tick) as u32 {
             this.law.step(&rests);
         }
         this

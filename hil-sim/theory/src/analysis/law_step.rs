@@ -29,7 +29,7 @@ pub struct LawStep {
 }
 
 /// Share of the step within which the speed counts as settled.
-const SETTLED: f64 = 0.02;
+const SETTLED_SHARE: f64 = 0.02;
 
 /// Drives from 0 to `target`, for which `drive` asks at the time `at`, with sensors whose noise is that of `seed`.
 pub fn step(drive: &SampledDrive<'_>, seed: u64, at: f64, target: f64) -> LawStep {
@@ -44,7 +44,7 @@ pub fn step(drive: &SampledDrive<'_>, seed: u64, at: f64, target: f64) -> LawSte
     );
     let after: Vec<&SampledRow> = rows.iter().filter(|row| row.time >= at).collect();
     let error = |row: &SampledRow| (row.theta_rate - target) / target;
-    let settling = match after.iter().rposition(|row| error(row).abs() > SETTLED) {
+    let settling = match after.iter().rposition(|row| error(row).abs() > SETTLED_SHARE) {
         Some(last) => after.get(last + 1).map(|row| row.time - at),
         None => Some(0.0),
     };

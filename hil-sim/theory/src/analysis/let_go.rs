@@ -8,7 +8,7 @@ use super::response::{Fate, Judge};
 use super::step_budget::{OutOfSteps, StepBudget};
 
 /// Integration tolerance: the limit is told to hundredths of a degree.
-const TOLERANCE: f64 = 1e-9;
+const SLOPE_TOLERANCE: f64 = 1e-9;
 /// Halvings of the slopes between the level and the static limit.
 const HALVINGS: u32 = 24;
 
@@ -38,7 +38,7 @@ fn comes_to_rest(level: &PlanarParameters<f64>, beta: f64, budget: &StepBudget) 
     let Some(judge) = static_phi(&p).and_then(|_| Judge::new(&p, &hold)) else {
         return Ok(false);
     };
-    let response = judge.judge(&hold, [0.0; 3], TOLERANCE, budget)?;
+    let response = judge.judge(&hold, [0.0; 3], SLOPE_TOLERANCE, budget)?;
     Ok(response.fate == Fate::Returns)
 }
 

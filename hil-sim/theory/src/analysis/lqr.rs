@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::poles::eigenvalues;
 
 /// Steps of Newton's method without a smaller residual after which only rounding is left.
-const PATIENCE: u32 = 6;
+const STEPS_WITHOUT_GAIN: u32 = 6;
 
 /// The weights of the cost (7.20): `q` on the squares of theta, phi, theta', phi', and `r` on v^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,7 +118,7 @@ impl Problem {
             } else {
                 worse += 1;
             }
-            if worse == PATIENCE || !after.is_finite() {
+            if worse == STEPS_WITHOUT_GAIN || !after.is_finite() {
                 break;
             }
         }

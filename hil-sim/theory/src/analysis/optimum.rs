@@ -41,18 +41,18 @@ const ARC_MAX: f64 = 1.2;
 /// Least and largest numbers of the law that ends the step: poles of the arm's servo, pole of the speed, and the share of
 /// the grip that it accelerates with.
 const SERVO: [f64; 2] = [1.5, 6.0];
-const SPEED: [f64; 2] = [0.5, 20.0];
+const SPEED_RANGE: [f64; 2] = [0.5, 20.0];
 const SHARE: [f64; 2] = [0.3, 1.0];
 /// Numbers that are searched.
 const NUMBERS: usize = 2 * ARCS + 4;
 /// Longest integration step, and the time after the arcs, in time units.
-const STEP: f64 = 0.02;
+const OPTIMUM_STEP: f64 = 0.02;
 const HOME: f64 = 5.0;
 /// Searches from different starts, and their length.
 const STARTS: usize = 3;
 /// Shares of the first three arcs at each start.
 const SIGNS: [[f64; 3]; STARTS] = [[0.7, 0.7, 0.7], [-0.7, 0.7, 0.7], [-0.7, 0.7, -0.7]];
-const GENERATIONS: usize = 300;
+const OPTIMUM_GENERATIONS: usize = 300;
 
 impl StepTask {
     /// The least time in which the vehicle, arm and all, can come from rest to rest in itself at the target speed. Over all
@@ -76,7 +76,9 @@ impl StepTask {
                     *share = SIGNS[k][arc % 3];
                 }
                 start[2 * ARCS + 3] = 0.0;
-                minimise(&start, 0.8, GENERATIONS, &mut normal, |x| self.fly(x, &mut |_| {}))
+                minimise(&start, 0.8, OPTIMUM_GENERATIONS, &mut normal, |x| {
+                    self.fly(x, &mut |_| {})
+                })
             })
             .min_by(|a, b| a.value.total_cmp(&b.value))?;
         let mut rows = Vec::new();
@@ -101,7 +103,7 @@ impl StepTask {
         let landing = FinalLaw {
             home,
             servo: between(SERVO, x[2 * ARCS]),
-            speed: between(SPEED, x[2 * ARCS + 1]),
+            speed: between(SPEED_RANGE, x[2 * ARCS + 1]),
             share: between(SHARE, x[2 * ARCS + 2]),
             target: self.target * (1.0 + BAND * libm::tanh(x[2 * ARCS + 3])),
         };
@@ -113,7 +115,7 @@ impl StepTask {
             } else {
                 HOME
             };
-            let steps = libm::ceil(length / STEP).max(1.0);
+            let steps = libm::ceil(length / OPTIMUM_STEP).max(1.0);
             let h = length / steps;
             for _ in 0..steps as usize {
                 let torque_of = |state: &[f64; 3]| {

@@ -65,9 +65,9 @@ pub struct ArmSwing {
 /// Length of a random drive, in time units.
 const DURATION: f64 = 36.0;
 /// Largest speed that is asked for, in speed units.
-const SPEED: f64 = 6.0;
+const SPEED_MOST: f64 = 6.0;
 /// Share of the steepest slope to which drives go.
-const SLOPE_SHARE: f64 = 0.9;
+const RANDOM_SLOPE_SHARE: f64 = 0.9;
 /// Largest sine of the standing angle of a plant: a steeper one cannot stand with a margin.
 const STANDING_SIN: f64 = 0.9;
 /// The range of the supply, nondimensional.
@@ -86,7 +86,7 @@ impl RandomDrive {
         let steepest = {
             let level = SampledPlant::new(vehicle, &Factors::NONE, 0.0);
             let carried = libm::asin((level.balance.alpha_l / level.balance.mass).min(1.0));
-            SLOPE_SHARE * carried.min(libm::atan(grip_mu))
+            RANDOM_SLOPE_SHARE * carried.min(libm::atan(grip_mu))
         };
         let beta = uniform(&mut noise, -steepest, steepest);
         let corner = noise.bits() & 1 == 0;
@@ -103,9 +103,9 @@ impl RandomDrive {
         let mut commands = vec![(0.0, 0.0); steps];
         for command in &mut commands {
             command.1 = if hard {
-                if noise.bits() & 1 == 0 { -SPEED } else { SPEED }
+                if noise.bits() & 1 == 0 { -SPEED_MOST } else { SPEED_MOST }
             } else {
-                uniform(&mut noise, -SPEED, SPEED)
+                uniform(&mut noise, -SPEED_MOST, SPEED_MOST)
             };
         }
         for command in commands.iter_mut().skip(1) {
@@ -129,7 +129,7 @@ impl RandomDrive {
     /// generations of some ten drives each, and drives what it found.
     pub fn climb(&self, vehicle: &Vehicle<f64>, generations: usize) -> ArmSwing {
         let with = |commands: &[f64]| {
-            let clamp = |pair: &[f64]| (pair[0].clamp(0.0, DURATION), pair[1].clamp(-SPEED, SPEED));
+            let clamp = |pair: &[f64]| (pair[0].clamp(0.0, DURATION), pair[1].clamp(-SPEED_MOST, SPEED_MOST));
             let mut moved: Vec<(f64, f64)> = commands.chunks_exact(2).map(clamp).collect();
             moved.sort_by(|a, b| a.0.total_cmp(&b.0));
             self.drive_through(vehicle, &moved)

@@ -54,7 +54,7 @@ const SMALL: f64 = 1e-3;
 /// Integration tolerance after the deciding visit to a saddle.
 const LOOSE: f64 = 1e-7;
 /// Time units after the input's arrival at which an undecided response counts as returning.
-const PATIENCE: f64 = 3000.0;
+const REST_PATIENCE: f64 = 3000.0;
 
 /// The planar vehicle on its slope, with the quantities that the verdicts need.
 #[derive(Debug, Clone, Copy)]
@@ -170,7 +170,8 @@ impl Judge {
             }
             let well = self.well(now[0]);
             watch.keep_well(well);
-            if decided.is_none() && (self.stays(&watch, input, &now, run.state_rate(), well) || t > arrival + PATIENCE)
+            if decided.is_none()
+                && (self.stays(&watch, input, &now, run.state_rate(), well) || t > arrival + REST_PATIENCE)
             {
                 decided = Some(match well {
                     0 => Fate::Returns,

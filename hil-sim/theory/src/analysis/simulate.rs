@@ -11,11 +11,10 @@ use super::dop853::{Dense, Dop853, MOST_STEPS, StepTooSmall};
 use super::input::Input;
 use super::roots::{maximum_between, root_between};
 use super::step_budget::StepBudget;
+use super::trajectory::TOLERANCE;
 
-/// Tolerance of the integration: errors stay below 1e-9 over the spans of the thesis.
-const TOLERANCE: f64 = 1e-12;
 /// Points at which a step's polynomial is searched for extremes.
-const PIECES: i32 = 8;
+const EXTREME_PIECES: i32 = 8;
 
 /// A sampled run of the planar vehicle. Forces over `(M + m) g`.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
@@ -158,7 +157,7 @@ pub fn simulate_within(
 /// Looks for the extremes of phi, of the friction coefficient and of the normal force within a step.
 fn search(planar: &Planar<f64>, input: &Input, dense: &Dense<4>, extremes: &mut Extremes) {
     let (start, width) = (dense.start(), dense.end() - dense.start());
-    let at = |k: i32| start + width * f64::from(k) / f64::from(PIECES);
+    let at = |k: i32| start + width * f64::from(k) / f64::from(EXTREME_PIECES);
     let forces = |t: f64| {
         let x = dense.at(t);
         planar.contact_forces(&x, input.voltage(t, &x))
@@ -167,7 +166,7 @@ fn search(planar: &Planar<f64>, input: &Input, dense: &Dense<4>, extremes: &mut 
     let coefficient = |t: f64| forces(t).friction_coefficient().unwrap_or(f64::INFINITY);
     let mut rate = dense.at(at(0))[PHI_RATE];
     let (mut lightest, mut hardest) = ((f64::NEG_INFINITY, 0), (f64::NEG_INFINITY, 0));
-    for k in 0..=PIECES {
+    for k in 0..=EXTREME_PIECES {
         let x = dense.at(at(k));
         extremes.angle(x[PHI]);
         if k > 0 && rate * x[PHI_RATE] < 0.0 {
@@ -185,7 +184,7 @@ fn search(planar: &Planar<f64>, input: &Input, dense: &Dense<4>, extremes: &mut 
             hardest = (c, k);
         }
     }
-    let around = |k: i32| (at((k - 1).max(0)), at((k + 1).min(PIECES)));
+    let around = |k: i32| (at((k - 1).max(0)), at((k + 1).min(EXTREME_PIECES)));
     if lightest.0 > -0.2 && !extremes.lifted {
         let (a, b) = around(lightest.1);
         extremes.lifted |= maximum_between(pressing, a, b, 1e-9 * width).1 >= 0.0;

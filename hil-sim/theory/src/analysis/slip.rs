@@ -12,12 +12,12 @@ use super::simulate::simulate_within;
 use super::step_budget::{OutOfSteps, StepBudget};
 
 /// Time units within which a step's response makes its largest swing.
-const SPAN: f64 = 40.0;
+const SLIP_SPAN: f64 = 40.0;
 /// Number of steps of the walk from the hold to the whirl limit.
 const WALK: usize = 80;
 
 /// The most integration steps of the responses of a search for the slip limit; the thesis's vehicle needs 73,874 at most.
-const SEARCH_STEPS_MAX: u64 = 500_000;
+const SLIP_STEPS_MAX: u64 = 500_000;
 
 /// What limits a forward voltage step from the static equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,7 +64,7 @@ pub fn required_by_step(p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlip
 fn required_within(budget: &StepBudget, p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlipLimit> {
     let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
     let start = [0.0, phi, 0.0, 0.0];
-    let run = simulate_within(budget, p, &Input::voltage_step(p, u), start, SPAN, SPAN)?;
+    let run = simulate_within(budget, p, &Input::voltage_step(p, u), start, SLIP_SPAN, SLIP_SPAN)?;
     Ok(run.friction_coefficient_required.unwrap_or(f64::INFINITY))
 }
 
@@ -73,7 +73,7 @@ fn required_within(budget: &StepBudget, p: &PlanarParameters<f64>, u: f64) -> Re
 /// # Errors
 /// [`NoSlipLimit`].
 pub fn slip_limit(p: &PlanarParameters<f64>, mu_s: f64) -> Result<SlipLimit, NoSlipLimit> {
-    slip_limit_within(SEARCH_STEPS_MAX, p, mu_s)
+    slip_limit_within(SLIP_STEPS_MAX, p, mu_s)
 }
 
 /// [`slip_limit`], with at most `allowed` integration steps of the responses below the whirl limit.
@@ -142,7 +142,7 @@ pub fn longest_pulse(p: &PlanarParameters<f64>, amplitude: f64) -> Result<Option
     };
     let step = 0.02;
     let mut last = 0.0;
-    while last < SPAN {
+    while last < SLIP_SPAN {
         if !returns(last + step)? {
             let (mut low, mut high) = (last, last + step);
             while high - low > 1e-11 {

@@ -26,9 +26,9 @@ pub struct WhirlCycle {
 /// The most turns simulated until the cycle settles.
 const MOST_TURNS: usize = 20_000;
 /// Relative change of a turn's duration below which the cycle has settled.
-const SETTLED: f64 = 1e-11;
+const ROOT_SETTLED: f64 = 1e-11;
 /// Pieces of a step searched for extremes of the normal force.
-const PIECES: i32 = 8;
+const FORCE_PIECES: i32 = 8;
 
 /// The whirl of `p` under the constant voltage `u`, started by hand: forward on an uphill slope,
 /// backward on a downhill one. `None` where the arm settles instead.
@@ -54,8 +54,8 @@ pub fn whirl_cycle(p: &PlanarParameters<f64>, u: f64) -> Result<Option<WhirlCycl
             return Ok(None);
         }
         let force = |t: f64| planar.contact_forces(&dense.at(t), u).normal;
-        let at = |k: i32| dense.start() + (dense.end() - dense.start()) * f64::from(k) / f64::from(PIECES);
-        for k in 1..PIECES {
+        let at = |k: i32| dense.start() + (dense.end() - dense.start()) * f64::from(k) / f64::from(FORCE_PIECES);
+        for k in 1..FORCE_PIECES {
             let (a, b, c) = (force(at(k - 1)), force(at(k)), force(at(k + 1)));
             if b >= a && b >= c {
                 normal.1 = normal.1.max(maximum_between(force, at(k - 1), at(k + 1), 1e-9).1);
@@ -72,7 +72,7 @@ pub fn whirl_cycle(p: &PlanarParameters<f64>, u: f64) -> Result<Option<WhirlCycl
             let t = root_between(|t| dense.at(t)[PHI] - goal, dense.start(), dense.end(), 1e-13);
             let theta = dense.at(t)[THETA];
             let (period, advance) = (t - last_end, theta - last_theta);
-            if turns > 20 && (period - last_period).abs() < SETTLED * period {
+            if turns > 20 && (period - last_period).abs() < ROOT_SETTLED * period {
                 return Ok(Some(WhirlCycle {
                     period,
                     mean_phi_rate: way * TAU / period,

@@ -11,7 +11,7 @@ const MOST_SAMPLES: f64 = 500_000.0;
 /// The longest run, in time units: hours of driving.
 const LONGEST: f64 = 1e5;
 /// Time between samples where none is given, in time units; longer where a run would have too many.
-const SAMPLE: f64 = 0.05;
+const PRINTED_SAMPLE: f64 = 0.05;
 
 /// How long to run and how often to sample.
 #[derive(Debug, Clone, Args)]
@@ -25,7 +25,7 @@ pub struct SpanArguments {
 }
 
 impl SpanArguments {
-    /// Length and sample time, checked; where not given, `t_end`, and `SAMPLE` or what makes the most samples.
+    /// Length and sample time, checked; where not given, `t_end`, and `PRINTED_SAMPLE` or what makes the most samples.
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the flag, the value and the allowed range.
@@ -34,7 +34,7 @@ impl SpanArguments {
         let allowed = format!("positive and at most {LONGEST}");
         require("--t-end", t_end, t_end > 0.0 && t_end <= LONGEST, &allowed)?;
         let least = t_end / MOST_SAMPLES;
-        let sample = positive("--sample", self.sample.unwrap_or(SAMPLE.max(least)))?;
+        let sample = positive("--sample", self.sample.unwrap_or(PRINTED_SAMPLE.max(least)))?;
         let allowed = format!("from --t-end / {MOST_SAMPLES} = {least} to --t-end = {t_end}");
         require("--sample", sample, (least..=t_end).contains(&sample), &allowed)?;
         Ok((t_end, sample))
@@ -48,7 +48,7 @@ mod tests {
     #[test]
     fn spans_are_checked() {
         let with = |t_end, sample| SpanArguments { t_end, sample }.resolve(10.0);
-        assert_eq!(with(None, None).unwrap(), (10.0, SAMPLE));
+        assert_eq!(with(None, None).unwrap(), (10.0, PRINTED_SAMPLE));
         assert_eq!(with(Some(3.0), Some(3.0)).unwrap(), (3.0, 3.0));
         assert_eq!(with(Some(1e5), None).unwrap(), (1e5, 0.2));
         assert_eq!(with(Some(1e5), Some(0.2)).unwrap(), (1e5, 0.2));

@@ -10,15 +10,13 @@ use model::dynamics::spatial::SpatialParameters;
 use model::vehicle::Vehicle;
 use vehicle_file::VehicleFile;
 
-use crate::analysis::coupled::with_thesis_spar;
+use crate::analysis::coupled::{BALLAST, with_thesis_spar};
 use report::error::CommandError;
 
 /// Half track over wheel radius where neither a flag nor the vehicle file gives it.
 pub const HALF_TRACK: f64 = 1.0;
 /// Spar length over wheel radius where neither a flag nor the vehicle file gives it.
 pub const SPAR_LENGTH: f64 = 1.0;
-/// Ballast over the vehicle's mass where neither a flag nor the vehicle file gives it.
-pub const BALLAST: f64 = 0.15;
 
 /// The flag that names a vehicle file, shared by the analysis commands that take either kind.
 #[derive(Debug, Clone, Default, Args)]

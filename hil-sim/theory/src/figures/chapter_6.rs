@@ -15,8 +15,8 @@ pub const FIGURES: &[Entry] = &[
     Entry::new("6.1c", spin),
 ];
 
-const SPAN: f64 = 10.0;
-const SAMPLE: f64 = 0.05;
+const FIGURE_SPAN: f64 = 10.0;
+const SPATIAL_SAMPLE: f64 = 0.05;
 const REST: SpatialState<f64> = [0.0; 9];
 
 /// The thesis's geometry with a half track of one wheel radius, on a plane.
@@ -50,7 +50,7 @@ impl Track {
 
 /// The track by d'Alembert's principle.
 fn right(p: &SpatialParameters<f64>, u: [f64; 2]) -> Result<Track, FigureError> {
-    let run = spatial::run(p, u, &REST, SPAN, SAMPLE).map_err(FigureError::from_error)?;
+    let run = spatial::run(p, u, &REST, FIGURE_SPAN, SPATIAL_SAMPLE).map_err(FigureError::from_error)?;
     Ok(Track {
         t: run.t,
         x: run.x,
@@ -92,8 +92,8 @@ fn variational(p: &SpatialParameters<f64>, u: [f64; 2], lambda: [f64; 2]) -> Res
         psi: vec![0.0],
     };
     let mut run = Dop853::new(rate, 0.0, REST, 1e-11);
-    for k in 1..=(SPAN / SAMPLE).round() as u32 {
-        let t = f64::from(k) * SAMPLE;
+    for k in 1..=(FIGURE_SPAN / SPATIAL_SAMPLE).round() as u32 {
+        let t = f64::from(k) * SPATIAL_SAMPLE;
         while run.time() < t {
             run.advance(t).map_err(FigureError::from_error)?;
         }

@@ -7,7 +7,7 @@ use model::dynamics::planar::PlanarParameters;
 use rayon::prelude::*;
 
 use super::figure::{Entry, Figure, FigureError, Verdict};
-use crate::analysis::coupled::{CRITICAL_SPAN, CoupledRun, StepLimit, SteppedDrive, with_thesis_spar};
+use crate::analysis::coupled::{BALLAST, CRITICAL_SPAN, CoupledRun, StepLimit, SteppedDrive, with_thesis_spar};
 use crate::analysis::critical::Direction;
 use crate::analysis::lqr::{Weights, regulator};
 use crate::analysis::series::{degrees, largest, last};
@@ -24,11 +24,9 @@ pub const FIGURES: &[Entry] = &[
     Entry::new("8.5b", bearings),
 ];
 
-/// Ballast of the chapter's example over M + m.
-const BALLAST: f64 = 0.15;
 /// The ballast of a spar too light to matter, over M + m.
 const NO_SPAR: f64 = 1e-9;
-const SAMPLE: f64 = 0.02;
+const SPAR_SAMPLE: f64 = 0.02;
 /// Shown span of the responses, in time units.
 const SHOWN: f64 = 30.0;
 
@@ -78,13 +76,13 @@ fn spar() -> Result<Figure, FigureError> {
     );
     let edge = limit(&with)?;
     let u = 0.999 * edge.critical;
-    let (a, b) = (with.run(u, SHOWN, SAMPLE), without.run(u, SHOWN, SAMPLE));
+    let (a, b) = (with.run(u, SHOWN, SPAR_SAMPLE), without.run(u, SHOWN, SPAR_SAMPLE));
     let own = without
         .run(0.999 * limit(&without)?.critical, CRITICAL_SPAN, 1.0)
         .psi_max_deg;
     let (c, d) = (
-        ramped(with).run(4.0, SHOWN, SAMPLE),
-        ramped(without).run(4.0, SHOWN, SAMPLE),
+        ramped(with).run(4.0, SHOWN, SPAR_SAMPLE),
+        ramped(without).run(4.0, SHOWN, SPAR_SAMPLE),
     );
     let chart = |title: String, a: &CoupledRun, b: &CoupledRun| {
         Chart::new(title, "time (1/w)", "psi (deg)")
@@ -109,9 +107,9 @@ fn ballast() -> Result<Figure, FigureError> {
         drive(BALLAST, Bearing::Inertial, false)?,
     );
     let u = 2.0;
-    let (a, b) = (with.run(u, SHOWN, SAMPLE), without.run(u, SHOWN, SAMPLE));
+    let (a, b) = (with.run(u, SHOWN, SPAR_SAMPLE), without.run(u, SHOWN, SPAR_SAMPLE));
     let (x, y) = (ballast_angle(&a), ballast_angle(&b));
-    let near = ballast_angle(&with.run(0.999 * limit(&with)?.critical, SHOWN, SAMPLE));
+    let near = ballast_angle(&with.run(0.999 * limit(&with)?.critical, SHOWN, SPAR_SAMPLE));
     Ok(Figure::new(
         "8.3",
         "Ballast from the vertical under a step of the drive",
@@ -149,7 +147,7 @@ fn side_by_side() -> Result<(f64, CoupledRun, CoupledRun), FigureError> {
     let with = drive(BALLAST, Bearing::Inertial, true)?;
     let bare = drive(NO_SPAR, Bearing::Inertial, false)?;
     let u = 0.999 * limit(&with)?.critical;
-    Ok((u, with.run(u, SHOWN, SAMPLE), bare.run(u, SHOWN, SAMPLE)))
+    Ok((u, with.run(u, SHOWN, SPAR_SAMPLE), bare.run(u, SHOWN, SPAR_SAMPLE)))
 }
 
 fn wheel() -> Result<Figure, FigureError> {

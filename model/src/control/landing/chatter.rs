@@ -14,7 +14,7 @@ const MEAN_RATE: f32 = 4.0;
 const LEVEL_RATE: f32 = 0.25;
 /// What counts of it in one tick at most, half of what chatter has: a blow is ten times as large, and over within a time
 /// unit and a half, in which it brings the mean to less than [`WORN`].
-const BLOW: f32 = 0.05;
+const ALTERNATING_MAX: f32 = 0.05;
 /// Mean from which the gears are worn, nondimensional: half of what chatter brings it to.
 const WORN: f32 = 0.02;
 
@@ -30,7 +30,7 @@ impl Chatter {
     /// One tick: the joint rate beyond what the observer foresaw.
     pub(super) fn update(&mut self, unforeseen: f32, tick: f32) {
         self.mean += MEAN_RATE * tick * (unforeseen - self.mean);
-        self.level += LEVEL_RATE * tick * ((unforeseen - self.mean).abs().bounded(0.0, BLOW) - self.level);
+        self.level += LEVEL_RATE * tick * ((unforeseen - self.mean).abs().bounded(0.0, ALTERNATING_MAX) - self.level);
         self.worn |= self.level > WORN;
     }
 

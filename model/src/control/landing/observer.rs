@@ -7,7 +7,7 @@ use super::obstacle::PushState;
 use crate::bounded::Bounded;
 
 /// Largest torque that the torque observer believes.
-const TORQUE_MAX: f32 = 2.0;
+const OBSERVED_TORQUE_MAX: f32 = 2.0;
 /// Sine of the steepest slope that the rate observer believes.
 const SIN_SLOPE_MAX: f32 = 0.66;
 /// Error of the joint rate beyond which the slope learns no faster: a wheel that hits a kerb.
@@ -53,7 +53,7 @@ impl TorqueObserver {
         let error = self.tick * (phi_rate - self.phi_rate);
         self.phi_rate += 2.0 * pole * error;
         self.torque += pole * pole / motion.arm.per_torque * error;
-        self.torque = self.torque.bounded(-TORQUE_MAX, TORQUE_MAX);
+        self.torque = self.torque.bounded(-OBSERVED_TORQUE_MAX, OBSERVED_TORQUE_MAX);
     }
 
     /// What it remembers.

@@ -6,7 +6,7 @@ use crate::bounded::Bounded;
 const PROGRESS_M: f32 = 0.01;
 const RETREAT_M: f32 = 0.03;
 /// Share of the commanded speed from which on the vehicle moves.
-const MOVES_SHARE: f32 = 0.5;
+const CLIMBS_SHARE: f32 = 0.5;
 /// Speed, nondimensional, from which on a command is one to move.
 const TOLD: f32 = 0.03;
 /// Commanded speed, nondimensional, below which a vehicle creeps up an obstacle; a faster vehicle runs against it.
@@ -165,7 +165,7 @@ impl Obstacle {
             return;
         }
         let creeps = told.speed.abs() < CREEPING;
-        let moves = direction * told.wheels >= MOVES_SHARE * direction * told.speed;
+        let moves = direction * told.wheels >= CLIMBS_SHARE * direction * told.speed;
         self.moves = moves;
         self.creeps = creeps;
         if turned {

@@ -12,12 +12,12 @@ pub(super) const STANDING_PACE: f32 = 0.65;
 const DRIVING_PACE: f32 = 0.8;
 /// Largest torque, nondimensional, with which the gears' flanks may part: 4 deg of slope. Beyond, the weight holds
 /// them together.
-const TORQUE_MAX: f32 = 0.1;
+const LIGHT_TORQUE_MAX: f32 = 0.1;
 /// Landing speed and reference, phi', and distance of the sine of the arm's angle from its equilibrium, within which the
 /// vehicle stands.
-const SPEED_MAX: f32 = 0.15;
-const RATE_MAX: f32 = 0.3;
-const SIN_MAX: f32 = 0.12;
+const STANDING_SPEED_MAX: f32 = 0.15;
+const STANDING_RATE_MAX: f32 = 0.3;
+const STANDING_SIN_MAX: f32 = 0.12;
 
 /// Share of these bounds just after the start: a vehicle that is let go on a slope stands only for a moment.
 const STARTING_SHARE: f32 = 0.15;
@@ -44,14 +44,14 @@ pub(super) struct Unrest {
 impl Unrest {
     /// The share of its poles that the law takes.
     pub(super) fn pace(&self) -> f32 {
-        let light = self.torque.abs() < TORQUE_MAX;
+        let light = self.torque.abs() < LIGHT_TORQUE_MAX;
         let share = if self.starting { STARTING_SHARE } else { 1.0 };
         let stands = self.told
             && light
-            && self.reference.abs() < share * SPEED_MAX
-            && self.landing.abs() < share * SPEED_MAX
-            && self.phi_rate.abs() < share * RATE_MAX
-            && self.sin_phi_off.abs() < share * SIN_MAX;
+            && self.reference.abs() < share * STANDING_SPEED_MAX
+            && self.landing.abs() < share * STANDING_SPEED_MAX
+            && self.phi_rate.abs() < share * STANDING_RATE_MAX
+            && self.sin_phi_off.abs() < share * STANDING_SIN_MAX;
         if stands {
             STANDING_PACE
         } else if self.cruises && light {
