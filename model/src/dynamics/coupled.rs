@@ -194,14 +194,14 @@ impl<T: Real> Coupled<T> {
     pub fn accelerations(&self, x: &CoupledState<T>, u: T, v: T) -> [T; 4] {
         let p = &self.parameters;
         let drive = u - p.planar.zeta * (x[THETA_RATE] + x[PHI_RATE]);
-        let camera = v - p.xi_c * x[GAMMA_RATE];
-        self.accelerations_under_torques(x, drive, camera)
+        let ballast = v - p.xi_c * x[GAMMA_RATE];
+        self.accelerations_under_torques(x, drive, ballast)
     }
 
     /// The accelerations under shaft torques over `(M+m) g r` (back-EMF and drive friction already in
     /// them): for a caller that has its own motors. The spar's bearing friction is in here.
     #[inline]
-    pub fn accelerations_under_torques(&self, x: &CoupledState<T>, drive: T, camera: T) -> [T; 4] {
+    pub fn accelerations_under_torques(&self, x: &CoupledState<T>, drive: T, ballast: T) -> [T; 4] {
         let SparCoefficients { m1, m2, m3, k1, k2 } = self.coefficients;
         let nu = self.parameters.planar.nu;
         let (sin_phi, cos_phi) = x[PHI].sin_cos();
@@ -241,7 +241,7 @@ impl<T: Real> Coupled<T> {
             + damp_theta;
         let f2 = drive - self.al * sin_phi + damp_phi;
         let f3 = swing * gamma_rate * (psi_rate + sum_rate) - k1 * sin_psi - k2 * sin_sum - damper;
-        let f4 = camera - swing * psi_rate * psi_rate - k2 * sin_sum;
+        let f4 = ballast - swing * psi_rate * psi_rate - k2 * sin_sum;
         let o = T::ZERO;
         // Lower triangle of the symmetric mass matrix.
         let mass = [

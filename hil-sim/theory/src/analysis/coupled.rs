@@ -154,7 +154,7 @@ impl SteppedDrive {
     }
 
     /// The ballast motor's voltage in the state `x`.
-    pub fn camera_voltage(&self, x: &CoupledState<f64>) -> f64 {
+    pub fn ballast_voltage(&self, x: &CoupledState<f64>) -> f64 {
         let law = |gains| SparLaw { gains }.voltage(x[PSI], x[GAMMA], x[PSI_RATE], x[GAMMA_RATE]);
         self.gains.map_or(0.0, law)
     }
@@ -188,7 +188,7 @@ impl SteppedDrive {
                 .zip(&samples.x)
                 .map(|(t, x)| self.voltage(target, *t, x))
                 .collect(),
-            v: samples.x.iter().map(|x| self.camera_voltage(x)).collect(),
+            v: samples.x.iter().map(|x| self.ballast_voltage(x)).collect(),
             t: samples.t,
             outcome,
             psi_max_deg: psi.largest().to_degrees(),
@@ -209,7 +209,7 @@ impl SteppedDrive {
     /// Shows every step to `visit` until `visit` returns true or the ballast runs away.
     fn follow(&self, target: f64, t_end: f64, mut visit: impl FnMut(&Dense<8>) -> bool) {
         let model = Coupled::new(self.vehicle);
-        let rate = |t: f64, x: &CoupledState<f64>| model.rate(x, self.voltage(target, t, x), self.camera_voltage(x));
+        let rate = |t: f64, x: &CoupledState<f64>| model.rate(x, self.voltage(target, t, x), self.ballast_voltage(x));
         let start = [0.0, self.phi_0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let kinks = [self.waveform.duration(self.ramp_time)];
         // The steps become too small only in a runaway, which `visit` has seen in the last step.

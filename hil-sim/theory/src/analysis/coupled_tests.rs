@@ -186,7 +186,7 @@ fn a_spar_on_the_turning_axle_tips_and_one_on_the_arm_does_not() {
 
 /// Erratum E34: a ballast motor fed with the drive's rate would have to hold more than the ballast weighs.
 #[test]
-fn the_drive_rate_in_the_camera_motor_leaves_no_equilibrium() {
+fn the_drive_rate_in_the_ballast_motor_leaves_no_equilibrium() {
     let p = vehicle(0.15, Bearing::Inertial);
     let bias = p.xi_c * 0.857;
     let capacity = p.lr * p.kr;
@@ -202,7 +202,7 @@ fn energy_balances_over_a_run_with_every_bearing() {
         let model = Coupled::new(p);
         let rate = |_: f64, x: &[f64; 9]| {
             let state: CoupledState<f64> = std::array::from_fn(|i| x[i]);
-            let v = drive.camera_voltage(&state);
+            let v = drive.ballast_voltage(&state);
             let drive_rate = state[THETA_RATE] + state[PHI_RATE];
             let turn = model.bearing_rate(&state);
             let power = (2.0 - p.planar.zeta * drive_rate) * drive_rate
