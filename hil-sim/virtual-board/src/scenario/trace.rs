@@ -76,9 +76,9 @@ pub const COLUMNS: &[(&str, Value)] = &[
     ("true_spar_rad", |r| r.truth.spar_rad),
     ("estimated_spar_rad", |r| f64::from(r.status.estimate.spar_rad)),
     ("true_ballast_rad", |r| r.truth.ballast_rad),
-    ("commanded_left_voltage_v", |r| f64::from(r.status.voltage_v[0])),
-    ("commanded_right_voltage_v", |r| f64::from(r.status.voltage_v[1])),
-    ("commanded_ballast_voltage_v", |r| f64::from(r.status.voltage_v[2])),
+    ("applied_left_voltage_v", |r| f64::from(r.status.voltage_v[0])),
+    ("applied_right_voltage_v", |r| f64::from(r.status.voltage_v[1])),
+    ("applied_ballast_voltage_v", |r| f64::from(r.status.voltage_v[2])),
     ("true_left_current_a", |r| r.truth.current_a[0]),
     ("true_right_current_a", |r| r.truth.current_a[1]),
     ("true_ballast_current_a", |r| r.truth.current_a[2]),
@@ -111,13 +111,13 @@ pub const COLUMNS: &[(&str, Value)] = &[
     ("term_speed_guard_v", |r| f64::from(r.status.terms.speed.guard_v)),
     ("term_speed_trim_v", |r| f64::from(r.status.terms.speed.trim_v)),
     ("term_speed_governed_v", |r| f64::from(r.status.terms.speed.governed_v)),
-    ("landing_speed_m_s", |r| {
+    ("aimed_landing_speed_m_s", |r| {
         f64::from(r.status.terms.speed.aim.landing_speed_m_s)
     }),
-    ("commanded_acceleration_m_s2", |r| {
+    ("aimed_acceleration_m_s2", |r| {
         f64::from(r.status.terms.speed.aim.acceleration_m_s2)
     }),
-    ("commanded_phi_rad", |r| f64::from(r.status.terms.speed.aim.phi_rad)),
+    ("aimed_phi_rad", |r| f64::from(r.status.terms.speed.aim.phi_rad)),
     ("term_steering_feed_forward_v", |r| {
         f64::from(r.status.terms.steering.feed_forward_v)
     }),
