@@ -88,6 +88,19 @@ fn crates() -> Vec<PathBuf> {
         .collect()
 }
 
+/// Every package's sources, parsed, but for tests: they may call their helpers what they like.
+fn sources() -> impl Iterator<Item = (String, syn::File)> {
+    files(&root(), &["rs"]).into_iter().filter_map(|file| {
+        let place = shown(&file);
+        if !place.contains("/src/") || place.contains("tests") {
+            return None;
+        }
+        let text = fs::read_to_string(&file).expect("a source is readable");
+        let source = syn::parse_file(&text).unwrap_or_else(|error| panic!("{place}: {error}"));
+        Some((place, source))
+    })
+}
+
 /// The names of the types that some items define, of their modules too. What a macro makes is not seen.
 fn types(items: &[syn::Item], names: &mut Vec<String>) {
     for item in items {
@@ -107,16 +120,9 @@ fn types(items: &[syn::Item], names: &mut Vec<String>) {
 #[test]
 fn no_two_types_have_one_name() {
     let mut places: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for file in files(&root(), &["rs"]) {
-        let place = shown(&file);
-        // Tests may call their helpers what they like.
-        if !place.contains("/src/") || place.contains("tests") {
-            continue;
-        }
-        let text = fs::read_to_string(&file).expect("a source is readable");
-        let parsed = syn::parse_file(&text).unwrap_or_else(|error| panic!("{place}: {error}"));
+    for (place, source) in sources() {
         let mut names = Vec::new();
-        types(&parsed.items, &mut names);
+        types(&source.items, &mut names);
         for name in names {
             places.entry(name).or_default().push(place.clone());
         }
@@ -146,17 +152,12 @@ fn constants(items: &[syn::Item]) -> impl Iterator<Item = String> {
 #[test]
 fn no_two_constants_of_a_package_have_one_name() {
     let mut places: BTreeMap<(String, String), Vec<String>> = BTreeMap::new();
-    for file in files(&root(), &["rs"]) {
-        let place = shown(&file);
-        let Some((package, _)) = place.split_once("/src/") else {
-            continue;
-        };
-        if place.contains("tests") || package.contains("board-emulator") {
+    for (place, source) in sources() {
+        let (package, _) = place.split_once("/src/").expect("a package's source");
+        if package.contains("board-emulator") {
             continue;
         }
-        let text = fs::read_to_string(&file).expect("a source is readable");
-        let parsed = syn::parse_file(&text).unwrap_or_else(|error| panic!("{place}: {error}"));
-        for name in constants(&parsed.items) {
+        for name in constants(&source.items) {
             let shared = |(folder, names, _): &(&str, &[&str], &str)| {
                 place.starts_with(folder) && (names.is_empty() || names.contains(&name.as_str()))
             };

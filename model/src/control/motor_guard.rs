@@ -161,7 +161,12 @@ impl MotorGuard {
         self.squares_a2 = 0.0;
         self.ticks = 0;
         self.overheated = self.winding.is_overheated() || self.bridge.is_overheated();
-        self.whole = self.share >= 1.0 && self.winding.is_cool() && self.bridge.is_cool();
+        self.whole = self.is_whole();
+    }
+
+    /// Neither heat nor too much current bounds the motor, and no heat is near to.
+    fn is_whole(&self) -> bool {
+        self.share >= 1.0 && self.winding.is_cool() && self.bridge.is_cool()
     }
 
     /// The share of the limit that heats and excess leave.
@@ -172,7 +177,7 @@ impl MotorGuard {
         let (winding, bridge) = (self.winding.share(), self.bridge.share());
         let by_heat = if winding < bridge { winding } else { bridge };
         self.share = by_heat * (1.0 - self.excess);
-        self.whole = self.share >= 1.0 && self.winding.is_cool() && self.bridge.is_cool();
+        self.whole = self.is_whole();
     }
 
     /// Share of its current limit that the motor may use, 0 to 1.

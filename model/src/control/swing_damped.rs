@@ -19,7 +19,7 @@ use super::hold::Hold;
 use super::speed::{SpeedAim, SpeedInput, SpeedTerms};
 use super::speed_law::SpeedLaw;
 use crate::bounded::Bounded;
-use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
+use crate::vehicle::{G, Scales, Vehicle};
 
 /// The law. Nondimensional inside, SI at the edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,7 +82,7 @@ impl SwingDampedLaw {
             hold: Hold::new(p.control.hold_kp_per_s),
             reference_gain: 1.0 - libm::expf(-dt_s / REFERENCE_TIME_CONSTANT_S),
             reference_step_m_s: p.control.acceleration_max_m_s2 * dt_s,
-            per_g_tick: 1.0 / (GRAVITY_M_S2 as f32 * dt_s),
+            per_g_tick: 1.0 / (G * dt_s),
             speed_max_m_s: p.control.speed_max_m_s,
             friction: 2.0 * p.drive_motor.coulomb_friction_n_m / scales.torque_n_m,
             trim_gain: p.control.ki * dt_s / scales.time_s,
@@ -143,7 +143,7 @@ impl SwingDampedLaw {
                 governed_v: 0.0,
                 aim: SpeedAim {
                     landing_speed_m_s: 0.0,
-                    acceleration_m_s2: acceleration_g * GRAVITY_M_S2 as f32,
+                    acceleration_m_s2: acceleration_g * G,
                     phi_rad: commanded_phi,
                 },
             },

@@ -13,14 +13,15 @@
 //! second, while a speed yields by braking only, which takes of the same grip. So the yaw rate yields, and the way becomes wider.
 //! It never yields altogether: on the spot every slope leaves a turn.
 
+use super::landing::{GRIP_SHARE, STEADY_SHARE};
 use crate::bounded::Bounded;
-use crate::vehicle::{GRAVITY_M_S2, Vehicle};
+use crate::vehicle::{G, Vehicle};
 
-/// Share of the configured grip that a turn takes at most, and of it the acceleration that the law plans with (`GRIP_SHARE` and
-/// `STEADY_SHARE` in `landing/limits.rs`). Forces along and across add up as the sides of a right angle: nine tenths across leave
-/// 0.44 along.
+/// Share of the configured grip that a turn takes at most. Forces along and across add up as the sides of a right angle: nine
+/// tenths across leave 0.44 along.
 const TURN_SHARE: f32 = 0.9;
-const ACCELERATION_SHARE: f32 = 0.675;
+/// Share of the configured grip that the acceleration takes which the law plans with.
+const ACCELERATION_SHARE: f32 = GRIP_SHARE * STEADY_SHARE;
 /// Acceleration across the heading that is always allowed, g: the vehicle turns on every slope.
 const LATERAL_MIN_G: f32 = 0.02;
 /// Least sine of the steepness that is reckoned with: the level.
@@ -53,7 +54,7 @@ impl TurningGrip {
     pub fn new(vehicle: &Vehicle<f32>) -> Self {
         let control = &vehicle.parameters().control;
         let mu = control.grip_mu;
-        let along = (control.acceleration_max_m_s2 / GRAVITY_M_S2 as f32).bounded(0.0, ACCELERATION_SHARE * mu);
+        let along = (control.acceleration_max_m_s2 / G).bounded(0.0, ACCELERATION_SHARE * mu);
         Self {
             mu: libm::sqrtf(mu * mu - along * along).bounded(0.0, TURN_SHARE * mu),
             steep: STEEP_MIN,
@@ -67,7 +68,7 @@ impl TurningGrip {
         let square = ground.sin_slope * ground.sin_slope + ground.sin_roll * ground.sin_roll;
         self.steep = (0.5 * (self.steep + square / self.steep)).bounded(STEEP_MIN, 1.0);
         let left_g = self.mu * (1.0 - COSINE_LOSS * square) - self.steep;
-        let most_m_s2 = GRAVITY_M_S2 as f32 * left_g.bounded(LATERAL_MIN_G, f32::MAX);
+        let most_m_s2 = G * left_g.bounded(LATERAL_MIN_G, f32::MAX);
         if ground.speed_m_s * wanted_rad_s.abs() <= most_m_s2 {
             return wanted_rad_s;
         }
@@ -82,8 +83,6 @@ mod tests {
 
     use super::*;
     use crate::vehicle::test_vehicle;
-
-    const G: f32 = GRAVITY_M_S2 as f32;
 
     /// The bound of a vehicle with `grip_mu` and `acceleration_max_m_s2`, once it knows its ground.
     fn bounded(grip_mu: f32, acceleration_m_s2: f32, wanted_rad_s: f32, ground: &TurningGround) -> f32 {

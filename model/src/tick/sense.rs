@@ -7,7 +7,7 @@ use crate::estimate::rate_filter::{LowPass, RateFilter, nearest};
 use crate::estimate::tilt::TiltReading;
 use crate::sample::{ImuRaw, MOTORS, Motor, Sample, TICK_S};
 use crate::sensed::Sensed;
-use crate::vehicle::{GRAVITY_M_S2, MotorParameters, Vehicle};
+use crate::vehicle::{G, MotorParameters, Vehicle};
 
 const BATTERY_TIME_CONSTANT_S: f32 = 0.005;
 const BALLAST: usize = Motor::Ballast as usize;
@@ -41,7 +41,7 @@ impl Sensing {
             rad_per_count: [drive, drive, ballast],
             imu: ImuUnits {
                 rad_s_per_lsb: core::f32::consts::PI / 180.0 / scales.imu.gyro_lsb_per_deg_s,
-                m_s2_per_lsb: GRAVITY_M_S2 as f32 / scales.imu.accel_lsb_per_g,
+                m_s2_per_lsb: G / scales.imu.accel_lsb_per_g,
             },
             analog: scales.analog,
             battery: LowPass::new(TICK_S, BATTERY_TIME_CONSTANT_S),

@@ -19,9 +19,7 @@ use crate::status::Status;
 use crate::supervise::arming::Mode;
 use crate::supervise::codes::BlockerSet;
 use crate::vehicle::test_vehicle::reference;
-use crate::vehicle::{GRAVITY_M_S2, Vehicle};
-
-const G: f32 = GRAVITY_M_S2 as f32;
+use crate::vehicle::{G, Vehicle};
 
 /// A sample of a vehicle that stands still on the level with a battery of 25 V.
 fn resting() -> Sample {

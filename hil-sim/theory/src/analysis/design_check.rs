@@ -7,11 +7,10 @@ use core::f64::consts::PI;
 
 use model::control::landing::Design;
 use model::control::speed_law::SpeedLaw;
-use model::sample::TICK_US;
 use model::vehicle::{SpeedLawChoice, Vehicle};
 use serde::Serialize;
 
-use super::design_numbers::{DesignNumber, design_numbers};
+use super::design_numbers::{DesignNumber, design_numbers, flown_design};
 use super::equilibrium::poles;
 use super::landing_poles::landing_poles;
 use super::sampled::{Factors, SampledPlant};
@@ -92,7 +91,7 @@ pub fn check(vehicle: &Vehicle<f64>) -> DesignCheck {
         .iter()
         .map(|pole| pole.map(|part| part * per_s))
         .collect();
-    let design = Design::of(vehicle, 1e-6 * f64::from(TICK_US));
+    let design = flown_design(vehicle);
     let mut checked = DesignCheck {
         numbers,
         poles_eq_3_25_per_s,
@@ -350,7 +349,7 @@ impl Inspector<'_> {
             "beyond level the arm carries less the further it swings: the fault comes after the whirl has begun"
                 .to_owned(),
         );
-        let servo = f64::from(Design::of(self.vehicle, 1e-6 * f64::from(TICK_US)).servo);
+        let servo = f64::from(flown_design(self.vehicle).servo);
         self.tell(
         servo < SLOWEST_SERVO,
         Severity::Error,

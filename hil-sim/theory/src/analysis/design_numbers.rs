@@ -28,6 +28,11 @@ pub struct DesignNumber {
     pub meaning: &'static str,
 }
 
+/// The landing law's gains at the tick that flies.
+pub fn flown_design(vehicle: &Vehicle<f64>) -> Design {
+    Design::of(vehicle, f64::from(TICK_US) * 1e-6)
+}
+
 /// Torque constant at the gearbox's output, N m/A.
 fn output_constant(motor: &MotorParameters<f64>) -> f64 {
     motor.torque_constant_n_m_per_a * motor.gear_ratio
@@ -124,7 +129,7 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
     let let_go = steepest_let_go(&loaded).unwrap_or(f64::NAN);
     let swing_hz = (al / (al * level.l + level.nu)).sqrt() / (TAU * scales.time_s);
     let tick = f64::from(TICK_US) * 1e-6 / scales.time_s;
-    let servo = f64::from(Design::of(vehicle, f64::from(TICK_US) * 1e-6).servo);
+    let servo = f64::from(flown_design(vehicle).servo);
     let counts_per_m = motor.encoder_counts_per_rev * motor.gear_ratio / (TAU * body.wheel_radius_m);
     let steering = SteeringLimits::new(vehicle);
     let number = |name, value, meaning| DesignNumber { name, value, meaning };

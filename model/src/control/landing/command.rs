@@ -4,7 +4,7 @@ use crate::bounded::Bounded;
 use crate::control::ballast_plan::Gentleness;
 use crate::control::hold::Hold;
 use crate::control::speed::SpeedInput;
-use crate::vehicle::{ControlParameters, GRAVITY_M_S2, Scales, Vehicle};
+use crate::vehicle::{ControlParameters, G, Scales, Vehicle};
 
 /// Reference below which the place is captured, nondimensional.
 const HOLD_REFERENCE: f32 = 0.03;
@@ -18,7 +18,7 @@ const SLIP_MAX_M_S: f32 = 0.3;
 /// ballast of a level spar from swinging over.
 pub(super) fn gentle(vehicle: &Vehicle<f32>) -> (f32, f32) {
     let control = &vehicle.parameters().control;
-    let wished_g = control.acceleration_max_m_s2 / GRAVITY_M_S2 as f32;
+    let wished_g = control.acceleration_max_m_s2 / G;
     Gentleness::new(vehicle).map_or((wished_g, control.comfort_s), |gentle| {
         let acceleration_g = wished_g.bounded(0.0, gentle.acceleration_g);
         let smoothing_s = gentle.smoothing_s * acceleration_g / gentle.acceleration_g;
@@ -209,9 +209,9 @@ mod tests {
         // To the rounding of the share.
         assert!((smoothing_s / bound.smoothing_s - 1.0).abs() < 1e-6);
         let (acceleration_g, smoothing_s) = asked(6.0, 0.0, false);
-        assert!((acceleration_g * GRAVITY_M_S2 as f32 - 6.0).abs() < 1e-5 && smoothing_s == 0.0);
+        assert!((acceleration_g * G - 6.0).abs() < 1e-5 && smoothing_s == 0.0);
         // Half the bound takes half the smoothing, and a longer comfort stays.
-        let half_m_s2 = 0.5 * bound.acceleration_g * GRAVITY_M_S2 as f32;
+        let half_m_s2 = 0.5 * bound.acceleration_g * G;
         assert!((asked(half_m_s2, 0.0, true).1 / bound.smoothing_s - 0.5).abs() < 1e-5);
         assert_eq!(asked(half_m_s2, 1.0, true).1, 1.0);
     }

@@ -19,7 +19,7 @@ use crate::control::LawOutput;
 use crate::control::ballast_plan::Pivot;
 use crate::control::equilibrium::{ArmAngle, Equilibrium};
 use crate::control::speed::{SpeedAim, SpeedInput, SpeedTerms};
-use crate::vehicle::{GRAVITY_M_S2, Scales, Vehicle};
+use crate::vehicle::{G, Scales, Vehicle};
 
 /// Share of the supply that bounds the speed.
 pub const SUPPLY_SHARE: f32 = 0.97;
@@ -275,7 +275,7 @@ impl LandingLaw {
                 governed_v: volts(torque - servo_torque),
                 aim: SpeedAim {
                     landing_speed_m_s: landing * self.scales.speed_m_s,
-                    acceleration_m_s2: acceleration * GRAVITY_M_S2 as f32,
+                    acceleration_m_s2: acceleration * G,
                     phi_rad: commanded_phi,
                 },
                 ..SpeedTerms::default()

@@ -9,7 +9,7 @@ use crate::vehicle::Vehicle;
 
 /// Share of the configured grip that the governor plans with. With more, the slope observer takes model error for
 /// grip while accelerating.
-const GRIP_SHARE: f32 = 0.75;
+pub(in crate::control) const GRIP_SHARE: f32 = 0.75;
 /// Friction coefficient kept beyond what standing needs, where standing needs much of the planned share: there holding
 /// and stopping go before margin, up to the configured grip.
 const STANDING_RESERVE: f32 = 0.25;
@@ -18,7 +18,7 @@ const STANDING_RESERVE: f32 = 0.25;
 const CLIMBING_RESERVE: f32 = 0.16;
 const CLIMBING_SHARE: f32 = 0.9;
 /// Share of the planned grip that a commanded acceleration takes; the rest is for the arm's swing.
-const STEADY_SHARE: f32 = 0.9;
+pub(in crate::control) const STEADY_SHARE: f32 = 0.9;
 /// The same while a vehicle starts that is commanded to stand: let go on a slope, the vehicle rolls back until its arm
 /// is up, and stopping goes before margin.
 const START_SHARE: f32 = 0.97;

@@ -23,3 +23,4 @@ pub use balance::{Affine, Balance, MotionByTorque};
 pub use design::Design;
 pub use governor::{Barrier, Interval, grip};
 pub use law::{LandingLaw, MOTION_STATES, SUPPLY_RESERVE, SUPPLY_SHARE};
+pub(in crate::control) use limits::{GRIP_SHARE, STEADY_SHARE};

@@ -8,14 +8,14 @@ use crate::estimate::tilt::TiltReading;
 use crate::persistence::Persistence;
 use crate::sensed::Sensed;
 use crate::supervise::supervisor::Believed;
-use crate::vehicle::{GRAVITY_M_S2, Vehicle};
+use crate::vehicle::{G, Vehicle};
 
 /// Sine of the angle between integrated gyro and accelerometer that cannot last: one of the two is wrong.
 const CONTRADICTION: f32 = 0.7;
 const CONTRADICTION_TICKS: u16 = 300;
 /// What an accelerometer feels along the vertical, m/s^2, below which it is upside down, and ticks for which that lasts:
 /// gravity alone takes it to 0 only, and nothing pulls a vehicle down at 1.5 g for that long.
-const OVERTURNED_M_S2: f32 = -0.5 * GRAVITY_M_S2 as f32;
+const OVERTURNED_M_S2: f32 = -0.5 * G;
 const OVERTURNED_TICKS: u16 = 40;
 /// Ticks for which an IMU must feel more along the axle than across it to lie on its side: less than those of a calibration,
 /// without which nothing arms, and more than half a period of what shakes it by 1.3 Hz or faster.
@@ -132,7 +132,7 @@ impl Estimator {
                     spar_rad_s2: spar.acceleration_rad_s2(),
                     ballast_rad: sensed.ballast_turned_rad + self.ballast_offset_rad,
                     ballast_rate_rad_s,
-                    axle_g: motion.wheels_m_s2 * self.slope.cos() / GRAVITY_M_S2 as f32,
+                    axle_g: motion.wheels_m_s2 * self.slope.cos() / G,
                     unexplained: self.arm.unexplained(),
                 }),
                 3 => spar_exchanged.update(&BodyRates {
