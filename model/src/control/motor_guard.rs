@@ -1,24 +1,13 @@
 //! How much of its current limit a motor may use: by the heat of its winding and of its bridge, and by the current that is
 //! measured.
-//!
-//! Winding and bridge warm with the square of the measured current and cool as they are warm, one time constant for both:
-//!
-//! ```text
-//! tau h' = (i / i_c)^2 - h        h = 1: as warm as the continuous current i_c keeps it
-//! ```
-//!
-//! A winding and a housing have a time constant each, of which the winding's is the shorter: with that one alone the model
-//! is warmer than the motor, as long as the motor has not been at work for long. So it is with a bridge's package on its
-//! copper and what carries both, and seconds there are what half a minute is in a winding.
+
+mod heating;
+
+use heating::{HEAT_TICKS, Heating};
 
 use crate::bounded::Bounded;
-use crate::sample::TICK_S;
 use crate::vehicle::MotorParameters;
 
-/// Heat below 1 from which on the limit falls, in proportion, to the continuous current at heat 1.
-const HEAT_BAND: f32 = 0.1;
-/// Heat beyond which the limit does not hold winding or bridge: a fault.
-const HEAT_FAULT: f32 = 1.2;
 /// Measured current, as a share of what the motor may use, that the armature equation may be wrong by: an armature that is
 /// cold, and the sensor's gain.
 const EXCESS_ALLOWED: f32 = 1.1;
@@ -26,63 +15,6 @@ const EXCESS_ALLOWED: f32 = 1.1;
 const EXCESS_GAIN: f32 = 0.02;
 /// Largest share taken away: twice the current that the equation gives means that something else is wrong.
 const EXCESS_MAX: f32 = 0.5;
-
-/// Ticks whose currents' squares the heats take at once: less than a tenth of the shortest time constant that a vehicle file
-/// may have.
-const HEAT_TICKS: u8 = 4;
-
-/// The heat of one thing that the motor's current flows through.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Heating {
-    /// Heat per A^2 in a tick, and the share of the heat that goes in [`HEAT_TICKS`].
-    warming_per_a2: f32,
-    cooling: f32,
-    /// The continuous current as a share of the limit, 1 at most.
-    continuous_share: f32,
-    heat: f32,
-}
-
-impl Heating {
-    /// Something cold that bears `continuous_a` for ever, in a motor that may use `limit_a`.
-    fn new(continuous_a: f32, time_constant_s: f32, limit_a: f32) -> Self {
-        let tick = TICK_S / time_constant_s;
-        Self {
-            warming_per_a2: tick / (continuous_a * continuous_a),
-            cooling: f32::from(HEAT_TICKS) * tick,
-            continuous_share: (continuous_a / limit_a).bounded(0.0, 1.0),
-            heat: 0.0,
-        }
-    }
-
-    /// This one, as warm as another.
-    fn as_warm_as(self, other: &Self) -> Self {
-        Self {
-            heat: other.heat,
-            ..self
-        }
-    }
-
-    /// Takes the squares of the currents of [`HEAT_TICKS`], A^2.
-    fn update(&mut self, squares_a2: f32) {
-        self.heat += self.warming_per_a2 * squares_a2 - self.cooling * self.heat;
-    }
-
-    /// Whether it leaves the whole limit.
-    fn is_cool(&self) -> bool {
-        self.heat < 1.0 - HEAT_BAND
-    }
-
-    /// Share of the limit that this heat leaves, 0 to 1.
-    fn share(&self) -> f32 {
-        let room = (1.0 - self.heat) * (1.0 / HEAT_BAND);
-        (self.continuous_share + (1.0 - self.continuous_share) * room).bounded(0.0, 1.0)
-    }
-
-    /// Whether it is so hot that the limit cannot have held.
-    fn is_overheated(&self) -> bool {
-        self.heat > HEAT_FAULT
-    }
-}
 
 /// Watches the current of one motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -207,6 +139,7 @@ mod tests {
     extern crate std;
 
     use super::*;
+    use crate::sample::TICK_S;
     use crate::vehicle::test_vehicle::reference;
 
     fn motor() -> MotorParameters<f32> {
