@@ -107,7 +107,14 @@ mod tests {
         assert_eq!(read("figure-9-9.csv"), "\"s, 1: t\",\"s, 1: x\"\n0,2\n1,3\n");
         assert!(read("figure-9-9.svg").starts_with("<svg"));
         let page = read("index.html");
-        for part in ["A &amp; B", "refuted", "figure-9-9.csv", "<svg", "viewport"] {
+        for part in [
+            "A &amp; B",
+            "refuted",
+            "figure-9-9.csv",
+            "<svg",
+            "viewport",
+            "data:image/svg+xml,%3Csvg",
+        ] {
             assert!(page.contains(part), "{part}");
         }
         std::fs::remove_dir_all(&directory).unwrap();

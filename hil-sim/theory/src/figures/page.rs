@@ -3,7 +3,10 @@
 use std::fmt::Write as _;
 
 use super::figure::{Figure, Verdict};
-use report::html::{document, escaped};
+use report::html::{document, escaped, image_address};
+
+/// The labelled drawing of the vehicle, which README and docs/ show too.
+const VEHICLE_DRAWING: &str = include_str!("../../../../docs/vehicle.svg");
 
 /// The whole page: each figure with the SVG of its charts.
 pub fn page(figures: &[(Figure, Vec<String>)]) -> String {
@@ -15,6 +18,13 @@ pub fn page(figures: &[(Figure, Vec<String>)]) -> String {
          torques in (M+m)gr. Errata (E1 to E38) are proven in docs/errata.md.</p>\n",
     );
     html.push_str(&summary(figures));
+    _ = writeln!(
+        html,
+        "<details class=\"drawing\"><summary>The vehicle: its parts, angles, axes and signs</summary>\
+         <img src=\"{}\" alt=\"Side view, spar enlarged and top view of the vehicle with theta, phi, beta, psi and \
+         the axes; docs/glossary.md says the same in words\"></details>",
+        image_address(VEHICLE_DRAWING)
+    );
     html.push_str("<nav>");
     for (figure, _) in figures {
         _ = write!(html, "<a href=\"#{}\">{}</a>", figure.stem(), escaped(figure.id));
