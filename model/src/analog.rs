@@ -1,11 +1,11 @@
-//! The analogue inputs of a board, in one list: what is read, scaled, recorded and simulated follows the list.
+//! The one list of a board's analogue inputs. Sampling, scaling, recording and simulation follow this list.
 
-/// What an input's raw counts stand for.
+/// The conversion of an input's raw counts to SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AnalogScale {
     /// SI units per count, > 0.
     pub per_count: f32,
-    /// Count at zero.
+    /// Raw count at the value zero.
     pub zero_count: u16,
 }
 
@@ -26,7 +26,7 @@ impl AnalogScale {
 pub struct AnalogInput {
     /// Channel of the board's converter.
     pub channel: u8,
-    /// What a count stands for.
+    /// Conversion of its raw counts.
     pub scale: AnalogScale,
 }
 
@@ -36,7 +36,7 @@ macro_rules! analog_inputs {
         /// Number of analogue inputs.
         pub const ANALOG_INPUTS: usize = [$(stringify!($name)),+].len();
 
-        /// One thing for each analogue input: raw counts, values in SI units, scales, channels.
+        /// One value of type `T` per analogue input: raw counts, values in SI units, scales or channels.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
         #[repr(C)]
         pub struct Analog<T> {
@@ -47,7 +47,7 @@ macro_rules! analog_inputs {
             /// The inputs' names, in order.
             pub const NAMES: [&'static str; ANALOG_INPUTS] = [$(stringify!($name)),+];
 
-            /// What the input of this name has.
+            /// The value of the input named `name`; `None` for an unknown name.
             pub fn get_mut(&mut self, name: &str) -> Option<&mut T> {
                 match name {
                     $( stringify!($name) => Some(&mut self.$name), )+
@@ -57,28 +57,28 @@ macro_rules! analog_inputs {
         }
 
         impl<T: Copy> Analog<T> {
-            /// The same for every input.
+            /// The same value for every input.
             pub const fn all(value: T) -> Self {
                 Self { $($name: value),+ }
             }
 
-            /// What the inputs have, in order.
+            /// The values of the inputs, in order.
             pub const fn values(&self) -> [T; ANALOG_INPUTS] {
                 [$(self.$name),+]
             }
 
-            /// What the inputs have, given in order.
+            /// Builds the set from the inputs' values, in order.
             pub fn from_values(values: [T; ANALOG_INPUTS]) -> Self {
                 let [$($name),+] = values;
                 Self { $($name),+ }
             }
 
-            /// Something made for each input, in order.
+            /// Applies `of` to the value of each input, in order.
             pub fn map<U>(&self, mut of: impl FnMut(T) -> U) -> Analog<U> {
                 Analog { $($name: of(self.$name)),+ }
             }
 
-            /// Something made for each input out of what two have for it, in order.
+            /// Applies `of` to each input's pair of values from `self` and `other`, in order.
             pub fn with<U: Copy, V>(&self, other: &Analog<U>, mut of: impl FnMut(T, U) -> V) -> Analog<V> {
                 Analog { $($name: of(self.$name, other.$name)),+ }
             }
@@ -110,7 +110,7 @@ analog_inputs! {
 }
 
 impl<T: Copy> Analog<T> {
-    /// What the motors' currents have, left, right, ballast: in the order of `Motor`.
+    /// The values of the motor currents in the order of `Motor`: left, right, ballast.
     pub const fn currents(&self) -> [T; 3] {
         [self.left_current, self.right_current, self.ballast_current]
     }

@@ -1,13 +1,13 @@
-//! What a board's raw counts stand for: typed values that each board supplies.
+//! Conversions of a board's raw counts: typed values that each board supplies.
 
 use crate::analog::{Analog, AnalogScale};
 
-/// Largest duty of a bridge either way, in percent of the supply, with the drivers that the project is made for: the rest
-/// of each period brakes, so that the switching half of the bridge visits the low side and charges the capacitor of a
-/// bootstrapped high side. What has no board to ask, the analysis of a vehicle, reckons with this one too.
+/// Largest duty of a bridge in either direction, in percent of the supply, for the drivers that the project uses. In the
+/// rest of each period the bridge brakes: its switching half connects to the low side and charges the capacitor of a
+/// bootstrapped high side. The analysis of a vehicle, which has no board to ask, uses this value too.
 pub const DUTY_MAX_PERCENT: u32 = 94;
 
-/// Scales of an IMU's registers at the ranges it is configured to.
+/// Scales of an IMU's registers at its configured ranges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImuScales {
     /// Counts per deg/s of angular rate, > 0.
@@ -16,19 +16,19 @@ pub struct ImuScales {
     pub accel_lsb_per_g: f32,
 }
 
-/// Scales of everything a board converts, in both directions.
+/// Scales of everything that a board converts, inputs and outputs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardScales {
     /// Analogue inputs.
     pub analog: Analog<AnalogScale>,
-    /// Largest duty of a bridge as a share of the supply, in (0, 1]: the board's bridges give no more.
+    /// Largest duty of the board's bridges as a share of the supply, in (0, 1].
     pub duty_max: f32,
     /// Both IMUs.
     pub imu: ImuScales,
 }
 
 impl BoardScales {
-    /// What the board's analogue inputs measure.
+    /// The measuring ranges of the board's analogue inputs.
     pub const fn sensor_ranges(&self) -> SensorRanges {
         SensorRanges::of(&self.analog)
     }
@@ -39,15 +39,16 @@ impl BoardScales {
 pub struct SensorRanges {
     /// Battery voltage, V.
     pub battery_max_v: f32,
-    /// Size of a motor current, either way, A.
+    /// Magnitude of a motor current in either direction, A.
     pub current_max_a: f32,
 }
 
-/// Share of an input's full scale that counts as measured: the rest is for noise, offset and gain.
+/// Share of an input's full scale that counts as its measuring range. The rest allows for noise, offset and gain error.
 const MEASURED_SHARE: f32 = 0.98;
 
 impl SensorRanges {
-    /// The ranges of 16-bit conversions of these scales; of the motors' currents the least.
+    /// The measuring ranges of 16-bit conversions with these scales. The current range is the smallest of the motors'
+    /// ranges.
     pub const fn of(scales: &Analog<AnalogScale>) -> Self {
         let mut current_max_a = f32::INFINITY;
         let currents = scales.currents();

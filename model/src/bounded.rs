@@ -1,12 +1,12 @@
-//! Bounding a value without a way to panic.
+//! Bounds a value without any possibility of a panic.
 
 /// Bounds a value to a range.
 ///
-/// `f32::clamp` panics when its bounds are out of order or not numbers, and `f32::min` leaves the sign of
-/// zero open, so that two processors may differ. Control code uses this instead.
+/// `f32::clamp` panics if its bounds are out of order or NaN. `f32::min` leaves the sign of zero open, so two processors
+/// may return different bits. Control code uses `bounded` instead.
 pub trait Bounded {
     /// `low` for a value below the range, `high` for one above it, else the value itself; `low` if the bounds are out of
-    /// order. NaN stays NaN, which the check before the bridges finds.
+    /// order. NaN stays NaN; the check before the bridges rejects it.
     #[must_use]
     fn bounded(self, low: Self, high: Self) -> Self;
 }
@@ -14,7 +14,7 @@ pub trait Bounded {
 impl Bounded for f32 {
     #[inline]
     fn bounded(self, low: Self, high: Self) -> Self {
-        // One after the other, not one or the other: each of the two is one instruction of the host's.
+        // Two separate selections instead of an if-else chain: each compiles to one instruction on the host.
         let below = if self > high { high } else { self };
         if below < low { low } else { below }
     }
@@ -30,7 +30,7 @@ mod tests {
         assert_eq!((-5.0_f32).bounded(-1.0, 1.0), -1.0);
         assert_eq!(0.5_f32.bounded(-1.0, 1.0), 0.5);
         assert!(f32::NAN.bounded(-1.0, 1.0).is_nan());
-        // Bounds out of order or not numbers: a value, no panic.
+        // With bounds that are out of order or NaN, the function returns a value and does not panic.
         for value in [-2.0_f32, 0.0, 2.0] {
             assert_eq!(value.bounded(1.0, -1.0), 1.0);
         }

@@ -5,7 +5,7 @@ use crate::vehicle::ControlParameters;
 /// Makes [`Request`] out of the list of requests.
 macro_rules! requests {
     ($( $(#[doc = $doc:literal])+ $name:ident = $number:literal, )+) => {
-        /// What the operator asks of the arming state machine; each request counts once. Numbers are stable and
+        /// What the operator asks of the arming state machine. Each request acts once. Numbers are stable and
         /// without gaps.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
         #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -18,7 +18,7 @@ macro_rules! requests {
         }
 
         impl Request {
-            /// Nothing, and every request, in order of their numbers.
+            /// `None` and every request, in the order of their numbers.
             pub const ALL: &'static [Self] = &[Self::None, $(Self::$name),+];
 
             /// The request's name.
@@ -49,8 +49,8 @@ requests! {
 /// Makes [`DriveCommand`] out of the list of its quantities.
 macro_rules! drive_command {
     ($( $(#[doc = $doc:literal])+ $name:ident, )+) => {
-        /// What the operator repeats all the time: how the vehicle is to drive. The host's message, the record of a
-        /// tick and the laws hold the command unchanged. 0 is the neutral value of every quantity.
+        /// How the vehicle is to drive; the operator repeats the command continuously. The host's message, the
+        /// record of a tick and the laws carry the command unchanged. 0 is the neutral value of every quantity.
         #[derive(Debug, Clone, Copy, PartialEq, Default)]
         #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
         #[repr(C)]
@@ -98,7 +98,7 @@ impl DriveCommand {
         Self::driving(end("speed_max_m_s"), end("yaw_rate_max_rad_s"))
     }
 
-    /// Drives at this speed, m/s, and this yaw rate, rad/s; whatever else can be commanded is neutral.
+    /// A command to drive at this speed, m/s, and this yaw rate, rad/s. Every other quantity is neutral.
     pub const fn driving(speed_m_s: f32, yaw_rate_rad_s: f32) -> Self {
         let mut command = Self::NEUTRAL;
         command.speed_m_s = speed_m_s;
@@ -106,7 +106,7 @@ impl DriveCommand {
         command
     }
 
-    /// Whether every quantity is a number: what is not a number is no command.
+    /// Whether every quantity is finite. The vehicle ignores a command that is not.
     pub fn is_finite(&self) -> bool {
         self.values().iter().all(|value| value.is_finite())
     }
@@ -117,15 +117,15 @@ impl DriveCommand {
     }
 }
 
-/// What the operator wants, as known when the tick begins.
+/// What the operator wants, as the vehicle knows it when the tick begins.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct Command {
     /// How to drive.
     pub drive: DriveCommand,
-    /// Age of the drive command, us; `u32::MAX` while none has come.
+    /// Age of the drive command, us; `u32::MAX` until the first command arrives.
     pub age_us: u32,
-    /// A request to the arming state machine; given in one tick only.
+    /// A request to the arming state machine, present in one tick only.
     pub request: Request,
     /// Parameters are being changed: arming is blocked.
     pub parameters_pending: bool,

@@ -4,7 +4,7 @@ use crate::real::Real;
 
 /// One step of the classical fourth-order Runge-Kutta method: the state after `h`.
 ///
-/// `rate` gives the derivative of the state; the input is held over the step.
+/// `rate` returns the derivative of the state; the input is constant over the step.
 ///
 /// ```
 /// use model::integrate::rk4_step;

@@ -1,9 +1,10 @@
-//! The biplanar bicycle: dynamics, estimation, control and every decision of the vehicle.
+//! Model of the biplanar bicycle: its dynamics, estimation, control and every decision of the
+//! vehicle.
 //!
-//! Everything here is a pure step over plain values: `no_std`, no allocation, no hardware, no unsafe.
-//! The drive board, the host simulator and the analysis of the vehicle class use the same code; the
-//! dynamics are written once over [`real::Real`], so that `f32` is what the vehicle runs and `f64` is
-//! what analysis and reference checks run.
+//! Every function is a pure step over plain values: `no_std`, no allocation, no hardware, no unsafe.
+//! The drive board, the host simulator and the analysis of the vehicle class use the same code. The
+//! dynamics are generic over [`real::Real`]: the vehicle runs them with `f32`, analysis and reference
+//! checks with `f64`.
 #![no_std]
 #![forbid(unsafe_code)]
 

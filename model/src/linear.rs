@@ -12,7 +12,7 @@ use crate::real::Real;
 /// let x = solve_symmetric([[4.0_f64, 0.0], [2.0, 3.0]], [8.0, 7.0]);
 /// assert!((x[0] - 1.25).abs() < 1e-15 && (x[1] - 1.5).abs() < 1e-15);
 /// ```
-// Rows and columns of fixed arrays within their own length: indices read better than zipped slices.
+// All indices lie within the fixed arrays, and indices read better here than zipped slices.
 #[allow(clippy::needless_range_loop)]
 #[inline]
 pub fn solve_symmetric<T: Real, const N: usize>(mut a: [[T; N]; N], mut b: [T; N]) -> [T; N] {

@@ -1,6 +1,6 @@
-//! What must last before it is believed.
+//! Debounces a condition: it must persist before it counts.
 
-/// Counts consecutive bad ticks: one glitch is no fault, a run of them is.
+/// Counts consecutive bad ticks: a single glitch is no fault, a run of bad ticks is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Persistence {
     bad: u16,
@@ -13,10 +13,11 @@ impl Persistence {
         Self { bad: 0, limit }
     }
 
-    /// Takes one tick's verdict; true once the run of bad ticks is long enough.
+    /// Updates the count with one tick's verdict. Returns true once the run of bad ticks is long
+    /// enough.
     #[inline]
     pub fn update(&mut self, bad: bool) -> bool {
-        // As nearly always: one branch costs less than counting nothing.
+        // The usual case: one branch costs less than counting.
         if !bad {
             self.bad = 0;
             return false;
@@ -30,7 +31,7 @@ impl Persistence {
         self.bad >= ticks
     }
 
-    /// What the last update gave.
+    /// The result of the last update.
     pub fn stands(&self) -> bool {
         self.bad >= self.limit
     }

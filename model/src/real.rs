@@ -1,11 +1,11 @@
-//! The number the dynamics are written over.
+//! The number type of the dynamics.
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 /// A real number: `f32` on the vehicle, `f64` in analysis and reference checks.
 ///
-/// Transcendental functions come from `libm` only, so that the host and the target agree bit for bit.
+/// Transcendental functions come from `libm` only, so the host and the board agree bit for bit.
 pub trait Real:
     Copy
     + Debug

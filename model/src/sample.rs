@@ -1,6 +1,6 @@
-//! What the vehicle senses and commands in one tick, in the raw units of the hardware.
+//! The inputs and outputs of one tick, in the raw units of the hardware.
 //!
-//! Raw counts in, SI inside, raw counts out: a recorded [`Sample`] replays bit for bit.
+//! A tick takes raw counts, computes in SI and returns raw counts, so a recorded [`Sample`] replays bit for bit.
 
 use crate::analog::Analog;
 
@@ -12,7 +12,7 @@ pub enum Motor {
     Left = 0,
     /// Right wheel (-y side).
     Right = 1,
-    /// Ballast of the camera spar.
+    /// Ballast of the spar.
     Ballast = 2,
 }
 
@@ -24,7 +24,7 @@ pub const TICK_US: u32 = 1000;
 /// The tick of the vehicle, s.
 pub const TICK_S: f32 = TICK_US as f32 * 1e-6;
 
-/// One reading of an IMU, as its registers hold it: axes x forward, y left, z up.
+/// One reading of an IMU in its registers' counts: axes x forward, y left, z up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(C)]
 pub struct ImuRaw {
@@ -59,7 +59,7 @@ pub struct Sample {
     pub encoder_age_us: u32,
     /// IMU on the arm.
     pub arm_imu: ImuSample,
-    /// IMU on the camera spar.
+    /// IMU on the spar.
     pub spar_imu: ImuSample,
     /// Analogue inputs, raw ([`BoardScales`](crate::board::BoardScales)).
     pub analog: Analog<u16>,
@@ -72,12 +72,12 @@ pub struct Sample {
     pub break_input: bool,
     /// The bridges' hardware break has tripped.
     pub bridge_break: bool,
-    /// What the board's self-test found at boot, as bits: bit n is the blocker of number n. A set bit keeps the vehicle
-    /// from arming until the next boot.
+    /// Findings of the board's self-test at boot: bit n is the blocker of number n. A set bit keeps the vehicle from
+    /// arming until the next boot.
     pub board_blockers: u32,
 }
 
-/// What the bridges do in one tick.
+/// Commands to the bridges for one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct Actuation {

@@ -1,11 +1,10 @@
-//! What the vehicle senses in one tick, in SI units.
+//! The readings of one tick in SI units.
 
 use crate::analog::Analog;
 use crate::estimate::tilt::TiltReading;
 use crate::sample::{ImuSample, MOTORS};
 
-/// One tick's sensors: in SI units for the estimator and the laws, and as they came where supervision judges
-/// them.
+/// One tick's readings: in SI units for the estimator and the laws, and as raw words where supervision judges them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensed {
     /// Time of the sample, us since boot.
@@ -31,22 +30,22 @@ pub struct Sensed {
     pub spar_gyro_x_rad_s: f32,
     /// Filtered battery voltage, V.
     pub battery_v: f32,
-    /// Voltage of the supply that the bridges switch, V, as far as the measured voltage can be believed: at least the
-    /// file's `minimum_v`. A supply below `minimum_v` is forbidden and brings a stop; a reading below `minimum_v` is as
-    /// likely false. Duties for a supply lower than the true supply drive too much: at most by the ratio of the true
+    /// Voltage of the supply that the bridges switch, V: the measured voltage, but at least the file's `minimum_v`. A
+    /// supply below `minimum_v` is forbidden and leads to a stop, and a reading below `minimum_v` is as likely to be
+    /// false. Duties that are computed for too low a supply voltage drive too hard, at most by the ratio of the true
     /// supply to `minimum_v`.
     pub supply_v: f32,
     /// Motor currents, A; 0 for a motor that the vehicle does not have.
     pub current_a: [f32; MOTORS],
-    /// Every analogue input as this tick has it, in SI units.
+    /// Every analogue input in this tick, in SI units, unfiltered.
     pub analog: Analog<f32>,
-    /// Encoder counts as they came.
+    /// Encoder counts, raw.
     pub encoder_counts: [i64; MOTORS],
     /// Age of the encoder counts, us.
     pub encoder_age_us: u32,
-    /// Words and age of the arm IMU as they came.
+    /// Raw words and age of the arm IMU.
     pub arm_imu: ImuSample,
-    /// Words and age of the spar IMU as they came.
+    /// Raw words and age of the spar IMU.
     pub spar_imu: ImuSample,
     /// Age of the analogue readings, us.
     pub analog_age_us: u32,
@@ -56,6 +55,6 @@ pub struct Sensed {
     pub break_input: bool,
     /// The bridges' hardware break has tripped.
     pub bridge_break: bool,
-    /// What the board's self-test found at boot, as bits.
+    /// Findings of the board's self-test at boot: bit n is the blocker of number n.
     pub board_blockers: u32,
 }

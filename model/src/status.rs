@@ -1,4 +1,4 @@
-//! What the vehicle reports of one tick.
+//! The vehicle's report of one tick.
 
 use crate::control::spar::SparTerms;
 use crate::control::speed::SpeedTerms;
@@ -20,8 +20,8 @@ pub struct Terms {
     pub spar: SparTerms,
 }
 
-/// The status of the vehicle after one tick. [`Status::estimate`] holds every estimate; everything else
-/// is counted, commanded or measured. The default is the status before the first tick: disarmed, nothing measured.
+/// The status of the vehicle after one tick. [`Status::estimate`] contains every estimate; all other fields are
+/// counted, commanded or measured. The default is the status before the first tick: disarmed, nothing measured.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Status {
@@ -33,11 +33,11 @@ pub struct Status {
     pub mode: Mode,
     /// Latched faults.
     pub faults: FaultSet,
-    /// What blocks arming now.
+    /// Conditions that block arming now.
     pub blockers: BlockerSet,
-    /// What bounds the response.
+    /// Limits that bound the response.
     pub limits: LimitSet,
-    /// What is estimated.
+    /// The estimate.
     pub estimate: Estimate,
     /// Governed speed reference, m/s.
     pub speed_reference_m_s: f32,
@@ -51,8 +51,8 @@ pub struct Status {
     pub current_a: [f32; MOTORS],
     /// Filtered supply voltage, V.
     pub battery_v: f32,
-    /// Ticks that came late since boot.
+    /// Number of late ticks since boot.
     pub late_ticks: u32,
-    /// Requests to arm that were refused since boot.
+    /// Number of refused requests to arm since boot.
     pub refused_arms: u32,
 }

@@ -1,9 +1,9 @@
-//! One tick of the vehicle: everything it decides, behind one pure step.
+//! One tick of the vehicle: all of its decisions in one pure step.
 //!
 //! `sample + command -> actuation + status`, in the stages *sense* (raw to SI), *estimate*, *decide*
 //! (supervision and control laws) and *actuate* (limits, duties). Each stage takes what the stages before it
 //! returned. Inside the core, *decide* also reads the sines that *estimate* computed, and *actuate* reads the shares of
-//! the current limits that supervision found in *decide*. The step holds no clock and no hardware: a recorded sequence
+//! the current limits that supervision found in *decide*. The step uses no clock and no hardware: a recorded sequence
 //! of samples and commands replays bit for bit.
 
 use crate::board::BoardScales;
@@ -28,7 +28,7 @@ use decide::Laws;
 use estimate::Estimator;
 use sense::Sensing;
 
-/// What one tick gives.
+/// The result of one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Output {
     /// For the bridges.
@@ -37,7 +37,7 @@ pub struct Output {
     pub status: Status,
 }
 
-/// The vehicle's decisions: what is carried from one tick to the next.
+/// The vehicle's decision core, with all state that passes from one tick to the next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VehicleCore {
     scales: BoardScales,
@@ -48,12 +48,12 @@ pub struct VehicleCore {
     motor_limits: [MotorLimits; MOTORS],
     supply_guards: [SupplyGuard; MOTORS],
     tick: u32,
-    /// What the bridges have been doing since the last tick.
+    /// The bridges' commands since the last tick.
     applied: Actuation,
 }
 
 impl VehicleCore {
-    /// The core for a checked vehicle on a board of the given scales: disarmed, uncalibrated, every blocker set.
+    /// The core for a checked vehicle on a board with the given scales: disarmed, uncalibrated, with every blocker set.
     pub fn new(vehicle: &Vehicle<f32>, scales: &BoardScales) -> Self {
         let p = vehicle.parameters();
         let motors = p.motors();
@@ -70,10 +70,10 @@ impl VehicleCore {
         }
     }
 
-    /// This core for another vehicle, as after a change of the parameters while disarmed.
+    /// This core for another vehicle, for a change of the parameters while disarmed.
     ///
-    /// What the vehicle has reported stays: latched faults, blockers, refused requests, ticks, heading and pose. The
-    /// laws, the watches and the calibration begin anew.
+    /// The new core keeps what the vehicle has reported: latched faults, blockers, refused requests, ticks, heading and
+    /// pose. The laws, the watches and the calibration start again.
     #[must_use]
     pub fn with_vehicle(&self, vehicle: &Vehicle<f32>) -> Self {
         let new = Self::new(vehicle, &self.scales);
@@ -136,7 +136,7 @@ impl VehicleCore {
         }
     }
 
-    /// Stage 4: current limits, battery compensation, duties; opens the bridges if anything is not a number.
+    /// Stage 4: current limits, battery compensation, duties; opens the bridges if any value is not finite.
     pub fn actuate(&mut self, sensed: &Sensed, estimate: &Estimate, decision: Decision) -> Output {
         let Decision {
             mut mode,
@@ -175,7 +175,7 @@ impl VehicleCore {
             drive(Motor::Left, left, Limit::LeftCurrent);
             drive(Motor::Right, right, Limit::RightCurrent);
             if decision.ballast_off {
-                // A current limit around the back-EMF of an encoder that is wrong would drive the motor.
+                // A current limit around the back-EMF of a wrong encoder would drive the motor.
                 voltage_v[Motor::Ballast as usize] = 0.0;
             } else {
                 drive(Motor::Ballast, ballast, Limit::BallastCurrent);

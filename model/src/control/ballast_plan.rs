@@ -1,41 +1,42 @@
-//! Where the ballast must be so that the spar stays level while the axle accelerates.
+//! Plans the ballast's angle that keeps the spar level while the axle accelerates.
 //!
-//! With the spar level and at rest, its own equation (7.12, with the far side of the bearing on the arm and the axle
-//! accelerating at `a` g up a slope beta) leaves one for the ballast's angle gamma:
+//! For a spar that is level and at rest, Eq. 7.12 (with the far side of the bearing on the arm, and the axle
+//! accelerating at `a` g up a slope beta) reduces to an equation for the ballast's angle gamma:
 //!
 //! ```text
 //! (m2 + m3 cos(gamma)) gamma'' = m3 sin(gamma) gamma'^2 - k1 a cos(beta)
 //!                              - k2 [(1 + a sin(beta)) sin(gamma) + a cos(beta) cos(gamma)] + zeta phi'
 //! ```
 //!
-//! The motor then gives `m2 gamma'' + k2 [...] + xi gamma'`. The plan follows this equation. By itself it is an undamped
-//! pendulum: a step of the acceleration would swing the ballast for ever, and a second one might swing it over. The plan
-//! damps the pendulum, at the cost of a small error of the spar's level.
+//! The motor then gives `m2 gamma'' + k2 [...] + xi gamma'`. The plan follows this equation. The equation alone
+//! describes an undamped pendulum: after a step of the acceleration the ballast would swing for ever, and a second step
+//! might swing the ballast over. The plan therefore damps the pendulum, at the cost of a small error in the spar's
+//! level.
 
 use crate::bounded::Bounded;
 use crate::dynamics::camera::SparCoefficients;
 use crate::vehicle::{SparScales, Vehicle};
 
-/// Damping ratio of the plan's swing. With 0 the spar would stay level and the ballast swing on; with 0.2 commands back and
-/// forth tilt the spar by more than 0.5 deg rms.
+/// Damping ratio of the planned swing. With 0 the spar would stay level, but the ballast would never stop swinging.
+/// With 0.2, alternating commands tilt the spar by more than 0.5 deg rms.
 const DAMPING: f32 = 0.15;
-/// Largest angle that the plan takes, rad: beyond, a ballast loses its lever, and beyond a quarter turn it pulls the
+/// Largest planned angle, rad. Beyond this angle the ballast loses its lever arm; beyond a quarter turn it pulls the
 /// wrong way.
 const ANGLE_MAX_RAD: f32 = 1.3;
 
-/// Bounds of a commanded acceleration that keep the ballast of a level spar below it.
+/// Bounds of a commanded acceleration that keep the ballast below a level spar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gentleness {
-    /// Largest acceleration, g: a step of it swings the undamped ballast to twice its new equilibrium,
-    /// `2 (k1 + k2) a / k2`, which is 1 rad.
+    /// Largest acceleration, g. A step of this size swings the undamped ballast to twice its new equilibrium, `2 (k1 +
+    /// k2) a / k2` = 1 rad.
     pub acceleration_g: f32,
-    /// Time constant by which the command is smoothed at that acceleration, s: twice that of the ballast's pendulum, which
-    /// leaves 0.45 of accelerations back and forth in its rhythm.
+    /// Time constant of the command's smoothing at that acceleration, s: twice that of the ballast's pendulum. The
+    /// smoothing leaves 0.45 of an acceleration that alternates at the pendulum's frequency.
     pub smoothing_s: f32,
 }
 
 impl Gentleness {
-    /// The bounds for the spar of `vehicle`; `None` without a spar that is levelled.
+    /// The bounds for the spar of `vehicle`; `None` if the vehicle has no levelled spar.
     pub fn new(vehicle: &Vehicle<f32>) -> Option<Self> {
         vehicle.spar_gains()?;
         let SparCoefficients { m2, m3, k1, k2, .. } = vehicle.camera()?.coefficients();
@@ -47,7 +48,7 @@ impl Gentleness {
     }
 }
 
-/// How the spar's pivot moves: known from the speed law before a sensor shows it.
+/// Motion of the spar's pivot. The speed law knows this motion before any sensor shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Pivot {
     /// Acceleration of the axle along the slope, g, forward positive.
@@ -56,7 +57,7 @@ pub struct Pivot {
     pub sin_slope: f32,
     /// Cosine of the slope.
     pub cos_slope: f32,
-    /// Rate of the arm, which carries the far side of the spar's bearing, rad/s.
+    /// Rate of the arm, rad/s. The arm carries the far side of the spar's bearing.
     pub arm_rate_rad_s: f32,
 }
 
@@ -64,13 +65,14 @@ pub struct Pivot {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct BallastPlan {
     coefficients: SparCoefficients<f32>,
-    /// Inertia that the ballast's motor turns: the ballast's about the motor and the rotor's behind its gear.
+    /// Inertia that the ballast motor turns: the ballast about the motor's shaft, and the rotor as reflected by its
+    /// gear.
     turned: f32,
     bearing_damping: f32,
     back_emf: f32,
-    /// Damping of the plan's swing, twice the ratio times the pendulum's frequency.
+    /// Damping of the planned swing: twice the damping ratio times the pendulum's frequency.
     damping: f32,
-    /// The tick, and one second, in time units.
+    /// One tick and one second, in time units.
     tick: f32,
     seconds: f32,
     angle_rad: f32,
@@ -98,7 +100,7 @@ impl BallastPlan {
         })
     }
 
-    /// Starts anew with the ballast where it is; its rate in the units of ch. 7.
+    /// Restarts the plan at the ballast's present angle and rate (in the units of ch. 7).
     pub(super) fn reset(&mut self, angle_rad: f32, rate: f32) {
         self.angle_rad = angle_rad.bounded(-ANGLE_MAX_RAD, ANGLE_MAX_RAD);
         self.rate = rate;
@@ -114,12 +116,12 @@ impl BallastPlan {
         self.rate
     }
 
-    /// The inertia that the ballast's motor turns, in the units of ch. 7.
+    /// The inertia that the ballast motor turns, in the units of ch. 7.
     pub(super) fn turned(&self) -> f32 {
         self.turned
     }
 
-    /// The back-EMF of the ballast's motor, in the units of ch. 7.
+    /// The back-EMF of the ballast motor, in the units of ch. 7.
     pub(super) fn back_emf(&self) -> f32 {
         self.back_emf
     }
@@ -129,7 +131,8 @@ impl BallastPlan {
         self.coefficients.k2 * libm::sinf(from_vertical_rad)
     }
 
-    /// One tick: the motor's voltage for the plan, in the units of ch. 7. The plan moves on to the end of the tick.
+    /// One tick: returns the motor's voltage for the planned motion, in the units of ch. 7, and advances the plan to
+    /// the end of the tick.
     pub(super) fn step(&mut self, pivot: &Pivot) -> f32 {
         let SparCoefficients { m2, m3, k1, k2, .. } = self.coefficients;
         let along = pivot.acceleration_g * pivot.cos_slope;
@@ -150,7 +153,8 @@ impl BallastPlan {
     }
 }
 
-/// Sine and cosine of an angle within [`ANGLE_MAX_RAD`], to 0.01: series, which cost a tenth of the exact functions.
+/// Sine and cosine of an angle within [`ANGLE_MAX_RAD`], accurate to 0.01. The series cost a tenth of the exact
+/// functions.
 fn sin_cos(angle: f32) -> (f32, f32) {
     let square = angle * angle;
     (

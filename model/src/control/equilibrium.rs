@@ -1,17 +1,19 @@
 //! The arm's angle in a steady acceleration.
 //!
-//! (3.12) less (3.13) with `phi'' = phi' = 0` has no motor torque and no friction of the drive in it:
+//! Subtracting (3.13) from (3.12) with `phi'' = phi' = 0` eliminates the motor torque and the friction of the
+//! drive:
 //!
 //! ```text
 //! alpha L sin(phi) + a alpha L cos(beta - phi) = (1 + S) sin(beta) + (1 + S + mu) a
 //! ```
 //!
 //! with the axle's acceleration `a` in g and the spar's mass S over M + m (Eq. 8.8, corrected). The second term
-//! is the arm's inertia: an accelerating axle throws the arm back, and so carries part of the lean by itself.
+//! is the arm's inertia: an accelerating axle throws the arm back. This inertia balances part of the drive's
+//! reaction, so the arm leans less.
 
 use crate::real::Real;
 
-/// What the arm's angle in a steady acceleration depends on.
+/// The parameters that determine the arm's angle in a steady acceleration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Equilibrium<T> {
     /// `alpha L`, > 0.
@@ -22,22 +24,23 @@ pub struct Equilibrium<T> {
     pub mu: T,
 }
 
-/// The angle found, and whether there is one.
+/// The arm's angle, and whether it is an equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmAngle<T> {
     /// Sine of the angle.
     pub sin: T,
     /// Cosine of the angle.
     pub cos: T,
-    /// The arm's weight can carry slope and acceleration. If not, the angle is the one that carries the most.
+    /// Whether the arm's weight can balance slope and acceleration. If not, the angle is the one that balances
+    /// the most.
     pub exists: bool,
 }
 
 impl<T: Real> Equilibrium<T> {
-    /// The stable one of the two arm angles that the axle's acceleration `a`, in g, keeps on a slope of sine
-    /// `sin_beta` and cosine `cos_beta`.
+    /// The stable one of the two arm angles at which the arm rests relative to the vertical while the axle
+    /// accelerates at `a`, in g, on a slope of sine `sin_beta` and cosine `cos_beta`.
     ///
-    /// The balance is `P sin(phi) + Q cos(phi) = C`, which two products and one root solve.
+    /// The balance is `P sin(phi) + Q cos(phi) = C`; a few products and one square root solve it.
     ///
     /// ```
     /// use model::control::equilibrium::Equilibrium;
@@ -62,7 +65,7 @@ impl<T: Real> Equilibrium<T> {
         let (carried, root) = if exists {
             (needed, discriminant.sqrt())
         } else {
-            // The most that the weight carries, on the side that is needed.
+            // The most that the weight can balance, on the required side.
             let most = square.sqrt();
             (if needed < T::ZERO { -most } else { most }, T::ZERO)
         };
@@ -97,7 +100,8 @@ mod tests {
             prop_assert!((arm.sin.hypot(arm.cos) - 1.0).abs() < 1e-12);
             let mut x = [0.0; 4];
             x[PHI] = arm.sin.atan2(arm.cos);
-            // The wheel's acceleration is linear in the torque: two of them give the one for `a`.
+            // The wheel's acceleration is linear in the torque, so two accelerations determine the torque for
+            // `a`.
             let [none, _] = planar.accelerations(&x, 0.0);
             let [one, _] = planar.accelerations(&x, 1.0);
             prop_assume!((one - none).abs() > 1e-3);

@@ -1,8 +1,8 @@
-//! Holding the place: the speed that brings the vehicle back to where it came to rest.
+//! Position hold: the speed that brings the vehicle back to the place where it came to rest.
 
 use crate::bounded::Bounded;
 
-/// Largest speed that the hold asks for, m/s.
+/// Largest speed that the hold commands, m/s.
 const HOLD_SPEED_M_S: f32 = 0.15;
 
 /// Holds the place that was captured when the vehicle came to rest.
@@ -26,8 +26,8 @@ impl Hold {
         self.place_m = None;
     }
 
-    /// The speed that the hold asks for, m/s; 0 while the vehicle is driven, which a `target_m_s` other than 0
-    /// says. `slow` says that the vehicle is slow enough for its place to be captured.
+    /// The speed that the hold commands, m/s; 0 while the vehicle is driven (`target_m_s` is not 0). `slow`
+    /// means that the vehicle is slow enough for the hold to capture its place.
     pub fn speed_m_s(&mut self, target_m_s: f32, distance_m: f32, slow: bool) -> f32 {
         if target_m_s != 0.0 {
             self.place_m = None;
@@ -49,7 +49,7 @@ mod tests {
         let mut hold = Hold::new(0.4);
         assert_eq!(hold.speed_m_s(0.0, 1.0, false), 0.0);
         assert_eq!(hold.speed_m_s(0.0, 2.0, true), 0.0);
-        // The place is 2 m now, whether fast or slow.
+        // The captured place is now 2 m, whether the vehicle is fast or slow.
         assert!((hold.speed_m_s(0.0, 2.1, false) + 0.04).abs() < 1e-6);
         assert_eq!(hold.speed_m_s(0.0, 9.0, true), -HOLD_SPEED_M_S);
         assert_eq!(hold.speed_m_s(0.5, 9.0, true), 0.0);

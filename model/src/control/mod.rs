@@ -1,4 +1,4 @@
-//! The control laws: pure functions of what the vehicle senses and what is commanded.
+//! The control laws: pure functions of the vehicle's senses and the command.
 
 pub mod ballast_plan;
 pub mod equilibrium;
@@ -16,11 +16,11 @@ pub mod supply_guard;
 pub mod swing_damped;
 pub mod turning_grip;
 
-/// What a law gives in one tick.
+/// A law's output in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LawOutput<T> {
-    /// The voltage asked for, V, within the law's limit.
+    /// The wanted voltage, V, within the law's limit.
     pub voltage_v: f32,
-    /// The terms whose sum it is before the limit.
+    /// The terms. Their sum is the voltage before the limit.
     pub terms: T,
 }

@@ -16,12 +16,12 @@ pub struct MotorLimits {
     pub(super) resistance_ohm: f32,
 }
 
-/// A voltage within a motor's limits, and whether a limit bound it.
+/// A voltage within a motor's limits, and whether the current limit changed it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LimitedVoltage {
     /// Voltage, V.
     pub voltage_v: f32,
-    /// Bound by the current limit.
+    /// Whether the current limit changed the voltage.
     pub by_current: bool,
 }
 
@@ -46,7 +46,7 @@ impl MotorLimits {
         }
     }
 
-    /// These limits with a share of the current, 0 to 1.
+    /// The same limits with a share of the current limit, 0 to 1.
     #[must_use]
     pub fn with_share(self, share: f32) -> Self {
         Self {
@@ -55,9 +55,10 @@ impl MotorLimits {
         }
     }
 
-    /// Bounds the voltages of two drive motors, left and right, each by its limits at its output rate. What these take from the sum,
-    /// which holds the arm and the speed, a motor with room left gives: the sum goes before the difference, which steers.
-    /// Neither voltage leaves its motor's limits for that, so that a vehicle that spins is braked and never spun faster.
+    /// Bounds the voltages of the two drive motors, left and right, each by its limits at its output rate. If a limit
+    /// reduces the sum, the motor with room left makes up for the loss: the sum controls the arm and the speed and has
+    /// priority over the difference, which steers. Neither voltage leaves its motor's limits, so a spinning vehicle is
+    /// braked and never spun faster.
     pub fn limit_pair(limits: [Self; 2], wanted_v: [f32; 2], rate_rad_s: [f32; 2]) -> [LimitedVoltage; 2] {
         let [left_limits, right_limits] = limits;
         let [wanted_left_v, wanted_right_v] = wanted_v;
@@ -68,7 +69,8 @@ impl MotorLimits {
             return [left, right];
         }
         let lost_v = (wanted_left_v - left.voltage_v) + (wanted_right_v - right.voltage_v);
-        // A motor at the limit that took from the sum has no room that way, so at most one of the two moves.
+        // A motor at the limit that reduced the sum has no room in that direction, so at most one of the two voltages
+        // changes.
         [
             LimitedVoltage {
                 voltage_v: left_limits.limit(left.voltage_v + lost_v, left_rad_s).voltage_v,
@@ -81,8 +83,8 @@ impl MotorLimits {
         ]
     }
 
-    /// Residual of the armature equation: applied voltage less resistance drop and back-EMF, V. Near 0 while
-    /// encoder and current sensor are right.
+    /// Residual of the armature equation: applied voltage less resistance drop and back-EMF, V. The residual is near 0
+    /// while encoder and current sensor are right.
     pub fn residual_v(&self, voltage_v: f32, current_a: f32, rate_rad_s: f32) -> f32 {
         voltage_v - self.drop_v(current_a) - self.back_emf_v(rate_rad_s)
     }
@@ -97,7 +99,7 @@ impl MotorLimits {
         (voltage_v - self.back_emf_v(rate_rad_s)) / self.resistance_ohm
     }
 
-    /// Voltage that the current drops across the armature, V.
+    /// Voltage drop of the current across the armature, V.
     pub fn drop_v(&self, current_a: f32) -> f32 {
         self.resistance_ohm * current_a
     }
@@ -119,7 +121,7 @@ pub fn duty(voltage_v: f32, battery_v: f32, duty_max: f32) -> i16 {
     }
     let share = (voltage_v / battery_v).bounded(-duty_max, duty_max);
     let scaled = share * DUTY_FULL_SCALE;
-    // Half away from zero; `as` saturates and gives 0 for NaN.
+    // Rounds half away from zero; `as` saturates and gives 0 for NaN.
     (scaled + if scaled < 0.0 { -0.5 } else { 0.5 }) as i16
 }
 
@@ -166,19 +168,20 @@ mod tests {
             resistance_ohm: 0.3,
         };
         for (wanted_v, rate_rad_s, found_v) in [
-            // Nothing is limited.
+            // No limit acts.
             ([1.0, 4.0], [0.0, 0.0], [1.0, 4.0]),
-            // Steering beyond the right motor's limit: the left one gives it, and the difference shrinks.
+            // Steering exceeds the right motor's limit: the left motor makes up for the sum, and the difference
+            // shrinks.
             ([2.0, 6.0], [0.0, 0.0], [3.0, 5.0]),
             ([-6.5, -2.0], [0.0, 0.0], [-5.0, -3.5]),
-            // About the back-EMF of a turn.
+            // Limits about the back-EMF of a turn.
             ([-1.0, 9.0], [-2.0, 2.0], [1.0, 7.0]),
-            // A spin that is to be braked: both limits take from the difference, and nothing from the sum.
+            // Braking a spin: both limits reduce the difference and leave the sum.
             ([8.0, -8.0], [-20.0, 20.0], [-15.0, 15.0]),
             ([-8.0, 8.0], [20.0, -20.0], [15.0, -15.0]),
             ([9.0, -5.0], [-20.0, 20.0], [-15.0, 19.0]),
             ([7.0, -9.0], [-3.0, 3.0], [-0.0, -2.0]),
-            // The sum itself is too much.
+            // The sum alone exceeds both limits.
             ([4.0, 9.0], [0.0, 0.0], [5.0, 5.0]),
             ([8.0, 9.0], [0.0, 0.0], [5.0, 5.0]),
         ] {
@@ -187,14 +190,14 @@ mod tests {
         }
         let [left, right] = MotorLimits::limit_pair([limits; 2], [2.0, 6.0], [0.0, 0.0]);
         assert!(!left.by_current && right.by_current);
-        // A hot left motor may use half: the right one gives what the left one may not, up to its own limit.
+        // A hot left motor may use half of its limit: the right motor makes up for the rest, up to its own limit.
         let found = MotorLimits::limit_pair([limits.with_share(0.5), limits], [4.0, 3.0], [0.0, 0.0]);
         assert_eq!(found.map(|limited| limited.voltage_v), [2.5, 4.5]);
     }
 
     proptest! {
-        /// Whatever is wanted, both motors stay within their current limits, and the sum is kept wherever they can give
-        /// it.
+        /// For any wanted voltages both motors stay within their current limits, and the sum is kept wherever the
+        /// motors can give it.
         #[test]
         fn the_pair_stays_within_the_limits_and_keeps_the_sum_where_it_can(
             left_v in -30.0_f32..30.0, right_v in -30.0_f32..30.0,
@@ -208,7 +211,8 @@ mod tests {
             let emf = left_rad_s + right_rad_s;
             let feasible = (left_v + right_v).bounded(emf - 10.0, emf + 10.0);
             prop_assert!((left.voltage_v + right.voltage_v - feasible).abs() < 1e-3, "{left:?} {right:?}");
-            // The difference lies between what is wanted and what the wheels make by themselves: no spin is driven on.
+            // The difference lies between the wanted difference and the wheels' own back-EMF difference: no spin is
+            // driven further.
             let (wanted, made) = (right_v - left_v, right_rad_s - left_rad_s);
             let given = right.voltage_v - left.voltage_v;
             prop_assert!(

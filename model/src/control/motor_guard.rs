@@ -1,5 +1,5 @@
-//! How much of its current limit a motor may use: by the heat of its winding and of its bridge, and by the current that is
-//! measured.
+//! The share of its current limit that a motor may use. The share depends on the heat of the winding, the heat of the
+//! bridge, and the measured current.
 
 mod heating;
 
@@ -8,36 +8,36 @@ use heating::{HEAT_TICKS, Heating};
 use crate::bounded::Bounded;
 use crate::vehicle::MotorParameters;
 
-/// Measured current, as a share of what the motor may use, that the armature equation may be wrong by: an armature that is
-/// cold, and the sensor's gain.
+/// Measured current, as a share of the allowed current, that is no excess: a cold armature and the sensor's gain error
+/// make the armature equation wrong by this much.
 const EXCESS_ALLOWED: f32 = 1.1;
-/// Share of the limit that each tick takes away for an excess of 1: a time constant of 50 ms.
+/// Share of the limit by which each tick reduces it for an excess of 1: a time constant of 50 ms.
 const EXCESS_GAIN: f32 = 0.02;
-/// Largest share taken away: twice the current that the equation gives means that something else is wrong.
+/// Largest reduction. A measured current of twice the armature equation's means that something else is wrong.
 const EXCESS_MAX: f32 = 0.5;
 
 /// Watches the current of one motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorGuard {
     per_limit: f32,
-    /// Square of the largest current that is no excess of the whole limit, A^2.
+    /// Square of the largest current that does not exceed the whole limit, A^2.
     allowed_a2: f32,
     winding: Heating,
     bridge: Heating,
-    /// Squares of the currents since the heats took them last, A^2, and the ticks since.
+    /// Sum of the squared currents since the last update of the heats, A^2, and the number of ticks since then.
     squares_a2: f32,
     ticks: u8,
     overheated: bool,
     excess: f32,
     share: f32,
-    /// The motor may use its whole limit, and its heats will not change that before they change.
+    /// The motor may use its whole limit, and this stays true until the next update of the heats.
     whole: bool,
 }
 
 impl MotorGuard {
-    /// A guard for the motor of these parameters and its bridge, both cold. Guards of other `phase`s (0 to 3) reckon their
-    /// heats in other ticks.
-    // Once in the flash, not once for each motor.
+    /// A guard for the motor with these parameters and for its bridge, both cold. Guards with different `phase`s (0 to
+    /// 3) update their heats in different ticks.
+    // Keeps one copy in the flash instead of one copy per motor.
     #[inline(never)]
     pub fn new(motor: &MotorParameters<f32>, phase: u8) -> Self {
         let limit_a = motor.current_limit_a;
@@ -57,7 +57,7 @@ impl MotorGuard {
         }
     }
 
-    /// This guard, for a motor and a bridge that are as warm as another guard's.
+    /// This guard with the heats of another guard's motor and bridge.
     #[must_use]
     #[inline(never)]
     pub fn as_warm_as(self, other: &Self) -> Self {
@@ -70,7 +70,7 @@ impl MotorGuard {
         }
     }
 
-    /// Takes the measured current of one tick, A.
+    /// Updates the guard with the measured current of one tick, A.
     #[inline]
     pub fn update(&mut self, current_a: f32) {
         let square_a2 = current_a * current_a;
@@ -80,13 +80,13 @@ impl MotorGuard {
             self.warm();
         }
         if self.whole && square_a2 <= self.allowed_a2 {
-            // As nearly always: nothing to take away.
+            // The usual case: nothing to reduce.
             return;
         }
         self.bound(current_a.abs());
     }
 
-    /// Takes the currents of the last ticks into the heats.
+    /// Updates the heats with the currents of the last ticks.
     fn warm(&mut self) {
         self.winding.update(self.squares_a2);
         self.bridge.update(self.squares_a2);
@@ -96,12 +96,12 @@ impl MotorGuard {
         self.whole = self.is_whole();
     }
 
-    /// Neither heat nor too much current bounds the motor, and no heat is near to.
+    /// Whether neither heat nor excess current bounds the motor, and neither heat is close to doing so.
     fn is_whole(&self) -> bool {
         self.share >= 1.0 && self.winding.is_cool() && self.bridge.is_cool()
     }
 
-    /// The share of the limit that heats and excess leave.
+    /// The share of the limit that the heats and the excess leave.
     #[inline(never)]
     fn bound(&mut self, current_a: f32) {
         let excess = current_a * self.per_limit - EXCESS_ALLOWED * self.share;
@@ -117,18 +117,18 @@ impl MotorGuard {
         self.share
     }
 
-    /// Whether winding or bridge is so hot that the limit cannot have held.
+    /// Whether the winding or the bridge is so hot that the limit must have failed.
     #[inline]
     pub fn is_overheated(&self) -> bool {
         self.overheated
     }
 
-    /// Whether the winding is so hot that the limit cannot have held.
+    /// Whether the winding is so hot that the limit must have failed.
     pub fn winding_is_overheated(&self) -> bool {
         self.winding.is_overheated()
     }
 
-    /// The same of the bridge.
+    /// Whether the bridge is so hot that the limit must have failed.
     pub fn bridge_is_overheated(&self) -> bool {
         self.bridge.is_overheated()
     }
@@ -157,7 +157,7 @@ mod tests {
         MotorGuard::new(&motor(), 0)
     }
 
-    /// Seconds of a constant current until `done`.
+    /// Seconds of constant current until `done` is true.
     fn seconds_until(guard: &mut MotorGuard, current_a: f32, done: impl Fn(&MotorGuard) -> bool) -> f32 {
         let mut ticks = 0_u32;
         while !done(guard) && ticks < 1_000_000 {
@@ -198,7 +198,8 @@ mod tests {
         assert_eq!(guard.share(), 1.0);
     }
 
-    /// Motors whose current is `gain` times what the limit allows, as cold armatures are: always asked for everything.
+    /// Motors whose current is `gain` times the allowed current, as with cold armatures, and which are always
+    /// commanded to the limit.
     #[test]
     fn the_limit_holds_the_heat_of_a_motor_that_is_always_asked_for_everything() {
         for gain in [0.8_f32, 1.0, 1.4] {
@@ -212,7 +213,7 @@ mod tests {
                     hottest = guard.winding.heat;
                 }
                 if tick == 500 {
-                    // The measured current counts, not the modelled one.
+                    // The guard acts on the measured current, not on the modelled current.
                     assert!(last_a <= EXCESS_ALLOWED * 17.0 + 0.1, "{gain}: {last_a}");
                 }
             }
@@ -268,7 +269,7 @@ mod tests {
         assert_eq!(self::guard().winding.heat, 0.0);
     }
 
-    /// A motor whose bridge bears less than its winding.
+    /// A motor whose bridge withstands less current than its winding.
     fn weak_bridge() -> MotorParameters<f32> {
         MotorParameters {
             bridge_continuous_a: 4.0,
@@ -295,7 +296,7 @@ mod tests {
         }
     }
 
-    /// As with the winding, and within the time that a bridge has: always asked for everything, and cold armatures.
+    /// The same as for the winding, within the time that a bridge has: cold armatures, always commanded to the limit.
     #[test]
     fn the_limit_holds_the_heat_of_a_bridge_that_is_always_asked_for_everything() {
         for gain in [0.8_f32, 1.0, 1.4] {

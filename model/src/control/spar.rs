@@ -1,8 +1,7 @@
-//! The controller that levels the camera spar: the LQR law of ch. 7 in the vehicle's units, about the ballast's plan.
+//! The controller that levels the spar: the LQR law of ch. 7 in the vehicle's units, about the ballast's planned motion.
 //!
-//! The law holds the spar near its level. Far from its level, the law would swing the ballast over: there the
-//! controller catches the spar first. The controller holds the ballast below the spar, within a bound, and moves the
-//! ballast against the spar's swing.
+//! The law holds the spar near its level. Far from level the law would swing the ballast over, so the controller catches
+//! the spar first: it keeps the ballast below the spar within a bound and moves the ballast against the spar's swing.
 
 use super::LawOutput;
 use super::ballast_plan::{BallastPlan, Pivot};
@@ -31,13 +30,14 @@ pub struct SparState {
 pub struct SparTerms {
     /// -g1 times the spar's angle.
     pub spar_v: f32,
-    /// -g2 times the ballast's angle less the planned one; while the spar is caught, what holds the ballast.
+    /// -g2 times the ballast's angle less the planned angle; while the spar is caught, the term that holds the ballast.
     pub ballast_v: f32,
     /// -g3 times the spar's rate.
     pub spar_rate_v: f32,
-    /// -g4 times the ballast's rate less the planned one; while the spar is caught, what damps the ballast.
+    /// -g4 times the ballast's rate less the planned rate; while the spar is caught, the term that damps the ballast.
     pub ballast_rate_v: f32,
-    /// What the planned motion of the ballast takes; while the spar is caught, what carries the ballast's weight.
+    /// The voltage for the planned motion of the ballast; while the spar is caught, the voltage that carries the
+    /// ballast's weight.
     pub feed_forward_v: f32,
 }
 
@@ -49,7 +49,7 @@ impl SparTerms {
 }
 
 /// Spar angle, and ballast angle relative to the spar, beyond which the controller catches the spar, rad: the law alone
-/// loses a spar of 0.33 rad (erratum E31). A ballast comes back by itself from somewhat beyond a quarter turn, and not from
+/// loses a spar of 0.33 rad (erratum E31). A ballast returns by itself from somewhat beyond a quarter turn, but not from
 /// further.
 const CATCH_SPAR_RAD: f32 = 0.2;
 const CATCH_BALLAST_RAD: f32 = 2.2;
@@ -70,14 +70,14 @@ pub struct SparController {
     scales: SparScales<f32>,
     voltage_max_v: f32,
     plan: BallastPlan,
-    /// A vehicle file without gains leaves the spar alone.
+    /// False for a vehicle file without gains: the spar is then not levelled.
     levels: bool,
     catching: bool,
 }
 
 impl SparController {
-    /// The controller for `vehicle`, with its gains, called every `dt_s` seconds; `None` if the vehicle has no spar. A spar
-    /// that is not levelled gets no voltage.
+    /// The controller for `vehicle` with the gains of its file, called every `dt_s` seconds; `None` if the vehicle has
+    /// no spar. A spar that is not levelled gets no voltage.
     pub fn new(vehicle: &Vehicle<f32>, dt_s: f32) -> Option<Self> {
         let scales = vehicle.spar_scales()?;
         let gains = vehicle.spar_gains();
@@ -93,15 +93,15 @@ impl SparController {
         })
     }
 
-    /// Starts anew: the ballast's plan begins where the ballast is.
+    /// Restarts: the ballast's plan begins at the ballast's present angle.
     pub fn reset(&mut self, state: &SparState) {
         self.plan
             .reset(state.ballast_rad, self.scales.rate_from_si(state.ballast_rate_rad_s));
         self.catching = false;
     }
 
-    /// One tick: the ballast motor's voltage within its own and the supply's limit, and its terms. `pivot` is what the
-    /// axle does in this tick.
+    /// One tick: returns the ballast motor's voltage, within the limits of motor and supply, and its terms. `pivot` is
+    /// the motion of the axle in this tick.
     #[inline]
     pub fn step(&mut self, state: &SparState, pivot: &Pivot, supply_v: f32) -> LawOutput<SparTerms> {
         if !self.levels {
@@ -144,7 +144,8 @@ impl SparController {
         }
     }
 
-    /// A servo on the ballast towards an angle against the spar's swing: the terms in the law's order, and the weight's.
+    /// A servo that moves the ballast towards an angle against the spar's swing. Returns the terms in the law's order,
+    /// and the weight's term.
     fn catch(&self, state: &SparState, spar_rate: f32, ballast_rate: f32) -> ([f32; 4], f32) {
         let lead_rad = (CATCH_LEAD * spar_rate).bounded(-CATCH_LEAD_MAX_RAD, CATCH_LEAD_MAX_RAD);
         let stiffness = self.plan.turned() * CATCH_POLE * CATCH_POLE;

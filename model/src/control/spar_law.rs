@@ -1,12 +1,12 @@
-//! The full-state feedback that levels the camera spar: Eq. 7.19 with the gains of (7.20) and (7.21).
+//! The full-state feedback that levels the spar: Eq. 7.19 with the gains of (7.20) and (7.21).
 
 use crate::real::Real;
 
 /// The law `v = -g . x` on the spar's angle from the vertical, the ballast's angle relative to the spar,
 /// and their rates.
 ///
-/// With the gains of ch. 7 everything is in the units of ch. 7 (time in 1/w_c, v as a torque over
-/// m_c g l_c); `CoupledParameters::gains_in_vehicle_units` converts the gains to the vehicle's units.
+/// With the gains of ch. 7 every quantity is in the units of ch. 7 (time in 1/w_c, v as a torque over m_c g
+/// l_c); `CoupledParameters::gains_in_vehicle_units` converts the gains to the vehicle's units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparLaw<T> {
     /// g: feedback of spar, ballast, spar rate, ballast rate.
@@ -16,8 +16,8 @@ pub struct SparLaw<T> {
 /// The optimal gains of the thesis's spar for Q = diag(10000, 100, 0, 0), r = 1.
 ///
 /// (7.21), corrected: `g = (1/r) b^T P` with `v = -g . x`. The printed vector [92.06, 6.84, -49.14, -6.96]
-/// has lost the sign of its first element and misprints 6.496 as 6.96; it is unstable with either sign
-/// of v (erratum E28).
+/// lacks the sign of its first element and misprints 6.496 as 6.96; it is unstable with either sign of v
+/// (erratum E28).
 pub const THESIS_SPAR_GAINS: [f32; 4] = [-92.06057, 6.84090, -49.14485, -6.49598];
 
 impl<T: Real> SparLaw<T> {

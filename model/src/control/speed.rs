@@ -1,29 +1,29 @@
-//! What every speed law reads and reports.
+//! The inputs and the terms of every speed law.
 
-/// What the speed loop reads, SI.
+/// Input of the speed loop, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpeedInput {
     /// Wanted speed of the axle, m/s; exactly 0 holds the place.
     pub target_m_s: f32,
     /// Arm angle from the vertical, rad.
     pub phi_rad: f32,
-    /// Its sine and cosine, which the estimator knows already.
+    /// Sine and cosine of the arm's angle, which the estimator has already computed.
     pub phi_sin_cos: (f32, f32),
     /// Mean wheel rate theta', rad/s.
     pub theta_rate_rad_s: f32,
     /// Arm rate phi', rad/s.
     pub phi_rate_rad_s: f32,
-    /// Sine and cosine of the slope, which the estimator knows already.
+    /// Sine and cosine of the slope, which the estimator has already computed.
     pub slope_sin_cos: (f32, f32),
-    /// Change of the slope's sine by the vehicle's own turn, 1/s.
+    /// Rate of the slope's sine due to the vehicle's own turn, 1/s.
     pub slope_turn_per_s: f32,
-    /// The vehicle is commanded to turn.
+    /// Whether the vehicle is commanded to turn.
     pub turns: bool,
     /// Distance driven, m.
     pub distance_m: f32,
     /// Speed over the ground while the wheels slide, m/s.
     pub sliding_over_m_s: Option<f32>,
-    /// Largest voltage either way, V.
+    /// Largest voltage in either direction, V.
     pub voltage_max_v: f32,
 }
 
@@ -32,8 +32,8 @@ pub struct SpeedInput {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SpeedTerms {
-    /// Holds the speed on the level against back-EMF and damping: the reference speed (Eq. 3.25), or the present
-    /// one (landing law).
+    /// Holds the speed on the level against back-EMF and damping: the reference speed (Eq. 3.25) or the present
+    /// speed (landing law).
     pub feed_forward_v: f32,
     /// Carries the arm's weight, and so the slope.
     pub weight_v: f32,
@@ -43,19 +43,19 @@ pub struct SpeedTerms {
     pub swing_rate_v: f32,
     /// The arm's angle less the commanded one, fed back.
     pub swing_damping_v: f32,
-    /// Friction: fed forward (Eq. 3.25), or as the torque observer finds it (landing law).
+    /// Friction: fed forward (Eq. 3.25), or as the torque observer estimates it (landing law).
     pub friction_v: f32,
     /// Eq. 3.25: guard against running away behind an obstacle.
     pub guard_v: f32,
     /// Eq. 3.25: slow trim, the integral of the speed error.
     pub trim_v: f32,
-    /// Landing law: what grip, current limit and the arm's barrier change in the torque.
+    /// Landing law: the change of the torque by grip, current limit and the arm's barrier.
     pub governed_v: f32,
-    /// What the law aims at.
+    /// The quantities that the law aims at.
     pub aim: SpeedAim,
 }
 
-/// What the speed law aims at in one tick.
+/// The quantities that the speed law aims at in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SpeedAim {

@@ -1,4 +1,4 @@
-//! The speed loop under the law that the vehicle file chooses.
+//! The speed loop, with the law that the vehicle file names.
 
 use super::LawOutput;
 use super::ballast_plan::Pivot;
@@ -7,12 +7,12 @@ use super::speed::{SpeedInput, SpeedTerms};
 use super::swing_damped::SwingDampedLaw;
 use crate::vehicle::{SpeedLawChoice, Vehicle};
 
-/// The speed loop under the law that the vehicle file names.
+/// The speed loop, with the law that the vehicle file names.
 // A vehicle has one, in place: there is no heap.
 #[allow(clippy::large_enum_variant)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SpeedController {
-    /// Eq. 3.25 with what surrounds it.
+    /// Eq. 3.25 with its additions.
     SwingDamped(SwingDampedLaw),
     /// The landing law.
     Landing(LandingLaw),
@@ -27,7 +27,7 @@ impl SpeedController {
         }
     }
 
-    /// Starts anew at the present speed: no jump of the reference, nothing remembered.
+    /// Restarts at the present speed: the reference does not jump, and the law's memory is cleared.
     pub fn reset(&mut self, speed_m_s: f32) {
         match self {
             Self::SwingDamped(law) => law.reset(speed_m_s),
@@ -35,7 +35,7 @@ impl SpeedController {
         }
     }
 
-    /// One tick: the voltage for each of the two motors within `voltage_max_v`, and its terms.
+    /// One tick: returns the voltage of each drive motor, within `voltage_max_v`, and its terms.
     pub fn step(&mut self, input: &SpeedInput) -> LawOutput<SpeedTerms> {
         match self {
             Self::SwingDamped(law) => law.step(input),
@@ -51,7 +51,8 @@ impl SpeedController {
         }
     }
 
-    /// The law has found that the vehicle is commanded to drive and makes no progress; Eq. 3.25 does not look.
+    /// Whether the law has found that the vehicle is commanded to drive but makes no progress. Eq. 3.25 does not check
+    /// this and returns false.
     pub fn is_stuck(&self) -> bool {
         match self {
             Self::SwingDamped(_) => false,
@@ -59,7 +60,7 @@ impl SpeedController {
         }
     }
 
-    /// The slope is beyond what the arm's weight can carry or the configured grip can hold.
+    /// Whether the slope is steeper than the arm's weight can balance or the configured grip can hold.
     pub fn slope_limited(&self) -> bool {
         match self {
             Self::SwingDamped(_) => false,
@@ -67,7 +68,8 @@ impl SpeedController {
         }
     }
 
-    /// The vehicle was armed on a slope on which it cannot stand; Eq. 3.25 does not look.
+    /// Whether the vehicle was armed on a slope on which it cannot stand. Eq. 3.25 does not check this and returns
+    /// false.
     pub fn refuses_slope(&self) -> bool {
         match self {
             Self::SwingDamped(_) => false,
@@ -75,8 +77,8 @@ impl SpeedController {
         }
     }
 
-    /// What the last tick taught of the slope, as a change of its sine; nothing before the first tick. Eq. 3.25 learns
-    /// nothing of it.
+    /// Change of the slope's sine that the last tick showed; `None` before the first tick. Eq. 3.25 does not learn the
+    /// slope.
     pub fn slope_lesson(&self) -> Option<f32> {
         match self {
             Self::SwingDamped(_) => None,
@@ -84,8 +86,8 @@ impl SpeedController {
         }
     }
 
-    /// What the axle does in the tick decided last, for the spar on it. Eq. 3.25 does not know: the spar then rests in
-    /// itself.
+    /// The axle's motion in the most recently decided tick, for the spar's controller. Eq. 3.25 does not know this
+    /// motion and returns an axle at rest.
     pub fn pivot(&self, input: &SpeedInput) -> Pivot {
         match self {
             Self::SwingDamped(_) => Pivot::default(),

@@ -6,9 +6,9 @@ use crate::real::Real;
 /// The nondimensional speed law (3.25), corrected (errata E4, E5, E6):
 /// `U = z_ff th'_ref + alpha L sin(phi) + kp (th' - th'_ref) - kd phi'`.
 ///
-/// The weight term makes the law independent of the slope: at a steady speed `sin(beta) = alpha L
-/// sin(phi)`, so the voltage that holds the slope appears by itself and the speed error is zero when
-/// `feed_forward_zeta` equals the plant's total damping.
+/// The weight term makes the law independent of the slope: at a steady speed `sin(beta) = alpha L sin(phi)`, so the term
+/// equals the voltage that holds the slope, and the speed error is zero when `feed_forward_zeta` equals the plant's total
+/// damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpeedLaw<T> {
     /// Damping assumed in the feed-forward: the *total* damping, back-EMF included (2.2 for the
@@ -19,7 +19,7 @@ pub struct SpeedLaw<T> {
     /// Gain on the speed error `theta' - theta'_ref`: +0.8 in the thesis's example, i.e. *positive*
     /// feedback of the speed error. Stable only while `kp < zeta`.
     pub kp: T,
-    /// Gain on phi', entering with a minus sign: 10 in the thesis's example, >= 0.
+    /// Gain on phi', which enters with a minus sign: 10 in the thesis's example, >= 0.
     pub kd: T,
 }
 
@@ -51,7 +51,7 @@ impl<T: Real> SpeedLaw<T> {
     /// ```
     /// use model::control::speed_law::SpeedLaw;
     /// let law = SpeedLaw::thesis(2.2_f64, 0.72);
-    /// // At the wanted speed with the arm hanging straight down only the feed-forward is left.
+    /// // At the reference speed with the arm hanging straight down, only the feed-forward remains.
     /// assert_eq!(law.voltage(1.0, 0.0, 1.0, 0.0), 2.2);
     /// ```
     #[inline]
@@ -132,7 +132,7 @@ mod tests {
         }
     }
 
-    /// What [`DimensionalSpeedLaw`] must equal: the nondimensional law between two conversions of units.
+    /// The result that [`DimensionalSpeedLaw`] must equal: the nondimensional law between two conversions of units.
     fn through_nondimensional(
         d: &DimensionalSpeedLaw<f64>,
         reference: f64,
@@ -181,7 +181,8 @@ mod tests {
     fn the_printed_law_commands_something_else() {
         let d = reference_vehicle();
         let (c, back_emf) = (1.065, d.damping_n_m_s_rad - 1.065);
-        // Standing on the 5 degree slope: the weight term must command sin(beta) w^2 and is 1/w^2 of it as printed.
+        // Standing on the 5 degree slope: the weight term must command sin(beta) w^2; as printed it commands 1/w^2 of
+        // that.
         let phi = (0.0873_f64.sin() / 0.72).asin();
         let w2 = 9.81 / 0.25;
         let hold = w2 * 0.0873_f64.sin();

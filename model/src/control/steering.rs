@@ -4,7 +4,7 @@ use super::LawOutput;
 use crate::bounded::Bounded;
 use crate::vehicle::Vehicle;
 
-/// What the steering loop reads, SI.
+/// Input of the steering loop, SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SteeringInput {
     /// Wanted yaw rate, rad/s, anticlockwise positive. Exactly 0 holds the heading.
@@ -13,14 +13,14 @@ pub struct SteeringInput {
     pub yaw_rate_rad_s: f32,
     /// Heading, rad, not wrapped.
     pub heading_rad: f32,
-    /// Largest voltage either way, V.
+    /// Largest voltage in either direction, V.
     pub voltage_max_v: f32,
-    /// Something blocks the vehicle, which then does not turn whatever the integral comes to.
+    /// Whether an obstacle blocks the vehicle, which then does not turn however large the integral becomes.
     pub blocked: bool,
 }
 
-/// The terms of the steering law, V at the right motor, negated at the left; their sum is the voltage difference
-/// before its limit.
+/// The terms of the steering law, V at the right motor and negated at the left. Their sum is the steering
+/// voltage before its limit.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[allow(clippy::struct_field_names)] // Every field is a voltage.
@@ -31,7 +31,7 @@ pub struct SteeringTerms {
     pub proportional_v: f32,
     /// The integral of the yaw-rate error, heading hold included.
     pub integral_v: f32,
-    /// What the heading hold adds to the first two.
+    /// The heading hold's addition to the first two terms.
     pub hold_v: f32,
 }
 
@@ -56,15 +56,15 @@ pub struct SteeringController {
     hold_rad: Option<f32>,
 }
 
-/// Yaw rate below which the heading is captured and held once no turn is asked for.
+/// Yaw rate below which the loop captures and holds the heading once no turn is commanded.
 const HOLD_BELOW_RAD_S: f32 = 0.05;
-/// Largest yaw rate that the heading hold asks for, as a share of the largest yaw rate.
+/// Largest yaw rate that the heading hold commands, as a share of the vehicle's largest yaw rate.
 const HOLD_SHARE: f32 = 0.5;
 
-/// Share of the supply that steering may take from driving.
+/// Share of the supply voltage that steering may take from driving.
 pub const STEERING_SHARE: f32 = 0.5;
 
-/// Share of the yaw rate at which spinning becomes unstable (erratum E26) that the vehicle turns with at most.
+/// Largest yaw rate as a share of the yaw rate at which spinning becomes unstable (erratum E26).
 const SPIN_SHARE: f32 = 0.8;
 
 impl SteeringController {
@@ -76,7 +76,7 @@ impl SteeringController {
         let torque_per_volt = motor.torque_constant_n_m_per_a * motor.gear_ratio / motor.resistance_ohm;
         let volt_per_rate =
             motor.back_emf_constant_v_s_per_rad * motor.gear_ratio + 0.5 * body.bearing_damping_n_m_s / torque_per_volt;
-        // Spinning faster, the hanging arm swings in and out ever wider.
+        // In a faster spin the hanging arm swings in and out with growing amplitude.
         let stable_rad_s = vehicle
             .spatial(0.0, 0.0)
             .spin_stability_limit()
@@ -94,14 +94,15 @@ impl SteeringController {
         }
     }
 
-    /// Starts anew: no turn, no integral, no heading held.
+    /// Restarts: no turn, no integral, no captured heading.
     pub fn reset(&mut self) {
         self.reference_rad_s = 0.0;
         self.integral_v = 0.0;
         self.hold_rad = None;
     }
 
-    /// One tick: the voltage to add to the right motor and to subtract from the left, and its terms.
+    /// One tick: returns the voltage to add to the right motor and to subtract from the left motor, and its
+    /// terms.
     #[inline]
     pub fn step(&mut self, input: &SteeringInput) -> LawOutput<SteeringTerms> {
         let step = self.rate_step_rad_s;
@@ -127,7 +128,8 @@ impl SteeringController {
             hold_v: (self.feed_forward_v_s_per_rad + self.kp_v_s_per_rad) * hold,
         };
         let limited = wanted.bounded(-input.voltage_max_v, input.voltage_max_v);
-        // Anti-windup: the integral does not grow into the limit, and stays within it; nor while an obstacle holds the wheels.
+        // Anti-windup: the integral grows neither into the limit nor while an obstacle holds the wheels,
+        // and stays bounded.
         if !input.blocked && (limited == wanted || (wanted - limited) * error < 0.0) {
             self.integral_v =
                 (self.integral_v + self.ki_tick_v_per_rad_s * error).bounded(-input.voltage_max_v, input.voltage_max_v);
@@ -200,7 +202,7 @@ mod tests {
     }
 
     proptest! {
-        /// The terms add up to the voltage before its limit, turning and holding the heading.
+        /// The terms add up to the voltage before its limit, during a turn and while the heading is held.
         #[test]
         fn the_terms_sum_to_the_voltage_before_its_limit(
             target_rad_s in prop_oneof![Just(0.0_f32), -2.0_f32..2.0], yaw_rate_rad_s in -0.04_f32..0.04,

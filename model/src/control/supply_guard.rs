@@ -1,23 +1,24 @@
-//! How much power a braking motor may return to the supply.
+//! Limits the power that a braking motor may return to the supply.
 //!
-//! A motor that brakes returns `V (e - V) / R` while its voltage V lies between 0 and the back-EMF e; beyond, it takes power
-//! from the supply to brake. The voltage of a full battery, or of a supply that takes no current back, rises. Above a
-//! voltage halfway between the battery's nominal and its highest voltage, the motors may return less and less power:
-//! the vehicle then brakes less. At the highest voltage they may return none. If the supply rises in spite of that,
-//! fault BatteryHigh opens the bridges.
+//! A motor that brakes returns `V (e - V) / R` while its voltage V lies between 0 and the back-EMF e; outside this
+//! interval a braking motor takes power from the supply. The returned power raises the voltage of a full battery and of
+//! a supply that takes no current back. Above a voltage halfway between the battery's nominal and its highest voltage,
+//! the motors may return less and less power: the vehicle then brakes less. At the highest voltage they may return
+//! none. If the supply rises in spite of that, fault BatteryHigh opens the bridges.
 
 use super::motor::MotorLimits;
 use crate::bounded::Bounded;
 use crate::vehicle::{BatteryParameters, MotorParameters};
 
 /// Power that a motor may return where the limit begins, as a share of the product of its current limit and the nominal
-/// voltage: a motor that brakes at its current limit returns the most, a quarter, at half the supply.
+/// voltage. A motor that brakes at its current limit returns most, a quarter of that product, at half the supply
+/// voltage.
 const RETURN_SHARE: f32 = 0.25;
 
 /// The supply's limit for one kind of motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SupplyGuard {
-    /// Above this voltage the limit begins.
+    /// Voltage above which the guard limits the returned power.
     start_v: f32,
     maximum_v: f32,
     w_per_v: f32,
@@ -25,7 +26,7 @@ pub struct SupplyGuard {
 }
 
 impl SupplyGuard {
-    /// A guard of this battery against what motors of these parameters return.
+    /// A guard of this battery against the power that motors with these parameters return.
     pub fn new(battery: &BatteryParameters<f32>, motor: &MotorParameters<f32>) -> Self {
         let start_v = 0.5 * (battery.nominal_v + battery.maximum_v);
         let return_max_w = RETURN_SHARE * motor.current_limit_a * battery.nominal_v;
@@ -37,8 +38,8 @@ impl SupplyGuard {
         }
     }
 
-    /// The voltage nearest to `voltage_v` between it and the back-EMF at the output rate `rate_rad_s` with which the motor
-    /// returns no more than it may to a supply of `battery_v`.
+    /// Returns the voltage, between `voltage_v` and the back-EMF at the output rate `rate_rad_s`, that is nearest to
+    /// `voltage_v` and with which the motor returns no more than the allowed power to a supply of `battery_v`.
     pub fn limit(&self, voltage_v: f32, rate_rad_s: f32, battery_v: f32) -> f32 {
         if battery_v <= self.start_v {
             return voltage_v;
@@ -49,7 +50,8 @@ impl SupplyGuard {
         if returned_w <= return_max_w {
             return voltage_v;
         }
-        // The root of V (e - V) = R P that brakes less. There is one: the wanted voltage returns more.
+        // The root of V (e - V) = R P that brakes less. The root exists, because the wanted voltage returns more than
+        // P.
         let half_v = 0.5 * back_emf_v;
         let square = half_v * half_v - resistance_ohm * return_max_w;
         let aside_v = libm::sqrtf(square.bounded(0.0, f32::MAX));
@@ -106,14 +108,14 @@ mod tests {
                     (found_w - expected_w).abs() < 0.5,
                     "{battery_v}: {found_w} {expected_w}"
                 );
-                // It brakes less, and never drives.
+                // The limited voltage brakes less and never drives.
                 let between = |v: f32| v.abs() >= wanted_v.abs() && v.abs() <= back_emf_v.abs() + 1e-3;
                 assert!(between(found_v), "{battery_v}: {found_v}");
             }
         }
     }
 
-    /// What drives, and what takes power from the supply to brake, is no affair of the supply's voltage.
+    /// The guard leaves a voltage that drives the motor, or that takes power from the supply to brake.
     #[test]
     fn what_returns_nothing_is_not_bounded() {
         for battery_v in [29.0, 30.0, 40.0] {
@@ -130,8 +132,8 @@ mod tests {
         }
     }
 
-    /// Two motors brake a vehicle with all they may from 2.5 m/s into a full battery: with the guard the supply stays below
-    /// its highest voltage, also where the battery's resistance is so high that it would not.
+    /// Two motors brake a vehicle with all they may from 2.5 m/s into a full battery: with the guard the supply stays
+    /// below its highest voltage, even where it would not without the guard because the battery's resistance is high.
     #[test]
     fn a_full_battery_is_not_driven_over_its_highest_voltage() {
         for resistance_ohm in [0.1_f32, 0.3, 0.6] {
@@ -144,13 +146,13 @@ mod tests {
                         voltage_v = guard().limit(voltage_v, rate_rad_s, filtered_v);
                     }
                     let battery_v = {
-                        // OCV plus what both motors return: V = 27.5 + r P / V.
+                        // Open-circuit voltage plus the rise by the power that both motors return: V = 27.5 + r P / V.
                         let back_w = 2.0 * returned_w(voltage_v, rate_rad_s);
                         let half = 0.5 * 27.5;
                         let square = half * half + resistance_ohm * back_w;
                         half + libm::sqrtf(square.bounded(0.0, f32::MAX))
                     };
-                    // The sensing's filter, 5 ms.
+                    // The filter of the voltage measurement, 5 ms.
                     filtered_v += 0.18 * (battery_v - filtered_v);
                     if filtered_v > highest_v {
                         highest_v = filtered_v;

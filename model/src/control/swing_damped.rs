@@ -1,11 +1,10 @@
-//! Eq. 3.25 with what surrounds it: reference governor, swing damping, friction feed-forward, slow trim, position
+//! Eq. 3.25 with its additions: reference governor, swing damping, friction feed-forward, slow trim, position
 //! hold.
 //!
-//! Eq. 3.25 makes the steady state right and the swing rate small, but leaves the speed mode poorly
-//! damped (erratum E11): the arm swings back and forth about its equilibrium for many seconds after
-//! every change. Eq. 3.25 lacks a term in phi itself. Feeding back
-//! `-swing_gain (phi - phi_equilibrium)`, with the equilibrium from the estimated slope and the
-//! governed acceleration,
+//! Eq. 3.25 gives the right steady state and a small swing rate, but leaves the speed mode poorly damped
+//! (erratum E11): the arm swings back and forth about its equilibrium for many seconds after every change. Eq.
+//! 3.25 lacks a term in phi itself. Feeding back `-swing_gain (phi - phi_equilibrium)`, with the equilibrium
+//! from the estimated slope and the governed acceleration,
 //!
 //! ```text
 //! alpha L sin(phi_equilibrium) + a alpha L cos(beta - phi_equilibrium) = (1 + S) sin(beta) + (1 + S + mu) a
@@ -21,7 +20,7 @@ use super::speed_law::SpeedLaw;
 use crate::bounded::Bounded;
 use crate::vehicle::{G, Scales, Vehicle};
 
-/// The law. Nondimensional inside, SI at the edges.
+/// The law: nondimensional inside, SI at its interface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SwingDampedLaw {
     law: SpeedLaw<f32>,
@@ -29,21 +28,21 @@ pub struct SwingDampedLaw {
     equilibrium: Equilibrium<f32>,
     swing_gain: f32,
     hold: Hold,
-    /// Governor's smoothing, its slew per tick, and 1 / (g dt).
+    /// The governor's smoothing gain, its slew per tick, and 1 / (g dt).
     reference_gain: f32,
     reference_step_m_s: f32,
     per_g_tick: f32,
     speed_max_m_s: f32,
-    /// Two gearboxes' Coulomb friction as a nondimensional voltage.
+    /// Coulomb friction of both gearboxes as a nondimensional voltage.
     friction: f32,
-    /// Integral gain times the tick in time units.
+    /// Integral gain times the tick, in time units.
     trim_gain: f32,
     trim: f32,
     ramp_m_s: f32,
     reference_m_s: f32,
 }
 
-/// Largest share of the voltage unit that the trim may take.
+/// Largest trim, as a share of the voltage unit.
 const TRIM_MAX: f32 = 0.5;
 /// Time constant of the governor's smoothing, which rounds the corners of the ramp for the wheels' traction and
 /// the camera.
@@ -57,7 +56,7 @@ const GUARD_BEYOND_M_S: f32 = 0.4;
 const GUARD_GAIN: f32 = 4.0;
 /// Largest sine of the equilibrium angle that the swing damping aims at.
 const SIN_EQUILIBRIUM_MAX: f32 = 0.9;
-/// Speed reference below which the place is captured and held once no motion is asked for, m/s.
+/// Speed reference below which the law captures and holds the place once no motion is commanded, m/s.
 const CAPTURE_BELOW_M_S: f32 = 0.02;
 
 impl SwingDampedLaw {
@@ -92,7 +91,7 @@ impl SwingDampedLaw {
         }
     }
 
-    /// Starts anew at the present speed: no jump of the reference, no trim.
+    /// Restarts at the present speed: the reference does not jump, and the trim is 0.
     pub fn reset(&mut self, speed_m_s: f32) {
         self.ramp_m_s = speed_m_s;
         self.reference_m_s = speed_m_s;
@@ -100,7 +99,7 @@ impl SwingDampedLaw {
         self.hold.release();
     }
 
-    /// One tick: the voltage for each of the two motors within `voltage_max_v`, and its terms.
+    /// One tick: returns the voltage of each drive motor, within `voltage_max_v`, and its terms.
     pub fn step(&mut self, input: &SpeedInput) -> LawOutput<SpeedTerms> {
         let target = input.target_m_s.bounded(-self.speed_max_m_s, self.speed_max_m_s);
         let slow = self.reference_m_s.abs() < CAPTURE_BELOW_M_S;

@@ -1,49 +1,49 @@
-//! What the ground's grip leaves to a turn.
+//! The grip that the ground leaves for a turn.
 //!
-//! Grip has one budget: what speeds the vehicle up and slows it down, what holds it on its slope and what turns it must
-//! together lie within `mu N`. A turn asks for the acceleration `v psi'` across the heading, and takes it to every heading of
-//! the plane in turn: there is one at which the slope adds all of itself to it. The vehicle therefore holds a turn while
+//! Grip is one budget: the forces that change the speed, hold the vehicle on its slope and turn it must together lie
+//! within `mu N`. A turn needs the acceleration `v psi'` across the heading. The turn passes through every heading of
+//! the plane; at one heading the whole slope adds to this acceleration. The vehicle therefore holds a turn while
 //!
 //! ```text
 //! |v psi'| <= g (mu cos(steepness) - sin(steepness))
 //! ```
 //!
-//! with the steepness of the plane itself, whichever way the vehicle faces. Speed goes before the turn: a stop needs its grip at
-//! once, and so does the arm, which nothing but the wheels' grip holds up; and a yaw rate can yield within some tenths of a
-//! second, while a speed yields by braking only, which takes of the same grip. So the yaw rate yields, and the way becomes wider.
-//! It never yields altogether: on the spot every slope leaves a turn.
+//! with the steepness of the plane itself, whichever way the vehicle faces. Speed has priority over the turn. A stop
+//! needs its grip at once, and so does the arm, which only the wheels' grip holds up. A yaw rate can be reduced within
+//! some tenths of a second, but a speed only by braking, which uses the same grip. So the law reduces the yaw rate, and
+//! the vehicle turns in a wider arc. The yaw rate never becomes 0: on the spot every slope allows a turn.
 
 use super::landing::{GRIP_SHARE, STEADY_SHARE};
 use crate::bounded::Bounded;
 use crate::vehicle::{G, Vehicle};
 
-/// Share of the configured grip that a turn takes at most. Forces along and across add up as the sides of a right angle: nine
-/// tenths across leave 0.44 along.
+/// Largest share of the configured grip that a turn may use. Forces along and across the heading add as the sides of a
+/// right angle: nine tenths across leave 0.44 along.
 const TURN_SHARE: f32 = 0.9;
-/// Share of the configured grip that the acceleration takes which the law plans with.
+/// Share of the configured grip that the law's planned acceleration uses.
 const ACCELERATION_SHARE: f32 = GRIP_SHARE * STEADY_SHARE;
 /// Acceleration across the heading that is always allowed, g: the vehicle turns on every slope.
 const LATERAL_MIN_G: f32 = 0.02;
-/// Least sine of the steepness that is reckoned with: the level.
+/// Least sine of the steepness that the law computes with; a smaller sine counts as level.
 const STEEP_MIN: f32 = 0.01;
-/// What the cosine loses at most per square of the sine, up to a sine of 0.6, where nothing is left for a turn.
+/// Upper bound of (1 - cosine) per square of the sine, up to a sine of 0.6, where no grip is left for a turn.
 const COSINE_LOSS: f32 = 0.56;
 
-/// The ground and how fast it passes.
+/// The ground and the speed over it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurningGround {
     /// Sine of the slope.
     pub sin_slope: f32,
     /// Sine of the axle's roll.
     pub sin_roll: f32,
-    /// The larger of the speed and its reference, m/s, without their signs.
+    /// The larger of the absolute speed and the absolute reference, m/s.
     pub speed_m_s: f32,
 }
 
-/// Bounds the yaw rate by what grip leaves to a turn.
+/// Bounds the yaw rate by the grip that is left for a turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurningGrip {
-    /// Friction coefficient that a turn takes at most.
+    /// Largest friction coefficient that a turn may use.
     mu: f32,
     /// Sine of the plane's steepness.
     steep: f32,
@@ -61,10 +61,10 @@ impl TurningGrip {
         }
     }
 
-    /// The yaw rate that is nearest to `wanted_rad_s` within grip, rad/s. One call a tick.
+    /// The yaw rate nearest to `wanted_rad_s` that grip allows, rad/s. To be called once per tick.
     #[inline]
     pub fn yaw_rate_rad_s(&mut self, wanted_rad_s: f32, ground: &TurningGround) -> f32 {
-        // The square root, by one step of Newton's a tick.
+        // The square root, by one Newton step per tick.
         let square = ground.sin_slope * ground.sin_slope + ground.sin_roll * ground.sin_roll;
         self.steep = (0.5 * (self.steep + square / self.steep)).bounded(STEEP_MIN, 1.0);
         let left_g = self.mu * (1.0 - COSINE_LOSS * square) - self.steep;
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
     use crate::vehicle::test_vehicle;
 
-    /// The bound of a vehicle with `grip_mu` and `acceleration_max_m_s2`, once it knows its ground.
+    /// The bound of a vehicle with `grip_mu` and `acceleration_max_m_s2`, once the bound has settled on its ground.
     fn bounded(grip_mu: f32, acceleration_m_s2: f32, wanted_rad_s: f32, ground: &TurningGround) -> f32 {
         let mut parameters = *test_vehicle::reference().parameters();
         parameters.control.grip_mu = grip_mu;
@@ -95,9 +95,9 @@ mod tests {
     }
 
     proptest! {
-        /// At every heading of the plane the friction that turn, slope and the file's acceleration ask for together is within the
-        /// configured grip, wherever more than the least turn is allowed: to 4 %, because the share that the acceleration is
-        /// reckoned with is that of the level. And the bound is as good as the share of the grip that it is made of.
+        /// Wherever more than the least turn is allowed, turn, slope and the file's acceleration together need no more
+        /// than the configured grip at any heading of the plane. The tolerance is 4 %, because the acceleration's share
+        /// is computed for the level. The bound also uses the whole share of grip that it may use.
         #[test]
         fn a_turn_is_held_at_every_heading_of_its_plane(
             slope in 0.0_f32..0.5, facing in -3.2_f32..3.2, grip_mu in 0.3_f32..1.0, acceleration_m_s2 in 0.5_f32..2.5,
@@ -112,7 +112,7 @@ mod tests {
             let across_g = speed_m_s * yaw_rad_s / G;
             let held_g = grip_mu * libm::cosf(slope);
             if across_g.abs() > LATERAL_MIN_G + 1e-4 {
-                // Along: the file's acceleration, as far as the law plans with it.
+                // Along the heading: the file's acceleration, within the law's planned share.
                 let along_g = (acceleration_m_s2 / G).min(ACCELERATION_SHARE * held_g);
                 let asked_g = libm::hypotf(along_g, across_g.abs() + steep);
                 prop_assert!(asked_g <= 1.04 * held_g, "{asked_g} of {held_g}");
@@ -127,7 +127,8 @@ mod tests {
         }
     }
 
-    /// The reference file's 2 rad/s at 2.5 m/s need 0.51 g of 0.54; on the spot nothing is asked of grip, however steep.
+    /// The reference file's 2 rad/s at 2.5 m/s need 0.51 g of 0.54; on the spot a turn needs no grip, however steep the
+    /// slope.
     #[test]
     fn the_file_s_own_turn_is_left_alone_on_the_level_and_any_turn_on_the_spot() {
         let ground = |sin_slope, speed_m_s| TurningGround {

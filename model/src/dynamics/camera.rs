@@ -1,11 +1,12 @@
-//! The levelled camera spar alone, on an axle whose motion is given: Eq. 7.12 and 7.13.
+//! The levelled spar alone, on an axle with a given motion: Eq. 7.12 and 7.13.
 //!
 //! Lengths are over the spar l_c, masses over the camera m_c, time over 1/w_c, w_c = sqrt(g / l_c).
 
 use crate::linear::solve_symmetric;
 use crate::real::Real;
 
-/// The nondimensional camera spar: camera above the axle, ballast motor below, ballast below the motor.
+/// The nondimensional spar: the camera above the axle, the ballast motor below the axle, the ballast
+/// below the motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CameraParameters<T> {
     /// `l_m / l_c`: axle to motor, >= 0.
@@ -36,7 +37,7 @@ pub const THETA_RATE: usize = 2;
 /// Index of phi' in a [`CameraState`].
 pub const PHI_RATE: usize = 3;
 
-/// The spar's five inertial coefficients (7.14), in the units of the lengths and masses given.
+/// The spar's five inertial coefficients (7.14), in the units of the given lengths and masses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparCoefficients<T> {
     /// Inertia of the spar with motor and ballast lumped at the motor.
@@ -45,14 +46,15 @@ pub struct SparCoefficients<T> {
     pub m2: T,
     /// Coupling of the two: l_m l_r m_r.
     pub m3: T,
-    /// First moment of the spar: positive hangs, negative stands.
+    /// First moment of the spar: positive for a hanging spar, negative for a standing spar.
     pub k1: T,
     /// First moment of the ballast: l_r m_r.
     pub k2: T,
 }
 
 impl<T: Real> SparCoefficients<T> {
-    /// (7.14), with the camera's length and mass given (1 and 1 in ch. 7).
+    /// The coefficients of (7.14) for `[camera, motor, ballast]` lengths and masses (1 and 1 for the
+    /// camera in ch. 7).
     pub fn new(lengths: [T; 3], masses: [T; 3]) -> Self {
         let [lc, lm, lr] = lengths;
         let [mc, mm, mr] = masses;
@@ -156,7 +158,7 @@ impl<T: Real> CameraParameters<T> {
     }
 }
 
-/// The equations of motion with everything that does not change along a run worked out once.
+/// The equations of motion with all constants of a run precomputed.
 #[derive(Debug, Clone, Copy)]
 pub struct Camera<T> {
     parameters: CameraParameters<T>,

@@ -8,21 +8,22 @@ use crate::real::Real;
 pub struct ContactForces<T> {
     /// Friction, positive up-slope; equal to `-lambda_f` of (4.11).
     pub friction: T,
-    /// Normal force, positive out of the ground, equal to `lambda_n` of (4.11); at or below 0 the
-    /// vehicle would leave the ground and the model no longer holds.
+    /// Normal force, positive out of the ground, equal to `lambda_n` of (4.11); at or below 0 the vehicle
+    /// would leave the ground, and the model no longer applies.
     pub normal: T,
 }
 
 impl<T: Real> ContactForces<T> {
-    /// The friction coefficient that rolling needs, `|F| / N`; `None` where the wheel is not pressed down.
+    /// The friction coefficient that rolling needs, `|F| / N`; `None` if the normal force does not press
+    /// the wheel down.
     pub fn friction_coefficient(&self) -> Option<T> {
         (self.normal > T::ZERO).then(|| self.friction.abs() / self.normal)
     }
 }
 
 impl<T: Real> Planar<T> {
-    /// The contact forces under the voltage `u`, by Newton and Euler: friction from the wheel's moment
-    /// balance alone, the normal force from the momentum of both bodies along the ground's normal.
+    /// The contact forces under the voltage `u`, by Newton and Euler: the friction follows from the wheel's
+    /// moment balance alone, the normal force from the momentum of both bodies along the ground's normal.
     pub fn contact_forces(&self, x: &PlanarState<T>, u: T) -> ContactForces<T> {
         let p = self.parameters();
         let [theta_acceleration, phi_acceleration] = self.accelerations(x, u);
@@ -45,8 +46,9 @@ mod tests {
     use super::*;
     use crate::dynamics::planar::PlanarParameters;
 
-    /// The oracle, by Lagrange's multipliers: theta, phi and the axle's place x, y as four coordinates with
-    /// the constraints (4.8), (4.9), their accelerations and the multipliers solved for together.
+    /// The oracle, by Lagrange's multipliers: theta, phi and the axle's place x, y are four coordinates
+    /// with the constraints (4.8), (4.9). One system of equations gives the accelerations and the
+    /// multipliers.
     fn by_multipliers(planar: &Planar<f64>, x: &PlanarState<f64>, u: f64) -> ContactForces<f64> {
         let p = planar.parameters();
         let (sin_phi, cos_phi) = x[PHI].sin_cos();
@@ -124,7 +126,7 @@ mod tests {
         let phi = (parameters.beta.sin() / 0.72).asin();
         let forces = Planar::new(parameters).contact_forces(&[0.0, phi, 0.0, 0.0], parameters.beta.sin());
         assert!((forces.friction - 0.0873_f64.sin()).abs() < 1e-15 && (forces.normal - 0.0873_f64.cos()).abs() < 1e-15);
-        // tan(beta) = 0.0875 is needed just to stand: 1750 % of greased steel's 0.005.
+        // Standing alone needs tan(beta) = 0.0875: 1750 % of greased steel's 0.005.
         assert!((forces.friction_coefficient().unwrap() - 0.08752).abs() < 5e-6);
     }
 

@@ -1,5 +1,5 @@
-//! The planar vehicle with the camera spar on its axle: ch. 8 with its motor, damper and
-//! normalisation corrected (errata E32 to E36).
+//! The planar vehicle with the spar on its axle: ch. 8 with corrected motor, damper and normalisation
+//! (errata E32 to E36).
 //!
 //! Four degrees of freedom; lengths over the wheel radius r, masses over M + m, time over 1/w. With the
 //! spar's coefficients (7.14) in these units, S the spar's mass and b the slope:
@@ -23,13 +23,13 @@ pub enum Bearing {
     /// Inertial space: damping of psi', as printed in (8.3). Not physical.
     #[default]
     Inertial,
-    /// The arm: damping of psi' - phi'. The bearing to build.
+    /// The arm: damping of psi' - phi'. This is the bearing to build.
     Arm,
-    /// The turning axle: damping of psi' + theta'. Drags the spar along with the wheels.
+    /// The turning axle: damping of psi' + theta'. This bearing drags the spar along with the wheels.
     Axle,
 }
 
-/// The nondimensional vehicle with its camera spar.
+/// The nondimensional vehicle with its spar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CoupledParameters<T> {
     /// The vehicle.
@@ -51,7 +51,7 @@ pub struct CoupledParameters<T> {
     /// Back-EMF of the ballast motor, `K_T K_B / (R_a (M+m) r^2 w)`, >= 0; it acts on the motor's own
     /// rate gamma', where (8.4) has theta' + phi' (erratum E34).
     pub xi_c: T,
-    /// Where the spar is pivoted.
+    /// The body that carries the far side of the spar's bearing.
     pub bearing: Bearing,
 }
 
@@ -77,8 +77,8 @@ pub const PSI_RATE: usize = 6;
 pub const GAMMA_RATE: usize = 7;
 
 impl<T: Real> CoupledParameters<T> {
-    /// The vehicle `planar` carrying the spar `camera` of ch. 7, which is `lp` wheel radii
-    /// long and whose camera weighs `kc` (M + m).
+    /// The vehicle `planar` with the spar `camera` of ch. 7. The spar is `lp` wheel radii long, and its
+    /// camera has the mass `kc` (M + m).
     ///
     /// Lengths scale by lp, masses by kc, damping and back-EMF by kc lp^(3/2).
     pub fn with_camera(
@@ -127,7 +127,7 @@ impl<T: Real> CoupledParameters<T> {
 
     /// The voltage that holds the loaded vehicle on its slope: (8.8), corrected, `(1 + S) sin(beta)`.
     ///
-    /// It can be held only up to `alpha l`: (8.9), corrected, `|beta| <= asin(L a / (1 + S))`.
+    /// The vehicle can be held only up to `alpha l`: (8.9), corrected, `|beta| <= asin(L a / (1 + S))`.
     pub fn hold_voltage(&self) -> T {
         (T::ONE + self.spar_mass()) * self.planar.beta.sin()
     }
@@ -139,7 +139,8 @@ impl<T: Real> CoupledParameters<T> {
 
     /// The same spar controller in vehicle units: ch. 7's gains times kc lp [1, 1, sqrt(lp), sqrt(lp)].
     ///
-    /// "The same optimal gains", as ch. 8 has it, holds only for kc = lp = 1 (erratum E36).
+    /// Ch. 8 uses "the same optimal gains" without conversion, which is right only for kc = lp = 1
+    /// (erratum E36).
     pub fn gains_in_vehicle_units(&self, gains: [T; 4]) -> [T; 4] {
         let torque = self.kc * self.lp;
         let rate = torque * self.lp.sqrt();
@@ -148,7 +149,7 @@ impl<T: Real> CoupledParameters<T> {
     }
 }
 
-/// The equations of motion with everything that does not change along a run worked out once.
+/// The equations of motion with all constants of a run precomputed.
 #[derive(Debug, Clone, Copy)]
 pub struct Coupled<T> {
     parameters: CoupledParameters<T>,
@@ -198,8 +199,9 @@ impl<T: Real> Coupled<T> {
         self.accelerations_under_torques(x, drive, ballast)
     }
 
-    /// The accelerations under shaft torques over `(M+m) g r` (back-EMF and drive friction already in
-    /// them): for a caller that has its own motors. The spar's bearing friction is in here.
+    /// The accelerations under shaft torques over `(M+m) g r`, for a caller with its own motor models.
+    /// The torques include back-EMF and drive friction; this function adds the friction of the spar's
+    /// bearing.
     #[inline]
     pub fn accelerations_under_torques(&self, x: &CoupledState<T>, drive: T, ballast: T) -> [T; 4] {
         let SparCoefficients { m1, m2, m3, k1, k2 } = self.coefficients;
@@ -270,14 +272,14 @@ impl<T: Real> Coupled<T> {
         [x[THETA_RATE], x[PHI_RATE], x[PSI_RATE], x[GAMMA_RATE], a, b, c, d]
     }
 
-    /// One fixed RK4 step of length `h` (in time units) with `u` and `v` held.
+    /// One fixed RK4 step of length `h` (in time units) with constant `u` and `v`.
     #[inline]
     pub fn rk4(&self, x: &CoupledState<T>, u: T, v: T, h: T) -> CoupledState<T> {
         rk4_step(x, h, |x| self.rate(x, u, v))
     }
 
     /// Kinetic and potential energy over `(M+m) g r`: (8.1), corrected (M, not M/2, erratum E32), and
-    /// (8.2). Zero potential is every mass at the axle at theta = 0.
+    /// (8.2). The potential is zero with every mass at the axle at theta = 0.
     pub fn energy(&self, x: &CoupledState<T>) -> T {
         let SparCoefficients { m1, m2, m3, k1, k2 } = self.coefficients;
         let p = &self.parameters;

@@ -5,8 +5,8 @@ use crate::real::Real;
 
 /// The nondimensional planar vehicle on a slope.
 ///
-/// Nothing here checks the values: [`Vehicle::planar`](crate::vehicle::Vehicle::planar) gives checked ones, and a
-/// `[planar]` file is checked where it is read.
+/// This type does not check the values: [`Vehicle::planar`](crate::vehicle::Vehicle::planar) returns checked
+/// values, and the reader of a `[planar]` file checks them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlanarParameters<T> {
     /// `l / r`: distance of the arm's centre of mass from the axle over the wheel radius, > 0.
@@ -64,7 +64,7 @@ impl<T: Real> PlanarParameters<T> {
     }
 }
 
-/// The equations of motion with everything that does not change along a run worked out once.
+/// The equations of motion with all constants of a run precomputed.
 #[derive(Debug, Clone, Copy)]
 pub struct Planar<T> {
     parameters: PlanarParameters<T>,
@@ -127,7 +127,7 @@ impl<T: Real> Planar<T> {
         [x[THETA_RATE], x[PHI_RATE], a, b]
     }
 
-    /// One fixed RK4 step of length `h` (in time units) with `u` held.
+    /// One fixed RK4 step of length `h` (in time units) with constant `u`.
     #[inline]
     pub fn rk4(&self, x: &PlanarState<T>, u: T, h: T) -> PlanarState<T> {
         rk4_step(x, h, |x| self.rate(x, u))

@@ -1,8 +1,9 @@
-//! The vehicle in space, on a plane inclined two ways: the right equations of motion of ch. 6.
+//! The vehicle in space, on a plane inclined in two directions: the corrected equations of motion of ch.
+//! 6.
 //!
 //! The thesis multiplies the rolling constraints (6.15) into a variational principle (6.16), which is
-//! wrong for rolling (erratum E21) and leaves the system unsolved. With d'Alembert's principle and the
-//! quasi-velocities v = (theta_r' + theta_l')/2 and psi' = (theta_r' - theta_l')/2s it is three short
+//! wrong for rolling (erratum E21) and leaves the system unsolved. D'Alembert's principle with the
+//! quasi-velocities v = (theta_r' + theta_l')/2 and psi' = (theta_r' - theta_l')/2s gives three short
 //! equations:
 //!
 //! ```text
@@ -69,11 +70,12 @@ pub const RATE_L: usize = 7;
 pub const PHI_RATE: usize = 8;
 
 impl<T: Real> SpatialParameters<T> {
-    /// The spatial vehicle that, driven straight up the fall line, is the planar one `planar`.
+    /// The spatial vehicle that equals the planar vehicle `planar` while it drives straight up the fall
+    /// line.
     ///
-    /// The planar model's M, I, C and motor stand for both wheels together, so its parameters carry
-    /// over unchanged and a planar voltage U is `u_r = u_l = U / 2`. The spatial phi is the planar phi
-    /// less the slope (erratum E20).
+    /// The planar model's M, I, C and motor represent both wheels together. Its parameters therefore
+    /// carry over unchanged, and a planar voltage U becomes `u_r = u_l = U / 2`. The spatial phi is the
+    /// planar phi less the slope (erratum E20).
     pub fn from_planar(planar: &PlanarParameters<T>, s: T, j0: T) -> Self {
         let PlanarParameters {
             l,
@@ -119,8 +121,8 @@ impl<T: Real> SpatialParameters<T> {
         [sin_x, -sin_y * cos_x, cos_y * cos_x]
     }
 
-    /// The yaw rate above which spinning on the spot on level ground, arm hanging, is
-    /// unstable, or `None` where it is stable at every rate.
+    /// The yaw rate above which spinning on the spot on level ground with a hanging arm is unstable;
+    /// `None` if the spin is stable at every rate.
     ///
     /// With m11 = 1 + mu + nu, m12 = aL + nu, D = m11 (aL^2 + nu) - m12^2 and h = 1 + mu + aL^2 - 2aL the
     /// coupled motion of v and phi has a Hopf bifurcation, whatever the (non-zero) damping, at
@@ -130,7 +132,7 @@ impl<T: Real> SpatialParameters<T> {
     /// ```
     ///
     /// (erratum E26; without rotors the denominator is L k h + a L^2 k (1 - L) with k = 1 + mu - a). An
-    /// arm longer than the wheel's radius may tip out first, at psi'^2 = 1 / (L - 1).
+    /// arm longer than the wheel's radius may swing out before that, at psi'^2 = 1 / (L - 1).
     pub fn spin_stability_limit(&self) -> Option<T> {
         let (l, one) = (self.l, T::ONE);
         let al = self.alpha * l;
@@ -148,7 +150,7 @@ impl<T: Real> SpatialParameters<T> {
     }
 }
 
-/// The equations of motion with everything that does not change along a run worked out once.
+/// The equations of motion with all constants of a run precomputed.
 #[derive(Debug, Clone, Copy)]
 pub struct Spatial<T> {
     parameters: SpatialParameters<T>,
@@ -212,7 +214,7 @@ impl<T: Real> Spatial<T> {
     }
 
     /// v', psi'' and phi'' under wheel torques `tau` (right, left): the core of the model, for a caller
-    /// that has its own motors. The reflected rotor inertia is in here.
+    /// with its own motor models. The result includes the reflected rotor inertia.
     #[inline]
     pub fn quasi_accelerations(&self, x: &SpatialState<T>, tau: [T; 2]) -> [T; 3] {
         let p = &self.parameters;
@@ -267,7 +269,7 @@ impl<T: Real> Spatial<T> {
         ]
     }
 
-    /// One fixed RK4 step of length `h` (in time units) with `u` held.
+    /// One fixed RK4 step of length `h` (in time units) with constant `u`.
     #[inline]
     pub fn rk4(&self, x: &SpatialState<T>, u: [T; 2], h: T) -> SpatialState<T> {
         rk4_step(x, h, |x| self.rate(x, u))
@@ -275,7 +277,7 @@ impl<T: Real> Spatial<T> {
 
     /// Kinetic and potential energy over `mt g R`: (6.3), corrected for `j0`, and (6.4) with (6.6).
     ///
-    /// Zero potential is the arm's mass at the axle over the plane's origin.
+    /// The potential is zero with the arm's mass at the axle above the plane's origin.
     pub fn energy(&self, x: &SpatialState<T>) -> T {
         let p = &self.parameters;
         let [v, psi_rate] = self.forward_and_yaw_rate(x);

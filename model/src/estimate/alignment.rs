@@ -1,10 +1,11 @@
-//! How far the arm IMU is mounted turned about its x axis, learnt while the vehicle turns on the spot.
+//! Learns the arm IMU's mounting error about its x axis while the vehicle turns on the spot.
 //!
-//! Turned by rho, the IMU shows a part `rho psi'` of the yaw rate as a swing of the arm, and a part `rho g` of gravity as
-//! a roll of the axle. At rest neither differs from the effect of a side slope. Over a whole turn on the spot both
-//! differ: the arm's angle comes back to where it was, and the roll of the axle over a plane goes once up and once
-//! down, so that the mean of the swing rate over the mean yaw rate is -rho, and the mean of the roll is rho. Each is
-//! taken from its own sensor, so that a bias of the accelerometer stays one. The first turn after boot is the price.
+//! An IMU that is mounted with an angle rho about x shows a part `rho psi'` of the yaw rate as a swing of the arm, and a
+//! part `rho g` of gravity as a roll of the axle. At rest a side slope has the same effect. A whole turn on the spot
+//! separates the two: the arm's angle returns to its start, and the roll of the axle over a plane averages to zero. The
+//! mean swing rate over the mean yaw rate is then -rho, and the mean roll is rho. The gyro gives the first and the
+//! accelerometer the second, so a bias of the accelerometer does not affect the gyro's correction. The first turn after
+//! boot is uncorrected.
 
 /// Learns the alignment of one IMU.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -14,7 +15,7 @@ pub struct Alignment {
     sin_roll: f32,
 }
 
-/// Sums over the turn under way.
+/// Sums over the present turn.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[allow(clippy::struct_field_names)] // Every field is an angle.
 struct Turn {
@@ -23,16 +24,16 @@ struct Turn {
     rolled_rad: f32,
 }
 
-/// Least yaw rate of a turn, rad/s.
+/// Smallest yaw rate that counts as a turn, rad/s.
 const SPINS_RAD_S: f32 = 0.2;
 /// Largest speed of a turn on the spot, m/s.
 const ON_THE_SPOT_M_S: f32 = 0.15;
-/// Largest angle that is believed, rad: more is no mounting error.
+/// Largest angle that the estimator accepts, rad; a larger angle is no mounting error.
 const ALIGNMENT_MAX_RAD: f32 = 0.1;
 
 impl Alignment {
-    /// Takes one tick of `dt_s`: the gyro's yaw and swing rates in rad/s, the sine of the axle's roll as the accelerometer
-    /// has it, and the speed of the wheels in m/s.
+    /// Updates the sums with one tick of `dt_s`: the gyro's yaw and swing rates in rad/s, the accelerometer's sine of
+    /// the axle's roll, and the speed of the wheels in m/s.
     pub fn update(&mut self, dt_s: f32, yaw_rad_s: f32, swing_rad_s: f32, sin_roll: f32, speed_m_s: f32) {
         let same_way = yaw_rad_s * self.turn.turned_rad >= 0.0;
         if yaw_rad_s.abs() < SPINS_RAD_S || speed_m_s.abs() > ON_THE_SPOT_M_S || !same_way {
@@ -55,12 +56,12 @@ impl Alignment {
         }
     }
 
-    /// What the gyro shows as a swing of the arm of a yaw rate of `yaw_rad_s`, rad/s.
+    /// The false swing rate that the gyro shows at a yaw rate of `yaw_rad_s`, rad/s.
     pub fn swing_rad_s(&self, yaw_rad_s: f32) -> f32 {
         self.swing_share * yaw_rad_s
     }
 
-    /// What the accelerometer shows as the sine of the axle's roll while the axle is level.
+    /// The sine of the axle's roll that the accelerometer shows while the axle is level.
     pub fn sin_roll(&self) -> f32 {
         self.sin_roll
     }
@@ -70,13 +71,15 @@ impl Alignment {
 mod tests {
     use super::*;
 
-    /// Turns on the spot at `yaw` on a side slope, with the IMU turned by `rho` and a bias of its accelerometer.
+    /// The vehicle turns on the spot at `yaw` on a side slope, with the IMU's mounting error `rho` and a bias of its
+    /// accelerometer.
     fn turned(yaw: f32, rho: f32, slope: f32, bias: f32, turns: f32) -> Alignment {
         let mut alignment = Alignment::default();
         let ticks = (turns * 2.0 * core::f32::consts::PI / yaw.abs() / 0.001) as u32;
         for k in 0..ticks {
             let heading = yaw * 0.001 * k as f32;
-            // The slope along the heading goes as its sine, the roll as its cosine: the arm swings with the plane.
+            // The slope along the heading varies as the heading's sine, the roll as its cosine: the arm swings with the
+            // plane.
             let sin_roll = slope * heading.cos();
             let swing = -sin_roll * yaw + slope * yaw * heading.cos() - rho * yaw;
             alignment.update(0.001, yaw, swing, sin_roll + rho + bias, 0.01);

@@ -1,28 +1,28 @@
-//! Whether an IMU's axes are exchanged: mounted a quarter of a turn about its z axis, it shows its body's swing as a roll.
+//! Detects an IMU whose axes are exchanged: mounted a quarter of a turn about its z axis, the IMU shows its body's swing
+//! as a roll.
 //!
-//! Such an IMU feels gravity where it should while arm and spar hang still, on any slope, and nothing blocks arming. Then its
-//! y gyro shows that its body stands still, whatever it does, and the law that believes it swings the arm, or the ballast,
-//! further and further. Its x gyro shows the swing. The motor that turns the wheels swings the arm, and the one that turns the
-//! ballast swings the spar, each against the other: what the motor's encoder measures goes together with that roll. On a slope
-//! the wheels roll away meanwhile, but the arm swings so far that a vehicle that rolled by as much would lie on its side.
+//! While arm and spar hang still, such an IMU feels gravity in the right direction on any slope, so nothing blocks
+//! arming. Its y gyro then shows a body at rest whatever the body does, and a law that trusts the gyro swings the arm, or
+//! the ballast, further and further. The x gyro shows the swing. The drive motors swing the arm against the wheels, and
+//! the ballast motor swings the spar against the ballast, so the motor's encoder rate correlates with the shown roll. On
+//! a slope the wheels roll away meanwhile, but the arm swings so far that a vehicle with that roll would lie on its side.
 //!
-//! A vehicle rolls about its forward axis where one wheel drives over something, and shows some of its yaw there while its
-//! arm hangs out. But then no motor turns in the same rhythm beside a body that does not swing.
+//! A real roll about the forward axis occurs where one wheel drives over an obstacle, and an arm that leans shows a part
+//! of the yaw rate as roll. In both cases no motor turns in the same rhythm while the body does not swing.
 
 use super::facing::{INTERVAL_S, MEAN_GAIN, STEADY_TIME_CONSTANT_S};
 use super::rate_filter::LowPass;
 use crate::bounded::Bounded;
 use crate::persistence::Persistence;
 
-/// What one tick of an armed vehicle shows of the rates of one body.
+/// The rates of one body in one tick of an armed vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BodyRates {
-    /// Rate of what its motor turns against it, of the encoder, rad/s: of the wheels relative to the arm, or of the ballast
-    /// relative to the spar.
+    /// The encoder's rate, rad/s: of the wheels relative to the arm, or of the ballast relative to the spar.
     pub relative_rad_s: f32,
-    /// Rate of the body's swing as the IMU shows it, rad/s.
+    /// Swing rate of the body according to the IMU, rad/s.
     pub swing_rad_s: f32,
-    /// Rate about the forward axis as the IMU shows it, rad/s.
+    /// Rate about the forward axis according to the IMU, rad/s.
     pub roll_rad_s: f32,
     /// Yaw rate, rad/s.
     pub yaw_rad_s: f32,
@@ -37,29 +37,30 @@ pub struct Exchanged {
     swing: f32,
     roll: f32,
     together: f32,
-    /// The vehicle turned in the interval before.
+    /// Whether the vehicle turned in the previous interval.
     turned: bool,
     in_rhythm: Persistence,
     rolled: Persistence,
 }
 
-/// Mean square of the roll, (rad/s)^2, that would be the body's swing: of 0.15 rad/s, which within a tenth of a second moves it
-/// by a degree.
+/// Least mean square of the roll, (rad/s)^2, that can be the body's swing: that of 0.15 rad/s, which moves the body by a
+/// degree within a tenth of a second.
 const ROLL_MIN: f32 = 0.15 * 0.15;
-/// Share of it that is left for the swing: an IMU that is mounted some degrees off a quarter of a turn shows a little.
+/// Largest share of that mean square in the shown swing: an IMU that is mounted some degrees off a quarter of a turn
+/// shows a little of it.
 const SWING_SHARE: f32 = 0.05;
-/// Square of the correlation of roll and relative rate from which the two go together.
+/// Squared correlation of roll and relative rate above which the two count as correlated.
 const TOGETHER: f32 = 0.5;
-/// Intervals for which that must last: 60 ms.
+/// Intervals for which the correlation must last: 60 ms.
 const EXCHANGED_INTERVALS: u16 = 12;
-/// Mean roll over the steady time, rad/s, of a body that has turned by 0.15 rad meanwhile, whatever its motor does: on a slope
-/// the arm swings out while the wheels roll the other way. One wheel on a step of 0.15 m would roll a vehicle of half a metre
-/// as far. And the intervals for which that must last: 20 ms.
+/// Mean roll rate over the steady time, rad/s, of a body that has turned by 0.15 rad meanwhile, whatever its motor does:
+/// on a slope the arm swings out while the wheels roll the other way. Only a wheel on a step of 0.15 m would roll a
+/// vehicle of half a metre as far. `ROLLED_INTERVALS` is the time for which this must last: 20 ms.
 const ROLLED_RAD_S: f32 = 0.15 / STEADY_TIME_CONSTANT_S;
 const ROLLED_SWING_SHARE: f32 = 0.1;
 const ROLLED_INTERVALS: u16 = 4;
-/// Yaw rate from which the watch reports nothing, rad/s: an arm that hangs out shows some of the yaw rate as roll.
-/// Below this rate the arm shows less than `ROLLED_RAD_S`.
+/// Yaw rate from which the watch reports nothing, rad/s: a leaning arm shows some of the yaw rate as roll. Below this yaw
+/// rate the shown roll is less than `ROLLED_RAD_S`.
 const SHOWN_TURN_RAD_S: f32 = 0.5;
 
 impl Default for Exchanged {
@@ -78,7 +79,7 @@ impl Default for Exchanged {
 }
 
 impl Exchanged {
-    /// Takes what one interval shows; whether the IMU has shown for a while that its axes are exchanged.
+    /// Updates the watch with one interval. Returns whether the IMU has shown for a while that its axes are exchanged.
     pub fn update(&mut self, rates: &BodyRates) -> bool {
         let mut motion = [rates.relative_rad_s, rates.swing_rad_s, rates.roll_rad_s];
         if rates.yaw_rad_s.abs() > SHOWN_TURN_RAD_S {
@@ -89,14 +90,14 @@ impl Exchanged {
         }
         for (rate, steady) in motion.iter_mut().zip(&mut self.steady) {
             if self.turned {
-                // What a turn shows as roll does not outlive the turn, and its end is no rhythm.
+                // The roll that a turn shows ends with the turn, and the end of a turn is no rhythm.
                 steady.reset(*rate);
             }
             steady.update(*rate);
             *rate -= steady.value();
         }
         if self.turned {
-            // Of its last roll no more than a slow turn shows: one sample is no roll of the body yet.
+            // The last roll counts only up to what a slow turn shows, because one sample is not yet a roll of the body.
             let [_, _, roll] = &mut self.steady;
             roll.reset(roll.value().bounded(-SHOWN_TURN_RAD_S, SHOWN_TURN_RAD_S));
         }
@@ -119,7 +120,7 @@ impl Exchanged {
         in_rhythm || rolled
     }
 
-    /// Begins anew: no motor is driven, or the IMU is not believed.
+    /// Restarts the watch, when no motor is driven or the IMU is not believed.
     pub fn reset(&mut self) {
         for steady in &mut self.steady {
             steady.reset(0.0);
@@ -173,7 +174,7 @@ mod tests {
                         "{hertz} Hz, {size}: {found:?}"
                     );
                 }
-                // The right way round, with a third of the swing as roll: an IMU that is mounted 20 degrees off.
+                // An IMU that is mounted correctly but 20 degrees off shows a third of the swing as roll.
                 let upright = |relative, swing: f32| BodyRates {
                     relative_rad_s: relative,
                     swing_rad_s: swing,
@@ -185,7 +186,7 @@ mod tests {
         }
     }
 
-    /// One wheel drives over waves: the vehicle rolls, and its wheels turn on evenly, or in another rhythm.
+    /// One wheel drives over waves: the vehicle rolls while its wheels turn evenly or in another rhythm.
     #[test]
     fn a_vehicle_that_rolls_is_no_exchanged_imu() {
         let rolls = |_, swing| BodyRates {
@@ -205,8 +206,9 @@ mod tests {
         }
     }
 
-    /// On a slope the wheels roll one way and the arm swings out the other: their rates may cancel. By 0.4 rad in 0.4 s it is told
-    /// before it has swung out; a vehicle that rolls by 0.1 rad, over a step under one wheel, is none.
+    /// On a slope the wheels roll one way and the arm swings out the other way, so their rates may cancel. The watch
+    /// reports an arm that swings by 0.4 rad in 0.4 s before the swing is over. The watch does not report a vehicle that
+    /// rolls by 0.1 rad over a step under one wheel.
     #[test]
     fn an_arm_that_swings_out_is_told_whatever_the_wheels_do() {
         for (size_rad, swing_share, expected) in [
@@ -230,7 +232,7 @@ mod tests {
         }
     }
 
-    /// An arm that hangs out shows yaw as roll: a spin proves nothing.
+    /// A leaning arm shows yaw as roll, so a spin proves nothing.
     #[test]
     fn a_turn_tells_nothing() {
         for (yaw_rad_s, expected) in [(0.49, true), (0.51, false), (-0.51, false)] {

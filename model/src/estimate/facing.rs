@@ -1,60 +1,61 @@
-//! Whether the arm IMU faces forward: a mirrored IMU agrees with itself, but not with the wheels' encoders.
+//! Detects an arm IMU that faces backward: a mirrored IMU agrees with itself, but not with the wheels' encoders.
 //!
-//! An IMU that is mounted half a turn about its z axis shows -phi' and -f_x. Its gyro and its accelerometer agree with each
-//! other, and the law that believes them throws the arm. The encoders do not share the mistake: they measure the rate
-//! `w = theta' + phi'` of the wheels relative to the arm. The axle of wheels that roll accelerates by
+//! An IMU that is mounted half a turn about its z axis shows -phi' and -f_x. Its gyro and its accelerometer agree with
+//! each other, and a law that trusts them throws the arm. The encoders do not share the error: they measure the rate `w
+//! = theta' + phi'` of the wheels relative to the arm. While the wheels roll, the axle accelerates by
 //!
 //! ```text
 //! a = r theta'' = r (w' - phi'')
 //! ```
 //!
-//! The estimate takes this acceleration out of what the accelerometer feels along the horizontal. What is left is `e`: next to
-//! nothing, if the IMU faces forward. A mirrored IMU shows -a instead of a, and the estimate takes w' + phi'' for
-//! theta'':
+//! The estimator subtracts this acceleration from the accelerometer's horizontal component. The remainder `e` is almost
+//! 0 if the IMU faces forward. A mirrored IMU shows -a instead of a, and the estimator mistakes w' + phi'' for theta'':
 //!
 //! ```text
 //! e = -a - r (w' + phi'') = -2 r w'
 //! ```
 //!
-//! So `e` should be 0 or `-2 r w'`: the watch compares the mean squares of the two errors, `e` and `e + 2 r w'`. Neither
-//! voltage, inertia, load nor slope are in this: whatever turns the wheels against the arm, a motor, a hand or the ground,
-//! shows which way the IMU faces. Wheels that slide obey neither equation: both errors are large then. The watch
-//! filters steady errors, of an angle that is known to some degrees, out of both. A vehicle in the air shows nothing:
-//! its motors slow its wheels down, its landing spins them up, and its axle does neither.
+//! So `e` should be 0 or `-2 r w'`: the watch compares the mean squares of the two errors, `e` and `e + 2 r w'`. The
+//! comparison depends on neither voltage, inertia, load nor slope: any motion of the wheels against the arm, by a motor,
+//! a hand or the ground, shows which way the IMU faces. Sliding wheels obey neither equation, so both errors are large.
+//! The watch filters steady errors out of both, because the angle is known only to some degrees. A vehicle in the air
+//! gives no evidence: its motors slow the wheels and its landing spins them up, but neither accelerates the axle.
 //!
-//! For an IMU that is also upside down, `e` is the sine of an angle of 180 degrees: 0. The vertical shows it: what
-//! holds the vehicle up pushes it up, and a vehicle that falls feels nothing (`tick/estimate/contradiction.rs`).
+//! For an IMU that is also upside down, `e` is the sine of an angle of 180 degrees: 0. The vertical component shows this
+//! case, because the ground pushes the vehicle up and a falling vehicle feels no force
+//! (`tick/estimate/contradiction.rs`).
 
 use super::rate_filter::LowPass;
 use crate::persistence::Persistence;
 use crate::sample::TICK_S;
 use crate::vehicle::G;
 
-/// Ticks from one update of a watch of mountings to its next: the arm's two, the spar's two and the slow means of
-/// [`traction`](super::traction) take turns, because a swing of some hertz needs no more, and a tick has time for one of them.
+/// Ticks between two updates of a mounting watch. The arm's two watches, the spar's two watches and the slow means of
+/// [`traction`](super::traction) take turns: a swing of some hertz needs no more, and a tick has time for only one of
+/// the five.
 pub const INTERVAL_TICKS: u8 = 5;
-/// The same, s.
+/// Time between two updates of a mounting watch, s.
 pub(super) const INTERVAL_S: f32 = INTERVAL_TICKS as f32 * TICK_S;
 
-/// What one tick of an armed vehicle shows of its IMU.
+/// The evidence of one tick of an armed vehicle about its IMU.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shown {
-    /// Mean rate of the wheels relative to the arm, of their encoders, rad/s.
+    /// Mean rate of the wheels relative to the arm by their encoders, rad/s.
     pub relative_rad_s: f32,
-    /// What the accelerometer feels along the horizontal beyond the axle's acceleration, over g.
+    /// The accelerometer's horizontal component less the axle's acceleration, over g.
     pub unexplained: f32,
-    /// What it feels to the left, m/s^2.
+    /// The accelerometer's component to the left, m/s^2.
     pub sideways_m_s2: f32,
-    /// It has felt about the weight of a vehicle that stands on its wheels for a quarter of a second: the filters have forgotten
-    /// a landing. Wheels that stand still when the vehicle lands at 2.5 m/s are spun up within 28 ms by a friction of 0.6, which
-    /// makes 9 g of their inertia, of which filters of 20 and 28 ms leave less than 0.14 g, whose square `UNEXPLAINED_MIN` is,
-    /// after 120 ms.
+    /// For a quarter of a second the accelerometer has felt about the weight of a vehicle that stands on its wheels, so
+    /// the filters have forgotten a landing. When a vehicle with resting wheels lands at 2.5 m/s, a friction of 0.6
+    /// spins the wheels up within 28 ms, an acceleration of 9 g. After 120 ms the filters of 20 and 28 ms leave less
+    /// than 0.14 g of that; the square of 0.14 g is `UNEXPLAINED_MIN`.
     pub weighs: bool,
-    /// The wheels are known to slide, or to have slid lately.
+    /// Whether the wheels are known to slide or to have slid recently.
     pub slides: bool,
 }
 
-/// Watches which way the IMU faces.
+/// The watch for an IMU that faces backward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Facing {
     /// Wheel radius over g, s^2.
@@ -63,38 +64,39 @@ pub struct Facing {
     steady_forward: LowPass,
     steady_backward: LowPass,
     steady_sideways: LowPass,
-    /// Mean squares of the errors of an IMU that faces forward, and backward.
+    /// Mean squares of the errors under the two hypotheses: the IMU faces forward, or backward.
     forward: f32,
     backward: f32,
-    /// Mean square of what shakes it sideways, over g.
+    /// Mean square of the sideways component, over g.
     sideways: f32,
     mirrored: Persistence,
     /// Intervals since the wheels gripped again, up to [`REGAINS_INTERVALS`].
     regained: u8,
 }
 
-/// Time constant of what is steady: several times that of the tilt estimate's filters, and less than a manoeuvre.
+/// Time constant of the filter of steady errors: several times that of the tilt estimate's filters, and less than a
+/// manoeuvre.
 pub(super) const STEADY_TIME_CONSTANT_S: f32 = 0.2;
 /// Time constant of the mean squares: longer than the blow of a kerb.
 const MEAN_TIME_CONSTANT_S: f32 = 0.1;
-/// Mean square, over g, of what an IMU that faces forward would have to leave unexplained: of 1.4 m/s^2, six times the
-/// difference that may be a slide. Half of it is what the wheels accelerate against the arm.
+/// Least mean square, over g, of the error under the hypothesis of a forward-facing IMU: that of 1.4 m/s^2, six times
+/// the difference that may be a slide. The wheels' acceleration against the arm is half of that error.
 const UNEXPLAINED_MIN: f32 = 1.4 / G * (1.4 / G);
-/// Share of it that an IMU that faces backward may leave unexplained: two fifths of the amplitude, for scales, radii and lags
-/// that are known to some percent, and for wheels that slip meanwhile.
+/// Largest share of that mean square in the error under the hypothesis of a backward-facing IMU: two fifths of the
+/// amplitude, for scales, radii and lags that are known to some percent, and for wheels that slip meanwhile.
 const MIRRORED_SHARE: f32 = 0.15;
-/// Share of it that may shake the IMU sideways: what swings the arm does not, and a vibration, to which the law answers through
-/// the gyro, does as much as forward.
+/// Largest share of that mean square in the sideways component. A swing of the arm causes no sideways acceleration. A
+/// vibration, to which the law responds through the gyro, shakes the IMU sideways as much as forward.
 const SIDEWAYS_SHARE: f32 = 0.3;
-/// Intervals for which the one must explain what the other does not: 60 ms.
+/// Intervals for which only the backward hypothesis must explain the readings: 60 ms.
 const MIRRORED_INTERVALS: u16 = 12;
 
-/// What is left unexplained, over g, beyond which wheels that slide tell nothing: when they grip again, the ground turns them,
-/// and through the gears the arm. And the intervals for which they show nothing after that: the filters of 20 and
-/// 28 ms, one behind the other, leave 0.29 of it after 60 ms, whose square is `UNEXPLAINED_MIN`.
+/// Unexplained acceleration, over g, beyond which sliding wheels are no evidence: when the wheels grip again, the ground
+/// turns them and, through the gears, the arm. `REGAINS_INTERVALS` is the time without evidence after that: the cascaded
+/// filters of 20 and 28 ms leave 0.29 of it after 60 ms; the square of that remainder is `UNEXPLAINED_MIN`.
 const REGAINS: f32 = 0.5;
 const REGAINS_INTERVALS: u8 = 12;
-/// Share of each interval in the mean squares.
+/// Weight of each interval in the mean squares.
 pub(super) const MEAN_GAIN: f32 = INTERVAL_S / MEAN_TIME_CONSTANT_S;
 
 impl Facing {
@@ -115,7 +117,7 @@ impl Facing {
         }
     }
 
-    /// Takes what one interval shows; whether the IMU has shown for a while that it is mirrored.
+    /// Updates the watch with one interval. Returns whether the IMU has shown for a while that it is mirrored.
     pub fn update(&mut self, shown: &Shown) -> bool {
         let relative = self.radius_s2 * self.relative.update(shown.relative_rad_s);
         let [forward, backward] = [shown.unexplained, shown.unexplained + 2.0 * relative];
@@ -127,13 +129,13 @@ impl Facing {
             (self.regained + 1).min(REGAINS_INTERVALS)
         };
         if self.regained < REGAINS_INTERVALS || paused {
-            // Nor has what such wheels leave in the filters anything steady.
+            // Nor does a slide leave a steady error in the filters.
             self.steady_forward.reset(forward);
             self.steady_backward.reset(backward);
             self.steady_sideways.reset(sideways);
             [self.forward, self.backward, self.sideways] = [0.0; 3];
         } else if shown.weighs {
-            // What a flight shows is no steady error either.
+            // The error during a flight is no steady error either.
             self.steady_forward.update(forward);
             self.steady_backward.update(backward);
             self.steady_sideways.update(sideways);
@@ -153,7 +155,8 @@ impl Facing {
         )
     }
 
-    /// Begins anew with wheels that stand: nothing drives them, or the IMU is not believed. It feels `sideways_m_s2` to the left.
+    /// Restarts the watch with standing wheels, when nothing drives them or the IMU is not believed. The accelerometer
+    /// feels `sideways_m_s2` to the left.
     pub fn reset(&mut self, sideways_m_s2: f32) {
         self.relative.reset(0.0);
         self.steady_forward.reset(0.0);
@@ -172,17 +175,17 @@ mod tests {
     const RADIUS_M: f32 = 0.25;
     const AXLE_S: f32 = 0.02;
     const MIRRORED_TICKS: u16 = MIRRORED_INTERVALS * INTERVAL_TICKS as u16;
-    /// Turns the wheels against the arm to and fro by 2 Hz.
+    /// Angular frequency, 2 Hz, at which the tests turn the wheels to and fro against the arm.
     const OMEGA_RAD_S: f32 = 12.6;
 
-    /// A watch, and wheels that an IMU answers to.
+    /// A watch, and simulated wheels with an IMU.
     struct Bench {
         facing: Facing,
         ticks: u16,
         axle: LowPass,
         weighs: bool,
         slides: bool,
-        /// Share of the wheels' relative acceleration that shakes the IMU sideways.
+        /// The IMU's sideways acceleration as a share of the wheels' relative acceleration.
         sideways: f32,
     }
 
@@ -201,7 +204,8 @@ mod tests {
             }
         }
 
-        /// One interval at a relative rate, with an error of this share of the wheels' relative acceleration, and of `offset_g`.
+        /// One interval at a relative rate. The error is this share of the wheels' relative acceleration, plus
+        /// `offset_g`.
         fn interval(&mut self, relative_rad_s: f32, share: f32, offset_g: f32) -> bool {
             let relative_g = RADIUS_M / G * self.axle.update(relative_rad_s);
             self.facing.update(&Shown {
@@ -233,8 +237,8 @@ mod tests {
                 told.is_some_and(|tick| (MIRRORED_TICKS..=250).contains(&tick)),
                 "{amplitude_m_s2}: {told:?}"
             );
-            // Exact, of wheels that spin on ice or hardly slip, of an accelerometer that shows twice as much, and of the
-            // wrong sign.
+            // An exact IMU, wheels that spin on ice or slip a little, an accelerometer of a wrong scale, and an error of
+            // the wrong sign.
             for share in [0.0, -1.0, -1.3, 0.3, 2.0] {
                 assert_eq!(
                     Bench::new().told(amplitude_m_s2, share, 3000),
@@ -243,20 +247,20 @@ mod tests {
                 );
             }
         }
-        // Scales and radii that are wrong by a fifth hide nothing.
+        // Scales and radii that are wrong by a fifth do not hide a mirrored IMU.
         for share in [-1.6, -2.4] {
             assert!(Bench::new().told(3.0, share, 1000).is_some(), "{share}");
         }
     }
 
-    /// The mean square of 1.4 m/s^2 is that of an amplitude of 2 m/s^2, and twice the wheels' relative one.
+    /// An amplitude of 2 m/s^2 has the mean square of 1.4 m/s^2 and is twice the wheels' relative acceleration.
     #[test]
     fn little_motion_tells_nothing() {
         assert_eq!(Bench::new().told(0.8, -2.0, 3000), None);
         assert!(Bench::new().told(1.25, -2.0, 3000).is_some());
     }
 
-    /// A blow that looks mirrored for 40 ticks is none: it is known as such before 60 have passed.
+    /// The watch does not report a blow that looks mirrored for 40 ticks, because the report needs 60 ticks.
     #[test]
     fn what_does_not_last_tells_nothing() {
         let mut bench = Bench::new();
@@ -284,9 +288,9 @@ mod tests {
         assert_eq!(bench.facing, Facing::new(RADIUS_M, AXLE_S));
     }
 
-    /// A vehicle hops off a kerb: in the air its motors slow its wheels down, which does nothing to the axle. The blow of its
-    /// landing, of two ticks, changes the axle's speed, and a friction of 0.6 spins the wheels up again. The estimate takes
-    /// the latter for an acceleration of the axle, and filters the former by 28 ms.
+    /// A vehicle hops off a kerb. In the air its motors slow the wheels, which does not accelerate the axle. The blow of
+    /// the landing, of two ticks, changes the axle's speed, and a friction of 0.6 spins the wheels up again. The
+    /// estimator mistakes the wheels' acceleration for the axle's, and filters the blow by 28 ms.
     #[test]
     fn no_landing_looks_like_a_mirrored_imu() {
         const SPUN_UP_M_S2: f32 = 0.6 * G / 0.066;
@@ -328,7 +332,8 @@ mod tests {
         }
     }
 
-    /// Wheels that grip again look mirrored with more than half a g; a mirrored IMU is found in what looks like a slide too.
+    /// Wheels that grip again look like a mirrored IMU with more than half a g. The watch finds a mirrored IMU even in
+    /// what looks like a slide.
     #[test]
     fn in_a_slide_only_what_is_below_half_a_g_tells() {
         for (amplitude_m_s2, slides, expected) in [(30.0, true, false), (30.0, false, true), (2.0, true, true)] {
@@ -340,7 +345,8 @@ mod tests {
         }
     }
 
-    /// What shakes it sideways as much as forward is a vibration; a side force that stays, as in a bend, is none.
+    /// A motion that shakes the IMU sideways as much as forward is a vibration. A steady side force, as in a bend, is
+    /// not.
     #[test]
     fn a_vibration_that_the_law_answers_tells_nothing() {
         for (sideways, expected) in [(0.0, true), (0.9, true), (1.3, false), (-2.0, false)] {
@@ -350,7 +356,7 @@ mod tests {
         }
     }
 
-    /// An angle of the arm that is wrong by 17 degrees while the vehicle speeds up steadily: the same steady error.
+    /// An arm angle that is wrong by 17 degrees while the vehicle accelerates steadily gives a steady error, too.
     #[test]
     fn what_is_steady_tells_nothing() {
         let mut bench = Bench::new();

@@ -1,11 +1,11 @@
 //! Heading and yaw rate from the arm's gyro.
 
-/// Integrates the gyro's yaw rate; its biases are learnt at rest only.
+/// Integrates the gyro's yaw rate and learns the gyro's biases at rest only.
 ///
 /// While the vehicle drives, the wheels cannot distinguish a gyro's bias from unequal radii, from slip or from a
 /// sagging tyre: at a steady speed each shows the same constant difference. (6.12) therefore corrects nothing while
-/// driving. At rest the wheels turn by nothing that matters, and each gyro axis shows its own bias. The two axes'
-/// biases are learnt apart, so that they stay right when the arm leaves the angle at which they were learnt.
+/// driving. At rest the wheels do not turn noticeably, and each gyro axis shows its own bias. The estimator learns
+/// the two axes' biases separately, so they stay right when the arm leaves the angle at which they were learnt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeadingEstimator {
     dt_s: f32,
@@ -14,13 +14,13 @@ pub struct HeadingEstimator {
     bias_rad_s: [f32; 2],
     yaw_rate_rad_s: f32,
     heading_rad: f32,
-    /// What the last additions to the heading lost to rounding (Kahan).
+    /// Rounding error of the last additions to the heading (Kahan).
     carry_rad: f32,
     lesson: Lesson,
 }
 
-/// What a rest teaches of the biases, until it is certain that it was one: the wheels' rates are known later than the
-/// gyro's, so the last ticks before the vehicle is seen to turn would be learnt as a bias.
+/// Corrections of the biases at rest, held back until the rest is certain. The wheels' rates are known later than the
+/// gyro's, so the estimator would otherwise learn the last ticks before a detected turn as a bias.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Lesson {
     ticks: u8,
@@ -29,7 +29,8 @@ struct Lesson {
     ripe_rad_s: [f32; 2],
 }
 
-/// The gyro's axes across the wheels' axle, and where the plane's normal lies between them.
+/// The rates of the two gyro axes across the wheels' axle, and the direction of the plane's normal between these
+/// axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct YawReading {
     /// Rates about the arm's x and z axes, rad/s.
@@ -40,13 +41,13 @@ pub struct YawReading {
     pub wheels_rad_s: f32,
 }
 
-/// Largest yaw rate that may be left unexplained at rest: more is motion that the wheels do not show.
+/// Largest unexplained yaw rate at rest; a larger rate is a motion that the wheels do not show.
 pub const AGREEMENT_RAD_S: f32 = 0.06;
-/// Bias learning speed-up at rest.
+/// Factor by which bias learning is faster at rest.
 const STANDING_BIAS_FACTOR: f32 = 20.0;
-/// Ticks of a block of what a rest teaches: longer than the filters of wheels and gyro take to agree.
+/// Ticks of one block of corrections: longer than the filters of wheels and gyro take to agree.
 const LESSON_TICKS: u8 = 50;
-/// Yaw rate from which the length of the gyro's vector counts instead of its projection.
+/// Yaw rate above which the estimator uses the magnitude of the gyro's vector instead of its projection.
 const FAST_RAD_S: f32 = 0.2;
 
 impl HeadingEstimator {
@@ -63,7 +64,7 @@ impl HeadingEstimator {
         }
     }
 
-    /// This estimator with the heading of another one, and with the biases from which that one goes on.
+    /// This estimator with the heading and the biases of another estimator.
     pub fn with_heading_of(self, other: &Self) -> Self {
         Self {
             dt_s: self.dt_s,
@@ -72,11 +73,11 @@ impl HeadingEstimator {
         }
     }
 
-    /// Takes one reading; rates are positive anticlockwise (to the left).
+    /// Updates the estimate with one reading; rates are positive anticlockwise (to the left).
     ///
-    /// The axle lies in the plane, so whatever the arm turns about its x and z axes is yaw. What the normal's assumed
-    /// direction leaves across it is an error of that direction: to the first order it adds `across^2 / 2 along` to
-    /// the rate, which counts in a fast turn (1 degree costs 0.5 degrees in nine turns).
+    /// The axle lies in the plane, so every rotation of the arm about its x and z axes is yaw. A component across the
+    /// assumed normal is an error of the normal's direction. To first order this error adds `across^2 / 2 along` to
+    /// the rate, which matters in a fast turn (1 degree costs 0.5 degrees in nine turns).
     #[inline]
     pub fn update(&mut self, reading: &YawReading, at_rest: bool) {
         let [sin, cos] = reading.normal_sin_cos;
@@ -101,7 +102,7 @@ impl HeadingEstimator {
         self.turn(rate);
     }
 
-    /// One tick in which the vehicle is known to stand still, whatever a gyro of unknown bias shows.
+    /// One tick in which the vehicle is known to stand still, whatever a gyro with an unknown bias shows.
     pub fn stand(&mut self) {
         self.yaw_rate_rad_s = 0.0;
     }
@@ -112,7 +113,7 @@ impl HeadingEstimator {
         self.turn(wheels_rad_s);
     }
 
-    /// Turns at a rate for one tick.
+    /// Advances the heading by one tick at a rate.
     fn turn(&mut self, rate_rad_s: f32) {
         self.yaw_rate_rad_s = rate_rad_s;
         let step = rate_rad_s * self.dt_s - self.carry_rad;
@@ -121,7 +122,7 @@ impl HeadingEstimator {
         self.heading_rad = sum;
     }
 
-    /// Learns from one tick at rest; the bias changes by what the block before the last whole one showed.
+    /// Learns from one tick at rest. The bias changes by the corrections of the block before the last whole block.
     fn learn(&mut self, error_rad_s: [f32; 2]) {
         let Lesson {
             ticks,
@@ -159,7 +160,7 @@ impl HeadingEstimator {
         self.heading_rad
     }
 
-    /// Yaw rate in rad/s with the bias taken out.
+    /// Yaw rate in rad/s, less the bias.
     pub fn yaw_rate_rad_s(&self) -> f32 {
         self.yaw_rate_rad_s
     }
@@ -211,7 +212,7 @@ mod tests {
             estimator.update(&reading(0.0, 0.51, 0.0, 0.5), false);
             assert!((estimator.yaw_rate_rad_s() - 0.5).abs() < 1e-3, "the bias is known");
         }
-        // A new bias is learnt in the new time.
+        // The estimator learns a new bias with the new time constant.
         for _ in 0..2_000 {
             before.update(&reading(0.0, 0.03, 0.0, 0.0), true);
             after.update(&reading(0.0, 0.03, 0.0, 0.0), true);
@@ -269,7 +270,7 @@ mod tests {
     fn a_fast_turn_does_not_depend_on_the_normals_direction() {
         for (rate, off) in [(1.9_f32, 0.02_f32), (-1.9, 0.03), (0.5, -0.03), (-0.7, 0.02)] {
             let mut estimator = HeadingEstimator::new(0.001, 10.0);
-            // The arm stands at 0.2 rad from the normal, and is believed to stand at 0.2 + off.
+            // The arm is at 0.2 rad from the normal; the estimator assumes 0.2 + off.
             let (sin, cos) = 0.2_f32.sin_cos();
             for _ in 0..30_000 {
                 estimator.update(&reading(rate * sin, rate * cos, 0.2 + off, rate), false);

@@ -1,8 +1,10 @@
-//! What the vehicle estimates of itself: angles, rates, slope and pose from encoders, gyros and accelerometers.
+//! The vehicle's estimates of its own motion: angles, rates, slope and pose from encoders, gyros and
+//! accelerometers.
 //!
-//! A gearbox encoder measures theta + phi (wheel relative to the arm), never theta; a gyro on the arm
-//! gives phi'; the accelerometer gives phi only once the accelerations of the axle and of the arm are
-//! taken out of it. No sensor measures the slope: it follows from the balance of forces.
+//! A gearbox encoder measures theta + phi (wheel relative to the arm), never theta. A gyro on the arm
+//! measures phi'. The accelerometer gives phi only after the accelerations of the axle and of the arm
+//! have been subtracted. No sensor measures the slope; the estimator derives the slope from the
+//! balance of forces.
 
 pub mod alignment;
 pub mod exchanged;

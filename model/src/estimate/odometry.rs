@@ -6,8 +6,8 @@
 pub struct Odometry {
     x_m: f32,
     y_m: f32,
-    /// What the last additions lost to rounding (Kahan): a millisecond's advance is small against a
-    /// kilometre in f32.
+    /// Rounding error of the last additions (Kahan): in f32 a millisecond's advance is small
+    /// against a kilometre.
     carry_x_m: f32,
     carry_y_m: f32,
     distance_m: f32,

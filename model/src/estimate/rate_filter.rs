@@ -1,7 +1,7 @@
 //! Angle and rate from a quantised counter.
 
-/// The number nearest to so many counts. Of those that 32 bits hold, as all are but for a broken counter's, it is one
-/// instruction: for 64 bits the drive board's core has none.
+/// The nearest `f32` to a count. Within 32 bits, as for every counter that is not broken, the conversion is one
+/// instruction; the drive board's core has no instruction for 64 bits.
 #[inline]
 pub fn nearest(counts: i64) -> f32 {
     match i32::try_from(counts) {
@@ -10,7 +10,7 @@ pub fn nearest(counts: i64) -> f32 {
     }
 }
 
-// A call: inlined, it would be worked out for every count and then not taken.
+// Not inlined: otherwise the compiler computes this value for every count and then discards it.
 #[cold]
 #[inline(never)]
 fn wide(counts: i64) -> f32 {
@@ -19,8 +19,8 @@ fn wide(counts: i64) -> f32 {
 
 /// A critically damped second-order tracking filter on encoder counts.
 ///
-/// Both poles of the error lie at `exp(-dt / tau)`. The filter holds its position relative to the
-/// newest count, so its resolution does not fade as the count grows.
+/// Both poles of the error lie at `exp(-dt / tau)`. The filter stores its position relative to the newest
+/// count, so its resolution does not decrease as the count grows.
 ///
 /// ```
 /// use model::estimate::rate_filter::RateFilter;
@@ -56,9 +56,9 @@ impl RateFilter {
         }
     }
 
-    /// Takes the newest count.
+    /// Updates the filter with the newest count.
     pub fn update(&mut self, count: i64) {
-        // A wrap of the 64-bit count is a wrap of the difference: no sum can overflow.
+        // If the 64-bit count wraps, the difference wraps too, so no sum can overflow.
         let moved = nearest(self.last.map_or(0, |last| count.wrapping_sub(last)));
         self.last = Some(count);
         let predicted = self.lead + self.rate_per_s * self.dt_s;
@@ -73,7 +73,7 @@ impl RateFilter {
     }
 }
 
-/// A first-order low-pass filter that also gives the derivative of its input.
+/// A first-order low-pass filter that also returns the derivative of its input.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LowPass {
     gain: f32,
@@ -97,7 +97,7 @@ impl LowPass {
         self.value = value;
     }
 
-    /// Takes the newest input; returns the filtered derivative of the input, per second.
+    /// Updates the filter with the newest input and returns the input's filtered derivative, per second.
     pub fn update(&mut self, input: f32) -> f32 {
         let ahead = input - self.value;
         self.value += self.gain * ahead;
@@ -160,7 +160,7 @@ mod tests {
         }
         assert!(rates[1] < 30_000.0 && rates[1] > 1_000.0, "{}", rates[1]);
         assert!((rates[24] - 100_000.0).abs() < 2_000.0, "{}", rates[24]);
-        // Critically damped in position, so the rate overshoots by e^-2 at the most.
+        // The filter is critically damped in position, so the rate overshoots by at most e^-2.
         assert!(rates.iter().all(|r| *r < 115_000.0));
     }
 

@@ -15,8 +15,8 @@ pub struct Estimate {
     pub speed_m_s: f32,
     /// Slope beta, rad, uphill positive.
     pub slope_rad: f32,
-    /// Sine of the slope that the laws carry: that of the ground, and under Eq. 3.25, while the vehicle pushes at an
-    /// obstacle, of a hill that would ask as much.
+    /// Sine of the slope that the laws balance: the slope of the ground. Under Eq. 3.25, while the vehicle pushes at
+    /// an obstacle, the slope of a hill that would need the same force.
     pub sin_slope: f32,
     /// Heading since boot, rad, anticlockwise positive, not wrapped.
     pub heading_rad: f32,
@@ -44,20 +44,22 @@ pub struct Estimate {
     pub at_rest: bool,
     /// The vehicle has come to a stop, though it may still balance about its place.
     pub stopped: bool,
-    /// Gyro and accelerometer of the arm IMU have contradicted each other, or both the wheels or gravity, for a while.
+    /// For a while the gyro and the accelerometer of the arm IMU have contradicted each other, or both have
+    /// contradicted the wheels or gravity.
     pub contradicted: bool,
-    /// The spar's IMU has contradicted gravity, or the ballast and the axle, for a while.
+    /// For a while the spar IMU has contradicted gravity, or the ballast and the axle.
     pub spar_contradicted: bool,
     /// The wheels slide: speed and distance come from the accelerometer.
     pub sliding: bool,
-    /// Something blocks the vehicle although it is commanded to drive.
+    /// An obstacle blocks the vehicle, which is commanded to drive.
     pub stalled: bool,
 }
 
 impl Estimate {
-    /// Whether every value that a motor depends on is a number.
+    /// Whether every value that affects a motor is finite.
     pub fn is_finite(&self) -> bool {
-        // An infinity or what is no number stays so in a sum. Values so large that their sum is none are no estimate either.
+        // An infinity or a NaN makes the sum infinite or NaN. Values so large that their sum overflows are no
+        // estimate either.
         let sum = self.phi_rad
             + self.phi_rate_rad_s
             + self.theta_rate_rad_s

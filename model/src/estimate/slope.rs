@@ -1,15 +1,15 @@
 //! The slope under the wheels, from the balance of forces: no sensor measures it.
 //!
-//! (3.12) minus (3.13) has no motor torque and no friction of the drive in it:
+//! Subtracting (3.13) from (3.12) eliminates the motor torque and the friction of the drive:
 //!
 //! ```text
 //! (1 + S) sin(beta) = alpha L sin(phi) - (1 + S + mu - alpha L cos(beta - phi)) theta''
 //!                   + (alpha L^2 - alpha L cos(beta - phi)) phi'' - alpha L sin(beta - phi) phi'^2
 //! ```
 //!
-//! with S the camera spar's mass over M + m (Eq. 8.8, corrected). At rest this is
-//! `alpha L sin(phi_o) = (1 + S) sin(beta)`; while driving, the accelerations are taken out. Low-passed,
-//! because the accelerations are differentiated from rates.
+//! with S the spar's mass over M + m (Eq. 8.8, corrected). At rest the equation reduces to `alpha L sin(phi_o) = (1 + S)
+//! sin(beta)`; while driving, its other terms compensate the accelerations. The estimator low-passes the result, because
+//! the accelerations are differentiated rates.
 
 use super::rate_filter::LowPass;
 use crate::bounded::Bounded;
@@ -26,12 +26,12 @@ pub struct SlopeEstimator {
     cos: f32,
 }
 
-/// Sine of the steepest slope that is believed.
+/// Sine of the steepest slope that the estimator accepts.
 const SIN_MAX: f32 = 0.9;
 
 impl SlopeEstimator {
-    /// An estimator called every `dt_s` seconds for a vehicle of the given nondimensional parameters
-    /// (`spar` is S, 0 without a camera spar), with the time constant `tau_s`.
+    /// An estimator with the time constant `tau_s`, called every `dt_s` seconds, for a vehicle with the given
+    /// nondimensional parameters (`spar` is S, 0 without a spar).
     pub fn new(dt_s: f32, tau_s: f32, l: f32, alpha: f32, mu: f32, spar: f32) -> Self {
         Self {
             alpha_l: alpha * l,
@@ -51,7 +51,7 @@ impl SlopeEstimator {
             .reset((self.filtered.value() + change).bounded(-SIN_MAX, SIN_MAX));
     }
 
-    /// Takes the arm's angle (as sine and cosine), and rates and accelerations in rad per time unit.
+    /// Updates the estimate with the arm's angle (as sine and cosine), and rates and accelerations in rad per time unit.
     pub fn update(
         &mut self,
         sin_phi: f32,
@@ -65,14 +65,14 @@ impl SlopeEstimator {
         self.set(self.filtered.value());
     }
 
-    /// Sets the slope from the arm's angle alone: right only while everything is at rest.
+    /// Sets the slope from the arm's angle alone, which is right only while the vehicle and its arm are at rest.
     pub fn align(&mut self, sin_phi: f32) {
         let sin = (self.alpha_l * sin_phi * self.weight).bounded(-SIN_MAX, SIN_MAX);
         self.filtered.reset(sin);
         self.set(sin);
     }
 
-    /// Takes what the speed law's observers found, as a change of the sine.
+    /// Applies the change of the slope's sine that the speed law's observers found.
     pub fn learn(&mut self, change: f32) {
         self.reset((self.filtered.value() + change).bounded(-SIN_MAX, SIN_MAX));
     }
@@ -132,8 +132,8 @@ mod tests {
     use super::*;
     use crate::dynamics::planar::{PHI, PHI_RATE, Planar, PlanarParameters};
 
-    /// Along an open-loop run of the true equations of motion the balance gives the true slope at
-    /// every instant, whatever the voltage.
+    /// Along an open-loop run of the exact equations of motion the balance gives the true slope at every instant,
+    /// whatever the voltage.
     #[test]
     fn the_balance_is_exact_along_any_motion() {
         for beta in [-0.3_f64, 0.0, 0.0873, 0.4] {

@@ -1,47 +1,47 @@
-//! Whether the spar's IMU faces forward: what the ballast and the axle do to the spar must be what it shows.
+//! Detects a spar IMU that faces backward: the IMU must show the motion that ballast and axle cause.
 //!
 //! The spar's own equation (7.12, about the levelled spar, the axle accelerating by `a` g, the far side of the bearing on the
-//! arm) has no motor in it, because the ballast's motor sits between the two:
+//! arm) does not contain the motor, because the ballast motor acts between spar and ballast:
 //!
 //! ```text
 //! (m1 + m2 + 2 m3) psi'' + (k1 + k2) psi = -(m2 + m3) gamma'' - k2 gamma - (k1 + k2) a + zeta (phi' - psi')
 //! ```
 //!
-//! The bearing's zeta does little beside the rest, and is left out.
+//! The watch neglects the bearing's zeta, whose term is small.
 //!
-//! The spar's IMU shows what stands on the left; the encoders of ballast and wheels show what drives it, on the right.
+//! The spar IMU shows the left side, the answer. The encoders of ballast and wheels show the right side, the drive.
 //! With an IMU that is mounted half a turn about its z axis the left side changes its sign: the law drives the spar
-//! away from its level, and throws the ballast. So the answer should be the drive, or minus the drive: the watch
-//! compares the mean squares of `answer - drive` and `answer + drive`. What pushes the spar besides, a hand or the
-//! wind, adds to the answer before the ballast follows, and leaves both unequal to 0. An IMU that is mounted a quarter
-//! of a turn answers nothing: see [`exchanged`](super::exchanged).
+//! away from level and throws the ballast. The answer should therefore equal the drive or minus the drive, and the
+//! watch compares the mean squares of `answer - drive` and `answer + drive`. Another push on the spar, by a hand or the
+//! wind, adds to the answer before the ballast follows, and makes both differences non-zero. An IMU that is mounted a
+//! quarter of a turn shows no answer: see [`exchanged`](super::exchanged).
 
 use super::facing::{INTERVAL_S, MEAN_GAIN, STEADY_TIME_CONSTANT_S};
 use super::rate_filter::LowPass;
 use crate::persistence::Persistence;
 use crate::vehicle::Vehicle;
 
-/// What one tick of an armed vehicle shows of its spar.
+/// The evidence of one tick of an armed vehicle about its spar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparShown {
-    /// Angle from the vertical, of the spar's IMU, rad.
+    /// The spar's angle from the vertical by its IMU, rad.
     pub spar_rad: f32,
-    /// Its angular acceleration, rad/s^2.
+    /// The spar's angular acceleration, rad/s^2.
     pub spar_rad_s2: f32,
-    /// Angle of the ballast relative to the spar, of its encoder, rad.
+    /// Angle of the ballast relative to the spar by the ballast's encoder, rad.
     pub ballast_rad: f32,
-    /// Its rate, rad/s.
+    /// Rate of that angle, rad/s.
     pub ballast_rate_rad_s: f32,
-    /// Acceleration of the axle along the horizontal, of the wheels, over g.
+    /// Horizontal acceleration of the axle by the wheels, over g.
     pub axle_g: f32,
-    /// What the arm IMU feels of it beyond, over g.
+    /// The arm IMU's horizontal acceleration less the wheels', over g.
     pub unexplained: f32,
 }
 
-/// Watches which way the spar's IMU faces.
+/// The watch for a spar IMU that faces backward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparFacing {
-    /// Over the spar's inertia: the spar's weight and the ballast's, 1/s^2, and the ballast's inertia.
+    /// The weight moments of spar and ballast, 1/s^2, and the ballast's inertia, all over the spar's inertia.
     weight_per_s2: f32,
     ballast_weight_per_s2: f32,
     ballast_inertia: f32,
@@ -54,26 +54,28 @@ pub struct SparFacing {
     mirrored: Persistence,
 }
 
-/// Mean square, (rad/s^2)^2, of what an IMU that faces forward would have to leave over: of 5 rad/s^2, twice what a ballast
-/// does that has swung by 0.15 rad.
+/// Least mean square, (rad/s^2)^2, of the residual under the hypothesis of a forward-facing IMU: that of 5 rad/s^2,
+/// twice the effect of a ballast that has swung by 0.15 rad.
 const LEFT_OVER_MIN: f32 = 5.0 * 5.0;
-/// Share of it that an IMU that faces backward may leave over: a fifth of the amplitude. A hand's push that the ballast has
-/// countered by half would leave as little for a moment.
+/// Largest share of that mean square in the residual under the hypothesis of a backward-facing IMU: a fifth of the
+/// amplitude. A hand's push that the ballast has half countered would leave as small a residual for a moment.
 const SPAR_MIRRORED_SHARE: f32 = 0.04;
-/// Intervals for which it must explain what the other does not: 45 ms.
+/// Intervals for which only the backward hypothesis must explain the readings: 45 ms.
 const SPAR_MIRRORED_INTERVALS: u16 = 9;
-/// What wheels and arm IMU may differ by in the axle's acceleration, as rad/s^2 of the spar and as a share of the drive, to be
-/// believed: where wheels slide and on a blow the spar feels something else than they show.
+/// Largest difference between wheels and arm IMU in the axle's acceleration, as rad/s^2 of the spar and as a share of
+/// the drive. Beyond this difference, where wheels slide or on a blow, the spar feels another acceleration than the
+/// wheels show, and the evidence does not count.
 const DOUBT_RAD_S2: f32 = 1.0;
 const DOUBT_SHARE: f32 = 0.1;
-/// Time constant of the ballast's acceleration, s: with the filter of its encoder it is as late as the spar's.
+/// Time constant of the ballast's acceleration, s: together with the filter of the ballast's encoder, the delay equals
+/// that of the spar's acceleration.
 const BALLAST_TIME_CONSTANT_S: f32 = 0.003;
-/// Angles of spar and ballast within which the equation is taken for linear, rad.
+/// Angles of spar and ballast within which the watch treats the equation as linear, rad.
 const SPAR_MAX_RAD: f32 = 0.6;
 const BALLAST_MAX_RAD: f32 = 1.3;
 
 impl SparFacing {
-    /// A watch for the spar of `vehicle`; `None` without one.
+    /// A watch for the spar of `vehicle`; `None` without a spar.
     pub fn new(vehicle: &Vehicle<f32>) -> Option<Self> {
         let c = vehicle.camera()?.coefficients();
         let time_s = vehicle.spar_scales()?.time_s;
@@ -91,7 +93,7 @@ impl SparFacing {
         })
     }
 
-    /// Takes what one interval shows; whether the IMU has shown for a while that it faces backward.
+    /// Updates the watch with one interval. Returns whether the IMU has shown for a while that it faces backward.
     #[inline]
     pub fn update(&mut self, shown: &SparShown) -> bool {
         let ballast_rad_s2 = self.ballast_rate.update(shown.ballast_rate_rad_s);
@@ -113,7 +115,7 @@ impl SparFacing {
             .update(self.forward > LEFT_OVER_MIN && self.backward < SPAR_MIRRORED_SHARE * self.forward)
     }
 
-    /// Begins anew: nothing drives the ballast, or the IMU is not believed.
+    /// Restarts the watch, when nothing drives the ballast or the IMU is not believed.
     pub fn reset(&mut self) {
         self.ballast_rate.reset(0.0);
         self.steady_answer.reset(0.0);
@@ -129,14 +131,15 @@ mod tests {
     use crate::sample::TICK_S;
     use crate::vehicle::test_vehicle::reference;
 
-    /// The spar of the reference vehicle along its whole equation (7.12), its ballast moved as a test says.
+    /// The spar of the reference vehicle, integrated with its full equation (7.12). The test prescribes the ballast's
+    /// motion.
     struct Bench {
         watch: SparFacing,
         spar: [f64; 2],
         spar_rate: LowPass,
         ballast_rate: LowPass,
         ticks: u32,
-        /// What the axle does, and what the wheels and the arm IMU show of it, g.
+        /// The axle's true acceleration, and the acceleration that the wheels and the arm IMU show, g.
         axle_g: f64,
         shown_g: f32,
         unexplained: f32,
@@ -149,7 +152,7 @@ mod tests {
             Self {
                 watch: SparFacing::new(&reference()).expect("it has a spar"),
                 spar: [0.0; 2],
-                // As the tilt estimate knows it, and the filter of the encoder.
+                // With the delays of the tilt estimate and of the encoder's filter.
                 spar_rate: LowPass::new(TICK_S, 0.01),
                 ballast_rate: LowPass::new(TICK_S, 0.008),
                 ticks: 0,
@@ -171,7 +174,7 @@ mod tests {
                 gamma = ballast(f64::from(TICK_S) * f64::from(self.ticks));
                 let [angle, rate, acceleration] = gamma;
                 let [psi, psi_rate] = self.spar;
-                // The whole equation: kinetic terms with the ballast's angle, weights as sines.
+                // The full equation: kinetic terms that depend on the ballast's angle, weights as sines.
                 let mass = c.m1 + c.m2 + 2.0 * c.m3 * angle.cos();
                 let coupling = c.m2 + c.m3 * angle.cos();
                 let t2 = time_s * time_s;
@@ -232,7 +235,7 @@ mod tests {
             let found = (0..400_u16).find(|k| {
                 let angle = 5.0 * INTERVAL_S * f32::from(*k);
                 bench.axle_g = f64::from(0.2 * libm::sinf(angle));
-                // As late as the wheels show it.
+                // With the delay of the wheels' measurement.
                 bench.shown_g = 0.2 * libm::sinf(angle - 5.0 * 0.028);
                 bench.interval(|_| [0.0; 3], way)
             });
@@ -240,7 +243,8 @@ mod tests {
         }
     }
 
-    /// Wheels that spin accelerate, and the axle does not: the arm's accelerometer does not feel it, nor does the spar.
+    /// Spinning wheels accelerate while the axle does not, so neither the arm's accelerometer nor the spar feels an
+    /// acceleration.
     #[test]
     fn what_wheels_and_arm_do_not_agree_on_tells_nothing() {
         for (unexplained, expected) in [(0.5, false), (-0.4, false), (0.04, true)] {
@@ -262,7 +266,7 @@ mod tests {
         assert!((0..200_u16).all(|_| !bench.interval(far, -1.0)));
     }
 
-    /// A hand pushes the spar, and the ballast counters it: half of the push, all of it, and more than it.
+    /// A hand pushes the spar, and the ballast counters half of the push, the whole push, and more than the push.
     #[test]
     fn a_push_that_the_ballast_counters_is_no_mirrored_imu() {
         for lag_s in [0.03, 0.1] {
@@ -270,7 +274,7 @@ mod tests {
                 for push in [5.0, 20.0] {
                     let mut bench = Bench::new();
                     bench.push_rad_s2 = push;
-                    // The ballast's weight: 17.1 rad/s^2 a rad.
+                    // Effect of the ballast's weight: 17.1 rad/s^2 per rad.
                     let most = (share * push / 17.1_f64).min(1.2);
                     let follows = |t: f64| {
                         let decay = (-t / lag_s).exp();

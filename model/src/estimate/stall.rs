@@ -1,56 +1,57 @@
-//! Whether something blocks the vehicle: it is commanded to drive, and its wheels do not turn.
+//! Detects an obstacle that blocks the vehicle: the vehicle is commanded to drive, but its wheels do not turn.
 //!
-//! Against a wall the forces balance as on a steep hill, and no sensor distinguishes the two. But the ground
-//! under the wheels cannot change its slope while they stand: the slope of the moment in which the vehicle got stuck
-//! stays right until the vehicle has moved on. As long as the vehicle is commanded to push on, the laws may still carry
-//! the obstacle like a hill, which is how the vehicle climbs a kerb.
+//! Against a wall the forces balance as on a steep hill, and no sensor distinguishes the two. But the slope of the
+//! ground cannot change while the wheels stand: the slope at which the vehicle got stuck stays right until the vehicle
+//! has moved on. As long as the vehicle is commanded to push on, the laws may still treat the obstacle like a hill;
+//! this is how the vehicle climbs a kerb.
 
 /// Watches for an obstacle.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Stall {
     stuck_ticks: u16,
-    /// Where the vehicle got stuck, once it has for long enough, m.
+    /// Place where the vehicle got stuck, once it has been stuck for long enough, m.
     stuck_at_m: Option<f32>,
-    /// It got stuck forward.
+    /// Whether the vehicle got stuck while driving forward.
     forward: bool,
     pushes: bool,
 }
 
-/// What was commanded of the speed law, and what the law found.
+/// The command to the speed law, and the law's findings.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Intent {
     /// The commanded speed, m/s: 0 in a controlled stop.
     pub target_m_s: f32,
-    /// The governed reference on its way there, m/s.
+    /// The governed reference on its way to that speed, m/s.
     pub reference_m_s: f32,
-    /// The law has found that the vehicle makes no progress, for example because it bounces off an obstacle.
+    /// Whether the law has found that the vehicle makes no progress, for example because it bounces off an obstacle.
     pub stuck: bool,
-    /// What the law's observers found of the slope, as a change of its sine; nothing from a law without observers.
+    /// Change of the slope's sine that the law's observers found; `None` from a law without observers.
     pub slope_lesson: Option<f32>,
 }
 
-/// What one tick changes.
+/// The result of one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Progress {
     /// The vehicle drives as commanded.
     Free,
-    /// The wheels have just stopped turning, or not begun to.
+    /// The wheels have just stopped turning, or have not begun to turn.
     Hesitates,
-    /// Something blocks the vehicle.
+    /// An obstacle blocks the vehicle.
     Stuck,
 }
 
 /// Reference below which the vehicle counts as commanded to stand, m/s.
 const TOLD_M_S: f32 = 0.05;
-/// Share of the reference below which the wheels do not turn.
+/// Share of the reference below which the wheels count as not turning.
 const MOVES_SHARE: f32 = 0.15;
 /// Ticks for which the wheels must not turn: longer than the arm takes to swing out at a start.
 const STUCK_TICKS: u16 = 700;
-/// Distance from the obstacle after which the vehicle is free of it, m.
+/// Distance from the obstacle at which the vehicle counts as free, m.
 const FREE_M: f32 = 0.04;
 
 impl Stall {
-    /// Takes one tick: what was commanded of the law, the speed of the wheels, m/s, and the distance driven, m.
+    /// Updates the watch with one tick: the command to the law, the speed of the wheels, m/s, and the distance driven,
+    /// m.
     pub fn update(&mut self, intent: Intent, speed_m_s: f32, distance_m: f32) -> Progress {
         let Intent {
             target_m_s,
@@ -85,12 +86,12 @@ impl Stall {
         *self = Self::default();
     }
 
-    /// Something blocks the vehicle, whatever is commanded.
+    /// Whether an obstacle blocks the vehicle, whatever is commanded.
     pub fn is_stuck(&self) -> bool {
         self.stuck_at_m.is_some()
     }
 
-    /// The vehicle is stuck and commanded to push on.
+    /// Whether the vehicle is stuck and commanded to push on.
     pub fn stalls(&self) -> bool {
         self.pushes
     }
@@ -118,7 +119,8 @@ mod tests {
             }
             assert_eq!(stall.update(told(reference), 0.0, 1.0), Progress::Stuck);
             assert!(stall.stalls());
-            // Told to stop, or to back off, the vehicle stalls no more, though its reference still decays, but the obstacle is still there.
+            // A vehicle that is commanded to stop or to back off no longer stalls, although its reference still
+            // decays. The obstacle is still there.
             for _ in 0..5000 {
                 assert_eq!(stall.update(told(0.0), 0.0, 1.0), Progress::Stuck);
                 assert!(!stall.stalls());
@@ -128,7 +130,7 @@ mod tests {
         }
     }
 
-    /// A bounce is no progress: what the law finds counts at once.
+    /// A bounce is no progress: the law's finding counts at once.
     #[test]
     fn a_vehicle_that_bounces_is_stuck_when_the_law_finds_it_so() {
         let mut stall = Stall::default();

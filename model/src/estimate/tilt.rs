@@ -10,21 +10,21 @@
 //! ```
 //!
 //! (differentiating `radius (sin(phi), -cos(phi))` twice, and turning about the vertical at psi').
-//! While the vehicle turns on a slope, the slope along its heading changes by `sin(roll) psi'`: the body
-//! swings with the plane, and its gyro, which turns with the plane too, shows phi' less that much.
+//! While the vehicle turns on a slope, the slope along its heading changes by `sin(roll) psi'`. The body swings with
+//! the plane; its gyro also turns with the plane and shows phi' less that rate.
 //!
-//! Every term but those of gravity is computed and subtracted; the rest slowly corrects the integrated
-//! gyro. Uncompensated, 0.3 g of axle acceleration would read as 17 degrees. The axle's acceleration is known late, because
-//! it is differentiated from filtered rates. What the accelerometer shows, turned into the horizontal, therefore passes
-//! through a filter of the same lag. Without that filter, every change of the acceleration by a would leave lag a / (g
-//! tau) in the angle.
+//! The estimator computes every term except gravity's and subtracts it; the remainder slowly corrects the integrated
+//! gyro. Without this compensation, 0.3 g of axle acceleration would read as 17 degrees. The axle's acceleration is
+//! known late, because it is differentiated from filtered rates. The accelerometer's horizontal component therefore
+//! passes through a filter of the same lag. Without that filter, every change of the acceleration by a would leave an
+//! error of lag a / (g tau) in the angle.
 
 use super::rate_filter::LowPass;
 use super::trust::Trust;
 use crate::bounded::Bounded;
 use crate::vehicle::G;
 
-/// What moves the body besides gravity: known from encoders and from the other estimates.
+/// Accelerations of the body besides gravity, known from encoders and from the other estimates.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Disturbance {
     /// Acceleration of the axle up the slope, m/s^2.
@@ -57,8 +57,8 @@ impl TiltReading {
     }
 }
 
-/// Range of the specific force, in g, in which the accelerometer shows where down is: below, the vehicle falls; above,
-/// it lands.
+/// Range of the specific force, in g, in which the accelerometer shows the vertical. Below this range the vehicle
+/// falls; above it the vehicle lands.
 const WEIGHT_MIN_G: f32 = 0.5;
 const WEIGHT_MAX_G: f32 = 2.0;
 
@@ -82,8 +82,8 @@ pub struct TiltEstimator {
     vertical_m_s2: f32,
 }
 
-/// Largest error, as a sine, that corrects the angle while driving: the start of a slide looks like a wrong angle, and
-/// must not be taken for one before it is known as a slide.
+/// Largest error, as a sine, that corrects the angle while driving. The start of a slide looks like a wrong angle, and
+/// must not correct the angle much before the estimator has detected the slide.
 const CORRECTION_MAX: f32 = 0.015;
 /// Time constant of the angular acceleration's filter.
 const ACCELERATION_TIME_CONSTANT_S: f32 = 0.01;
@@ -117,7 +117,7 @@ impl TiltEstimator {
         }
     }
 
-    /// Sets the angle from the direction of gravity alone: right only while everything is at rest.
+    /// Sets the angle from the direction of gravity alone, which is right only while the body is at rest.
     pub fn align(&mut self, reading: &TiltReading) {
         self.set_angle(libm::atan2f(reading.force_x_m_s2, reading.force_z_m_s2));
         self.rate_rad_s = reading.rate_rad_s - self.bias_rad_s;
@@ -125,7 +125,7 @@ impl TiltEstimator {
         self.horizontal.reset(0.0);
     }
 
-    /// Takes one reading.
+    /// Updates the estimate with one reading.
     pub fn update(&mut self, reading: &TiltReading, disturbance: &Disturbance, trust: Trust) {
         let Disturbance {
             axle_acceleration_m_s2: a,
@@ -145,7 +145,7 @@ impl TiltEstimator {
         self.vertical_m_s2 = x * sin + z * cos;
         let stands = trust.stands();
         if stands {
-            // Nothing accelerates: no lag in the faster correction's loop.
+            // Nothing accelerates, so the loop of the faster correction needs no lag.
             self.horizontal.reset(horizontal);
         } else {
             self.horizontal.update(horizontal);
@@ -164,7 +164,7 @@ impl TiltEstimator {
         self.set_angle(self.angle_rad + self.dt_s * (rate + factor * self.angle_gain_per_s * correction));
     }
 
-    /// One tick without a reading that can be believed: the body stays where it was.
+    /// One tick without a believable reading: the estimate keeps the angle.
     pub fn hold(&mut self) {
         self.rate_rad_s = 0.0;
         self.acceleration.reset(0.0);
@@ -206,7 +206,7 @@ impl TiltEstimator {
         self.cos
     }
 
-    /// The angle's rate with the bias taken out, rad/s.
+    /// The angle's rate less the bias, rad/s.
     pub fn rate_rad_s(&self) -> f32 {
         self.rate_rad_s
     }
@@ -221,18 +221,18 @@ impl TiltEstimator {
         self.unexplained.bounded(-1.0, 1.0)
     }
 
-    /// The same without the filter that makes the accelerometer as late as the axle's acceleration.
+    /// The same error without the filter that delays the accelerometer as much as the axle's acceleration.
     pub fn unfiltered_error(&self) -> f32 {
         self.unfiltered_error
     }
 
-    /// What the accelerometer felt along the horizontal beyond the axle's acceleration in the last update, over g: the error
+    /// The accelerometer's horizontal component less the axle's acceleration in the last update, over g: the error
     /// without its bounds.
     pub fn unexplained(&self) -> f32 {
         self.unexplained
     }
 
-    /// What the accelerometer felt along the vertical in the last update, m/s^2: g at rest.
+    /// The accelerometer's vertical component in the last update, m/s^2: g at rest.
     pub fn vertical_m_s2(&self) -> f32 {
         self.vertical_m_s2
     }
@@ -277,7 +277,7 @@ mod tests {
     }
 
     fn estimator() -> TiltEstimator {
-        // The tests know the axle's acceleration at once.
+        // In the tests the axle's acceleration is known without delay.
         TiltEstimator::new(DT, 0.1, 2.0, 60.0, 1e-6)
     }
 

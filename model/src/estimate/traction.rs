@@ -1,13 +1,13 @@
-//! Whether the wheels roll: what they show against what the accelerometer and the gyro feel.
+//! Detects sliding wheels by comparing the wheels' motion with the accelerometer and the gyro.
 //!
 //! Rolling wheels and the accelerometer agree on the axle's acceleration, and the difference of the wheels agrees with
-//! the gyro's yaw rate (6.12). Wheels that slide break one of the two. While they slide, the speed over the ground
-//! follows from the acceleration alone; it is exact at the start of the slide and drifts with 0.02 m/s^2 per tenth of a
-//! degree by which the arm's angle is wrong.
+//! the gyro's yaw rate (6.12). Sliding wheels violate one of the two. During a slide the speed over the ground follows
+//! from the acceleration alone. This speed is exact at the start of the slide and drifts by 0.02 m/s^2 per tenth of a
+//! degree of error in the arm's angle.
 //!
-//! Near the limit of grip the wheels hunt: they let go and grip again some times per second, with accelerations of
-//! which the filters' lags leave more than the slide itself does. But what a lag leaves has the mean 0, and the ground
-//! takes `g (sin(beta) - mu cos(beta))` of the vehicle's speed all the time: means over half a second show the slide.
+//! Near the limit of grip the wheels hunt: they slip and grip again some times per second. The filters' lags leave larger
+//! errors of these accelerations than the slide itself causes. But the lag errors have the mean 0, and the ground takes
+//! speed from the vehicle at `g (sin(beta) - mu cos(beta))` all the time, so means over half a second show the slide.
 
 use super::facing::INTERVAL_S;
 use super::rate_filter::LowPass;
@@ -23,15 +23,17 @@ pub struct Evidence {
     pub wheels_m_s2: f32,
     /// Sine of the angle between the accelerometer and the estimate that takes the wheels' acceleration for the axle's.
     pub tilt_error: f32,
-    /// Size of what moves the IMU besides: its distance from the axle times the arm's angular acceleration, m/s^2.
+    /// Magnitude of the IMU's further acceleration: its distance from the axle times the arm's angular acceleration,
+    /// m/s^2.
     pub swing_m_s2: f32,
     /// The gyro's yaw rate, rad/s.
     pub yaw_rate_rad_s: f32,
-    /// That of the wheels.
+    /// The wheels' yaw rate, rad/s.
     pub wheels_yaw_rad_s: f32,
-    /// The accelerometer feels about the weight of a vehicle that stands on its wheels.
+    /// Whether the accelerometer feels about the weight of a vehicle that stands on its wheels.
     pub weighs: bool,
-    /// This is the tick of an interval ([`INTERVAL_TICKS`](super::facing::INTERVAL_TICKS)) in which slow means are taken.
+    /// Whether this is the tick of an interval ([`INTERVAL_TICKS`](super::facing::INTERVAL_TICKS)) in which the slow
+    /// means are updated.
     pub slow: bool,
 }
 
@@ -67,28 +69,30 @@ const ROLLS_M_S2: f32 = 0.12;
 /// Share of the accelerations themselves by which they may differ besides: filters lag, and the arm's angle is known to a
 /// degree.
 const MOTION_SHARE: f32 = 0.2;
-/// Difference of the yaw rates, rad/s, beyond which a wheel slides, and the difference of the wheels' radii, as a
-/// share, that is no slide.
+/// Difference of the yaw rates, rad/s, beyond which a wheel slides, and the relative difference of the wheels' radii that
+/// is no slide.
 const SLIDES_RAD_S: f32 = 0.1;
 const RADIUS_SHARE: f32 = 0.03;
-/// Ticks for which the sensors must differ, or agree, before that is believed: longer than a kerb's or a joint's blow.
+/// Ticks for which the sensors must differ, or agree, before the watch accepts the result: longer than the blow of a kerb
+/// or a joint.
 const SLIDES_TICKS: u16 = 150;
 const ROLLS_TICKS: u16 = 300;
-/// Distance of the wheels' speed from that over the ground, m/s, at which they may roll again, and what the latter drifts
-/// by in every second of a slide.
+/// Difference between the wheels' speed and the speed over the ground, m/s, at which the wheels may roll again, and the
+/// drift of the speed over the ground per second of a slide.
 const REGAINED_M_S: f32 = 0.1;
 const DRIFT_M_S2: f32 = 0.06;
-/// Slip beyond which wheels whose acceleration agrees with the ground's roll, m/s, however far the integral has gone astray.
-/// Friction that slides gives the vehicle speed or takes it, which wheels do only where their law makes them follow the ground:
-/// it keeps them within 0.3 m/s of it, and within half as much again while they come there.
+/// Slip, m/s, beyond which wheels whose acceleration agrees with the ground's count as rolling, however wrong the
+/// integrated speed is. Sliding friction changes the vehicle's speed. Sliding wheels have the same acceleration only
+/// where the law makes them follow the ground; the law keeps the wheels within 0.3 m/s of the ground, and within half as
+/// much again on the way there.
 const STEADY_SLIP_MAX_M_S: f32 = 0.45;
-/// Ticks after which they are believed with less slip than that, too.
+/// Ticks after which wheels with less slip than that count as rolling, too.
 const ROLLS_ANYWAY_TICKS: u16 = 1000;
-/// Ticks after which a slide is taken for a wrong angle of the arm.
+/// Ticks after which the watch attributes a slide to a wrong angle of the arm.
 const SLIDE_MAX_TICKS: u16 = 10_000;
-/// Ticks for which a slide was lately: where the ground has let the wheels go once, it may again.
+/// Ticks for which a slide counts as recent: where the wheels have slipped once, they may slip again.
 const LATELY_TICKS: u16 = 2000;
-/// Yaw rate from which the accelerations show nothing, rad/s: a roll of the axle, or of the IMU on the arm, adds to
+/// Yaw rate above which the accelerations are no evidence, rad/s: a roll of the axle, or of the IMU on the arm, adds to
 /// them.
 const TURNS_RAD_S: f32 = 0.5;
 
@@ -113,7 +117,7 @@ impl Traction {
         }
     }
 
-    /// Takes one tick's evidence. Without weight, and in a turn, the accelerations give none.
+    /// Updates the watch with one tick's evidence. Without weight, and in a turn, the accelerations give no evidence.
     #[inline]
     pub fn update(&mut self, evidence: &Evidence) {
         let straight = evidence.yaw_rate_rad_s.abs() < TURNS_RAD_S;
@@ -129,7 +133,7 @@ impl Traction {
             .update(evidence.wheels_m_s2.abs() + evidence.swing_m_s2.abs());
         let along = self.difference.value().abs() - MOTION_SHARE * self.motion.value();
         if evidence.slow {
-            // The filtered one: what shakes it in the intervals' rhythm would look steady.
+            // The filtered difference, because a vibration in the intervals' rhythm would look steady.
             self.slow_difference.update(self.difference.value());
             self.slow_wheels.update(evidence.wheels_m_s2);
             self.slow_intervals = if self.slow_along() > SLIDES_M_S2 {
@@ -153,7 +157,7 @@ impl Traction {
             self.rolling_ticks = 0;
             self.sliding = self.agreed_ticks < if regained { ROLLS_TICKS } else { ROLLS_ANYWAY_TICKS };
             if self.sliding_ticks >= SLIDE_MAX_TICKS {
-                // Nor may what began it begin it again at once.
+                // The same evidence must not start another slide at once.
                 self.stand();
             }
         } else {
@@ -161,7 +165,7 @@ impl Traction {
             self.rolling_ticks = self.rolling_ticks.saturating_add(1);
             self.sliding = hunts || self.apart_ticks >= SLIDES_TICKS;
         }
-        // The speed of the slide begins with the first sign of it.
+        // The integration of the speed begins with the first sign of a slide.
         if self.sliding || self.apart_ticks > 0 {
             self.speed_m_s += self.dt_s * (evidence.wheels_m_s2 + difference_m_s2);
         } else {
@@ -169,12 +173,12 @@ impl Traction {
         }
     }
 
-    /// What the slow means leave of the difference beyond what may be between wheels that roll, m/s^2.
+    /// The slow mean of the difference less the difference that rolling wheels may show, m/s^2.
     fn slow_along(&self) -> f32 {
         self.slow_difference.value().abs() - MOTION_SHARE * self.slow_wheels.value().abs()
     }
 
-    /// Ends a slide, if there was one: the vehicle stands.
+    /// Ends a slide, because the vehicle stands.
     pub fn stand(&mut self) {
         *self = Self::new(self.dt_s, self.half_track_m);
     }
@@ -184,17 +188,17 @@ impl Traction {
         self.sliding
     }
 
-    /// The wheels slide, or did lately and may do so again before that is told.
+    /// Whether the wheels slide, or slid recently and may slide again before the watch reports so.
     pub fn slid_lately(&self) -> bool {
         self.rolling_ticks < LATELY_TICKS
     }
 
-    /// Speed over the ground: the wheels', or what the accelerations give while they slide, m/s.
+    /// Speed over the ground: the wheels' speed or, during a slide, the speed integrated from the accelerations, m/s.
     pub fn speed_m_s(&self) -> f32 {
         self.speed_m_s
     }
 
-    /// Acceleration of the axle: the wheels', corrected while they slide, m/s^2.
+    /// Acceleration of the axle: the wheels' acceleration, corrected during a slide, m/s^2.
     pub fn acceleration_m_s2(&self, wheels_m_s2: f32) -> f32 {
         if self.sliding {
             wheels_m_s2 + self.difference.value().bounded(-G, G)
@@ -227,8 +231,8 @@ mod tests {
         traction
     }
 
-    /// Wheels that let go and grip again 4 times per second: a difference of `difference_m_s2` below a swing of 3
-    /// m/s^2, of which a lag leaves a third. Ticks until the watch reports a slide.
+    /// Wheels that slip and grip again 4 times per second: a difference of `difference_m_s2` under a swing of 3 m/s^2, of
+    /// which a lag leaves a third. Returns the ticks until the watch reports a slide.
     fn hunting(difference_m_s2: f32) -> Option<u16> {
         let mut traction = Traction::new(0.001, 0.25);
         (0..3000_u16).find(|k| {
@@ -244,7 +248,8 @@ mod tests {
         })
     }
 
-    /// As much as friction that is 0.06 short of the slope leaves, within 0.8 s; not what an arm's angle of a degree would.
+    /// The watch reports, within 0.8 s, the difference that friction 0.06 short of the slope causes, but not the
+    /// difference that a degree of the arm's angle causes.
     #[test]
     fn wheels_that_hunt_at_the_limit_of_grip_are_told_by_their_mean() {
         for (difference_m_s2, expected) in [(0.59, true), (-0.59, true), (0.17, false), (-0.2, false), (0.0, false)] {
@@ -312,7 +317,8 @@ mod tests {
             for _ in 0..1000 {
                 traction.update(&ROLLING);
             }
-            // The wheels do not turn as fast as the vehicle goes, unless they differ by more than sliding wheels can.
+            // The wheels turn at another speed than the vehicle moves, unless the difference is larger than sliding
+            // wheels can have.
             assert_eq!(traction.slides(), slip_m_s < STEADY_SLIP_MAX_M_S, "{slip_m_s} m/s");
             let caught = Evidence {
                 wheels_m_s: traction.speed_m_s() + 0.1,
@@ -326,7 +332,7 @@ mod tests {
         }
     }
 
-    /// Nothing contradicts the wheels any more, but what the slide left of the integral.
+    /// Only the integral's remaining error still contradicts the wheels.
     #[test]
     fn wheels_that_agree_for_a_second_are_believed_whatever_the_integral_says() {
         for tilt_error in [-0.5, -0.037, 0.037, 0.5] {

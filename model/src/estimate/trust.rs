@@ -1,31 +1,32 @@
-//! How far an accelerometer is trusted.
+//! Degrees of trust in an accelerometer.
 
-/// How far the accelerometer shows where down is.
+/// How well the accelerometer shows the vertical.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trust {
-    /// Not at all: the vehicle falls or lands, and gravity is no part of what the accelerometer feels, or the smaller.
+    /// Not at all: the vehicle falls or lands, and the accelerometer feels gravity not at all or only as the smaller
+    /// part.
     None,
-    /// Little: the wheels slide, and the axle's acceleration is not what they show.
+    /// Little: the wheels slide and do not show the axle's acceleration.
     Little,
     /// As far as the axle's acceleration is known.
     Driving,
-    /// Fully, but for a short while only: the angle is not yet right, and what is wrong with it is no bias of the gyro.
+    /// Fully, but only for a short while: the angle is not yet right, and its error is no bias of the gyro.
     Settling,
     /// Fully: the vehicle does not move. The gyro shows its bias and the accelerometer shows gravity alone.
     AtRest,
 }
 
-/// Slow-down of the angle's correction while the wheels slide: not 0, so that a slide that is none cannot keep a wrong
-/// angle for ever.
+/// Factor by which the angle's correction is slower while the wheels slide. The factor is not 0, so a false slide
+/// cannot keep a wrong angle for ever.
 const LITTLE_FACTOR: f32 = 0.02;
-/// Speed-up of the angle's correction while the body is known to be at rest.
+/// Factor by which the angle's correction is faster while the body is known to be at rest.
 const STANDSTILL_FACTOR: f32 = 20.0;
-/// Speed-up of the bias's correction at rest: with the reference time constants the two poles are about
-/// critically damped at 4.5 1/s.
+/// Factor by which the bias's correction is faster at rest: with the reference time constants the two poles are
+/// about critically damped at 4.5 1/s.
 const STANDSTILL_BIAS_FACTOR: f32 = 2400.0;
 
 impl Trust {
-    /// Speed-ups of the corrections of the angle and of the bias.
+    /// Factors on the corrections of the angle and of the bias.
     pub(super) fn factors(self) -> (f32, f32) {
         match self {
             Self::None => (0.0, 0.0),
@@ -36,7 +37,7 @@ impl Trust {
         }
     }
 
-    /// The body is known to be at rest.
+    /// Whether the body is known to be at rest.
     pub(super) fn stands(self) -> bool {
         matches!(self, Self::Settling | Self::AtRest)
     }

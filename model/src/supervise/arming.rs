@@ -1,9 +1,9 @@
-//! The arming state machine: time and conditions in, mode out.
+//! The arming state machine: it derives the mode from time and conditions.
 
 use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
 use crate::command::Request;
 
-/// What the vehicle may do.
+/// The vehicle's mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[repr(u8)]
@@ -18,7 +18,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// The mode's name, as logs and tools show it.
+    /// The mode's name, as logs and tools print it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Disarmed => "disarmed",
@@ -28,7 +28,7 @@ impl Mode {
     }
 }
 
-/// What the state machine sees in one tick.
+/// Input of the state machine in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Conditions {
     /// Faults whose cause is present in this tick.
@@ -37,7 +37,7 @@ pub struct Conditions {
     pub blockers: BlockerSet,
     /// The operator's request.
     pub request: Request,
-    /// The vehicle is stopped; a controlled stop ends once this lasts.
+    /// Whether the vehicle is stopped. A controlled stop ends once this has lasted.
     pub stopped: bool,
 }
 
@@ -53,7 +53,7 @@ pub struct Arming {
     refused: u32,
 }
 
-/// Ticks in a row for which the vehicle must be stopped for a controlled stop to be over.
+/// Consecutive ticks for which the vehicle must be stopped before a controlled stop ends.
 const STOPPED_TICKS: u32 = 300;
 
 impl Arming {
@@ -168,12 +168,12 @@ impl Arming {
         self.mode = Mode::Disarmed;
     }
 
-    /// Faults latched since they were last cleared.
+    /// Faults that have been latched since the operator last cleared them.
     pub fn latched(&self) -> FaultSet {
         self.latched
     }
 
-    /// What blocked arming in the last tick.
+    /// Blockers of the last tick.
     pub fn blockers(&self) -> BlockerSet {
         self.blockers
     }
@@ -243,7 +243,7 @@ mod tests {
         assert_eq!((arming.latched().is_empty(), arming.refused()), (false, 1));
         let mut shorter = arming.with_stop_timeout(5);
         assert_eq!(shorter.with_stop_timeout(1000), arming);
-        // The new time counts.
+        // The new time applies.
         shorter.step(&Conditions {
             request: Request::ClearFaults,
             ..CLEAR
@@ -336,7 +336,7 @@ mod tests {
         arming.stop(Fault::SteepSlope);
         assert_eq!(arming.mode(), Mode::Stopping);
         assert!(arming.latched().contains(Fault::SteepSlope));
-        // Told again and again, the stop takes no longer.
+        // A repeated stop request does not prolong the stop.
         let ticks = (1..10_000).find(|_| {
             arming.stop(Fault::SteepSlope);
             arming.step(&CLEAR) == Mode::Disarmed
@@ -365,8 +365,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever comes in, the mode leaves Disarmed only by an Arm request with no blocker and no
-        /// latched fault, and an opening fault or a Disarm request always ends in Disarmed at once.
+        /// For any input, the mode leaves Disarmed only by an Arm request with no blocker and no latched fault,
+        /// and an opening fault or a Disarm request always ends in Disarmed at once.
         #[test]
         fn only_an_unblocked_request_arms(
             steps in proptest::collection::vec((any::<u32>(), any::<u32>(), proptest::sample::select(Request::ALL), any::<bool>(), any::<bool>()), 1..200)

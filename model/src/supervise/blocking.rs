@@ -1,8 +1,8 @@
-//! Which faults keep the vehicle from being armed, by what a person has to look at.
+//! Maps faults to blockers. The blockers are grouped by the part that a person has to check.
 
 use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
 
-/// Faults of what the arm IMU shows, and of what the wheels' encoders show.
+/// Faults of the arm IMU's readings, and of the wheel encoders' readings.
 pub(super) const ARM_IMU_FAULTS: FaultSet = FaultSet::EMPTY
     .with(Fault::ImuStale)
     .with(Fault::ImuImplausible)
@@ -16,7 +16,7 @@ const BATTERY_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::BatteryLow).with(Fa
 /// Faults of the drive motors' heat.
 const HEAT_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::DriveMotorHot).with(Fault::DriveBridgeHot);
 
-/// What blocks arming because of these faults.
+/// The blockers that follow from these faults.
 #[cold]
 pub(super) fn blockers_of(faults: FaultSet) -> BlockerSet {
     let mut blockers = BlockerSet::EMPTY;

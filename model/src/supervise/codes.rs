@@ -4,7 +4,7 @@
 #[macro_use]
 mod define;
 
-/// What a fault leads to.
+/// The reaction to a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum FaultClass {
@@ -12,7 +12,7 @@ pub enum FaultClass {
     Opens,
     /// The vehicle, which can still be controlled, makes a controlled stop.
     Stops,
-    /// The ballast motor is switched off, and nothing else.
+    /// Only the ballast motor is switched off.
     Spar,
 }
 
@@ -259,7 +259,7 @@ remedied_codes! {
 }
 
 codes! {
-    /// What bounds the vehicle's response in this tick. A limit is no fault.
+    /// A limit that bounds the vehicle's response in this tick. A limit is no fault.
     Limit;
     /// A set of limits.
     LimitSet;

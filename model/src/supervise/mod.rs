@@ -1,4 +1,4 @@
-//! When a motor may move: sensor plausibility, faults and blockers, arming.
+//! Supervision decides whether a motor may move: sensor plausibility, faults and blockers, arming.
 //!
 //! The rule: no defined or undefined input moves a motor that is not armed, and any fault leads to the
 //! safe state (every bridge open) in bounded time. Faults are numbered, latched, and cleared by the operator;

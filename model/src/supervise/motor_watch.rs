@@ -1,10 +1,9 @@
-//! One motor's encoder, current sensor and leads against each other and against the voltage applied.
+//! Checks one motor's encoder, current sensor and leads against each other and against the applied voltage.
 //!
-//! The armature equation `V = R i + k w` ties voltage, current and rate together, so the equation
-//! shows that one of the three is wrong, but not which. How the current follows the voltage shows which: the laws
-//! change the voltage by some hundredths of a volt in every tick, and whatever the motor's constants, its temperature
-//! and its load, a current that is measured follows within a fraction of a tick. A sensor that is dead or stuck, and a
-//! motor whose lead is open, follow nothing.
+//! The armature equation `V = R i + k w` relates voltage, current and rate, so it shows that one of the three is wrong,
+//! but not which. The response of the current to the voltage shows which. The laws change the voltage by some hundredths
+//! of a volt in every tick, and a measured current follows within a fraction of a tick, whatever the motor's constants,
+//! temperature and load. The reading of a dead or stuck sensor, or of a motor with an open lead, does not follow.
 
 use super::plausibility::Suspicion;
 use crate::bounded::Bounded;
@@ -14,20 +13,20 @@ use crate::persistence::Persistence;
 use crate::sample::TICK_S;
 use crate::vehicle::MotorParameters;
 
-/// What one tick shows of a motor.
+/// The readings of a motor in one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorReading {
     /// The encoder's count.
     pub count: i64,
-    /// Voltage applied since the last tick; `None` while the bridge is open.
+    /// Voltage applied since the last tick, V; `None` while the bridge is open.
     pub applied_v: Option<f32>,
-    /// The measured current, A, as it was halfway between the last tick and this one.
+    /// The measured current, A, halfway between the last tick and this tick.
     pub current_a: f32,
     /// The filtered rate of the output, rad/s.
     pub rate_rad_s: f32,
 }
 
-/// What is wrong with a motor.
+/// The findings about a motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[allow(clippy::struct_excessive_bools)] // Independent findings, not the states of one thing.
 pub struct MotorHealth {
@@ -35,24 +34,24 @@ pub struct MotorHealth {
     pub encoder: bool,
     /// The current sensor does not follow the current.
     pub current_sensor: bool,
-    /// The current sensor showed a current when the bridge was last open.
+    /// The current sensor showed a current while the bridge was last open.
     pub current_offset: bool,
     /// No current follows the voltage, however large it grows: a lead is open.
     pub open: bool,
 }
 
 impl MotorHealth {
-    /// Whether nothing is wrong.
+    /// Whether there is no finding.
     #[inline]
     pub fn is_sound(self) -> bool {
         !(self.encoder | self.current_sensor | self.current_offset | self.open)
     }
 }
 
-/// How the measured current answers to the voltage.
+/// The response of the measured current to the voltage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum CurrentResponse {
-    /// The voltage changed too little to decide, or the answer lies between the others.
+    /// The voltage changed too little to decide, or the response lies between the other two.
     Unknown,
     Follows,
     Dead,
@@ -76,27 +75,27 @@ pub struct MotorWatch {
     open: Persistence,
 }
 
-/// Armature voltage unexplained by current and back-EMF beyond which the encoder is not believed, V; the share of the
-/// resistance drop added to it, as the armature's resistance grows by a third as it warms; and the share of the back-EMF,
-/// as its constant varies from motor to motor and falls as the magnets warm.
+/// Largest armature voltage, V, that current and back-EMF may leave unexplained while the watch believes the encoder. Two
+/// shares add to this bound: one of the resistance drop, because a warm armature's resistance is a third larger, and one
+/// of the back-EMF, because the constant varies between motors and falls as the magnets warm.
 const RESIDUAL_V: f32 = 0.35;
 const RESIDUAL_SHARE: f32 = 0.5;
 const BACK_EMF_SHARE: f32 = 0.25;
-/// Ticks for which the encoder must contradict: longer than a dead current sensor takes to be known as such. Contradictions
-/// add up, as the loop that a dead encoder closes may swing to and fro.
+/// Ticks for which the encoder must contradict: longer than the watch takes to detect a dead current sensor.
+/// Contradictions add up, because a loop that is closed through a dead encoder may swing to and fro.
 const RESIDUAL_TICKS: u16 = 250;
-/// Voltage, V, that the back-EMF may be known wrong by besides a share of the resistance drop, and the angle of the
-/// output, rad, that the motor must have turned by what is left while its encoder stays within this many edges, as with
-/// one of its two lines dead: a thousand edges are missing.
+/// Error of the known back-EMF, V, in addition to a share of the resistance drop; and the angle, rad at the output, by
+/// which the remaining back-EMF must have turned the motor while its encoder stays within this many edges, as with one
+/// dead line of two. A thousand edges are then missing.
 const SILENT_V: f32 = 0.1;
 const SILENT_RAD: f32 = 0.1;
 const SILENT_COUNTS: u64 = 4;
-/// Current at an open bridge beyond which the sensor is not believed, A; half a percent of a 60 A sensor's span.
+/// Largest current reading at an open bridge of a believable sensor, A: half a percent of a 60 A sensor's span.
 pub const OFFSET_MAX_A: f32 = 0.5;
-/// Ticks that a bridge must have been open before its current counts as none, and the filter of that current.
+/// Ticks for which a bridge must have been open before its current must be 0, and the filter of that current.
 const OPEN_BRIDGE_TICKS: u16 = 50;
 const OFFSET_TIME_CONSTANT_S: f32 = 0.02;
-/// Ticks for which a current must not follow.
+/// Ticks without a response after which a current counts as dead.
 const DEAD_TICKS: u16 = 150;
 /// A lead is open if the voltage should drive this share of the current limit but less than a tenth of that current
 /// flows.
@@ -105,7 +104,7 @@ const OPEN_CURRENT_SHARE: f32 = 0.1;
 const OPEN_TICKS: u16 = 100;
 
 impl MotorWatch {
-    /// A watch for the motor of these parameters, whose encoder cannot move more than `jump_counts` in a tick.
+    /// A watch for the motor with these parameters, whose encoder cannot move by more than `jump_counts` in a tick.
     pub fn new(motor: &MotorParameters<f32>, jump_counts: i64) -> Self {
         Self {
             limits: MotorLimits::new(motor),
@@ -124,8 +123,8 @@ impl MotorWatch {
         }
     }
 
-    /// Takes one tick.
-    // As `Supervisor::motor_health`, which alone calls it.
+    /// Updates the watch with one tick.
+    // Inlined like `Supervisor::motor_health`, its only caller.
     #[allow(clippy::inline_always)]
     #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn update(&mut self, reading: &MotorReading) -> MotorHealth {
@@ -152,7 +151,7 @@ impl MotorWatch {
         let answer = self.follower.update(voltage_v, current_a);
         let residual_v = self.limits.residual_v(voltage_v, current_a, rate_rad_s);
         let drop_v = self.limits.drop_v(current_a);
-        // What the back-EMF should be, by the encoder and by voltage and current: the larger.
+        // The larger of the two back-EMFs: from the encoder, and from voltage and current.
         let back_emf_v = self.limits.back_emf_v(rate_rad_s).abs();
         let expected_v = (voltage_v - drop_v).abs();
         let back_emf_v = if expected_v > back_emf_v {
@@ -161,7 +160,7 @@ impl MotorWatch {
             back_emf_v
         };
         let allowed_v = RESIDUAL_V + RESIDUAL_SHARE * drop_v.abs() + BACK_EMF_SHARE * back_emf_v;
-        // Where the current follows nothing, the encoder is not to blame.
+        // If the current does not respond, the encoder is not the cause.
         let contradicts = residual_v.abs() > allowed_v && answer != CurrentResponse::Dead;
         let surely_v = expected_v - SILENT_V - RESIDUAL_SHARE * drop_v.abs();
         let silent = self.silent.update(count, surely_v * self.rad_s_per_v * TICK_S, answer);
@@ -177,7 +176,7 @@ impl MotorWatch {
         }
     }
 
-    /// Whether the sensor showed a current when the bridge was last open for a while.
+    /// Whether the sensor showed a current while the bridge was last open for some time.
     fn offset(&mut self, bridge_open: bool, current_a: f32) -> bool {
         if !bridge_open {
             self.open_ticks = 0;
@@ -195,8 +194,8 @@ impl MotorWatch {
     }
 }
 
-/// How far the motor has surely turned since its encoder last moved on: whichever way, as a loop that is closed by a dead
-/// encoder swings.
+/// Angle by which the motor has certainly turned since its encoder last advanced, in either direction, because a loop
+/// that is closed through a dead encoder swings.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Silence {
     count: i64,
@@ -205,8 +204,8 @@ struct Silence {
 }
 
 impl Silence {
-    /// Takes one tick in which the motor surely turned by `turned_rad`, if that is positive. Returns whether the
-    /// encoder is dead. Voltage and current show the rate only while the current follows.
+    /// Updates the angle with one tick in which the motor certainly turned by `turned_rad`, if that is positive. Returns
+    /// whether the encoder is dead. Voltage and current show the rate only while the current responds.
     fn update(&mut self, count: i64, turned_rad: f32, answer: CurrentResponse) -> bool {
         if count.wrapping_sub(self.count).unsigned_abs() > SILENT_COUNTS {
             *self = Self {
@@ -223,17 +222,17 @@ impl Silence {
     }
 }
 
-/// Compares how current and voltage change: sums of products of their second differences, which steady loads, ramps and
-/// offsets leave out.
+/// Compares the changes of current and voltage by sums of products of their second differences, which exclude steady
+/// loads, ramps and offsets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Follower {
     ampere_per_volt: f32,
-    /// What is left of a change of current after a tick.
+    /// Share of a change of current that is left after a tick.
     rest: f32,
-    /// Ticks taken, up to [`DIFFERENCE_TICKS`].
+    /// Ticks processed, up to [`DIFFERENCE_TICKS`].
     ticks: u8,
-    /// Current that the voltage alone would drive, at the end of the tick; a run of ticks starts with the steady one, as
-    /// the back-EMF is not known here.
+    /// Current that the voltage alone would drive, at the end of the tick. A run of ticks starts with the steady current,
+    /// because the back-EMF is not known here.
     model_a: f32,
     model: SecondDifference,
     measured: SecondDifference,
@@ -242,24 +241,25 @@ struct Follower {
     measured_power: f32,
 }
 
-/// What is left of the sums after a tick: a time constant of 60 ms.
+/// Time constant of the sums, in ticks: 60 ms.
 const SUM_TICKS: f32 = 60.0;
 const SUM_KEPT: f32 = 1.0 - 1.0 / SUM_TICKS;
-/// Largest change that counts, A: one jump, as of a sensor that dies, must not outweigh a hundred ticks.
+/// Largest change that counts, A, so that one jump, as of a dying sensor, does not outweigh a hundred ticks.
 const CHANGE_MAX_A: f32 = 0.5;
-/// Least sum of the squares of the modelled second differences that tells something, A^2: that of 20 mA in every tick. The
-/// converter's noise, 4 mA in each reading, makes a quarter of it.
+/// Least sum of the squared modelled second differences that is evidence, A^2: that of 20 mA in every tick. The
+/// converter's noise, 4 mA per reading, contributes a quarter of this sum.
 const POWER_MIN_A2: f32 = SUM_TICKS * 0.02 * 0.02;
-/// Share of the modelled change that a living sensor shows at least, and a dead one at most.
+/// Share of the modelled change that a working sensor shows at least, and a dead sensor at most.
 const FOLLOWS_SHARE: f32 = 0.5;
 const DEAD_SHARE: f32 = 0.25;
-/// Share of the modelled mean square that a dead sensor shows at most: a living one may also show what the back-EMF does.
+/// Share of the modelled mean square that a dead sensor shows at most. A working sensor may also show the effect of the
+/// back-EMF.
 const DEAD_POWER_SHARE: f32 = 0.5;
 
 impl Follower {
     fn new(motor: &MotorParameters<f32>) -> Self {
         let ticks = TICK_S * motor.resistance_ohm / motor.inductance_h;
-        // Without inductance the quotient is infinite, and nothing is left of a change.
+        // Without inductance the quotient is infinite, and the remaining share is 0.
         Self {
             ampere_per_volt: 1.0 / motor.resistance_ohm,
             rest: libm::expf(-ticks),
@@ -280,7 +280,7 @@ impl Follower {
         self.measured_power = 0.0;
     }
 
-    // As `MotorWatch::update`, which alone calls it.
+    // Inlined like `MotorWatch::update`, its only caller.
     #[allow(clippy::inline_always)]
     #[cfg_attr(not(target_os = "none"), inline(always))]
     fn update(&mut self, voltage_v: f32, current_a: f32) -> CurrentResponse {
@@ -288,7 +288,7 @@ impl Follower {
         let before_a = if self.ticks == 0 { steady_a } else { self.model_a };
         let after_a = steady_a + self.rest * (before_a - steady_a);
         self.model_a = after_a;
-        // The mean over the tick goes with a current that is measured anywhere within it, or averaged over it.
+        // The mean over the tick suits a current that is measured at any time within the tick or averaged over it.
         let mean_a = 0.5 * (before_a + after_a);
         let changes = [self.model.update(mean_a), self.measured.update(current_a)];
         if self.ticks < DIFFERENCE_TICKS {
@@ -311,10 +311,10 @@ impl Follower {
     }
 }
 
-/// Values before the one that a second difference is first known of.
+/// Number of values that must precede the first known second difference.
 const DIFFERENCE_TICKS: u8 = 2;
 
-/// The second difference of a sequence, which holds once [`DIFFERENCE_TICKS`] values came before.
+/// The second difference of a sequence, valid after [`DIFFERENCE_TICKS`] values.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct SecondDifference {
     last: f32,

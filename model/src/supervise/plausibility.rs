@@ -1,10 +1,10 @@
-//! Whether a sensor's reading can be true.
+//! Checks whether a sensor's readings can be true.
 
 use crate::board::ImuScales;
 use crate::persistence::Persistence;
 use crate::sample::{ImuRaw, ImuSample};
 
-/// Weighs bad ticks against good ones: trips on a sensor that is bad most of the time, though not always.
+/// Weighs bad ticks against good ticks: trips on a sensor that is bad most of the time, though not always.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Suspicion {
     level: u16,
@@ -12,17 +12,17 @@ pub struct Suspicion {
     weight: u16,
 }
 
-/// How much more a bad tick counts than a good one.
+/// Weight of a bad tick relative to a good tick.
 const BAD_WEIGHT: u16 = 3;
 
 impl Suspicion {
-    /// Trips after `ticks` bad ticks in a row, later with good ticks among them, and never while good ticks are
-    /// three times as many as bad ones.
+    /// Trips after `ticks` bad ticks in a row, later if good ticks are among them, and never while good ticks are
+    /// three times as many as bad ticks.
     pub const fn new(ticks: u16) -> Self {
         Self::weighing(ticks, BAD_WEIGHT)
     }
 
-    /// The same, but never while good ticks are as many as bad ones.
+    /// The same, but never trips while good ticks are as many as bad ticks.
     pub const fn even(ticks: u16) -> Self {
         Self::weighing(ticks, 1)
     }
@@ -35,10 +35,10 @@ impl Suspicion {
         }
     }
 
-    /// Takes one tick's verdict; true while the suspicion stands.
+    /// Updates the balance with one tick's verdict. Returns true while the suspicion persists.
     #[inline]
     pub fn update(&mut self, bad: bool) -> bool {
-        // As nearly always: there is nothing to weigh.
+        // The usual case: there is nothing to weigh.
         if !bad && self.level == 0 {
             return false;
         }
@@ -51,14 +51,14 @@ impl Suspicion {
     }
 }
 
-/// Whether an IMU can be believed.
+/// The verdict on an IMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImuHealth {
     /// Fresh and believable.
     Good,
     /// Too old.
     Stale,
-    /// Repeats itself, saturates, jumps, or shows an impossible force.
+    /// The IMU repeats a reading, saturates, jumps, or shows an impossible force.
     Implausible,
 }
 
@@ -66,7 +66,7 @@ pub enum ImuHealth {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImuWatch {
     timeout_us: u32,
-    /// Largest change of an axis that is no jump, and twice that.
+    /// Largest change of an axis that is no jump, in LSB, and twice that value.
     jump_lsb: i32,
     jumps_lsb: u32,
     /// Bounds of the squared specific force, in LSB^2.
@@ -83,19 +83,20 @@ pub struct ImuWatch {
 const REPEATED_TICKS: u16 = 20;
 const SATURATED_TICKS: u16 = 10;
 const IMPOSSIBLE_TICKS: u16 = 40;
-/// Ticks without force in a row: a fall of 0.44 m. A vehicle that drives over a ledge of 40 mm falls for 90 ms, and
-/// again after each rebound.
+/// Consecutive ticks without force after which an IMU is implausible: a fall of 0.44 m. A vehicle that drives over
+/// a ledge of 40 mm falls for 90 ms, and again after each rebound.
 const FORCELESS_TICKS: u16 = 300;
-/// Change of an angular rate within one tick that no body with mass makes.
+/// Change of an angular rate within one tick that is impossible for a body with mass.
 const JUMP_DEG_S: f32 = 200.0;
-/// Bounds of the specific force's magnitude in g: below, the vehicle falls; above, no blow lasts long.
+/// Bounds of the specific force's magnitude in g. Below them the vehicle falls; above them a blow cannot last
+/// long.
 const FORCE_MIN_G: f32 = 0.2;
 const FORCE_MAX_G: f32 = 6.0;
-/// Least sum of three axes' squares with an axis at an end of its range.
+/// Least sum of the squares of three axes if one axis is at an end of its range.
 const END_SQUARED: u32 = (i16::MAX as u32) * (i16::MAX as u32);
 
 impl ImuWatch {
-    /// A watch of an IMU of the given scales that calls a sample stale after `timeout_us`.
+    /// A watch for an IMU with the given scales. A sample is stale after `timeout_us`.
     pub fn new(timeout_us: u32, scales: &ImuScales) -> Self {
         let squared_lsb = |g: f32| g * g * scales.accel_lsb_per_g * scales.accel_lsb_per_g;
         let jump_lsb = (JUMP_DEG_S * scales.gyro_lsb_per_deg_s) as i32;
@@ -113,12 +114,12 @@ impl ImuWatch {
         }
     }
 
-    /// Takes one tick's sample.
+    /// Checks one tick's sample.
     #[inline]
     pub fn update(&mut self, sample: &ImuSample) -> ImuHealth {
         let raw = &sample.raw;
         let (jumped, same) = self.last.map_or((false, false), |last| {
-            // Its amount is more than the largest: one comparison tells it either way.
+            // One comparison of the magnitude covers both signs.
             let jump = |(now, before): (&i16, &i16)| {
                 (i32::from(*now) - i32::from(*before) + self.jump_lsb).cast_unsigned() > self.jumps_lsb
             };
@@ -229,7 +230,7 @@ mod tests {
         let scales = BoardScales::EXAMPLE.imu;
         let accel = |g: f32| (g * scales.accel_lsb_per_g) as i16;
         let gyro = |deg_s: f32| (deg_s * scales.gyro_lsb_per_deg_s) as i16;
-        // Along each axis: what is believed, and what is not.
+        // Along each axis: a force that the watch believes, and a force that it does not.
         for axis in 0..3 {
             for (force_g, to_and_fro_deg_s, believed) in [
                 (5.5, 0.0, true),

@@ -1,4 +1,4 @@
-//! Fault and blocker detection: what one tick shows against the vehicle's limits, and the mode that follows.
+//! Fault and blocker detection: compares one tick's readings with the vehicle's limits and derives the mode.
 
 use super::arming::{Arming, Conditions, Mode};
 use super::blocking::{ARM_IMU_FAULTS, ENCODER_FAULTS, blockers_of};
@@ -15,28 +15,28 @@ use crate::sample::{Actuation, MOTORS, Motor, TICK_S};
 use crate::sensed::Sensed;
 use crate::vehicle::{MotorParameters, Vehicle};
 
-/// A tick that comes later than this after the last one is counted late.
+/// A tick that begins later than this after the last tick counts as late.
 const LATE_US: u64 = 1500;
-/// A tick that comes later than this after the last one is a fault.
+/// A tick that begins later than this after the last tick is a fault.
 const MISSED_US: u64 = 5000;
 const OVERCURRENT_TICKS: u16 = 3;
 const BATTERY_TICKS: u16 = 50;
-/// Ticks in a row in which the emergency stop's contacts must differ to disagree: longer than the contacts of one button
-/// take to follow each other, and than a pulse on the break's wire lasts.
+/// Consecutive ticks for which the emergency stop's contacts must differ to count as disagreeing. This is longer than
+/// the delay between the two contacts of a button and longer than a pulse on the break's wire.
 const CONTACTS_TICKS: u16 = 100;
 
-/// What supervision finds in one tick.
+/// The result of supervision in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Findings {
     /// The mode from now on.
     pub mode: Mode,
-    /// The vehicle was armed in this tick.
+    /// Whether the vehicle was armed in this tick.
     pub newly_armed: bool,
     /// Faults whose cause is present in this tick.
     pub faults: FaultSet,
 }
 
-/// Which sensors show what is: those without a present fault.
+/// The sensors that supervision believes: those without a present fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Believed {
     /// The arm IMU is fresh, plausible, and its gyro and accelerometer agree.
@@ -48,7 +48,7 @@ pub struct Believed {
 }
 
 impl Believed {
-    /// Every sensor shows what is.
+    /// Every sensor is believed.
     pub const ALL: Self = Self {
         arm_imu: true,
         spar_imu: true,
@@ -79,31 +79,32 @@ pub struct Supervisor {
     motor_guards: [MotorGuard; MOTORS],
     overcurrent: Persistence,
     ballast_overcurrent: Persistence,
-    /// A drive motor's current sensor showed a current when the bridges were last open.
+    /// A drive motor's current sensor showed a current while the bridges were last open.
     current_offset: bool,
     battery_low: Persistence,
     battery_high: Persistence,
     contacts_differ: Persistence,
-    /// The emergency stop's contacts have disagreed since faults were last cleared.
+    /// The emergency stop's contacts have disagreed since the faults were last cleared.
     contacts_disagreed: bool,
     last_time_us: Option<u64>,
     late_ticks: u32,
     believed: Believed,
 }
 
-/// Counts that an encoder cannot move within one tick: twice the no-load speed at the highest supply, and some.
+/// Number of counts that an encoder cannot move within one tick: twice the no-load speed at the highest supply, plus a
+/// margin.
 fn jump_counts(motor: &MotorParameters<f32>, supply_max_v: f32) -> i64 {
     let turns_per_s = supply_max_v / motor.back_emf_constant_v_s_per_rad / (2.0 * core::f32::consts::PI);
     i64::from((2.0 * turns_per_s * motor.encoder_counts_per_rev * TICK_S) as i32) + 16
 }
 
-/// Time after which a controlled stop is given up, in ticks.
+/// Time after which the supervisor gives up a controlled stop, in ticks.
 fn stop_timeout_ticks(vehicle: &Vehicle<f32>) -> u32 {
     (vehicle.parameters().safety.stop_timeout_s / TICK_S) as u32
 }
 
 impl Supervisor {
-    /// The supervisor of `vehicle` on a board of the given scales: disarmed, every blocker set.
+    /// The supervisor of `vehicle` on a board with the given scales: disarmed, with every blocker set.
     pub fn new(vehicle: &Vehicle<f32>, scales: &BoardScales) -> Self {
         let p = vehicle.parameters();
         let us = |s: f32| (s * 1e6) as u32;
@@ -144,8 +145,8 @@ impl Supervisor {
         }
     }
 
-    /// This supervisor, made for `vehicle`, with everything that another one has told: mode, latched faults, blockers,
-    /// refused requests, late ticks and the emergency stop's contacts. Motors and bridges are as warm as they were.
+    /// This supervisor, made for `vehicle`, with everything that another supervisor has reported: mode, latched faults,
+    /// blockers, refused requests, late ticks and the emergency stop's contacts. Motors and bridges keep their heats.
     #[must_use]
     pub fn with_record_of(self, other: &Self, vehicle: &Vehicle<f32>) -> Self {
         let mut motor_guards = self.motor_guards;
@@ -163,7 +164,7 @@ impl Supervisor {
         }
     }
 
-    /// One tick. `applied` is what the bridges did since the last tick.
+    /// One tick. `applied` are the bridges' commands since the last tick.
     #[inline]
     pub fn step(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command, applied: Actuation) -> Findings {
         if command.request == Request::ClearFaults && self.mode() == Mode::Disarmed {
@@ -207,22 +208,22 @@ impl Supervisor {
         self.arming.mode()
     }
 
-    /// Which sensors the last tick believed; none before the first.
+    /// The sensors that the last tick believed; none before the first tick.
     pub fn believed(&self) -> Believed {
         self.believed
     }
 
-    /// Faults latched since they were last cleared.
+    /// Faults that have been latched since the operator last cleared them.
     pub fn latched(&self) -> FaultSet {
         self.arming.latched()
     }
 
-    /// What blocked arming in the last tick.
+    /// Blockers of the last tick.
     pub fn blocking(&self) -> BlockerSet {
         self.arming.blockers()
     }
 
-    /// Requests to arm that were refused.
+    /// Number of refused requests to arm.
     pub fn refused_arms(&self) -> u32 {
         self.arming.refused()
     }
@@ -232,7 +233,7 @@ impl Supervisor {
         self.motor_guards.each_ref().map(MotorGuard::share)
     }
 
-    /// Ticks that came late.
+    /// Number of late ticks.
     pub fn late_ticks(&self) -> u32 {
         self.late_ticks
     }
@@ -251,7 +252,7 @@ impl Supervisor {
 
         faults.set(Fault::EmergencyStop, sensed.emergency_stop);
         faults.set(Fault::BridgeBreak, sensed.bridge_break);
-        // Kept, because a contact that does not open shows only while somebody presses the stop.
+        // The finding is kept, because a contact that does not open shows only while somebody presses the stop.
         self.contacts_disagreed |= self.contacts_differ.update(sensed.emergency_stop != sensed.break_input);
         faults.set(Fault::StopContacts, self.contacts_disagreed);
 
@@ -303,7 +304,7 @@ impl Supervisor {
         let mut faults = FaultSet::EMPTY;
         let hot = self.motor_guards.iter().any(MotorGuard::is_overheated);
         if left.is_sound() && right.is_sound() && ballast.is_sound() && !(over || ballast_over || hot) {
-            // As nearly always.
+            // The usual case.
             return faults;
         }
         let [left_guard, right_guard, ballast_guard] = &self.motor_guards;
@@ -332,28 +333,29 @@ impl Supervisor {
         faults
     }
 
-    /// What one motor shows, and how warm it is.
-    // On the host inlined for each motor: what goes into the watch and comes out never goes through memory. On the board
-    // three copies would take 2 KiB of the flash.
+    /// Checks one motor and updates its heat.
+    // On the host the function is inlined for each motor, so the watch's inputs and outputs stay in registers. On the
+    // board three copies would take 2 KiB of flash.
     #[allow(clippy::inline_always)]
     #[cfg_attr(not(target_os = "none"), inline(always))]
     fn motor_health(&mut self, motor: Motor, sensed: &Sensed, applied: Actuation) -> MotorHealth {
         let i = motor as usize;
-        // Before the first conversion the counts are none, and may stand for the largest current of all: in one tick that is
-        // heat enough for a motor of little continuous current to block arming for seconds.
+        // Before the first conversion the counts are meaningless and may mean the largest possible current. In one tick
+        // that current would heat the model of a motor with a small continuous current so far that arming would be
+        // blocked for seconds.
         if sensed.analog_age_us <= self.thresholds.sensor_timeout_us {
             self.motor_guards[i].update(sensed.current_a[i]);
         }
         self.motor_watches[i].update(&MotorReading {
             count: sensed.encoder_counts[i],
-            // The ballast's idle bridge holds 0 V, which is as good a test as any other voltage.
+            // The ballast motor's idle bridge holds 0 V, which is as good a test as any other voltage.
             applied_v: applied.enable.then(|| voltage(applied.duty[i], sensed.supply_v)),
             current_a: sensed.current_a[i],
             rate_rad_s: sensed.relative_rate_rad_s[i],
         })
     }
 
-    /// What blocks arming in this tick.
+    /// The blockers of this tick.
     fn blockers(&self, faults: FaultSet, estimate: &Estimate, command: &Command) -> BlockerSet {
         let mut blockers = if faults.is_empty() {
             BlockerSet::EMPTY
@@ -362,7 +364,7 @@ impl Supervisor {
         };
         blockers.set(Blocker::NotCalibrated, !estimate.calibrated);
         blockers.set(Blocker::NotAtRest, !estimate.at_rest);
-        // Written so that a phi that is not a number blocks.
+        // Written so that a NaN in phi blocks.
         let upright = estimate.phi_rad.abs() < 0.5 * self.thresholds.phi_max_rad;
         blockers.set(Blocker::ArmAngle, !upright);
         blockers.set(Blocker::CommandNotNeutral, !command.drive.is_neutral());

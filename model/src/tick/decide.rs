@@ -1,4 +1,4 @@
-//! Stage 3: the control laws under the supervisor's verdict.
+//! Stage 3: the control laws, subject to supervision's result.
 
 use crate::bounded::Bounded;
 use crate::command::{Command, DriveCommand};
@@ -21,32 +21,33 @@ use crate::vehicle::Vehicle;
 
 use super::estimate::Sines;
 
-/// Voltage that probes the drive motors' current sensors, V, up for two ticks and down for two: what a current sensor
-/// must follow, however quietly the laws hold the vehicle. It moves the current by 60 mA and the vehicle by nothing.
+/// Voltage that probes the drive motors' current sensors, V: positive for two ticks and negative for two. A current
+/// sensor must follow the probe even while the laws hold the vehicle quietly. The probe changes the current by 60 mA
+/// and does not move the vehicle.
 const PROBE_V: f32 = 0.02;
 /// Distance of the governed reference from the commanded speed, m/s, up to which the command counts as reached.
 const REFERENCE_REACHED_M_S: f32 = 0.01;
-/// The same of the yaw rate, rad/s.
+/// The same for the yaw rate, rad/s.
 const REFERENCE_REACHED_RAD_S: f32 = 0.01;
 
-/// What stage 3 decided for one tick.
+/// The decision of stage 3 in one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Decision {
     /// The mode from now on.
     pub mode: Mode,
     /// Latched faults.
     pub faults: FaultSet,
-    /// What blocks arming.
+    /// Conditions that block arming.
     pub blockers: BlockerSet,
-    /// Ticks that came late since boot.
+    /// Number of late ticks since boot.
     pub late_ticks: u32,
-    /// Requests to arm that were refused since boot.
+    /// Number of refused requests to arm since boot.
     pub refused_arms: u32,
-    /// What bounds the response so far: the supply and the governor.
+    /// Limits that bound the response so far: those of the supply and of the governor.
     pub limits: LimitSet,
-    /// Voltage wanted of each motor, V, the probe of the current sensors included; all 0 while disarmed.
+    /// Wanted voltage of each motor, V, including the probe of the current sensors; all 0 while disarmed.
     pub voltage_v: [f32; MOTORS],
-    /// The ballast motor is switched off: it gets no voltage, whatever its encoder shows.
+    /// The ballast motor is switched off and gets no voltage, whatever its encoder shows.
     pub ballast_off: bool,
     /// Terms of the laws, before any limit; all 0 while disarmed.
     pub terms: Terms,
@@ -56,7 +57,7 @@ pub struct Decision {
     pub yaw_rate_reference_rad_s: f32,
 }
 
-/// What the laws ask for.
+/// The laws' output in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Wish {
     pub(super) limits: LimitSet,
@@ -74,17 +75,17 @@ pub(super) struct Laws {
     spar: Option<SparController>,
     /// A spar fault has occurred since the vehicle was armed: the ballast motor gets no voltage.
     spar_off: bool,
-    /// The speed aimed at in the last tick, before the governor, m/s.
+    /// The speed that the law was to reach in the last tick, before the governor, m/s.
     target_m_s: f32,
     duty_max: f32,
-    /// Ticks of the probe's period of four.
+    /// Tick within the probe's period of four.
     probe_ticks: u8,
-    /// The laws drove the motors in the last tick.
+    /// Whether the laws drove the motors in the last tick.
     armed: bool,
 }
 
 impl Laws {
-    /// The laws for `vehicle` on bridges that give at most `duty_max` of the supply.
+    /// The laws for `vehicle` with bridges that give at most the share `duty_max` of the supply.
     pub(super) fn new(vehicle: &Vehicle<f32>, duty_max: f32) -> Self {
         Self {
             speed: SpeedController::new(vehicle, TICK_S),
@@ -99,7 +100,7 @@ impl Laws {
         }
     }
 
-    /// One tick: what the laws ask for; nothing while disarmed.
+    /// One tick: returns the laws' output; all 0 while disarmed.
     pub(super) fn step(
         &mut self,
         verdict: Findings,
@@ -191,7 +192,7 @@ impl Laws {
         if self.probe_ticks < 2 { PROBE_V } else { -PROBE_V }
     }
 
-    /// What the spar law asks for; nothing without a spar or after a spar fault.
+    /// The spar law's output; 0 without a spar or after a spar fault.
     fn level(&mut self, estimate: &Estimate, input: &SpeedInput, supply_v: f32) -> LawOutput<SparTerms> {
         let pivot = self.speed.pivot(input);
         match &mut self.spar {
@@ -200,7 +201,7 @@ impl Laws {
         }
     }
 
-    /// What was commanded of the speed law in the last tick, and what the law found.
+    /// The command to the speed law in the last tick, and the law's findings.
     pub(super) fn intent(&self) -> Intent {
         Intent {
             target_m_s: self.target_m_s,
@@ -210,7 +211,7 @@ impl Laws {
         }
     }
 
-    /// The vehicle was armed on a slope on which it cannot stand.
+    /// Whether the vehicle was armed on a slope on which it cannot stand.
     pub(super) fn refuses_slope(&self) -> bool {
         self.armed && self.speed.refuses_slope()
     }
@@ -226,7 +227,7 @@ impl Laws {
     }
 }
 
-/// The state of the spar as it is estimated.
+/// The estimated state of the spar.
 fn spar_state(estimate: &Estimate) -> SparState {
     SparState {
         spar_rad: estimate.spar_rad,

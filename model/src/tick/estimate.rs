@@ -1,4 +1,4 @@
-//! Stage 2: what the vehicle knows of itself.
+//! Stage 2: the vehicle's estimate of its own motion.
 
 use crate::bounded::Bounded;
 use crate::estimate::Estimate;
@@ -50,7 +50,7 @@ pub(super) struct Estimator {
     roll: LowPass,
     weighs: Persistence,
     standing: Standing,
-    /// The IMU was lost in the last tick, or has not been there yet.
+    /// The arm IMU was lost in the last tick, or has not yet given a reading.
     arm_lost: bool,
     spar_lost: bool,
     mountings: Mountings,
@@ -59,23 +59,23 @@ pub(super) struct Estimator {
     last_heading_rad: f32,
 }
 
-/// Sines and cosines of the angles, which the laws need too.
+/// Sines and cosines of the angles, which the laws also need.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Sines {
     pub(super) phi: (f32, f32),
     pub(super) slope: (f32, f32),
     /// Sine of the axle's roll: positive with its left end up.
     pub(super) roll: f32,
-    /// Change of the slope's sine by the vehicle's own turn, 1/s.
+    /// Rate of the slope's sine due to the vehicle's own turn, 1/s.
     pub(super) slope_turn_per_s: f32,
 }
 
-/// What gyro and encoders show of one tick.
+/// The motion that gyro and encoders show in one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct MeasuredMotion {
     phi_rate_rad_s: f32,
     theta_rate_rad_s: f32,
-    /// Speed and acceleration of the axle if the wheels roll.
+    /// Speed and acceleration of the axle under the assumption that the wheels roll.
     wheels_m_s: f32,
     wheels_m_s2: f32,
     yaw_rate_rad_s: f32,
@@ -85,7 +85,7 @@ struct MeasuredMotion {
     sin_roll: f32,
 }
 
-/// Speed and arm rate below which the vehicle is stopped.
+/// Speed and arm rate below which the vehicle counts as stopped.
 const STOPPED_M_S: f32 = 0.05;
 const STOPPED_ARM_RAD_S: f32 = 0.2;
 /// Time constant of the axle acceleration's filter.
@@ -94,15 +94,16 @@ const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
 const ROLL_TIME_CONSTANT_S: f32 = 0.2;
 /// Ticks for which the accelerometer must feel the vehicle's weight before it is trusted again: the wheels rebound.
 const WEIGHT_TICKS: u16 = 30;
-/// The same before it may show a slide or its mounting, most of a period of 3 Hz. Under a vibration of about g the
-/// accelerometer would otherwise count in one half of each period only, which looks like an acceleration.
+/// The same before the accelerometer may show a slide or its mounting: most of a period of 3 Hz. Under a vibration of
+/// about g the accelerometer would otherwise count in only one half of each period, which looks like an acceleration.
 const STEADY_WEIGHT_TICKS: u16 = 270;
 
 impl Estimator {
     pub(super) fn new(vehicle: &Vehicle<f32>) -> Self {
         let (p, planar) = (vehicle.parameters(), vehicle.planar(0.0));
         let times = &p.estimator;
-        // The wheels show the axle's acceleration late: by the two stages of their rates' filter, and by its own.
+        // The wheels show the axle's acceleration late: by the two stages of the rates' filter, and by the
+        // acceleration's own filter.
         let lag_s = 2.0 * times.wheel_rate_time_constant_s + AXLE_ACCELERATION_TIME_CONSTANT_S;
         let tilt = |radius_m| {
             let (tilt_s, bias_s) = (times.tilt_time_constant_s, times.bias_time_constant_s);
@@ -145,7 +146,7 @@ impl Estimator {
         }
     }
 
-    /// This estimator with the heading and the pose of another one; everything else is estimated anew.
+    /// This estimator with the heading and the pose of another estimator. Every other quantity is estimated anew.
     pub(super) fn with_pose_of(self, other: &Self) -> Self {
         Self {
             heading: self.heading.with_heading_of(&other.heading),
@@ -170,8 +171,8 @@ impl Estimator {
         self.roll.value() - self.alignment.sin_roll()
     }
 
-    /// One tick. `disarmed` says that no motor is driven: only then does the ballast hang. `intent` is what was
-    /// commanded of the speed law in the last tick, `believed` what supervision thought of the sensors then.
+    /// One tick. `disarmed` means that no motor is driven: only then does the ballast hang freely. `intent` is the
+    /// command to the speed law in the last tick, and `believed` are the sensors that supervision believed then.
     pub(super) fn step(&mut self, sensed: &Sensed, believed: Believed, disarmed: bool, intent: Intent) -> Estimate {
         let [.., ballast_rate_rad_s] = sensed.relative_rate_rad_s;
         let [bias_x, bias_z] = self.heading.bias_rad_s();
@@ -183,8 +184,9 @@ impl Estimator {
         }
         self.calibrate_spar(sensed, believed, posture.still && disarmed);
         if posture.calibrating || believed.arm_imu && self.arm_lost {
-            // On a slope the arm hangs out: an angle that is still to be found would be learnt as a bias of its gyro,
-            // and as motion. Nor does anybody know how the arm turned while its IMU was away.
+            // On a slope the hanging arm leans relative to the ground's normal. The estimator would learn an angle that
+            // is not yet known as a bias of the gyro and as motion. Nor is it known how the arm turned while its IMU
+            // was lost.
             self.arm.align(&sensed.arm);
             self.slope.align(self.arm.sin());
         }
@@ -193,7 +195,7 @@ impl Estimator {
         let motion = self.turn(sensed, believed, posture);
         self.tilt(sensed, believed, &motion, posture);
         if posture.idle || !self.standing.is_calibrated() {
-            // An angle that is still to be found looks like a slide.
+            // An angle that is not yet known looks like a slide.
             self.traction.stand();
         }
         let [contradicted, spar_contradicted] = self.contradicts(sensed, &motion, believed, disarmed);
@@ -245,11 +247,11 @@ impl Estimator {
         }
     }
 
-    /// Heading and wheel rate: what the gyro and the encoders show at once.
+    /// Heading and wheel rate, which the gyro and the encoders show without delay.
     fn turn(&mut self, sensed: &Sensed, believed: Believed, posture: Posture) -> MeasuredMotion {
         let [left, right, _] = sensed.relative_rate_rad_s;
         let r = self.scales.length_m;
-        // The plane's normal seen from the arm: turned by phi - beta from the arm's z axis.
+        // The plane's normal in the arm's axes: turned by phi - beta from the arm's z axis.
         let (sin, cos) = (self.arm.sin(), self.arm.cos());
         let sin_normal = sin * self.slope.cos() - cos * self.slope.sin();
         let cos_normal = cos * self.slope.cos() + sin * self.slope.sin();
@@ -267,7 +269,7 @@ impl Estimator {
             self.heading.update(&reading, posture.at_rest);
         }
         let yaw_rate_rad_s = self.heading.yaw_rate_rad_s();
-        // Wheel rate: the relative rate less the arm's. Without its gyro the arm is taken to hang still.
+        // Wheel rate: the relative rate less the arm's rate. Without its gyro the arm is assumed to hang still.
         let swing_rad_s = if believed.arm_imu {
             sensed.arm.rate_rad_s - self.arm.bias_rad_s()
         } else {
@@ -276,12 +278,13 @@ impl Estimator {
         let phi_rate_rad_s = swing_rad_s - self.alignment.swing_rad_s(yaw_rate_rad_s);
         let theta_rate_rad_s = 0.5 * (left + right) - phi_rate_rad_s;
         if posture.calibrating {
-            // Nor is the bias, once it is taken away, an acceleration.
+            // The step by which the bias disappears is no acceleration.
             self.theta_acceleration.reset(theta_rate_rad_s);
         }
         let wheels_m_s = theta_rate_rad_s * r;
-        // Roll of the axle: gravity along it, once the acceleration of the turn is taken away. On a plane a turn makes
-        // roll of slope, so that the filter does not lag in a turn on the spot.
+        // Roll of the axle: the component of gravity along the axle, after the acceleration of the turn has been
+        // subtracted. A turn on a plane converts slope into roll; the filter follows this conversion, so it does not
+        // lag in a turn on the spot.
         let turned = yaw_rate_rad_s * TICK_S * self.slope.sin();
         self.roll.reset(self.roll.value() - turned);
         let lateral_m_s2 = sensed.arm_force_y_m_s2 - wheels_m_s * yaw_rate_rad_s;
@@ -300,7 +303,7 @@ impl Estimator {
         }
     }
 
-    /// The angles of arm and spar, and whether the wheels roll.
+    /// Estimates the angles of arm and spar, and whether the wheels roll.
     fn tilt(&mut self, sensed: &Sensed, believed: Believed, motion: &MeasuredMotion, posture: Posture) {
         self.slope.turn(motion.yaw_rate_rad_s * motion.sin_roll * TICK_S);
         let disturbance = Disturbance {
@@ -346,7 +349,7 @@ impl Estimator {
         }
     }
 
-    /// The mean advance of the wheels over the plane, or of the sliding vehicle, at the mean heading of the tick.
+    /// Advances the pose by the mean advance of the wheels, or of the sliding vehicle, at the mean heading of the tick.
     fn advance(&mut self, sensed: &Sensed, motion: &MeasuredMotion) {
         let advance_m = if self.traction.slides() {
             self.traction.speed_m_s() * TICK_S
@@ -361,8 +364,8 @@ impl Estimator {
         self.last_heading_rad = heading;
     }
 
-    /// Averages the spar's gyro at rest, apart from the arm's, as the vehicle drives without a spar; anew after its IMU
-    /// was lost.
+    /// Averages the spar's gyro at rest, separately from the arm's, because the vehicle can also drive without a spar.
+    /// The average starts again after the spar IMU was lost.
     fn calibrate_spar(&mut self, sensed: &Sensed, believed: Believed, still: bool) {
         let Some(spar) = &mut self.spar else { return };
         if believed.spar_imu && self.spar_lost {

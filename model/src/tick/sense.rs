@@ -23,7 +23,7 @@ pub(super) struct Sensing {
     battery_min_v: f32,
     last_counts: Option<[i64; MOTORS]>,
     ballast_start: i64,
-    /// Motors that the vehicle has: without a spar nothing is wired to the ballast's inputs.
+    /// Number of motors of the vehicle: without a spar nothing is wired to the ballast motor's inputs.
     motors: usize,
 }
 
@@ -52,8 +52,8 @@ impl Sensing {
         }
     }
 
-    /// This stage with the encoder counts of another one, from which the next tick's advance is taken, and with that
-    /// one's supply.
+    /// This stage with the supply voltage and the encoder counts of another stage; the next tick's advance starts
+    /// from these counts.
     pub(super) fn with_counts_of(self, other: &Self) -> Self {
         Self {
             last_counts: other.last_counts,
@@ -129,7 +129,7 @@ impl ImuUnits {
         f32::from(raw.accel[axis]) * self.m_s2_per_lsb
     }
 
-    /// The in-plane part of an IMU reading. Swinging forward is turning about -y.
+    /// The in-plane part of an IMU reading. A forward swing is a rotation about -y.
     fn tilt(self, raw: &ImuRaw) -> TiltReading {
         TiltReading {
             rate_rad_s: -self.rate_rad_s(raw, 1),

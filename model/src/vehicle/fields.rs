@@ -1,19 +1,19 @@
-//! Tables of named, ranged numbers: one description from which files, stored parameters and
-//! documentation are read, checked and written.
+//! Tables of named numbers with ranges. This one description is the basis for reading, checking and writing files,
+//! stored parameters and documentation.
 
 use core::fmt;
 
-/// What holds for a vehicle file that leaves a field out.
+/// The value of a field that a vehicle file leaves out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LeftOut {
     /// Only a measurement of the vehicle can give the value: the file must have the field.
     Refused,
-    /// This value, which suits any vehicle.
+    /// This value, which suits every vehicle.
     Value(f64),
-    /// What follows from the file's other values.
+    /// The value that follows from the file's other values.
     Rule(Rule),
-    /// Of a part that a vehicle without a camera spar does not have: such a vehicle has this value, which nothing reads. The
-    /// file of one with a spar must give it.
+    /// The field belongs to a part that a vehicle without a spar does not have. Such a vehicle has this value, which
+    /// nothing reads. The file of a vehicle with a spar must give the field.
     OfSpar(f64),
 }
 
@@ -21,13 +21,13 @@ pub enum LeftOut {
 /// ([`VehicleParameters::follow_rules`](crate::vehicle::VehicleParameters::follow_rules)).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rule {
-    /// The gain with which the yaw loop crosses over at [`TurningDrive::crossover_rad_s`](crate::vehicle::TurningDrive).
+    /// The gain at which the yaw loop's crossover is [`TurningDrive::crossover_rad_s`](crate::vehicle::TurningDrive).
     YawGain,
-    /// The integral that goes with the yaw gain.
+    /// The integral gain that suits the yaw gain.
     YawIntegral,
     /// The gain of the heading hold about the yaw loop.
     HeadingGain,
-    /// What a bridge gives of a full battery.
+    /// The largest voltage that a bridge gives from a full battery.
     BridgeVoltage,
 }
 
@@ -36,15 +36,15 @@ pub enum Rule {
 pub struct Field {
     /// The name in code, vehicle file and link alike, unit suffix included.
     pub name: &'static str,
-    /// What it is.
+    /// The field's meaning.
     pub meaning: &'static str,
     /// Smallest allowed value.
     pub min: f64,
     /// Largest allowed value.
     pub max: f64,
-    /// What holds for a vehicle file that leaves the field out.
+    /// The value if a vehicle file leaves the field out.
     pub left_out: LeftOut,
-    /// Whether it counts things, so that only whole numbers are values.
+    /// Whether the field is a count, so that only whole numbers are allowed.
     pub whole: bool,
     /// Names of the values 0, 1, ... of a choice, in order; empty for a number. Vehicle files write the name.
     pub choices: &'static [&'static str],
@@ -57,7 +57,7 @@ pub struct OutOfRange {
     pub group: &'static str,
     /// The field.
     pub field: &'static Field,
-    /// The value refused.
+    /// The refused value.
     pub value: f64,
 }
 
@@ -85,8 +85,8 @@ impl fmt::Display for OutOfRange {
 impl core::error::Error for OutOfRange {}
 
 impl Field {
-    /// Whether `value` is a number within the range. A bound is allowed as it is printed: in single precision too, where
-    /// the number nearest to it may lie a little outside.
+    /// Whether `value` is a number within the range. The bounds themselves are allowed, in single precision too, where
+    /// the number nearest to a bound may lie slightly outside the range.
     pub fn allows(&self, value: f64) -> bool {
         let single = value as f32;
         let is_single = f64::from(single) == value;
@@ -97,7 +97,7 @@ impl Field {
         within && counts && (self.choices.is_empty() || self.choice(value).is_some())
     }
 
-    /// Whether the file of a vehicle with or without a camera spar may leave it out.
+    /// Whether the file of a vehicle with or without a spar may leave the field out.
     pub fn is_optional(&self, with_spar: bool) -> bool {
         match self.left_out {
             LeftOut::Refused => false,
@@ -106,14 +106,14 @@ impl Field {
         }
     }
 
-    /// The name of a choice's value; `None` for a number, and for a value that is no choice.
+    /// The name of the choice with this value; `None` if the field is a number, and for a value that is no choice.
     pub fn choice(&self, value: f64) -> Option<&'static str> {
         let place = value as usize;
         let name = self.choices.get(place).copied()?;
         (place as f64 == value).then_some(name)
     }
 
-    /// The value of a choice's name; `None` for a name that is no choice.
+    /// The value of the choice with this name; `None` for a name that is no choice.
     pub fn value_of(&self, name: &str) -> Option<f64> {
         let place = self.choices.iter().position(|choice| *choice == name)?;
         Some(place as f64)
@@ -123,25 +123,25 @@ impl Field {
 /// Why a parameter was not changed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NotSet {
-    /// The vehicle has no parameter of this number.
+    /// The vehicle has no parameter with this number.
     NoSuchNumber,
     /// The value is outside the field's range, or not a number.
     OutOfRange(OutOfRange),
 }
 
-/// Access to the values of one group by their places in its table of fields.
+/// Access to the values of one group by their places in the group's table of fields.
 pub(crate) trait Group<T> {
     /// The table of fields.
     fn fields(&self) -> &'static [Field];
     /// The value at `place` of the table.
     fn value(&self, place: usize) -> Option<T>;
-    /// The value at `place` of the table, to be changed.
+    /// The value at `place` of the table, mutable.
     fn value_mut(&mut self, place: usize) -> Option<&mut T>;
 }
 
-/// Defines a group of parameters: a plain struct over the number type, and the table of its fields. A field that a vehicle file
-/// may leave out has its value after `or`, or its rule after `by`. A field that only a spar uses states after `bare`
-/// its value for a vehicle without a spar. A count is marked `in counts`.
+/// Defines a group of parameters: a plain struct over the number type, and the table of its fields. A field that a
+/// vehicle file may leave out states its value after `or`, or its rule after `by`. A field that only a spar uses
+/// states after `bare` its value for a vehicle without a spar. A count is marked `in counts`.
 macro_rules! parameter_group {
     (@left_out) => { $crate::vehicle::fields::LeftOut::Refused };
     (@left_out or $value:literal) => { $crate::vehicle::fields::LeftOut::Value($value as f64) };

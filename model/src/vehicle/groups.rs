@@ -15,7 +15,7 @@ pub struct Table {
     pub name: &'static str,
     /// Its fields, in order.
     pub fields: &'static [Field],
-    /// A vehicle without a camera spar has no such table.
+    /// A vehicle without a spar has no such table.
     pub of_spar: bool,
 }
 
@@ -29,8 +29,8 @@ macro_rules! vehicle_parameters {
     ) => {
         /// All parameters as read, not yet checked; [`Vehicle::new`](super::Vehicle::new) checks them.
         ///
-        /// Every parameter has a number: its place when the fields of all groups are counted through. A
-        /// vehicle without a spar has fewer.
+        /// Every parameter has a number: its place in the sequence of all groups' fields. A vehicle without a spar has
+        /// fewer parameters.
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct VehicleParameters<T> {
             $( $(#[doc = $before_doc])+ pub $before: $before_type<T>, )+
@@ -93,7 +93,7 @@ macro_rules! vehicle_parameters {
                 ]
             }
 
-            /// The groups to be changed, in order.
+            /// The groups, mutable, in order.
             fn groups_mut(&mut self) -> [Option<&mut dyn Group<T>>; GROUPS] {
                 let (first, second) = match &mut self.$first {
                     Some((first, second)) => (Some(first as &mut dyn Group<T>), Some(second as &mut dyn Group<T>)),
@@ -116,7 +116,7 @@ vehicle_parameters! {
     /// Each of the two drive motors.
     drive_motor: MotorParameters,
     [
-        /// The camera spar and the motor that turns the ballast against it; `None` on a vehicle without a spar.
+        /// The spar and the motor that turns the ballast against it; `None` on a vehicle without a spar.
         spar: SparParameters,
         ballast_motor: MotorParameters
     ],
@@ -134,7 +134,7 @@ vehicle_parameters! {
 
 impl<T: Real> VehicleParameters<T> {
     /// The motors, in the order of [`Motor`](crate::sample::Motor). Without a spar the third bridge has no motor, and the
-    /// drive motors' numbers stand there.
+    /// third entry repeats the drive motors' parameters.
     pub fn motors(&self) -> [&MotorParameters<T>; MOTORS] {
         let ballast_motor = self.ballast_motor().unwrap_or(&self.drive_motor);
         [&self.drive_motor, &self.drive_motor, ballast_motor]
@@ -145,13 +145,13 @@ impl<T: Real> VehicleParameters<T> {
         self.spar.as_ref().map(|(_, motor)| motor)
     }
 
-    /// How many parameters this vehicle has.
+    /// Number of parameters of this vehicle.
     pub fn count(&self) -> u16 {
         let fields = |group: &(_, Option<&dyn Group<T>>)| group.1.map_or(0, |group| group.fields().len());
         self.groups().iter().map(fields).sum::<usize>() as u16
     }
 
-    /// Table and field of one parameter; `None` if there is no such number.
+    /// Table and field of the parameter with this number; `None` for an unknown number.
     pub fn field(&self, number: u16) -> Option<(&'static str, &'static Field)> {
         let mut place = usize::from(number);
         for (table, group) in self.groups() {
@@ -164,7 +164,7 @@ impl<T: Real> VehicleParameters<T> {
         None
     }
 
-    /// Value of one parameter; `None` if there is no such number.
+    /// Value of the parameter with this number; `None` for an unknown number.
     pub fn value(&self, number: u16) -> Option<T> {
         let mut place = usize::from(number);
         for group in self.groups().into_iter().filter_map(|(_, group)| group) {
@@ -187,7 +187,7 @@ impl<T: Real> VehicleParameters<T> {
     /// Changes one parameter.
     ///
     /// # Errors
-    /// [`NotSet`]; the parameters stay as they are.
+    /// [`NotSet`]; the parameters are unchanged.
     pub fn set(&mut self, number: u16, value: T) -> Result<(), NotSet> {
         let (group, field) = self.field(number).ok_or(NotSet::NoSuchNumber)?;
         check(group, field, value).map_err(NotSet::OutOfRange)?;
@@ -206,7 +206,7 @@ impl<T: Real> VehicleParameters<T> {
     /// Checks every parameter against its field's range.
     ///
     /// # Errors
-    /// The first parameter that is out of range or not a number.
+    /// The first parameter that is out of range or NaN.
     pub fn check(&self) -> Result<(), OutOfRange> {
         for number in 0..self.count() {
             if let (Some((group, field)), Some(value)) = (self.field(number), self.value(number)) {

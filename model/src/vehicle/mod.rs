@@ -1,5 +1,5 @@
-//! The vehicle's parameters: SI as measured, checked once into [`Vehicle`], and the nondimensional
-//! numbers that the laws use (3.10, 3.11, corrected).
+//! The vehicle's parameters: measured SI values, checked once into [`Vehicle`], and the nondimensional numbers that the
+//! laws use (3.10, 3.11, corrected).
 
 use core::fmt;
 
@@ -31,7 +31,7 @@ pub use scales::{Scales, SparScales};
 /// The speed laws that a vehicle file can name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SpeedLawChoice {
-    /// Eq. 3.25 with what surrounds it, `eq-3.25`.
+    /// Eq. 3.25 with its additions, `eq-3.25`.
     SwingDamped,
     /// The landing law, `landing`.
     Landing,
@@ -39,13 +39,13 @@ pub enum SpeedLawChoice {
 
 /// Acceleration of gravity, m/s^2.
 pub const GRAVITY_M_S2: f64 = 9.81;
-/// The same for the code that flies, which reckons in single precision.
+/// The same for the vehicle's own code, which computes in single precision.
 pub(crate) const G: f32 = GRAVITY_M_S2 as f32;
 
-/// Why a set of parameters is no vehicle.
+/// Why a set of parameters does not describe a vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ParameterError {
-    /// One value is out of its range.
+    /// A value is out of its range.
     OutOfRange(OutOfRange),
     /// Two values contradict each other.
     Inconsistent {
@@ -53,22 +53,22 @@ pub enum ParameterError {
         group: &'static str,
         /// The field to change.
         field: &'static str,
-        /// Its value.
+        /// The value.
         value: f64,
-        /// What must hold.
+        /// The violated condition.
         rule: &'static str,
-        /// The bound that the rule gives here.
+        /// The bound that the rule gives for this vehicle.
         bound: f64,
     },
-    /// Gains that do not stabilise what they control.
+    /// Gains that do not stabilise the controlled motion.
     Unstable {
         /// The group (table of the vehicle file).
         group: &'static str,
         /// The first of the gains.
         field: &'static str,
-        /// Its value.
+        /// The value.
         value: f64,
-        /// What must hold, and what to do.
+        /// The violated condition and its remedy.
         rule: &'static str,
     },
 }
@@ -97,7 +97,7 @@ impl fmt::Display for ParameterError {
 }
 
 impl Relation {
-    /// The error of a value that breaks the rule, whose bound is `bound` here.
+    /// The error for a value that breaks the rule with the bound `bound`.
     fn broken(&self, value: f64, bound: f64) -> ParameterError {
         ParameterError::Inconsistent {
             group: self.group,
@@ -127,7 +127,7 @@ impl From<OutOfRange> for ParameterError {
     }
 }
 
-/// A vehicle whose parameters have been checked: every value in range, and consistent.
+/// A vehicle with checked parameters: every value is in range, and the values are consistent.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Vehicle<T> {
     parameters: VehicleParameters<T>,
@@ -139,8 +139,8 @@ impl<T: Real> Vehicle<T> {
     /// # Errors
     /// The first value out of range, or the first contradiction: `arm_mass_kg` must be less than
     /// `total_mass_kg` (alpha < 1), the battery's voltages in order, the current limits less than
-    /// `overcurrent_a`, `kp` less than the total damping where Eq. 3.25 flies, and the spar stable under its gains,
-    /// where there are any.
+    /// `overcurrent_a`, `kp` less than the total damping where Eq. 3.25 is the speed law, and the spar stable under its
+    /// gains, if it has gains.
     pub fn new(parameters: VehicleParameters<T>) -> Result<Self, ParameterError> {
         let p = &parameters;
         p.check()?;
@@ -162,7 +162,7 @@ impl<T: Real> Vehicle<T> {
         let vehicle = Self { parameters };
         if vehicle.speed_law() == SpeedLawChoice::SwingDamped {
             // Eq. 3.25 with kp at or above the total damping is unstable (erratum E2): refuse it here. The landing law
-            // reads no kp.
+            // does not use kp.
             less(&relations::SPEED_GAIN, p.control.kp, vehicle.planar(T::ZERO).zeta)?;
         }
         if let (Some(camera), Some(gains)) = (vehicle.camera(), vehicle.spar_gains())
@@ -179,12 +179,12 @@ impl<T: Real> Vehicle<T> {
         Ok(vehicle)
     }
 
-    /// Checks that a board with these sensors can measure every limit whose crossing is a fault: one beyond its sensors'
-    /// ranges would never be crossed. The current limits lie below `overcurrent_a`, the other voltages below
-    /// `maximum_v`.
+    /// Checks that a board with these sensors can measure every limit whose crossing is a fault. The vehicle would never
+    /// detect the crossing of a limit beyond the sensors' ranges. The current limits lie below `overcurrent_a`, the
+    /// other voltages below `maximum_v`, so two checks suffice.
     ///
     /// # Errors
-    /// The first limit that is out of the sensors' ranges.
+    /// The first limit outside the sensors' ranges.
     pub fn check_on(&self, ranges: &SensorRanges) -> Result<(), ParameterError> {
         let p = &self.parameters;
         for (relation, value, bound) in [
@@ -196,7 +196,7 @@ impl<T: Real> Vehicle<T> {
             ),
         ] {
             let (value, bound) = (value.to_f64(), f64::from(bound));
-            // Written so that a value that is not a number is refused.
+            // Written so that NaN is refused.
             let measured = value <= bound;
             if !measured {
                 return Err(relation.broken(value, bound));
@@ -205,9 +205,9 @@ impl<T: Real> Vehicle<T> {
         Ok(())
     }
 
-    /// Gains of the camera spar's feedback (Eq. 7.19) in the units of ch. 7, in the order of
-    /// [`SparLaw::gains`](crate::control::spar_law::SparLaw::gains); `None` without a spar, or when all
-    /// gains are 0 and the spar is not levelled.
+    /// Gains of the spar's feedback (Eq. 7.19) in the units of ch. 7, in the order of
+    /// [`SparLaw::gains`](crate::control::spar_law::SparLaw::gains); `None` without a spar, or when all gains are 0 and
+    /// the spar is not levelled.
     pub fn spar_gains(&self) -> Option<[T; 4]> {
         let (spar, _) = self.parameters.spar.as_ref()?;
         let gains = [
@@ -238,7 +238,7 @@ impl<T: Real> Vehicle<T> {
         Scales::new(&self.parameters.body, &self.parameters.drive_motor)
     }
 
-    /// The scales of the camera spar; `None` without a spar.
+    /// The scales of the spar; `None` without a spar.
     pub fn spar_scales(&self) -> Option<SparScales<T>> {
         self.parameters
             .spar
@@ -246,7 +246,7 @@ impl<T: Real> Vehicle<T> {
             .map(|(spar, motor)| SparScales::new(spar, motor))
     }
 
-    /// Mass of the camera spar over M + m: S of (8.8), corrected (erratum E35); 0 without a spar.
+    /// Mass of the spar over M + m: S of (8.8), corrected (erratum E35); 0 without a spar.
     pub fn spar_mass_ratio(&self) -> T {
         self.parameters.spar.as_ref().map_or(T::ZERO, |(spar, _)| {
             (spar.camera_mass_kg + spar.motor_mass_kg + spar.ballast_mass_kg) / self.parameters.body.total_mass_kg

@@ -1,4 +1,4 @@
-//! The nondimensional models of a vehicle: what each chapter's equations take, from the SI values.
+//! The nondimensional models of a vehicle: the parameters of each chapter's equations, computed from the SI values.
 
 use super::{MotorParameters, Vehicle};
 use crate::dynamics::camera::CameraParameters;
@@ -16,8 +16,8 @@ impl<T: Real> MotorParameters<T> {
 }
 
 impl<T: Real> Vehicle<T> {
-    /// `(M + m) r^2`, kg m^2: what (3.10) divides inertias by. The same as mt R^2 of ch. 6, since
-    /// `total_mass_kg` holds both wheels (erratum E20).
+    /// `(M + m) r^2`, kg m^2: the divisor of inertias in (3.10). The value equals mt R^2 of ch. 6, because
+    /// `total_mass_kg` includes both wheels (erratum E20).
     fn inertia_kg_m2(&self) -> T {
         let body = &self.parameters().body;
         body.total_mass_kg * body.wheel_radius_m * body.wheel_radius_m
@@ -55,8 +55,7 @@ impl<T: Real> Vehicle<T> {
         }
     }
 
-    /// The nondimensional camera spar of ch. 7 (xi with the first power of w_c: erratum E27); `None` without
-    /// a spar.
+    /// The nondimensional spar of ch. 7 (xi with the first power of w_c: erratum E27); `None` without a spar.
     pub fn camera(&self) -> Option<CameraParameters<T>> {
         let (spar, motor) = self.parameters().spar.as_ref()?;
         let scales = self.spar_scales()?;
@@ -75,8 +74,8 @@ impl<T: Real> Vehicle<T> {
         })
     }
 
-    /// The nondimensional vehicle with its camera spar on the slope `beta_rad` (8.5, corrected:
-    /// everything over M + m, r and w; errata E34, E35); `None` without a spar.
+    /// The nondimensional vehicle with its spar on the slope `beta_rad` (8.5, corrected: everything over M + m, r and w;
+    /// errata E34, E35); `None` without a spar.
     pub fn coupled(&self, beta_rad: T, bearing: Bearing) -> Option<CoupledParameters<T>> {
         let (spar, _) = self.parameters().spar.as_ref()?;
         let body = &self.parameters().body;

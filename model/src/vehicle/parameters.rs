@@ -1,7 +1,7 @@
 //! The vehicle's parameters in SI units, as an engineer measures them.
 //!
-//! Each group is a table of the vehicle file; the list of groups is in the parent module. The ranges are
-//! those of a vehicle that a bench can hold: they refuse slips of a decimal point, not designs.
+//! Each group is a table of the vehicle file; the list of groups is in the parent module. The ranges cover every
+//! vehicle that fits on a bench: they refuse misplaced decimal points, not designs.
 
 use super::fields::parameter_group;
 
@@ -44,12 +44,12 @@ parameter_group! {
         gear_ratio: 1.0 to 1000.0,
         /// Largest armature current that the controller commands.
         current_limit_a: 0.01 to 500.0,
-        /// Current that the motor bears for ever; with more the controller lets the winding become no hotter.
+        /// Current that the motor withstands indefinitely; above it the controller limits the heat of the winding.
         continuous_current_a: 0.01 to 500.0,
         /// Thermal time constant of the winding.
         winding_time_constant_s: 0.1 to 10000.0,
-        /// Current that the motor's bridge bears for ever, in the hottest air that it works in; with more the controller lets
-        /// the bridge become no hotter. 500 A bound nothing but what the other limits bound.
+        /// Current that the motor's bridge withstands indefinitely in the hottest air of its operation; above it the controller
+        /// limits the heat of the bridge. 500 A is no bound beyond the other limits.
         bridge_continuous_a: 0.01 to 500.0 or 500.0,
         /// Thermal time constant of the bridge: its package on its copper.
         bridge_time_constant_s: 0.05 to 1000.0 or 3.0,
@@ -89,7 +89,7 @@ parameter_group! {
 }
 
 parameter_group! {
-    /// Where the IMUs sit. Their axes: x forward, y left, z up while the vehicle stands level.
+    /// Positions of the IMUs. Their axes: x forward, y left, z up while the vehicle stands level.
     ImuParameters {
         /// Distance of the arm IMU from the axle, positive towards the arm's centre of mass.
         arm_radius_m: -2.0 to 2.0,
@@ -113,9 +113,9 @@ parameter_group! {
 }
 
 parameter_group! {
-    /// Which speed law drives, its limits and gains.
+    /// The choice of the speed law, its limits and gains.
     ControlParameters {
-        /// Speed law: Eq. 3.25 with what surrounds it (0), or the landing law (1), whose gains follow from the vehicle.
+        /// Speed law: Eq. 3.25 with its additions (0), or the landing law (1), whose gains follow from the vehicle.
         law: 0.0 to 1.0 or 1.0: "eq-3.25", "landing",
         /// Largest forward or backward speed.
         speed_max_m_s: 0.0 to 20.0,

@@ -1,5 +1,6 @@
-//! What must hold between the values of a vehicle's parameters beyond each one's range: the rules that
-//! [`Vehicle::new`](super::Vehicle::new) and [`Vehicle::check_on`](super::Vehicle::check_on) apply, in the order of their check.
+//! Conditions between the values of a vehicle's parameters, in addition to each parameter's range: the
+//! rules that [`Vehicle::new`](super::Vehicle::new) and
+//! [`Vehicle::check_on`](super::Vehicle::check_on) apply, in the order of their check.
 
 /// A rule between values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -8,9 +9,9 @@ pub struct Relation {
     pub group: &'static str,
     /// The field to change.
     pub field: &'static str,
-    /// What must hold.
+    /// The condition.
     pub rule: &'static str,
-    /// Why.
+    /// The reason for the condition.
     pub why: &'static str,
 }
 
@@ -21,28 +22,28 @@ pub const ARM_MASS: Relation = Relation {
     rule: "must be less than total_mass_kg, so that alpha = arm_mass_kg / total_mass_kg is between 0 and 1",
     why: "the wheels have mass",
 };
-/// An empty battery is no full one.
+/// The minimum voltage is below the nominal voltage.
 pub const MINIMUM_VOLTAGE: Relation = Relation {
     group: "battery",
     field: "minimum_v",
     rule: "must be less than nominal_v",
     why: "a full battery arms",
 };
-/// A full battery may drive.
+/// The vehicle may drive with a full battery.
 pub const MAXIMUM_VOLTAGE: Relation = Relation {
     group: "battery",
     field: "nominal_v",
     rule: "must be less than maximum_v",
     why: "a full battery arms",
 };
-/// The drive motors' limit is below the fault.
+/// The drive motors' current limit is below the fault limit.
 pub const DRIVE_CURRENT: Relation = Relation {
     group: "drive_motor",
     field: "current_limit_a",
     rule: "must be less than safety.overcurrent_a",
     why: "a motor at its current limit must not cause the fault",
 };
-/// The ballast motor's limit is below the fault.
+/// The ballast motor's current limit is below the fault limit.
 pub const BALLAST_CURRENT: Relation = Relation {
     group: "ballast_motor",
     ..DRIVE_CURRENT
@@ -62,14 +63,14 @@ pub const SPAR_GAINS: Relation = Relation {
            that do",
     why: "others drop it: (7.21) as printed does (erratum E28)",
 };
-/// The voltage limit can be measured.
+/// The sensors can measure the voltage limit.
 pub const MEASURED_VOLTAGE: Relation = Relation {
     group: "battery",
     field: "maximum_v",
     rule: "must be at most what the board's voltage sensor measures",
     why: "the fault would never be seen",
 };
-/// The current limit can be measured.
+/// The sensors can measure the current limit.
 pub const MEASURED_CURRENT: Relation = Relation {
     group: "safety",
     field: "overcurrent_a",

@@ -1,7 +1,7 @@
-//! Names that have changed: a reader of what an older version wrote finds the new name here.
+//! Names that have changed. A reader of older files finds the new name of a table or field here.
 
-/// Tables (`table`) and fields (`table.field`) that have changed their names since version 0.1: the old name and
-/// the new one.
+/// Tables (`table`) and fields (`table.field`) whose names have changed since version 0.1: the old name and the
+/// new name.
 pub const RENAMED: &[(&str, &str)] = &[
     ("camera", "spar"),
     ("camera_motor", "ballast_motor"),

@@ -1,34 +1,36 @@
-//! The fields that follow from others: their values when a vehicle file leaves them out.
+//! Rules for fields that follow from other fields when a vehicle file leaves them out.
 //!
 //! The yaw loop turns a vehicle on the spot by a voltage difference `v` of its motors: `J psi'' = b v - D psi'`, with the
-//! inertia J that the motors turn, the torque b that a volt gives about the vertical, and the drag D of back-EMF and bearings
-//! ([`TurningDrive`]). Its gains follow from the angular frequency at which the loop of the gain alone, `kp b / (J s)`, has
-//! the gain 1, the crossover.
+//! inertia J that the motors turn, the torque b per volt about the vertical, and the drag D of back-EMF and bearings
+//! ([`TurningDrive`]). The gains follow from the crossover: the angular frequency at which the loop with the proportional
+//! gain alone, `kp b / (J s)`, has the gain 1.
 
 use super::fields::{LeftOut, Rule};
 use super::{Field, VehicleParameters};
 use crate::board::DUTY_MAX_PERCENT;
 
-/// Largest product of the crossover and the time constant of a free rotor, rad. In the play of the gears a rotor follows the
-/// voltage with that time constant, and its encoder shows a turn of the wheel that is none: beyond twice this, the reference
-/// vehicle with 1 deg of play chatters between the flanks.
+/// Largest product of the crossover and the time constant of a free rotor, rad. Within the play of the gears a rotor
+/// follows the voltage with that time constant, and its encoder shows a wheel motion that does not exist. Beyond twice
+/// this product, the reference vehicle with 1 deg of play chatters between the flanks.
 const YAW_PLAY_SHARE: f64 = 0.49;
-/// Lag of the yaw loop besides the motor's, s: the gyro's filter of 250 Hz has 0.9 ms, its sample is half a tick of 1 ms old,
-/// the voltage reaches the bridge within a tick, and a voltage that holds for a tick is half of one old.
+/// Lag of the yaw loop in addition to the motor's, s: 0.9 ms of the gyro's 250 Hz filter, half a tick of 1 ms for the age
+/// of its sample, one tick until the voltage reaches the bridge, and half a tick because the bridge holds the voltage for
+/// a tick.
 const LAG_S: f64 = 0.0029;
-/// Largest product of crossover and lag, rad: what the lag takes of the phase margin, 20 deg.
+/// Largest product of crossover and lag, rad: the lag's share of the phase margin, 20 deg.
 const YAW_LAG_SHARE: f64 = 0.35;
-/// Corner of the integral over the crossover: it takes 13 deg of the phase margin.
+/// Ratio of the integral's corner frequency to the crossover: the integral takes 13 deg of the phase margin.
 const INTEGRAL_SHARE: f64 = 0.24;
-/// Pole of the heading hold over the crossover: six times slower than the integral's corner, so that either does its part alone.
+/// Ratio of the heading hold's pole to the crossover: six times slower than the integral's corner, so the two do not
+/// interact.
 const HEADING_SHARE: f64 = 0.038;
 
-/// The vehicle that turns on the spot, as its motors see it.
+/// The vehicle's turn on the spot, as seen by its motors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TurningDrive {
-    /// Inertia about the vertical, wheels and rotors that turn along included, kg m^2.
+    /// Inertia about the vertical, including wheels and rotors, kg m^2.
     pub inertia_kg_m2: f64,
-    /// Torque about the vertical for one volt more at the right motor and one less at the left, N m/V.
+    /// Torque about the vertical for one volt more at the right motor and one volt less at the left motor, N m/V.
     pub torque_per_volt_n_m_per_v: f64,
     /// Electrical time constant of a motor, s.
     pub electrical_s: f64,
@@ -37,7 +39,7 @@ pub struct TurningDrive {
 }
 
 impl TurningDrive {
-    /// That of a vehicle with these parameters.
+    /// The turning drive of a vehicle with these parameters.
     pub fn new(parameters: &VehicleParameters<f64>) -> Self {
         let (body, motor) = (&parameters.body, &parameters.drive_motor);
         let wheel_turn = body.half_track_m / body.wheel_radius_m;
@@ -59,7 +61,7 @@ impl TurningDrive {
         (YAW_PLAY_SHARE / self.free_rotor_s).min(YAW_LAG_SHARE / (LAG_S + self.electrical_s))
     }
 
-    /// The crossover with this gain, V s/rad, or by rule if that is less, rad/s.
+    /// The smaller of the crossover with this gain, V s/rad, and the crossover by rule, rad/s.
     fn crossover_with_rad_s(&self, kp_v_s_per_rad: f64) -> f64 {
         let crossover_rad_s = kp_v_s_per_rad * self.torque_per_volt_n_m_per_v / self.inertia_kg_m2;
         self.crossover_rad_s().min(crossover_rad_s)
@@ -67,10 +69,12 @@ impl TurningDrive {
 }
 
 impl VehicleParameters<f64> {
-    /// Gives every field that has a rule and is `left_out` what its rule says, to two digits and within the field's range.
+    /// Sets every field that has a rule and is `left_out` to its rule's value, rounded to two digits and within the
+    /// field's range.
     ///
-    /// A rule reads what the file gives or, of fields before its own, what their rules gave. Where the other values are no
-    /// vehicle's the field gets what its range allows, and [`Vehicle::new`](super::Vehicle::new) names the culprit.
+    /// A rule reads the file's values, and the rules' values of earlier fields. If the other values do not describe a
+    /// vehicle, the field gets a value within its range, and [`Vehicle::new`](super::Vehicle::new) reports the wrong
+    /// value.
     pub fn follow_rules(&mut self, left_out: impl Fn(&str, &Field) -> bool) {
         for number in 0..self.count() {
             if let Some((table, field)) = self.field(number)
@@ -78,7 +82,7 @@ impl VehicleParameters<f64> {
                 && left_out(table, field)
             {
                 let value = two_digits(self.by_rule(rule).max(field.min).min(field.max));
-                // The bounds of the range have two digits or fewer, so that the value stays within it.
+                // The bounds of the range have two digits or fewer, so the value stays within the range.
                 let _ = self.set(number, value);
             }
         }
@@ -95,9 +99,9 @@ impl VehicleParameters<f64> {
     }
 }
 
-/// The value rounded to two digits: what a person would write. Nothing here is known to three.
+/// The value rounded to two digits, as a person would write it. No input is known to three digits.
 fn two_digits(value: f64) -> f64 {
-    /// Beyond this many powers of ten no field lies.
+    /// No field's range exceeds this many powers of ten.
     const POWERS: usize = 12;
     let (mut up, mut down) = (1.0, 1.0);
     for _ in 0..POWERS {
@@ -133,7 +137,7 @@ mod tests {
         }
     }
 
-    /// The gains that the reference vehicle was tuned to by hand before there was a rule.
+    /// The rules reproduce the gains that were tuned by hand for the reference vehicle before the rules existed.
     #[test]
     fn the_rule_gives_the_reference_vehicle_the_gains_that_it_was_tuned_to() {
         let mut parameters = reference().parameters().cast::<f64>();
@@ -158,7 +162,7 @@ mod tests {
         parameters.follow_rules(|_, field| field.name != "yaw_kp_v_s_per_rad");
         let control = &parameters.control;
         assert_eq!((control.yaw_kp_v_s_per_rad, control.heading_kp_per_s), (2.0, 2.0));
-        // Half the gain, half the corner.
+        // Half the gain halves the corner.
         assert_eq!(control.yaw_ki_v_per_rad, 25.0);
     }
 
@@ -169,7 +173,8 @@ mod tests {
         let wheel_turn = parameters.body.half_track_m / parameters.body.wheel_radius_m;
         let feed_forward = motor.back_emf_constant_v_s_per_rad * motor.gear_ratio * wheel_turn;
         let torque = turning.torque_per_volt_n_m_per_v;
-        // [(kp + ki/s) (1 + h/s) + f h/s] b e^(-lag s) / ((J s + b f) (1 + s L/R)), each factor by its angle and magnitude.
+        // [(kp + ki/s) (1 + h/s) + f h/s] b e^(-lag s) / ((J s + b f) (1 + s L/R)), each factor by its angle and
+        // magnitude.
         let (kp, ki, h) = (
             control.yaw_kp_v_s_per_rad,
             control.yaw_ki_v_per_rad,
@@ -186,8 +191,8 @@ mod tests {
     }
 
     proptest! {
-        /// Vehicles from toys to carts: at every frequency at which the loop's gain is 1 its phase is 45 deg or more short of
-        /// turning over, and where its phase turns over the gain is a half at most.
+        /// Vehicles from toys to carts: at every frequency with the loop gain 1 the phase margin is 45 deg or more, and
+        /// where the phase reaches -180 deg the gain is at most a half.
         #[test]
         fn the_yaw_loop_keeps_its_margins_on_any_vehicle(
             radius_m in 0.03_f64..0.5, density in 0.3_f64..3.0, arm_share in 0.5_f64..0.95, track in 0.5_f64..2.0,

@@ -51,7 +51,7 @@ impl<T: Real> Scales<T> {
     }
 }
 
-/// Scales of the camera spar (ch. 7): lengths over l_c, masses over m_c, time over 1/w_c.
+/// Scales of the spar (ch. 7): lengths over l_c, masses over m_c, time over 1/w_c.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparScales<T> {
     /// Time unit 1/w_c, w_c = sqrt(g/l_c), in s.

@@ -1,5 +1,5 @@
-//! The reference vehicle for tests of this crate, which cannot use the vehicle-file crate, because that crate uses this
-//! crate.
+//! The reference vehicle for this crate's tests. These tests cannot use the crate vehicle-file, because that crate
+//! depends on this one.
 
 use super::{Field, LeftOut, Vehicle, VehicleParameters};
 

@@ -28,7 +28,7 @@ impl<T: Real> Affine<T> {
     }
 }
 
-/// The vehicle's inertias, nondimensional, its spar riding on the axle.
+/// The vehicle's nondimensional inertias, with its spar carried by the axle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Balance<T> {
     /// `1 + S`: all mass over M + m.
@@ -114,7 +114,7 @@ impl<T: Real> Balance<T> {
     }
 
     /// The motion of a vehicle whose wheels are blocked: the arm is a pendulum on a fixed axle. The contact forces
-    /// are not those of a free wheel and stand as 0.
+    /// are reported as 0, because those of a free wheel do not apply.
     #[inline]
     pub fn blocked_motion(&self, sin_phi: T) -> MotionByTorque<T> {
         let none = Affine {

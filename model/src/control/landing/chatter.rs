@@ -1,24 +1,24 @@
 //! Chatter: the rotors swing from flank to flank of worn gears.
 //!
-//! The gears have play. Where they carry little torque, a rotor turns freely within it, and its encoder shows a motion of
-//! the wheel that is none. A fast law drives the rotors on, from flank to flank. The observer takes that motion for one that
-//! it did not foresee, with a sign that alternates some twenty times a second; a blow, a slope and a slide push it to one
-//! side. So what alternates tells worn gears from what the ground does.
+//! Gears have play. While they carry little torque, a rotor turns freely within the play, and its encoder shows a wheel
+//! motion that does not exist. A fast law keeps driving the rotors from flank to flank. The observer sees an unforeseen
+//! motion whose sign alternates some twenty times per second. A blow, a slope or a slide pushes the observer's error to
+//! one side only. The alternating part therefore distinguishes worn gears from the ground.
 
 use crate::bounded::Bounded;
 
-/// Rate of the mean that is taken away, per time unit. It follows what the ground does, a tenth of a time unit and longer,
-/// and not the chatter.
+/// Rate of the mean that is subtracted, per time unit. The mean follows the ground (effects of a tenth of a time unit
+/// and longer) but not the chatter.
 const MEAN_RATE: f32 = 4.0;
-/// Rate of the mean of what is left, per time unit: several time units, in which a blow passes.
+/// Rate of the mean of the remainder, per time unit. The mean spans several time units, in which a blow passes.
 const LEVEL_RATE: f32 = 0.25;
-/// What counts of it in one tick at most, half of what chatter has: a blow is ten times as large, and over within a time
-/// unit and a half, in which it brings the mean to less than [`WORN`].
+/// Largest remainder that counts in one tick, half the size of chatter. A blow is ten times as large but is over within
+/// one and a half time units, so it raises the mean to less than [`WORN`].
 const ALTERNATING_MAX: f32 = 0.05;
-/// Mean from which the gears are worn, nondimensional: half of what chatter brings it to.
+/// Mean above which the gears count as worn, nondimensional: half the mean that chatter produces.
 const WORN: f32 = 0.02;
 
-/// What alternates in the joint rates that the observer did not foresee, and whether it was ever that of worn gears.
+/// The alternating part of the unforeseen joint rates, and whether it has ever indicated worn gears.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Chatter {
     mean: f32,
@@ -34,7 +34,7 @@ impl Chatter {
         self.worn |= self.level > WORN;
     }
 
-    /// The gears have chattered since the law started. Wear stays.
+    /// Whether the gears have chattered since the law started. The answer stays true, because wear is permanent.
     pub(super) fn worn(&self) -> bool {
         self.worn
     }
@@ -44,10 +44,10 @@ impl Chatter {
 mod tests {
     use super::*;
 
-    /// Time units of a tick of the reference vehicle.
+    /// One tick of the reference vehicle, in time units.
     const TICK: f32 = 0.006_26;
 
-    /// Ticks until the gears are taken for worn, of at most `most`.
+    /// Ticks until the gears count as worn; `None` if that takes more than `most`.
     fn found(most: u32, unforeseen: impl Fn(f32) -> f32) -> Option<u32> {
         let mut chatter = Chatter::default();
         (0..most).find(|&tick| {
@@ -68,9 +68,9 @@ mod tests {
 
     #[test]
     fn a_steady_motion_and_one_blow_are_not_play() {
-        // A slope that nobody told, a slide: as large as chatter, to one side.
+        // An unknown slope or a slide: as large as chatter, but to one side.
         assert_eq!(found(60_000, |time| 0.1 * (time / 2.0).min(1.0)), None);
-        // Blows that the observer forgets within a third of a time unit, however hard.
+        // Blows of any strength, which the observer forgets within a third of a time unit.
         for blow in [0.2, 1.0, 3.0] {
             assert_eq!(found(60_000, |time| blow * libm::expf(-3.0 * time)), None, "{blow}");
         }

@@ -1,4 +1,4 @@
-//! The commanded speed on its way to the law: ramped within what the ground allows, then smoothed.
+//! The path of the commanded speed to the law: a ramp within the ground's limits, then smoothing.
 
 use crate::bounded::Bounded;
 use crate::control::ballast_plan::Gentleness;
@@ -10,12 +10,13 @@ use crate::vehicle::{ControlParameters, G, Scales, Vehicle};
 const HOLD_REFERENCE: f32 = 0.03;
 
 /// Largest speed by which the law lets sliding wheels run ahead of the vehicle, m/s. More slip gives no more force.
-/// With less the wheels would soon be taken to roll again (`REGAINED_M_S` in `estimate/traction.rs`); in a slide of
-/// more than three seconds they may be even so, for some tenths of a second, because the speed over the ground drifts.
+/// With less slip the estimator would soon report that the wheels roll again (`REGAINED_M_S` in
+/// `estimate/traction.rs`). In a slide of more than three seconds the estimator may report so even with this slip, for
+/// some tenths of a second, because the estimated speed over the ground drifts.
 const SLIP_MAX_M_S: f32 = 0.3;
 
-/// The acceleration, g, and the smoothing time, s, that a command of `vehicle` has: as its file wishes, within what keeps the
-/// ballast of a level spar from swinging over.
+/// The acceleration, g, and the smoothing time, s, of a command to `vehicle`: the values of its file, bounded so that
+/// the ballast of a level spar does not swing over.
 pub(super) fn gentle(vehicle: &Vehicle<f32>) -> (f32, f32) {
     let control = &vehicle.parameters().control;
     let wished_g = control.acceleration_max_m_s2 / G;
@@ -26,16 +27,16 @@ pub(super) fn gentle(vehicle: &Vehicle<f32>) -> (f32, f32) {
     })
 }
 
-/// Bounds of the acceleration in one tick, g, both > 0.
+/// Bounds of the acceleration in one tick, g; both are > 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Room {
-    /// Friction coefficient planned with.
+    /// Friction coefficient that the law plans with.
     pub(super) mu: f32,
     pub(super) forward: f32,
     pub(super) backward: f32,
 }
 
-/// The commanded speed on its way to the law: ramped within what the ground allows, then smoothed.
+/// The path of the commanded speed to the law: a ramp within the ground's limits, then smoothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct CommandRamp {
     speed_max_m_s: f32,
@@ -51,7 +52,7 @@ pub(super) struct CommandRamp {
 }
 
 impl CommandRamp {
-    /// The command's way for a tick of `dt_s`, smoothed over `comfort_s`.
+    /// The command path for a tick of `dt_s` and a smoothing time of `comfort_s`.
     pub(super) fn new(control: &ControlParameters<f32>, comfort_s: f32, dt_s: f32, scales: &Scales<f32>) -> Self {
         Self {
             speed_max_m_s: control.speed_max_m_s,
@@ -79,7 +80,7 @@ impl CommandRamp {
         self.lag
     }
 
-    /// Starts anew at `speed`, nondimensional.
+    /// Restarts at `speed`, nondimensional.
     pub(super) fn reset(&mut self, speed: f32) {
         self.ramp = speed;
         self.reference = speed;
@@ -87,17 +88,18 @@ impl CommandRamp {
         self.hold.release();
     }
 
-    /// The speed asked for, m/s: the operator's, or the one that holds the place, which is captured once the vehicle is
-    /// `slow`.
+    /// The commanded speed, m/s: the operator's, or the speed of the position hold, which captures the place once the
+    /// vehicle is `slow`.
     pub(super) fn target_m_s(&mut self, input: &SpeedInput, slow: bool) -> f32 {
         let target = input.target_m_s.bounded(-self.speed_max_m_s, self.speed_max_m_s);
         let slow = slow && self.reference.abs() < HOLD_REFERENCE;
         target + self.hold.speed_m_s(target, input.distance_m, slow)
     }
 
-    /// While the wheels slide over ground that passes at `ground`, nondimensional: no reference runs ahead of that speed, away from
-    /// rest, by more than the largest slip. What is bounded is asked for without acceleration, because the ground gives all that
-    /// it can. Stopping is not bounded: were the speed over the ground a wrong one, the vehicle would not stop.
+    /// Bounds the reference while the wheels slide over ground that passes at `ground`, nondimensional. A reference
+    /// away from rest runs ahead of that speed by no more than the largest slip. A bounded reference asks for no
+    /// acceleration, because the ground already gives all that it can. Stopping is not bounded: with a wrong speed
+    /// over the ground, the vehicle would not stop.
     fn slip(&mut self, ground: f32) {
         let least = ground.bounded(f32::MIN, 0.0) - self.slip_max;
         let most = ground.bounded(0.0, f32::MAX) + self.slip_max;
@@ -113,9 +115,9 @@ impl CommandRamp {
         self.acceleration
     }
 
-    /// One tick towards `target`. The reference runs ahead of the landing speed by
-    /// no more than what saturates the acceleration, and the ramp by no more than the smoothing lags besides, so that
-    /// nothing winds up. While the wheels slide, `ground` is the speed at which the ground passes.
+    /// Advances one tick towards `target`. To prevent windup, the reference leads the landing speed by no more than
+    /// saturates the acceleration, and the ramp leads by that plus the lag of the smoothing. While the wheels slide,
+    /// `ground` is the speed at which the ground passes.
     pub(super) fn advance(
         &mut self,
         target: f32,
@@ -130,7 +132,7 @@ impl CommandRamp {
         let ramp = self.ramp + step;
         self.ramp = ramp.bounded(least - room.backward * self.lag, most + room.forward * self.lag);
         self.reference = (self.reference + self.gain * (self.ramp - self.reference)).bounded(least, most);
-        // What the landing speed moves the ramp is no acceleration that anybody asked for.
+        // The ramp's motion due to the landing speed is no commanded acceleration.
         self.acceleration += self.gain * (step / tick - self.acceleration);
         if let Some(ground) = ground {
             self.slip(ground);
@@ -143,7 +145,7 @@ mod tests {
     use super::*;
     use crate::vehicle::test_vehicle;
 
-    /// What `gentle` gives for an acceleration wished and a comfort, with the spar levelled or left alone.
+    /// The result of `gentle` for an acceleration and a comfort time of the file, with a spar that is levelled or not.
     fn asked(acceleration_m_s2: f32, comfort_s: f32, levelled: bool) -> (f32, f32) {
         let mut parameters = *test_vehicle::reference().parameters();
         parameters.control.acceleration_max_m_s2 = acceleration_m_s2;
@@ -159,8 +161,8 @@ mod tests {
         gentle(&Vehicle::new(parameters).expect("valid"))
     }
 
-    /// The reference, m/s, two seconds after a start at `from_m_s`, told `target_m_s` on ground that passes at `ground_m_s` while the
-    /// wheels slide.
+    /// The reference, m/s, two seconds after a start at `from_m_s` with the command `target_m_s`, while the wheels
+    /// slide on ground that passes at `ground_m_s`.
     fn slides_to(from_m_s: f32, target_m_s: f32, ground_m_s: f32) -> f32 {
         let vehicle = test_vehicle::reference();
         let scales = vehicle.scales();
@@ -206,11 +208,11 @@ mod tests {
         let bound = Gentleness::new(&test_vehicle::reference()).expect("a levelled spar");
         let (acceleration_g, smoothing_s) = asked(6.0, 0.0, true);
         assert_eq!(acceleration_g, bound.acceleration_g);
-        // To the rounding of the share.
+        // Within the rounding of the share.
         assert!((smoothing_s / bound.smoothing_s - 1.0).abs() < 1e-6);
         let (acceleration_g, smoothing_s) = asked(6.0, 0.0, false);
         assert!((acceleration_g * G - 6.0).abs() < 1e-5 && smoothing_s == 0.0);
-        // Half the bound takes half the smoothing, and a longer comfort stays.
+        // Half the bound needs half the smoothing. A longer comfort time is kept.
         let half_m_s2 = 0.5 * bound.acceleration_g * G;
         assert!((asked(half_m_s2, 0.0, true).1 / bound.smoothing_s - 0.5).abs() < 1e-5);
         assert_eq!(asked(half_m_s2, 1.0, true).1, 1.0);

@@ -1,4 +1,4 @@
-//! The landing law's gains, by rule from the vehicle.
+//! Rules that derive the landing law's gains from the vehicle's parameters.
 
 use crate::bounded::Bounded;
 use crate::real::Real;
@@ -17,21 +17,22 @@ pub struct Design {
     pub rate_observer: f32,
 }
 
-/// Pole of the arm servo where nothing else bounds it. Faster gains little, since grip bounds every step, and costs
-/// robustness: with 4, some vehicles of +-20 % limit-cycle.
+/// Pole of the arm servo where nothing else bounds it. A faster pole gains little, because grip bounds every step,
+/// and costs robustness: with 4, some vehicles with parameters of +-20 % limit-cycle.
 const SERVO: f32 = 3.0;
-/// Pole of the torque observer over the arm servo's.
+/// Ratio of the torque observer's pole to the arm servo's pole.
 const TORQUE_OBSERVER: f32 = 5.0;
-/// Pole of the landing speed over the arm servo's.
+/// Ratio of the landing speed's pole to the arm servo's pole.
 const SPEED: f32 = 0.5;
-/// Largest product of the torque observer's pole and the tick: a discrete observer with both poles at
-/// `1 - product` is well damped up to here.
+/// Largest product of the torque observer's pole and the tick: up to this value a discrete observer with both poles
+/// at `1 - product` is well damped.
 const TICK_SHARE: f32 = 0.35;
 /// Largest product of the arm servo's pole and the lag of the wheel-rate filter.
 const LAG_SHARE: f32 = 0.2;
-/// Largest product of the cube of the arm servo's pole and the rotors' time constant. In the play of the gears a rotor is free:
-/// its rate follows the voltage with that time constant, and what the law makes of the rate goes with the cube of its poles.
-/// Simulated with play of 1 and 2 deg, vehicles of nine inertias and resistances of their rotors chatter from 2.9 on.
+/// Largest product of the cube of the arm servo's pole and the rotors' time constant. Within the play of the gears a
+/// rotor is free: its rate follows the voltage with that time constant, and the law's response to the rate grows with
+/// the cube of the pole. In simulations with 1 and 2 deg of play and nine combinations of rotor inertia and
+/// resistance, vehicles chatter from a product of 2.9.
 const PLAY_SHARE: f32 = 1.1;
 
 impl Design {
@@ -47,7 +48,8 @@ impl Design {
         Self::by_rule(tick, lag, rotors)
     }
 
-    /// The gains for a tick, a time constant of the wheel-rate filter and one of the free rotors, in time units.
+    /// The gains for a tick, the time constant of the wheel-rate filter and the time constant of the free rotors, all
+    /// in time units.
     ///
     /// ```
     /// use model::control::landing::Design;
@@ -55,10 +57,10 @@ impl Design {
     /// let design = Design::by_rule(0.00626, 0.0251, 0.029);
     /// assert_eq!((design.servo, design.speed), (3.0, 1.5));
     /// assert_eq!((design.torque_observer, design.rate_observer), (15.0, 3.0));
-    /// // Wheels of 20 mm radius: the tick is long, and the law becomes slower.
+    /// // With wheels of 20 mm radius a tick is long in time units, so the law becomes slower.
     /// let small = Design::by_rule(0.0222, 0.0886, 0.029);
     /// assert!(small.servo < 2.3 && small.torque_observer * 0.0222 < 0.36);
-    /// // Heavy rotors, as those of small gearmotors: in the play of the gears they follow the voltage late.
+    /// // Heavy rotors, as in small gearmotors, follow the voltage slowly within the play of the gears.
     /// let heavy = Design::by_rule(0.01, 0.04, 0.14);
     /// assert!(heavy.servo < 2.0);
     /// ```

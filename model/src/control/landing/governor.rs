@@ -1,4 +1,4 @@
-//! What bounds the torque: the ground's grip, and the arm's barrier, which goes before grip.
+//! Bounds of the torque: the ground's grip, and the arm's barrier, which has priority over grip.
 
 use super::balance::{Balance, MotionByTorque};
 use crate::bounded::Bounded;
@@ -19,7 +19,7 @@ impl Interval {
         most: f32::INFINITY,
     };
 
-    /// Whether no torque is within.
+    /// Whether the interval contains no torque.
     pub fn is_empty(&self) -> bool {
         self.least > self.most
     }
@@ -30,7 +30,7 @@ impl Interval {
     }
 }
 
-/// Change of a constraint per unit of torque below which the torque does not matter to it.
+/// Change of a constraint per unit of torque below which the constraint does not depend on the torque.
 const INDIFFERENT: f32 = 1e-6;
 
 /// The torques for which the wheels grip: `|F| <= mu N`. Both forces are linear in the torque, so this is an interval;
@@ -39,7 +39,7 @@ const INDIFFERENT: f32 = 1e-6;
 /// ```
 /// use model::control::landing::{Balance, grip};
 /// let vehicle = Balance { mass: 1.0_f32, alpha_l: 0.72, alpha_l2: 0.576, mu: 0.066, nu: 0.0 };
-/// // Hanging on the level: the same to either side, and at the bound the friction is mu N.
+/// // With the arm hanging on the level the interval is symmetric, and at its bound the friction is mu N.
 /// let motion = vehicle.motion((0.0, 1.0), 0.0, (0.0, 1.0));
 /// let torques = grip(&motion, 0.6);
 /// assert!((torques.least + torques.most).abs() < 1e-6);
@@ -60,8 +60,8 @@ pub fn grip(motion: &MotionByTorque<f32>, mu: f32) -> Interval {
     torques
 }
 
-/// Share of the deceleration at the barrier itself that braking plans with: what is left makes up for the tick and for
-/// the coupling on the way there.
+/// Share of the deceleration at the barrier that braking plans with. The remainder allows for the tick and for the
+/// coupling on the way to the barrier.
 const BRAKING_SHARE: f32 = 0.85;
 
 /// The arm's barrier: the arm is always able to stop before `phi_max`.
@@ -89,12 +89,13 @@ impl Barrier {
         self.torque
     }
 
-    /// `torque` within `torques`; or, if an arm that swings outwards is to be stopped now, the torque that does.
+    /// Returns `torque` within `torques`, or, if an arm that swings outwards must be stopped now, the torque that stops
+    /// it.
     ///
-    /// An arm at the rate phi' that decelerates with D stops after phi'^2 / (2 D). While that which the motors can give
-    /// at the barrier, and that which `torques` allow now, stop the arm within what is left to `phi_max`, nothing is
-    /// changed. Else the torque is the one whose deceleration just does: `D = phi'^2 / (2 (phi_max - |phi|))`. Beyond
-    /// the barrier it is all that there is.
+    /// An arm at the rate phi' that decelerates with D stops after phi'^2 / (2 D). The torque is left unchanged while
+    /// the arm can be stopped before `phi_max` both by the motors' torque at the barrier and by the `torques` allowed
+    /// now. Otherwise the result is the torque with just sufficient deceleration, `D = phi'^2 / (2 (phi_max - |phi|))`.
+    /// Beyond the barrier the result is the motors' whole torque.
     #[inline]
     pub fn guard(
         &self,
@@ -150,7 +151,7 @@ mod tests {
     };
 
     proptest! {
-        /// Inside the interval the wheels grip and stay on the ground, outside they do not grip.
+        /// Inside the interval the wheels grip and stay on the ground; outside the interval they do not grip.
         #[test]
         fn the_wheels_grip_inside_the_interval_only(
             phi in -1.4_f32..1.4, phi_rate in -3.0_f32..3.0, beta in -0.5_f32..0.5, mu in 0.2_f32..1.0, at in 0.0_f32..1.0,
@@ -166,8 +167,8 @@ mod tests {
             prop_assert!(room(torques.least - 0.1) < 0.0 || room(torques.most + 0.1) < 0.0);
         }
 
-        /// Torques that grip with the planned share of the friction grip with all of it on a slope that is estimated wrongly by up to
-        /// 5 deg.
+        /// A torque that grips with the planned share of the friction also grips with the whole friction on a slope
+        /// whose estimate is wrong by up to 5 deg.
         #[test]
         fn the_planned_share_of_grip_covers_a_wrong_slope(
             phi in -1.2_f32..1.2, phi_rate in -2.0_f32..2.0, beta in -0.35_f32..0.35, wrong in -0.087_f32..0.087,
@@ -181,8 +182,8 @@ mod tests {
             prop_assert!(motion.friction.at(torque).abs() <= mu * motion.normal.at(torque) + 1e-3);
         }
 
-        /// With the torque that the barrier gives, an arm that can be stopped stops before the barrier: also on a slope that is
-        /// estimated wrongly, by up to 17 deg, because the deceleration that is needed is reckoned anew in every tick.
+        /// With the barrier's torque an arm that can be stopped stops before the barrier. This also holds on a slope
+        /// whose estimate is wrong by up to 17 deg, because every tick computes the required deceleration anew.
         #[test]
         fn an_arm_that_can_be_stopped_stops_before_the_barrier(
             phi in 0.0_f32..1.2, phi_rate in 0.0_f32..3.0, beta in -0.3_f32..0.3, wrong in -0.3_f32..0.3,
@@ -192,8 +193,8 @@ mod tests {
             let barrier = Barrier::new(&VEHICLE, 1.35, limit);
             let (slope, estimated) = (libm::sincosf(beta), libm::sincosf(beta + wrong));
             let (mut phi, mut rate) = (phi, phi_rate);
-            // Only starts from which the torque limit stops the arm with room to spare: with the least deceleration on the
-            // way, as the centripetal force and the coupling change it.
+            // Only starts from which the torque limit stops the arm with room to spare. The test uses the least
+            // deceleration on the way, because the centripetal force and the coupling change the deceleration.
             let deceleration = (0..=20).fold(f32::INFINITY, |least, k| {
                 let at = phi + 0.05 * k as f32 * (barrier.phi_max - phi);
                 let fastest = -VEHICLE.motion(libm::sincosf(at), rate, slope).arm.at(-limit);
@@ -220,7 +221,7 @@ mod tests {
         let barrier = Barrier::new(&VEHICLE, 1.3, 2.5);
         let level = (0.0, 1.0);
         assert_eq!(barrier.guard(&motion, (0.5, 0.0), level, 0.3, Interval::ALL), 0.3);
-        // A fast arm beyond the barrier gets all there is, against its swing.
+        // A fast arm beyond the barrier gets the motors' whole torque against its swing.
         assert_eq!(barrier.guard(&motion, (1.31, 1.0), level, 0.3, Interval::ALL), -2.5);
         assert_eq!(barrier.guard(&motion, (-1.31, -1.0), level, 0.3, Interval::ALL), 2.5);
     }

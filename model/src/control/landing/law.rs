@@ -21,24 +21,25 @@ use crate::control::equilibrium::{ArmAngle, Equilibrium};
 use crate::control::speed::{SpeedAim, SpeedInput, SpeedTerms};
 use crate::vehicle::{G, Scales, Vehicle};
 
-/// Share of the supply that bounds the speed.
+/// Share of the supply voltage that the speed limit is computed from.
 pub const SUPPLY_SHARE: f32 = 0.97;
-/// Nondimensional voltage that the speed leaves to the arm.
+/// Nondimensional voltage that the speed limit reserves for the arm.
 pub const SUPPLY_RESERVE: f32 = 0.45;
-/// Least cosine of the arm's angle at rest that the rate of home is reckoned with: beyond, the arm is at its limits.
+/// Least cosine of the arm's angle at rest that the law computes the rate of home with. At a smaller cosine the arm is
+/// at its limits.
 const HOME_COS_MIN: f32 = 0.3;
-/// Speed below which the place is captured and held once no motion is asked for, m/s.
+/// Speed below which the law captures and holds the place once no motion is commanded, m/s.
 const HOLD_BELOW_M_S: f32 = 0.05;
-/// Time after the start, in time units, in which a vehicle that is let go on a slope has begun to roll.
+/// Time after the start, in time units, within which a vehicle released on a slope begins to roll.
 const LET_GO_TIME: f32 = 3.0;
-/// Time after the start, in time units, in which stopping goes before margin.
+/// Time after the start, in time units, during which stopping has priority over the grip margin.
 const START_TIME: f32 = 12.0;
-/// Time after the start, in time units, in which the slope is learnt with a pole that is faster by the factor HASTE:
-/// a vehicle that is let go with its arm hanging does not know its slope.
+/// Time after the start, in time units, during which the observer learns the slope with a pole that is faster by the
+/// factor HASTE. A vehicle released with its arm hanging does not know its slope.
 const ACQUISITION_TIME: f32 = 6.0;
 const HASTE: f32 = 2.0;
 
-/// Acceleration of the reference below which the vehicle drives at the speed told, g.
+/// Acceleration of the reference below which the vehicle counts as driving at the commanded speed, g.
 const CRUISE_ACCELERATION: f32 = 0.02;
 
 /// The landing law.
@@ -56,9 +57,9 @@ pub struct LandingLaw {
     command: CommandRamp,
     obstacle: Obstacle,
     chatter: Chatter,
-    /// Share of the design's poles in this tick.
+    /// Share of the design's poles that the law uses in this tick.
     pace: f32,
-    /// Torque at the joint in the last tick, as the model has it.
+    /// Torque at the joint in the last tick according to the model.
     torque: f32,
     /// Acceleration of the axle in the last tick, g.
     acceleration: f32,
@@ -113,7 +114,7 @@ impl LandingLaw {
         }
     }
 
-    /// Starts anew at the present speed: no jump of the reference, nothing observed.
+    /// Restarts at the present speed: the reference does not jump, and the observers start empty.
     pub fn reset(&mut self, speed_m_s: f32) {
         self.command.reset(speed_m_s / self.scales.speed_m_s);
         self.obstacle = Obstacle::default();
@@ -129,22 +130,22 @@ impl LandingLaw {
         self.command.reference() * self.scales.speed_m_s
     }
 
-    /// The vehicle is commanded to drive and makes no progress.
+    /// Whether the vehicle is commanded to drive but makes no progress.
     pub fn is_stuck(&self) -> bool {
         self.obstacle.push() == PushState::Stuck
     }
 
-    /// The slope is beyond what the arm's weight can carry or the configured grip can hold.
+    /// Whether the slope is steeper than the arm's weight can balance or the configured grip can hold.
     pub fn slope_limited(&self) -> bool {
         self.slope_limited
     }
 
-    /// The vehicle was armed on a slope on which it cannot stand.
+    /// Whether the vehicle was armed on a slope on which it cannot stand.
     pub fn refuses_slope(&self) -> bool {
         self.refusal.refuses()
     }
 
-    /// The vehicle's inertias as the law has them.
+    /// The vehicle's inertias as the law models them.
     pub fn balance(&self) -> &Balance<f32> {
         &self.balance
     }
@@ -159,12 +160,12 @@ impl LandingLaw {
         self.limits.planned_mu()
     }
 
-    /// What the last tick taught of the slope, as a change of its sine; nothing before the first tick.
+    /// Change of the slope's sine that the last tick showed; `None` before the first tick.
     pub fn slope_lesson(&self) -> Option<f32> {
         self.started.then(|| self.rate_observer.slope_lesson())
     }
 
-    /// What the axle does in the tick decided last.
+    /// The axle's motion in the most recently decided tick.
     pub fn pivot(&self, input: &SpeedInput) -> Pivot {
         let (sin_slope, cos_slope) = input.slope_sin_cos;
         Pivot {
@@ -175,7 +176,7 @@ impl LandingLaw {
         }
     }
 
-    /// One tick: the voltage for each of the two motors within `voltage_max_v`, and its terms.
+    /// One tick: returns the voltage of each drive motor, within `voltage_max_v`, and its terms.
     #[inline]
     pub fn step(&mut self, input: &SpeedInput) -> LawOutput<SpeedTerms> {
         let phi = input.phi_rad;
@@ -197,12 +198,13 @@ impl LandingLaw {
         let wheel_rate = self.rate_observer.wheel_rate();
 
         let home = self.equilibrium.arm(0.0, slope.0, slope.1);
-        // In a turn on a slope home moves. The plane takes the arm along by the turn, which the gyro does not show.
+        // During a turn on a slope, home moves: the plane carries the arm along with the turn, and the gyro does not
+        // show this motion.
         let turn = self.scales.rate_from_si(input.slope_turn_per_s);
         let home_rate = turn * (self.balance.mass / (self.balance.alpha_l * home.cos.bounded(HOME_COS_MIN, 1.0)) - 1.0);
         let landing = self.landing_speed(wheel_rate, arm.0, (phi_rate, home_rate), &home, slope);
 
-        // Wanted acceleration within grip.
+        // The wanted acceleration, within grip.
         let (room, excess) = self.room(input, slope, landing, stuck);
         self.slope_limited = self.limits.too_steep(slope.0);
         if !self.refusal.is_settled() {
@@ -234,7 +236,7 @@ impl LandingLaw {
         };
         self.obstacle.update(&told, self.tick, self.scales.length_m);
 
-        // The arm's angle for it, and the servo's torque.
+        // The arm's angle for this acceleration, and the servo's torque.
         let commanded_phi = self.arm_command(acceleration, &home, slope);
         let servo = self.pace * self.design.servo;
         let per_torque = 1.0 / motion.arm.per_torque;
@@ -243,7 +245,7 @@ impl LandingLaw {
         let swing_rate = -2.0 * servo * (phi_rate - home_rate) * per_torque;
         let servo_torque = weight + swing_damping + swing_rate;
 
-        // Within grip, unless the arm must be stopped; within the current limit.
+        // The torque stays within grip unless the arm must be stopped, and within the current limit.
         let gripping = if stuck { Interval::ALL } else { grip(&motion, room.mu) };
         let torque = self
             .limits
@@ -256,8 +258,8 @@ impl LandingLaw {
             .unrest(input, stuck, (landing, phi_rate, arm.0 - home.sin), slope.0)
             .pace();
         self.torque = voltage - damping;
-        // What the model has, without what the encoders add: that would feed the ballast's push on the axle back to the
-        // ballast. Standing accelerates nothing.
+        // The acceleration of the model, without the encoders' correction: that would feed the ballast's push on the
+        // axle back to the ballast. While the vehicle stands, the acceleration is 0.
         self.acceleration = if self.pace <= STANDING_PACE {
             0.0
         } else {
@@ -283,8 +285,9 @@ impl LandingLaw {
         }
     }
 
-    /// How far the vehicle is from standing, and from driving at the speed told: its landing speed, phi', and the sine of its arm's
-    /// angle beyond that of the equilibrium, on a slope of the sine `sin_slope`.
+    /// How far the vehicle is from standing and from driving at the commanded speed on a slope of the sine
+    /// `sin_slope`: its landing speed, phi', and the difference between the sines of the arm's angle and of its
+    /// equilibrium.
     fn unrest(
         &self,
         input: &SpeedInput,
@@ -307,7 +310,7 @@ impl LandingLaw {
         }
     }
 
-    /// What there is to accelerate with, and the landing speed beyond the reference that is allowed: a stuck vehicle pushes.
+    /// The room to accelerate, and the allowed landing speed beyond the reference, which lets a stuck vehicle push.
     fn room(&self, input: &SpeedInput, slope: (f32, f32), landing: f32, stuck: bool) -> (Room, f32) {
         let starts = input.target_m_s == 0.0 && self.age < START_TIME;
         let room = self.limits.room(slope, landing, starts);
@@ -323,7 +326,7 @@ impl LandingLaw {
         (pushing, self.obstacle.excess())
     }
 
-    /// What the observers make of the last tick, from the sensed rates: the motion by torque.
+    /// Updates the observers with the sensed rates and returns the motion as a function of the torque.
     fn observe(
         &mut self,
         arm: (f32, f32),
@@ -361,7 +364,7 @@ impl LandingLaw {
         wheel_rate + inverse * (balance.alpha_l * swing + (along - balance.alpha_l2) * phi_rate)
     }
 
-    /// The arm's angle for an acceleration, within the arm's limits.
+    /// The arm's angle that gives an acceleration, within the arm's limits.
     fn arm_command(&self, acceleration: f32, home: &ArmAngle<f32>, slope: (f32, f32)) -> f32 {
         let most = self.limits.most_sin_phi(home);
         let wanted = self.equilibrium.arm(acceleration, slope.0, slope.1);
@@ -375,8 +378,8 @@ impl LandingLaw {
         libm::asinf(sin.bounded(-most, most))
     }
 
-    /// The speed asked for within what the supply leaves: the operator's, or the one that holds the place. Beyond the
-    /// slope's limit no speed further up.
+    /// The commanded speed within the supply's limit: the operator's, or the speed of the position hold. Beyond the
+    /// slope limit the law commands no speed further uphill.
     fn target(&mut self, input: &SpeedInput, sin_slope: f32, voltage_max: f32, wheel_rate: f32) -> f32 {
         let slow = (wheel_rate * self.scales.speed_m_s).abs() < HOLD_BELOW_M_S;
         let target = self.command.target_m_s(input, slow) / self.scales.speed_m_s;

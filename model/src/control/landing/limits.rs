@@ -1,4 +1,4 @@
-//! What the vehicle file bounds: grip, acceleration, the arm's angles, slopes.
+//! Limits that follow from the vehicle file: grip, acceleration, the arm's angles, slopes.
 
 use super::balance::Balance;
 use super::command::Room;
@@ -7,45 +7,46 @@ use crate::bounded::Bounded;
 use crate::control::equilibrium::ArmAngle;
 use crate::vehicle::Vehicle;
 
-/// Share of the configured grip that the governor plans with. With more, the slope observer takes model error for
-/// grip while accelerating.
+/// Share of the configured grip that the governor plans with. With a larger share, the slope observer mistakes model
+/// error for grip during acceleration.
 pub(in crate::control) const GRIP_SHARE: f32 = 0.75;
-/// Friction coefficient kept beyond what standing needs, where standing needs much of the planned share: there holding
-/// and stopping go before margin, up to the configured grip.
+/// Friction coefficient that the law keeps beyond the need of standing, where standing needs much of the planned share.
+/// There, holding and stopping have priority over the margin, up to the configured grip.
 const STANDING_RESERVE: f32 = 0.25;
 /// The reserve for accelerating uphill, and the share of the configured grip that bounds it. Both are smaller than for
 /// standing, because the vehicle can do without that acceleration.
 const CLIMBING_RESERVE: f32 = 0.16;
 const CLIMBING_SHARE: f32 = 0.9;
-/// Share of the planned grip that a commanded acceleration takes; the rest is for the arm's swing.
+/// Share of the planned grip that a commanded acceleration may use; the rest is for the arm's swing.
 pub(in crate::control) const STEADY_SHARE: f32 = 0.9;
-/// The same while a vehicle starts that is commanded to stand: let go on a slope, the vehicle rolls back until its arm
-/// is up, and stopping goes before margin.
+/// The same share while a vehicle that is commanded to stand starts. A vehicle released on a slope rolls back until its
+/// arm is up, and stopping has priority over the margin.
 const START_SHARE: f32 = 0.97;
-/// Least acceleration that is always allowed, g: the law never locks up.
+/// Acceleration that is always allowed, g, so that the law never locks up.
 const ACCELERATION_MIN_G: f32 = 0.02;
-/// Share of the current limit that the law takes, so that what it commands is what the motor gives.
+/// Share of the current limit that the law uses, so that the motor gives the commanded torque.
 pub(super) const CURRENT_SHARE: f32 = 0.98;
-/// Share of the fault's angle that the arm takes to accelerate.
+/// Share of the fault angle that the arm may use for accelerating.
 const WORKING_SHARE: f32 = 0.71;
-/// Angle kept free below the fault's: of the barrier, and of the arm standing on a steep slope.
+/// Margin below the fault angle for the barrier and for an arm that stands on a steep slope.
 const BARRIER_MARGIN_RAD: f32 = 0.05;
 const STANDING_MARGIN_RAD: f32 = 0.12;
-/// Sine by which a standing arm may be commanded beyond its equilibrium on a steep slope.
+/// Difference of sines by which the law may command a standing arm beyond its equilibrium on a steep slope.
 const STANDING_LEAN: f32 = 0.08;
-/// Share of the steepest slope's angle on which the vehicle takes no command further up.
+/// Share of the steepest slope's angle beyond which the vehicle accepts no command further uphill.
 const SLOPE_SHARE: f32 = 0.95;
 
-/// What the vehicle file bounds, nondimensional.
+/// Limits that follow from the vehicle file, nondimensional.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Limits {
     acceleration: f32,
     grip_mu: f32,
     working_sin_phi: f32,
     standing_sin_phi: f32,
-    /// Sine of the steepest slope that the vehicle stands on, its arm within its limits and its wheels gripping.
+    /// Sine of the steepest slope on which the vehicle can stand with its arm within its limits and its wheels
+    /// gripping.
     sin_slope_stood: f32,
-    /// Sine of the steepest slope that is driven up.
+    /// Sine of the steepest slope that the vehicle drives up.
     sin_slope_driven: f32,
     /// The arm's barrier.
     pub(super) barrier: Barrier,
@@ -60,7 +61,7 @@ impl Limits {
             2.0 * motor.current_limit_a * motor.torque_constant_n_m_per_a * motor.gear_ratio * CURRENT_SHARE;
         let torque = torque_n_m / vehicle.scales().torque_n_m;
         let phi_max = p.safety.phi_max_rad;
-        // The slope that the arm's whole weight carries, and the one that grip holds.
+        // The slope that the arm's whole weight balances, and the slope that grip holds.
         let carried = libm::asinf((balance.alpha_l / balance.mass).bounded(0.0, 1.0));
         let held = libm::atanf(p.control.grip_mu);
         let standing_sin_phi = sine(phi_max - STANDING_MARGIN_RAD);
@@ -86,23 +87,24 @@ impl Limits {
         sin_slope.abs() > self.sin_slope_driven
     }
 
-    /// By how much the sine of a slope, without its sign, is more than that of the steepest one the vehicle stands on.
+    /// The excess of a slope's absolute sine over that of the steepest slope on which the vehicle can stand.
     pub(super) fn excess(&self, sin_slope: f32) -> f32 {
         sin_slope.abs() - self.sin_slope_stood
     }
 
-    /// The largest sine of the arm's angle that is commanded: to accelerate the working limit, or a little more than
-    /// standing at `home` takes; and never so far that the arm cannot stand.
+    /// The largest commanded sine of the arm's angle: the working limit for accelerating, or a little more than
+    /// standing at `home` needs. The result is never so large that the arm cannot stand.
     pub(super) fn most_sin_phi(&self, home: &ArmAngle<f32>) -> f32 {
         (home.sin.abs() + STANDING_LEAN).bounded(self.working_sin_phi, self.standing_sin_phi)
     }
 
-    /// What grip and the vehicle file leave to accelerate with, at the landing speed `landing`. `starts` says that the
-    /// vehicle has just been let go and is commanded to stand.
+    /// The acceleration that grip and the vehicle file leave at the landing speed `landing`. `starts` means that the
+    /// vehicle has just been released and is commanded to stand.
     pub(super) fn room(&self, (sin_slope, cos_slope): (f32, f32), landing: f32, starts: bool) -> Room {
         let standing = sin_slope.abs() / cos_slope;
         let planned = self.planned_mu();
-        // Where standing alone needs more than the planned share, holding goes before margin; speeding up does not.
+        // Where standing alone needs more than the planned share, holding has priority over the margin; speeding up has
+        // not.
         let mu = (standing + STANDING_RESERVE).bounded(planned, self.grip_mu);
         let climbing = (standing + CLIMBING_RESERVE).bounded(planned, CLIMBING_SHARE * self.grip_mu);
         let uphill = if landing * sin_slope > 0.0 { climbing } else { mu };
@@ -131,7 +133,7 @@ mod tests {
     use crate::control::landing::LandingLaw;
     use crate::vehicle::test_vehicle;
 
-    /// The limits of the reference vehicle on ground of the grip `grip_mu`.
+    /// The limits of the reference vehicle on ground with the grip `grip_mu`.
     fn limits(grip_mu: f32) -> Limits {
         let mut parameters = *test_vehicle::reference().parameters();
         parameters.control.grip_mu = grip_mu;
@@ -139,7 +141,8 @@ mod tests {
         Limits::new(&vehicle, LandingLaw::new(&vehicle, 0.001).balance(), 0.2)
     }
 
-    /// Slopes are driven up to 0.95 of the steepest that grip holds, and stood on up to that one.
+    /// The vehicle drives up slopes of up to 0.95 of the steepest slope that grip holds, and stands on slopes up to the
+    /// steepest.
     #[test]
     fn grip_bounds_the_slopes_that_are_driven_and_stood_on() {
         let limits = limits(0.6);
@@ -151,7 +154,8 @@ mod tests {
         }
     }
 
-    /// Where the ground grips, the arm at its largest standing angle bounds both: alpha L sin(phi) = (1 + S) sin(beta).
+    /// On ground with enough grip, the arm's largest standing angle bounds both slopes: alpha L sin(phi) = (1 + S)
+    /// sin(beta).
     #[test]
     fn the_arm_s_weight_bounds_the_slopes_that_are_stood_on() {
         let limits = limits(1.5);

@@ -1,27 +1,27 @@
-//! What the law knows beyond its sensors: a torque at the joint that the model does not have, the wheel's rate without
-//! the filter's lag, and the change of the slope that each tick shows.
+//! Observers of quantities that the sensors do not show: an unmodelled torque at the joint, the wheel's rate without the
+//! filter's lag, and the change of the slope in each tick.
 
 use super::balance::MotionByTorque;
 use super::design::Design;
 use super::obstacle::PushState;
 use crate::bounded::Bounded;
 
-/// Largest torque that the torque observer believes.
+/// Largest torque that the torque observer accepts.
 const OBSERVED_TORQUE_MAX: f32 = 2.0;
-/// Sine of the steepest slope that the rate observer believes.
+/// Sine of the steepest slope that the rate observer accepts.
 const SIN_SLOPE_MAX: f32 = 0.66;
-/// Error of the joint rate beyond which the slope learns no faster: a wheel that hits a kerb.
+/// Error of the joint rate above which the slope estimate changes no faster, as when a wheel hits a kerb.
 const JOLT: f32 = 0.1;
-/// Share of that error while the vehicle is commanded to move slowly and moves at less than half of the command: what
-/// holds the vehicle up is then more likely a kerb that it creeps up than a hill, whose foot is seldom as sharp.
+/// Share of that error while the vehicle is commanded to move slowly and moves at less than half of the commanded speed.
+/// The obstruction is then more likely a kerb that the vehicle creeps up than a hill, whose foot is seldom as sharp.
 const CREEPING_SHARE: f32 = 0.2;
-/// Error of the joint rate below which the vehicle moves as the model does, and the rate at which the calm slope then
-/// follows.
+/// Error of the joint rate below which the vehicle moves as modelled, and the rate at which the calm slope then follows
+/// the slope.
 const CALM: f32 = 0.03;
 const CALM_RATE: f32 = 0.1;
 
-/// Torque observer on phi': what the arm does beyond the model is a torque at the joint. It takes up errors of damping,
-/// motor constant, resistance and friction.
+/// Torque observer on phi'. The observer explains the arm's unmodelled motion by a torque at the joint, which absorbs
+/// errors of damping, motor constant, resistance and friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct TorqueObserver {
     tick: f32,
@@ -45,8 +45,8 @@ impl TorqueObserver {
         self.torque = 0.0;
     }
 
-    /// Predicts with the torque `applied` in the last tick, corrects with the sensed phi'; with the share `pace` of its
-    /// poles.
+    /// Predicts with the torque `applied` in the last tick and corrects with the sensed phi', using the share `pace` of
+    /// the poles.
     pub(super) fn update(&mut self, motion: &MotionByTorque<f32>, applied: f32, phi_rate: f32, pace: f32) {
         let pole = pace * self.pole;
         self.phi_rate += self.tick * motion.arm.at(applied + self.torque);
@@ -56,20 +56,20 @@ impl TorqueObserver {
         self.torque = self.torque.bounded(-OBSERVED_TORQUE_MAX, OBSERVED_TORQUE_MAX);
     }
 
-    /// What it remembers.
+    /// The observer's states.
     pub(super) fn states(&mut self) -> [&mut f32; 2] {
         [&mut self.phi_rate, &mut self.torque]
     }
 
-    /// The torque found, to be added to the applied one.
+    /// The observed torque, to be added to the applied torque.
     pub(super) fn torque(&self) -> f32 {
         self.torque
     }
 }
 
 /// Joint-rate observer: the model predicts theta' + phi' and passes it through the same filter as the sensed joint
-/// rate, so that the filter's lag costs nothing. What the wheel does beyond the model is a slope. The slope itself is the
-/// estimator's; the observer returns the change of the slope.
+/// rate, so the filter's lag costs nothing. The observer explains the wheel's unmodelled motion by a slope. The estimator
+/// owns the slope; the observer returns only the slope's change.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct RateObserver {
     tick: f32,
@@ -85,7 +85,7 @@ pub(super) struct RateObserver {
 }
 
 impl RateObserver {
-    /// `filter_gain` is that of each of the two stages of the sensed joint rate's filter
+    /// `filter_gain` is the gain of each of the two stages of the filter of the sensed joint rate
     /// ([`RateFilter`](crate::estimate::rate_filter::RateFilter)).
     pub(super) fn new(design: &Design, tick: f32, filter_gain: f32) -> Self {
         Self {
@@ -110,9 +110,10 @@ impl RateObserver {
         self.calm_sin_slope = sin_slope;
     }
 
-    /// Predicts with the whole torque in the last tick, corrects with the sensed joint rate, on a slope of the sine
-    /// `sin_slope`. A vehicle that is stuck learns nothing of its slope: it takes the one that it knew before it pushed. So does one
-    /// that has been held up by what its wheels hit: what it has learnt since was no slope.
+    /// Predicts with the whole torque of the last tick and corrects with the sensed joint rate, on a slope of the sine
+    /// `sin_slope`. A stuck vehicle learns nothing about its slope: the observer returns to the slope from before the
+    /// push. The observer does the same after an obstacle held up the wheels, because the change learnt since then was no
+    /// slope.
     #[allow(clippy::too_many_arguments)] // Each is another quantity of the one tick.
     pub(super) fn update(
         &mut self,
@@ -126,7 +127,7 @@ impl RateObserver {
     ) {
         let pole = haste * self.pole;
         let predicted = self.wheel_rate + self.tick * motion.wheel.at(torque);
-        // The encoder's filter sees the mean rate of the tick.
+        // The encoder's filter receives the mean rate of the tick.
         let mean = 0.5 * (predicted + phi_rate + self.joint_rate);
         let [first, second] = &mut self.stages;
         *first += self.filter_gain * (mean - *first);
@@ -139,7 +140,7 @@ impl RateObserver {
             self.slope_lesson = self.calm_sin_slope - sin_slope;
             return;
         }
-        // A jolt is no slope: what the slope learns from one tick is bounded.
+        // A jolt is no slope, so one tick can change the slope by a bounded amount only.
         let share = if push == PushState::Creeps && haste <= 1.0 {
             CREEPING_SHARE
         } else {
@@ -154,7 +155,7 @@ impl RateObserver {
         }
     }
 
-    /// What it remembers and corrects in every tick.
+    /// The states that the observer corrects in every tick.
     pub(super) fn states(&mut self) -> [&mut f32; 4] {
         let [first, second] = &mut self.stages;
         [&mut self.wheel_rate, &mut self.joint_rate, first, second]
@@ -165,12 +166,12 @@ impl RateObserver {
         self.wheel_rate
     }
 
-    /// The joint rate beyond what the model foresaw for the last tick.
+    /// The sensed joint rate less the model's prediction for the last tick.
     pub(super) fn unforeseen(&self) -> f32 {
         self.unforeseen
     }
 
-    /// What the last tick taught of the slope, as a change of its sine.
+    /// Change of the slope's sine that the last tick showed.
     pub(super) fn slope_lesson(&self) -> f32 {
         self.slope_lesson
     }

@@ -1,91 +1,93 @@
-//! Obstacles: whether the vehicle pushes against something that does not move, and how hard it may.
+//! Obstacles: whether the vehicle pushes against something immovable, and how hard the vehicle may push.
 
 use crate::bounded::Bounded;
 
-/// Advance, m, that counts as progress; and a way back, m, that is no rebound any more.
+/// Advance, m, that counts as progress. A way back of this length is more than a rebound.
 const PROGRESS_M: f32 = 0.01;
 const RETREAT_M: f32 = 0.03;
-/// Share of the commanded speed from which on the vehicle moves.
+/// Share of the commanded speed above which the vehicle counts as moving.
 const CLIMBS_SHARE: f32 = 0.5;
-/// Speed, nondimensional, from which on a command is one to move.
+/// Nondimensional speed above which a command counts as a command to move.
 const TOLD: f32 = 0.03;
-/// Commanded speed, nondimensional, below which a vehicle creeps up an obstacle; a faster vehicle runs against it.
+/// Commanded nondimensional speed below which a vehicle creeps up an obstacle; a faster vehicle hits the obstacle.
 const CREEPING: f32 = 0.5;
-/// Speed, nondimensional, that the wheels lose unforeseen when they hit something: the observer's jolt. A hill's foot takes less,
-/// because the observer learns it meanwhile.
+/// Unforeseen loss of nondimensional speed when the wheels hit something: the observer's jolt. A hill's foot causes a
+/// smaller loss, because the observer learns the slope meanwhile.
 const BLOW: f32 = 0.1;
-/// Way over which the wheels climb what they have hit, in their radii: sqrt(2 h) for an edge h radii high, here 0.18.
+/// Distance, in wheel radii, over which the wheels climb what they have hit: sqrt(2 h) for an edge h radii high, here
+/// 0.18.
 const CLIMB: f32 = 0.6;
-/// Time, in time units, after which the observer has taken what holds the wheels up for a slope: three of its poles.
+/// Time, in time units, after which the observer mistakes the obstruction for a slope: three time constants of its pole.
 const HELD_TIME: f32 = 1.0;
-/// Speed, nondimensional, that a vehicle lacks when it pushes.
+/// Shortfall of nondimensional speed from which the vehicle counts as pushing.
 const MISSING: f32 = 0.02;
-/// Time without progress, in time units, after which a vehicle is stuck, besides what a start takes.
+/// Time without progress, in time units, after which a vehicle counts as stuck; the time of a start is added.
 const STUCK_TIME: f32 = 2.0;
-/// A vehicle that is commanded to turn back after this share of the time after which it counts as stuck was stuck: by
-/// then the observer has taken the push of the arm for a hill.
+/// Share of the time until a vehicle counts as stuck. A vehicle that is commanded to turn back after this share was
+/// stuck too: by then the observer has mistaken the push of the arm for a hill.
 const TURNED_BACK_SHARE: f32 = 0.5;
-/// Time after which a stuck vehicle gives up pushing hard, and the time over which it lowers its arm, in time units. An
-/// arm that is lowered at once would pull the wheels off the obstacle, and the vehicle would bounce and begin anew. The
-/// wheels push on as long as the arm's weight gives more than its swing takes, `|phi''| < sin(phi) / L`. Over four time
-/// units the arm comes down at no more than that much per time unit, so that the arm can stop within one time unit.
+/// Time after which a stuck vehicle gives up pushing hard, and the time over which it lowers its arm, in time units.
+/// Lowering the arm at once would pull the wheels off the obstacle, and the vehicle would bounce and start again. The
+/// wheels keep pushing as long as the arm's weight gives more torque than its swing takes, `|phi''| < sin(phi) / L`.
+/// Over four time units the arm comes down at a rate of no more than that value per time unit, so the arm can stop
+/// within one time unit.
 const PUSH_TIME: f32 = 14.0;
 const GIVE_UP_TIME: f32 = 4.0;
-/// Acceleration, g, whose arm angle a stuck vehicle takes: pushing hard, and after it has given up. The latter keeps the
-/// motors cool.
+/// Acceleration, g, whose arm angle a stuck vehicle adopts: while the vehicle pushes hard, and after it has given up.
+/// The lower value keeps the motors cool.
 const PUSH_HARD_G: f32 = 0.9;
 const PUSH_ON_G: f32 = 0.25;
 
-/// Speed by which a vehicle that pushes hard may come off its obstacle faster than commanded, nondimensional.
+/// Nondimensional speed by which a vehicle that pushed hard may leave its obstacle faster than commanded.
 const PUSH_EXCESS: f32 = 0.25;
 
 /// Whether the vehicle pushes against something.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum PushState {
-    /// It moves, or it does not push.
+    /// The vehicle moves, or does not push.
     #[default]
     None,
-    /// It is commanded to drive and moves at less than half of that speed: perhaps it starts, perhaps something stops
-    /// it.
+    /// The vehicle is commanded to drive and moves at less than half of that speed. Perhaps the vehicle is starting,
+    /// perhaps something stops it.
     Perhaps,
-    /// The same of a vehicle that is commanded to move slowly: perhaps it creeps up a kerb.
+    /// The same for a vehicle that is commanded to move slowly. Perhaps the vehicle creeps up a kerb.
     Creeps,
-    /// It pushes and does not move.
+    /// The vehicle pushes and does not move.
     Stuck,
-    /// It moves as commanded again, after what its wheels had hit held it up.
+    /// The vehicle moves as commanded again after an obstacle had held up its wheels.
     Freed,
 }
 
-/// What the vehicle is commanded to do, nondimensional but for the place.
+/// The command and the motion of one tick, nondimensional except for the distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Told {
-    /// The speed that the operator wants, the reference on its way there, the wheels' present speed, and what of it the model did
-    /// not foresee.
+    /// The speed that the operator wants, the reference on its way to that speed, the wheels' present speed, and the
+    /// part of the wheels' speed that the model did not foresee.
     pub(super) speed: f32,
     pub(super) reference: f32,
     pub(super) wheels: f32,
     pub(super) unforeseen: f32,
-    /// The acceleration that a start has at most, g, and the time by which the command is smoothed, in time units.
+    /// The largest acceleration of a start, g, and the smoothing time of the command, in time units.
     pub(super) acceleration: f32,
     pub(super) lag: f32,
     /// Distance driven, m.
     pub(super) distance_m: f32,
 }
 
-/// What the wheels of a vehicle that is to move in one direction have hit.
+/// The obstacle that the wheels have hit in one direction of driving.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Blow {
-    /// Where they hit what they have not come past, m, and the time for which that has held the vehicle up.
+    /// Place, m, of the obstacle that the wheels have not yet passed, and the time for which it has held up the vehicle.
     struck_m: Option<f32>,
     held: f32,
-    /// The vehicle has come free in this tick.
+    /// The vehicle came free in this tick.
     freed: bool,
-    /// Where it last came free, m: there the slope that it forgot would feel like a blow again.
+    /// Place where the vehicle last came free, m. There the forgotten slope would look like another blow.
     freed_m: Option<f32>,
 }
 
 impl Blow {
-    /// Whether there is something to update: seldom.
+    /// Whether an update is necessary, which is seldom the case.
     #[inline]
     fn concerns(&self, direction: f32, told: &Told) -> bool {
         direction * told.unforeseen < -BLOW || self.struck_m.is_some() || self.freed
@@ -116,22 +118,22 @@ impl Blow {
     }
 }
 
-/// Whether the vehicle pushes against something that does not move, and for how long, in time units. A vehicle that
-/// bounces off an obstacle again and again is stuck as well, because it makes no progress.
+/// Whether the vehicle pushes against something immovable, and for how long, in time units. A vehicle that bounces off
+/// an obstacle again and again is stuck as well, because it makes no progress.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Obstacle {
     direction: f32,
-    /// It moves, at no less than a share of the commanded speed.
+    /// The vehicle moves at no less than a share of the commanded speed.
     moves: bool,
-    /// It is commanded to move slowly.
+    /// The vehicle is commanded to move slowly.
     creeps: bool,
     blow: Blow,
-    /// What was found in the last tick.
+    /// The result of the last tick.
     push: PushState,
     time: f32,
     /// Time that a start may take.
     start: f32,
-    /// The furthest place that the vehicle came to, m.
+    /// The furthest place that the vehicle has reached, m.
     furthest_m: f32,
 }
 
@@ -149,7 +151,7 @@ impl Obstacle {
             self.time = self.time.bounded(self.stuck_time() + tick, f32::MAX);
             stuck = true;
         }
-        // A stuck vehicle that is commanded to back off first lowers its arm, and pushes on as long.
+        // A stuck vehicle that is commanded to back off first lowers its arm and keeps pushing meanwhile.
         let direction = if stuck && self.direction * (told.reference - told.wheels) > MISSING {
             self.direction
         } else if told.speed > TOLD {
@@ -161,7 +163,7 @@ impl Obstacle {
         };
         let turned = direction != self.direction;
         if !turned && direction == 0.0 {
-            // Nothing pushes, and what comes first begins anew.
+            // Nothing pushes, so the next push starts anew.
             return;
         }
         let creeps = told.speed.abs() < CREEPING;
@@ -181,7 +183,7 @@ impl Obstacle {
             self.furthest_m = told.distance_m;
             return;
         }
-        // While the reference is still on its way from the other direction, nothing pushes in this one.
+        // While the reference still comes from the other direction, nothing pushes in this direction.
         if !moves && direction * told.reference > 0.0 {
             self.time += tick;
         }
@@ -211,7 +213,7 @@ impl Obstacle {
         }
     }
 
-    /// The landing speed beyond the reference that a stuck vehicle may reach, nondimensional.
+    /// The nondimensional landing speed beyond the reference that a stuck vehicle may reach.
     pub(super) fn excess(&self) -> f32 {
         self.direction * PUSH_EXCESS
     }
@@ -243,8 +245,8 @@ mod tests {
         distance_m: 1.0,
     };
 
-    /// What the vehicle is once it moves again, after `held` time units against something that gave its wheels a blow of
-    /// `unforeseen`; driving in `direction`, and `further_m` behind the place of the blow.
+    /// The push state once the vehicle moves again in `direction`, after `held` time units against an obstacle that gave
+    /// its wheels a blow of `unforeseen`, and `further_m` beyond the place of the blow.
     fn freed(direction: f32, unforeseen: f32, held: f32, further_m: f32) -> PushState {
         let mut obstacle = Obstacle::default();
         let holds = Told {
@@ -266,8 +268,9 @@ mod tests {
         obstacle.push()
     }
 
-    /// A blow distinguishes an obstacle from a hill. What a hill's foot takes of the speed is none, nor what pushes
-    /// from behind; and what holds the vehicle up for a moment only, or lies behind it, has taught it nothing.
+    /// A blow distinguishes an obstacle from a hill. Neither the speed lost at a hill's foot nor a push from behind is a
+    /// blow. An obstacle that holds the vehicle up only for a moment, or that lies behind the vehicle, has not changed
+    /// the learnt slope.
     #[test]
     fn a_blow_tells_an_obstacle_from_a_hill() {
         for way in [1.0, -1.0] {
@@ -280,7 +283,8 @@ mod tests {
         }
     }
 
-    /// What takes the speed where the vehicle has just forgotten a slope is that slope, and no second blow; further on it is one.
+    /// A loss of speed at the place where the vehicle has just forgotten a slope is that slope and no second blow.
+    /// Further on, a loss of speed is a blow.
     #[test]
     fn a_slope_is_forgotten_once_in_a_place() {
         let mut obstacle = Obstacle::default();
@@ -301,8 +305,8 @@ mod tests {
         assert_eq!(meets(1.2), PushState::Freed);
     }
 
-    /// Against an obstacle the vehicle pushes hard, then less. Its arm comes down so slowly that its weight alone turns the
-    /// wheels forward still when the arm takes up, or loses, its rate within one time unit.
+    /// Against an obstacle the vehicle pushes hard, then less. The arm comes down so slowly that its weight alone still
+    /// turns the wheels forward while the arm gains or loses its rate within one time unit.
     #[test]
     fn a_stuck_vehicle_gives_up_without_pulling_itself_off_the_obstacle() {
         let weight = Equilibrium {

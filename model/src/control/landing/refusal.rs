@@ -1,50 +1,51 @@
-//! Slopes on which the vehicle cannot stand: the law finds them once the wheels are let go, and refuses them.
+//! Slopes on which the vehicle cannot stand: the law detects such a slope once the wheels are released, and refuses it.
 
-/// How far and how long the slope must be beyond what the vehicle can stand on: excess of its sine, integrated over time
-/// units. While the slope is learnt, it is overestimated by up to a sine of 0.045 for two time units, after which it is
-/// underestimated: a triangle of that height and length.
+/// How far and how long the slope must exceed the steepest slope on which the vehicle can stand: the excess of its sine,
+/// integrated over time units. While the law learns the slope, it overestimates the sine by up to 0.045 for two time
+/// units and underestimates the sine afterwards. The error is a triangle of that height and length.
 const EXCESS_TIME: f32 = 0.06;
-/// The same once the slope has been learnt, which takes so many time units.
+/// The same once the slope has been learnt, and the time units that learning takes.
 const EXCESS_LEARNT: f32 = 0.006;
 const LEARNT_TIME: f32 = 20.0;
 
-/// Landing speed below which a vehicle stands; how near the slope has to be, as a sine, to the steepest slope that the
-/// vehicle can stand on, for standing to prove anything; and for how long. A vehicle that is held by hand has not found
-/// its slope.
+/// Landing speed below which a vehicle stands; distance, as a sine, within which the slope must be of the steepest slope
+/// on which the vehicle can stand, so that standing proves anything; and the time for which the vehicle must stand. A
+/// vehicle that is held by hand has not learnt its slope.
 const STANDS_SPEED: f32 = 0.02;
 const STANDS_EXCESS: f32 = -0.15;
 const STANDS_TIME: f32 = 6.0;
 
-/// Whether a vehicle that was armed where it cannot stand is to be refused.
+/// Decides whether the law refuses a vehicle that was armed where it cannot stand.
 ///
-/// At rest with its arm hanging no sensor shows the slope; only once the wheels are let go does the law learn the slope. A
-/// vehicle that has been commanded to drive since it was armed came to the slope by itself, and can drive back on
-/// command: a limit is enough. The limit is also enough for a vehicle that has stood on a slope as steep: it can stand
-/// there, and open bridges would let it go.
+/// While the vehicle is at rest with its arm hanging, no sensor shows the slope; the law learns the slope only once the
+/// wheels are released. A vehicle that has been commanded to drive since arming drove onto the slope and can drive back
+/// on command, so a limit is enough. A limit is also enough for a vehicle that has stood on a slope as steep: the
+/// vehicle can stand there, and open bridges would let it roll.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct SlopeRefusal {
     driven: bool,
     excess: f32,
-    /// Its value when the slope had been learnt.
+    /// The integral's value when the slope had been learnt.
     learning: f32,
-    /// Time since it was armed, and for which it has stood, in time units.
+    /// Time since the vehicle was armed, and time for which it has stood, in time units.
     age: f32,
     stood: f32,
     refuses: bool,
 }
 
 impl SlopeRefusal {
-    /// One tick on a slope whose sine, without its sign, is `excess` more than that of the steepest one the vehicle can
-    /// stand on, at a landing speed. `drives` says that the operator wants a speed or a turn.
+    /// One tick at a landing speed, on a slope whose absolute sine exceeds that of the steepest slope on which the
+    /// vehicle can stand by `excess`. `drives` means that the operator wants a speed or a turn.
     pub(super) fn update(&mut self, excess: f32, landing: f32, drives: bool, tick: f32) {
         self.driven |= drives;
-        // Once refused, the vehicle stays so.
+        // A settled decision does not change.
         if self.is_settled() {
             return;
         }
         let slow = landing.abs() < STANDS_SPEED;
         if slow && excess <= STANDS_EXCESS {
-            // It stands on little of a slope, or is held by hand and has not found its slope: nothing is learnt.
+            // The vehicle stands on a shallow slope, or is held by hand and has not learnt its slope: standing proves
+            // nothing.
             self.stood = 0.0;
             return;
         }
@@ -67,13 +68,13 @@ impl SlopeRefusal {
         self.refuses = self.excess > most;
     }
 
-    /// Nothing changes any more until the vehicle is armed anew.
+    /// Whether the decision is final until the vehicle is armed again.
     #[inline]
     pub(super) fn is_settled(self) -> bool {
         self.driven || self.refuses
     }
 
-    /// The vehicle was armed on a slope on which it cannot stand.
+    /// Whether the vehicle was armed on a slope on which it cannot stand.
     pub(super) fn refuses(self) -> bool {
         self.refuses
     }
@@ -87,7 +88,7 @@ mod tests {
     /// A landing speed.
     const ROLLS: f32 = -0.3;
 
-    /// Time units until `excess` is refused, if it ever is.
+    /// Time units until the law refuses `excess`; `None` if it never does.
     fn refused_after(refusal: &mut SlopeRefusal, excess: impl Fn(f32) -> f32, drives: bool) -> Option<f32> {
         (0..5000).map(|k| k as f32 * TICK).find(|time| {
             refusal.update(excess(*time), ROLLS, drives, TICK);
@@ -108,7 +109,7 @@ mod tests {
         assert_eq!(refused_after(&mut SlopeRefusal::default(), learning, false), None);
     }
 
-    /// 31 deg where 30.96 stand.
+    /// The slope is 31 deg; the vehicle can stand on 30.96 deg.
     #[test]
     fn a_slope_hardly_beyond_the_limit_is_refused_once_it_is_learnt() {
         let after = refused_after(&mut SlopeRefusal::default(), |_| 0.0006, false).expect("refused");
@@ -123,7 +124,8 @@ mod tests {
         );
     }
 
-    /// Held by hand for a while after it was armed, and then let go on a slope that it can stand on: it learns as any other.
+    /// A vehicle that is held by hand for a while after arming and then released on a slope on which it can stand learns
+    /// the slope as any other vehicle does.
     #[test]
     fn a_vehicle_that_was_held_learns_its_slope_before_it_is_refused() {
         let mut refusal = SlopeRefusal::default();
@@ -146,7 +148,8 @@ mod tests {
         assert!(refused.refuses());
     }
 
-    /// One that is held by hand, its slope not found, has not stood; nor has one that stops for a moment.
+    /// A vehicle that is held by hand without having learnt its slope has not stood. Neither has a vehicle that stops
+    /// only for a moment.
     #[test]
     fn a_vehicle_that_has_stood_on_the_slope_is_not_refused_later() {
         for (excess, landing, time, refused) in [

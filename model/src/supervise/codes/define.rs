@@ -57,12 +57,12 @@ macro_rules! codes {
             /// Every code.
             pub const FULL: Self = Self($($code::$name.bit())|+);
 
-            /// The set as bits: bit n is code n. Bits of unknown codes are dropped.
+            /// The set with these bits: bit n is code n. Bits of unknown codes are dropped.
             pub const fn from_bits(bits: u32) -> Self {
                 Self(bits & Self::FULL.0)
             }
 
-            /// Bit n is code n.
+            /// The set as bits: bit n is code n.
             pub const fn bits(self) -> u32 {
                 self.0
             }
@@ -87,7 +87,7 @@ macro_rules! codes {
                 self.0 & code.bit() != 0
             }
 
-            /// Whether there is no code.
+            /// Whether the set is empty.
             pub const fn is_empty(self) -> bool {
                 self.0 == 0
             }
@@ -108,7 +108,7 @@ macro_rules! codes {
             }
         }
 
-        /// The codes' names in order, commas between them; `none` for the empty set.
+        /// The codes' names in order, separated by commas; `none` for the empty set.
         impl core::fmt::Display for $set {
             fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
                 if self.is_empty() {
@@ -124,7 +124,7 @@ macro_rules! codes {
     };
 }
 
-/// Defines codes as [`codes!`] does, each with what an operator does about it.
+/// Defines codes as [`codes!`] does, each with its remedy.
 macro_rules! remedied_codes {
     (
         $(#[doc = $doc:literal])* $code:ident;
@@ -138,7 +138,7 @@ macro_rules! remedied_codes {
         }
 
         impl $code {
-            /// What to do before the fault is cleared, or so that what blocks arming is gone.
+            /// What the operator must do before clearing the fault, or to remove the blocker.
             pub fn remedy(self) -> &'static str {
                 match self { $(Self::$name => $remedy),+ }
             }
@@ -146,8 +146,8 @@ macro_rules! remedied_codes {
     };
 }
 
-/// Defines [`Fault`] as [`remedied_codes!`] does, each with its class, with what shows it, and within which time: the
-/// row of the safety page.
+/// Defines [`Fault`] as [`remedied_codes!`] does. Each fault also has its class, its detection, and its reaction
+/// time: the row of the safety page.
 macro_rules! faults {
     (
         $(#[doc = $doc:literal])* $code:ident;
@@ -161,8 +161,8 @@ macro_rules! faults {
         }
 
         impl $code {
-            /// Of each fault, in order: its class, what shows the fault, and the time from the cause to the bridges'
-            /// reaction.
+            /// For each fault, in order: its class, how the vehicle detects it, and the time from the cause to the
+            /// bridges' reaction.
             pub const DETECTION: &'static [(FaultClass, &'static str, &'static str)] =
                 &[$((FaultClass::$class, $by, $bound)),+];
         }

@@ -2,30 +2,31 @@
 
 use crate::sample::{ImuSample, TICK_US};
 
-/// Largest gyro bias that a calibration may find; more is motion.
+/// Largest gyro bias that a calibration accepts; a larger rate is motion.
 pub(super) const BIAS_MAX_RAD_S: f32 = 0.1;
-/// Ticks over which a calibration averages the gyros of a vehicle that stands.
+/// Ticks over which a calibration averages the gyros of a standing vehicle.
 const CALIBRATION_TICKS: u16 = 500;
-/// Ticks over which it averages those of a vehicle that rocks: with its gears stuck, the whole vehicle rolls to and fro
-/// below its axle for a while, slower than what counts as motion. Six turns of 0.1 rad/s at 1 Hz leave 0.01 rad/s of it.
+/// Ticks over which a calibration averages the gyros of a rocking vehicle. With its gears stuck, the whole vehicle rolls
+/// to and fro for a while, more slowly than counts as motion. A rocking of 0.1 rad/s at 1 Hz leaves 0.01 rad/s in the
+/// average.
 const ROCKING_TICKS: u16 = 4000;
-/// Ticks of a block, and how far the blocks' averages may differ on a vehicle that stands, rad/s: several times what
-/// noise leaves of a block of 50 readings.
+/// Ticks of a block, and the largest difference between the blocks' averages of a standing vehicle, rad/s: several times
+/// the noise of a block of 50 readings.
 const BLOCK_TICKS: u16 = 50;
 const EVEN_RAD_S: f32 = 0.005;
 
-/// Whether the IMU gave this reading since the last tick: what it gave before was averaged before, and before its first
-/// sample it has given nothing.
+/// Whether this reading is new since the last tick. An older reading has already entered the average, and before the
+/// first sample there is no reading.
 pub(super) fn is_new(imu: &ImuSample) -> bool {
     imu.age_us < 2 * TICK_US
 }
 
-/// Average of gyro axes at rest.
+/// Averages gyro axes at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Calibration<const N: usize> {
     sums: [f32; N],
     ticks: u16,
-    /// Sums of the block under way, and those of the first block.
+    /// Sums of the present block and of the first block.
     block: [f32; N],
     first: [f32; N],
     rocks: bool,
@@ -51,7 +52,7 @@ impl<const N: usize> Calibration<N> {
         self.done
     }
 
-    /// Takes the gyros of one tick; returns the averages once, when there are enough.
+    /// Updates the average with the gyros of one tick. Returns the averages once, when enough readings exist.
     pub(super) fn update(&mut self, rates: [f32; N], still: bool) -> Option<[f32; N]> {
         if self.done {
             return None;
@@ -106,7 +107,7 @@ mod tests {
         assert_eq!(run(&mut calibration, 0.02, true, 1000), None, "once");
     }
 
-    /// The whole vehicle rocks at 0.5 to 2 Hz, slower than what counts as motion: half a swing is no bias.
+    /// The whole vehicle rocks at 0.5 to 2 Hz, more slowly than counts as motion: half a swing is no bias.
     #[test]
     fn what_rocks_is_averaged_over_many_swings() {
         for hertz in [0.5_f32, 1.0, 2.0] {

@@ -1,4 +1,4 @@
-//! Whether what the IMUs show can be true, judged by gravity, by the wheels and by the ballast.
+//! Checks the IMUs' readings against gravity, the wheels and the ballast.
 
 use super::{Estimator, MeasuredMotion};
 use crate::estimate::exchanged::{BodyRates, Exchanged};
@@ -10,21 +10,22 @@ use crate::sensed::Sensed;
 use crate::supervise::supervisor::Believed;
 use crate::vehicle::{G, Vehicle};
 
-/// Sine of the angle between integrated gyro and accelerometer that cannot last: one of the two is wrong.
+/// Sine of an angle between integrated gyro and accelerometer that cannot last unless one of the two is wrong.
 const CONTRADICTION: f32 = 0.7;
 const CONTRADICTION_TICKS: u16 = 300;
-/// What an accelerometer feels along the vertical, m/s^2, below which it is upside down, and ticks for which that lasts:
-/// gravity alone takes it to 0 only, and nothing pulls a vehicle down at 1.5 g for that long.
+/// Vertical component of an accelerometer, m/s^2, below which the IMU is upside down, and ticks for which this must
+/// last. A fall takes the component only to 0, and nothing pulls a vehicle down at 1.5 g for that long.
 const OVERTURNED_M_S2: f32 = -0.5 * G;
 const OVERTURNED_TICKS: u16 = 40;
-/// Ticks for which an IMU must feel more along the axle than across it to lie on its side: less than those of a calibration,
-/// without which nothing arms, and more than half a period of what shakes it by 1.3 Hz or faster.
+/// Ticks for which an IMU must feel more force along the axle than across it to count as lying on its side. The
+/// number is less than that of a calibration, which arming requires, and more than half a period of a vibration of
+/// 1.3 Hz or faster.
 const ON_ITS_SIDE_TICKS: u16 = 400;
 
-/// What watches the mountings of the IMUs.
+/// The watches of the IMUs' mountings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Mountings {
-    /// Which of the watches has its turn.
+    /// The watch whose turn it is.
     turn: u8,
     facing: Facing,
     exchanged: [Exchanged; 2],
@@ -35,12 +36,13 @@ pub(super) struct Mountings {
 }
 
 impl Mountings {
-    /// Whether no watch has its turn in the coming tick: that of the slow means.
+    /// Whether it is no watch's turn in the next tick, which is the tick of the slow means.
     pub(super) fn rest_next(&self) -> bool {
         self.turn + 2 == INTERVAL_TICKS
     }
 
-    /// Watches for `vehicle`, whose axle's acceleration comes from a filter of `axle_time_constant_s`.
+    /// The watches for `vehicle`, whose estimate of the axle's acceleration comes from a filter of
+    /// `axle_time_constant_s`.
     pub(super) fn new(vehicle: &Vehicle<f32>, axle_time_constant_s: f32) -> Self {
         Self {
             turn: 0,
@@ -54,7 +56,7 @@ impl Mountings {
     }
 }
 
-/// Whether a standing IMU feels more along the axle than in the plane of the wheels.
+/// Whether an IMU at rest feels more force along the axle than in the plane of the wheels.
 fn on_its_side(reading: &TiltReading, force_y_m_s2: f32) -> bool {
     let TiltReading {
         force_x_m_s2: x,
@@ -65,8 +67,9 @@ fn on_its_side(reading: &TiltReading, force_y_m_s2: f32) -> bool {
 }
 
 impl Estimator {
-    /// Whether the arm's IMU and the spar's have contradicted themselves, gravity, the wheels or the ballast for a while. Only
-    /// wheels that a motor holds or drives are asked: hands turn a disarmed vehicle upside down.
+    /// Whether the arm IMU and the spar IMU have contradicted themselves, gravity, the wheels or the ballast for a
+    /// while. The wheels count only while a motor holds or drives them, because hands may turn a disarmed vehicle
+    /// upside down.
     pub(super) fn contradicts(
         &mut self,
         sensed: &Sensed,

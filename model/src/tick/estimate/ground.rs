@@ -4,15 +4,16 @@ use super::{Estimator, MeasuredMotion, WEIGHT_TICKS};
 use crate::bounded::Bounded;
 use crate::estimate::stall::{Intent, Progress};
 
-/// Distance after which the slope is noted again, m.
+/// Distance after which the estimator stores the slope again, m.
 const TRAIL_M: f32 = 0.05;
-/// Time constant of the slope's rate in a turn, and the sine of the largest roll of the axle that a turn makes of slope.
+/// Time constant of the slope's rate in a turn, and the sine of the largest roll of the axle that enters this rate.
 pub(super) const SLOPE_RATE_TIME_CONSTANT_S: f32 = 0.1;
 const SIN_ROLL_MAX: f32 = 0.5;
-/// Distance of the sine of the arm's angle from that of its equilibrium within which the arm counts as lowered.
+/// Difference between the sines of the arm's angle and of its equilibrium within which the arm counts as lowered.
 const LOWERED: f32 = 0.15;
 
-/// The slope that the vehicle had a little way back, m: one that bounces off an obstacle takes it for a hill.
+/// The slope a little way back, because the estimator of a vehicle that bounces off an obstacle mistakes the obstacle
+/// for a hill.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Trail {
     place_m: f32,
@@ -20,7 +21,7 @@ pub(super) struct Trail {
 }
 
 impl Estimator {
-    /// The slope; whether something blocks the vehicle.
+    /// Estimates the slope and whether an obstacle blocks the vehicle.
     pub(super) fn climb(&mut self, motion: &MeasuredMotion, disarmed: bool, intent: Intent) -> bool {
         let stuck = self.progress(disarmed, intent, motion.wheels_m_s) == Progress::Stuck;
         if let Some(lesson) = intent.slope_lesson
@@ -44,7 +45,7 @@ impl Estimator {
                 axle_m_s2 / self.scales.length_m * t * t,
             );
         }
-        // What the axle's roll shows of the turn is as wrong as the IMU is mounted; the slope itself is not.
+        // A mounting error of the IMU falsifies the roll-based rate of the slope, but not the slope.
         let most_per_s = SIN_ROLL_MAX * motion.yaw_rate_rad_s.abs();
         self.slope_turn_per_s = self
             .slope_rate
@@ -53,7 +54,8 @@ impl Estimator {
         stuck
     }
 
-    /// Whether something blocks the vehicle; until it hesitates, the slope under it is noted.
+    /// Checks whether an obstacle blocks the vehicle. Until the vehicle hesitates, this function stores the slope
+    /// under it.
     fn progress(&mut self, disarmed: bool, intent: Intent, speed_m_s: f32) -> Progress {
         if disarmed {
             self.stall.reset();
@@ -62,7 +64,7 @@ impl Estimator {
         let was_stuck = self.stall.is_stuck();
         let progress = self.stall.update(intent, speed_m_s, self.odometry.distance_m());
         if was_stuck && progress != Progress::Stuck {
-            // Behind the obstacle the ground goes on as before it.
+            // Behind the obstacle the ground continues with the slope from before the obstacle.
             self.slope.reset(self.free_sin_slope);
         }
         let driven_m = self.odometry.distance_m() - self.trail.place_m;
@@ -81,8 +83,7 @@ impl Estimator {
         progress
     }
 
-    /// Whether the arm hangs about where it does when the vehicle stands still on this slope: open bridges then leave
-    /// it there.
+    /// Whether the arm is close to its rest angle on this slope, where open bridges leave it.
     pub(super) fn lowered(&self) -> bool {
         let sin_slope = if self.stall.is_stuck() {
             self.free_sin_slope

@@ -1,11 +1,11 @@
-//! Whether the vehicle stands still, and whether its gyros' biases are known.
+//! Detects whether the vehicle stands still, and calibrates its gyros' biases.
 //!
-//! Rest is the only state in which gyros show their biases and the accelerometer shows gravity alone. A false
-//! rest teaches wrong biases, and with a wrong bias the vehicle seems to move for ever. Therefore
+//! Only at rest do the gyros show their biases and the accelerometer gravity alone. A falsely detected rest leads to
+//! wrong biases, and with a wrong bias the vehicle seems to move for ever. Therefore
 //!
-//! - a sensor that supervision does not believe never counts as at rest;
-//! - an arm IMU that was lost is calibrated anew, because nobody knows how the arm turned meanwhile;
-//! - wheels that stand for long beside a gyro that turns evenly show a wrong bias.
+//! - a vehicle with a sensor that supervision does not believe never counts as at rest;
+//! - an arm IMU that was lost is calibrated again, because it is not known how the arm turned meanwhile;
+//! - wheels that stand for a long time while a gyro shows a constant rate prove a wrong bias.
 
 use super::calibration::{BIAS_MAX_RAD_S, Calibration, is_new};
 use crate::estimate::heading::AGREEMENT_RAD_S;
@@ -14,26 +14,26 @@ use crate::persistence::Persistence;
 use crate::sensed::Sensed;
 use crate::supervise::supervisor::Believed;
 
-/// Arm rate below which the vehicle stands still, rad/s.
+/// Arm rate below which the vehicle counts as standing still, rad/s.
 const REST_ARM_RAD_S: f32 = 0.05;
-/// Ticks in a row for which the vehicle must stand still to be at rest.
+/// Consecutive ticks for which the vehicle must stand still to be at rest.
 const STILL_TICKS: u16 = 100;
-/// Ticks at rest after which the arm's angle has settled on gravity: an error of the angle is no bias.
+/// Ticks at rest after which the arm's angle has settled on gravity. Before that, an error of the angle is no bias.
 const SETTLED_TICKS: u16 = 500;
-/// Ticks for which the wheels of a vehicle stand while a gyro shows a turn, after which that turn is its bias.
+/// Ticks for which the wheels must stand while a gyro shows a turn, before that turn counts as its bias.
 const UNEXPLAINED_TICKS: u16 = 2000;
 
-/// What one tick shows.
+/// The findings of one tick.
 #[allow(clippy::struct_excessive_bools)] // Each is a finding of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Posture {
     /// Wheels and arm stand still.
     pub(super) still: bool,
-    /// They have stood still for a while.
+    /// Wheels and arm have stood still for a while.
     pub(super) at_rest: bool,
     /// The vehicle is disarmed, at rest, and nothing moves the arm.
     pub(super) idle: bool,
-    /// It has been idle long enough for the arm's angle to have settled.
+    /// The vehicle has been idle for long enough that the arm's angle has settled.
     pub(super) settled: bool,
     /// The vehicle stands still, disarmed, and its gyros' biases are being averaged.
     pub(super) calibrating: bool,
@@ -67,8 +67,8 @@ impl Standing {
         self.calibration.is_done()
     }
 
-    /// Takes one tick: the arm's gyros beside their biases (y, x, z), in rad/s, and whether supervision believes the
-    /// sensors. Returns the posture, and the biases in the tick in which they become known.
+    /// Updates the detector with one tick: the arm's gyro rates and their biases (y, x, z), in rad/s, and whether
+    /// supervision believes the sensors. Returns the posture, and the biases in the tick in which they become known.
     pub(super) fn update(
         &mut self,
         sensed: &Sensed,
@@ -89,7 +89,7 @@ impl Standing {
         let arm_stands = if self.calibration.is_done() {
             (arm - arm_bias).abs() < REST_ARM_RAD_S
         } else {
-            // Before the bias is known, all of the rate may be bias.
+            // Before the bias is known, the whole rate may be bias.
             arm.abs() < BIAS_MAX_RAD_S
         };
         let still = wheels_stand && arm_stands && believed.arm_imu;
@@ -112,7 +112,8 @@ impl Standing {
         (posture, found)
     }
 
-    /// Whether the wheels have stood for long while a gyro shows an even turn that its bias does not explain.
+    /// Whether the wheels have stood for a long time while a gyro shows a constant rate that its bias does not
+    /// explain.
     fn is_a_bias_wrong(&mut self, rates_rad_s: [f32; 3], biases_rad_s: [f32; 3], wheels_stand: bool) -> bool {
         if !wheels_stand || !self.calibration.is_done() {
             return self.unexplained.update(false);
