@@ -9,8 +9,11 @@ use virtual_board::scenario::{self, DriveOutcome, Scenario};
 
 use crate::support::firmware;
 
+#[path = "../../../../tests/support/case_files.rs"]
+mod case_files;
 #[path = "../../../../tests/support/short_cases.rs"]
 mod short_cases;
+use case_files::CASE_FILES;
 use short_cases::SHORT_CASES;
 
 /// Another seed than the virtual board's.
@@ -20,6 +23,15 @@ fn fly(kind: u32) {
     let case = SHORT_CASES.iter().find(|case| case.kind == kind).expect("a kind");
     let outcome = flown(&case.scenario(SEED));
     case.check(SEED, &outcome);
+    assert_eq!(outcome.counts.unarmed_drive_ms, 0);
+}
+
+/// Flies a file of `tests/cases` as it stands, until what it is about has happened.
+fn fly_file(name: &str) {
+    let file = CASE_FILES.iter().find(|file| file.name == name).expect("a file");
+    let as_it_stands = &file.values[0];
+    let outcome = flown(&file.scenario(as_it_stands, SEED, file.shorter));
+    file.check(as_it_stands, SEED, &outcome);
     assert_eq!(outcome.counts.unarmed_drive_ms, 0);
 }
 
@@ -85,6 +97,41 @@ fn motors_with_weak_magnets_are_held_to_their_heat() {
 #[test]
 fn a_full_battery_is_not_charged_further() {
     fly(21);
+}
+
+#[test]
+fn the_file_of_a_dying_ballast_encoder_drives_on() {
+    fly_file("ballast-encoder-dies-downhill");
+}
+
+#[test]
+fn the_file_of_a_battery_over_its_range_opens_the_bridges() {
+    fly_file("battery-over-range");
+}
+
+#[test]
+fn the_file_of_a_kerb_ends_gently() {
+    fly_file("kerb-surge");
+}
+
+#[test]
+fn the_file_of_a_ledge_drives_on() {
+    fly_file("ledge-down");
+}
+
+#[test]
+fn the_file_of_half_a_minute_of_turning_keeps_the_heading() {
+    fly_file("spin-then-straight");
+}
+
+#[test]
+fn the_file_of_a_long_line_stays_on_it() {
+    fly_file("straight-120-m");
+}
+
+#[test]
+fn the_file_of_a_wall_backs_off() {
+    fly_file("wall-back-off");
 }
 
 /// The simulated bridges bear far less than the built-in vehicle says: one shuts itself down on a slope, and its fault output
