@@ -1,5 +1,5 @@
-//! The board's analogue inputs: battery voltage and motor currents as its converter sees them, sensor
-//! faults included.
+//! The board's analogue inputs: battery voltage and motor currents as the converter sees them,
+//! including sensor faults.
 
 use model::analog::{Analog, AnalogScale};
 use model::board::BoardScales;
@@ -10,27 +10,28 @@ use crate::noise::Noise;
 /// Noise of an analogue reading, in counts.
 const NOISE_COUNTS: f64 = 2.0;
 
-/// Whether a sensor follows what it measures.
+/// Whether a sensor's reading follows the measured quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Following {
-    /// It does.
+    /// The reading follows.
     #[default]
     Works,
-    /// It reads zero, whatever flows.
+    /// The sensor reads zero, whatever current flows.
     Dead,
-    /// It keeps what it read when it got stuck.
+    /// The sensor keeps the reading at which it got stuck.
     Stuck,
 }
 
-/// What is wrong with one analogue sensor: it reads `gain` times what it follows, plus `offset`.
+/// The fault of one analogue sensor: its reading is `gain` times the followed quantity, plus
+/// `offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AnalogFault {
-    /// Whether it follows what it measures.
+    /// Whether the reading follows the measured quantity.
     pub following: Following,
-    /// Factor, 1 for a sound sensor.
+    /// Factor; 1 for a sensor without a fault.
     pub gain: f64,
-    /// In A or V, 0 for a sound sensor.
+    /// Offset in A or V; 0 for a sensor without a fault.
     pub offset: f64,
 }
 
@@ -48,7 +49,7 @@ impl Default for AnalogFault {
 #[derive(Debug, Clone, Copy, Default)]
 struct SensorInput {
     fault: AnalogFault,
-    /// What a stuck sensor keeps, from its first reading on.
+    /// The reading that a stuck sensor keeps, from its first reading on.
     kept: Option<f64>,
 }
 
@@ -68,7 +69,7 @@ impl SensorInput {
 pub(crate) struct AnalogConverter {
     scales: Analog<AnalogScale>,
     noise: Noise,
-    /// Once any sensor has failed.
+    /// The inputs' faults, once any sensor has failed.
     faulty: Option<Box<Analog<SensorInput>>>,
 }
 
@@ -99,7 +100,8 @@ impl AnalogConverter {
         }
         let noises = Analog::from_values(self.noise.normals());
         let counts = values.with(&self.scales, |value, scale| scale.counts(value));
-        // Rounded to the nearest: cut after half a count, which a negative number saturates to 0.
+        // Rounds to the nearest count by adding half a count and truncating; a negative number
+        // saturates to 0.
         counts.with(&noises, |counts, noise| (counts + NOISE_COUNTS * noise + 0.5) as u16)
     }
 }

@@ -1,4 +1,4 @@
-//! Puts a plant together from a vehicle and what is other about it.
+//! Assembles a plant from a vehicle and from the settings in which the simulated vehicle differs.
 
 use model::board::BoardScales;
 use model::sample::Motor;
@@ -19,11 +19,11 @@ use crate::terrain::{Ground, Terrain, TerrainError};
 use crate::wiring::Wiring;
 use crate::{IDLE_A, Plant, SUBSTEP_S};
 
-/// A bridge's own hardware chops at this multiple of the current at which the vehicle calls a fault...
+/// A bridge's own hardware chops at this multiple of the current at which the vehicle reports a fault ...
 const CHOP_FACTOR: f64 = 1.5;
-/// ... as far as the current sensor reaches.
+/// ... but not beyond the current sensor's range.
 const CHOP_MAX_A: f64 = 60.0;
-/// Stiffness of a gearbox with play of which nothing else is said, in N m/rad at its output.
+/// Default stiffness of a gearbox with play, in N m/rad at its output.
 const GEAR_STIFFNESS_N_M_PER_RAD: f64 = 3000.0;
 
 /// Streams of the scenario's seed.
@@ -31,11 +31,11 @@ mod stream {
     pub const ARM_IMU: u64 = 0;
     pub const SPAR_IMU: u64 = 1;
     pub const ANALOG: u64 = 2;
-    /// Three, one a motor.
+    /// Three streams, one per motor.
     pub const ENCODERS: u64 = 3;
 }
 
-/// A drive motor as one side has it.
+/// The drive motor of one side.
 fn of_side(p: &MotorParameters<f64>, side: &DriveSettings) -> MotorParameters<f64> {
     let mut p = *p;
     p.torque_constant_n_m_per_a *= side.torque_constant_factor;
@@ -46,9 +46,9 @@ fn of_side(p: &MotorParameters<f64>, side: &DriveSettings) -> MotorParameters<f6
 }
 
 impl Plant {
-    /// The vehicle at rest at the terrain's origin, heading along x, everything hanging from the
-    /// vertical, bridges open, battery full; sensor errors as on the data sheets. `scales` are those of the
-    /// board that reads the analogue signals.
+    /// The vehicle at rest at the terrain's origin, heading along x, with arm, spar and ballast hanging
+    /// vertically, open bridges and a full battery. The sensor errors are those of the data sheets.
+    /// `scales` are those of the board that reads the analogue signals.
     ///
     /// # Errors
     /// A terrain that this vehicle's wheels cannot follow.
@@ -61,7 +61,7 @@ impl Plant {
         Self::with_imu_errors(vehicle, scales, terrain, seed, ImuErrors::default())
     }
 
-    /// As [`Plant::new`], with IMUs of the given errors.
+    /// As [`Plant::new`], with the given IMU errors.
     ///
     /// # Errors
     /// A terrain that this vehicle's wheels cannot follow.
@@ -75,8 +75,8 @@ impl Plant {
         Self::assembled(vehicle, scales, terrain, seed, errors, &PlantSettings::default())
     }
 
-    /// As [`Plant::new`], differing from the vehicle file as `settings` say. `vehicle` is the simulated one
-    /// ([`PlantSettings::vehicle_from`]).
+    /// As [`Plant::new`], with the differences from the vehicle file in `settings`. `vehicle` is the
+    /// simulated one ([`PlantSettings::vehicle_from`]).
     ///
     /// # Errors
     /// A terrain that this vehicle's wheels cannot follow.
@@ -103,7 +103,8 @@ impl Plant {
         let chop = (CHOP_FACTOR * p.safety.overcurrent_a).min(CHOP_MAX_A);
         let drives = [&settings.left, &settings.right];
         let [left, right] = drives.map(|settings| DcMotor::new(&of_side(&p.drive_motor, settings), chop));
-        // Without a spar the third bridge has no motor: one that never draws a current.
+        // Without a spar the third bridge has no motor. The plant simulates a motor that never draws a
+        // current.
         let ballast = p
             .spar
             .as_ref()
@@ -162,7 +163,7 @@ impl Plant {
         Ok(plant)
     }
 
-    /// Gives the drives whose gearboxes have play rotors of their own.
+    /// Gives each drive whose gearbox has play a separate rotor.
     fn fit_gears(&mut self, drives: [&DriveSettings; GEARS]) {
         let mut gears = [None; GEARS];
         for (i, (gear, settings)) in gears.iter_mut().zip(drives).enumerate() {

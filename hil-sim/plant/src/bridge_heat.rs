@@ -1,4 +1,4 @@
-//! How hot each bridge's silicon is, and when a bridge shuts itself down.
+//! The temperature of each bridge's silicon, and the thermal shutdown of a bridge.
 //!
 //! Two transistors in series carry the motor's current whatever the bridge does. Their resistance grows with their
 //! temperature T, and the package on its copper takes the heat to the air:
@@ -7,18 +7,20 @@
 //! tau T' = R_th R_25 i^2 (1 + a (T - 25)) - (T - T_air)
 //! ```
 //!
-//! `R_th R_25` is what brings the silicon to [`RATED_C`] at the bridge's continuous current. The air is the hottest that a
-//! bridge is rated in. The vehicle's own model of the heat knows no temperature and no resistance: it shares only the rating.
+//! `R_th R_25` is chosen so that the silicon reaches [`RATED_C`] at the bridge's continuous current. The air has the
+//! highest temperature in which a bridge is rated. The vehicle's own heat model contains no temperature and no
+//! resistance; only the rating is common to both models.
 
 use model::sample::MOTORS;
 use model::vehicle::MotorParameters;
 
-/// The hottest air that a bridge is rated in, and its silicon's temperature there at the continuous current, C.
+/// The hottest air in which a bridge is rated, and the silicon's temperature there at the continuous current, C.
 const AIR_C: f64 = 60.0;
 const RATED_C: f64 = 125.0;
-/// Growth of a transistor's resistance from the one at 25 C, 1/K: 40 % up to 125 C.
+/// Growth of a transistor's resistance relative to 25 C, 1/K: 40 % up to 125 C.
 const GROWTH_PER_K: f64 = 0.004;
-/// A driver shuts down at this temperature, the lowest that makers allow themselves, and starts again so far below, C.
+/// Temperature at which a driver shuts down, the lowest that makers specify, and the hysteresis below it at which the
+/// driver starts again, C.
 const SHUT_DOWN_C: f64 = 150.0;
 const HYSTERESIS_K: f64 = 20.0;
 
@@ -31,9 +33,9 @@ pub(crate) struct BridgeHeat {
     /// `R_th R_25`, K/A^2, and the reciprocal of the time constant, 1/s.
     k_per_a2: [f64; MOTORS],
     per_s: [f64; MOTORS],
-    /// Above the air, K.
+    /// Temperatures above the air, K.
     rise_k: [f64; MOTORS],
-    /// Squares of the currents over the time since the last step, A^2 s, and that time, s.
+    /// Integrals of the squared currents since the last step, A^2 s, and the time since then, s.
     squares_a2_s: [f64; MOTORS],
     since_s: f64,
     /// Bridges that have shut down.
@@ -41,7 +43,7 @@ pub(crate) struct BridgeHeat {
 }
 
 impl BridgeHeat {
-    /// Cold bridges of these motors.
+    /// The cold bridges of these motors.
     pub(crate) fn new(motors: [&MotorParameters<f64>; MOTORS]) -> Self {
         let rated = (RATED_C - AIR_C) / (1.0 + GROWTH_PER_K * (RATED_C - 25.0));
         Self {
@@ -54,8 +56,8 @@ impl BridgeHeat {
         }
     }
 
-    /// Lets the currents flow for `dt_s` seconds; says whether any bridge is near its end or beyond, for
-    /// [`BridgeHeat::shut_down`] to look at.
+    /// Adds the currents of `dt_s` seconds. Returns whether any bridge is near or beyond its shutdown, which
+    /// [`BridgeHeat::shut_down`] then checks.
     #[inline]
     pub(crate) fn follow(&mut self, dt_s: f64, current_a: [f64; MOTORS]) -> bool {
         for (squares, current_a) in self.squares_a2_s.iter_mut().zip(current_a) {
@@ -68,7 +70,7 @@ impl BridgeHeat {
         self.warm()
     }
 
-    /// Takes what the currents have brought since the last step.
+    /// Updates the temperatures with the currents since the last step.
     #[inline(never)]
     fn warm(&mut self) -> bool {
         let mut hottest_k = 0.0_f64;
@@ -83,7 +85,7 @@ impl BridgeHeat {
         hottest_k > SHUT_DOWN_C - HYSTERESIS_K - AIR_C || self.any_shut()
     }
 
-    /// The bridges that have shut down, by their temperatures.
+    /// Updates and returns the bridges that have shut down, from their temperatures.
     #[cold]
     pub(crate) fn shut_down(&mut self) -> [bool; MOTORS] {
         for (shut, rise_k) in self.shut.iter_mut().zip(self.rise_k) {
@@ -124,7 +126,8 @@ mod tests {
         }
     }
 
-    /// The rating itself; less is colder by more than the square, as the resistance falls with the temperature.
+    /// The rated current leads to the rated temperature. At a smaller current the rise falls by more than the square
+    /// of the current, because the resistance falls with the temperature.
     #[test]
     fn the_continuous_current_keeps_the_silicon_at_its_rating() {
         let mut heat = heat();
@@ -155,7 +158,7 @@ mod tests {
             "{ms} ms, {expected_s} s"
         );
         assert_eq!(heat.shut, [false, true, false]);
-        // It starts again once it has cooled by its hysteresis.
+        // The bridge starts again once it has cooled by the hysteresis.
         run(&mut heat, 100, [0.0; MOTORS]);
         assert!(heat.any_shut());
         let cooled_ms = (3000.0 * f64::ln(90.0 / 70.0)) as u32;

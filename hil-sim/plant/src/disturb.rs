@@ -1,4 +1,4 @@
-//! What a scenario's steps do to a plant while it runs.
+//! The effects of a scenario's steps on a running plant.
 
 use model::sample::MOTORS;
 
@@ -19,56 +19,57 @@ impl Plant {
         self.body.set_jammed(wheel, jammed);
     }
 
-    /// Puts the axle on a stand, the wheels off the ground, or back on the ground.
+    /// Puts the axle on a stand with the wheels off the ground, or back on the ground.
     pub fn set_on_stand(&mut self, on_stand: bool) {
         self.body.set_on_stand(&self.ground, on_stand);
     }
 
-    /// Puts a payload onto the arm in place of the one there; mass 0 takes it off.
+    /// Fixes a payload to the arm in place of the present payload; mass 0 removes the payload.
     pub fn set_payload(&mut self, payload: Payload) {
         self.body.set_payload(payload);
     }
 
-    /// Pushes for `for_s` seconds, in place of a push still in force.
+    /// Pushes for `for_s` seconds. The push replaces a push that still acts.
     pub fn push(&mut self, push: Push, for_s: f64) {
         self.body.set_push(Some(push));
-        // Half a nanosecond: the sum of the steps is rounded.
+        // Half a nanosecond of slack, because the sum of the steps is rounded.
         self.push_until_s = self.time_s + for_s - 5e-10;
     }
 
-    /// Ends the push in force.
+    /// Ends the present push.
     pub(super) fn end_push(&mut self) {
         self.body.set_push(None);
         self.push_until_s = f64::INFINITY;
     }
 
-    /// Fails an analogue sensor or repairs it, by the name of its input in [`model::analog::Analog`].
+    /// Makes the analogue sensor of an input fail, or repairs it. `input` is the input's name in
+    /// [`model::analog::Analog`].
     pub fn set_analog_fault(&mut self, input: &str, fault: AnalogFault) {
         self.analog.set_fault(input, fault);
     }
 
-    /// Loses a share of the edges of the encoder of motor `index`.
+    /// Makes the encoder of motor `index` lose a share of its edges.
     pub fn set_edge_loss(&mut self, index: usize, share: f64) {
         if let Some(encoder) = self.encoders.get_mut(index) {
             encoder.set_edge_loss(share);
         }
     }
 
-    /// Breaks, shorts or mends the leads of motor `index`.
+    /// Breaks, shorts or repairs the leads of motor `index`.
     pub fn set_leads(&mut self, index: usize, leads: Leads) {
         if let Some(slot) = self.wiring.leads.get_mut(index) {
             *slot = leads;
         }
     }
 
-    /// Kills half of the bridge of motor `index`, or mends it.
+    /// Disables half of the bridge of motor `index`, or repairs the bridge.
     pub fn set_dead_half(&mut self, index: usize, dead: DeadHalf) {
         if let Some(slot) = self.wiring.dead.get_mut(index) {
             *slot = dead;
         }
     }
 
-    /// Gives the battery this open-circuit voltage from now on, whatever its charge.
+    /// Sets the battery's open-circuit voltage from now on, whatever its charge.
     pub fn set_open_circuit_v(&mut self, volts: f64) {
         self.supply.set_open_circuit_v(volts, &mut self.battery);
     }
@@ -85,17 +86,18 @@ impl Plant {
         }
     }
 
-    /// The battery's charge as a share of its capacity, where it has one.
+    /// The battery's charge as a share of its capacity; `None` for a battery without a capacity.
     pub fn battery_charge(&self) -> Option<f64> {
         self.supply.charge()
     }
 
-    /// Whether the supply is enough for the board to run; below, it is held in reset.
+    /// Whether the supply is high enough for the board to run. With a lower supply the board is
+    /// held in reset.
     pub fn powers_board(&self) -> bool {
         self.supply.powers_board(self.battery_v)
     }
 
-    /// Warms or cools both IMUs to `to_c` within `over_s` seconds.
+    /// Brings both IMUs to the temperature `to_c` within `over_s` seconds.
     pub fn heat(&mut self, to_c: f64, over_s: f64) {
         for imu in [&mut self.arm_imu, &mut self.spar_imu] {
             imu.heat(to_c, over_s);
@@ -109,7 +111,8 @@ impl Plant {
         }
     }
 
-    /// Whether a bridge has shut itself down because it is too hot: it pulls its fault output.
+    /// Whether a bridge has shut itself down because it is too hot. Such a bridge asserts its
+    /// fault output.
     #[inline]
     pub fn bridge_shut_down(&self) -> bool {
         self.bridge_heat.any_shut()

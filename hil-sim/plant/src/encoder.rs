@@ -1,48 +1,50 @@
 //! Incremental encoders on the motor shafts, behind the gearboxes.
 //!
-//! An encoder counts its motor's own turns, so it measures the joint times the gear ratio: wheel relative
-//! to arm (theta + phi), ballast relative to spar. No encoder measures theta alone.
+//! An encoder counts the turns of its motor's shaft, so its count is the joint's angle times the gear
+//! ratio: wheel relative to arm (theta + phi), or ballast relative to spar. No encoder measures theta
+//! alone.
 
 use core::f64::consts::TAU;
 
 use super::fault::{DELAY_MS, SensorFault};
 use super::noise::Noise;
 
-/// Samples kept for [`SensorFault::Delayed`]: one a millisecond.
+/// Samples kept for [`SensorFault::Delayed`]: one per millisecond.
 const DELAYED_COUNTS: usize = DELAY_MS as usize;
 
 /// A quadrature encoder and the counter behind it.
 #[derive(Debug, Clone)]
 pub struct Encoder {
     counts_per_rad: f64,
-    /// Counts that the disc has turned through since the start.
+    /// Counts through which the disc has turned since the start.
     truth: i64,
-    /// What the counter has counted.
+    /// Counts that the counter has registered.
     counted: i64,
     fault: SensorFault,
     law: CountLaw,
-    /// Edges seen of which only every other is counted ([`SensorFault::Slow`]).
+    /// Edges seen; only every second edge is counted ([`SensorFault::Slow`]).
     half_edges: i64,
     history: [i64; DELAYED_COUNTS],
-    /// Where the oldest of the history stands; the others follow it, round the end.
+    /// Index of the oldest entry of the history. The others follow it and wrap at the end.
     oldest: usize,
     history_ms: u64,
-    /// Of the last advance.
+    /// Time of the last advance.
     time_s: f64,
     noise: Noise,
 }
 
-/// How counts follow edges.
+/// How the counter registers edges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum CountLaw {
-    /// As the fault has it.
+    /// According to the fault.
     Fault(SensorFault),
-    /// This share of the edges is lost.
+    /// The counter loses this share of the edges.
     Lossy(f64),
 }
 
 impl Encoder {
-    /// An encoder of `counts_per_rev` counts a turn of the motor behind a gearbox of `gear_ratio`.
+    /// An encoder with `counts_per_rev` counts per turn of the motor, before a gearbox of ratio
+    /// `gear_ratio`.
     pub fn new(counts_per_rev: f64, gear_ratio: f64, noise: Noise) -> Self {
         Self {
             counts_per_rad: counts_per_rev * gear_ratio / TAU,
@@ -59,12 +61,12 @@ impl Encoder {
         }
     }
 
-    /// Counts a rad of the joint.
+    /// Counts per rad of the joint.
     pub fn counts_per_rad(&self) -> f64 {
         self.counts_per_rad
     }
 
-    /// Fails the encoder, or repairs it ([`SensorFault::None`]): counts lost stay lost.
+    /// Makes the encoder fail, or repairs it ([`SensorFault::None`]). Lost counts stay lost.
     pub fn set_fault(&mut self, fault: SensorFault) {
         self.fault = fault;
         self.law = CountLaw::Fault(fault);
@@ -73,8 +75,8 @@ impl Encoder {
         self.history_ms = self.time_ms();
     }
 
-    /// Loses this share of the edges from now on (0 to 1): a worn disc, a weak receiver. Takes the place of
-    /// any other fault.
+    /// Makes the encoder lose this share of its edges from now on (0 to 1), as with a worn disc or a weak
+    /// receiver. Replaces any other fault.
     pub fn set_edge_loss(&mut self, share: f64) {
         self.set_fault(SensorFault::None);
         if share > 0.0 {
@@ -82,12 +84,12 @@ impl Encoder {
         }
     }
 
-    /// The fault in force.
+    /// The present fault.
     pub fn fault(&self) -> SensorFault {
         self.fault
     }
 
-    /// The millisecond of the last advance. Steps' lengths are rounded: a nanosecond of slack.
+    /// The millisecond of the last advance. A nanosecond of slack allows for the rounding of the steps.
     fn time_ms(&self) -> u64 {
         (self.time_s * 1e3 + 1e-6) as u64
     }
@@ -97,9 +99,9 @@ impl Encoder {
     pub fn advance(&mut self, angle_rad: f64, time_s: f64) {
         self.time_s = time_s;
         let counts = angle_rad * self.counts_per_rad;
-        // Towards minus infinity, without a call.
+        // Rounds towards minus infinity without a function call.
         let cut = counts as i64;
-        // A shaft that left every range wraps: the plant itself reports that.
+        // The count of a shaft beyond every range wraps; the plant reports that case elsewhere.
         let truth = cut.wrapping_sub(i64::from(cut as f64 > counts));
         let edges = truth.wrapping_sub(self.truth);
         self.truth = truth;
@@ -114,7 +116,7 @@ impl Encoder {
                 self.counted += self.half_edges / 2;
                 self.half_edges %= 2;
             }
-            // One channel dead: the counter goes back and forth by one with the other's edges.
+            // With one dead channel, the other channel's edges move the counter back and forth by one.
             CountLaw::Fault(SensorFault::Stuck) => self.counted += edges.rem_euclid(2) * (1 - 2 * truth.rem_euclid(2)),
             CountLaw::Fault(SensorFault::Garbage) => self.counted += i64::from((self.noise.bits() >> 52) as i16) - 2048,
             CountLaw::Fault(SensorFault::Off) => {}
@@ -124,38 +126,38 @@ impl Encoder {
                 }
             }
         }
-        // A fault begins with a history of its own, so nobody else needs one.
+        // A fault starts with its own history, so no history is kept without the fault.
         if self.fault == SensorFault::Delayed {
             self.remember();
         }
     }
 
-    /// Keeps what has been counted, once a millisecond.
+    /// Stores the count once per millisecond.
     fn remember(&mut self) {
         let time_ms = self.time_ms();
         if time_ms > self.history_ms {
             self.history_ms = time_ms;
             self.oldest = (self.oldest + 1) % DELAYED_COUNTS;
-            // The newest takes the place of the oldest.
+            // The newest count replaces the oldest.
             self.history[(self.oldest + DELAYED_COUNTS - 1) % DELAYED_COUNTS] = self.counted;
         }
     }
 
-    /// What a lossy encoder counts of `edges`: their number less the share lost, drawn so that the mean is
+    /// The number of `edges` that a lossy encoder counts: the lost share is drawn so that the mean is
     /// exact.
     fn kept(&mut self, edges: i64, share: f64) -> i64 {
         let draw = (self.noise.bits() >> 11) as f64 / (1_u64 << 53) as f64;
-        // Up or down to whole edges, so that the mean is what is due.
+        // Rounds randomly to whole edges, so that the mean is exact.
         let now = (share * edges.unsigned_abs() as f64 + draw) as u64;
         edges.signum() * (edges.unsigned_abs() - now).cast_signed()
     }
 
-    /// Counts the joint has really turned through.
+    /// Counts through which the joint has really turned.
     pub fn true_counts(&self) -> i64 {
         self.truth
     }
 
-    /// What the counter has counted, faults included, before it wraps.
+    /// Counts that the counter has registered, faults included, before it wraps.
     pub fn counted(&self) -> i64 {
         match self.fault {
             SensorFault::Delayed => self.history[self.oldest],
@@ -177,7 +179,7 @@ mod tests {
         Encoder::new(1024.0, 43.0, Noise::new(1, 0))
     }
 
-    /// Turns the joint at a constant rate for 200 ms and says what was counted.
+    /// Turns the joint at a constant rate for 200 ms and returns the counts.
     fn turn(encoder: &mut Encoder, from_ms: u64, rate_counts_per_ms: f64) -> i64 {
         let before = encoder.counted();
         for ms in from_ms + 1..=from_ms + 200 {
@@ -235,7 +237,7 @@ mod tests {
                 }
                 let expected = (1.0 - share) * rate * 4000.0;
                 let found = e.counted() as f64;
-                // Four standard deviations of 4000 roundings, at most half a count each.
+                // Four standard deviations of 4000 roundings of at most half a count each.
                 assert!(
                     (found - expected).abs() <= 4.0 * 0.5 * 4000.0_f64.sqrt(),
                     "{share} at {rate}: {found} of {expected}"

@@ -3,31 +3,32 @@
 /// A fault of one sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SensorFault {
-    /// Works.
+    /// The sensor works.
     #[default]
     None,
-    /// No supply or a broken wire: nothing comes.
+    /// No supply or a broken wire: no data arrive.
     Off,
-    /// Answers, but what it says no longer changes.
+    /// The sensor answers, but its data no longer change.
     Stuck,
-    /// Answers noise.
+    /// The sensor answers with noise.
     Garbage,
-    /// Mounted or wired the wrong way round.
+    /// The sensor is mounted or wired the wrong way round.
     WrongSign,
     /// Too slow: an encoder loses every other edge, an IMU measures at a sixteenth of its rate.
     Slow,
-    /// What it says is [`DELAY_MS`] old.
+    /// The data are [`DELAY_MS`] old.
     Delayed,
-    /// Works and is off by turns, [`INTERMITTENT_MS`] each.
+    /// The sensor alternately works and is off, [`INTERMITTENT_MS`] each.
     Intermittent,
-    /// An IMU's accelerometer is dead and its gyro works: every force reads zero. An encoder has none and works.
+    /// An IMU's accelerometer is dead while its gyro works: every force reads zero. An encoder has no
+    /// accelerometer and works.
     NoForce,
 }
 
-/// Age of what a [`SensorFault::Delayed`] sensor says, in ms.
+/// Age of the data of a [`SensorFault::Delayed`] sensor, in ms.
 pub const DELAY_MS: u32 = 50;
 
-/// Length of each turn of a [`SensorFault::Intermittent`] sensor, in ms.
+/// Length of each phase of a [`SensorFault::Intermittent`] sensor, in ms.
 pub const INTERMITTENT_MS: u32 = 20;
 
 impl SensorFault {
@@ -64,7 +65,7 @@ impl SensorFault {
         Self::ALL.into_iter().find(|fault| fault.name() == name)
     }
 
-    /// Whether the sensor is dead at `time_ms`: [`SensorFault::Off`], or the off turn of
+    /// Whether the sensor is dead at `time_ms`: [`SensorFault::Off`], or the off phase of
     /// [`SensorFault::Intermittent`].
     pub fn is_dead_at(self, time_ms: u64) -> bool {
         match self {

@@ -1,40 +1,41 @@
-//! A gearbox with play and stiffness: the rotor turns by itself, and drives the joint through its teeth.
+//! A gearbox with play and stiffness: the rotor is a separate body that drives the joint through the teeth.
 //!
-//! Angles, rates and inertias are at the gearbox output and relative to the arm, as the joint's are. With
-//! rotor angle rho, joint angle j and twist s = rho - j, the teeth carry
+//! Angles, rates and inertias are given at the gearbox output and relative to the arm, like those of the
+//! joint. With rotor angle rho, joint angle j and twist s = rho - j, the teeth carry
 //!
 //! ```text
 //! T = k (s - b/2) + d s'   while s > b/2 and T > 0,
 //! T = k (s + b/2) + d s'   while s < -b/2 and T < 0,   else 0
 //! ```
 //!
-//! and the rotor obeys `J rho'' = T_motor - T`, whose J is the n^2 J_rotor that a rigid gearbox adds to the
-//! joint. Friction stays at the output, where the vehicle file has it.
+//! and the rotor obeys `J rho'' = T_motor - T`, where J is the n^2 J_rotor that a rigid gearbox adds to the
+//! joint. Friction acts at the output, as in the vehicle file.
 //!
 //! # Step
-//! The motor's law is linear in the rotor's rate, the teeth's law on one flank linear in both, so the
-//! rotor's rate at the end of the substep can be eliminated: what is left is a torque on the joint that is
-//! linear in the joint's rate, which the body solves with everything else. The teeth act with the twist
-//! and its rate at the middle of the substep (energy is kept), at its end where they are too stiff to be
-//! resolved (unconditionally stable). Which flank touches is found with the body's answer, in a few
-//! repetitions of the substep.
+//! The motor's law is linear in the rotor's rate, and the teeth's law on one flank is linear in both rates.
+//! The rotor's rate at the end of the substep can therefore be eliminated. The result is a torque on the
+//! joint that is linear in the joint's rate; the body solves this torque together with its own equations.
+//! The teeth act with the twist and its rate at the middle of the substep (energy is conserved), or at its
+//! end where the teeth are too stiff to be resolved (unconditionally stable). A few repetitions of the
+//! substep determine which flank touches.
 
 use model::sample::MOTORS;
 
 use crate::body::{Body, JointTorque};
 use crate::terrain::Ground;
 
-/// Largest number of repetitions of a substep; two flanks on two sides have nine states.
+/// Largest number of repetitions of a substep; the contact states of two gearboxes have nine combinations.
 const REPETITIONS_MAX: usize = 10;
-/// Smallest inertia of a rotor, in kg m^2 at the output: a rotor without any would have no equation.
+/// Smallest inertia of a rotor, in kg m^2 at the output: a rotor without inertia would have no equation of
+/// motion.
 const ROTOR_MIN_KG_M2: f64 = 1e-6;
-/// Geared joints: the drives, left and right.
+/// Number of geared joints: the left and the right drive.
 pub(crate) const GEARS: usize = 2;
 
-/// How the teeth touch.
+/// The contact state of the teeth.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Flank {
-    /// Not at all.
+    /// The teeth do not touch.
     Free,
     /// The rotor drives forward.
     Forward,
@@ -52,7 +53,7 @@ impl Flank {
     }
 }
 
-/// What the motor does within a substep: its linear law, or the torque at a limit.
+/// The motor's law within a substep: `None` for the linear law, or the torque at a limit.
 type MotorLaw = Option<f64>;
 
 /// One gearbox and its rotor.
@@ -63,7 +64,7 @@ pub(crate) struct Gear {
     damping: f64,
     /// Rotor inertia at the output.
     rotor: f64,
-    /// Of the wheel at least: what the teeth move on the other side.
+    /// Inertia on the joint's side of the teeth: at least that of the wheel.
     joint: f64,
     angle: f64,
     rate: f64,
@@ -115,12 +116,12 @@ impl Gear {
         self.rate
     }
 
-    /// Its mean over the last substep, as the motor felt it.
+    /// Mean rate of the rotor over the last substep, as used in the motor's law.
     pub(crate) fn mean_rate(&self) -> f64 {
         self.mean_rate
     }
 
-    /// How far into the substep teeth and motor act: in its middle, or at its end where they are stiff.
+    /// Share of the substep at which teeth and motor act: the middle, or the end where they are stiff.
     fn weights(&self, h: f64, motor: &JointTorque) -> (f64, f64) {
         let reduced = self.rotor * self.joint / (self.rotor + self.joint);
         let teeth = if h * (h * self.stiffness + self.damping) < reduced {
@@ -161,8 +162,8 @@ impl Gear {
         }
     }
 
-    /// Whether the body's answer, a joint that gained `y` of rate, agrees with the flank and the motor's
-    /// branch assumed; takes on those it asks for.
+    /// Whether the body's solution, in which the joint gained the rate `y`, agrees with the assumed flank
+    /// and motor branch. Otherwise adopts the flank and the branch of the solution.
     fn agrees(&mut self, h: f64, motor: &JointTorque, joint: (f64, f64), y: f64) -> bool {
         let (teeth, drive) = self.weights(h, motor);
         let e = self.eliminate(h, motor, joint);
@@ -184,7 +185,7 @@ impl Gear {
         let torque = motor.constant_n_m - motor.damping_n_m_s * (self.rate + drive * x);
         let held = (torque.abs() > motor.limit_n_m).then(|| motor.limit_n_m.copysign(torque));
         let agrees = flank == self.flank && held == self.held;
-        // From one limit past the other lies the linear law.
+        // The linear law lies between the two limits.
         self.held = if matches!((self.held, held), (Some(a), Some(b)) if a != b) {
             None
         } else {
@@ -194,7 +195,7 @@ impl Gear {
         agrees
     }
 
-    /// Moves the rotor by the substep whose joint gained `y`.
+    /// Advances the rotor by the substep in which the joint gained the rate `y`.
     fn finish(&mut self, h: f64, motor: &JointTorque, joint: (f64, f64), y: f64) {
         let (_, drive) = self.weights(h, motor);
         let e = self.eliminate(h, motor, joint);
@@ -205,7 +206,7 @@ impl Gear {
     }
 }
 
-/// Puts the rotors' rates in place of the joints'.
+/// Replaces the joints' rates by the rotors' rates.
 pub(crate) fn overwrite(rates: &mut [f64; MOTORS], gears: &[Option<Gear>; GEARS], of: fn(&Gear) -> f64) {
     for (rate, gear) in rates.iter_mut().zip(gears) {
         if let Some(gear) = gear {
@@ -214,7 +215,7 @@ pub(crate) fn overwrite(rates: &mut [f64; MOTORS], gears: &[Option<Gear>; GEARS]
     }
 }
 
-/// One substep of the body whose drives (left, right) have gearboxes where there is a `Gear`.
+/// One substep of a body whose drives (left, right) have a gearbox with play where `gears` has a `Gear`.
 pub(crate) fn step(
     h: f64,
     body: &mut Body,
@@ -238,7 +239,7 @@ pub(crate) fn step(
         for (i, gear) in gears.iter().enumerate() {
             if let Some(gear) = gear {
                 let e = gear.eliminate(h, &motors[i], before[i]);
-                // The mean rate is that at the start and a part of the gain.
+                // The mean rate is the initial rate plus a part of the gain.
                 let damping = e.slope / weights[i];
                 joints[i].constant_n_m = e.torque + damping * before[i].1;
                 joints[i].damping_n_m_s = damping;
@@ -257,7 +258,7 @@ pub(crate) fn step(
             }
         }
         if agree || repetition + 1 == REPETITIONS_MAX {
-            // Moved on the flanks that the body has felt.
+            // The rotors advance on the flanks of the body's last solution.
             for (i, (gear, felt)) in gears.iter_mut().zip(last).enumerate() {
                 if let (Some(gear), Some(mut felt)) = (gear, felt) {
                     felt.finish(h, &motors[i], before[i], body.joint_rate(i) - before[i].1);

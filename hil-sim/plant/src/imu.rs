@@ -1,8 +1,8 @@
-//! The motion that an IMU feels at its place, and the analogue side of the sensor: low-pass, bias and noise.
+//! The motion that an IMU feels at its position, and the analogue part of the sensor: low-pass, bias and noise.
 //!
-//! Axes: x forward, y left, z up while the body that carries it hangs (or stands) straight. The arm and
-//! the spar swing forward with a positive angle, which is a rotation about -y: gyro y reads minus the
-//! angle's rate, and yaw about the plane's normal shows in x and z as the body leaves the normal.
+//! Axes: x forward, y left, z up while the body that carries the IMU hangs (or stands) vertically. The arm and the spar
+//! swing forward with a positive angle, which is a rotation about -y: gyro y reads minus the angle's rate, and yaw
+//! about the plane's normal appears in x and z according to the body's angle from the normal.
 
 mod fault;
 pub mod imperfection;
@@ -27,12 +27,12 @@ pub struct Motion {
     pub rate: [f64; 3],
 }
 
-/// The motion felt at `radius_m` from the axle towards the hanging end of a swinging body (negative:
-/// above the axle), on an axle with these `speeds` and `accelerations` ([`super::body`]).
+/// The motion at `radius_m` from the axle towards the hanging end of a swinging body (negative above the axle), for an
+/// axle with these `speeds` and `accelerations` ([`super::body`]).
 ///
 /// The velocity of that place is `(u + a') e1 + (w + yaw a) e2 + (v_z + b') e3` with a = radius sin,
-/// b = -radius cos in axes that turn with the yaw rate; its derivative there, gravity taken off, is
-/// turned into the body's axes.
+/// b = -radius cos in axes that turn with the yaw rate; the result is the derivative of this velocity less gravity, in
+/// the body's axes.
 #[inline]
 pub fn motion_at(
     radius_m: f64,
@@ -66,16 +66,15 @@ pub struct ImuErrors {
     /// Accelerometer noise density in m/s^2/sqrt(Hz). Data sheet: 70 ug/sqrt(Hz).
     pub accel_noise: f64,
     /// Standard deviation of each gyro axis's bias in rad/s, drawn once. Data sheet: +-0.5 deg/s initial,
-    /// taken as three standard deviations.
+    /// interpreted as three standard deviations.
     pub gyro_bias: f64,
-    /// Standard deviation of each accelerometer axis's bias in m/s^2. The data sheet's +-20 mg is before
-    /// the zero-g calibration that any vehicle with a tilt estimate needs; 2 mg is what such a
-    /// calibration leaves over temperature.
+    /// Standard deviation of each accelerometer axis's bias in m/s^2. The data sheet's +-20 mg applies before the
+    /// zero-g calibration that any vehicle with a tilt estimate needs; such a calibration leaves 2 mg over temperature.
     pub accel_bias: f64,
 }
 
 impl ImuErrors {
-    /// A perfect sensor, for tests and to separate one error from another.
+    /// A perfect sensor, for tests and for separating errors.
     pub const NONE: Self = Self {
         gyro_noise: 0.0,
         accel_noise: 0.0,
@@ -97,9 +96,9 @@ impl Default for ImuErrors {
     }
 }
 
-/// Second-order Butterworth low-pass (the part's filter), exact for an input that stands still within each step, and so
-/// for the mean of one that moves. With the input `u`, the output `y` and `w` the corner's angular frequency,
-/// `y'' + sqrt(2) w y' + w^2 (y - u) = 0`.
+/// Second-order Butterworth low-pass (the part's filter), exact for an input that is constant within each step, and
+/// therefore driven by the mean of the input. With the input `u`, the output `y` and `w` the corner's angular
+/// frequency, `y'' + sqrt(2) w y' + w^2 (y - u) = 0`.
 #[derive(Debug, Clone, Copy)]
 pub struct Butterworth {
     corner_hz: f64,
@@ -108,7 +107,7 @@ pub struct Butterworth {
     keep: f64,
     swap: f64,
     turn: f64,
-    /// Of each channel: y and v.
+    /// The states y and v of each channel.
     output: [f64; 6],
     rate: [f64; 6],
 }
@@ -156,7 +155,7 @@ impl Butterworth {
             self.swap = decay * SQRT_2 * sin;
             self.turn = decay * (cos - sin);
         }
-        // Arrays of one kind each: two channels go through one instruction.
+        // Separate arrays of each quantity let one instruction process two channels.
         let (output, rate) = (self.output, self.rate);
         for i in 0..6 {
             let error = output[i] - input[i];
@@ -166,7 +165,7 @@ impl Butterworth {
         self.output
     }
 
-    /// Starts with the output settled at `input`.
+    /// Sets the filter to the steady state of `input`.
     pub fn settle(&mut self, input: &[f64; 6]) {
         self.output = *input;
         self.rate = [0.0; 6];
@@ -196,11 +195,11 @@ fn noise_deviations(errors: &ImuErrors, corner_hz: f64) -> [f64; 2] {
     [errors.accel_noise * root_bandwidth, errors.gyro_noise * root_bandwidth]
 }
 
-/// Temperature of a part that nothing was said of, in C.
+/// Default temperature of a part, in C.
 const TEMPERATURE_C: f64 = 30.0;
 
 impl ImuSensor {
-    /// A sensor that draws its biases, and then its noise, from `noise`.
+    /// A sensor that draws first its biases and then its noise from `noise`.
     pub fn new(errors: ImuErrors, corner_hz: f64, mut noise: Noise) -> Self {
         let bias = core::array::from_fn(|i| {
             let deviation = if i < 3 { errors.accel_bias } else { errors.gyro_bias };
@@ -219,7 +218,7 @@ impl ImuSensor {
         }
     }
 
-    /// Mounts the sensor as `settings` say.
+    /// Mounts the sensor according to `settings`.
     pub fn mount(&mut self, settings: &ImuSettings) {
         self.temperature = Temperature::steady(settings.temperature_c);
         if *settings != ImuSettings::default() {
@@ -233,7 +232,7 @@ impl ImuSensor {
         self.imperfection.get_or_insert_with(perfect).vibration = *vibration;
     }
 
-    /// Warms or cools the sensor from `now_s` on.
+    /// Brings the sensor to the temperature `to_c` within `over_s` seconds from `now_s`.
     pub fn heat(&mut self, now_s: f64, to_c: f64, over_s: f64) {
         self.temperature.ramp(now_s, to_c, over_s);
     }
@@ -243,17 +242,17 @@ impl ImuSensor {
         self.temperature.at(now_s)
     }
 
-    /// Fails the sensor or repairs it.
+    /// Makes the sensor fail, or repairs it.
     pub fn set_fault(&mut self, fault: SensorFault) {
         self.faults.set(fault);
     }
 
-    /// The fault in force.
+    /// The present fault.
     pub fn fault(&self) -> SensorFault {
         self.faults.fault()
     }
 
-    /// One tick of the sensor's clock at `now_s`: what it gives, faults included, or `None` when it takes no
+    /// One tick of the sensor's clock at `now_s`: returns the sample, faults included, or `None` if the sensor takes no
     /// sample.
     #[inline]
     pub fn sample(&mut self, now_s: f64) -> Option<ImuChannels> {
@@ -264,7 +263,7 @@ impl ImuSensor {
         Some(self.faults.give(measured, &mut self.noise))
     }
 
-    /// The biases drawn.
+    /// The drawn biases.
     pub fn bias(&self) -> &[f64; 6] {
         &self.bias
     }
@@ -286,14 +285,14 @@ impl ImuSensor {
         let (f, w) = (&motion.specific_force, &motion.rate);
         let input = [f[0], f[1], f[2], w[0], w[1], w[2]];
         if !self.settled {
-            // The sensor had settled before the simulation began.
+            // The filter is in its steady state when the simulation begins.
             self.settled = true;
             self.filter.settle(&input);
         }
         self.filter.advance(h, &input);
     }
 
-    /// Measures: the filtered motion as the sensor sees it, with bias and fresh noise.
+    /// Measures the filtered motion with the sensor's imperfections, bias and new noise.
     #[inline]
     fn measure(&mut self, now_s: f64) -> ImuChannels {
         let seen = match &self.imperfection {

@@ -1,12 +1,12 @@
-//! The physical vehicle and its ground, around which a board closes its control loops.
+//! Simulation of the physical vehicle and its ground. A board closes its control loops around this plant.
 //!
 //! [`Plant`] joins the bodies ([`body`]), the ground ([`terrain`]), motors and battery ([`motor`]),
-//! encoders ([`encoder`]) and two IMUs ([`imu`], [`icm42688p`]). [`settings`] and the methods of [`Plant`]
-//! that follow a scenario's steps make it other than its vehicle file says. A board, virtual or emulated, sets the
-//! bridges, advances the plant, and reads the sensors; everything is deterministic from one seed.
+//! encoders ([`encoder`]) and two IMUs ([`imu`], [`icm42688p`]). [`settings`] and the methods for a scenario's steps make
+//! the plant differ from its vehicle file. A board, virtual or emulated, sets the bridges, advances the plant, and reads
+//! the sensors; one seed makes the whole plant deterministic.
 //!
-//! A disarmed vehicle gets no help: with its bridges open nothing but gearbox friction and damping acts
-//! on the wheels, and on a slope it rolls away. Chocks hold the vehicle in a scenario that needs it to stand.
+//! The plant does not hold a disarmed vehicle: with open bridges only gearbox friction and damping act on the wheels, and
+//! on a slope the vehicle rolls away. Chocks hold the vehicle in a scenario that needs it to stand.
 
 #![forbid(unsafe_code)]
 
@@ -51,9 +51,9 @@ pub use truth::{Glance, Truth};
 pub use validity::Invalid;
 use wiring::Wiring;
 
-/// Longest substep of a vehicle that rolls on a plane, in s; half of it where the wheels slip or lift, the ground rises,
-/// something acts from outside, or a gearbox has play. Against substeps ten times shorter the reference vehicle differs
-/// by less than the tests state.
+/// Longest substep of a vehicle that rolls on a plane, in s; half of this value where the wheels slip or lift, the ground
+/// rises, an external force acts, or a gearbox has play. The tests state bounds for the difference from substeps ten
+/// times shorter.
 pub const SUBSTEP_S: f64 = 0.001;
 
 /// Current that the board and its sensors draw, in A.
@@ -65,7 +65,7 @@ fn shaft_angle(body: &Body, gears: Option<&[Option<Gear>; GEARS]>, motor: usize)
     gear.map_or_else(|| body.joint_angle(motor), Gear::angle)
 }
 
-/// The simulated vehicle in its world.
+/// The simulated vehicle and its ground.
 #[derive(Debug, Clone)]
 pub struct Plant {
     body: Body,
@@ -79,12 +79,12 @@ pub struct Plant {
     spar_radius_m: f64,
     has_spar: bool,
     analog: AnalogConverter,
-    /// Where any drive's gearbox has play: left, right.
+    /// The gearboxes with play, left and right; `None` if no gearbox has play.
     gears: Option<Box<[Option<Gear>; GEARS]>>,
     wiring: Wiring,
     bridge_heat: BridgeHeat,
     supply: Supply,
-    /// When the push in force ends.
+    /// Time at which the present push ends.
     push_until_s: f64,
     time_s: f64,
     battery_v: f64,
@@ -94,15 +94,15 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// Counters start at zero wherever the joints stand.
+    /// The counters start at zero, whatever the joints' angles.
     fn rest_encoders(&mut self) {
         for index in [RIGHT, LEFT] {
             self.body.state_mut().0[index] = -self.body.position()[PHI];
         }
     }
 
-    /// Puts the vehicle at rest at (x, y) with a heading, everything hanging from the vertical. Encoder
-    /// counters keep their counts.
+    /// Puts the vehicle at rest at (x, y) with a heading. Arm, spar and ballast hang vertically, and the encoder counters
+    /// keep their counts.
     pub fn place(&mut self, x_m: f64, y_m: f64, heading_rad: f64) {
         let joints: [f64; 2] = core::array::from_fn(|i| self.body.joint_angle(i));
         self.body.place(&self.ground, x_m, y_m, heading_rad);
@@ -112,12 +112,12 @@ impl Plant {
         position[RIGHT] = joints[1] - phi;
     }
 
-    /// Longest substep from now on, in s, as [`SUBSTEP_S`]: a shorter one for reference runs.
+    /// Sets the longest substep, in s, in place of [`SUBSTEP_S`]; reference runs use a shorter substep.
     pub fn set_substep_s(&mut self, substep_s: f64) {
         self.substep_s = substep_s;
     }
 
-    /// Advances by `dt_s` seconds with the bridges held, in the order of [`model::sample::Motor`].
+    /// Advances by `dt_s` seconds with constant `bridges`, in the order of [`model::sample::Motor`].
     #[inline]
     pub fn advance(&mut self, dt_s: f64, bridges: &[BridgeState; MOTORS]) {
         if dt_s <= 0.0 || self.invalid.is_some() {
@@ -153,7 +153,7 @@ impl Plant {
         }
     }
 
-    /// The bridges as the motors feel them: as they are, or put into `changed`.
+    /// The bridge states that act on the motors: the given states, or a changed copy in `changed`.
     #[inline]
     fn connected<'a>(
         &self,
@@ -171,7 +171,7 @@ impl Plant {
         changed
     }
 
-    /// Several substeps of `h` seconds. Apart from the one that a vehicle on a plane takes.
+    /// Several substeps of `h` seconds. Not inlined: a vehicle on a plane takes only one substep.
     #[inline(never)]
     fn substeps(&mut self, count: u64, h: f64, bridges: &[BridgeState; MOTORS]) {
         for _ in 0..count {
@@ -214,14 +214,14 @@ impl Plant {
         self.feel(h);
     }
 
-    /// Lets the IMUs feel the last substep.
+    /// Passes the motion of the last substep to the IMUs.
     #[inline]
     fn feel(&mut self, h: f64) {
         let (u, a, gravity) = (self.body.mean_speed(), self.body.acceleration(), self.body.gravity());
         let arm = motion_at(self.arm_radius_m, &self.body.arm_swing(), u, a, &gravity);
         self.arm_imu.advance(h, &arm);
         if self.has_spar {
-            // The spar's angle is that of its lower end; the IMU sits above the axle.
+            // The spar's angle is that of its lower end, and the spar IMU is above the axle.
             let spar = motion_at(-self.spar_radius_m, &self.body.spar_swing(), u, a, &gravity);
             self.spar_imu.advance(h, &spar);
         }
@@ -237,25 +237,25 @@ impl Plant {
         core::array::from_fn(|i| self.encoders.get(i).map_or(0, Encoder::counter))
     }
 
-    /// An encoder, for its true count.
+    /// The encoder of a motor.
     pub fn encoder(&self, motor: Motor) -> &Encoder {
         &self.encoders[motor as usize]
     }
 
-    /// An encoder, to fail it.
+    /// The encoder of a motor, mutable.
     pub fn encoder_mut(&mut self, motor: Motor) -> &mut Encoder {
         &mut self.encoders[motor as usize]
     }
 
-    /// One conversion of the analogue inputs to raw counts ([`model::board::BoardScales`]), with the converter's
-    /// noise, saturated at its range: of the means over the last substep.
+    /// One conversion of the analogue inputs to raw counts ([`model::board::BoardScales`]), with the converter's noise,
+    /// saturated at its range. The converter samples the means over the last substep.
     pub fn analog(&mut self) -> Analog<u16> {
         self.convert(self.battery_v, self.bridge_current_a())
     }
 
-    /// As [`Plant::analog`] after [`Plant::advance`] by `dt_s` seconds, a part of a substep, but the plant stays where it
-    /// is: the joints are taken to turn on as they did, which over so short a time changes a current by less than the
-    /// converter's noise. `None` where that does not hold and the plant has to advance.
+    /// Like [`Plant::analog`] after [`Plant::advance`] by `dt_s` seconds, a part of a substep, but without advancing the
+    /// plant. The joints are assumed to keep their rates, which over so short a time changes a current by less than the
+    /// converter's noise. `None` if this assumption fails and the plant has to advance.
     #[inline]
     pub fn analog_after(&mut self, dt_s: f64, bridges: &[BridgeState; MOTORS]) -> Option<Analog<u16>> {
         let smooth = self.body.rolled() && self.gears.is_none() && self.invalid.is_none();
@@ -288,22 +288,22 @@ impl Plant {
         &mut self.arm_imu
     }
 
-    /// The IMU on the camera spar. Without a spar there is none: its bus floats.
+    /// The IMU on the spar. Without a spar there is no IMU, and its bus floats.
     pub fn spar_imu(&mut self) -> Option<&mut Icm42688pModel> {
         self.has_spar.then_some(&mut self.spar_imu)
     }
 
-    /// The battery, to drain or weaken it.
+    /// The battery, mutable.
     pub fn battery_mut(&mut self) -> &mut Battery {
         &mut self.battery
     }
 
-    /// The bodies, for tests and for states that no sensor sees.
+    /// The bodies, for tests and for states that no sensor shows.
     pub fn body(&self) -> &Body {
         &self.body
     }
 
-    /// The bodies, to set a state.
+    /// The bodies, mutable, to set a state.
     pub fn body_mut(&mut self) -> &mut Body {
         &mut self.body
     }
@@ -313,13 +313,13 @@ impl Plant {
         &self.ground
     }
 
-    /// The true state of the world.
+    /// The true state of vehicle and ground.
     pub fn truth(&self) -> Truth {
         self.glance().truth()
     }
 
-    /// The true state of the world, as far as it needs no angle of the vertical: for an observer who looks often, and
-    /// asks for the truth of few glances.
+    /// The part of the true state that needs no angle of the vertical, for an observer who looks often and needs the
+    /// whole truth seldom.
     #[inline]
     pub fn glance(&self) -> Glance {
         Glance {

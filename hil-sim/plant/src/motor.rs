@@ -1,17 +1,17 @@
 //! Brushed DC motors on H-bridges, and the battery they share.
 //!
-//! A bridge is averaged over its PWM period: it holds `duty x battery` at the motor, or is open, when
-//! only its body diodes conduct. The armature is `L i' = V - R i - K omega`; over a substep with the mean
-//! rate of the joint it has the exact solution
+//! The model averages a bridge over its PWM period: the bridge applies `duty x battery` to the motor, or is
+//! open, and then only its body diodes conduct. The armature obeys `L i' = V - R i - K omega`. Over a
+//! substep with the joint's mean rate the exact solution is
 //!
 //! ```text
 //! i(h)    = i_inf (1 - E) + i(0) E,      i_inf = (V - K omega) / R,  E = exp(-h R / L)
 //! mean(i) = i_inf (1 - P) + i(0) P,      P = (L / R h) (1 - E)
 //! ```
 //!
-//! so the torque is linear in the mean rate and the body solves for both at once: back-EMF is implicit
-//! and no substep is too long for it. With L = 0 both E and P vanish: the quasi-static motor.
-//! Rates and torques are at the gearbox output.
+//! so the torque is linear in the mean rate and the body solves for both at once: the back-EMF is implicit,
+//! so no substep is too long for it. With L = 0 both E and P vanish, which is the quasi-static motor. Rates
+//! and torques are at the gearbox output.
 
 mod battery;
 #[cfg(test)]
@@ -28,11 +28,11 @@ pub enum BridgeState {
     /// All four transistors off: current flows only through the body diodes.
     #[default]
     Open,
-    /// This share of the battery voltage, -1 to 1, forward positive.
+    /// The bridge applies this share of the battery voltage, -1 to 1, forward positive.
     Duty(f64),
     /// A lead is broken: no current, whatever the bridge does.
     Disconnected,
-    /// The leads touch each other: the motor brakes itself, and a bridge at this duty chops into the short.
+    /// The leads touch each other: the motor brakes, and the bridge chops into the short at this duty.
     Shorted(f64),
 }
 
@@ -45,7 +45,7 @@ pub const DIODES_V: f64 = 1.6;
 /// A motor with its gearbox.
 #[derive(Debug, Clone)]
 pub struct DcMotor {
-    /// Torque at the output an ampere, and back-EMF a rad/s of the output.
+    /// Torque at the output per ampere, and back-EMF per rad/s of the output.
     torque_constant: f64,
     back_emf: f64,
     resistance: f64,
@@ -53,7 +53,7 @@ pub struct DcMotor {
     coulomb: f64,
     /// Current at which the bridge's own hardware chops.
     chop_a: f64,
-    /// Of the present substep, and of one of another length before it.
+    /// The coefficients of the present substep, and of an earlier substep of another length.
     armature: Armature,
     other: Armature,
     current: f64,
@@ -67,7 +67,7 @@ pub struct DcMotor {
     short_a: Option<f64>,
 }
 
-/// How an armature answers within a substep of one length.
+/// The armature's coefficients for a substep of one length.
 #[derive(Debug, Clone, Copy, Default)]
 struct Armature {
     /// The substep's length.
@@ -98,24 +98,24 @@ impl Armature {
         }
     }
 
-    /// The mean current from `current` on, at `volts` against a back-EMF of `emf`.
+    /// The mean current, starting from `current`, at `volts` against a back-EMF of `emf`.
     #[inline]
     fn average(&self, current: f64, volts: f64, emf: f64) -> f64 {
         (volts - emf) * self.mean_conductance + current * self.share
     }
 }
 
-/// How the motor behaves within one substep.
+/// The motor's law within one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum CurrentLaw {
     /// Mean and final current do not depend on the rate.
     Current {
-        /// Mean over the substep.
+        /// Mean current over the substep.
         mean: f64,
-        /// At its end.
+        /// Current at the end of the substep.
         end: f64,
     },
-    /// A voltage at the terminals. `rectified` is the sign the current keeps to (0: either).
+    /// A voltage at the terminals. `rectified` is the only allowed sign of the current (0 allows both).
     Voltage { volts: f64, rectified: f64 },
 }
 
@@ -150,7 +150,7 @@ impl DcMotor {
         self.mean_current
     }
 
-    /// Current through the bridge, which the board measures: the armature's, but for a short.
+    /// Current through the bridge, which the board measures: the armature's current, except with a short.
     pub fn bridge_current_a(&self) -> f64 {
         self.short_a.unwrap_or(self.mean_current)
     }
@@ -160,7 +160,8 @@ impl DcMotor {
         self.torque_constant * self.mean_current
     }
 
-    /// Current the battery gave this motor over the last substep (negative: taken back).
+    /// Current from the battery to this motor over the last substep (negative while the motor returns
+    /// current).
     pub fn battery_current_a(&self) -> f64 {
         match self.short_a {
             None => self.battery_share * self.mean_current,
@@ -168,7 +169,7 @@ impl DcMotor {
         }
     }
 
-    /// Makes the armature that of a substep of `h` seconds.
+    /// Sets the armature's coefficients to those of a substep of `h` seconds.
     #[inline]
     fn prepare(&mut self, h: f64) {
         if self.armature.step != h {
@@ -177,7 +178,8 @@ impl DcMotor {
         }
     }
 
-    /// The armature over `h`. Two lengths may take turns: that of the substeps, and that of a look ahead.
+    /// The armature's coefficients for `h`. Two lengths are kept, because substeps and look-aheads may
+    /// alternate.
     #[inline]
     fn look_ahead(&mut self, h: f64) -> &Armature {
         if self.armature.step == h {
@@ -189,8 +191,8 @@ impl DcMotor {
         &self.other
     }
 
-    /// Mean current through the bridge over the next `h` seconds, if the joint's mean rate is `rate`. What
-    /// [`Battery::terminal_v`] worked out for the same `h` is used.
+    /// Mean current through the bridge over the next `h` seconds, if the joint's mean rate is `rate`. The
+    /// function uses the coefficients that [`Battery::terminal_v`] computed for the same `h`.
     #[inline]
     pub fn mean_current_after(&mut self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> f64 {
         if let BridgeState::Duty(duty) = bridge {
@@ -201,7 +203,7 @@ impl DcMotor {
         self.step_ahead(h, bridge, battery_v, rate)
     }
 
-    /// The mean current of a substep that is tried on a copy of the motor.
+    /// The mean current of a substep that is simulated on a copy of the motor.
     #[cold]
     fn step_ahead(&self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> f64 {
         let mut ahead = self.clone();
@@ -210,8 +212,8 @@ impl DcMotor {
         ahead.bridge_current_a()
     }
 
-    /// What this motor will take from the battery over a substep as `a + b V` of the battery's voltage, at
-    /// the joint's rate `rate`; `last_v` decides whether the bridge will chop.
+    /// The motor's current from the battery over a substep as a linear function `a + b V` of the battery's
+    /// voltage, at the joint's rate `rate`. `last_v` decides whether the bridge chops.
     #[inline]
     fn battery_load(&mut self, h: f64, bridge: BridgeState, last_v: f64, rate: f64) -> (f64, f64) {
         let Armature {
@@ -239,7 +241,7 @@ impl DcMotor {
 
     /// Begins a substep of `h` seconds: the torque law of the joint under `bridge` at the battery's
     /// voltage, as far as the joint's present `rate` shows which branch applies.
-    // One call in a substep, and one that is rare: inlined, what it returns never goes through memory.
+    // Inlined at its one call per substep and one rare call, so the result stays in registers.
     #[allow(clippy::inline_always)]
     #[inline(always)]
     pub fn begin(&mut self, h: f64, bridge: BridgeState, battery_v: f64, rate: f64) -> JointTorque {
@@ -295,7 +297,7 @@ impl DcMotor {
         let volts = -sign * barrier;
         let settled = (volts - emf) / self.resistance;
         if settled * sign > 0.0 {
-            // The back-EMF keeps it flowing: the motor generates into the battery.
+            // The back-EMF keeps the current flowing: the motor generates into the battery.
             return (CurrentLaw::Voltage { volts, rectified: sign }, -sign);
         }
         // The current decays to zero, within this substep or later.
@@ -320,7 +322,7 @@ impl DcMotor {
         (rest, -sign)
     }
 
-    /// Ends the substep with the joint's mean rate over it.
+    /// Ends the substep with the joint's mean rate over the substep.
     #[inline]
     pub fn end(&mut self, mean_rate: f64) {
         let emf = self.back_emf * mean_rate;
@@ -331,7 +333,7 @@ impl DcMotor {
                 let end = if rectified * end < 0.0 { 0.0 } else { end };
                 let (mean, chop) = (self.average_current(volts, emf), self.chop_a);
                 if rectified == 0.0 && mean.abs() > chop {
-                    // The bridge chops: it lets just enough voltage through to hold the limit.
+                    // The bridge chops: it passes just enough voltage to keep the current at the limit.
                     let through = emf + self.resistance * chop.copysign(mean);
                     self.battery_share = (through / self.battery_v).clamp(-1.0, 1.0);
                 }

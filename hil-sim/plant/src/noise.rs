@@ -1,4 +1,4 @@
-//! Random numbers: one seed for a scenario, one stream for each sensor.
+//! Random numbers: one seed per scenario, one stream per sensor.
 
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
@@ -10,8 +10,8 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// Stream `stream` of the scenario's `seed`: 2^128 numbers that no other stream of the seed shares. Takes
-    /// some microseconds per stream before it.
+    /// Stream `stream` of the scenario's `seed`: 2^128 numbers that no other stream of the seed shares. The call
+    /// takes some microseconds per preceding stream.
     pub fn new(seed: u64, stream: u64) -> Self {
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(seed);
         for _ in 0..stream {
@@ -26,10 +26,11 @@ impl Noise {
         self.rng.next_u64()
     }
 
-    /// As many normally distributed numbers as [`Noise::normal`] gives one after the other.
+    /// An array of normally distributed numbers, equal to those of repeated calls of [`Noise::normal`].
     #[inline]
     pub fn normals<const N: usize>(&mut self) -> [f64; N] {
-        // Drawn one after the other, then worked out side by side; meanwhile the stream's state stays in registers.
+        // Draws the words one after the other and then converts them in parallel; the stream's state stays in
+        // registers.
         let mut rng = self.rng.clone();
         let words: [[u64; 2]; N] = core::array::from_fn(|_| [rng.next_u64(), rng.next_u64()]);
         self.rng = rng;
@@ -44,12 +45,12 @@ impl Noise {
     }
 }
 
-/// The normally distributed number that two random words make.
+/// The normally distributed number of two random words.
 #[inline]
 fn of_words(a: u64, b: u64) -> f64 {
     // Variance of one 16-bit uniform integer: (2^32 - 1) / 12.
     const SCALE: f64 = 1.868_812_365_011_853_4e-5;
-    // Four numbers of each, two and two in the halves of one word.
+    // Four numbers per word, summed in pairs in the halves of one word.
     let pairs = |x: u64| (x & 0x0000_ffff_0000_ffff) + (x >> 16 & 0x0000_ffff_0000_ffff);
     let halves = pairs(a) + pairs(b);
     let sum = (halves & 0xffff_ffff) + (halves >> 32);
@@ -86,7 +87,7 @@ mod tests {
         }
         let n = f64::from(n);
         let (mean, variance, kurtosis) = (m1 / n, m2 / n, m4 / n);
-        // Three standard errors either side.
+        // Three standard errors on either side.
         assert!(mean.abs() < 3.0 / n.sqrt(), "{mean}");
         assert!((variance - 1.0).abs() < 3.0 * (2.0 / n).sqrt(), "{variance}");
         assert!((2.79..2.91).contains(&kurtosis), "{kurtosis}");

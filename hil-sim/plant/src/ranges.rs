@@ -1,4 +1,5 @@
-//! Tables of numbers with ranges and defaults, from which settings are read, checked and documented.
+//! Tables of numbers with ranges and defaults: the basis for reading, checking and documenting
+//! settings.
 
 use model::vehicle::ParameterError;
 use thiserror::Error;
@@ -6,19 +7,19 @@ use thiserror::Error;
 /// One number of a settings table.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setting {
-    /// Its name, unit included.
+    /// Name of the field, unit included.
     pub name: &'static str,
-    /// What it is.
+    /// Meaning of the field.
     pub meaning: &'static str,
     /// Smallest allowed value.
     pub min: f64,
     /// Largest allowed value.
     pub max: f64,
-    /// Its value if left out.
+    /// Value if a file leaves the field out.
     pub default: f64,
 }
 
-/// What is wrong with the settings.
+/// Why settings are refused.
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum SettingsError {
     /// A value is out of its range or not a number.
@@ -33,18 +34,18 @@ pub enum SettingsError {
         /// Largest allowed value.
         max: f64,
     },
-    /// A name of `[plant.vehicle]` that is no part of the simulated vehicle.
+    /// A name in `[plant.vehicle]` that does not belong to the simulated vehicle.
     #[error("plant.vehicle.{name}: unknown name: allowed are the fields of {allowed}, where the vehicle has them")]
     UnknownField {
         /// Table and field.
         name: String,
-        /// The tables allowed.
+        /// The allowed tables.
         allowed: String,
     },
-    /// The changed vehicle is none.
+    /// The changed parameters do not describe a vehicle.
     #[error("plant.vehicle.{0}")]
     Vehicle(ParameterError),
-    /// The curve of the open-circuit voltage is none.
+    /// The curve of the open-circuit voltage is invalid.
     #[error("plant.battery.open_circuit_v: {0}")]
     Curve(&'static str),
 }
@@ -78,7 +79,7 @@ pub(crate) fn within(field: impl Into<String>, value: f64, min: f64, max: f64) -
     }
 }
 
-/// Defines a table of numbers, each with its meaning, range and default.
+/// Defines a table of numbers with their meanings, ranges and defaults.
 macro_rules! settings_table {
     (
         $(#[doc = $doc:literal])*

@@ -1,6 +1,6 @@
-//! How the simulated vehicle differs from the one in the vehicle file: the table `[plant]` of a scenario.
+//! Differences between the simulated vehicle and its vehicle file: the table `[plant]` of a scenario.
 //!
-//! Everything may be left out; what is left out is as the vehicle file has it, and perfect otherwise.
+//! Every field is optional. A missing field takes the vehicle file's value, or that of a perfect part.
 
 use std::collections::BTreeMap;
 
@@ -11,21 +11,21 @@ pub use crate::ranges::{Setting, SettingsError};
 use crate::ranges::{settings_table, within};
 
 settings_table! {
-    /// One drive: motor, gearbox and wheel, against what the vehicle file says of both.
+    /// One drive (motor, gearbox and wheel), relative to the vehicle file's common values of both drives.
     DriveSettings {
-        /// Torque constant over that of the file
+        /// Torque constant relative to the vehicle file's
         torque_constant_factor: 0.2 to 5.0 = 1.0,
-        /// Back-EMF constant over that of the file
+        /// Back-EMF constant relative to the vehicle file's
         back_emf_factor: 0.2 to 5.0 = 1.0,
-        /// Resistance over that of the file
+        /// Resistance relative to the vehicle file's
         resistance_factor: 0.1 to 10.0 = 1.0,
-        /// Coulomb friction over that of the file
+        /// Coulomb friction relative to the vehicle file's
         friction_factor: 0.0 to 100.0 = 1.0,
-        /// Wheel radius over that of the file
+        /// Wheel radius relative to the vehicle file's
         wheel_radius_factor: 0.8 to 1.25 = 1.0,
-        /// Play of the gearbox at its output, deg; with any, the gearbox is as stiff as the next two say
+        /// Play of the gearbox at its output, deg; with play, the next two fields give the gearbox's stiffness and damping
         backlash_deg: 0.0 to 10.0 = 0.0,
-        /// Stiffness of the gearbox at its output, N m/rad; 0 is rigid, or 3000 where there is backlash
+        /// Stiffness of the gearbox at its output, N m/rad; 0 means rigid, or 3000 with backlash
         gear_stiffness_n_m_per_rad: 0.0 to 1000000.0 = 0.0,
         /// Damping of the teeth in contact, N m s/rad at the output
         gear_damping_n_m_s_per_rad: 0.0 to 1000.0 = 1.0,
@@ -33,9 +33,9 @@ settings_table! {
 }
 
 settings_table! {
-    /// What supplies the board.
+    /// The supply of the board.
     BoardSettings {
-        /// Battery voltage below which the board is held in reset, V; 0 is never while the battery is connected
+        /// Battery voltage below which the board is held in reset, V; 0 means never while the battery is connected
         brown_out_v: 0.0 to 60.0 = 0.0,
     }
 }
@@ -47,7 +47,7 @@ pub use crate::supply::BatterySettings;
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct PlantSettings {
-    /// Other values of single fields of the vehicle file, table by table.
+    /// Changed values of single fields of the vehicle file, by table.
     pub vehicle: BTreeMap<String, BTreeMap<String, f64>>,
     /// The left drive.
     pub left: DriveSettings,
@@ -57,7 +57,7 @@ pub struct PlantSettings {
     pub arm_imu: ImuSettings,
     /// The IMU on the spar.
     pub spar_imu: ImuSettings,
-    /// The battery's charge; without it the open-circuit voltage stays.
+    /// The battery's charge; without this table the open-circuit voltage is constant.
     pub battery: Option<BatterySettings>,
     /// The board's supply.
     pub board: BoardSettings,
@@ -81,16 +81,16 @@ impl PlantSettings {
         self.battery.as_ref().map_or(Ok(()), BatterySettings::check)
     }
 
-    /// The simulated vehicle: `vehicle` with the fields of `[plant.vehicle]`.
+    /// The simulated vehicle: `vehicle` with the changed fields of `[plant.vehicle]`.
     ///
     /// # Errors
-    /// A name that is no part of the vehicle, or the first value out of range, or a contradiction.
+    /// A name that does not belong to the vehicle, the first value out of range, or a contradiction.
     pub fn vehicle_from(&self, vehicle: &Vehicle<f64>) -> Result<Vehicle<f64>, SettingsError> {
         if self.vehicle.is_empty() {
             return Ok(*vehicle);
         }
         let mut parameters = *vehicle.parameters();
-        // Gains say nothing of the simulated vehicle and must not refuse it.
+        // The gains do not describe the simulated vehicle and must not cause a refusal.
         parameters.control.kp = -1.0;
         if let Some((spar, _)) = &mut parameters.spar {
             (spar.spar_gain, spar.ballast_gain) = (0.0, 0.0);

@@ -1,5 +1,5 @@
-//! What the battery does over a run: its voltage falls as its charge goes, its contact opens and closes,
-//! and below a voltage the board cannot live.
+//! The battery over a run: its voltage falls with its charge, its contact opens and closes, and below a
+//! certain voltage the board does not run.
 
 use serde::Deserialize;
 
@@ -15,8 +15,8 @@ pub struct BatterySettings {
     /// Charge at the start, as a share of the capacity, 0 to 1.
     #[serde(default = "full")]
     pub charge: f64,
-    /// Open-circuit voltage over the charge: pairs of share (rising, 0 to 1) and voltage (0 to 100 V),
-    /// straight between them and level beyond.
+    /// Open-circuit voltage over the charge: pairs of share (ascending, 0 to 1) and voltage (0 to 100
+    /// V), linear between the pairs and constant beyond.
     pub open_circuit_v: Vec<[f64; 2]>,
 }
 
@@ -24,14 +24,14 @@ const fn full() -> f64 {
     1.0
 }
 
-/// Most pairs of a curve.
+/// Largest number of pairs of a curve.
 const CURVE_MAX: usize = 100;
 
 impl BatterySettings {
     /// Checks every value.
     ///
     /// # Errors
-    /// The first value out of its range, or a curve that is none.
+    /// The first value out of its range, or an invalid curve.
     pub fn check(&self) -> Result<(), SettingsError> {
         within("plant.battery.capacity_ah", self.capacity_ah, 0.001, 1000.0)?;
         within("plant.battery.charge", self.charge, 0.0, 1.0)?;
@@ -64,7 +64,7 @@ impl BatterySettings {
     }
 }
 
-/// The battery's slow side, looked at once a call of the plant.
+/// The slow state of the battery, updated once per call of the plant.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Supply {
     charged: Option<Box<BatterySettings>>,
@@ -85,7 +85,7 @@ impl Supply {
         }
     }
 
-    /// Takes what flowed for `dt_s` out of the charge and sets the voltage that the rest gives.
+    /// Reduces the charge by the current of `dt_s` seconds and sets the resulting open-circuit voltage.
     pub(crate) fn follow(&mut self, dt_s: f64, current_a: f64, battery: &mut Battery) {
         if let Some(charged) = &mut self.charged {
             let used = current_a * dt_s / (HOUR_S * charged.capacity_ah);
@@ -94,18 +94,19 @@ impl Supply {
         }
     }
 
-    /// The charge as a share of the capacity, of a battery that has one.
+    /// The charge as a share of the capacity; `None` for a battery without a capacity.
     pub(crate) fn charge(&self) -> Option<f64> {
         self.charged.as_ref().map(|charged| charged.charge)
     }
 
-    /// Another open-circuit voltage from now on, whatever the charge.
+    /// Sets the open-circuit voltage from now on, whatever the charge.
     pub(crate) fn set_open_circuit_v(&mut self, volts: f64, battery: &mut Battery) {
         self.charged = None;
         self.apart.as_mut().unwrap_or(battery).open_circuit_v = volts;
     }
 
-    /// Opens the battery's contact or closes it. Without a battery nothing feeds anything.
+    /// Opens or closes the battery's contact. While the contact is open, nothing supplies board and
+    /// motors.
     pub(crate) fn set_connected(&mut self, connected: bool, battery: &mut Battery) {
         match (connected, self.apart) {
             (true, Some(apart)) => {
@@ -126,7 +127,7 @@ impl Supply {
         self.apart.is_none()
     }
 
-    /// Whether the board can live at this battery voltage.
+    /// Whether the board runs at this battery voltage.
     pub(crate) fn powers_board(&self, battery_v: f64) -> bool {
         self.connected() && battery_v >= self.brown_out_v
     }
@@ -177,9 +178,9 @@ mod tests {
             supply.follow(1.0, 1.0, &mut battery);
         }
         assert!((supply.charge().expect("charged") - 0.5).abs() < 1e-9);
-        // Straight between (0.1, 22) and (1, 25).
+        // Linear between (0.1, 22) and (1, 25).
         assert!((battery.open_circuit_v - (22.0 + 3.0 * 0.4 / 0.9)).abs() < 1e-9);
-        // What flows back is there again, up to full.
+        // Returned current increases the charge again, up to the capacity.
         supply.follow(7200.0, -2.0, &mut battery);
         assert_eq!((supply.charge(), battery.open_circuit_v), (Some(1.0), 25.0));
         supply.follow(1e6, 1.0, &mut battery);

@@ -1,43 +1,44 @@
-//! What a motor's current does within one period of the bridge's PWM, which [`super::motor`] averages over.
+//! A motor's current within one period of the bridge's PWM; [`super::motor`] averages over this period.
 //!
-//! Within a stretch of the period the bridge holds +1, 0 or -1 times the supply at the motor, or it is open. With the rate
-//! constant over the period the armature `L i' = V - R i - e` has the exact solution
+//! Within an interval of the period the bridge applies +1, 0 or -1 times the supply to the motor, or it is open. With a
+//! constant rate over the period the armature `L i' = V - R i - e` has the exact solution
 //!
 //! ```text
 //! i(h) = i_inf + (i(0) - i_inf) E,   i_inf = (V - e) / R,   E = exp(-h R / L)
 //! ```
 //!
-//! The integral of a stretch is `(i_inf h) + (i(0) - i_inf) (1 - E) L / R`; that of the square follows alike. In an open
-//! bridge the current flows on through the diodes, against the supply, until it has gone; then none flows. A period maps the
-//! current at its begin to the one at its end, and shrinks the distance of two currents at least by `exp(-T R / L)`: so the
-//! periodic current is what any current becomes.
+//! The integral over an interval is `(i_inf h) + (i(0) - i_inf) (1 - E) L / R`; the integral of the square follows in
+//! the same way. In an open bridge the current continues through the diodes, against the supply, until it reaches 0. A
+//! period maps the current at its beginning to the current at its end and reduces the difference of two currents at
+//! least by `exp(-T R / L)`, so every initial current converges to the periodic current.
 
-/// How the bridge makes a mean voltage.
+/// How the bridge produces a mean voltage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Modulation {
-    /// The two diagonals in turn: +V and -V. At half of the period each, the mean is 0.
+    /// The two diagonals alternate: +V and -V. With half of the period each, the mean is 0.
     LockedAntiPhase,
-    /// Drive one way and brake in turn: +V or -V, and 0 (sign-magnitude, slow decay). What the firmware does.
+    /// The bridge alternately drives one way and brakes: +V or -V, and 0 (sign-magnitude, slow decay). The firmware
+    /// uses this modulation.
     DriveBrake,
-    /// Drive one way and leave open in turn (fast decay).
+    /// The bridge alternately drives one way and is open (fast decay).
     DriveOpen,
-    /// Both legs switch, each with its own share of the period, aligned at their centres, on half-bridges of which both low
-    /// are zero volts as both high are: two pulses a period.
+    /// Both legs switch with their own shares of the period, aligned at their centres. Both legs low and both legs high
+    /// give zero volts: two pulses per period.
     Unipolar,
-    /// The same lines into a driver that is open at both low.
+    /// The same signals into a driver that is open while both are low.
     UnipolarOpen,
 }
 
-/// What a bridge does with its motor.
+/// The state of a bridge within an interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum BridgeHold {
-    /// Holds it at this share of the supply.
+    /// The bridge applies this share of the supply.
     At(f64),
     /// No transistor conducts.
     Open,
 }
 
-/// Stretches of a period: share of the period, and state of the bridge.
+/// Intervals of a period: share of the period, and state of the bridge.
 type Stretches = [(f64, BridgeHold); 4];
 
 impl Modulation {
@@ -61,7 +62,7 @@ impl Modulation {
         }
     }
 
-    /// The stretches of a period for a duty of -1 to 1.
+    /// The intervals of a period for a duty of -1 to 1.
     fn stretches(self, duty: f64) -> Stretches {
         const BRAKE: BridgeHold = BridgeHold::At(0.0);
         let (size, drive) = (duty.abs(), BridgeHold::At(duty.signum()));
@@ -100,25 +101,25 @@ pub struct SwitchedMotor {
     pub pwm_hz: f64,
 }
 
-/// The current of one period, once every period is like the one before.
+/// The current of one period in the periodic state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PeriodicCurrent {
-    /// Mean, which makes the torque, in A.
+    /// Mean, which determines the torque, in A.
     pub mean_a: f64,
-    /// Largest less smallest, in A: what a sensor that converts at any instant may be off by.
+    /// Largest less smallest current, in A: the possible error of a sensor that converts at an arbitrary instant.
     pub ripple_a: f64,
     /// Root of the mean square, in A.
     pub rms_a: f64,
 }
 
 impl PeriodicCurrent {
-    /// Heat that the ripple alone makes in a resistance of so many Ohm, in W.
+    /// Heat of the ripple alone in a resistance, in W.
     pub fn ripple_heat_w(&self, resistance_ohm: f64) -> f64 {
         resistance_ohm * (self.rms_a * self.rms_a - self.mean_a * self.mean_a)
     }
 }
 
-/// What a period does to a current.
+/// A current's course through a period.
 #[derive(Debug, Clone, Copy)]
 struct CurrentPeriod {
     current_a: f64,
@@ -141,8 +142,8 @@ impl SwitchedMotor {
         }
     }
 
-    /// The periodic current of drive and brake, so long after the middle of the brake, which may be negative and within the
-    /// brake: what a converter reads that samples there.
+    /// The periodic current of drive and brake at `after_s` (which may be negative) from the middle of the braking
+    /// interval and within it: the reading of a converter that samples at that instant.
     pub fn braking_a(&self, duty: f64, back_emf_v: f64, after_s: f64) -> f64 {
         let stretches = Modulation::DriveBrake.stretches(duty);
         let start_a = self.periodic_start_a(&stretches, back_emf_v);
@@ -152,9 +153,9 @@ impl SwitchedMotor {
         self.period(&until, back_emf_v, start_a).current_a
     }
 
-    /// The current at the begin of a period, once every period is like the one before.
+    /// The current at the beginning of a period in the periodic state.
     fn periodic_start_a(&self, stretches: &Stretches, back_emf_v: f64) -> f64 {
-        // So many time constants leave nothing of the first current that a double could hold.
+        // After this many time constants the initial current is below the resolution of a double.
         let periods = (40.0 * self.inductance_h / self.resistance_ohm * self.pwm_hz).ceil();
         let mut start_a = 0.0;
         for _ in 0..periods as u64 {
@@ -163,7 +164,7 @@ impl SwitchedMotor {
         start_a
     }
 
-    /// One period that begins with a current, or the first stretches of one.
+    /// One period, or its first intervals, starting with a current.
     fn period(&self, stretches: &[(f64, BridgeHold)], back_emf_v: f64, start_a: f64) -> CurrentPeriod {
         let mut period = CurrentPeriod {
             current_a: start_a,
@@ -180,7 +181,7 @@ impl SwitchedMotor {
                     let diodes_v = -period.current_a.signum() * self.supply_v - back_emf_v;
                     let gone_s = self.gone_after_s(period.current_a, diodes_v);
                     self.conduct(&mut period, seconds.min(gone_s), diodes_v);
-                    // What is left after the current has gone is a rounding error.
+                    // The remainder after the current has ended is a rounding error.
                     if period.current_a.signum() * diodes_v > 0.0 {
                         period.current_a = 0.0;
                     }
@@ -190,13 +191,13 @@ impl SwitchedMotor {
         period
     }
 
-    /// Time after which a current under a voltage that opposes it has gone.
+    /// Time after which an opposing voltage has reduced a current to 0.
     fn gone_after_s(&self, current_a: f64, voltage_v: f64) -> f64 {
         let settled_a = voltage_v / self.resistance_ohm;
         libm::log1p(-current_a / settled_a) * self.inductance_h / self.resistance_ohm
     }
 
-    /// Lets the current flow for a time under what the supply leaves of the back-EMF.
+    /// Advances the current by a time under the voltage less the back-EMF.
     fn conduct(&self, period: &mut CurrentPeriod, seconds: f64, voltage_v: f64) {
         let tau_s = self.inductance_h / self.resistance_ohm;
         let (settled_a, decay) = (voltage_v / self.resistance_ohm, libm::exp(-seconds / tau_s));

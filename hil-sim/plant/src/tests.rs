@@ -1,4 +1,4 @@
-//! The whole plant.
+//! Tests of the whole plant.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::terrain::Terrain;
 mod ground;
 mod numerics;
 
-/// Scales of a board, as the drive board has them.
+/// The drive board's scales.
 pub(super) const SCALES: BoardScales = BoardScales::EXAMPLE;
 
 /// The reference vehicle.
@@ -29,7 +29,7 @@ pub(super) fn bare_vehicle() -> Vehicle<f64> {
     Vehicle::new(parameters).unwrap()
 }
 
-/// The vehicle without its camera and without friction in bearings and gearboxes: it coasts for ever.
+/// The vehicle without its camera and without friction in bearings and gearboxes, which coasts for ever.
 fn coasting_vehicle() -> Vehicle<f64> {
     let mut parameters = *bare_vehicle().parameters();
     parameters.body.bearing_damping_n_m_s = 0.0;
@@ -59,7 +59,7 @@ fn drive(left: f64, right: f64, camera: f64) -> [BridgeState; MOTORS] {
     [left, right, camera].map(BridgeState::Duty)
 }
 
-/// Switches an IMU on as the firmware does.
+/// Switches an IMU on in the same way as the firmware.
 fn start_imu(chip: &mut Icm42688pModel) {
     chip.transfer(&mut [0x4f, 0x26, 0x26]);
     chip.transfer(&mut [0x4e, 0x0f]);
@@ -90,7 +90,8 @@ fn on_the_level_it_stands_and_its_sensors_say_so() {
         } else {
             read_imu(plant.spar_imu().unwrap())
         };
-        // Bias of a few mg (4 LSB each) and a few tenths of a deg/s (33 LSB each): not exactly still.
+        // Bias of a few mg (4 LSB each) and a few tenths of a deg/s (33 LSB each): the readings are not
+        // exactly 0 and 1 g.
         assert!((i32::from(words[2]) - 4096).abs() < 40, "{words:?}");
         assert!(
             words[..2].iter().all(|a| a.abs() < 40) && words[3..].iter().all(|w| w.abs() < 35),
@@ -112,14 +113,16 @@ fn a_disarmed_vehicle_rolls_away_and_is_not_righted() {
         plant.advance(1e-3, &OPEN);
     }
     let truth = plant.truth();
-    // Freely it would be at 0.5 g sin(5 deg) t^2 = 3.8 m; damping and wheels take some of it.
+    // Without losses the vehicle would be at 0.5 g sin(5 deg) t^2 = 3.8 m; damping and the wheels' inertia
+    // reduce the distance.
     assert!((-3.8..-0.5).contains(&truth.x_m), "{} m", truth.x_m);
     assert!(truth.speed_m_s < -0.5, "and is still rolling: {} m/s", truth.speed_m_s);
     assert!(
         truth.current_a.iter().all(|i| *i == 0.0),
         "no current flows through open bridges"
     );
-    // Only a gearbox friction that can carry the slope's torque may hold it: 8.7 N m here takes 4.4 a side.
+    // Only a gearbox friction that can carry the slope's torque may hold the vehicle: 8.7 N m here, 4.4 N m
+    // per side.
     let mut parameters = *reference_vehicle().parameters();
     parameters.drive_motor.coulomb_friction_n_m = 5.0;
     let mut held = Plant::new(&Vehicle::new(parameters).unwrap(), &SCALES, incline(0.0873), 3).unwrap();
@@ -133,7 +136,7 @@ fn a_disarmed_vehicle_rolls_away_and_is_not_righted() {
             "{truth:?}"
         );
     }
-    // With chocks it stands, and with them gone it rolls.
+    // With chocks the vehicle stands; without them it rolls.
     let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0873), 3).unwrap();
     plant.set_chocked(true);
     for _ in 0..1000 {

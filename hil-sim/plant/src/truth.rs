@@ -1,8 +1,9 @@
-//! The true state of the simulated world, for logs and metrics. The vehicle never sees it.
+//! The true state of the simulated vehicle and its ground, for logs and metrics. The vehicle never sees this
+//! state.
 
 use super::body::{BALLAST, FORWARD, Gravity, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW};
 
-/// The state of the simulated world at one instant, SI.
+/// The state of the simulated vehicle and its ground at one instant, SI.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Truth {
     /// Time since the start.
@@ -13,13 +14,13 @@ pub struct Truth {
     pub y_m: f64,
     /// Axle centre above its height on the bare plane.
     pub height_m: f64,
-    /// Heading about the plane's normal, counter-clockwise.
+    /// Heading about the plane's normal, anticlockwise positive.
     pub heading_rad: f64,
     /// Yaw rate.
     pub yaw_rate_rad_s: f64,
     /// Forward speed of the axle.
     pub speed_m_s: f64,
-    /// Speed of the axle to the left: a rolling vehicle has none.
+    /// Speed of the axle to the left; 0 for a rolling vehicle.
     pub side_speed_m_s: f64,
     /// Wheel rates theta' (left, right).
     pub wheel_rate_rad_s: [f64; 2],
@@ -27,7 +28,7 @@ pub struct Truth {
     pub phi_rad: f64,
     /// Its rate.
     pub phi_rate_rad_s: f64,
-    /// Spar angle from the vertical, lower end forward positive (0 without a camera).
+    /// Spar angle from the vertical, lower end forward positive (0 without a spar).
     pub spar_rad: f64,
     /// Its rate.
     pub spar_rate_rad_s: f64,
@@ -35,7 +36,8 @@ pub struct Truth {
     pub ballast_rad: f64,
     /// Its rate.
     pub ballast_rate_rad_s: f64,
-    /// Inclination of the path under the vehicle along its heading, base plane and profile, uphill positive.
+    /// Inclination of the path under the vehicle along its heading, including base plane and profile, uphill
+    /// positive.
     pub slope_rad: f64,
     /// Normal force on each wheel (left, right).
     pub normal_n: [f64; 2],
@@ -55,19 +57,19 @@ pub struct Truth {
     pub battery_v: f64,
     /// Current out of the battery (negative: into it).
     pub battery_a: f64,
-    /// The wheels are chocked.
+    /// Whether chocks hold the wheels.
     pub chocked: bool,
 }
 
-/// The state of the simulated world at one instant as the plant holds it, before anybody has worked out where the vertical
-/// is. Whole arrays of the plant's, so that a glance costs little more than to copy them.
+/// The plant's own state at one instant, without the angles from the vertical. A glance copies whole arrays
+/// of the plant, so it costs little more than the copy.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Glance {
     pub(crate) time_s: f64,
     /// Positions, with angles from the plane's normal, and speeds, by the indices of [`super::body`].
     pub(crate) position: [f64; 9],
     pub(crate) speed: [f64; 9],
-    /// Right and left.
+    /// Contacts of the right and the left wheel.
     pub(crate) wheels: [WheelContact; 2],
     pub(crate) path_slopes: [f64; 2],
     pub(crate) gravity: Gravity,
@@ -80,13 +82,13 @@ pub struct Glance {
 }
 
 impl Glance {
-    /// The truth that was seen.
+    /// Computes the truth from the glance.
     pub fn truth(&self) -> Truth {
         let (q, u) = (&self.position, &self.speed);
         let [right, left] = &self.wheels;
         let [slope_right, slope_left] = self.path_slopes;
         let vertical = libm::atan2(self.gravity.along, self.gravity.normal);
-        // Nearly always a plane.
+        // The usual case: a plane.
         let path_slope = 0.5 * (slope_right + slope_left);
         let path_rad = if path_slope == 0.0 { 0.0 } else { libm::atan(path_slope) };
         let (spar_rad, spar_rate_rad_s) = if self.has_spar {

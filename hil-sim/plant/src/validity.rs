@@ -1,40 +1,42 @@
-//! The range in which the plant's equations hold. A vehicle that leaves it is not simulated any further.
+//! The range in which the plant's equations are valid. The plant stops simulating a vehicle that leaves
+//! this range.
 
 use thiserror::Error;
 
 use super::Plant;
 use super::body::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 
-/// Largest speed of the axle, either way and in every direction, in m/s.
+/// Largest magnitude of each of the axle's speeds, in m/s.
 pub const SPEED_MAX_M_S: f64 = 100.0;
-/// Largest rate of arm, spar and heading, either way, in rad/s: 80 turns a second, four samples a turn.
+/// Largest magnitude of the rates of arm, spar and heading, in rad/s: 80 turns per second, with about
+/// 12 substeps of 1 ms per turn.
 pub const BODY_RATE_MAX_RAD_S: f64 = 500.0;
-/// Largest rate of wheels and ballast, either way, in rad/s: a turn a substep.
+/// Largest magnitude of the rates of wheels and ballast, in rad/s: about two turns per substep of 1 ms.
 pub const WHEEL_RATE_MAX_RAD_S: f64 = 12_500.0;
-/// Largest angle of the arm from the plane's normal, either way, in rad: 100 turns.
+/// Largest magnitude of the arm's angle from the plane's normal, in rad: 100 turns.
 pub const ARM_ANGLE_MAX_RAD: f64 = 628.0;
-/// Largest terminal voltage of the battery, either way, in V.
+/// Largest magnitude of the battery's terminal voltage, in V.
 pub const BATTERY_MAX_V: f64 = 1000.0;
 
-/// A quantity that left the range in which the plant's equations hold, or is not a number.
+/// A quantity that left the range in which the plant's equations are valid, or is NaN.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[error(
     "the simulated vehicle left the plant's validity {time_s:.3} s after the start: \
      {quantity} = {value}, allowed is -{most} to {most}"
 )]
 pub struct Invalid {
-    /// When, in s since the plant's start.
+    /// Time of the event, in s since the plant's start.
     pub time_s: f64,
-    /// Which quantity, with its unit.
+    /// The quantity, with its unit.
     pub quantity: &'static str,
     /// Its value.
     pub value: f64,
-    /// The largest magnitude allowed.
+    /// The largest allowed magnitude.
     pub most: f64,
 }
 
 impl Plant {
-    /// Whether the plant still simulates; it stands still from the moment it does not.
+    /// Whether the plant still simulates. Once invalid, the plant no longer changes.
     ///
     /// # Errors
     /// [`Invalid`]: the first quantity that left its range.
@@ -45,11 +47,11 @@ impl Plant {
         }
     }
 
-    /// Looks at what has just been simulated.
+    /// Checks the last substep.
     #[inline]
     pub(super) fn watch_validity(&mut self) {
         let (q, u) = (self.body.position(), self.body.speed());
-        // Nearly always everything is far within: one comparison that what is no number fails.
+        // The usual case, far within the range: one comparison, which NaN fails.
         let speeds: f64 = u.iter().map(|u| u * u).sum();
         let far_within = speeds < SPEED_MAX_M_S * SPEED_MAX_M_S
             && q[PHI].abs() < ARM_ANGLE_MAX_RAD
@@ -59,7 +61,7 @@ impl Plant {
         }
     }
 
-    /// Notes the first quantity that is out of its range.
+    /// Stores the first quantity that is out of its range.
     #[cold]
     fn look_closely(&mut self) {
         let (q, u) = (self.body.position(), self.body.speed());

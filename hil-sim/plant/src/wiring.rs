@@ -10,26 +10,27 @@ use crate::motor::BridgeState;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Leads {
-    /// Sound.
+    /// Both leads are connected.
     #[default]
     Sound,
-    /// One is broken.
+    /// One lead is broken.
     Open,
-    /// They touch each other.
+    /// The leads touch each other.
     Shorted,
 }
 
-/// A bridge that drives one way only: the high side of one leg is dead. For the driven share of each period it is open, and
-/// so it is here for the whole of it: the little that a turning motor brakes in the other share goes out through the diodes.
+/// A bridge that drives in one direction only, because the high side of one leg is dead. In the dead direction such a
+/// bridge is open for the driven share of each period. The model leaves it open for the whole period and neglects the
+/// weak braking of a turning motor in the other share.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum DeadHalf {
-    /// Drives both ways.
+    /// The bridge drives in both directions.
     #[default]
     None,
-    /// Does not drive forward.
+    /// The bridge does not drive forward.
     Forward,
-    /// Does not drive backward.
+    /// The bridge does not drive backward.
     Backward,
 }
 
@@ -38,20 +39,20 @@ pub enum DeadHalf {
 pub(crate) struct Wiring {
     pub(crate) leads: [Leads; MOTORS],
     pub(crate) dead: [DeadHalf; MOTORS],
-    /// Bridges that are too hot: they are open, whatever their inputs say.
+    /// Bridges that are open because they are too hot, whatever their inputs.
     pub(crate) shut_down: [bool; MOTORS],
-    /// The battery is off: nothing flows anywhere.
+    /// The battery is disconnected, so no current flows.
     pub(crate) unsupplied: bool,
 }
 
 impl Wiring {
-    /// Whether anything is wrong.
+    /// Whether any fault is present.
     #[inline]
     pub(crate) fn faulty(self) -> bool {
         self != Self::default()
     }
 
-    /// What arrives at the motors of what the bridges do.
+    /// The bridge states that reach the motors through the faulty wiring.
     pub(crate) fn through(self, bridges: &[BridgeState; MOTORS]) -> [BridgeState; MOTORS] {
         let mut arrives = *bridges;
         let faults = self.leads.into_iter().zip(self.dead).zip(self.shut_down);

@@ -1,10 +1,11 @@
-//! The speed law on the full plant, over a grid: steps of speed on slopes, arming with the arm hanging, kerbs, a wall.
+//! Runs the speed law on the full plant over a grid: steps of speed on slopes, arming with the arm hanging, kerbs, a
+//! wall.
 //!
 //! ```sh
 //! cargo run --release -p virtual-board --example speed_grid -- [--vehicle FILE] [steps] [roll-back] [kerbs] [wall] [slopes]
 //! ```
 //!
-//! All parts if none is named. Each line is one drive; the last lines of a part sum it up.
+//! Without a name all parts run. Each line is one drive; the last lines of a part summarise the part.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -50,7 +51,7 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// A drive on a plane: arming at 2 s, then speeds from the given times on.
+/// A drive on a plane: the vehicle is armed at 2 s and then commanded the speeds from the given times.
 struct Drive<'a> {
     slope_deg: f64,
     friction: f64,
@@ -96,7 +97,7 @@ fn between(rows: &[TraceRow], from_s: f64, to_s: f64) -> Vec<TraceRow> {
         .collect()
 }
 
-/// Peaks that every part prints.
+/// The peaks that every part prints.
 fn peaks(rows: &[TraceRow]) -> String {
     let faults = rows.last().map_or(FaultSet::EMPTY, |r| r.status.faults);
     format!(

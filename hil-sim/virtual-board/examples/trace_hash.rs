@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Drives the default scenario; the hash of its trace.
+/// Drives the default scenario and returns the hash of its trace.
 fn drive() -> Result<u64, Box<dyn Error>> {
     let scenario = Scenario::parse(DEFAULT_NAME, DEFAULT)?;
     let vehicle = vehicle_file::reference()?;
@@ -22,8 +22,8 @@ fn drive() -> Result<u64, Box<dyn Error>> {
     Ok(run(&scenario, &mut backend, |_| {})?.trace.hash())
 }
 
-/// [`drive`] for a page or for node: 0 if the drive could not be started.
-// The one name that the WebAssembly module exports.
+/// [`drive`] for a web page or for node; returns 0 if the drive could not be started.
+// The only name that the WebAssembly module exports.
 #[allow(unsafe_code)]
 #[unsafe(no_mangle)]
 pub extern "C" fn trace_hash() -> u64 {

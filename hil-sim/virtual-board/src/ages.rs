@@ -1,17 +1,17 @@
-//! The ages of a tick's samples, which are facts of the firmware's design: equal on every board.
+//! Checks the ages of a tick's samples. The ages follow from the firmware's design and are equal on every board.
 
 use firmware::flight_record::FlightRecord;
 use model::sample::TICK_US;
 
-/// A sample whose age is not what the design says.
+/// A sample whose age contradicts the design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("tick {tick}: the age of {sample} is {age_us} us, not {least_us} to {most_us} us")]
 pub struct WrongAge {
     /// The tick.
     pub tick: u32,
-    /// Which sample.
+    /// The name of the sample.
     pub sample: &'static str,
-    /// Its age.
+    /// The sample's age.
     pub age_us: u32,
     /// The least age by design.
     pub least_us: u32,
@@ -19,11 +19,11 @@ pub struct WrongAge {
     pub most_us: u32,
 }
 
-/// Checks the ages of one tick's samples: the encoders are read in the tick; the IMUs' samples were begun in it, and
-/// the control task waits for them at most 400 us; the analogue reading was begun half a tick before.
+/// Checks the ages of one tick's samples. The tick reads the encoders. The IMU readings start in the tick, and the
+/// control task waits at most 400 us for them. The analogue conversion starts half a tick earlier.
 ///
 /// # Errors
-/// The first sample of another age. In the ticks before an IMU has started there is no sample of it yet.
+/// The first sample with a wrong age. Before an IMU has started, its ticks have no sample.
 ///
 /// ```
 /// use firmware::flight_record::FlightRecord;
@@ -34,7 +34,7 @@ pub struct WrongAge {
 /// assert_eq!(first_wrong(&[]), None);
 /// ```
 pub fn check(record: &FlightRecord, with_spar: bool) -> Result<(), WrongAge> {
-    /// What the control task waits at most, and what its own start may take.
+    /// Longest wait of the control task plus the possible delay of its own start.
     const IN_THE_TICK_US: u32 = 450;
     let sample = &record.sample;
     let mut ages = vec![

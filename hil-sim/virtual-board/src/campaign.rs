@@ -1,7 +1,7 @@
-//! Campaigns: many runs of scenarios, each with its seed and its overrides, numbered in one order.
+//! Campaigns: many numbered runs of scenarios, each with its own seed and overrides.
 //!
-//! A run depends on its number alone, so that any range of numbers can run on any machine, in any order, and the
-//! results, sorted by number, are the same.
+//! A run depends only on its number. Any range of numbers can therefore run on any machine in any order; the results,
+//! sorted by number, are the same.
 
 use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
@@ -22,12 +22,12 @@ pub use error::CampaignError;
 pub use overrides::Axis;
 use overrides::{OverrideSource, Target};
 
-/// Most runs of a campaign.
+/// Largest number of runs of a campaign.
 pub const RUNS_MAX: u64 = 100_000_000;
-/// Most combinations of overrides of a campaign: each is checked before the first run.
+/// Largest number of combinations of overrides of a campaign. Each combination is checked before the first run.
 pub const COMBINATIONS_MAX: u64 = 100_000;
 
-/// Many runs, numbered: scenarios outermost, then the overrides in their order, seeds innermost.
+/// Many numbered runs: scenarios vary slowest, then the overrides in their order, and seeds vary fastest.
 #[derive(Debug, Clone)]
 pub struct Campaign {
     scenarios: Vec<OverrideSource>,
@@ -37,7 +37,7 @@ pub struct Campaign {
     seeds: RangeInclusive<u64>,
 }
 
-/// What makes two campaigns the same.
+/// The properties in which two equal campaigns agree.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, serde::Deserialize)]
 pub struct CampaignIdentity {
     /// Version of the program.
@@ -57,22 +57,22 @@ pub struct CampaignIdentity {
 /// The result of one run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunResult {
-    /// Its number in the campaign.
+    /// The run's number in the campaign.
     pub run: u64,
-    /// Its scenario's file.
+    /// The file of the run's scenario.
     pub scenario: String,
-    /// Its seed.
+    /// The run's seed.
     pub seed: u64,
-    /// Its overrides.
+    /// The run's overrides.
     #[serde(serialize_with = "overrides_by_key")]
     pub set: Vec<(String, Value)>,
-    /// How it ended.
+    /// How the run ended.
     pub verdict: RunVerdict,
-    /// The metrics out of bounds, or why it stopped.
+    /// The metrics out of bounds, or why the run stopped.
     pub reasons: Vec<String>,
     /// Simulated time, s.
     pub simulated_s: f64,
-    /// Every metric; none of a run that stopped.
+    /// Every metric; empty for a run that stopped.
     #[serde(serialize_with = "metrics_by_name")]
     pub metrics: Vec<MetricValue>,
 }
@@ -87,7 +87,8 @@ fn metrics_by_name<S: Serializer>(metrics: &[MetricValue], serializer: S) -> Res
     by_name.serialize(serializer)
 }
 
-/// The numbers of part `index` of `count` of `runs`, counted from 1: parts follow each other without gap and overlap.
+/// The run numbers of part `index` (counted from 1) of `count` parts of `runs`. The parts have neither gaps nor
+/// overlaps.
 pub fn part(runs: u64, index: u64, count: u64) -> Range<u64> {
     let edge = |i: u64| (u128::from(runs) * u128::from(i) / u128::from(count.max(1))) as u64;
     edge(index.saturating_sub(1))..edge(index)
@@ -97,7 +98,7 @@ impl Campaign {
     /// Reads the files of a campaign and checks every combination of overrides.
     ///
     /// # Errors
-    /// The first thing wrong with it.
+    /// The campaign's first error.
     pub fn new(
         scenarios: &[PathBuf],
         vehicle: Option<&Path>,
@@ -144,7 +145,7 @@ impl Campaign {
         self.scenarios.len() as u64 * combinations * self.seed_count()
     }
 
-    /// What makes this campaign the same as another.
+    /// The properties in which an equal campaign agrees.
     pub fn identity(&self) -> CampaignIdentity {
         let sources = self.scenarios.iter().chain(&self.vehicle).chain(&self.plant_vehicle);
         let texts = sources.flat_map(|source| source.text.bytes().chain([0]));
@@ -210,7 +211,7 @@ impl Campaign {
         let ranges = SCALES.sensor_ranges();
         let read = |source: &OverrideSource| vehicle_file::parse_vehicle_for(&source.name, &source.text, &ranges);
         if self.vehicle.is_some() {
-            // What overrides make of a vehicle is what the bounds are to judge.
+            // The bounds are to judge the vehicle with its overrides.
             let own = OverrideSource::read_own(&source.folder, scenario.vehicle.as_deref());
             let own = own.ok().and_then(|own| read(&own).ok());
             let flown = read(&vehicle).or_else(|_| read(&told))?;
@@ -222,7 +223,7 @@ impl Campaign {
     /// Runs run `run`.
     ///
     /// # Errors
-    /// [`CampaignError::Board`] if the board does not boot, as on a thread that runs another one.
+    /// [`CampaignError::Board`] if the board does not boot, for example on a thread that runs another board.
     pub fn run(&self, run: u64) -> Result<RunResult, CampaignError> {
         let (scenario, told, simulated) = self.prepare(run)?;
         let plant = scenario.plant(&simulated)?;

@@ -1,8 +1,9 @@
-//! The firmware's own tasks in lockstep virtual time, closed around the plant: a board, the scenarios it
-//! drives, their metrics, and the host's end of the link.
+//! The firmware's own tasks in virtual time, in a closed loop with the plant: a virtual board, its
+//! scenarios and their metrics, and the host's end of the link.
 //!
-//! No terminal, no files but scenario and vehicle files, no plots, no serial port: this package also
-//! compiles for `wasm32-unknown-unknown` and flies there bit for bit as natively.
+//! The package uses no terminal, no plots, no serial port, and no files except scenario and vehicle
+//! files. It therefore also compiles for `wasm32-unknown-unknown`, where a drive equals the native
+//! drive bit for bit.
 // Not `forbid`: the time driver's two entry points are exported by name (board::time).
 #![deny(unsafe_code)]
 

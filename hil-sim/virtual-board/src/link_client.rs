@@ -1,5 +1,6 @@
-//! The host's end of the link: messages out, statuses and answers in. Knows frames and the time it is given, not
-//! wires: the bytes travel over the virtual board's line, the emulated board's USART or a serial port alike.
+//! The host's end of the link: sends messages, receives statuses and answers. The client works on frames and on the time
+//! that its caller gives; it does not depend on a wire. The bytes may travel over the virtual board's line, the emulated
+//! board's USART or a serial port.
 
 mod board_clock;
 
@@ -18,14 +19,14 @@ use board_clock::BoardClock;
 
 /// Time within which the board answers an order, us.
 pub const ANSWER_US: u64 = 300_000;
-/// Time within which the board stores a set or makes room for an image, us: the slowest erases two sectors of the flash,
-/// each within 4 s by the data sheet.
+/// Time within which the board stores a set or erases the area of an image, us. The slowest operation erases two sectors
+/// of the flash, each within 4 s by the data sheet.
 pub const STORE_US: u64 = 30_000_000;
-/// How often a host asks a question again that the board has not answered yet, us.
+/// Interval at which a host repeats a question that the board has not yet answered, us.
 pub const AGAIN_US: u64 = 50_000;
-/// Answers that are kept for whoever asks for them; older ones go first.
+/// Largest number of answers that are kept; the oldest answers are dropped first.
 const ANSWERS_MAX: usize = 32;
-/// Blocks of records that are kept for whoever takes them; older ones go first.
+/// Largest number of blocks of records that are kept; the oldest blocks are dropped first.
 pub const RECORDS_MAX: usize = 1000;
 
 /// The host's end of the link. Times are the host's, in us from any fixed start.
@@ -36,31 +37,31 @@ pub struct LinkClient {
     sequence: u32,
     clock: BoardClock,
     identity: Option<Identity>,
-    /// The last identity that was of another protocol.
+    /// The last identity with another protocol.
     foreign: Option<Identity>,
     answers: VecDeque<(u32, Answer)>,
     last_status: Option<u32>,
-    /// The newest status of vehicle and board; none before the board has said who it is.
+    /// The newest status of vehicle and board; `None` before the board has identified itself.
     pub status: Option<BoardStatus>,
-    /// When the board was last heard, us.
+    /// Time at which the last bytes from the board arrived, us.
     pub heard_us: Option<u64>,
-    /// Blocks of the stream of records, in order, until taken; the newest [`RECORDS_MAX`].
+    /// Blocks of the stream of records that have not been taken, in order: the newest [`RECORDS_MAX`].
     pub records: VecDeque<RecordBlock>,
     readings: VecDeque<(u32, Reading)>,
     /// Bytes received.
     pub bytes: u64,
     /// Good messages received.
     pub messages: u64,
-    /// Frames from the board that this host could not read, for whatever reason.
+    /// Frames from the board that this host could not read, for any reason.
     pub unreadable_frames: u64,
-    /// Statuses that had come before, or that a later one had overtaken: dropped.
+    /// Dropped statuses: repeated statuses, and statuses that a later status had overtaken.
     pub repeated_statuses: u64,
-    /// Statuses that came before the board had said who it is, or from another boot: dropped.
+    /// Dropped statuses that arrived before the board had identified itself, or from another boot.
     pub unidentified: u64,
 }
 
 impl LinkClient {
-    /// A client that has not spoken yet. `nonce` is a number that no client has used before on this board.
+    /// A client that has sent nothing yet. `nonce` is a number that no client has used before on this board.
     pub fn new(nonce: u32) -> Self {
         Self {
             decoder: Decoder::new(),
@@ -83,22 +84,22 @@ impl LinkClient {
         }
     }
 
-    /// Who the board is, once it has said so and speaks this protocol.
+    /// The board's identity, once the board has identified itself with this protocol.
     pub fn identity(&self) -> Option<&Identity> {
         self.identity.as_ref()
     }
 
-    /// Who the board is, if it has said so and speaks another protocol.
+    /// The board's identity, if the board has identified itself with another protocol.
     pub fn foreign(&self) -> Option<&Identity> {
         self.foreign.as_ref()
     }
 
-    /// The frame that asks the board who it is; to be repeated until the board answers.
+    /// The frame that asks for the board's identity; to be repeated until the board answers.
     pub fn identify(&self) -> Vec<u8> {
         bytes(&HostMessage::Identify { nonce: self.nonce })
     }
 
-    /// The frame that opens the bridges, with its number; it needs no identity.
+    /// The frame that opens the bridges, with its number. It needs no identity.
     pub fn disarm(&mut self) -> (u32, Vec<u8>) {
         self.sequence += 1;
         let session = self.identity.map_or(0, |identity| identity.session);
@@ -106,7 +107,7 @@ impl LinkClient {
         (sequence, bytes(&HostMessage::Disarm(OrderId { session, sequence })))
     }
 
-    /// The frame of an order given at `now_us`, with its number; `None` before the board has said who it is.
+    /// The frame of an order given at `now_us`, with its number; `None` before the board has identified itself.
     pub fn order(&mut self, now_us: u64, order: Order) -> Option<(u32, Vec<u8>)> {
         let session = self.identity?.session;
         let given_at_us = self.clock.board_us(now_us)?;
@@ -119,19 +120,19 @@ impl LinkClient {
         Some((sequence, bytes(&HostMessage::Order { envelope, order })))
     }
 
-    /// Takes the answer to one order, if it has come.
+    /// Takes the answer to one order, if the answer has arrived.
     pub fn answer_to(&mut self, sequence: u32) -> Option<Answer> {
         let at = self.answers.iter().position(|(number, _)| *number == sequence)?;
         self.answers.remove(at).map(|(_, answer)| answer)
     }
 
-    /// Takes what was read for one order, if it has come.
+    /// Takes the reading for one order, if the reading has arrived.
     pub fn reading_of(&mut self, sequence: u32) -> Option<Reading> {
         let at = self.readings.iter().position(|(number, _)| *number == sequence)?;
         self.readings.remove(at).map(|(_, reading)| reading)
     }
 
-    /// Takes bytes from the board, which arrived at `now_us`.
+    /// Processes bytes from the board that arrived at `now_us`.
     pub fn receive(&mut self, now_us: u64, bytes: &[u8]) {
         self.bytes += bytes.len() as u64;
         let mut rest = bytes;
@@ -147,12 +148,12 @@ impl LinkClient {
         }
     }
 
-    // The message is taken apart here.
+    // This function takes the message apart.
     #[allow(clippy::large_types_passed_by_value)]
     fn take(&mut self, now_us: u64, message: BoardMessage) {
         match message {
             BoardMessage::Identity(identity) if identity.nonce == self.nonce => self.meet(now_us, identity),
-            // Of another host's question.
+            // An answer to another host's question.
             BoardMessage::Identity(_) => {}
             BoardMessage::Status(ref status) => self.take_status(now_us, status),
             BoardMessage::Records(block) => {
@@ -162,7 +163,7 @@ impl LinkClient {
                     self.records.pop_front();
                 }
             }
-            // Of another host's order.
+            // An answer to another host's order.
             BoardMessage::Answer { id, .. } | BoardMessage::Reading { id, .. }
                 if id.session != self.identity.map_or(0, |known| known.session) => {}
             BoardMessage::Reading { id, reading } => {
@@ -208,7 +209,7 @@ impl LinkClient {
     fn take_status(&mut self, now_us: u64, status: &BoardStatus) {
         if self.identity.is_none_or(|identity| identity.about.boot != status.boot) {
             self.unidentified += 1;
-            // A board that has booted since knows none of this client's orders: the client asks again who it is.
+            // A board that has rebooted knows none of this client's orders, so the client asks for the identity again.
             self.identity = None;
             return;
         }
@@ -223,8 +224,8 @@ impl LinkClient {
     }
 }
 
-/// The kind of vehicle that a board's parameters are of, from the schema in the board's identity: with a spar, or
-/// without. The values are the reference vehicle's. `None` if these are other parameters than this host knows.
+/// The kind of vehicle of a board's parameters, with or without a spar, from the schema in the board's identity. The
+/// values are the reference vehicle's. `None` if this host does not know the parameters.
 pub fn board_kind(schema: u32) -> Option<VehicleParameters<f32>> {
     let with_spar = vehicle_file::reference().ok()?.parameters().cast::<f32>();
     let without = VehicleParameters {

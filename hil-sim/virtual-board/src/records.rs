@@ -1,4 +1,4 @@
-//! Records as files hold them: the link's own frames, an identity first, then blocks of records, and of the log.
+//! The file format of records: the link's own frames, first an identity, then blocks of records and of the log.
 
 use firmware::events::{Line, LogBlock};
 use firmware::flight_record::FlightRecord;
@@ -7,33 +7,33 @@ use firmware::protocol::message::{BoardMessage, Identity, Reading};
 use firmware::records::codec::{RecordBlock, Records};
 use model::sample::Actuation;
 
-/// What a file of records holds.
+/// The contents of a file of records.
 #[derive(Debug, Default)]
 pub struct RecordFile {
     /// The boots of the board, in the order in which they were recorded.
     pub boots: Vec<BootRecords>,
-    /// Blocks that are missing, by the numbers of the others.
+    /// Number of missing blocks, from the numbers of the others.
     pub lost_blocks: u32,
-    /// Frames and blocks that could not be read.
+    /// Number of unreadable frames and blocks.
     pub unreadable: u32,
 }
 
-/// What was recorded from one boot of the board to the next.
+/// The recording from one boot of the board to the next.
 #[derive(Debug, Default)]
 pub struct BootRecords {
-    /// Where its first frame begins, bytes from the start of the file.
+    /// Position of the first frame, bytes from the start of the file.
     pub start: usize,
-    /// The board that made the records, if the file says so.
+    /// The board that made the records, if the file names it.
     pub identity: Option<Identity>,
     /// The records in order, each tick once.
     pub records: Vec<FlightRecord>,
-    /// The lines of the board's log in order, if the file has them: each once.
+    /// The lines of the board's log in order, each once, if the file contains them.
     pub log: Vec<Line>,
 }
 
 impl RecordFile {
-    /// Reads the bytes of a file, also of one that breaks off. An identity of another boot begins a boot; where it is lost,
-    /// a tick that goes back does.
+    /// Reads the bytes of a file, which may be truncated. A boot begins at the identity of another boot or, if that
+    /// identity is lost, at a tick that goes back.
     pub fn parse(bytes: &[u8]) -> Self {
         let mut reader = FrameReader::default();
         for (byte, end) in bytes.iter().zip(1..) {
@@ -48,7 +48,7 @@ impl RecordFile {
     }
 }
 
-/// The records of each boot among records in the order in which they were made: a boot begins where the tick goes back.
+/// Splits records in the order of their creation into boots: a boot begins where the tick goes back.
 pub fn boots(records: &[FlightRecord]) -> impl Iterator<Item = &[FlightRecord]> {
     records.chunk_by(|before, after| after.tick > before.tick)
 }
@@ -58,18 +58,19 @@ pub fn boots(records: &[FlightRecord]) -> impl Iterator<Item = &[FlightRecord]> 
 struct FrameReader {
     file: RecordFile,
     decoder: Decoder,
-    /// Where the frame under way begins, bytes.
+    /// Position of the present frame, bytes.
     start: usize,
-    /// Number of the next block of this boot, once there has been one.
+    /// Number of the next block of this boot, once a block has been read.
     next: Option<u32>,
     /// Number of the next line of this boot's log.
     next_line: u32,
-    /// The board has said again who it is, in the boot that it was in: it may send ticks again that are here.
+    /// Whether the board has repeated its identity within the same boot. The board may then repeat ticks that have
+    /// already been read.
     again: bool,
 }
 
 impl FrameReader {
-    /// Takes the next byte; `end` is its place plus 1.
+    /// Processes the next byte; `end` is its position plus 1.
     fn take(&mut self, byte: u8, end: usize) {
         match self.decoder.push::<BoardMessage>(byte) {
             Received::Nothing => return,
@@ -145,7 +146,7 @@ impl FrameReader {
     }
 }
 
-/// The first field in which two actuations differ, and its values.
+/// The first field in which two actuations differ, and the two values.
 pub fn first_field(recorded: Actuation, replayed: Actuation) -> Option<(&'static str, i32, i32)> {
     let fields = |actuation: Actuation| {
         let [left, right, ballast] = actuation.duty.map(i32::from);

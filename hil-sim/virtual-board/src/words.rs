@@ -1,10 +1,10 @@
-//! What the board says to an operator, in words: refusals and lines of the log.
+//! The board's refusals and log lines in words for an operator.
 
 use firmware::events::{Event, Line};
 use firmware::protocol::message::{ParameterAnswer, Refusal, UpdateRefusal};
 use model::supervise::codes::Fault;
 
-/// What a refusal means to the user.
+/// The meaning of a refusal in words.
 pub fn refusal_words(refusal: Refusal) -> String {
     match refusal {
         Refusal::UnknownSession => "refused: another host drives the board, or the board has booted since".into(),
@@ -18,7 +18,7 @@ pub fn refusal_words(refusal: Refusal) -> String {
     }
 }
 
-/// What the board says to a change of parameters that it does not make.
+/// The board's answer to a refused change of parameters, in words.
 pub fn not_changed_words(answer: &ParameterAnswer) -> String {
     match answer {
         ParameterAnswer::Armed => "refused: the vehicle is armed".into(),
@@ -31,7 +31,7 @@ pub fn not_changed_words(answer: &ParameterAnswer) -> String {
     }
 }
 
-/// Why an update goes no further.
+/// Why the board refuses to continue an update, in words.
 pub fn update_refusal_words(refusal: UpdateRefusal) -> String {
     match refusal {
         UpdateRefusal::NotDisarmed => "refused: the vehicle is not disarmed".into(),
@@ -69,7 +69,7 @@ pub fn log_line(line: &Line) -> String {
     format!("{:>4}.{:06} {what}", line.time_us / 1_000_000, line.time_us % 1_000_000)
 }
 
-/// Whether a person who only looks for trouble wants to see a line of the log.
+/// Whether a log line is relevant to a person who looks only for trouble.
 pub fn is_trouble(event: Event) -> bool {
     match event {
         Event::Booted(_)
@@ -89,7 +89,7 @@ pub fn is_trouble(event: Event) -> bool {
     }
 }
 
-/// What a line of the log says, in words.
+/// A log line's event in words.
 pub fn event_words(event: Event) -> String {
     match event {
         Event::Booted(cause) => format!("booted, reset by {}", cause.name()),

@@ -1,4 +1,4 @@
-//! The IMU's driver against the part's register model, with a bus that loses or falsifies what is written.
+//! Tests the IMU driver against the part's register model, with a bus that loses or falsifies writes.
 
 use std::cell::RefCell;
 use std::convert::Infallible;
@@ -33,7 +33,7 @@ const STILL: Motion = Motion {
 /// A part on its bus.
 struct Bus {
     part: icm42688p::Icm42688pModel,
-    /// Bits of a register that do not take what is written.
+    /// Bits of a register that ignore writes.
     stuck: Option<(u8, u8)>,
     /// Every register written, in order, with its value.
     written: Vec<(u8, u8)>,
@@ -129,7 +129,7 @@ fn run<F: Future>(future: F) -> (F::Output, u64) {
                 let next_us = time.next_alarm_us();
                 assert_ne!(next_us, u64::MAX, "the driver waits for the clock only");
                 time.advance_to(next_us);
-                // Takes the alarm that is over out of the queue.
+                // Removes the expired alarm from the queue.
                 time.next_alarm_us();
             }
         }
@@ -169,7 +169,7 @@ fn bank_and_interface_come_first_and_other_bits_stay_as_reset() {
             PWR_MGMT0
         ]
     );
-    // As reset: 0x30 and 0x91, of which the clock's selection (bit 0) must stay.
+    // The reset values are 0x30 and 0x91; the clock selection (bit 0) must be kept.
     assert_eq!(bus.read(INTF_CONFIG0), 0x33);
     assert_eq!(bus.read(INTF_CONFIG1), 0x51, "the adaptive full scale is off");
     assert_eq!(bus.read(GYRO_CONFIG0), 0x26);
@@ -203,7 +203,7 @@ fn a_setting_that_a_register_does_not_take_is_told_with_the_register() {
         for bit in (0..8).map(|bit| 1 << bit) {
             let device = Device::new();
             device.0.borrow_mut().stuck = Some((register, bit));
-            // As reset, the bit may stand as it is wanted.
+            // The reset value of the bit may already be the wanted value.
             let reset = Device::new().0.borrow_mut().read(register);
             let expected = if mask & bit == 0 || (reset ^ value) & bit == 0 {
                 Ok(())
@@ -233,7 +233,7 @@ fn a_part_that_stays_in_another_bank_is_not_believed() {
     assert_eq!(start(&device), Err(ImuError::WrongPart(0)));
 }
 
-/// The part answers nothing for 1 ms after its reset and loses what is written meanwhile.
+/// For 1 ms after its reset the part answers nothing and loses all writes.
 #[test]
 fn the_driver_waits_for_the_reset_and_for_the_gyro() {
     let device = Device::new();

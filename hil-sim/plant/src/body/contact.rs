@@ -2,9 +2,9 @@
 //! Coulomb disc, [`ContactMode`]) and in a gearbox (one direction, [`GearMode`]).
 //!
 //! The law is `f = -limit s / max(|s|, e)` with the slip speed `s` at the end of the step: within the
-//! band `e` a stiff damper (stick), outside it the Coulomb force against the slip. Since the step is
-//! solved for the end-of-step slip, the band can be so narrow that the creep it allows is far below
-//! anything measured, and no step is too long for it.
+//! band `e` a stiff damper (stick), outside it the Coulomb force against the slip. The step is solved
+//! for the end-of-step slip. The band can therefore be so narrow that its creep is far below anything
+//! measurable, and no step is too long for the band.
 
 /// Band of the wheel's law in m/s: the creep of a contact at its limit.
 pub const WHEEL_BAND_M_S: f64 = 1e-5;
@@ -14,7 +14,7 @@ pub const GEAR_BAND_RAD_S: f64 = 1e-6;
 /// The state of one contact within a step's iteration.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactMode {
-    /// Within the band.
+    /// The slip is within the band.
     Stick,
     /// Slipping at `speed` along the unit vector (along, across).
     Slide {
@@ -25,7 +25,7 @@ pub enum ContactMode {
     },
 }
 
-/// The law linearised about a mode: force = -(constant + stiffness . slip).
+/// The friction law, linearised about a mode: force = -(constant + stiffness . slip).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Linear {
     /// Part that does not depend on the slip.
@@ -73,7 +73,8 @@ impl ContactMode {
         }
     }
 
-    /// The secant of the law about this mode: slower than Newton's, but it cannot cycle.
+    /// The secant of the law about this mode. It converges more slowly than Newton's linearisation but
+    /// cannot cycle.
     #[inline]
     pub fn secant(self, limit: f64, band: f64) -> Linear {
         let k = match self {
@@ -86,7 +87,7 @@ impl ContactMode {
         }
     }
 
-    /// The mode for the `slip` that a solution with this mode gave, and whether the mode has changed.
+    /// The mode for the `slip` of a solution with this mode, and whether the mode has changed.
     #[inline]
     pub fn next(self, slip: [f64; 2], band: f64) -> (Self, bool) {
         let found = Self::of(slip, band);
@@ -95,10 +96,10 @@ impl ContactMode {
             (Self::Slide { direction: [a, b], .. }, found) => {
                 let along = a * slip[0] + b * slip[1];
                 if along < 0.0 {
-                    // The slip reversed within the step: it ended on the way.
+                    // The slip reversed within the step, so the slip ended on the way.
                     (Self::Stick, true)
                 } else if let Self::Slide { direction: [c, d], .. } = found {
-                    // A direction that turned by more than 0.1 rad is linearised afresh.
+                    // A direction that turned by more than 0.1 rad needs a new linearisation.
                     (found, a * c + b * d < 0.995)
                 } else {
                     (found, true)
@@ -112,7 +113,7 @@ impl ContactMode {
 /// The state of a gearbox's friction within a step's iteration: the law of a contact in one direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum GearMode {
-    /// Within the band.
+    /// The slip is within the band.
     Stick,
     /// Slipping at this rate.
     Slide(f64),
@@ -139,7 +140,7 @@ impl GearMode {
         LinearInOne { constant, stiffness }
     }
 
-    /// The mode for the `rate` that a solution with this mode gave, and whether the mode has changed.
+    /// The mode for the `rate` of a solution with this mode, and whether the mode has changed.
     #[inline]
     pub fn next(self, rate: f64, band: f64) -> (Self, bool) {
         let found = if rate.abs() <= band {
@@ -148,7 +149,7 @@ impl GearMode {
             Self::Slide(rate)
         };
         match (self, found) {
-            // The rate reversed within the step: it ended on the way.
+            // The rate reversed within the step, so the slip ended on the way.
             (Self::Slide(before), _) if before * rate < 0.0 => (Self::Stick, true),
             (Self::Stick, Self::Stick) | (Self::Slide(_), Self::Slide(_)) => (found, false),
             _ => (found, true),

@@ -7,17 +7,18 @@ use model::vehicle::Vehicle;
 pub struct Inertia {
     /// Everything that moves with the axle, in kg.
     pub total_mass: f64,
-    /// Mass of the arm, its payload included, in kg.
+    /// Mass of the arm including its payload, in kg.
     pub arm_mass: f64,
-    /// First moment of the arm about the axle, m l, in kg m, its payload included.
+    /// First moment m l of the arm about the axle, including its payload, in kg m.
     pub arm_first: f64,
-    /// Second moment of the arm, m l^2, its payload included.
+    /// Second moment m l^2 of the arm, including its payload.
     pub arm_second: f64,
-    /// Angle of the arm's centre of mass ahead of its own axis, in rad: 0 without a payload beside it.
+    /// Angle of the arm's centre of mass ahead of the arm's axis, in rad: 0 without a payload beside the
+    /// axis.
     pub arm_offset: f64,
     /// First moment of the spar (camera above, motor and ballast's pivot below), hanging positive.
     pub spar_first: f64,
-    /// Second moment of the spar, the ballast's mass at its pivot included.
+    /// Second moment of the spar, including the ballast's mass at its pivot.
     pub spar_second: f64,
     /// First moment of the ballast about its pivot.
     pub ballast_first: f64,
@@ -30,7 +31,7 @@ pub struct Inertia {
     /// Spin inertia of one wheel.
     pub wheel: f64,
     /// Rotor inertia of the left and the right drive at its output, n^2 J; 0 where a gearbox with play lets
-    /// the rotor turn by itself.
+    /// the rotor turn freely.
     pub rotor: [f64; 2],
     /// Rotor inertia of the ballast motor at its output.
     pub ballast_rotor: f64,
@@ -40,13 +41,13 @@ pub struct Inertia {
     pub spar_damping: f64,
     /// Mean of the wheels' radii.
     pub radius: f64,
-    /// How much larger the left wheel's radius is than the right one's.
+    /// The left wheel's radius less the right wheel's.
     pub radius_difference: f64,
     /// Distance of the camera above the axle.
     pub spar_length: f64,
     /// Half the track.
     pub half_track: f64,
-    /// Whether there is a camera spar.
+    /// Whether the vehicle has a spar.
     pub has_spar: bool,
 }
 
@@ -69,7 +70,7 @@ impl Inertia {
             ballast_second: 0.0,
             cross: 0.0,
             yaw: wheels_mass * b.half_track_m * b.half_track_m + b.yaw_inertia_kg_m2,
-            // A wheel without inertia would have no equation of motion while it is off the ground.
+            // A wheel without inertia would have no equation of motion while off the ground.
             wheel: (0.5 * b.wheels_inertia_kg_m2).max(1e-6 * b.total_mass_kg * b.wheel_radius_m * b.wheel_radius_m),
             rotor: [d.gear_ratio * d.gear_ratio * d.rotor_inertia_kg_m2; 2],
             ballast_rotor: 0.0,

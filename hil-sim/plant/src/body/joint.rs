@@ -1,4 +1,4 @@
-//! What a motor does to its joint.
+//! The torque law of a motor at its joint.
 
 use super::contact::LinearInOne;
 
@@ -10,15 +10,15 @@ pub(super) enum Branch {
     Lower,
 }
 
-/// What a motor does to its joint within one substep: `constant - damping * mean rate` within its limit,
-/// and dry friction.
+/// A motor's torque at its joint within one substep: `constant - damping * mean rate` within its limit, and dry
+/// friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JointTorque {
     /// Torque at rate zero, in N m at the gearbox output.
     pub constant_n_m: f64,
     /// Slope against the mean rate over the substep, in N m s/rad.
     pub damping_n_m_s: f64,
-    /// Largest torque either way, in N m: where the bridge chops.
+    /// Largest torque in either direction, in N m, at which the bridge chops.
     pub limit_n_m: f64,
     /// Coulomb friction at the output, in N m.
     pub coulomb_n_m: f64,
@@ -33,7 +33,7 @@ impl JointTorque {
         coulomb_n_m: 0.0,
     };
 
-    /// The law's branch at a mean rate: the linear one, or constant at a limit.
+    /// The law's branch at a mean rate: the linear branch, or a constant torque at a limit.
     #[inline]
     pub(super) fn branch(&self, mean_rate: f64) -> Branch {
         let torque = self.constant_n_m - self.damping_n_m_s * mean_rate;
@@ -46,8 +46,9 @@ impl JointTorque {
         }
     }
 
-    /// The branch to try after a solution on `branch` gave a mean rate. From one limit past the other the
-    /// rate has crossed what lies between: a stiff law would jump from limit to limit for ever.
+    /// The branch to try after a solution on `branch` gave a mean rate. A rate that passes from one limit beyond
+    /// the other has crossed the linear branch, so the linear branch is next. Otherwise a stiff law would jump from
+    /// limit to limit for ever.
     pub(super) fn next_branch(&self, branch: Branch, mean_rate: f64) -> Branch {
         match (branch, self.branch(mean_rate)) {
             (Branch::Upper, Branch::Lower) | (Branch::Lower, Branch::Upper) => Branch::Linear,
@@ -65,18 +66,18 @@ impl JointTorque {
     }
 }
 
-/// What a motor's joint does within a substep: its law with viscous and dry friction.
+/// A motor's joint within a substep: the motor's law with viscous and dry friction.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct JointTerm {
-    /// Impulse at the rate at the start.
+    /// Impulse at the initial rate.
     pub(super) impulse: f64,
-    /// How much less impulse for each rad/s that the rate gains within the substep.
+    /// Loss of impulse per rad/s of rate gained within the substep.
     pub(super) damping: f64,
 }
 
 impl JointTerm {
-    /// The term of a joint at `rate`, whose mean rate lies `weight` into the substep of `h` seconds: torque at rate
-    /// zero and its slope, and dry friction.
+    /// The term of a joint at `rate`, from the torque at rate zero, its slope, and the dry friction. The mean rate
+    /// is taken at the share `weight` of the substep of `h` seconds.
     #[inline]
     pub(super) fn new(h: f64, (constant, damping): (f64, f64), dry: LinearInOne, rate: f64, weight: f64) -> Self {
         Self {

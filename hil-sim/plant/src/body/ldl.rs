@@ -1,9 +1,11 @@
-//! L D L^T of the vehicle's small symmetric matrix, factored once and solved for several right sides.
+//! L D L^T factorisation of the vehicle's small symmetric matrix, factored once and solved for several
+//! right-hand sides.
 //!
-//! The speeds are ordered so that those with few couplings are eliminated first. The zeros that stay zero
-//! are known, which saves nearly half of the dense work.
+//! The speeds with few couplings are eliminated first. The elements that stay zero are known in advance, which
+//! saves nearly half of the dense work.
 
-// The rows are constants: inlined, every index and every loop is known, and nothing is checked or counted.
+// The rows are constants. After inlining, every index and every loop is known, so the code has no bounds checks
+// and no loop counters.
 #![allow(clippy::inline_always)]
 
 use super::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
@@ -17,9 +19,9 @@ pub type Speeds = [f64; SPEEDS];
 /// A symmetric matrix over the speeds; only its lower triangle is used.
 pub type Symmetric = [[f64; SPEEDS]; SPEEDS];
 
-// Rows below the diagonal of each column that are not zero, before or after elimination. A wheel
-// couples to the axle's speeds and the arm; the ballast to its spar and the axle; the spar to axle and
-// arm; the rest to each other.
+// Rows below the diagonal of each column that are not zero, before or after elimination. A wheel couples to the
+// axle's speeds and the arm, the ballast to spar and axle, the spar to axle and arm, and the remaining speeds
+// to each other.
 const WHEEL: [usize; 5] = [SIDE, FORWARD, LIFT, YAW, PHI];
 const BELOW_BALLAST: [usize; 3] = [SPAR, FORWARD, LIFT];
 const BELOW_SPAR: [usize; 3] = [FORWARD, LIFT, PHI];
@@ -36,8 +38,8 @@ pub struct Factored<'a> {
 }
 
 impl<'a> Factored<'a> {
-    /// Factors `a` (its lower triangle, with the pattern above) in its place, without pivoting: `a` is positive
-    /// definite, and L D L^T does not depend on the scale of the unknowns.
+    /// Factors `a` in place (its lower triangle, with the pattern above) without pivoting: `a` is positive
+    /// definite, and L D L^T is insensitive to the scale of the unknowns.
     #[inline]
     pub fn new(a: &'a mut Symmetric) -> Self {
         eliminate(a, RIGHT, WHEEL);
@@ -77,7 +79,7 @@ impl<'a> Factored<'a> {
     }
 }
 
-/// Eliminates column `j`, whose rows below are `rows` (rising).
+/// Eliminates column `j` with the non-zero rows `rows` below the diagonal, in ascending order.
 #[inline(always)]
 fn eliminate<const N: usize>(a: &mut Symmetric, j: usize, rows: [usize; N]) {
     let inverse = 1.0 / a[j][j];
@@ -147,8 +149,8 @@ mod tests {
 
     #[test]
     fn solves_a_stiff_system_to_the_residual_of_double_precision() {
-        // Mass-like diagonal, every coupling the vehicle has, one stiff constraint row (1e6 times the
-        // rest), as a stuck wheel makes.
+        // A mass-like diagonal, every coupling of the vehicle, and one stiff constraint row (1e6 times the
+        // rest) as of a sticking wheel.
         let mut a = [[0.0; SPEEDS]; SPEEDS];
         for (i, row) in a.iter_mut().enumerate() {
             row[i] = 0.5 + i as f64;
@@ -174,7 +176,7 @@ mod tests {
             let product: f64 = (0..SPEEDS).map(|j| if j <= i { a[i][j] } else { a[j][i] } * x[j]).sum();
             assert!((product - b[i]).abs() < 1e-9, "row {i}: {product} against {}", b[i]);
         }
-        // The stiff row is obeyed: its rate is the load over 1e6, not the load over the mass.
+        // The solution satisfies the stiff row: its rate is the load over 1e6, not the load over the mass.
         assert!(dot(&row, &x).abs() < 1e-4 && x[0].abs() > 1e-3);
     }
 }

@@ -1,16 +1,16 @@
-//! The vehicle's bodies in space, on wheels that may slip or leave the ground.
+//! The vehicle's bodies in space; the wheels may slip or leave the ground.
 //!
 //! # Coordinates
-//! Axle centre x, y in the base plane and z above its height on the bare plane; heading; wheel angles;
-//! arm angle phi, spar angle and ballast angle, these three **from the plane's normal** and forward
-//! positive (a rotation about -y). The ballast's angle is absolute here; its motor turns it relative to the
-//! spar. Speeds: (u, w, v_z) of the axle in the heading's axes (forward, left, up), yaw rate
-//! and the five rates, so that all nine are free: the wheels roll because of friction.
+//! Positions: axle centre x, y in the base plane and z above its height on the bare plane; heading; wheel angles; arm
+//! angle phi, spar angle and ballast angle. The last three are measured **from the plane's normal** and are forward
+//! positive (a rotation about -y). The ballast's angle is absolute here; its motor turns the ballast relative to the
+//! spar. Speeds: (u, w, v_z) of the axle in the heading's axes (forward, left, up), the yaw rate and the five rates.
+//! All nine are free: the wheels roll because of friction.
 //!
 //! # Equations
-//! With e1 forward, e2 left, e3 the plane's normal, every mass off the axle sits at a e1 + b e3 with
-//! a = sum of arms times sines, b = minus the same with cosines. Its velocity is
-//! `(u + a') e1 + (w + yaw a) e2 + (v_z + b') e3`, hence
+//! With e1 forward, e2 left and e3 the plane's normal, every mass off the axle is at a e1 + b e3, where a is the sum of
+//! the lengths times the angles' sines, and b minus the sum of the lengths times the cosines. Its velocity is `(u + a')
+//! e1 + (w + yaw a) e2 + (v_z + b') e3`, hence
 //!
 //! ```text
 //! 2T = Mt (u^2 + w^2 + v_z^2) + 2 u A' + 2 w yaw A + 2 v_z B' + yaw^2 (J + sum m a^2)
@@ -31,35 +31,35 @@
 //!                       = Q + yaw^2 dK/dq / 2 - first (cos g_f + sin g_n)
 //! ```
 //!
-//! for q = phi, spar, ballast (spar and ballast coupled by m_r l_m l_r cos(ballast - spar)). On a plane,
-//! wheels rolling, they are Eq. 3.12/3.13 of the planar vehicle, the corrected reduced equations of ch. 6
-//! (erratum E23) and the corrected coupled vehicle of ch. 8 with the spar pivoted on the arm (errata
-//! E32 to E36): the tests hold them against `model::dynamics`.
+//! for q = phi, spar, ballast (spar and ballast coupled by m_r l_m l_r cos(ballast - spar)). On a plane with rolling
+//! wheels the equations reduce to Eq. 3.12/3.13 of the planar vehicle, to the corrected equations of ch. 6 (erratum
+//! E23), and to the corrected coupled vehicle of ch. 8 with the spar pivoted on the arm (errata E32 to E36). The tests
+//! compare them with `model::dynamics`.
 //!
 //! # Contact
-//! Normal: the wheels' centres follow their paths over the profile ([`super::terrain`]); one unilateral
-//! constraint `v_z = rate of the mean path height` with the multiplier as total normal force. Where it
-//! would pull, the axle is in flight: no normal force, no friction, until it lands (inelastic). Tangent:
-//! `contact`, per wheel, longitudinal along the path and lateral together. Normal forces of the two
-//! wheels follow from the roll balance about the axle, gyroscopic and lateral loads included.
+//! Normal: the wheels' centres follow their paths over the profile ([`super::terrain`]); one unilateral constraint `v_z
+//! = rate of the mean path height`, whose multiplier is the total normal force. If the force would pull, the axle is in
+//! flight, without normal force and friction, until it lands inelastically. Tangential: `contact` treats each wheel's
+//! longitudinal (along the path) and lateral friction together. The normal forces of the two wheels follow from the
+//! roll balance about the axle, which includes gyroscopic and lateral loads.
 //!
 //! # Approximations
-//! - No roll coordinate: the axle's roll angle is that of the paths under its wheels, its rate and inertia
-//!   are neglected; a wheel that the roll balance unloads is flagged, keeps no friction, but the vehicle
-//!   does not tip over.
-//! - Yaw turns about the plane's normal also while the path is inclined by a profile; exact on planes.
-//! - The normal force is the mean over a substep, so a kerb's impact shows as a peak whose area, not
-//!   whose height, has a meaning. Impacts are inelastic, tyres are rigid.
-//! - The lateral force of both wheels is shared in proportion to what each can hold.
+//! - There is no roll coordinate: the axle's roll angle is that of the paths under its wheels, and its rate and inertia
+//!   are neglected. A wheel that the roll balance unloads is flagged and has no friction, but the vehicle does not tip
+//!   over.
+//! - Yaw is a rotation about the plane's normal even while a profile inclines the path. This is exact on planes.
+//! - The normal force is the mean over a substep. A kerb's impact therefore appears as a peak with a meaningful area
+//!   but a meaningless height. Impacts are inelastic and tyres are rigid.
+//! - The two wheels share the lateral force in proportion to the force that each can hold.
 //!
 //! # Step
-//! Midpoint in the configuration, implicit in everything stiff: with the mass matrix and geometry at the
-//! half step, `(M + h/2 D + h G) du = h f(u_mid) - ...` where D collects viscous and back-EMF damping
-//! (trapezoidal; end of step where a damper stops its inertia within the step), G the regularised dry frictions and the
-//! normal constraint (end of step). In `f(u_mid)` the middle speed is the old one with half the change of the substep
-//! before; where a solution has to be repeated, with half its own. Second order between events, first order across a
-//! change of stick and slip; unconditionally stable in D and G. The system is solved by elimination: `ldl` for any
-//! vehicle on any ground, `rolling` with the zeros of a vehicle that rolls on a plane.
+//! The scheme is midpoint in the configuration and implicit in every stiff term. With the mass matrix and geometry at
+//! the half step, `(M + h/2 D + h G) du = h f(u_mid) - ...` where D collects viscous and back-EMF damping (trapezoidal,
+//! or at the end of the step where a damper stops its inertia within the step), and G the regularised dry frictions and
+//! the normal constraint (end of step). In `f(u_mid)` the middle speed is the old speed plus half the change of the
+//! previous substep; a repeated solution uses half of its own change. The scheme is second order between events, first
+//! order across a change of stick and slip, and unconditionally stable in D and G. Elimination solves the system: `ldl`
+//! for any vehicle on any ground, `rolling` with the known zeros of a vehicle that rolls on a plane.
 
 mod contact;
 mod inertia;
@@ -98,7 +98,7 @@ pub const RIGHT: usize = 0;
 pub const LEFT: usize = 1;
 /// Index of the ballast (absolute).
 pub const BALLAST: usize = 2;
-/// Index of the camera spar.
+/// Index of the spar.
 pub const SPAR: usize = 3;
 /// Index of y (position) and of the speed to the left.
 pub const SIDE: usize = 4;
@@ -110,7 +110,7 @@ pub const LIFT: usize = 6;
 pub const YAW: usize = 7;
 /// Index of the arm.
 pub const PHI: usize = 8;
-/// The angles: positions whose rates are the speeds themselves.
+/// The angles: positions whose rates equal the speeds.
 const ANGLES: [usize; 6] = [RIGHT, LEFT, BALLAST, SPAR, YAW, PHI];
 
 /// Rows of the joints over the speeds, in the order of [`model::sample::Motor`].
@@ -120,7 +120,7 @@ const JOINTS: [[(usize, f64); 2]; MOTORS] = [
     [(BALLAST, 1.0), (SPAR, -1.0)],
 ];
 
-/// A body that swings about the axle, over the last substep.
+/// The motion over the last substep of a body that swings about the axle.
 #[derive(Debug, Clone, Copy)]
 pub struct Swing {
     /// Sine and cosine of its angle from the plane's normal, in the middle of the substep.
@@ -131,7 +131,7 @@ pub struct Swing {
     pub acceleration: f64,
 }
 
-/// A contact of a wheel as it was in the last substep.
+/// A wheel's contact in the last substep.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct WheelContact {
     /// Normal force in N (mean over the substep).
@@ -142,32 +142,32 @@ pub struct WheelContact {
     pub lateral_n: f64,
     /// Slip of the contact point: forward speed of the centre along its path less r theta'.
     pub slip_m_s: f64,
-    /// The contact slides (beyond the band of the regularised law).
+    /// Whether the contact slides (its slip is beyond the band of the regularised law).
     pub sliding: bool,
-    /// The wheel does not touch the ground.
+    /// Whether the wheel is off the ground.
     pub lifted: bool,
 }
 
-/// The vehicle's bodies: positions, speeds, and what the last substep left.
+/// The vehicle's bodies: positions, speeds, and the results of the last substep.
 #[derive(Debug, Clone)]
 pub struct Body {
     inertia: Inertia,
     position: Speeds,
     speed: Speeds,
-    /// Over the last substep.
+    /// Mean speeds over the last substep.
     mean_speed: Speeds,
     acceleration: Speeds,
     gravity: Gravity,
-    /// Right and left.
+    /// Contacts of the right and the left wheel.
     wheels: [WheelContact; 2],
     wheel_modes: [ContactMode; 2],
     gear_modes: [GearMode; MOTORS],
-    /// The arm's centre of mass, spar, ballast and heading in the middle of the last substep.
+    /// Angles of the arm's centre of mass, spar, ballast and heading in the middle of the last substep.
     middle: [TrackedAngle; 4],
-    /// Of the motors' joints over the last substep.
+    /// Mean rates of the motors' joints over the last substep.
     mean_rates: [f64; MOTORS],
     in_flight: bool,
-    /// Over the last substep both wheels rolled on the plane, and nothing acted from outside.
+    /// Whether over the last substep both wheels rolled on the plane and no external force acted.
     rolled: bool,
     outside: Outside,
     payload: Payload,
@@ -175,7 +175,7 @@ pub struct Body {
 }
 
 impl Body {
-    /// The vehicle at rest at the origin, heading along x, everything hanging from the vertical.
+    /// The vehicle at rest at the origin, heading along x, with arm, spar and ballast hanging vertically.
     pub fn new(vehicle: &Vehicle<f64>, ground: &Ground) -> Self {
         let mut body = Self {
             inertia: Inertia::new(vehicle),
@@ -199,7 +199,7 @@ impl Body {
         body
     }
 
-    /// Puts the vehicle at rest at (x, y) with a heading, arm, spar and ballast hanging vertically.
+    /// Puts the vehicle at rest at (x, y) with a heading. Arm, spar and ballast hang vertically.
     pub fn place(&mut self, ground: &Ground, x_m: f64, y_m: f64, heading_rad: f64) {
         self.position[FORWARD] = x_m;
         self.position[SIDE] = y_m;
@@ -234,7 +234,7 @@ impl Body {
         &self.inertia
     }
 
-    /// The constants of the vehicle, to change them.
+    /// The constants of the vehicle, mutable.
     pub(crate) fn inertia_mut(&mut self) -> &mut Inertia {
         &mut self.inertia
     }
@@ -249,7 +249,7 @@ impl Body {
         &self.speed
     }
 
-    /// Positions and speeds, to set a state. The height is put back on the ground by the next step.
+    /// Positions and speeds, mutable. The next step puts the height back on the ground.
     pub fn state_mut(&mut self) -> (&mut Speeds, &mut Speeds) {
         (&mut self.position, &mut self.speed)
     }
@@ -264,17 +264,17 @@ impl Body {
         &self.acceleration
     }
 
-    /// How the arm swings.
+    /// The arm's swing over the last substep.
     pub fn arm_swing(&self) -> Swing {
         let [middle, ..] = self.middle;
         if self.inertia.arm_offset == 0.0 {
             return self.swing(PHI, middle);
         }
-        // The middle is that of the centre of mass; the arm's own axis is beside it.
+        // The stored angle is that of the centre of mass; the arm's axis differs by the offset.
         self.swing(PHI, TrackedAngle::new(middle.angle - self.inertia.arm_offset))
     }
 
-    /// How the spar swings.
+    /// The spar's swing over the last substep.
     pub fn spar_swing(&self) -> Swing {
         self.swing(SPAR, self.middle[1])
     }
@@ -303,13 +303,13 @@ impl Body {
         self.slope
     }
 
-    /// Whether over the last substep both wheels rolled on the plane and nothing acted from outside: the motion has no
-    /// kinks but those of the gearboxes' friction.
+    /// Whether over the last substep both wheels rolled on the plane and no external force acted. The motion then has
+    /// no kinks except those of the gearboxes' friction.
     pub fn rolled(&self) -> bool {
         self.rolled
     }
 
-    /// The axle is off the ground.
+    /// Whether the axle is off the ground.
     pub fn in_flight(&self) -> bool {
         self.in_flight
     }
@@ -331,7 +331,7 @@ impl Body {
         JOINTS.get(motor).map_or(0.0, |row| dot(row, &self.speed))
     }
 
-    /// Mean rates of the motors' joints over the last substep, as their torques felt them.
+    /// Mean rates of the motors' joints over the last substep, as used in their torque laws.
     pub fn mean_joint_rates(&self) -> &[f64; MOTORS] {
         &self.mean_rates
     }
@@ -356,12 +356,12 @@ impl Body {
             + c.above * n3
     }
 
-    /// Gravity in the heading's axes, the plane rolled by the paths' difference in height.
+    /// Gravity in the heading's axes, with the plane rolled by the paths' difference in height.
     fn gravity_at(&self, ground: &Ground, (sin, cos): (f64, f64), heights: [f64; 2]) -> Gravity {
         let [n1, n2, n3] = ground.up_m_s2();
         let across = n2 * cos - n1 * sin;
         let rise = (heights[1] - heights[0] + self.inertia.radius_difference) / (2.0 * self.inertia.half_track);
-        // Left wheel higher: the axle's left end points up by `rise`.
+        // With the left wheel higher, the axle's left end points up by `rise`.
         let scale = 1.0 / (1.0 + rise * rise).sqrt();
         Gravity {
             along: n1 * cos + n2 * sin,

@@ -1,12 +1,12 @@
-//! The equations of motion at one configuration: mass matrix and the forces that no joint makes.
+//! The equations of motion at one configuration: the mass matrix and all forces except those of the joints.
 //!
-//! Derivation in [`super`].
+//! See [`super`] for the derivation.
 
 use super::inertia::Inertia;
 use super::ldl::{SPEEDS, Speeds, Symmetric};
 use super::{BALLAST, FORWARD, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 
-/// Gravity in the axes of the heading: how much of g points backward, rightward and downward, in m/s^2.
+/// Components of g in the axes of the heading, in m/s^2: backward, rightward and downward.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Gravity {
     /// Against the heading (uphill positive).
@@ -17,36 +17,36 @@ pub struct Gravity {
     pub normal: f64,
 }
 
-/// The bodies that swing about the axle, in the order of a configuration's arrays.
+/// The bodies that swing about the axle, in the order of the arrays of [`Configuration`].
 const SWINGING: [usize; 3] = [PHI, SPAR, BALLAST];
 
-/// Sines, cosines and moments of one configuration. The arrays are of arm, spar and ballast.
+/// Sines, cosines and moments of one configuration. The arrays contain arm, spar and ballast.
 #[derive(Debug, Clone, Copy)]
 pub struct Configuration {
     /// Sine and cosine of the angle of the arm's centre of mass.
     pub arm: (f64, f64),
-    /// Of the spar's.
+    /// Sine and cosine of the spar's angle.
     pub spar: (f64, f64),
-    /// First moments times cosine: how a body's angle couples to the forward speed.
+    /// First moments times cosine: the coupling of a body's angle with the forward speed.
     pub forward: [f64; 3],
-    /// First moments times sine: how a body's angle couples to the speed off the plane.
+    /// First moments times sine: the coupling of a body's angle with the speed off the plane.
     pub lift: [f64; 3],
     /// Second moments times sine times sine.
     sine2: [f64; 3],
     /// Second moments times sine times cosine.
     mixed: [f64; 3],
-    /// The coupling of spar and ballast times the spar's sine or cosine times the ballast's.
+    /// The coupling of spar and ballast times the spar's sine or cosine times the ballast's sine or cosine.
     sine_sine: f64,
     sine_cosine: f64,
     cosine_sine: f64,
     cosine_cosine: f64,
-    /// Sum of masses times their place ahead of the axle.
+    /// Sum of the masses times their distances ahead of the axle.
     pub ahead: f64,
-    /// Sum of masses times their place above the axle (negative: they hang).
+    /// Sum of the masses times their heights above the axle (negative while they hang).
     pub above: f64,
-    /// Sum of masses times the squares of their places ahead.
+    /// Sum of the masses times the squares of their distances ahead.
     pub ahead2: f64,
-    /// Sum of masses times place ahead times place above.
+    /// Sum of the masses times distance ahead times height above.
     pub product: f64,
 }
 
@@ -84,7 +84,7 @@ impl Configuration {
         }
     }
 
-    /// How spar and ballast couple by their masses: m_r l_m l_r times the cosine of the angle between them.
+    /// The inertial coupling of spar and ballast: m_r l_m l_r times the cosine of the angle between them.
     #[inline]
     pub fn spar_ballast(&self) -> f64 {
         self.cosine_cosine + self.sine_sine
@@ -118,14 +118,14 @@ impl Configuration {
             m[SPAR][BALLAST] = self.spar_ballast() - i.ballast_rotor;
             m[BALLAST][BALLAST] = i.ballast_second + i.ballast_rotor;
         } else {
-            // No spar: its speeds stay zero.
+            // Without a spar its speeds stay zero.
             m[SPAR][SPAR] = 1.0;
             m[BALLAST][BALLAST] = 1.0;
         }
         m
     }
 
-    /// Rate of the masses' place above, sum m b', at the speeds `u`.
+    /// Rate of [`Configuration::above`], sum m b', at the speeds `u`.
     #[inline]
     pub fn above_rate(&self, u: &Speeds) -> f64 {
         weighted(self.lift, swinging(u))
@@ -145,7 +145,7 @@ impl Configuration {
     }
 
     /// Centrifugal, Coriolis and gravity forces at the speeds `u`.
-    // As every substep calls it: what it returns never goes through memory.
+    // Every substep calls this function; inlined, its result stays in registers.
     #[allow(clippy::inline_always)]
     #[inline(always)]
     pub fn forces(&self, i: &Inertia, u: &Speeds, g: &Gravity) -> Speeds {
@@ -174,7 +174,7 @@ impl Configuration {
         f
     }
 
-    /// Sum over the hanging masses of `a b' - b a'` each times its mass: their angular momentum about -y.
+    /// Sum of `a b' - b a'` times the mass over the hanging masses: their angular momentum about -y.
     #[inline]
     pub fn pitch_momentum(&self, i: &Inertia, u: &Speeds) -> f64 {
         i.arm_second * u[PHI]

@@ -1,18 +1,18 @@
-//! What acts on the bodies from outside: chocks, a seized wheel, a stand under the axle, a push.
+//! External constraints and forces on the bodies: chocks, a seized wheel, a stand under the axle, a push.
 
 use super::ldl::{Speeds, Symmetric};
 use super::motion::Configuration;
 use super::{Body, FORWARD, JOINTS, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, YAW};
 use crate::terrain::Ground;
 
-/// Stiffness of a chock or a seized gearbox on the rate it holds, in N m s/rad.
+/// Stiffness of a chock or a seized gearbox on the held rate, in N m s/rad.
 const HOLD_N_M_S: f64 = 1e7;
-/// Stiffness of a stand on the axle's speeds and its yaw rate, in N s/m and N m s/rad: 13 kg sink 0.1 um/s.
+/// Stiffness of a stand on the axle's speeds and yaw rate, in N s/m and N m s/rad: 13 kg sink by 0.1 um/s.
 const STAND_N_S_M: f64 = 1e9;
-/// How far a stand lifts the axle, in m.
+/// Height by which a stand lifts the axle, in m.
 const STAND_M: f64 = 0.05;
 
-/// Where a push acts.
+/// The body on which a push acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PushedBody {
@@ -24,10 +24,10 @@ pub enum PushedBody {
     Spar,
 }
 
-/// A force from outside, in the heading's axes, in N.
+/// An external force in the heading's axes, in N.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Push {
-    /// Where it acts.
+    /// The body on which the force acts.
     pub on: PushedBody,
     /// Along the heading.
     pub forward_n: f64,
@@ -37,7 +37,7 @@ pub struct Push {
     pub up_n: f64,
 }
 
-/// Everything that acts from outside.
+/// All external constraints and forces.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Outside {
     chocked: bool,
@@ -45,7 +45,7 @@ pub(super) struct Outside {
     jammed: [bool; 2],
     on_stand: bool,
     push: Option<Push>,
-    /// Any of these.
+    /// Whether any of these is present.
     pub(super) acts: bool,
     /// Moment of a push about the axle's forward axis over the last substep, for the roll balance.
     pub(super) roll_n_m: f64,
@@ -59,7 +59,7 @@ impl Outside {
 }
 
 impl Body {
-    /// Wheels blocked by chocks (a hand on the rims): they do not turn; the arm still swings.
+    /// Whether chocks (a hand on the rims) block the wheels. The arm still swings.
     pub fn chocked(&self) -> bool {
         self.outside.chocked
     }
@@ -78,7 +78,7 @@ impl Body {
         }
     }
 
-    /// Pushes from now on, or no more.
+    /// Starts a push, or ends it with `None`.
     pub fn set_push(&mut self, push: Option<Push>) {
         self.outside.push = push;
         self.outside.update();
@@ -94,7 +94,7 @@ impl Body {
         self.outside.on_stand
     }
 
-    /// Puts the axle on a stand, at rest, the wheels 50 mm off the ground, or back on the ground.
+    /// Puts the axle on a stand, at rest with the wheels 50 mm off the ground, or back on the ground.
     pub fn set_on_stand(&mut self, ground: &Ground, on_stand: bool) {
         if self.outside.on_stand == on_stand {
             return;
@@ -111,7 +111,7 @@ impl Body {
         self.in_flight = on_stand;
     }
 
-    /// Adds what acts from outside to the matrix and the impulses of a substep of `h` seconds.
+    /// Adds the external terms to the matrix and the impulses of a substep of `h` seconds.
     pub(super) fn act(&mut self, h: f64, c: &Configuration, a: &mut Symmetric, b: &mut Speeds) {
         let u = self.speed;
         let mut hold = |row: &[(usize, f64)], stiffness: f64| {

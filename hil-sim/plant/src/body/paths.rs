@@ -1,15 +1,16 @@
-//! The wheels' paths over the ground: where the contacts are and which way they point.
+//! The wheels' paths over the ground: positions and directions of the contacts.
 
 use super::ldl::Speeds;
 use super::{Body, FORWARD, LEFT, LIFT, RIGHT, SIDE, YAW};
 use crate::terrain::Ground;
 
-/// Right and left: index of the wheel, and which way the yaw rate moves it.
+/// Right and left: index of the wheel, and the sign of its speed by the yaw rate.
 const SIDES: [(usize, f64); 2] = [(RIGHT, 1.0), (LEFT, -1.0)];
 
-/// Geometry of the contacts in one substep, of right and left.
+/// Geometry of the right and the left contact in one substep.
 pub(super) struct Contacts {
-    /// Rise of each path along the heading, the cosine of its angle and the cosine's reciprocal.
+    /// Rise of each path along the heading, the cosine of the path's angle, and the cosine's
+    /// reciprocal.
     tangent: [f64; 2],
     cosine: [f64; 2],
     pub(super) secant: [f64; 2],
@@ -21,12 +22,12 @@ pub(super) struct Contacts {
     pub(super) friction: [f64; 2],
     /// Mean height of the paths.
     pub(super) height: f64,
-    /// Neither path rises.
+    /// Whether neither path rises.
     pub(super) level: bool,
 }
 
 impl Contacts {
-    /// Longitudinal slip of a wheel over the speeds.
+    /// Row of a wheel's longitudinal slip over the speeds.
     pub(super) fn roll(&self, i: usize) -> [(usize, f64); 4] {
         let (wheel, sign) = SIDES[i];
         let cosine = self.cosine[i];
@@ -48,7 +49,7 @@ impl Contacts {
         })
     }
 
-    /// Speed of the axle off its path over the speeds.
+    /// Row of the axle's speed off its path over the speeds.
     pub(super) fn normal(&self) -> [(usize, f64); 4] {
         let [right, left] = self.tangent;
         [
@@ -61,7 +62,7 @@ impl Contacts {
 }
 
 impl Body {
-    /// Geometry of the contacts at the end of the step, as far as the old speeds foretell it.
+    /// Geometry of the contacts at the end of the step, as predicted from the old speeds.
     #[inline]
     pub(super) fn contacts(&mut self, h: f64, ground: &Ground, (sin, cos): (f64, f64)) -> Contacts {
         let (u, d) = (&self.speed, self.inertia.half_track);

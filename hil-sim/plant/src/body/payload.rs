@@ -7,18 +7,18 @@ use super::{Body, PHI};
 pub struct Payload {
     /// Mass, in kg.
     pub mass_kg: f64,
-    /// How far ahead of the arm's axis it sits, in m.
+    /// Distance ahead of the arm's axis, in m.
     pub ahead_m: f64,
-    /// How far below the axle it sits, in m.
+    /// Distance below the axle, in m.
     pub below_m: f64,
 }
 
 impl Body {
-    /// Puts a payload onto the arm, moving with it, in place of the one there; mass 0 takes it off.
+    /// Fixes a payload to the moving arm in place of the present payload; mass 0 removes the payload.
     ///
-    /// The arm with its load swings exactly as the two masses do. In yaw both count as one second moment
-    /// about the axle at the angle of their common centre of mass, which differs by the square of how far
-    /// the load sits beside the arm's axis.
+    /// The swing of the arm with its load is exact for the two masses. For the yaw inertia both count as
+    /// one second moment about the axle, at the angle of their common centre of mass. The error is of the
+    /// order of the square of the load's distance from the arm's axis.
     pub fn set_payload(&mut self, payload: Payload) {
         let (old, new) = (self.payload, payload);
         self.payload = payload;

@@ -1,12 +1,12 @@
-//! The solution of a substep for a vehicle that rolls on a plane, which it nearly always does.
+//! The solution of a substep for a vehicle that rolls on a plane, which is the usual case.
 //!
-//! The equations are those that [`super::ldl`] solves for any vehicle on any ground. Where both wheels stick, the
-//! paths do not rise above the plane and nothing acts from outside, most of their matrix is zero, the normal
-//! constraint says what the axle's speed off the plane becomes (0), and what is left is eliminated here by hand: each
-//! wheel, the ballast, the spar and the speed to the left, each of which couples to few others; then forward speed,
-//! yaw rate and arm together.
+//! The equations are those that [`super::ldl`] solves for any vehicle on any ground. If both wheels stick, the paths
+//! do not rise above the plane and no external force acts, most of the matrix is zero, and the normal constraint sets
+//! the axle's speed off the plane to 0. This module eliminates the other unknowns by hand: first each wheel, the
+//! ballast, the spar and the speed to the left, which couple to few others; then forward speed, yaw rate and arm
+//! together.
 
-// What nearly every substep calls goes into one function: what it returns never goes through memory.
+// The functions of nearly every substep are inlined into one function, so their results stay in registers.
 #![allow(clippy::inline_always)]
 
 use model::sample::MOTORS;
@@ -20,12 +20,13 @@ use super::paths::Contacts;
 use super::step::{NEWTON_MAX, Solution, Substep, joint_rates, middle};
 use super::{BALLAST, Body, FORWARD, JointTorque, LEFT, LIFT, PHI, RIGHT, SIDE, SPAR, WheelContact, YAW};
 
-/// No motor's current passes through a diode.
+/// The branches if no motor's current passes through a diode.
 const LINEAR: [Branch; MOTORS] = [Branch::Linear; MOTORS];
 
 impl Body {
-    /// Solves the substep of a vehicle that goes on rolling on a plane as it did, but for its gearboxes, which may stick or
-    /// slide: to the bit what the general substep finds. `None`, and nothing changed, where that does not hold.
+    /// Solves the substep of a vehicle that keeps rolling on a plane; its gearboxes may stick or slide. The result
+    /// equals that of the general substep bit for bit. Returns `None` and changes nothing if the vehicle does not
+    /// keep rolling.
     #[inline]
     pub(super) fn roll(
         &mut self,
@@ -100,7 +101,7 @@ impl Body {
         None
     }
 
-    /// Solves for a vehicle that rolls on a plane, under the `normals` of right and left wheel.
+    /// Solves for a vehicle that rolls on a plane, with the normal forces `normals` of the right and the left wheel.
     #[inline(always)]
     pub(super) fn solve_rolling(&self, substep: &Substep<'_>, normals: [f64; 2]) -> Solution {
         let contacts = substep.contacts;
@@ -118,34 +119,35 @@ impl Body {
     }
 }
 
-/// A wheel that is eliminated from forward speed, yaw rate and arm.
+/// The elimination of a wheel from the equations of forward speed, yaw rate and arm.
 struct Wheel {
-    /// Reciprocal of its own inertia with everything that holds it.
+    /// Reciprocal of the wheel's inertia including its damping and stiffness terms.
     inverse: f64,
-    /// Coupling to its contact point's speed: grip times radius.
+    /// Coupling with the contact point's speed: grip times radius.
     contact: f64,
-    /// Coupling to the arm.
+    /// Coupling with the arm.
     arm: f64,
-    /// Its impulse.
+    /// The wheel's impulse.
     impulse: f64,
 }
 
 impl Wheel {
-    /// What it adds to the contact point's speed: to its inertia, to its coupling with the arm, to its impulse.
+    /// The wheel's contributions to the equation of the contact point's speed: to the inertia, to the coupling with
+    /// the arm, and to the impulse.
     fn on_contact(&self, grip: f64) -> [f64; 3] {
         let share = self.contact * self.inverse;
         [grip - share * self.contact, share * self.arm, share * self.impulse]
     }
 
-    /// The change of its rate, from those of its contact point's speed and of the arm's rate.
+    /// The change of the wheel's rate, from the changes of the contact point's speed and of the arm's rate.
     fn change(&self, contact: f64, arm: f64) -> f64 {
         (self.impulse + self.contact * contact - self.arm * arm) * self.inverse
     }
 }
 
-/// What acts in a substep besides the masses.
+/// The loads of a substep, in addition to the masses.
 struct Load<'a> {
-    /// Impulses of every force that no joint makes.
+    /// Impulses of all forces except those of the joints.
     impulse: &'a Speeds,
     /// The motors' joints.
     joints: &'a [JointTerm; 3],
@@ -157,7 +159,7 @@ struct Load<'a> {
     radii: [f64; 2],
 }
 
-/// The changes of the speeds `u`, and the impulse with which the ground pushes.
+/// The changes of the speeds `u`, and the impulse of the ground's normal force.
 #[inline(always)]
 fn solve(i: &Inertia, c: &Configuration, u: &Speeds, load: &Load<'_>) -> (Speeds, f64) {
     let ([arm_forward, on_spar_forward, ballast_forward], [arm_lift, spar_lift, ballast_lift]) = (c.forward, c.lift);
@@ -242,7 +244,7 @@ fn solve(i: &Inertia, c: &Configuration, u: &Speeds, load: &Load<'_>) -> (Speeds
     arm2 -= on_arm * arm_yaw;
     arm -= on_arm * yaw;
 
-    // And back.
+    // Back substitution.
     let mut x = [0.0; SPEEDS];
     x[PHI] = arm / arm2;
     x[YAW] = (yaw - arm_yaw * x[PHI]) * yaw_inverse;

@@ -1,9 +1,9 @@
-//! One substep: assembles the equations, solves for the change of the speeds, finds which contacts stick and
+//! One substep: assembles the equations, solves for the change of the speeds, determines which contacts stick and
 //! which slide, and moves the bodies.
 //!
 //! The scheme is described in [`super`].
 
-// What nearly every substep calls goes into one function: what it returns never goes through memory.
+// The functions of nearly every substep are inlined into one function, so their results stay in registers.
 #![allow(clippy::inline_always)]
 
 use model::sample::MOTORS;
@@ -18,9 +18,9 @@ use super::{
 };
 use crate::terrain::Ground;
 
-/// Stiffness of the normal constraint on the end-of-step speed, in N s/m: 13 kg sink 0.1 um/s.
+/// Stiffness of the normal constraint on the end-of-step speed, in N s/m: 13 kg sink by 0.1 um/s.
 const NORMAL_N_S_M: f64 = 1e9;
-/// Newton iterations after which the secant takes over, and at most.
+/// Number of Newton iterations after which the secant takes over, and largest number of iterations.
 pub(super) const NEWTON_MAX: usize = 6;
 const ITERATIONS_MAX: usize = 16;
 
@@ -38,13 +38,14 @@ pub(super) fn middle(u: &Speeds, change: &Speeds) -> Speeds {
     core::array::from_fn(|i| u[i] + 0.5 * change[i])
 }
 
-/// Weight of the end of the step in a damper's mean rate: the middle, second order, as long as the damper
-/// cannot stop its `inertia` within the step; beyond that the trapezoidal rule would ring, so the end.
+/// Weight of the end of the step in a damper's mean rate. The weight of the middle (second order) is used as long
+/// as the damper cannot stop its `inertia` within the step. A stronger damper would make the trapezoidal rule
+/// ring, so its weight is that of the end.
 fn end_weight(impulse_per_rate: f64, inertia: f64) -> f64 {
     if impulse_per_rate < inertia { 0.5 } else { 1.0 }
 }
 
-/// What of a substep is assumed, and changes until the solution agrees.
+/// The assumptions of a substep, which are revised until the solution agrees with them.
 #[derive(Clone, Copy)]
 struct Assumed {
     grounded: bool,
@@ -54,14 +55,14 @@ struct Assumed {
     normals: [f64; 2],
 }
 
-/// What a substep is solved from.
+/// The input of a substep's solution.
 pub(super) struct Substep<'a> {
     pub(super) h: f64,
     pub(super) configuration: &'a Configuration,
     pub(super) contacts: &'a Contacts,
     pub(super) joints: [JointTerm; MOTORS],
     pub(super) bearing: JointTerm,
-    /// Impulses of every force that no joint makes.
+    /// Impulses of all forces except those of the joints.
     pub(super) impulse: Speeds,
 }
 
@@ -75,7 +76,7 @@ impl Body {
         self.step_weighted(h, ground, joints, weights);
     }
 
-    /// As [`Body::step`], with each joint's mean rate this far into the substep.
+    /// As [`Body::step`], with each joint's mean rate at this share of the substep.
     pub(crate) fn step_weighted(
         &mut self,
         h: f64,
@@ -94,7 +95,7 @@ impl Body {
         let contacts = self.contacts(h, ground, heading.sin_cos);
 
         let rates = joint_rates(&u);
-        // The forces act at the mean speeds, foretold by the change in the substep before.
+        // The forces are evaluated at the mean speeds, predicted from the change in the previous substep.
         let foretold = middle(&u, &core::array::from_fn(|i| h * self.acceleration[i]));
         let rolled = self.roll(h, (&c, &contacts), joints, weights, &rates, &foretold);
         let (change, mean, grounded) = match rolled {
@@ -104,8 +105,9 @@ impl Body {
         self.finish(h, ground, heading.sin_cos, (&change, &mean), grounded);
     }
 
-    /// The changes of the speeds for any vehicle on any ground, their means, and whether the axle is on it.
-    // Apart from the way of a vehicle that rolls, which nearly every substep goes.
+    /// The changes of the speeds for any vehicle on any ground, their means, and whether the axle is on the
+    /// ground.
+    // Not inlined: nearly every substep takes the path of a rolling vehicle.
     #[inline(never)]
     fn find_contacts(
         &mut self,
@@ -172,7 +174,7 @@ impl Body {
             let forces: [[f64; 2]; 2] = core::array::from_fn(|i| laws[i].force(slip[i]));
             let found = self.share_normal(h, c, contacts, push, forces, &change, &mean);
             for i in 0..2 {
-                // A bound that was wrong matters to a wheel that slides, or had none.
+                // A wrong friction bound matters only to a wheel that slides or that had no bound.
                 let slides = assumed.wheels[i] != ContactMode::Stick;
                 let bound_matters = slides || assumed.normals[i] <= 0.0;
                 again |= bound_matters && (found[i] - assumed.normals[i]).abs() > 1e-3 * found[i];
@@ -196,13 +198,13 @@ impl Body {
         (change, mean, assumed.grounded)
     }
 
-    /// Viscous damping of each motor's joint that is not the motor's.
+    /// Viscous damping of each motor's joint, without the motor's own damping.
     pub(super) fn viscous(&self) -> [f64; MOTORS] {
         let drive = self.inertia.bearing_damping;
         [drive, drive, 0.0]
     }
 
-    /// How far into the substep each joint's mean rate lies.
+    /// Share of the substep at which each joint's mean rate is taken.
     pub(crate) fn joint_weights(&self, h: f64, joints: &[JointTorque; MOTORS]) -> [f64; MOTORS] {
         let [left, right] = self.inertia.rotor.map(|rotor| self.inertia.wheel + rotor);
         let inertias = [left, right, self.inertia.ballast_second + self.inertia.ballast_rotor];
@@ -210,7 +212,7 @@ impl Body {
         core::array::from_fn(|i| end_weight(h * (joints[i].damping_n_m_s + viscous[i]), inertias[i]))
     }
 
-    /// The motors' joints in a substep: torques, viscous and dry friction, linearised about what is assumed.
+    /// The motors' joints in a substep: torques, viscous and dry friction, linearised about the assumed modes.
     #[inline]
     pub(super) fn joint_terms(
         &self,
@@ -338,9 +340,9 @@ impl Body {
             - i.radius * lateral
             - self.gravity.across * c.above
             - self.outside.roll_n_m;
-        // Not `clamp`, which panics on what is not a number; validity is judged after the step.
+        // Not `clamp`, which panics on NaN; validity is checked after the step.
         let difference = (moment / i.half_track).max(-push).min(push);
-        // A multiplier on the height is the normal force's share along the plane's normal.
+        // The multiplier of the height constraint is the normal force's component along the plane's normal.
         [
             0.5 * (push - difference) * contacts.secant[0],
             0.5 * (push + difference) * contacts.secant[1],
@@ -375,7 +377,7 @@ impl Body {
         let height = 0.5 * (ground.wheel(x + reach).height_m + ground.wheel(x - reach).height_m);
         self.in_flight = !grounded;
         if grounded || self.position[LIFT] < height {
-            // The axle does not drift off its path, and a flight never ends below the path.
+            // Keeps the axle on its path and ends a flight at the path, not below it.
             self.position[LIFT] = height;
         }
     }

@@ -1,4 +1,5 @@
-//! The bodies against the models of the thesis (corrected), against balances and against hand results.
+//! Compares the bodies with the thesis's corrected models, with balances and with results computed by
+//! hand.
 
 use model::dynamics::coupled::{Bearing, Coupled, CoupledParameters};
 use model::dynamics::planar::{self, Planar, PlanarParameters};
@@ -35,7 +36,7 @@ fn motor(vehicle: &Vehicle<f64>, volts: f64) -> JointTorque {
     }
 }
 
-/// Runs body and planar model side by side under a voltage step; the largest difference of
+/// Runs body and planar model in parallel under a voltage step. Returns the largest differences of
 /// [theta, phi, theta', phi'] (nondimensional) over `seconds`.
 fn planar_difference(h: f64, volts: f64, seconds: f64) -> [f64; 4] {
     let vehicle = bare_vehicle();
@@ -64,18 +65,19 @@ fn planar_difference(h: f64, volts: f64, seconds: f64) -> [f64; 4] {
             worst[i] = worst[i].max((found[i] - x[i]).abs());
         }
     }
-    // It has really moved: the planar response swings well beyond the tolerances.
+    // The vehicle has really moved: the planar response swings well beyond the tolerances.
     assert!(x[planar::THETA].abs() > 1.0 && worst[1] > 0.0);
     worst
 }
 
 #[test]
 fn straight_on_a_slope_it_is_the_planar_vehicle() {
-    // A step of 7 V needs 3 times the normal force as friction in its first instant: less than there is.
+    // A step of 7 V initially needs a friction of 3 times the normal force, which is less than the
+    // available friction.
     let coarse = planar_difference(5e-4, 7.0, 3.0);
     assert!(coarse.iter().all(|&e| e < 4e-5), "{coarse:?}");
     let fine = planar_difference(5e-5, 7.0, 3.0);
-    // What is left is the contact's creep (a share of 1e-5 m/s), which no step removes.
+    // The remaining difference is the contact's creep (a share of 1e-5 m/s), which no step size removes.
     assert!(fine.iter().all(|&e| e < 5e-6), "{fine:?}");
 }
 
@@ -195,7 +197,8 @@ fn with_the_spar_it_is_the_coupled_vehicle_pivoted_on_the_arm() {
     assert!(x[2].abs() > 0.02 && x[3].abs() > 0.02, "spar and ballast moved: {x:?}");
 }
 
-/// A turning, slipping vehicle with a swinging spar on a two-way slope, for balances and symmetry.
+/// A turning, slipping vehicle with a swinging spar on a slope in both directions, for balances and
+/// symmetry.
 fn lively(vehicle: &Vehicle<f64>, ground: &Ground, mirror: f64) -> Body {
     let mut body = Body::new(vehicle, ground);
     let (q, u) = body.state_mut();
@@ -311,8 +314,8 @@ fn mirrored_starts_give_mirrored_runs() {
 
 #[test]
 fn a_blocked_vehicle_slides_down_a_slope_steeper_than_its_friction() {
-    // Everything hangs still relative to the axle only if the whole body falls alike: with its hanging
-    // masses released at the angle where gravity and inertia balance, tan = (g sin - a) / (g cos).
+    // The hanging masses rest relative to the axle only if the test releases them at the angle at which
+    // gravity and inertia balance, tan = (g sin - a) / (g cos).
     let vehicle = bare_vehicle();
     let (slope, mu) = (0.3_f64, 0.2_f64);
     let g = model::vehicle::GRAVITY_M_S2;
@@ -334,7 +337,8 @@ fn a_blocked_vehicle_slides_down_a_slope_steeper_than_its_friction() {
     let [right, _] = *body.wheels();
     assert!(right.sliding);
     assert!((right.longitudinal_n / (mu * right.normal_n) - 1.0).abs() < 1e-3);
-    // And on a slope less steep than its friction it stays, but for the regularisation's creep.
+    // On a slope less steep than the friction angle the vehicle stays, except for the regularisation's
+    // creep.
     let flat = self::ground(0.15, 0.0, mu, 0.25);
     let mut body = Body::new(&vehicle, &flat);
     body.set_chocked(true);
@@ -348,8 +352,8 @@ fn a_blocked_vehicle_slides_down_a_slope_steeper_than_its_friction() {
 
 #[test]
 fn left_and_right_share_the_weight_by_the_roll_balance() {
-    // Standing across a side slope: the axle's lateral gravity acts at the centre of mass, below the axle
-    // by the hanging moment and above the ground by the radius.
+    // Standing across a side slope: lateral gravity acts at the centre of mass, whose height over the
+    // ground is the radius less its distance below the axle.
     let vehicle = bare_vehicle();
     let p = vehicle.parameters().body;
     let slope_y = 0.1;
@@ -366,7 +370,7 @@ fn left_and_right_share_the_weight_by_the_roll_balance() {
     let expected = p.total_mass_kg * g * slope_y.sin() * height / p.half_track_m;
     let found = left.normal_n - right.normal_n;
     assert!((found / expected - 1.0).abs() < 1e-3, "{found} against {expected} N");
-    // The contacts hold it uphill, to the right.
+    // The contacts hold the vehicle uphill, to the right.
     let hold = left.lateral_n + right.lateral_n;
     assert!(
         (hold / (-p.total_mass_kg * g * slope_y.sin()) - 1.0).abs() < 1e-3,

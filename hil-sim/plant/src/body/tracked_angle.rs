@@ -1,9 +1,9 @@
-//! An angle with its sine and cosine, which follow the angle.
+//! An angle whose sine and cosine are tracked.
 
 use model::real::Real;
 
-/// Largest turn that the series is used for, in rad. What they leave out turns by less than a thirtieth of the turn's
-/// fifth power: by a rounding, 1e-15.
+/// Largest turn for which the series are used, in rad. The omitted terms turn the result by less than a thirtieth of
+/// the turn's fifth power: by a rounding error, 1e-15.
 const SERIES_MAX_RAD: f64 = 0.002;
 
 /// An angle with its sine and cosine.
@@ -16,7 +16,7 @@ pub(super) struct TrackedAngle {
 }
 
 impl TrackedAngle {
-    /// An angle, its sine and cosine computed afresh.
+    /// An angle with newly computed sine and cosine.
     pub(super) fn new(angle: f64) -> Self {
         Self {
             angle,
@@ -24,13 +24,13 @@ impl TrackedAngle {
         }
     }
 
-    /// Another angle: by the series of a small turn, as bodies take from substep to substep, which
-    /// spares most of the cost of a sine and a cosine, else afresh. The length of (sine, cosine) is brought back to 1
-    /// each time: neither what the series leave out of the length nor the roundings of many turns add up in it.
+    /// Moves to another angle. For a small turn, as usual between two substeps, the series save most of the cost of a
+    /// sine and a cosine; a larger turn computes both anew. Each call normalises the length of (sine, cosine) to 1,
+    /// so neither the series' omitted terms nor rounding errors of many turns accumulate in the length.
     #[inline]
     pub(super) fn to(self, angle: f64) -> Self {
         let turn = angle - self.angle;
-        // What is not a number goes the long way too.
+        // NaN is computed anew, too.
         if turn.abs() < SERIES_MAX_RAD {
             let (sin, cos) = self.sin_cos;
             let square = turn * turn;
@@ -54,7 +54,7 @@ mod tests {
 
     #[test]
     fn a_million_turns_by_series_end_where_they_should() {
-        // An arm that swings, a heading that goes round and round in turns of up to the series' largest.
+        // A swinging arm, and a heading that keeps turning in steps of up to the series' largest turn.
         for (swing, turn) in [(0.6, 0.0), (0.0, 0.00199), (3.0, -0.001)] {
             let mut tracked = TrackedAngle::new(0.3);
             for step in 0..1_000_000_u32 {
@@ -63,7 +63,7 @@ mod tests {
             }
             let exact = TrackedAngle::new(tracked.angle);
             let error = (tracked.sin_cos.0 - exact.sin_cos.0).hypot(tracked.sin_cos.1 - exact.sin_cos.1);
-            // A rounding, and what the series leave out, each 1e-15 at most and all of one sign: 2e-9.
+            // A rounding error and the series' omitted terms, each at most 1e-15 and all of one sign, add up to 2e-9.
             assert!(error < 2e-9, "{swing} {turn}: {error}");
             let length = tracked.sin_cos.0.hypot(tracked.sin_cos.1);
             assert!((length - 1.0).abs() < 1e-15, "{length}");

@@ -1,4 +1,4 @@
-//! What steps and settings do to the plant, against closed forms and balances.
+//! The effects of steps and settings on the plant, compared with closed forms and balances.
 
 mod electrics;
 mod mechanics;

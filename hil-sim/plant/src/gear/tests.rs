@@ -1,4 +1,4 @@
-//! Gearboxes against closed forms: two masses on a spring, lost motion, energy.
+//! Compares gearboxes with closed forms: two masses on a spring, lost motion, energy.
 
 use std::f64::consts::TAU;
 
@@ -63,7 +63,7 @@ fn two_masses_on_the_teeth_swing_at_their_frequency_and_keep_their_energy() {
             masses.step(H, &JointTorque::NONE);
             let slip = masses.gear.rate - masses.load.1;
             if last < 0.0 && slip >= 0.0 {
-                // Between the two samples, straight.
+                // Linear interpolation between the two samples.
                 last_s = H * (f64::from(k) + last / (last - slip));
                 if crossings == 0 {
                     first_s = last_s;
@@ -74,7 +74,7 @@ fn two_masses_on_the_teeth_swing_at_their_frequency_and_keep_their_energy() {
         }
         let found = f64::from(crossings - 1) / (last_s - first_s);
         let omega = (stiffness * (1.0 / ROTOR + 1.0 / LOAD)).sqrt();
-        // The midpoint rule turns by 2 atan(w h / 2) a step.
+        // The midpoint rule turns by 2 atan(w h / 2) per step.
         let expected = (0.5 * omega * H).atan() * 2.0 / (TAU * H);
         assert!(
             (found / expected - 1.0).abs() < 2e-3,
@@ -102,7 +102,8 @@ fn between_the_flanks_the_rotor_flies_and_no_bounce_gains_energy() {
             assert!((now / momentum - 1.0).abs() < 1e-9, "the teeth give and take alike");
         }
         assert!(flew > 4000, "{flew}");
-        // Where a flank is met within a substep, a hundredth of the energy is gained or lost, by chance.
+        // If a flank is met within a substep, up to a hundredth of the energy is gained or lost,
+        // depending on the instant.
         assert!(most < 1.15 * start, "{backlash_deg} deg: {most} of {start} J");
     }
 }
@@ -180,7 +181,7 @@ fn stiff_teeth_without_play_are_the_rigid_gearbox() {
         pairs.map(|(a, b)| (of(a) - of(b)).abs()).fold(0.0, f64::max)
     };
     let (place, phi, heading) = (worst(|t| t.x_m), worst(|t| t.phi_rad), worst(|t| t.heading_rad));
-    // 20 N m over 1e5 N m/rad are 0.2 mrad of twist.
+    // 20 N m over 1e5 N m/rad give 0.2 mrad of twist.
     assert!(place < 2e-3 && phi < 3e-3 && heading < 3e-3, "{place} {phi} {heading}");
     assert!(place > 1e-9 && rigid.last().expect("rows").x_m > 1.0);
 }
@@ -214,14 +215,14 @@ fn the_encoder_shows_the_lost_motion_and_the_wheel_does_not_move() {
 
 #[test]
 fn with_play_the_vehicle_keeps_its_energy_but_for_what_friction_takes() {
-    // Open bridges, no friction anywhere: a swinging arm must not be driven by its teeth.
+    // With open bridges and without friction, the teeth must not drive a swinging arm.
     let mut parameters = *bare_vehicle().parameters();
     parameters.body.bearing_damping_n_m_s = 0.0;
     parameters.drive_motor.coulomb_friction_n_m = 0.0;
     let vehicle = model::vehicle::Vehicle::new(parameters).expect("a vehicle");
     let terrain = Terrain::incline(0.0, 0.8).expect("level");
     let mut plant = Plant::with_settings(&vehicle, &SCALES, terrain, 1, &settings(1.0, 3000.0)).expect("a plant");
-    // The wheels turned back alike, so that the joints, and the teeth, stand as they did.
+    // The wheels are turned back by the same angle, so joints and teeth keep their positions.
     let (q, _) = plant.body_mut().state_mut();
     (q[PHI], q[LEFT], q[RIGHT]) = (0.4, -0.4, -0.4);
     let start = plant.body().energy(plant.ground());

@@ -1,12 +1,13 @@
-//! The part's adaptive full scale: it measures slow rates in a finer range than its setting, and while it
-//! changes between the two, its gyro data stand still.
+//! The part's adaptive full scale: the part measures slow rates in a finer range than configured. While it
+//! changes between the two ranges, its gyro data do not change.
 //!
-//! Off only where the driver says so (INTF_CONFIG1). A rate is slow below about 100 deg/s; the change
-//! takes 1 to 2 ms, as users of the part measured.
+//! The function is off only if the driver disables it (INTF_CONFIG1). A rate is slow below about 100 deg/s.
+//! The change takes 1 to 2 ms, as users of the part have measured.
 
-/// Rate of any axis from which on the part leaves its fine range, in rad/s: 100 deg/s.
+/// Rate of any axis above which the part leaves its fine range, in rad/s: 100 deg/s.
 const STALL_RAD_S: f64 = 1.745_329_251_994_329_5;
-/// Rate of every axis below which it returns: 90 deg/s, so that noise does not change it to and fro.
+/// Rate of every axis below which the part returns to its fine range: 90 deg/s, so that noise does not
+/// toggle the range.
 const SLOW_RAD_S: f64 = 0.9 * STALL_RAD_S;
 /// Shortest stall, in s; the longest is twice as long.
 const STALL_S: f64 = 1e-3;
@@ -19,8 +20,8 @@ pub(super) struct AdaptiveRange {
 }
 
 impl AdaptiveRange {
-    /// Whether the gyro's data stand still at a sample taken at `now_s` of these rates in rad/s; `bits` are
-    /// random.
+    /// Whether the gyro's data are frozen at a sample of these rates, in rad/s, at `now_s`. `bits` returns
+    /// random bits.
     pub(super) fn stalls(&mut self, now_s: f64, rates: &[f64; 3], bits: impl FnOnce() -> u64) -> bool {
         let largest = rates.iter().fold(0.0_f64, |largest, rate| largest.max(rate.abs()));
         let fast = largest > if self.fast { SLOW_RAD_S } else { STALL_RAD_S };
@@ -50,7 +51,7 @@ mod tests {
                 } else {
                     [0.0, 0.1, rate]
                 };
-                // A nanosecond late, as the sums of steps are.
+                // A nanosecond late, like the sums of steps.
                 if range.stalls(f64::from(ms) * 1e-3 + 1e-9, &rates, || bits) {
                     stalled.push(ms);
                 }

@@ -1,4 +1,4 @@
-//! The part's registers: some banks of bytes.
+//! The part's registers in their banks.
 
 use super::Words;
 use super::registers as reg;
@@ -23,7 +23,7 @@ impl Banks {
         banks
     }
 
-    /// A register; 0 where there is none.
+    /// A register's value; 0 if the register does not exist.
     #[inline]
     pub(super) fn get(&self, bank: usize, address: u8) -> u8 {
         self.0
@@ -33,7 +33,7 @@ impl Banks {
             .unwrap_or(0)
     }
 
-    /// Changes a register, if there is one.
+    /// Changes a register, if it exists.
     #[inline]
     pub(super) fn set(&mut self, bank: usize, address: u8, value: u8) {
         if let Some(register) = self
@@ -50,8 +50,7 @@ impl Banks {
         usize::from(self.get(0, reg::REG_BANK_SEL) & 7)
     }
 
-    /// `count` registers from `address` on, if they are of the selected bank 0 and below those whose reading does
-    /// something.
+    /// `count` registers from `address` on, if bank 0 is selected and none of them has a side effect when read.
     #[inline]
     pub(super) fn burst(&self, address: u8, count: usize) -> Option<&[u8]> {
         let begin = usize::from(address);
@@ -62,14 +61,14 @@ impl Banks {
         self.0[0].get(begin..end)
     }
 
-    /// The data registers as they stand.
+    /// The present contents of the data registers.
     #[inline]
     pub(super) fn words(&self) -> Words {
         let bank = &self.0[0];
         core::array::from_fn(|i| i16::from_be_bytes([bank[DATA + 2 * i], bank[DATA + 2 * i + 1]]))
     }
 
-    /// Puts a sample into the data registers.
+    /// Writes a sample to the data registers.
     #[inline]
     pub(super) fn set_words(&mut self, words: &Words) {
         let bank = &mut self.0[0];

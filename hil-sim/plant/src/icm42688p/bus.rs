@@ -1,9 +1,9 @@
-//! The part's serial bus: transfers, the registers that are read and written through them.
+//! The part's serial bus: transfers that read and write its registers.
 
 use super::Icm42688pModel;
 use super::registers as reg;
 
-/// Answer of a bus without a driver.
+/// Byte read from a bus that no part drives.
 const FLOATING: u8 = 0xff;
 
 /// State of the serial transfer while the chip is selected.
@@ -16,8 +16,8 @@ pub(super) enum Transfer {
 }
 
 impl Icm42688pModel {
-    /// One chip-selected transfer: the first byte is the address (with the read bit), every further one
-    /// is written, or replaced by what is read.
+    /// One chip-selected transfer. The first byte is the address (with the read bit); every further byte is written, or
+    /// replaced by the byte read.
     pub fn transfer(&mut self, bytes: &mut [u8]) {
         self.select();
         self.exchange_all(bytes);
@@ -39,22 +39,22 @@ impl Icm42688pModel {
         }
     }
 
-    /// Bytes each way while the chip is selected: as [`Self::exchange`] one after the other.
+    /// Exchanges bytes in both directions while the chip is selected, like repeated [`Self::exchange`].
     pub fn exchange_all(&mut self, bytes: &mut [u8]) {
         for byte in bytes {
             *byte = self.exchange(*byte);
         }
     }
 
-    /// Frames of two bytes each way while the chip is selected, the high byte first: as [`Self::exchange`] one after the
-    /// other.
-    // A tick calls it once for each part: inlined, the frames' number is known.
+    /// Exchanges frames of two bytes in both directions while the chip is selected, high byte first, like repeated
+    /// [`Self::exchange`].
+    // A tick calls this function once per part; inlined, the number of frames is known.
     #[allow(clippy::inline_always)]
     #[inline(always)]
     pub fn exchange_frames<const FRAMES: usize>(&mut self, frames: &mut [u16; FRAMES]) {
         if let Some((registers, next)) = self.frames_of_burst(frames) {
             *frames = registers.map(u16::from_be_bytes);
-            // While the part takes the address it answers 0.
+            // The part answers 0 while it receives the address.
             frames[0] &= 0xff;
             self.transfer = Transfer::Read(next);
             return;
@@ -64,8 +64,9 @@ impl Icm42688pModel {
         *frames = bytes.map(u16::from_be_bytes);
     }
 
-    /// Answer to a burst read that begins with the address, as every tick reads the data registers, and the address
-    /// after the burst. The place of the address holds the register before the first. `None` for any other transfer.
+    /// Answer to a burst read that begins with the address, as in every tick's read of the data registers, and the
+    /// address after the burst. In the answer the register before the first takes the place of the address. `None` for
+    /// any other transfer.
     fn frames_of_burst<const FRAMES: usize>(&self, frames: &[u16; FRAMES]) -> Option<([[u8; 2]; FRAMES], u8)> {
         let [address, _] = frames.first()?.to_be_bytes();
         let reads = self.transfer == Transfer::Address && address & reg::READ != 0;
@@ -77,7 +78,7 @@ impl Icm42688pModel {
         Some((*<&[_; FRAMES]>::try_from(pairs).ok()?, before + 2 * FRAMES as u8))
     }
 
-    /// One byte each way while the chip is selected.
+    /// Exchanges one byte in each direction while the chip is selected.
     pub fn exchange(&mut self, byte: u8) -> u8 {
         if self.dead() {
             return FLOATING;
@@ -115,7 +116,7 @@ impl Icm42688pModel {
         let bank = self.banks.selected();
         let value = self.banks.get(bank, address);
         if bank == 0 && address == reg::INT_STATUS {
-            // Reading clears.
+            // Reading clears the register.
             self.banks.set(0, address, 0);
         }
         value
@@ -132,7 +133,7 @@ impl Icm42688pModel {
                 self.reset();
                 self.ready_from_s = self.time_s + reg::RESET_S;
             }
-            // Read only.
+            // Read-only registers.
             (0, reg::WHO_AM_I | reg::INT_STATUS | reg::TEMP_DATA1..=reg::GYRO_DATA_Z0) => {}
             (0, _) => {
                 self.banks.set(0, address, value);
@@ -147,7 +148,7 @@ impl Icm42688pModel {
     }
 }
 
-/// Address after `address` in a burst; it stays within the bank.
+/// Address after `address` in a burst, within the same bank.
 fn next_address(address: u8) -> u8 {
     (address + 1) & !reg::READ
 }

@@ -1,11 +1,10 @@
-//! The ICM-42688-P as its SPI bus sees it: banks, registers, data.
+//! The ICM-42688-P as seen from its SPI bus: banks, registers, data.
 //!
-//! Addresses, reset values, codes and times are those of the part's data sheet (DS-000347). Honoured:
-//! reset, power modes with their start-up times, full scales, data rates, the user filter's bandwidth,
-//! data-ready status, invalid data (-32768) until a sensor has run up, burst reads with rising
-//! addresses, banks, the adaptive full scale's stalls (`adaptive`). Kept but without effect: every other
-//! register of bank 0 and the other banks. Faults are the sensor's ([`super::imu`]), not the registers'.
-//! Absent: FIFO, APEX functions, I3C, external clock.
+//! Addresses, reset values, codes and times are those of the part's data sheet (DS-000347). Simulated: reset, power
+//! modes with their start-up times, full scales, data rates, the user filter's bandwidth, data-ready status, invalid
+//! data (-32768) until a sensor has started up, burst reads with ascending addresses, banks, the adaptive full scale's
+//! stalls (`adaptive`). Stored without effect: every other register of bank 0 and the other banks. Faults belong to
+//! the sensor ([`super::imu`]), not to the registers. Absent: FIFO, APEX functions, I3C, external clock.
 
 use model::vehicle::GRAVITY_M_S2;
 
@@ -27,7 +26,7 @@ use registers as reg;
 
 /// A sample: temperature, accelerometer x, y, z, gyro x, y, z, as in the registers from TEMP_DATA1.
 type Words = [i16; 7];
-/// What the data registers hold while a sensor is off or running up.
+/// Contents of the data registers while a sensor is off or starting up.
 const INVALID: i16 = i16::MIN;
 /// One of the two sensors: its power-up and its clock, in s of the plant.
 #[derive(Debug, Clone, Copy, Default)]
@@ -37,7 +36,7 @@ struct Channel {
     next_s: f64,
     /// Time between two samples, s.
     period_s: f64,
-    /// Counts for a unit of what it measures, m/s^2 or rad/s.
+    /// Counts per unit of the measured quantity, m/s^2 or rad/s.
     counts_per_unit: f64,
 }
 
@@ -46,7 +45,7 @@ impl Channel {
     fn tick(&mut self, now_s: f64) {
         self.next_s += self.period_s;
         if self.next_s < now_s {
-            // A step may span several ticks; the part measures once.
+            // A step may span several ticks; the part then measures once.
             self.next_s = now_s + self.period_s;
         }
     }
@@ -60,13 +59,13 @@ pub struct Icm42688pModel {
     accel: Channel,
     gyro: Channel,
     time_s: f64,
-    /// Time from which on the part answers again after a reset, in s.
+    /// Time at which the part answers again after a reset, in s.
     ready_from_s: f64,
     adaptive: AdaptiveRange,
-    /// The temperature last measured, C, and its word: it seldom changes.
+    /// The temperature last measured, C, and its register word, kept because the temperature seldom changes.
     temperature: (f64, i16),
     transfer: Transfer,
-    /// A sample that came while a burst was being read.
+    /// A sample that arrived during a burst read.
     pending: Option<Words>,
 }
 
@@ -81,7 +80,7 @@ impl Icm42688pModel {
             time_s: 0.0,
             ready_from_s: 0.0,
             adaptive: AdaptiveRange::default(),
-            // 25 C make 0.
+            // 25 C corresponds to 0.
             temperature: (25.0, 0),
             transfer: Transfer::Deselected,
             pending: None,
@@ -90,12 +89,12 @@ impl Icm42688pModel {
         chip
     }
 
-    /// Fails the part or repairs it.
+    /// Makes the part fail, or repairs it.
     pub fn set_fault(&mut self, fault: SensorFault) {
         self.sensor.set_fault(fault);
     }
 
-    /// The fault in force.
+    /// The present fault.
     pub fn fault(&self) -> SensorFault {
         self.sensor.fault()
     }
@@ -105,18 +104,17 @@ impl Icm42688pModel {
         &self.sensor
     }
 
-    /// The sensor behind the registers, to mount, shake or heat it.
+    /// The sensor behind the registers, mutable, to mount, shake or heat it.
     pub fn sensor_mut(&mut self) -> &mut ImuSensor {
         &mut self.sensor
     }
 
-    /// Warms or cools the part from now on.
+    /// Brings the part to the temperature `to_c` within `over_s` seconds.
     pub fn heat(&mut self, to_c: f64, over_s: f64) {
         self.sensor.heat(self.time_s, to_c, over_s);
     }
 
-    /// Temperature, accelerometer and gyro as the data registers hold them; `None` while the part does not
-    /// answer.
+    /// Temperature, accelerometer and gyro words of the data registers; `None` while the part does not answer.
     pub fn data(&self) -> Option<[i16; 7]> {
         (!self.dead()).then(|| self.banks.words())
     }
@@ -126,12 +124,12 @@ impl Icm42688pModel {
         self.banks.get(0, reg::INT_STATUS) & reg::INT_STATUS_DATA_READY != 0 && !self.dead()
     }
 
-    /// Follows the motion for `h` seconds, measuring whenever a data rate's time has come.
+    /// Follows the motion for `h` seconds and measures whenever a sample is due.
     #[inline]
     pub fn advance(&mut self, h: f64, motion: &Motion) {
         self.time_s += h;
         self.sensor.advance(h, motion);
-        // A nanosecond of slack: the steps' lengths are rounded.
+        // A nanosecond of slack, because the steps' lengths are rounded.
         let due = self.time_s + 1e-9;
         let accel_due = self.accel.on && due >= self.accel.next_s;
         let gyro_due = self.gyro.on && due >= self.gyro.next_s;
@@ -145,7 +143,7 @@ impl Icm42688pModel {
         fault != SensorFault::None && fault.is_dead_at((self.time_s * 1e3) as u64)
     }
 
-    /// Every register to its reset value, both sensors off.
+    /// Sets every register to its reset value and switches both sensors off.
     fn reset(&mut self) {
         self.banks = Banks::reset();
         self.accel = Channel::default();
@@ -166,7 +164,7 @@ impl Icm42688pModel {
             }
             channel.on = on;
         };
-        // Only low-noise mode measures at the rates used here; the gyro's stand-by does not measure.
+        // Only the low-noise mode measures at the rates used here; the gyro's stand-by mode does not measure.
         let gyro_on = value >> 2 & 3 == reg::MODE_LOW_NOISE;
         let accel_on = value & 3 == reg::MODE_LOW_NOISE;
         switch(&mut self.gyro, gyro_on, reg::GYRO_START_S, rates.1);
@@ -189,14 +187,14 @@ impl Icm42688pModel {
         )
     }
 
-    /// A new rate, full scale or bandwidth.
+    /// Applies a new rate, full scale or bandwidth.
     fn configure(&mut self) {
         let (accel_rate, gyro_rate) = self.rates();
         self.accel.period_s = 1.0 / accel_rate.unwrap_or(1.0);
         self.gyro.period_s = 1.0 / gyro_rate.unwrap_or(1.0);
         self.accel.counts_per_unit = reg::accel_lsb_per_g(self.banks.get(0, reg::ACCEL_CONFIG0)) / GRAVITY_M_S2;
         self.gyro.counts_per_unit = reg::gyro_lsb_per_deg_s(self.banks.get(0, reg::GYRO_CONFIG0)).to_degrees();
-        // One corner serves both sensors here: the gyro's, whose delay the control loop feels.
+        // The model uses the gyro's corner for both sensors, because the control loop feels the gyro's delay.
         if let Some(rate) = gyro_rate {
             let corner = reg::bandwidth_hz(self.banks.get(0, reg::GYRO_ACCEL_CONFIG0), rate);
             self.sensor.set_corner_hz(corner);
@@ -246,12 +244,12 @@ impl Icm42688pModel {
         if self.transfer == Transfer::Deselected {
             self.publish(&words);
         } else {
-            // A burst reads one sample, not parts of two.
+            // A burst reads one sample and never parts of two samples.
             self.pending = Some(words);
         }
     }
 
-    /// Whether the gyro's data registers keep what they hold because the part changes its range.
+    /// Whether the gyro's data registers keep their contents because the part is changing its range.
     fn gyro_stalls(&mut self, measured: &[f64; 6]) -> bool {
         let on = self.banks.get(0, reg::INTF_CONFIG1) & reg::ADAPTIVE_FULL_SCALE != reg::ADAPTIVE_FULL_SCALE_OFF;
         let [.., x, y, z] = measured;
@@ -265,11 +263,11 @@ impl Icm42688pModel {
     }
 }
 
-/// The nearest count, saturated; -32768 is kept for "no data".
+/// The nearest count, saturated; -32768 is reserved for "no data".
 #[inline]
 fn quantise(value: f64) -> i16 {
-    // 1.5 * 2^52: a number added to it is rounded to a whole one, which stands in the lowest bits. A conversion, which
-    // saturates, costs twice as much.
+    // 1.5 * 2^52: adding this constant rounds a number to an integer in the lowest bits. A saturating conversion would
+    // cost twice as much.
     const WHOLE: f64 = 6_755_399_441_055_744.0;
     const MOST: f64 = i16::MAX as f64;
     let above = if value > -MOST { value } else { -MOST };

@@ -1,10 +1,10 @@
-//! Addresses, codes and times of the ICM-42688-P (bank 0 unless said otherwise).
+//! Addresses, codes and times of the ICM-42688-P (bank 0 unless noted).
 
 /// Read bit of the address byte.
 pub const READ: u8 = 0x80;
 /// Soft reset.
 pub const DEVICE_CONFIG: u8 = 0x11;
-/// Its reset bit.
+/// Reset bit of [`DEVICE_CONFIG`].
 pub const DEVICE_CONFIG_RESET: u8 = 0x01;
 /// Temperature, high byte: first of the data registers (big-endian words).
 pub const TEMP_DATA1: u8 = 0x1d;
@@ -18,9 +18,10 @@ pub const INT_STATUS_DATA_READY: u8 = 0x08;
 pub const INT_STATUS_RESET_DONE: u8 = 0x10;
 /// Interface configuration 1: among others, the adaptive full scale (bits 7:6).
 pub const INTF_CONFIG1: u8 = 0x4d;
-/// Its bits of the adaptive full scale ("AFSR").
+/// Bits of the adaptive full scale ("AFSR") in [`INTF_CONFIG1`].
 pub const ADAPTIVE_FULL_SCALE: u8 = 0xc0;
-/// Their value that switches it off; any other leaves it on, as a reset does.
+/// Value of these bits that switches the adaptive full scale off. With any other value, including the reset value, the
+/// adaptive full scale is on.
 pub const ADAPTIVE_FULL_SCALE_OFF: u8 = 0x40;
 /// Power of gyro (bits 3:2) and accelerometer (1:0).
 pub const PWR_MGMT0: u8 = 0x4e;
@@ -34,9 +35,9 @@ pub const ACCEL_CONFIG0: u8 = 0x50;
 pub const GYRO_ACCEL_CONFIG0: u8 = 0x52;
 /// Identity.
 pub const WHO_AM_I: u8 = 0x75;
-/// Its value.
+/// Value of [`WHO_AM_I`].
 pub const WHO_AM_I_VALUE: u8 = 0x47;
-/// Bank, in every bank.
+/// Bank selection, present in every bank.
 pub const REG_BANK_SEL: u8 = 0x76;
 
 /// Registers of bank 0 that are not 0 after a reset (data registers apart).
@@ -61,10 +62,10 @@ pub const RESET_S: f64 = 0.001;
 pub const GYRO_START_S: f64 = 0.030;
 /// From switching the accelerometer on to its first valid data, in s.
 pub const ACCEL_START_S: f64 = 0.010;
-/// Temperature counts a K, zero at 25 C.
+/// Temperature counts per K, zero at 25 C.
 pub const TEMPERATURE_LSB_PER_K: f64 = 132.48;
 
-/// Data rate of a configuration register's code in Hz; `None` for a reserved one.
+/// Data rate of a configuration register's code in Hz; `None` for a reserved code.
 pub fn data_rate_hz(config: u8) -> Option<f64> {
     Some(match config & 0x0f {
         1 => 32e3,

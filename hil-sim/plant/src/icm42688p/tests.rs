@@ -1,4 +1,4 @@
-//! The part over its bus.
+//! The part, tested over its bus.
 
 use super::super::tests::SCALES;
 use super::*;
@@ -38,7 +38,7 @@ fn run(chip: &mut Icm42688pModel, seconds: f64, motion: &Motion) {
     }
 }
 
-/// Configured as the firmware does, run up.
+/// A part that is configured as by the firmware and has started up.
 fn running() -> Icm42688pModel {
     let mut c = chip();
     // +-1000 deg/s and +-8 g, both at 1 kHz; two registers in one burst.
@@ -227,10 +227,11 @@ fn every_fault_shows_on_the_bus_as_it_must() {
     let (_, garbage) = with(F::Garbage, 0.03);
     let (_, later) = with(F::Garbage, 0.031);
     assert!(garbage != good && garbage != later);
-    // 50 ms late: still the old data after 40, the new after 60.
+    // With a delay of 50 ms the data are old after 40 ms and new after 60 ms.
     assert_eq!(with(F::Delayed, 0.040).1, old);
     assert_ne!(with(F::Delayed, 0.060).1, old);
-    // Started at 50 ms, turns of 20 ms: alive until 60, dead until 80, alive again.
+    // The fault starts at 50 ms with phases of 20 ms: the part works until 60 ms, is dead until 80
+    // ms and works again.
     assert_eq!(with(F::Intermittent, 0.005).0.0, 0x47);
     assert_eq!(with(F::Intermittent, 0.020).0.0, 0xff);
     assert_eq!(with(F::Intermittent, 0.035).0.0, 0x47);

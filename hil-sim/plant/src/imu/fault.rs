@@ -1,12 +1,11 @@
-//! What a fault makes of an IMU's samples, whatever reads them: registers of one board's model or of
-//! another's.
+//! The effect of faults on an IMU's samples, independent of the part model that reads them.
 
 use crate::fault::{DELAY_MS, SensorFault};
 use crate::noise::Noise;
 
 /// Samples kept for [`SensorFault::Delayed`], at 1 kHz.
 const DELAYED_SAMPLES: usize = DELAY_MS as usize;
-/// Samples of which a [`SensorFault::Slow`] part takes one.
+/// A [`SensorFault::Slow`] part takes one of this many samples.
 const SLOW: u32 = 16;
 /// Magnitude of the garbage: the part's whole range, 16 g and 2000 deg/s.
 const GARBAGE: [f64; 2] = [16.0 * model::vehicle::GRAVITY_M_S2, 34.9];
@@ -19,7 +18,7 @@ pub type ImuChannels = [f64; 6];
 pub(super) struct Faults {
     fault: SensorFault,
     ticks: u32,
-    /// What the sensor last gave.
+    /// The sensor's last sample.
     last: ImuChannels,
     /// The last samples of a delayed sensor, the oldest first.
     history: [ImuChannels; DELAYED_SAMPLES],
@@ -50,7 +49,7 @@ impl Faults {
         self.fault == SensorFault::Slow && !self.ticks.is_multiple_of(SLOW)
     }
 
-    /// What the sensor gives where it should give `measured`.
+    /// The sample that the faulty sensor gives instead of `measured`.
     #[inline]
     pub(super) fn give(&mut self, measured: ImuChannels, noise: &mut Noise) -> ImuChannels {
         if self.fault == SensorFault::None {
@@ -60,7 +59,7 @@ impl Faults {
         self.last = match self.fault {
             SensorFault::Stuck => self.last,
             SensorFault::Garbage => core::array::from_fn(|i| {
-                // -1 to 1, of 53 bits.
+                // Uniform from -1 to 1 with 53 bits.
                 let share = (noise.bits() >> 10) as f64 / (1_u64 << 53) as f64 - 1.0;
                 GARBAGE[i / 3] * share
             }),

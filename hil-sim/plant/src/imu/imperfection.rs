@@ -1,10 +1,9 @@
-//! How a mounted IMU differs from a perfect one: misalignment, scale, bias, drift with temperature, and
-//! the vibration it is shaken by.
+//! The imperfections of a mounted IMU: misalignment, scale, bias, drift with temperature, and vibration.
 //!
-//! All of it is applied when the sensor measures. Misalignment and scale commute with the sensor's linear
-//! filter; a vibration's sine passes it with the gain of a second-order Butterworth low-pass,
-//! `1 / sqrt(1 + (f / corner)^4)`, so that frequencies beyond the simulation's substeps fold as they do
-//! in the part.
+//! All imperfections are applied when the sensor measures. Misalignment and scale commute with the
+//! sensor's linear filter; a vibration's sine passes it with the gain of a second-order Butterworth
+//! low-pass, `1 / sqrt(1 + (f / corner)^4)`, so that frequencies beyond the simulation's substeps fold as
+//! they do in the part.
 
 use core::f64::consts::TAU;
 
@@ -14,33 +13,33 @@ use serde::Deserialize;
 use crate::ranges::{Setting, SettingsError, settings_table, within};
 
 settings_table! {
-    /// How one IMU is mounted, wrong, and shaken.
+    /// Mounting and errors of one IMU.
     ImuSettings {
-        /// Mounted turned about its x axis (forward), deg
+        /// Mounting angle about the x axis (forward), deg
         misalignment_x_deg: -180.0 to 180.0 = 0.0,
-        /// Mounted turned about its y axis (left), deg; the turn about x comes first
+        /// Mounting angle about the y axis (left), deg; applied after the turn about x
         misalignment_y_deg: -180.0 to 180.0 = 0.0,
-        /// Mounted turned about its z axis (up), deg; comes last
+        /// Mounting angle about the z axis (up), deg; applied last
         misalignment_z_deg: -180.0 to 180.0 = 0.0,
-        /// Scale error of the accelerometer, share
+        /// Relative scale error of the accelerometer
         accel_scale_error: -0.5 to 0.5 = 0.0,
-        /// Scale error of the gyro, share
+        /// Relative scale error of the gyro
         gyro_scale_error: -0.5 to 0.5 = 0.0,
-        /// Bias of the accelerometer's x axis beyond the one drawn, m/s^2
+        /// Bias of the accelerometer's x axis in addition to the drawn bias, m/s^2
         accel_bias_x_m_s2: -20.0 to 20.0 = 0.0,
         /// Bias of its y axis, m/s^2
         accel_bias_y_m_s2: -20.0 to 20.0 = 0.0,
         /// Bias of its z axis, m/s^2
         accel_bias_z_m_s2: -20.0 to 20.0 = 0.0,
-        /// Bias of the gyro's x axis beyond the one drawn, deg/s
+        /// Bias of the gyro's x axis in addition to the drawn bias, deg/s
         gyro_bias_x_deg_s: -100.0 to 100.0 = 0.0,
         /// Bias of its y axis, deg/s
         gyro_bias_y_deg_s: -100.0 to 100.0 = 0.0,
         /// Bias of its z axis, deg/s
         gyro_bias_z_deg_s: -100.0 to 100.0 = 0.0,
-        /// Drift of every accelerometer axis with temperature from 25 C, m/s^2 a K
+        /// Drift of every accelerometer axis with the temperature above 25 C, m/s^2 per K
         accel_drift_m_s2_per_k: -1.0 to 1.0 = 0.0,
-        /// Drift of every gyro axis with temperature from 25 C, deg/s a K
+        /// Drift of every gyro axis with the temperature above 25 C, deg/s per K
         gyro_drift_deg_s_per_k: -1.0 to 1.0 = 0.0,
         /// Temperature of the part at the start, C
         temperature_c: -40.0 to 85.0 = 30.0,
@@ -69,7 +68,7 @@ pub struct Temperature {
 }
 
 impl Temperature {
-    /// A temperature that stays.
+    /// A constant temperature.
     pub fn steady(temperature_c: f64) -> Self {
         Self {
             from_c: temperature_c,
@@ -89,7 +88,7 @@ impl Temperature {
         }
     }
 
-    /// Goes from where it is at `now_s` to `to_c` within `over_s`.
+    /// Changes from the temperature at `now_s` to `to_c` within `over_s`.
     pub fn ramp(&mut self, now_s: f64, to_c: f64, over_s: f64) {
         *self = Self {
             from_c: self.at(now_s),
@@ -100,23 +99,23 @@ impl Temperature {
     }
 }
 
-/// Reference of the drift with temperature, in C.
+/// Reference temperature of the drift, in C.
 const REFERENCE_C: f64 = 25.0;
 
 /// Settings and vibration, prepared for measuring.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Imperfection {
-    /// Rows: the sensor's axes in those of the body.
+    /// Rows: the sensor's axes in the body's axes.
     axes: [[f64; 3]; 3],
     scale: [f64; 2],
     bias: [f64; 6],
-    /// Of accelerometer and gyro, a K.
+    /// Drift of accelerometer and gyro, per K.
     drift: [f64; 2],
     pub(super) vibration: Vibration,
 }
 
 impl Imperfection {
-    /// The imperfection that `settings` describe, shaken by nothing.
+    /// The imperfection that `settings` describe, without vibration.
     pub(super) fn new(settings: &ImuSettings) -> Self {
         let s = settings;
         let turn = |angle_deg: f64| Real::sin_cos(angle_deg.to_radians());
@@ -146,7 +145,8 @@ impl Imperfection {
         }
     }
 
-    /// What the sensor makes of `motion`, its six channels in the axes of the body that carries it.
+    /// Applies the imperfections to `motion`, six channels in the axes of the body that carries the
+    /// sensor.
     pub(super) fn apply(&self, motion: &[f64; 6], time_s: f64, temperature_c: f64, corner_hz: f64) -> [f64; 6] {
         let warmer = temperature_c - REFERENCE_C;
         let Vibration {
@@ -198,7 +198,7 @@ mod tests {
             rolled.apply(&STILL, 0.0, 25.0, 250.0),
             [0.0, 9.81 * sin, 9.81 * cos, 0.0, 2.0 * sin, 2.0 * cos],
         );
-        // Pitched (about left, its x axis turns down), it sees both on x with the other sign.
+        // Turned about y, so that its x axis points down, the sensor shows both on x with the other sign.
         let pitched = settings(|s| s.misalignment_y_deg = 2.0);
         close(
             pitched.apply(&STILL, 0.0, 25.0, 250.0),
@@ -277,7 +277,7 @@ mod tests {
         let expected = gain / 2.0_f64.sqrt();
         assert!((rms(accel) / (3.0 * expected) - 1.0).abs() < 1e-2, "{}", rms(accel));
         assert!((rms(gyro) / (0.5 * expected) - 1.0).abs() < 1e-2);
-        // 1000 Hz sampled at 1 kHz stands still.
+        // A 1000 Hz sine sampled at 1 kHz appears constant.
         shaken.vibration.frequency_hz = 1000.0;
         let found: Vec<f64> = (0..5)
             .map(|k| shaken.apply(&[0.0; 6], f64::from(k) * 1e-3, 25.0, 250.0)[1])

@@ -1,4 +1,5 @@
-//! The felt motion against a trajectory differentiated numerically in a frame that stands still.
+//! Compares the sensed motion with a trajectory that is differentiated numerically in an inertial
+//! frame.
 
 use super::*;
 use crate::body::PHI;
@@ -6,7 +7,7 @@ use crate::noise::Noise;
 
 const RADIUS: f64 = 0.13;
 
-/// A smooth motion of everything: axle x, y, z, heading, angle from the normal.
+/// A smooth motion of all coordinates: axle x, y, z, heading, angle from the normal.
 fn trajectory(t: f64) -> [f64; 5] {
     [
         0.8 * t + 0.1 * (2.0 * t).sin(),
@@ -17,7 +18,7 @@ fn trajectory(t: f64) -> [f64; 5] {
     ]
 }
 
-/// Axes of the swinging body in the frame that stands still: rows x, y, z.
+/// Axes of the swinging body in the inertial frame: rows x, y, z.
 fn axes(t: f64) -> [[f64; 3]; 3] {
     let [_, _, _, heading, angle] = trajectory(t);
     let (s, c) = heading.sin_cos();
@@ -25,7 +26,7 @@ fn axes(t: f64) -> [[f64; 3]; 3] {
     [[ca * c, ca * s, sa], [-s, c, 0.0], [-sa * c, -sa * s, ca]]
 }
 
-/// Place of the IMU: below the axle along minus the body's z.
+/// Position of the IMU: below the axle along the body's -z axis.
 fn place(t: f64) -> [f64; 3] {
     let [x, y, z, ..] = trajectory(t);
     let down = axes(t)[2];
@@ -40,7 +41,7 @@ fn derivative<const N: usize>(f: impl Fn(f64) -> [f64; N], t: f64) -> [f64; N] {
 
 #[test]
 fn the_felt_motion_is_that_of_its_place() {
-    // Gravity tilted both ways, as on a slope.
+    // Gravity tilted in both directions, as on a slope.
     let up = [1.1, -0.7, 9.7];
     let t = 0.3;
     let speeds_at = |t: f64| {
@@ -77,7 +78,7 @@ fn the_felt_motion_is_that_of_its_place() {
         let found = found.specific_force[i];
         assert!((found - expected).abs() < 1e-4, "force {i}: {found} against {expected}");
     }
-    // Rotation rate from the axes' derivatives: omega_x = z . y', and so on round.
+    // Rotation rate from the axes' derivatives: omega_x = z . y', and cyclically.
     let turn = derivative(|t| axes(t).concat().try_into().unwrap_or([0.0; 9]), t);
     let turn_of = |axis: usize| [turn[3 * axis], turn[3 * axis + 1], turn[3 * axis + 2]];
     let along = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -94,7 +95,7 @@ fn the_felt_motion_is_that_of_its_place() {
 
 #[test]
 fn the_filter_delays_a_ramp_by_its_group_delay_and_halves_the_power_at_its_corner() {
-    // At steps as long as the delay, too.
+    // Also at steps as long as the delay.
     for h in [1e-3, 2.5e-4] {
         let mut filter = Butterworth::new(250.0);
         let mut out = 0.0;
@@ -116,7 +117,7 @@ fn the_filter_delays_a_ramp_by_its_group_delay_and_halves_the_power_at_its_corne
             peak = peak.max(y.abs());
         }
     }
-    // Eighty samples a period find the peak within 0.1 %; the steps take 0.03 % off the input.
+    // Eighty samples per period find the peak within 0.1 %; the steps reduce the input by 0.03 %.
     assert!((peak - 0.5_f64.sqrt()).abs() < 1.5e-3, "{peak}");
 }
 
@@ -147,7 +148,7 @@ fn bias_and_noise_have_the_size_of_the_data_sheet() {
             (mean - truth - sensor.bias()[i]).abs() < 5.0 * deviation / n.sqrt(),
             "channel {i}"
         );
-        // 70 ug and 2.8 mdps a root Hz over 1.11 x 250 Hz.
+        // 70 ug and 2.8 mdps per root Hz over 1.11 x 250 Hz.
         let expected = if i < 3 { 70e-6 * 9.81 } else { 2.8e-3_f64.to_radians() } * 277.5_f64.sqrt();
         assert!(
             (deviation / expected - 1.0).abs() < 0.03,

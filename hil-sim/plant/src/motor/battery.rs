@@ -9,15 +9,15 @@ pub struct Battery {
     pub open_circuit_v: f64,
     /// Internal resistance in Ohm.
     pub resistance_ohm: f64,
-    /// What else it feeds, in A: the board and its sensors.
+    /// Current of the other consumers, in A: the board and its sensors.
     pub idle_a: f64,
 }
 
 impl Battery {
-    /// Terminal voltage over a substep of `h` seconds while `motors` take what their `bridges` let
-    /// through at the joints' `rates`: solved together, so that regeneration and sag of any resistance
-    /// are stable. `last_v` is that of the substep before.
-    // Each substep and each look ahead calls it once: inlined, nothing of what it takes goes through memory.
+    /// Terminal voltage over a substep of `h` seconds under the currents of `motors` with these `bridges` at
+    /// the joints' `rates`. Voltage and currents are solved together, so regeneration and sag are stable for
+    /// any resistance. `last_v` is the voltage of the previous substep.
+    // Each substep and each look-ahead calls this function once; inlined, its arguments stay in registers.
     #[allow(clippy::inline_always)]
     #[inline(always)]
     pub fn terminal_v<const N: usize>(

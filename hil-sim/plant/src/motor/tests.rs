@@ -1,4 +1,5 @@
-//! Motors against a fine integration of their circuit, diodes and battery against hand results.
+//! Compares motors with a fine integration of their circuit, and diodes and battery with results
+//! computed by hand.
 
 use super::*;
 use crate::tests::reference_vehicle;
@@ -9,7 +10,7 @@ fn motor() -> DcMotor {
     DcMotor::new(&reference_vehicle().parameters().drive_motor, 45.0)
 }
 
-/// One substep at a held rate: (mean current, torque at the output).
+/// One substep at a constant rate: (mean current, torque at the output).
 fn substep(motor: &mut DcMotor, bridge: BridgeState, battery_v: f64, rate: f64) -> (f64, f64) {
     let joint = motor.begin(H, bridge, battery_v, rate);
     motor.end(rate);
@@ -72,7 +73,7 @@ fn an_open_bridge_neither_drives_nor_brakes_below_the_battery() {
     for rate in [0.0, 5.0, -15.0] {
         assert_eq!(substep(&mut m, BridgeState::Open, 24.0, rate), (0.0, 0.0));
     }
-    // Beyond battery and diodes it generates, against the motion.
+    // With a back-EMF above battery and diodes the motor generates and brakes the motion.
     let rate = 25.0;
     let emf = 0.030124 * 43.0 * rate;
     let mut last = (0.0, 0.0);
@@ -100,11 +101,12 @@ fn a_bridge_that_opens_lets_its_current_die_into_the_battery() {
     let start = m.current_a();
     assert!((start - 4.8 / 0.316).abs() < 0.01);
     let (mean, _) = substep(&mut m, BridgeState::Open, 24.0, 0.0);
-    // L i' = -(V + R i), by hand: dies after tau ln(1 + R i / V), about 44 us here.
+    // L i' = -(V + R i), solved by hand: the current ends after tau ln(1 + R i / V), about 44 us
+    // here.
     let (v, r, l) = (24.0 + DIODES_V, 0.316, 8e-5);
     let dies = l / r * (1.0 + r * start / v).ln();
     assert!(dies > 4e-5 && dies < 5e-5);
-    // The inductor's energy and nothing else: R i^2 + V i over the time gives the charge.
+    // Only the inductor's energy: R i^2 + V i over the time gives the charge.
     let n = 100_000;
     let mut i = start;
     let mut charge = 0.0;
@@ -129,7 +131,7 @@ fn a_broken_lead_carries_nothing_and_a_short_brakes_and_chops() {
     assert!(m.current_a() > 10.0);
     assert_eq!(substep(&mut m, BridgeState::Disconnected, 24.0, 2.0), (0.0, 0.0));
     assert_eq!((m.current_a(), m.battery_current_a()), (0.0, 0.0));
-    // A short: the back-EMF drives a current through the armature alone, which brakes.
+    // A short: the back-EMF drives a current through the armature alone, which brakes the motor.
     let rate = 6.0;
     for duty in [0.3, -0.3, 0.0] {
         for _ in 0..40 {
@@ -158,7 +160,8 @@ fn the_bridge_chops_at_its_limit_either_way() {
             substep(&mut m, BridgeState::Duty(sign), 24.0, 0.0);
         }
         assert_eq!(m.current_a(), sign * 45.0, "stall without it: 76 A");
-        // Chopping lets only R i through, so that is the share the battery sees.
+        // Chopping passes only R i, which determines the share of the current that the battery
+        // supplies.
         let expected = 45.0 * 45.0 * 0.316 / 24.0;
         assert!((m.battery_current_a() - expected).abs() < 1e-9);
     }
@@ -189,7 +192,7 @@ fn the_battery_sags_under_load_and_rises_under_regeneration() {
         assert!((v - expected).abs() < 1e-6, "{v} against {expected} V");
         assert!(if rate > 0.0 { v > 25.3 } else { v < 24.2 }, "{v}");
     }
-    // A miserable battery with a motor without inductance is still stable.
+    // A very weak battery with a motor without inductance is still stable.
     let weak = Battery {
         resistance_ohm: 10.0,
         ..battery

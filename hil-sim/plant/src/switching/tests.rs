@@ -8,14 +8,14 @@ const DRIVE: SwitchedMotor = SwitchedMotor {
     pwm_hz: 20_000.0,
 };
 
-/// The modulations that hold the motor at a voltage throughout the period.
+/// The modulations that apply a voltage throughout the period.
 const NEVER_OPEN: [Modulation; 3] = [
     Modulation::LockedAntiPhase,
     Modulation::DriveBrake,
     Modulation::Unipolar,
 ];
 
-/// The plant's motors see the mean voltage alone: right for what is never open.
+/// The plant's motors use the mean voltage alone, which is right for modulations that are never open.
 #[test]
 fn the_mean_is_that_of_the_averaged_motor() {
     for modulation in NEVER_OPEN {
@@ -33,7 +33,7 @@ fn the_mean_is_that_of_the_averaged_motor() {
 }
 
 /// Without resistance the ripple is the textbook's: 2 V d (1 - d) / (L f) between the rails with d the share of the
-/// forward diagonal, V d (1 - d) / (L f) against zero, and half of that at twice the frequency at most.
+/// forward diagonal, V d (1 - d) / (L f) against zero, and at most half of that at twice the frequency.
 #[test]
 fn the_ripple_is_the_textbooks() {
     let motor = SwitchedMotor {
@@ -57,8 +57,8 @@ fn the_ripple_is_the_textbooks() {
     }
 }
 
-/// A still motor whose bridge drives for a share d < 1/2 and is open for the rest: the current rises for d and falls for d,
-/// a triangle of height V d / (L f), and none flows for the rest. Its mean is d times its height.
+/// A still motor whose bridge drives for a share d < 1/2 and is open for the rest: the current rises for d and
+/// falls for d, a triangle of height V d / (L f), and is 0 for the rest. Its mean is d times its height.
 #[test]
 fn an_open_bridge_lets_the_current_go_out() {
     let motor = SwitchedMotor {
@@ -75,12 +75,12 @@ fn an_open_bridge_lets_the_current_go_out() {
         let mean_a = unit_a * duty * duty.abs();
         assert!((current.mean_a - mean_a).abs() < 1e-3 * unit_a, "{duty}: {current:?}");
     }
-    // An armed vehicle at rest: an open bridge lets the wheel turn, a braking one holds it.
+    // An armed vehicle at rest: an open bridge lets the wheel turn, a braking bridge holds it.
     assert!(motor.periodic(Modulation::DriveOpen, 0.0, 5.0).mean_a.abs() < 1e-12);
     assert!(motor.periodic(Modulation::DriveBrake, 0.0, 5.0).mean_a < -1.0);
 }
 
-/// Against the current stepped through the period in ten thousand steps.
+/// Compared with the current integrated through the period in ten thousand steps.
 #[test]
 fn mean_and_root_mean_square_are_those_of_the_stepped_current() {
     const STEPS: usize = 10_000;
@@ -89,7 +89,7 @@ fn mean_and_root_mean_square_are_those_of_the_stepped_current() {
         let (duty, back_emf_v) = (0.4, 8.0);
         let mut current_a: f64 = 0.0;
         let (mut sum, mut square) = (0.0, 0.0);
-        // After 60 periods, 12 time constants, each is like the one before.
+        // After 60 periods, 12 time constants, the current is periodic.
         for _ in 0..60 {
             (sum, square) = (0.0, 0.0);
             for step in 0..STEPS {
@@ -109,7 +109,7 @@ fn mean_and_root_mean_square_are_those_of_the_stepped_current() {
                 };
                 current_a = match held {
                     BridgeHold::At(voltage) => current_a + change(voltage),
-                    // Diodes let no current turn round.
+                    // The diodes do not let the current reverse.
                     BridgeHold::Open if current_a > 0.0 => (current_a + change(-1.0)).max(0.0),
                     BridgeHold::Open => (current_a + change(1.0)).min(0.0).max(current_a),
                 };
@@ -126,8 +126,9 @@ fn mean_and_root_mean_square_are_those_of_the_stepped_current() {
     }
 }
 
-/// In the middle of the brake the mean flows but for the bend of the exponential: to second order in the period over the time
-/// constant x the current is short of it by V/R x^2/24 d (1 - d^2); the next order is smaller by x^2.
+/// In the middle of the braking interval the current is the mean except for the curvature of the exponential. To
+/// second order in x, the period over the time constant, the current is less than the mean by V/R x^2/24 d (1 -
+/// d^2); the next order is smaller by x^2.
 #[test]
 fn the_mean_flows_in_the_middle_of_the_brake() {
     let x = DRIVE.resistance_ohm / (DRIVE.inductance_h * DRIVE.pwm_hz);
@@ -152,8 +153,8 @@ fn a_sample_beside_the_middle_is_off_by_the_slope() {
     let late_s = 0.5e-6;
     let x = DRIVE.resistance_ohm / (DRIVE.inductance_h * DRIVE.pwm_hz);
     for duty in [0.25, 0.5, 0.94] {
-        // At the back-EMF of the mean voltage no mean current flows, whose own decay would come on top; that of the bend is a
-        // share of x^2/24 at most.
+        // At the back-EMF of the mean voltage no mean current flows whose decay would add to the difference; the
+        // curvature's share is at most x^2/24.
         let back_emf_v = duty * DRIVE.supply_v;
         let fell_a = DRIVE.braking_a(duty, back_emf_v, -late_s) - DRIVE.braking_a(duty, back_emf_v, late_s);
         let expected_a = 2.0 * late_s * back_emf_v / DRIVE.inductance_h;

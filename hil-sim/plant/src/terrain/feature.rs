@@ -1,4 +1,4 @@
-//! Features that rise above the plane, and the locus of a wheel's centre over each.
+//! Features of the ground above the plane, and the locus of a wheel's centre over each feature.
 
 use core::f64::consts::TAU;
 
@@ -6,16 +6,17 @@ use model::real::Real;
 
 use super::{TerrainError, WheelPath, check};
 
-/// Largest step, as a share of the wheel's radius.
+/// Largest height of a step, as a share of the wheel's radius.
 const STEP_MAX: f64 = 0.3;
 
 /// A feature of the profile along x.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Feature {
-    /// Another slope between two places: it comes in over `transition_m`, stays, and goes out again
-    /// over `transition_m` before `from_m + length_m`; beyond it the ground stays as high as it got.
+    /// Another slope between two places. The slope starts over `transition_m` from `from_m` and ends
+    /// over `transition_m` before `from_m + length_m`. Beyond the ramp the ground keeps its final
+    /// height.
     Ramp {
-        /// Where the slope begins to change.
+        /// Place where the slope begins to change.
         from_m: f64,
         /// Length, both transitions included; longer than twice `transition_m`.
         length_m: f64,
@@ -26,7 +27,7 @@ pub enum Feature {
     },
     /// Waves from `from_m` on: `height_m/2 (1 - cos(2 pi (x - from_m)/wavelength_m))`.
     Sine {
-        /// Where the first wave begins (in its trough).
+        /// Place where the first wave begins (in its trough).
         from_m: f64,
         /// Length of a wave.
         wavelength_m: f64,
@@ -35,10 +36,10 @@ pub enum Feature {
         /// Number of waves.
         waves: u32,
     },
-    /// A kerb: the ground is `height_m` higher from `at_m` on (lower, where negative). At most 0.3 of
+    /// A kerb: from `at_m` on the ground is `height_m` higher (lower if negative), by at most 0.3 of
     /// the wheel's radius.
     Step {
-        /// Where its edge is.
+        /// Place of the edge.
         at_m: f64,
         /// Height, positive up.
         height_m: f64,
@@ -47,7 +48,7 @@ pub enum Feature {
     Joints {
         /// Middle of the first gap.
         from_m: f64,
-        /// From joint to joint.
+        /// Distance from joint to joint.
         rail_length_m: f64,
         /// Width of the gap.
         gap_m: f64,
@@ -108,7 +109,8 @@ impl Feature {
 pub(super) struct Locus {
     feature: Feature,
     radius: f64,
-    /// Tangent of a ramp's slope; wave number of a sine; reach of a corner ahead of a step.
+    /// Tangent of a ramp's slope, wave number of a sine, or distance ahead of a step at which the
+    /// wheel touches its corner.
     derived: f64,
 }
 
@@ -151,7 +153,8 @@ impl Locus {
             } => {
                 let (sin, cos) = Real::sin_cos(slope_rad);
                 let rise = sin / cos;
-                // Steepest change of slope in the middle of a transition; one of the two is hollow.
+                // The slope changes fastest in the middle of a transition; one of the two transitions
+                // is hollow.
                 hollow(1.5 * rise.abs() / transition_m)?;
                 rise
             }
@@ -217,7 +220,7 @@ impl Locus {
                 }
             }
             Feature::Step { at_m, height_m } => {
-                // A step down is a step up driven backwards, seen from below.
+                // A step down is a step up that the wheel approaches backwards from its upper side.
                 let (ahead, base) = if height_m >= 0.0 {
                     (x - at_m, 0.0)
                 } else {
@@ -242,7 +245,7 @@ impl Locus {
                 if inside <= 0.0 {
                     return WheelPath::default();
                 }
-                // The centre turns about the nearer edge until the wheel meets the other one.
+                // The centre turns about the nearer edge until the wheel touches the other edge.
                 let height = (self.radius * self.radius - inside * inside).sqrt();
                 WheelPath {
                     height_m: height - self.radius,
@@ -279,7 +282,7 @@ impl Locus {
         let mut c = x;
         let [mut h, mut slope, mut curvature] = shape(c);
         let mut norm = (1.0 + slope * slope).sqrt();
-        // Newton; a level profile is done at once.
+        // Newton's method, which ends at once on a level profile.
         for _ in 0..8 {
             let error = c - self.radius * slope / norm - x;
             if error.abs() < 1e-12 {
@@ -296,7 +299,7 @@ impl Locus {
     }
 }
 
-/// A ramp's profile: its slope is `rise` times a smooth step in, and out again.
+/// A ramp's profile: its slope is `rise` times a smooth step in and a smooth step out.
 #[inline]
 fn ramp(ahead: f64, length: f64, transition: f64, rise: f64) -> Shape {
     if ahead <= 0.0 {
@@ -317,7 +320,7 @@ fn ramp(ahead: f64, length: f64, transition: f64, rise: f64) -> Shape {
     } else if ahead < length - transition {
         [rise * (ahead - 0.5 * transition), rise, 0.0]
     } else if ahead < length {
-        // The way out is the way in, seen from the end.
+        // The end of the ramp mirrors its start.
         let [h, d, c] = into((length - ahead) / transition);
         [top - rise * h, rise * d, -rise * c]
     } else {

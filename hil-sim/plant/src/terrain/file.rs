@@ -1,4 +1,4 @@
-//! A terrain as a file writes it, before anything is checked.
+//! A terrain as read from a file, not yet checked.
 
 use serde::Deserialize;
 
@@ -29,7 +29,7 @@ impl TryFrom<TerrainFile> for Terrain {
     }
 }
 
-/// What a feature is.
+/// The kind of a feature.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum FeatureKind {
@@ -39,7 +39,8 @@ enum FeatureKind {
     Joints,
 }
 
-/// A feature with whatever fields a file gives it: read flat, so that an error knows its field.
+/// A feature with any fields that a file gives, read into one flat struct so that an error can
+/// name its field.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct FeatureFile {
@@ -58,9 +59,9 @@ struct FeatureFile {
 }
 
 impl FeatureFile {
-    /// The feature called `table`: with every field of its kind, and no other.
+    /// The feature called `table`, with exactly the fields of its kind.
     fn feature(mut self, table: &str) -> Result<Feature, TerrainError> {
-        /// Takes the value of a field that the kind has.
+        /// Takes the value of a field of the kind.
         fn take<T>(table: &str, name: &str, value: &mut Option<T>) -> Result<T, TerrainError> {
             value.take().ok_or_else(|| TerrainError::Missing {
                 field: format!("{table}.{name}"),
@@ -98,7 +99,7 @@ impl FeatureFile {
         }
     }
 
-    /// The first field that nobody took.
+    /// The first field that was not taken.
     fn left(&self) -> Option<&'static str> {
         let numbers = [
             ("from_m", self.from_m),

@@ -1,4 +1,4 @@
-//! The ground: an inclined plane, features along it, and friction by side and place.
+//! The ground: an inclined plane, features along the plane, and friction by side and place.
 //!
 //! A terrain is a TOML table (a file of its own, or `[terrain]` of a scenario):
 //!
@@ -26,14 +26,14 @@
 //! assert_eq!(terrain.friction_at(5.0).right, 0.1);
 //! ```
 //!
-//! Every key is optional; an absent plane is level and the default friction is 0.8. Features vary with
-//! x only (a cylinder across the path): both wheels meet them, each at its own x.
+//! Every key is optional. A missing plane is level, and the default friction is 0.8. Features vary only with
+//! x, like a cylinder across the path; each wheel meets a feature at its own x.
 //!
 //! # What the wheels see
-//! The wheels follow the locus of a rigid wheel's centre that rolls over the profile. [`Ground`] computes the
-//! locus exactly for circle and corner (a step, the edges of a rail joint) and for smooth shapes (the parallel
-//! curve; curvature sharper than the wheel's own in a hollow is refused). Where features overlap their
-//! loci add up, which is exact only where at most one of them is not level.
+//! The wheels' centres follow the locus of the centre of a rigid wheel that rolls over the profile. [`Ground`]
+//! computes the locus exactly for circle and corner (a step, the edges of a rail joint) and for smooth shapes
+//! (the parallel curve). A hollow with a sharper curvature than the wheel's is refused. The loci of
+//! overlapping features add up, which is exact only where at most one of the features is not level.
 
 use model::real::Real;
 use model::vehicle::GRAVITY_M_S2;
@@ -57,7 +57,7 @@ pub enum TerrainError {
     OutOfRange {
         /// Table and key.
         field: String,
-        /// The value refused.
+        /// The refused value.
         value: f64,
         /// Smallest allowed value.
         min: f64,
@@ -69,7 +69,7 @@ pub enum TerrainError {
     BeyondWheel {
         /// Table and key.
         field: String,
-        /// The value refused.
+        /// The refused value.
         value: f64,
         /// Smallest allowed value.
         min: f64,
@@ -106,7 +106,7 @@ pub enum TerrainError {
          the wheel would touch it in two places; make it longer or lower"
     )]
     NarrowHollow {
-        /// Which feature.
+        /// Number of the feature.
         index: usize,
         /// Smallest radius of curvature of the hollow.
         hollow_m: f64,
@@ -116,7 +116,7 @@ pub enum TerrainError {
 }
 
 impl TerrainError {
-    /// Table and key that the error is about.
+    /// Table and key of the error.
     pub fn field(&self) -> String {
         match self {
             Self::OutOfRange { field, .. }
@@ -156,7 +156,7 @@ impl Default for Friction {
     }
 }
 
-/// Other friction between two places.
+/// Different friction between two places.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Patch {
@@ -269,12 +269,12 @@ impl Terrain {
     }
 }
 
-/// Where a wheel's centre is, and how its path rises.
+/// Height of a wheel's centre, and the slope of its path.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WheelPath {
     /// Height of the centre above its height on the bare plane, in m.
     pub height_m: f64,
-    /// Rise of the centre's path a metre along x.
+    /// Rise of the centre's path per metre along x.
     pub slope: f64,
 }
 
@@ -287,7 +287,7 @@ impl WheelPath {
     }
 }
 
-/// A terrain as wheels of one radius see it.
+/// A terrain for wheels of one radius.
 #[derive(Debug, Clone)]
 pub struct Ground {
     terrain: Terrain,
@@ -297,7 +297,7 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// Works out the loci of the centre of a wheel of `radius_m`.
+    /// Computes the loci of the centre of a wheel of `radius_m`.
     ///
     /// # Errors
     /// A step higher than 0.3 of the radius, or a hollow narrower than the wheel.
@@ -339,7 +339,7 @@ impl Ground {
     }
 
     /// Path over the features.
-    // Apart from the bare plane, which nearly every substep asks for.
+    // Not inlined: nearly every substep needs only the bare plane.
     #[inline(never)]
     fn rise(&self, x_m: f64) -> WheelPath {
         self.loci

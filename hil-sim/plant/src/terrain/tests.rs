@@ -1,4 +1,4 @@
-//! The loci against the geometry of a circle rolled over the profile by brute force.
+//! Compares the loci with a circle that is rolled over the profile numerically.
 
 use super::*;
 
@@ -9,7 +9,7 @@ fn ground(profile: Vec<Feature>) -> Ground {
     Ground::new(terrain, RADIUS).unwrap()
 }
 
-/// Height of a circle's centre that rests on `profile`: the highest support over its width.
+/// Height of the centre of a circle that rests on `profile`: the highest support over its width.
 fn rolled(profile: impl Fn(f64) -> f64, x: f64) -> f64 {
     let n = 200_000;
     (0..=n)
@@ -20,7 +20,7 @@ fn rolled(profile: impl Fn(f64) -> f64, x: f64) -> f64 {
         .fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Holds a locus against the rolled circle, and its slope against its height.
+/// Compares a locus with the rolled circle, and the locus's slope with its height.
 fn agrees(ground: &Ground, profile: impl Fn(f64) -> f64 + Copy, places: &[f64]) {
     for &x in places {
         let path = ground.wheel(x);
@@ -189,7 +189,7 @@ fn bad_terrains_are_refused_with_the_field_and_what_is_allowed() {
     let message = refused("[friction]\nleft = -0.1");
     assert!(message.contains("friction.left = -0.1: allowed is 0 to 5"), "{message}");
 
-    // Checks that depend on the wheel follow when the wheel is known.
+    // Checks that depend on the wheel are made when the wheel is known.
     let of = |text: &str| {
         Ground::new(toml::from_str(text).unwrap(), RADIUS)
             .unwrap_err()

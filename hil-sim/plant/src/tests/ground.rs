@@ -21,7 +21,8 @@ fn a_wheel_that_spins_pulls_with_its_friction_and_no_more() {
         "{pull} of {} N s",
         0.05 * normal
     );
-    // Over a second the mean normal force is the weight, within what the arm's swing leaves.
+    // Over a second the mean normal force is the weight, except for the remaining effect of the arm's
+    // swing.
     assert!((normal / (mass * 9.81) - 1.0).abs() < 0.2, "{normal} N s");
     let t = plant.truth();
     let momentum = mass * t.speed_m_s + 12.24 * 0.2 * t.phi_rad.cos() * t.phi_rate_rad_s;
@@ -53,7 +54,8 @@ fn off_a_high_edge_at_speed_it_flies_as_a_stone_does_and_lands() {
     assert!(deepest < -0.06 && plant.truth().normal_n.iter().all(|n| *n > 0.0));
 }
 
-/// Rolls at a kerb; the vehicle just after the impact, at the end, and the energy lost by then.
+/// Lets the vehicle roll against a kerb. Returns its state just after the impact, its state at the
+/// end, and the energy lost by then.
 fn roll_at_kerb(height: f64, speed: f64) -> (Truth, Truth, f64) {
     let mut parameters = *coasting_vehicle().parameters();
     parameters.drive_motor.rotor_inertia_kg_m2 = 0.0;
@@ -77,9 +79,9 @@ fn roll_at_kerb(height: f64, speed: f64) -> (Truth, Truth, f64) {
 
 #[test]
 fn a_kerb_takes_the_speed_that_a_rigid_wheel_loses_at_its_edge() {
-    // Impulsive motion with the wheels rolling about the edge and the arm, a point on a rod that hangs
-    // straight down, taking part only vertically. The momentum along the new direction is kept:
-    // v (M_w cos a + I/r^2) = s (M_w + I/r^2 + m sin^2 a).
+    // Impulsive motion: the wheels roll about the edge, and the arm, a point mass on a rod that hangs
+    // straight down, takes part only vertically. The momentum along the new direction is kept: v (M_w
+    // cos a + I/r^2) = s (M_w + I/r^2 + m sin^2 a).
     let (height, v) = (0.02, 2.0);
     let (struck, over, lost) = roll_at_kerb(height, v);
     let cos = 1.0 - height / 0.25;
@@ -145,11 +147,12 @@ fn across_a_slippery_side_slope_it_slides_sideways() {
         plant.advance(1e-3, &OPEN);
     }
     let truth = plant.truth();
-    // Downhill is to the left (6.5); nothing turns it, for both wheels hold alike along the axle.
+    // Downhill is to the left (6.5); nothing turns the vehicle, because both wheels hold equally
+    // along the axle.
     let expected = 9.81 * (slope.sin() - mu * slope.cos());
     assert!((truth.side_speed_m_s / expected - 1.0).abs() < 2e-3, "{truth:?}");
     assert!(truth.sliding == [true; 2] && truth.x_m.abs() < 1e-6);
-    // Rolling on a slope less steep than its friction it keeps its track.
+    // A vehicle that rolls on a slope less steep than the friction angle keeps its track.
     let text = format!("[plane]\nslope_y_rad = 0.1\n[friction]\nright = {mu}\nleft = {mu}\n");
     let mut plant = Plant::new(&coasting_vehicle(), &SCALES, terrain(&text), 1).unwrap();
     roll(&mut plant, 1.0);
@@ -175,7 +178,7 @@ fn one_wheel_on_ice_turns_it_towards_that_wheel() {
     }
     let truth = plant.truth();
     assert!(spun && truth.heading_rad < -0.05, "{truth:?}");
-    // And the same duties on dry ground go straight.
+    // With the same duties on dry ground the vehicle drives straight.
     let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.0), 1).unwrap();
     for _ in 0..400 {
         plant.advance(1e-3, &drive(0.25, 0.25, 0.0));

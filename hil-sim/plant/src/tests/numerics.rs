@@ -1,4 +1,5 @@
-//! The plant as a computation: the same every time, hardly changed by shorter steps, finite for any vehicle.
+//! The plant as a computation: its results are reproducible, hardly change with shorter steps, and are
+//! finite for any vehicle.
 
 use super::*;
 
@@ -23,7 +24,7 @@ fn one_seed_one_run() {
 
 #[test]
 fn steps_ten_times_shorter_change_little() {
-    // Everything at once: spar, turning, a ramp, patches that make it slip, duties that jump.
+    // All effects together: spar, turning, a ramp, slippery patches, jumping duties.
     let text = r#"
         [friction]
         right = 0.8
@@ -80,7 +81,7 @@ fn a_look_ahead_finds_what_half_a_step_finds() {
     let mut plant = Plant::new(&reference_vehicle(), &SCALES, incline(0.05), 1).unwrap();
     let mut differences = Vec::new();
     for k in 0..3000 {
-        // Duties that ramp, as a law's do, and jump, as at a limit.
+        // Duties that ramp, like those of a law, and jump, as at a limit.
         let duty = 0.1 + 0.1 * f64::from(k % 500) / 500.0;
         let bridges = drive(duty, 0.9 * duty, -0.3 * duty);
         let (mut ahead, mut half) = (plant.clone(), plant.clone());
@@ -135,7 +136,7 @@ fn any_vehicle_on_any_ground_stays_finite_and_within_its_means() {
             if table == "control" || table == "safety" || table == "battery" {
                 continue;
             }
-            // Nothing is controlled here: no levelling, which any spar may have.
+            // The test controls nothing, so it sets no gains of the levelling.
             if field.name.ends_with("_gain") {
                 parameters.set(number, 0.0).unwrap();
                 continue;
@@ -153,7 +154,8 @@ fn any_vehicle_on_any_ground_stays_finite_and_within_its_means() {
             parameters.body.wheels_inertia_kg_m2 = 0.0;
             parameters.drive_motor.rotor_inertia_kg_m2 = 0.0;
         }
-        // A few draws contradict themselves: arm heavier than the whole, current limit over the fault's.
+        // A few draws are contradictory: an arm heavier than the whole vehicle, or a current limit above
+        // the fault limit.
         let Ok(vehicle) = Vehicle::new(parameters) else {
             continue;
         };
@@ -196,8 +198,8 @@ fn any_vehicle_on_any_ground_stays_finite_and_within_its_means() {
             assert!(t.normal_n.iter().all(|n| *n >= 0.0), "round {round}: {t:?}");
             top = top.max(plant.body().energy(plant.ground()));
         }
-        // The motors cannot have put in more than the battery's power at its chopping limit over half a
-        // second, and gravity what the slopes give over what it moved.
+        // Upper bound of the energy: the battery's power at its chopping limit over half a second, and
+        // gravity's work along the slopes.
         let t = plant.truth();
         let mass = plant.body().inertia().total_mass;
         let electric = 3.0 * 60.0 * 30.0 * 0.5;

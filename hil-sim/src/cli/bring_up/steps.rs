@@ -130,7 +130,7 @@ pub const STEPS: &[BringUpStep] = &[
         "identity",
         StepKind::Identity,
         [
-            "Flash the board (`cargo flash-board`). The tool asks it who it is.",
+            "Flash the board (`cargo flash-board`). The tool asks the board for its identity.",
             "version, build; no item of the self-test among the blockers",
             "the item's row in [safety](safety.md#the-self-test)",
         ],
@@ -195,7 +195,7 @@ pub const STEPS: &[BringUpStep] = &[
         [
             "Feed 2 to 5 A from a bench supply through each drive motor's current sensor, in place of the motor, one at \
              a time, in the direction that drives forward.",
-            "that motor's current, as the supply's meter says within 10 %",
+            "that motor's current, equal to the supply's meter within 10 %",
             "the sensor's gain and sign in `firmware/src/drive_board/nucleo_h743zi/analog.rs`; left and right exchanged",
         ],
     ),
@@ -213,7 +213,7 @@ pub const STEPS: &[BringUpStep] = &[
         StepKind::ArmForward,
         [
             "Tilt the arm forward by 20 degrees or more and hold it.",
-            "accelerometer and gyro both tell a forward angle, the same within a third",
+            "accelerometer and gyro both show a forward angle, equal within a third",
             "mounting of the arm IMU; one axis exchanged or reversed",
         ],
     ),
@@ -222,8 +222,8 @@ pub const STEPS: &[BringUpStep] = &[
         StepKind::Wheels,
         [
             "Turn each wheel forward by hand, one turn, arm held.",
-            "that wheel's encoder counts a turn forward within 20 %, the other one stays",
-            "A and B of the encoder exchanged; left and right exchanged; counts a turn",
+            "that wheel's encoder counts one turn forward within 20 %, the other encoder does not count",
+            "A and B of the encoder exchanged; left and right exchanged; counts per turn",
         ],
     ),
     off(
@@ -260,7 +260,7 @@ pub const STEPS: &[BringUpStep] = &[
         StepKind::NoExternalClock,
         [
             "Take the clock's jumper off, or pull the debugger's plug with the board on its own supply; reset.",
-            "the board starts, on its own oscillator, and says so",
+            "the board starts on its own oscillator and reports so",
             "the bounded wait in `firmware/src/bin/drive-board/board/clocks.rs`",
         ],
     )),
@@ -333,7 +333,7 @@ pub const STEPS: &[BringUpStep] = &[
         StepKind::Forward,
         [
             "The tool drives forward at 0.5 m/s for 3 s.",
-            "both wheels turn forward, by their encoders within a quarter of what their voltages tell; no fault",
+            "both wheels turn forward, by their encoders within a quarter of the rates that their voltages predict; no fault",
             "motor leads exchanged",
         ],
     ),
@@ -342,7 +342,7 @@ pub const STEPS: &[BringUpStep] = &[
         StepKind::Turn,
         [
             "The tool turns left on the spot at 0.2 rad/s for 0.5 s.",
-            "the left wheel turns backward, the right one forward, each within a quarter of what its voltage tells; no fault",
+            "the left wheel turns backward, the right one forward, each within a quarter of the rate that its voltage predicts; no fault",
             "left and right motor exchanged: supply off at once",
         ],
     ),

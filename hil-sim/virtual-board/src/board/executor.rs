@@ -1,8 +1,8 @@
 //! Runs the firmware's tasks on one thread until all of them wait.
 //!
-//! A part of its own because every millisecond of virtual time polls some ten futures, which never end and are never
-//! added to: one word shows which are ready. In a round the tasks run in the order in which they were started, so
-//! a run does not depend on who woke whom first.
+//! The project has its own executor because every millisecond of virtual time polls some ten futures. These futures
+//! never end, and none is added later, so one word can mark the ready tasks. In each round the tasks run in the
+//! order of their start, so a run does not depend on the order of the wake-ups.
 
 use std::future::Future;
 use std::pin::Pin;
@@ -12,14 +12,14 @@ use std::task::{Context, Wake, Waker};
 
 use super::time::{PLACES, poll_none, poll_place};
 
-/// Most tasks: the bits of the word.
+/// Largest number of tasks: the bits of the word.
 const TASKS_MAX: usize = PLACES;
 
 /// A set of tasks.
 #[derive(Default)]
 pub struct Executor {
     tasks: Vec<BoardTask>,
-    /// A bit for each task that is to be polled.
+    /// One bit per task, set if the task is to be polled.
     ready: Arc<AtomicU64>,
 }
 
@@ -29,7 +29,7 @@ struct BoardTask {
     ended: bool,
 }
 
-/// Makes one task ready.
+/// A waker that makes one task ready.
 struct Bell {
     ready: Arc<AtomicU64>,
     bit: u64,
@@ -45,12 +45,12 @@ impl Wake for Bell {
     }
 }
 
-/// The executor has all the tasks it can have.
+/// The executor is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TooManyTasks;
 
 impl Executor {
-    /// Adds a task, which is ready.
+    /// Adds a task, which is ready at once.
     ///
     /// # Errors
     /// [`TooManyTasks`]: beyond 64.
@@ -72,19 +72,21 @@ impl Executor {
         Ok(())
     }
 
-    /// How many tasks there are.
+    /// Number of tasks.
     pub fn tasks(&self) -> usize {
         self.tasks.len()
     }
 
-    /// Never polls the tasks from the place `first` on again, in the order of their start: they hang.
+    /// Makes the tasks from the place `first` on hang, in the order of their start: the executor never polls them
+    /// again.
     pub fn hang_from(&mut self, first: usize) {
         for task in self.tasks.iter_mut().skip(first) {
             task.ended = true;
         }
     }
 
-    /// Polls the tasks at the places `due`, a bit for each, and what is ready, in rounds, until no task is.
+    /// Polls the tasks at the places `due` (one bit per task) and all ready tasks, in rounds, until no task is
+    /// ready.
     pub fn run_until_stalled(&mut self, due: u64) {
         let mut due = due;
         loop {
@@ -118,7 +120,7 @@ mod tests {
     use super::*;
     use crate::board::time::VirtualTime;
 
-    /// A task that notes its name at each poll and ends after `polls`, waking itself in between.
+    /// A task that records its name at each poll, wakes itself in between, and ends after `polls` polls.
     fn noting(notes: &Rc<RefCell<String>>, name: char, polls: usize) -> impl Future<Output = ()> + 'static {
         let notes = notes.clone();
         let mut left = polls;

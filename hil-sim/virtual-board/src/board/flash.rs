@@ -1,4 +1,4 @@
-//! The virtual board's flash: the sectors that the drive board gives to parameters, faults and updates, in memory.
+//! The virtual board's flash: the drive board's sectors for parameters, faults and updates, in memory.
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -12,7 +12,7 @@ use model::vehicle::Vehicle;
 /// Bytes of a store's flash.
 const CAPACITY: usize = PARAMETER_SECTORS * FLASH_SECTOR_BYTES;
 
-/// An access that the part refuses.
+/// An access that the flash refuses.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Refused(NorFlashErrorKind);
 
@@ -22,7 +22,7 @@ impl NorFlashError for Refused {
     }
 }
 
-/// The flash; clones are the same flash, so it outlives a board that is switched off.
+/// The flash. Clones share their contents, so the flash outlives a board that is switched off.
 #[derive(Debug, Clone)]
 pub struct VirtualFlash(Rc<RefCell<Vec<u8>>>);
 
@@ -32,12 +32,12 @@ impl VirtualFlash {
         Self(Rc::new(RefCell::new(vec![0xFF; CAPACITY])))
     }
 
-    /// An erased place for an image.
+    /// An erased area for an image.
     pub fn for_an_image() -> Self {
         Self(Rc::new(RefCell::new(vec![0xFF; ARRIVED_SECTORS * FLASH_SECTOR_BYTES])))
     }
 
-    /// A flash whose newest stored set is `vehicle`; `None` if it does not fit.
+    /// A flash whose newest stored set is `vehicle`; `None` if the set does not fit.
     pub fn holding(vehicle: &Vehicle<f32>) -> Option<Self> {
         let flash = Self::erased();
         let mut store = ParameterStore::new(flash.clone()).ok()?;
@@ -46,12 +46,12 @@ impl VirtualFlash {
         Some(flash)
     }
 
-    /// The contents from the start.
+    /// The contents, from the start of the flash.
     pub fn contents(&self) -> Vec<u8> {
         self.0.borrow().clone()
     }
 
-    /// Overwrites the contents from the start, as a fault or another firmware would.
+    /// Overwrites the contents from the start of the flash, as a fault or another firmware would.
     pub fn overwrite(&self, bytes: &[u8]) {
         for (slot, byte) in self.0.borrow_mut().iter_mut().zip(bytes) {
             *slot = *byte;
@@ -59,7 +59,7 @@ impl VirtualFlash {
     }
 }
 
-/// The bytes of an access, if it is within a flash of so many bytes and aligned to its unit.
+/// The byte range of an access, if the access lies within `capacity` and is aligned to its unit.
 fn range(capacity: usize, offset: u32, length: usize, unit: usize) -> Result<Range<usize>, Refused> {
     let from = offset as usize;
     if from + length > capacity {
@@ -97,7 +97,7 @@ impl NorFlash for VirtualFlash {
         let range = range(self.capacity(), offset, bytes.len(), Self::WRITE_SIZE)?;
         let mut flash = self.0.borrow_mut();
         for (slot, byte) in flash[range].iter_mut().zip(bytes) {
-            // Programming clears bits only.
+            // Programming only clears bits.
             *slot &= byte;
         }
         Ok(())

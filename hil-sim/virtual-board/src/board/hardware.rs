@@ -18,32 +18,32 @@ use model::sample::{Actuation, MOTORS};
 use plant::icm42688p::Icm42688pModel;
 use plant::{BridgeState, Plant};
 
-/// What the emergency stop's second contact does.
+/// State of the emergency stop's second contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SecondContact {
-    /// It opens with the first one, and trips the bridges' break.
+    /// The contact opens with the first contact and trips the bridges' break.
     Follows = 0,
-    /// It is welded shut: it never opens.
+    /// The contact is welded shut and never opens.
     Welded,
-    /// Its wire is broken: it is open, and trips the bridges' break.
+    /// The contact's wire is broken, which trips the bridges' break.
     Open,
 }
 
-/// The plant and everything of the board that is not the firmware.
+/// The plant, and everything on the board except the firmware.
 #[derive(Debug)]
 #[allow(clippy::struct_excessive_bools)] // Independent facts, not the states of one thing.
 pub struct World {
     /// The physical vehicle.
     pub plant: Plant,
-    /// The emergency stop is pressed: as on the board, it also trips the bridges' break.
+    /// Whether the emergency stop is pressed. As on the board, the stop also trips the bridges' break.
     pub emergency_stop: bool,
     /// The emergency stop's second contact.
     pub second_contact: SecondContact,
-    /// The lamps: armed, faulted.
+    /// States of the lamps: armed, faulted.
     pub lamps: (bool, bool),
-    /// The records of the ticks since they were taken last, if they are kept.
+    /// The records of the ticks since the last call that took them; `None` while no records are kept.
     pub records: Option<Vec<FlightRecord>>,
-    /// A host may read the stream of records or the look back.
+    /// Whether a host may read the stream of records or the records before an event.
     pub records_for_host: bool,
     synced_us: u64,
     bridges: [BridgeState; MOTORS],
@@ -70,7 +70,7 @@ impl World {
         }
     }
 
-    /// Lets the plant catch up with the clock, the bridges held as they are.
+    /// Advances the plant to the present time with the bridges' present states.
     #[inline]
     pub fn sync(&mut self, now_us: u64) {
         self.follow_break();
@@ -79,14 +79,15 @@ impl World {
         }
     }
 
-    /// Advances the plant. Apart, as of the hardware's many calls within one instant only the first gets here.
+    /// Advances the plant. Not inlined: of the many calls within one instant only the first reaches this
+    /// function.
     #[inline(never)]
     fn catch_up(&mut self, now_us: u64) {
         self.plant
             .advance((now_us - self.synced_us) as f64 * 1e-6, &self.bridges);
         self.synced_us = now_us;
         if !self.plant.powers_board() {
-            // A bridge without its controller is open.
+            // Without its controller a bridge is open.
             self.unpowered = true;
             self.bridges = [BridgeState::Open; MOTORS];
         }
@@ -95,7 +96,7 @@ impl World {
         }
     }
 
-    /// Converts the analogue inputs as they are now. The plant need not follow to half a tick for that.
+    /// Converts the present analogue inputs. The plant need not advance to the middle of the tick for that.
     #[inline]
     fn analog(&mut self, now_us: u64) -> Analog<u16> {
         self.follow_break();
@@ -107,12 +108,13 @@ impl World {
         self.plant.analog()
     }
 
-    /// Whether the supply has failed the board since it last booted.
+    /// Whether the supply has failed since the board last booted.
     pub fn unpowered(&self) -> bool {
         self.unpowered
     }
 
-    /// The board starts as after power-up, its clock at 0, if its supply allows; says whether it does.
+    /// Starts the board as after power-up, with its clock at 0, if the supply allows. Returns whether the board
+    /// started.
     pub(super) fn power_up(&mut self) -> bool {
         if !self.plant.powers_board() {
             return false;
@@ -125,13 +127,14 @@ impl World {
         true
     }
 
-    /// The hardware break: opens the bridges without the firmware.
+    /// Trips the hardware break, which opens the bridges without the firmware.
     pub fn trip(&mut self) {
         self.break_tripped = true;
         self.bridges = [BridgeState::Open; MOTORS];
     }
 
-    /// Whether the break's wire is high: the stop's second contact is open, or a bridge pulls its fault output.
+    /// Whether the break's wire is high, because the stop's second contact is open or a bridge asserts its fault
+    /// output.
     fn break_input(&self) -> bool {
         if self.plant.bridge_shut_down() {
             return true;
@@ -146,7 +149,7 @@ impl World {
     /// Trips the bridges' break while its input is active.
     #[inline]
     fn follow_break(&mut self) {
-        // Nearly always the stop is in order and nobody presses it: one comparison, in the hardware's every call.
+        // The usual case, an intact and released stop, costs one comparison in every hardware call.
         if u8::from(self.emergency_stop) | self.second_contact as u8 != 0 && self.break_input() {
             self.trip();
         }
@@ -157,18 +160,18 @@ impl World {
         self.bridges.iter().any(|bridge| *bridge != BridgeState::Open)
     }
 
-    /// Whether the watchdog has expired by now.
+    /// Whether the watchdog has expired at `now_us`.
     pub fn watchdog_expired(&self, now_us: u64) -> bool {
         now_us.saturating_sub(self.fed_us) > u64::from(WATCHDOG_US)
     }
 }
 
-/// A handle on the world, as any part of the board's hardware has it.
+/// A handle on the world for one part of the board's hardware.
 #[derive(Debug, Clone)]
 pub struct Hardware(pub Rc<RefCell<World>>);
 
 impl Hardware {
-    /// Does something with the world as it is now.
+    /// Calls `act` with the world at the present time.
     pub fn now<R>(&self, act: impl FnOnce(&mut World) -> R) -> R {
         let mut world = self.0.borrow_mut();
         world.sync(Instant::now().as_micros());
@@ -196,7 +199,7 @@ impl EmergencyStop for Hardware {
     }
 }
 
-/// The bridge under a duty, which the board's shortest pulses limit.
+/// The bridge state of a duty, which the board's shortest pulses limit.
 fn bridge(duty: i16) -> BridgeState {
     let duty_max = f64::from(DUTY_MAX_PERCENT) / 100.0;
     BridgeState::Duty((f64::from(duty) / f64::from(DUTY_FULL_SCALE)).clamp(-duty_max, duty_max))
@@ -250,7 +253,7 @@ impl Recorder for Hardware {
     }
 }
 
-/// The cost of a tick on the host says nothing of the board's: the counter stands still.
+/// A cycle counter that does not count, because a tick's cost on the host does not show the cost on the board.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NoCycles;
 
@@ -278,10 +281,10 @@ impl ErrorType for VirtualImu {
     type Error = Infallible;
 }
 
-/// Frames that go through the bus at once: the firmware's burst.
+/// Number of frames of the firmware's burst.
 const BURST_FRAMES: usize = 8;
 
-/// Exchanges frames with the part; a bus without a part floats high.
+/// Exchanges frames with the part. A bus without a part floats high.
 fn exchange_frames(chip: Option<&mut Icm42688pModel>, frames: &mut [u16]) {
     let Some(chip) = chip else {
         frames.fill(u16::MAX);
@@ -296,7 +299,7 @@ fn exchange_frames(chip: Option<&mut Icm42688pModel>, frames: &mut [u16]) {
     }
 }
 
-/// Carries out any operations while the part is selected.
+/// Performs any operations while the part is selected.
 #[cold]
 fn operate(mut chip: Option<&mut Icm42688pModel>, operations: &mut [Operation<'_, u16>]) {
     let mut exchange = |frames: &mut [u16]| exchange_frames(chip.as_deref_mut(), frames);
@@ -333,7 +336,7 @@ impl SpiDevice<u16> for VirtualImu {
                 chip.select();
             }
             match (&mut chip, operations) {
-                // Every tick reads the data in one burst.
+                // The burst with which every tick reads the data.
                 (Some(chip), [Operation::TransferInPlace(frames)]) if frames.len() == BURST_FRAMES => {
                     if let Some(burst) = frames.first_chunk_mut::<BURST_FRAMES>() {
                         chip.exchange_frames(burst);

@@ -1,4 +1,4 @@
-//! The firmware's log on the host: lines with virtual time, kept for each thread's vehicle.
+//! The firmware's log on the host: lines with virtual time, kept separately per thread's vehicle.
 
 use std::cell::RefCell;
 use std::sync::Once;
@@ -34,11 +34,11 @@ impl Log for Collector {
     fn flush(&self) {}
 }
 
-/// Collects the firmware's log from now on; forgets what this thread had collected.
+/// Collects the firmware's log from now on and discards the lines that this thread had collected.
 pub fn start() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
-        // Another logger of the process keeps its place; then there are no lines here.
+        // If the process has another logger, that logger stays and no lines are collected here.
         if log::set_logger(&Collector).is_ok() {
             log::set_max_level(LevelFilter::Info);
         }

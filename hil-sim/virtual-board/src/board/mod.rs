@@ -1,8 +1,8 @@
-//! A virtual drive board: the firmware's own tasks in lockstep virtual time, closed around the plant.
+//! A virtual drive board: the firmware's own tasks in virtual time, in a closed loop with the plant.
 //!
-//! The tasks run until all of them wait; then the clock jumps to the next alarm, and the plant follows
-//! when a task next touches the hardware. Nothing depends on the host's time or threads, so a run is
-//! the same, bit for bit, every time.
+//! The tasks run until all of them wait. The clock then jumps to the next alarm, and the plant follows when a task
+//! next accesses the hardware. A run does not depend on the host's time or threads, so repeated runs are equal bit for
+//! bit.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -45,7 +45,7 @@ pub enum VirtualBoardError {
     /// The thread runs a virtual board already.
     #[error(transparent)]
     Clock(#[from] ClockTaken),
-    /// The vehicle is not valid in single precision, or has limits that the board's sensors cannot measure.
+    /// The vehicle is invalid in single precision, or has limits that the board's sensors cannot measure.
     #[error("the vehicle is none for this board: {0}")]
     Vehicle(ParameterError),
     /// The flash cannot hold a store.
@@ -56,49 +56,50 @@ pub enum VirtualBoardError {
     Executor,
 }
 
-/// The number of the next boot of any virtual board of this process.
+/// Number of the next boot of a virtual board in this process.
 static BOOTS: AtomicU32 = AtomicU32::new(1);
 
-/// A number that differs from boot to boot, as each board has it. No decision of the vehicle depends on it.
+/// A number that differs from boot to boot, as on every board. No decision of the vehicle depends on this number.
 fn boot_number() -> u32 {
     BOOTS.fetch_add(1, Ordering::Relaxed)
 }
 
 /// A drive board in virtual time.
 pub struct VirtualBoard {
-    // Before `time`: the tasks must be gone when the clock is given back.
+    // Declared before `time`, so that the tasks are dropped before the clock is returned.
     executor: Executor,
     topics: Rc<Topics<NoopRawMutex>>,
     hardware: Hardware,
     to_board: Pipe,
     from_board: Pipe,
     watchdog_bitten: bool,
-    /// Place of the first task that runs on the thread executor on the drive board.
+    /// Place of the first task that the drive board runs on its thread executor.
     first_thread_task: usize,
-    /// What a reset leaves: the parameter flash, and the vehicle the firmware was built for.
+    /// State that survives a reset: the flashes, and the vehicle for which the firmware was built.
     flash: VirtualFlash,
     history: VirtualFlash,
-    /// Place of an image that arrives over the link. Nothing installs it: this board has no boot loader.
+    /// Area for an image that arrives over the link. Nothing installs the image, because this board has no boot
+    /// loader.
     update: VirtualFlash,
     built_in: Vehicle<f32>,
-    /// When the board last booted, us since the start.
+    /// Time of the last boot, us since the start.
     booted_us: u64,
     time: VirtualTime,
 }
 
-/// Between two looks at a supply that is too low, us.
+/// Time between two checks of a supply that is too low, us.
 const SUPPLY_PERIOD_US: u64 = 1000;
 
 impl VirtualBoard {
-    /// Boots a board that was built for `vehicle` and is wired to `plant`, with nothing stored.
+    /// Boots a board that was built for `vehicle` and is wired to `plant`, with empty flashes.
     ///
     /// # Errors
-    /// [`VirtualBoardError`]: the thread already runs one, or the vehicle is not valid in f32.
+    /// [`VirtualBoardError`]: the thread already runs a board, or the vehicle is invalid in f32.
     pub fn boot(vehicle: &Vehicle<f64>, plant: Plant) -> Result<Self, VirtualBoardError> {
         Self::boot_with(vehicle, plant, VirtualFlash::erased())
     }
 
-    /// Boots a board whose parameter flash holds what an earlier run left in it.
+    /// Boots a board whose parameter flash has the contents of an earlier run.
     ///
     /// # Errors
     /// As [`VirtualBoard::boot`].
@@ -106,7 +107,7 @@ impl VirtualBoard {
         Self::boot_with_history(vehicle, plant, flash, VirtualFlash::erased())
     }
 
-    /// Boots a board whose flashes, of the parameters and of the fault history, hold what an earlier run left in them.
+    /// Boots a board whose parameter flash and fault-history flash have the contents of an earlier run.
     ///
     /// # Errors
     /// As [`VirtualBoard::boot`].
@@ -142,15 +143,15 @@ impl VirtualBoard {
     }
 
     /// Starts the firmware's tasks as a reset does.
-    // A call of its own, as the tasks and topics pass 100 KiB through its frame: within a run's every millisecond that
-    // would touch each page of them.
+    // Not inlined: the tasks and topics pass 100 KiB through this function's stack frame, whose pages would otherwise
+    // be touched in every millisecond of a run.
     #[cold]
     #[inline(never)]
     fn start(&mut self, cause: ResetCause) -> Result<(), VirtualBoardError> {
         let (topics, hardware) = (self.topics.clone(), self.hardware.clone());
         let (to_board, from_board) = (self.to_board.clone(), self.from_board.clone());
         let (flash, built_in) = (self.flash.clone(), self.built_in);
-        // One macro instead of a generic function: each task has its own type.
+        // A macro instead of a generic function, because each task has its own type.
         macro_rules! spawn {
             (|$topics:ident, $hardware:ident| $task:expr) => {{
                 let ($topics, $hardware) = (topics.clone(), hardware.clone());
@@ -162,7 +163,7 @@ impl VirtualBoard {
             }};
         }
         log_task::boot(&topics, env!("CARGO_PKG_VERSION"), cause, ClockSource::External);
-        // The virtual flash never waits, so this is over at once, as on the board before its tasks start.
+        // The virtual flash never waits, so this call ends at once, as on the board before its tasks start.
         let mut store = ParameterStore::new(flash).map_err(|_| VirtualBoardError::Flash)?;
         let booted = block_on(parameters::boot(&mut store, &built_in));
         spawn!(|topics, hardware| imu::run(&topics, Place::Arm, VirtualImu::new(hardware, Place::Arm)));
@@ -179,7 +180,7 @@ impl VirtualBoard {
                 emergency_stop: hardware.clone(),
                 cycles: NoCycles,
                 recorder: hardware,
-                // The virtual part is as the board needs it.
+                // The virtual part meets the board's needs.
                 blockers: BlockerSet::EMPTY,
             },
         ));
@@ -199,22 +200,22 @@ impl VirtualBoard {
         Ok(())
     }
 
-    /// Holds the board in reset until its supply is back and then boots it, or until `until_us`; says
-    /// whether it runs.
+    /// Holds the board in reset until the supply returns and then boots the board, or until `until_us`. Returns
+    /// whether the board runs.
     #[cold]
     #[inline(never)]
     fn wait_for_supply(&mut self, until_us: u64) -> bool {
-        // The tasks stop where they are; the clock and the world go on.
+        // The tasks stop; the clock and the world continue.
         self.executor = Executor::default();
         self.topics = Rc::new(Topics::new());
         loop {
-            // What was sent meanwhile is lost.
+            // Bytes that were sent meanwhile are lost.
             self.to_board.take_all();
             let now_us = self.now_us();
             if self.world(World::power_up) {
                 self.booted_us = now_us;
                 self.time.restart();
-                // It has booted from this flash before.
+                // The board has booted from this flash before, so this boot succeeds, too.
                 return self.start(ResetCause::BrownOut).is_ok();
             }
             if now_us >= until_us {
@@ -230,7 +231,7 @@ impl VirtualBoard {
         self.booted_us + self.time.now_us()
     }
 
-    /// When the board last booted, us since the start: at 0, or after a failure of its supply.
+    /// Time of the last boot, us since the start: 0, or the end of the last failure of the supply.
     pub fn booted_us(&self) -> u64 {
         self.booted_us
     }
@@ -257,14 +258,14 @@ impl VirtualBoard {
             self.time.advance_to(next_us);
             let mut world = self.hardware.0.borrow_mut();
             if world.watchdog_expired(next_us) && !self.watchdog_bitten {
-                // The part would reset here: its bridges open and stay so.
+                // A real board would reset here. The virtual board's bridges open and stay open.
                 self.watchdog_bitten = true;
                 world.trip();
             }
         }
     }
 
-    /// Does something with the world as it is now.
+    /// Calls `act` with the world at the present time.
     pub fn world<R>(&mut self, act: impl FnOnce(&mut World) -> R) -> R {
         self.hardware.now(act)
     }
@@ -274,12 +275,12 @@ impl VirtualBoard {
         self.topics.status.latest().map(|status| status.value)
     }
 
-    /// Lets the tasks hang that run on the thread executor on the drive board: link, parameters, fault history, log.
+    /// Makes the tasks hang that the drive board runs on its thread executor: link, parameters, fault history, log.
     pub fn hang_thread_executor(&mut self) {
         self.executor.hang_from(self.first_thread_task);
     }
 
-    /// Presses the board's own button once: disarm.
+    /// Presses the board's own button once, which disarms.
     pub fn press_button(&mut self) {
         self.topics.disarm.put(DisarmBy::Button);
     }
@@ -294,7 +295,7 @@ impl VirtualBoard {
         self.from_board.take_all()
     }
 
-    /// Whether the hardware watchdog has bitten.
+    /// Whether the hardware watchdog has expired.
     pub fn watchdog_bitten(&self) -> bool {
         self.watchdog_bitten
     }

@@ -16,7 +16,7 @@ struct Bytes {
     reader: Option<Waker>,
 }
 
-/// One direction of a serial line; clones are ends of the same line.
+/// One direction of a serial line. Clones are ends of the same line.
 #[derive(Debug, Clone, Default)]
 pub struct Pipe(Rc<RefCell<Bytes>>);
 
@@ -30,11 +30,11 @@ impl Pipe {
         }
     }
 
-    /// Takes everything off the line.
+    /// Takes all bytes off the line.
     #[inline]
     pub fn take_all(&self) -> Vec<u8> {
         if self.0.borrow().queue.is_empty() {
-            // As nearly always.
+            // The usual case.
             return Vec::new();
         }
         self.take_bytes()

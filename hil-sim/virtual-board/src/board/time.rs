@@ -1,26 +1,26 @@
 //! Virtual time: embassy-time's clock and alarms, one set per thread.
 //!
-//! The firmware's tasks ask embassy-time for the time as they do on the board. Here the time stands
-//! still until [`VirtualTime::advance_to`] moves it. Each thread has its own clock, so tests that run side by
-//! side in one process do not share time by accident; two vehicles in one thread are refused.
+//! The firmware's tasks read the time from embassy-time, as on the board. Here the time changes only when
+//! [`VirtualTime::advance_to`] advances it. Each thread has its own clock, so parallel tests in one process do not share
+//! time by accident. A second vehicle in the same thread is refused.
 
 use std::cell::{Cell, RefCell};
 use std::task::Waker;
 
 use embassy_time_driver::Driver;
 
-/// The thread's clock is taken: the thread runs another vehicle.
+/// The thread's clock is in use, because the thread runs another vehicle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("this thread already runs a virtual vehicle: one at a time, or one a thread")]
 pub struct ClockTaken;
 
-/// Places of tasks that set their alarms by their place: the bits of a word.
+/// Number of places of tasks that set their alarms by place: the bits of a word.
 pub(super) const PLACES: usize = u64::BITS as usize;
 
-/// The alarm of whoever is no task of the executor's; kept when it has rung.
+/// The alarm of a waker that is no task of the executor. The alarm is kept after it has rung.
 struct Alarm {
     waker: Waker,
-    /// `u64::MAX`: not set.
+    /// Due time; `u64::MAX` means not set.
     due_us: u64,
 }
 
@@ -30,7 +30,7 @@ struct Clock {
 }
 
 impl Clock {
-    /// Rings the alarms that are due; returns when the next one is.
+    /// Rings the due alarms and returns the time of the next alarm.
     fn ring(&self) -> u64 {
         let now_us = ALARMS.with(|alarms| alarms.now_us.get());
         let mut next_us = u64::MAX;
@@ -58,18 +58,18 @@ impl Clock {
     }
 }
 
-/// The time, and the alarms of the executor's tasks: apart from the clock's other parts because they are asked some fifty
-/// times each millisecond, and numbers need no destructor, which every access would look for.
+/// The time and the alarms of the executor's tasks. They are separate from the clock's other parts because they are read
+/// some fifty times per millisecond, and a thread-local without a destructor is cheaper to access.
 struct Alarms {
     now_us: Cell<u64>,
-    /// When the first alarm of all is due, or earlier.
+    /// A time at or before the first due alarm.
     next_us: Cell<u64>,
-    /// Which places have set an alarm, a bit for each, and when it is due.
+    /// The places that have set an alarm, one bit per place, and the due times.
     set: Cell<u64>,
     due_us: [Cell<u64>; PLACES],
-    /// The place that is being polled, and the data of its waker; [`PLACES`] while none is.
+    /// The place that is being polled, and the data of its waker; [`PLACES`] while no task is polled.
     polled: Cell<(usize, *const ())>,
-    /// An alarm has been set by another waker than that of the task that is being polled.
+    /// Whether a waker other than that of the polled task has set an alarm.
     others: Cell<bool>,
 }
 
@@ -107,7 +107,7 @@ impl Alarms {
         }
     }
 
-    /// Takes the alarms that are due, a bit for each place; the others are looked through for the next one.
+    /// Takes the due alarms, one bit per place, and finds the next alarm among the others.
     fn take_due(&self) -> u64 {
         let now_us = self.now_us.get();
         let (mut due, mut next_us) = (0, u64::MAX);
@@ -131,14 +131,14 @@ impl Alarms {
     }
 }
 
-/// From now on the task at `place` is polled with a waker of these data. It alone sets its alarms: they are found by the
-/// place, not by the waker.
+/// Marks that the task at `place` is being polled with a waker of these data. Only this task sets its alarms, which are
+/// found by the place instead of the waker.
 #[inline]
 pub(super) fn poll_place(place: usize, waker: *const ()) {
     ALARMS.with(|alarms| alarms.polled.set((place, waker)));
 }
 
-/// No task is polled any more.
+/// Marks that no task is being polled.
 #[inline]
 pub(super) fn poll_none() {
     poll_place(PLACES, std::ptr::null());
@@ -165,17 +165,17 @@ impl Driver for ThreadClock {
     }
 }
 
-// The driver's two entry points are linked by name; the macro exports them.
+// The driver's two entry points are linked by name; the macro exports these names.
 #[allow(unsafe_code)]
 mod driver {
     use super::ThreadClock;
     embassy_time_driver::time_driver_impl!(static DRIVER: ThreadClock = ThreadClock);
 }
 
-/// This thread's clock, from 0, until dropped.
+/// This thread's clock, which starts at 0 and is released when dropped.
 #[derive(Debug)]
 pub struct VirtualTime {
-    /// Not to be sent: the clock belongs to the thread.
+    /// Makes the type `!Send`, because the clock belongs to the thread.
     _not_send: std::marker::PhantomData<*const ()>,
 }
 
@@ -183,7 +183,7 @@ impl VirtualTime {
     /// Takes the thread's clock and sets it to 0.
     ///
     /// # Errors
-    /// [`ClockTaken`] while another vehicle of this thread has it.
+    /// [`ClockTaken`] while another vehicle of this thread uses the clock.
     pub fn take() -> Result<Self, ClockTaken> {
         CLOCK.with(|clock| {
             if clock.taken.replace(true) {
@@ -202,7 +202,7 @@ impl VirtualTime {
         ALARMS.with(|alarms| alarms.now_us.get())
     }
 
-    /// Takes the alarms of the executor's tasks that are due, a bit for each place, and wakes whoever else is due.
+    /// Takes the due alarms of the executor's tasks, one bit per place, and wakes every other due waker.
     #[inline]
     pub fn take_due(&self) -> u64 {
         ALARMS.with(|alarms| {
@@ -214,20 +214,20 @@ impl VirtualTime {
         })
     }
 
-    /// When the next alarm is due (`u64::MAX` if none is set).
+    /// Due time of the next alarm (`u64::MAX` if no alarm is set).
     #[inline]
     pub fn next_us(&self) -> u64 {
         ALARMS.with(|alarms| alarms.next_us.get())
     }
 
-    /// Wakes whoever is due and is no task of the executor's, and returns when the next alarm is due (`u64::MAX` if none
-    /// is set).
+    /// Wakes every due waker that is no task of the executor, and returns the due time of the next alarm (`u64::MAX` if
+    /// no alarm is set).
     pub fn next_alarm_us(&self) -> u64 {
         self.take_due();
         self.next_us()
     }
 
-    /// Sets the clock to 0 and forgets every alarm, as a reset does: whoever set one is gone.
+    /// Sets the clock to 0 and discards every alarm, as a reset does, because the tasks that set them no longer exist.
     pub fn restart(&self) {
         ALARMS.with(|alarms| {
             alarms.now_us.set(0);

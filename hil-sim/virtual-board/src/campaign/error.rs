@@ -1,4 +1,4 @@
-//! What is wrong with a campaign.
+//! Errors of a campaign.
 
 use thiserror::Error;
 
@@ -8,10 +8,10 @@ use crate::scenario::ScenarioError;
 /// Why a campaign cannot run.
 #[derive(Debug, Error)]
 pub enum CampaignError {
-    /// A scenario is wrong, as it stands or with the overrides.
+    /// A scenario is wrong, with or without the overrides.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// A vehicle is wrong, as it stands or with the overrides.
+    /// A vehicle is wrong, with or without the overrides.
     #[error(transparent)]
     Vehicle(#[from] vehicle_file::VehicleFileError),
     /// The board does not boot.
@@ -20,10 +20,10 @@ pub enum CampaignError {
     /// A file cannot be read.
     #[error("{0}: {1}")]
     Unreadable(String, String),
-    /// An override makes no sense.
+    /// An override is invalid.
     #[error("--set {0}: {1}")]
     Override(String, String),
-    /// More runs or combinations than allowed.
+    /// The campaign has more runs or combinations than allowed.
     #[error("{0}: allowed are at most {1}")]
     TooMany(&'static str, u64),
 }

@@ -1,4 +1,4 @@
-//! Values put into a scenario's or a vehicle's text before it is read.
+//! Values that replace values in a scenario's or a vehicle's text before the text is parsed.
 
 use std::path::{Path, PathBuf};
 
@@ -6,18 +6,18 @@ use toml::{Table, Value};
 
 use super::error::CampaignError;
 
-/// What an override changes.
+/// The file that an override changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Target {
     /// The scenario's file.
     Scenario,
-    /// The vehicle that the firmware is given, and also the simulated vehicle unless a file of its own describes that.
+    /// The vehicle of the firmware, and also the simulated vehicle unless it has a file of its own.
     Vehicle,
     /// The simulated vehicle only.
     PlantVehicle,
 }
 
-/// One quantity of the scenario or the vehicle, and the values it takes.
+/// One quantity of the scenario or the vehicle, and its values.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Axis {
     pub(super) key: String,
@@ -27,9 +27,9 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// From `KEY=VALUE[,VALUE...]`. A key begins with `scenario.`, `vehicle.` or `plant-vehicle.` and names a place in
-    /// that file; the entries of a list have numbers from 0 on. A value is written as in TOML; what is no value of TOML is
-    /// taken as a text.
+    /// Parses `KEY=VALUE[,VALUE...]`. A key begins with `scenario.`, `vehicle.` or `plant-vehicle.` and names a place
+    /// in that file; the entries of a list are numbered from 0. A value is written as in TOML; a value that is not
+    /// valid TOML counts as a text.
     ///
     /// # Errors
     /// [`CampaignError::Override`].
@@ -84,7 +84,7 @@ impl OverrideSource {
         })
     }
 
-    /// The vehicle file `file` of a scenario in `folder`; the reference vehicle's if it names none.
+    /// The vehicle file `file` of a scenario in `folder`; the reference vehicle's if the scenario names no file.
     pub(super) fn read_own(folder: &Path, file: Option<&Path>) -> Result<Self, CampaignError> {
         match file {
             Some(file) => Self::read(&folder.join(file)),
@@ -101,7 +101,7 @@ impl OverrideSource {
         if changes.is_empty() {
             return Ok(self.text.clone());
         }
-        // The file's own reader reports a text that is not TOML.
+        // The file's own reader reports an error for a text that is not TOML.
         let Ok(root) = self.text.parse::<Table>() else {
             return Ok(self.text.clone());
         };
@@ -118,7 +118,7 @@ impl OverrideSource {
     }
 }
 
-/// The place `path` below `at`; tables that are missing are made, lists are not.
+/// The place `path` below `at`. Missing tables are created, missing lists are not.
 fn place<'a>(at: &'a mut Value, path: &[String]) -> Result<&'a mut Value, String> {
     let Some((name, rest)) = path.split_first() else {
         return Ok(at);

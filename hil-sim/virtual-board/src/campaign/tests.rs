@@ -61,7 +61,7 @@ fn an_override_reaches_the_vehicle_the_plant_and_lists() {
         ],
         1..=1,
     );
-    // Only the kerb has a profile.
+    // Only the kerb scenario has a profile.
     let error = campaign
         .expect_err("the dead man's scenario has no profile")
         .to_string();

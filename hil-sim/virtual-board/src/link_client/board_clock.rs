@@ -1,18 +1,19 @@
-//! The board's clock, as the host knows it from the times in the board's messages. A real board's clock runs evenly,
-//! beside the host's. A simulated board's may run at any rate: because it was asked to, or because the machine that
-//! simulates it is busy. An order must never be dated in the board's future, so a clock that is slow is followed.
+//! The host's estimate of the board's clock, from the times in the board's messages. A real board's clock runs evenly
+//! and close to the host's rate. A simulated board's clock may run at any rate, because the user chose the rate or
+//! because the simulating machine is busy. An order must never be dated in the board's future, so the estimate follows
+//! a slow clock.
 //!
-//! A message takes time, so what it says of the board's clock is too little. The clock is the line above all that was
-//! heard lately that lies closest to it: the edge of the upper hull of the observations over their mean time
+//! A message takes time to arrive, so its time is always behind the board's clock. The estimate is the line above all
+//! recent observations that lies closest to them: the edge of the upper hull of the observations over their mean time
 //! (Moon, Skelly and Towsley 1999, "Estimation and removal of clock skew from network delay measurements").
 
 use std::collections::VecDeque;
 
-/// How long an observation counts, us of the host.
+/// Age up to which an observation counts, us of the host.
 const WINDOW_US: u64 = 2_000_000;
-/// Of so long a time one observation is kept, us of the host.
+/// Interval of which one observation is kept, us of the host.
 const BETWEEN_US: u64 = 100_000;
-/// How much slower the board's clock may run than it seems, as a share.
+/// Share by which the board's clock may run slower than estimated.
 const DRIFT: f64 = 200e-6;
 
 /// A message that the board sent at or after `board_us` arrived at `host_us`.
@@ -23,7 +24,7 @@ struct TimeHeard {
 }
 
 impl TimeHeard {
-    /// Host's and board's time after another observation's, us.
+    /// Host's and board's time since another observation, us.
     fn after(self, other: Self) -> (f64, f64) {
         (
             self.host_us.cast_signed().wrapping_sub(other.host_us.cast_signed()) as f64,
@@ -32,18 +33,18 @@ impl TimeHeard {
     }
 }
 
-/// What the host knows of the board's clock.
+/// The host's estimate of the board's clock.
 #[derive(Debug, Clone, Default)]
 pub(super) struct BoardClock {
-    /// The best of each [`BETWEEN_US`], in order.
+    /// The best observation of each [`BETWEEN_US`], in order.
     kept: VecDeque<TimeHeard>,
-    /// When the time of the last one that is kept began, us of the host.
+    /// Start of the interval of the last kept observation, us of the host.
     since_us: u64,
     newest: Option<TimeHeard>,
 }
 
 impl BoardClock {
-    /// A message that the board sent at or after `board_us` has arrived at `now_us`.
+    /// Records that a message that the board sent at or after `board_us` has arrived at `now_us`.
     pub fn observe(&mut self, now_us: u64, board_us: u64) {
         let newest = TimeHeard {
             host_us: now_us,
@@ -69,7 +70,7 @@ impl BoardClock {
         }
     }
 
-    /// The board's time at the latest, us; none before anything was heard.
+    /// Latest possible time of the board, us; `None` before the first message.
     pub fn board_us(&self, now_us: u64) -> Option<u64> {
         let newest = self.newest?;
         let rate = self.slope(newest).clamp(0.0, 1.0);
@@ -83,7 +84,7 @@ impl BoardClock {
     }
 
     /// Seconds of the board's clock per second of the host's: the slope of the upper hull's edge over the mean time of
-    /// the observations; 0 while there is one only. Times count from `origin`.
+    /// the observations; 0 while there is only one observation. Times count from `origin`.
     fn slope(&self, origin: TimeHeard) -> f64 {
         let mut hull: Vec<(f64, f64)> = Vec::with_capacity(self.kept.len());
         let mut sum_us = 0.0;
@@ -107,8 +108,8 @@ impl BoardClock {
 mod tests {
     use super::*;
 
-    /// By how much an order is dated too late (positive) or too early, at the worst, from `from_s` on: a board whose
-    /// clock runs at `rate` seconds a second, and whose 20 messages a second take up to `slowest_ms`.
+    /// Largest errors of an order's time, too late (positive) and too early, from `from_s` on. The board's clock runs
+    /// at `rate` seconds per second, and its 20 messages per second take up to `slowest_ms`.
     fn errors_us(rate: impl Fn(f64) -> f64, slowest_ms: f64, from_s: f64) -> (i64, i64) {
         let (mut clock, mut board_us, mut worst) = (BoardClock::default(), 5e6, (i64::MIN, i64::MAX));
         let mut on_the_way: Vec<(f64, f64)> = Vec::new();
@@ -145,7 +146,7 @@ mod tests {
                     late_us <= CLOCK_TOLERANCE_US.cast_signed(),
                     "rate {rate}, {slowest_ms} ms: {late_us} us in the future"
                 );
-                // At the worst the newest message counts: 20 come a second.
+                // In the worst case only the newest of 20 messages per second counts.
                 let allowed_us = ((50.0 + slowest_ms) * 1e3 * rate) as i64 + 5_000;
                 assert!(
                     early_us >= -allowed_us,
@@ -157,7 +158,8 @@ mod tests {
 
     #[test]
     fn the_fastest_message_counts_not_the_first() {
-        // A message every 10 ms, of which every tenth takes 1 ms, all others 60 ms; never the first of its tenth.
+        // A message every 10 ms. Every tenth message takes 1 ms, all others 60 ms; the fast message is never the first
+        // of its ten.
         let sent_us = (0..300_u64).map(|n| (n * 10_000 + if n % 10 == 7 { 1_000 } else { 60_000 }, n * 10_000));
         let mut heard: Vec<_> = sent_us.collect();
         heard.sort_unstable();

@@ -89,7 +89,8 @@ fn nothing_is_ordered_before_the_board_has_said_who_it_is() {
 #[test]
 fn an_order_is_dated_by_the_fastest_message_and_never_in_the_future() {
     let mut client = LinkClient::new(5);
-    // True offset 1 s; the messages take 40 ms, 5 ms, 90 ms. Two fast ones show the clock's rate.
+    // True offset 1 s; the messages take 40 ms, 5 ms, 90 ms. Two fast messages show the clock's
+    // rate.
     for (sent_us, took_us) in (0..6).map(|n| (n * 100_000, [40_000, 5_000, 90_000][n as usize % 3])) {
         hear(
             &mut client,
@@ -101,7 +102,7 @@ fn an_order_is_dated_by_the_fastest_message_and_never_in_the_future() {
     let dated_us = given_at(&mut client, at_us);
     assert!(dated_us <= 1_000_000 + at_us - 5_000, "{dated_us}");
     assert!(dated_us > 1_000_000 + at_us - 5_100, "{dated_us}");
-    // Ten seconds without a word: the drift of the clocks counts against the host.
+    // Ten seconds without a message: the host must allow for the drift of the clocks.
     let dated_us = given_at(&mut client, at_us + 10_000_000);
     assert!(
         dated_us <= 11_000_000 + at_us - 5_000 - 2_000 && dated_us > 11_000_000 + at_us - 8_000,

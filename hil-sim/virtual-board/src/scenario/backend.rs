@@ -6,18 +6,18 @@ use model::vehicle::Vehicle;
 use crate::board::{VirtualBoard, VirtualBoardError};
 use plant::{Glance, Plant};
 
-/// A board and its vehicle at an instant, from outside.
+/// A board and its vehicle at one instant, as seen from outside.
 #[derive(Debug, Clone, Default)]
 pub struct Observation {
     /// Time since the start, us.
     pub now_us: u64,
-    /// When the board's clock last started, with its last boot, us since the start.
+    /// Time at which the board's clock last started, with its last boot, us since the start.
     pub booted_us: u64,
-    /// The true state of the vehicle, at a glance.
+    /// The true state of the vehicle.
     pub glance: Box<Glance>,
     /// Whether any bridge drives its motor.
     pub bridges_on: bool,
-    /// Bytes that the board has sent since the observation before.
+    /// Bytes that the board has sent since the previous observation.
     pub received: Vec<u8>,
 }
 
@@ -25,19 +25,20 @@ pub struct Observation {
 pub trait Backend {
     /// Time since the start, us.
     fn now_us(&self) -> u64;
-    /// When the board was switched on last, us since the start.
+    /// Time at which the board was last switched on, us since the start.
     fn booted_us(&self) -> u64;
-    /// Runs through instants since the start, in us and in order, and is observed at each.
+    /// Runs through instants since the start, in us and in order, and calls `observe` at each instant.
     fn run_through(&mut self, instants_us: &[u64], observe: &mut dyn FnMut(&mut Observation));
     /// Keeps the records of the ticks from now on, for [`Backend::take_records`].
     fn keep_records(&mut self);
     /// Takes the records of the ticks since the last call, if they are kept.
     fn take_records(&mut self) -> Vec<FlightRecord>;
-    /// Nobody will read the records of the ticks over the link: a board that can save the cost of making them does.
+    /// States that nobody will read the records of the ticks over the link, so that a board may save the cost of
+    /// making them.
     fn make_no_records(&mut self) {}
     /// Sends bytes to the board's link.
     fn send(&mut self, bytes: &[u8]);
-    /// Does something with the plant as it is now.
+    /// Calls `act` with the plant at the present time.
     fn plant(&mut self, act: &mut dyn FnMut(&mut Plant));
     /// Presses or releases the emergency stop.
     fn set_emergency_stop(&mut self, pressed: bool);
@@ -45,7 +46,7 @@ pub trait Backend {
     fn log(&mut self) -> Vec<String>;
 }
 
-/// The virtual board as a back end.
+/// The virtual board as a backend.
 pub struct VirtualBackend {
     /// The board.
     pub board: VirtualBoard,

@@ -1,4 +1,4 @@
-//! What a scenario says of a metric: two numbers, or the names that its value stands for.
+//! A scenario's bounds of a metric: two numbers, or the names of its only allowed value.
 
 use core::fmt;
 
@@ -6,23 +6,23 @@ use serde::Deserialize;
 
 use super::metrics::MetricKind;
 
-/// Bounds as a file writes them.
+/// Bounds as written in a file.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(untagged)]
 pub(super) enum Bound {
     /// `["BridgeBreak", "EmergencyStop"]`: exactly these faults; `["armed"]`: this mode; `[]`: no fault.
     Names(Vec<String>),
-    /// `[least, most]`, once it is checked.
+    /// `[least, most]`, once checked.
     Numbers(Vec<f64>),
-    /// Something else.
+    /// Any other value.
     Other(toml::Value),
 }
 
 impl Bound {
-    /// Least and most of a metric of this kind.
+    /// The least and the most of a metric of this kind.
     ///
     /// # Errors
-    /// What is allowed.
+    /// The allowed values.
     pub(super) fn of(&self, kind: MetricKind) -> Result<[f64; 2], String> {
         let [least, most] = match self {
             Self::Names(names) => return named(names, kind).map(|value| [value; 2]),
@@ -47,7 +47,7 @@ impl Bound {
     }
 }
 
-/// The value that these names stand for.
+/// The value with these names.
 fn named(names: &[String], kind: MetricKind) -> Result<f64, String> {
     kind.value_of(names).map_err(|wrong| {
         let known = kind.names();
@@ -60,7 +60,7 @@ fn named(names: &[String], kind: MetricKind) -> Result<f64, String> {
 }
 
 impl fmt::Display for Bound {
-    /// As a file writes it.
+    /// Formats the bounds as in a file.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Names(names) => write!(f, "{names:?}"),
@@ -77,7 +77,7 @@ impl fmt::Display for Bound {
     }
 }
 
-/// What a file may write for a metric of this kind.
+/// The text that a file may contain for a metric of this kind.
 fn allowed(kind: MetricKind) -> String {
     match kind {
         MetricKind::Measured | MetricKind::Count => "allowed is [least, most], two numbers".to_owned(),

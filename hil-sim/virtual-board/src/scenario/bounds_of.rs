@@ -1,19 +1,20 @@
-//! Whose bounds a scenario's metrics have: those of the vehicle that it was written for.
+//! The vehicle to which a scenario's bounds apply.
 
 use model::vehicle::Vehicle;
 
-/// Whose bounds a scenario has.
+/// The vehicle to which a scenario's bounds apply.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum BoundsOf {
-    /// Those of the vehicle that drives.
+    /// The bounds apply to the vehicle that drives.
     #[default]
     ThisVehicle,
-    /// Those of another vehicle: what is measured of this one is not judged. The scenario keeps the bounds that hold of any
-    /// vehicle: its faults, its mode, and what is counted.
+    /// The bounds apply to another vehicle, so the measured metrics of this vehicle are not
+    /// judged. The scenario keeps the bounds that apply to every vehicle: faults, mode, and
+    /// counts.
     AnotherVehicle,
 }
 
-/// Whether two vehicles differ in nothing but what their controllers make of them.
+/// Whether two vehicles differ only in the parameters of their controllers.
 pub(super) fn are_one(flown: &Vehicle<f64>, own: &Vehicle<f64>) -> bool {
     let (mut flown, own) = (*flown.parameters(), own.parameters());
     (flown.control, flown.estimator, flown.safety) = (own.control, own.estimator, own.safety);

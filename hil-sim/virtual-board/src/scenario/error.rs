@@ -1,4 +1,4 @@
-//! What is wrong with a scenario file.
+//! An error in a scenario file.
 
 use plant::settings::SettingsError;
 use plant::terrain::TerrainError;
@@ -8,7 +8,7 @@ use vehicle_file::place::TextPlace;
 /// Checks one number of a step: its name, value, least and most.
 pub type Within<'a> = &'a dyn Fn(&str, f64, f64, f64) -> Result<(), ScenarioError>;
 
-/// What is wrong with a scenario file.
+/// An error in a scenario file.
 #[derive(Debug, Error)]
 pub enum ScenarioError {
     /// The file cannot be read.
@@ -16,18 +16,18 @@ pub enum ScenarioError {
     Unreadable {
         /// The file.
         file: String,
-        /// Why.
+        /// The reason.
         reason: String,
     },
-    /// It is not TOML, a name is unknown or missing, or a value is of the wrong kind.
+    /// The text is not TOML, a name is unknown or missing, or a value is of the wrong kind.
     #[error("{file}: {reason}")]
     Syntax {
         /// The file.
         file: String,
-        /// Where and why.
+        /// The place and the reason.
         reason: String,
     },
-    /// It is a vehicle file.
+    /// The file is a vehicle file.
     #[error("{file}: this is a vehicle file, not a scenario: `hil-sim drive --vehicle {file}` drives it")]
     Vehicle {
         /// The file.
@@ -38,23 +38,23 @@ pub enum ScenarioError {
     Plant {
         /// The file.
         file: String,
-        /// The field, its value and what is allowed.
+        /// The field, its value and the allowed values.
         error: SettingsError,
     },
-    /// The terrain is none, or the vehicle's wheels cannot follow it.
+    /// The terrain is invalid, or the vehicle's wheels cannot follow it.
     #[error("{file}: {error}")]
     Terrain {
         /// The file.
         file: String,
-        /// The field, its value and what is allowed.
+        /// The field, its value and the allowed values.
         error: TerrainError,
     },
-    /// One of the others, with its place in the file.
+    /// One of the other errors, with its place in the file.
     #[error("{error} ({place})")]
     At {
-        /// What is wrong.
+        /// The error.
         error: Box<Self>,
-        /// Where it stands.
+        /// The place of the error.
         place: TextPlace,
     },
     /// A value is out of range.
@@ -62,17 +62,17 @@ pub enum ScenarioError {
     Value {
         /// The file.
         file: String,
-        /// Which value.
+        /// The name of the value.
         field: String,
         /// The value.
         value: String,
-        /// What is allowed.
+        /// The allowed values.
         allowed: String,
     },
 }
 
 impl ScenarioError {
-    /// With this place, if there is one.
+    /// The error with this place, if the place is known.
     pub(super) fn at(self, place: Option<TextPlace>) -> Self {
         match place {
             Some(place) => Self::At {

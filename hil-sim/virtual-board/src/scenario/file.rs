@@ -19,31 +19,31 @@ use vehicle_file::place::TextPlace;
 /// One scenario.
 #[derive(Debug, Clone)]
 pub struct Scenario {
-    /// One line: what it shows.
+    /// What the scenario shows, in one line.
     pub title: String,
     /// Length in s.
     pub duration_s: f64,
     /// Seed of every sensor's noise.
     pub seed: u64,
-    /// Vehicle file, from the scenario's folder; the reference vehicle if left out.
+    /// Vehicle file, relative to the scenario's folder; `None` means the reference vehicle.
     pub vehicle: Option<PathBuf>,
-    /// Chocks hold the wheels until the vehicle is armed.
+    /// Whether chocks hold the wheels until the vehicle is armed.
     pub chocked_until_armed: bool,
     /// The ground.
     pub terrain: Terrain,
-    /// How the simulated vehicle differs from the vehicle file.
+    /// Differences between the simulated vehicle and the vehicle file.
     pub plant: PlantSettings,
-    /// What happens, in order of time.
+    /// The steps, in order of time.
     pub steps: Vec<Step>,
     /// Bounds of the metrics, `name = [least, most]`.
     pub metrics: BTreeMap<String, [f64; 2]>,
-    /// Whose bounds these are.
+    /// The vehicle to which the bounds apply.
     pub bounds_of: BoundsOf,
-    /// The file that it comes from, for messages; the default is none.
+    /// The file of the scenario, for messages; the default names no file.
     pub source: ScenarioSource,
 }
 
-/// A scenario's file: messages give its name, and where in its text something stands.
+/// A scenario's file. Messages give its name and the place in its text.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ScenarioSource {
     file: String,
@@ -61,7 +61,7 @@ impl ScenarioSource {
         self.file.clone()
     }
 
-    /// What the file says of a part that is not there, with its place.
+    /// The error for a part that the vehicle does not have, with its place.
     pub(super) fn none_here(&self, path: &str, why: impl Into<String>) -> ScenarioError {
         let error = ScenarioError::Syntax {
             file: self.file(),
@@ -70,7 +70,7 @@ impl ScenarioSource {
         self.placed(error, path)
     }
 
-    /// A value that is not allowed, with its place.
+    /// The error for a value that is not allowed, with its place.
     pub(super) fn value(&self, path: &str, value: &dyn std::fmt::Display, allowed: impl Into<String>) -> ScenarioError {
         let error = ScenarioError::Value {
             file: self.file(),
@@ -82,22 +82,22 @@ impl ScenarioSource {
     }
 }
 
-/// The scenario that `cargo run` shows.
+/// The scenario that `cargo run` drives.
 pub const DEFAULT: &str = include_str!("../../../../tests/scenarios/slope-drive.toml");
-/// Its name in messages.
+/// Name of the default scenario in messages.
 pub const DEFAULT_NAME: &str = "tests/scenarios/slope-drive.toml";
 
 const DURATION_MAX_S: f64 = 3600.0;
-/// Most steps of a scenario.
+/// Largest number of steps of a scenario.
 const STEPS_MAX: usize = 10_000;
-/// Most bytes of noise of all steps of a scenario together.
+/// Largest number of noise bytes of all steps of a scenario together.
 const NOISE_MAX_BYTES: u32 = 1_000_000;
 
 impl Scenario {
     /// Reads and checks the scenario at `path`.
     ///
     /// # Errors
-    /// The first thing wrong with it, with file, field and what is allowed.
+    /// The first error, with file, field and the allowed values.
     pub fn read(path: &Path) -> Result<Self, ScenarioError> {
         let file = path.display().to_string();
         let text = vehicle_file::read_text(path).map_err(|reason| ScenarioError::Unreadable {
@@ -114,7 +114,7 @@ impl Scenario {
     /// Checks a scenario's text; `file` is its name in messages.
     ///
     /// # Errors
-    /// The first thing wrong with it.
+    /// The first error.
     pub fn parse(file: &str, text: &str) -> Result<Self, ScenarioError> {
         let source = ScenarioSource {
             file: file.to_owned(),

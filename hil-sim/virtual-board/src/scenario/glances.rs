@@ -1,16 +1,17 @@
-//! What the observer of a run remembers of the true state.
+//! The observer's memory of the true state in a run.
 
 use plant::{Glance, Truth};
 
-/// Ticks for which it remembers.
+/// Number of ticks that the observer remembers.
 const GLANCES: usize = 64;
 
-/// What was true in the last ticks: a status reports a tick that is some milliseconds old.
+/// The true states of the last ticks, needed because a status reports a tick that is some
+/// milliseconds old.
 #[derive(Debug)]
 pub(super) struct Glances {
-    /// In order of time, in a ring.
+    /// The glances in order of time, in a ring.
     kept: Vec<(u64, Box<Glance>)>,
-    /// TextPlace of the oldest once the ring is full.
+    /// Index of the oldest glance once the ring is full.
     oldest: usize,
 }
 
@@ -22,7 +23,7 @@ impl Glances {
         }
     }
 
-    /// Takes a glance; what is left in its place is to be overwritten by the next.
+    /// Adds a glance. The caller gets another glance in exchange, to be overwritten by the next.
     pub(super) fn add(&mut self, now_us: u64, glance: &mut Box<Glance>) {
         if self.kept.len() < GLANCES {
             self.begin(now_us, glance);
@@ -33,13 +34,13 @@ impl Glances {
         }
     }
 
-    /// Takes one of the first glances.
+    /// Adds a glance while the ring is not yet full.
     #[cold]
     fn begin(&mut self, now_us: u64, glance: &mut Box<Glance>) {
         self.kept.push((now_us, std::mem::take(glance)));
     }
 
-    /// What was true at `us`, or as near to it as is known, and of two equally near the earlier.
+    /// The truth at `us`, or at the nearest known time; of two equally near times, the earlier.
     pub(super) fn truth_at(&self, us: u64) -> Option<Truth> {
         self.nearest(us).map(|(_, glance)| glance.truth())
     }
@@ -49,7 +50,7 @@ impl Glances {
         let mut nearest: Option<&(u64, Box<Glance>)> = None;
         for seen in newer.iter().rev().chain(older.iter().rev()) {
             if nearest.is_some_and(|(at, _)| at.abs_diff(us) < seen.0.abs_diff(us)) {
-                // Further back they are ever further away.
+                // Older glances are further away.
                 break;
             }
             nearest = Some(seen);
@@ -62,7 +63,7 @@ impl Glances {
 mod tests {
     use super::*;
 
-    /// Glances that hold their time, one per millisecond, up to so many.
+    /// Glances that contain their own time, one per millisecond, `glances` in all.
     fn seen(glances: u64) -> Glances {
         let mut seen = Glances::new();
         for ms in 1..=glances {

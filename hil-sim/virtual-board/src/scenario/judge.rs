@@ -1,4 +1,4 @@
-//! A scenario's bounds against the metrics of its run.
+//! Compares the metrics of a run with its scenario's bounds.
 
 use serde::Serialize;
 
@@ -7,23 +7,23 @@ use super::file::Scenario;
 use super::metrics::{MetricValue, measure};
 use super::outcome::DriveOutcome;
 
-/// A metric against its bounds.
+/// A metric, its bounds and the result of their comparison.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Check {
     /// The metric.
     pub name: String,
-    /// Its value.
+    /// The metric's value.
     pub value: f64,
     /// Least allowed.
     pub least: f64,
     /// Most allowed.
     pub most: f64,
-    /// Whether it holds.
+    /// Whether the value is within the bounds.
     pub ok: bool,
 }
 
 impl std::fmt::Display for Check {
-    /// What is wrong with a metric that does not hold.
+    /// Formats why the metric is out of bounds.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self {
             name,
@@ -44,14 +44,15 @@ pub enum RunVerdict {
     Passed,
     /// A metric lies outside its bounds.
     Failed,
-    /// The simulated vehicle left the range in which the plant's equations hold.
+    /// The simulated vehicle left the range in which the plant's equations are valid.
     Stopped,
-    /// The scenario states no bounds, or those of another vehicle, of which none that holds of any is broken.
+    /// The scenario states no bounds, or its bounds apply to another vehicle and none of the bounds for every
+    /// vehicle is violated.
     NotJudged,
 }
 
 impl RunVerdict {
-    /// The verdict on a run of `scenario` that went to its end. No vehicle passes by the bounds of another.
+    /// The verdict on a complete run of `scenario`. No vehicle passes by the bounds of another vehicle.
     pub fn of(scenario: &Scenario, checks: &[Check]) -> Self {
         if checks.iter().any(|check| !check.ok) {
             Self::Failed
@@ -73,17 +74,17 @@ impl RunVerdict {
     }
 }
 
-/// What is wrong with each metric that does not hold.
+/// The reason of each metric that is out of bounds.
 pub fn failures(checks: &[Check]) -> Vec<String> {
     checks.iter().filter(|check| !check.ok).map(Check::to_string).collect()
 }
 
-/// The scenario's bounds against the run. A metric that is not a number fails.
+/// Compares the run with the scenario's bounds. A metric that is NaN fails.
 pub fn evaluate(scenario: &Scenario, outcome: &DriveOutcome) -> Vec<Check> {
     judge(scenario, &measure(outcome))
 }
 
-/// The scenario's bounds against the values of a run's metrics. A metric that is not a number fails.
+/// Compares the values of a run's metrics with the scenario's bounds. A metric that is NaN fails.
 pub fn judge(scenario: &Scenario, values: &[MetricValue]) -> Vec<Check> {
     scenario
         .metrics

@@ -1,4 +1,4 @@
-//! A run with its verdict, for whoever makes many of them.
+//! A run with its verdict, for callers that make many runs.
 
 use super::backend::Backend;
 use super::file::Scenario;
@@ -6,18 +6,18 @@ use super::judge::{RunVerdict, failures, judge};
 use super::metrics::{MetricValue, Metrics};
 use super::run::run_into;
 
-/// How a run ended, and what it came to.
+/// The verdict and the metrics of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JudgedRun {
-    /// How it ended.
+    /// How the run ended.
     pub verdict: RunVerdict,
-    /// The metrics out of bounds, or why it stopped.
+    /// The metrics out of bounds, or why the run stopped.
     pub reasons: Vec<String>,
-    /// Every metric; none of a run that stopped.
+    /// Every metric; empty for a run that stopped.
     pub metrics: Vec<MetricValue>,
 }
 
-/// Runs `scenario` and judges it, in memory that does not grow with the run.
+/// Runs `scenario` and judges the run, with memory use that does not grow with the run.
 pub fn run_judged(scenario: &Scenario, backend: &mut dyn Backend) -> JudgedRun {
     let mut metrics = Metrics::default();
     match run_into(scenario, backend, |row| metrics.add(row), |_| {}) {

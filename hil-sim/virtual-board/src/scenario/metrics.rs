@@ -12,26 +12,26 @@ use super::trace::TraceRow;
 /// One metric of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MetricValue {
-    /// Its name, unit included.
+    /// The metric's name, unit included.
     pub name: &'static str,
-    /// Its value.
+    /// The metric's value.
     pub value: f64,
 }
 
-/// What kind of number a metric is: what lies between two of its values.
+/// The kind of a metric's values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MetricKind {
-    /// Any number, and a little more is a little more.
+    /// Any number, on a continuous scale.
     Measured,
-    /// A whole number of things.
+    /// A whole number.
     Count,
     /// The number of a [`Mode`].
     Mode,
-    /// The bits of a [`FaultSet`]: between two sets lie others, which have nothing to do with either.
+    /// The bits of a [`FaultSet`]. The order of these numbers has no meaning.
     Faults,
 }
 
-/// What kind of number the metric of this name is; `None` if there is no such metric.
+/// The kind of the metric with this name; `None` for an unknown metric.
 pub fn kind(name: &str) -> Option<MetricKind> {
     NAMES.contains(&name).then_some(match name {
         "faults" => MetricKind::Faults,
@@ -47,7 +47,7 @@ pub fn kind(name: &str) -> Option<MetricKind> {
 }
 
 impl MetricKind {
-    /// The names that `value` stands for, of a kind whose values have names; `None` for a value that is none.
+    /// The names of `value`, for a kind whose values have names; `None` for an invalid value.
     pub fn names_of(self, value: f64) -> Option<Vec<&'static str>> {
         let bits = value as u32;
         if f64::from(bits) != value {
@@ -66,7 +66,7 @@ impl MetricKind {
         }
     }
 
-    /// The value that these names stand for; the name that is none.
+    /// The value with these names, or the first unknown name.
     pub(super) fn value_of(self, names: &[String]) -> Result<f64, &str> {
         match (self, names) {
             (Self::Mode, [name]) => {
@@ -85,7 +85,7 @@ impl MetricKind {
         }
     }
 
-    /// Every name that a value of this kind can have.
+    /// Every name of this kind's values.
     pub(super) fn names(self) -> Vec<&'static str> {
         match self {
             Self::Measured | Self::Count => Vec::new(),
@@ -99,7 +99,7 @@ const MODES: [Mode; 3] = [Mode::Disarmed, Mode::Armed, Mode::Stopping];
 
 type Measure = fn(&Metrics, &Counts) -> f64;
 
-/// Every metric: name and how it is read from what was collected.
+/// Every metric: its name, and the function that reads its value from the collected data.
 const METRICS: &[(&str, Measure)] = &[
     ("armed_s", |m, _| 0.01 * m.armed_rows as f64),
     ("distance_m", |m, _| m.distance_m),
@@ -161,19 +161,19 @@ pub const NAMES: [&str; METRICS.len()] = {
     names
 };
 
-/// Settling time left out of errors after arming: the chocks are just gone, s.
+/// Time after arming that is excluded from errors, s, because the chocks have just been removed.
 const SETTLING_S: f64 = 1.0;
-/// The end of a run in which a vehicle that holds must not move, s.
+/// Length of the end of a run in which a holding vehicle must not move, s.
 const HOLD_S: f64 = 2.0;
 
-/// Collects the metrics of a run row by row, in memory that does not grow with the run.
+/// Collects the metrics of a run row by row, with memory use that does not grow with the run.
 #[derive(Debug, Clone, Default)]
 pub struct Metrics {
     rows: u64,
     armed_rows: u64,
     sliding_rows: u64,
     lifted_rows: u64,
-    /// When the vehicle was armed, s; `None` while disarmed.
+    /// Time at which the vehicle was armed, s; `None` while disarmed.
     armed_at_s: Option<f64>,
     distance_m: f64,
     speed: Peak,
@@ -191,7 +191,7 @@ pub struct Metrics {
 }
 
 impl Metrics {
-    /// Takes the next row of the run.
+    /// Adds the next row of the run.
     pub fn add(&mut self, row: &TraceRow) {
         let (truth, status, time_s) = (&row.truth, &row.status, row.time_s());
         if let Some(last) = &self.last {
@@ -229,7 +229,7 @@ impl Metrics {
         self.last = Some(*row);
     }
 
-    /// Every metric of the rows so far, and of what else the run counted.
+    /// Every metric of the rows so far and of the run's counts.
     pub fn values(&self, counts: &Counts) -> Vec<MetricValue> {
         METRICS
             .iter()
@@ -248,7 +248,7 @@ impl Metrics {
         rows as f64 / self.rows.max(1) as f64
     }
 
-    /// How far the vehicle moved in its last two seconds, if it was armed and commanded to stand.
+    /// Distance that the vehicle moved in its last two seconds, if it was armed and commanded to stand.
     fn hold_drift_m(&self) -> f64 {
         match (self.places.front(), self.places.back()) {
             (Some([_, x0, y0]), Some([_, x1, y1])) => (x1 - x0).hypot(y1 - y0),
@@ -266,14 +266,14 @@ pub fn measure(outcome: &DriveOutcome) -> Vec<MetricValue> {
     metrics.values(&outcome.counts)
 }
 
-/// The largest magnitude of a quantity; not a number before the first value, and after any value that is none.
+/// The largest magnitude of a quantity; NaN before the first value, and after any NaN.
 #[derive(Debug, Clone, Copy, Default)]
 struct Peak(Option<f64>);
 
 impl Peak {
     fn add(&mut self, value: f64) {
         let value = value.abs();
-        // `f64::max` passes over what is not a number; a run that has one must not look good.
+        // `f64::max` ignores NaN, but a run with a NaN must not look good.
         self.0 = Some(match self.0 {
             Some(largest) if largest.is_nan() || largest >= value => largest,
             _ => value,

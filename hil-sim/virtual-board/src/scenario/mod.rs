@@ -1,9 +1,9 @@
 //! Scenarios: the ground and the faults that the vehicle meets, the operator's actions, and the bounds of the
 //! metrics.
 //!
-//! A scenario is a TOML file and a test at once: every metric it names has a lower and an upper bound,
-//! so that a dead simulation fails too. It runs on any back end: the virtual board, or the release ELF
-//! on the emulated one.
+//! A scenario is a TOML file and a test at once: each of its metrics has a lower and an upper bound, so a
+//! dead simulation fails, too. A scenario runs on any backend: the virtual board, or the release ELF on the
+//! emulated board.
 
 pub mod backend;
 mod bound;

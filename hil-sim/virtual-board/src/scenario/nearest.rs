@@ -1,6 +1,6 @@
-//! What somebody meant who misspelt a name.
+//! Suggests a name for a misspelt name.
 
-/// "; did you mean `...`?" with the name that is nearest to `wrong`, or nothing if none of `names` is near.
+/// "; did you mean `...`?" with the name nearest to `wrong`, or an empty text if none of `names` is near.
 pub(super) fn nearest(wrong: &str, names: &[&str]) -> String {
     let distances = names.iter().map(|name| (distance(wrong, name), name));
     match distances.min() {
@@ -9,7 +9,7 @@ pub(super) fn nearest(wrong: &str, names: &[&str]) -> String {
     }
 }
 
-/// The least number of letters to insert, remove or replace that makes `b` of `a` (Levenshtein).
+/// The least number of letters to insert, remove or replace to turn `a` into `b` (Levenshtein).
 fn distance(a: &str, b: &str) -> usize {
     let mut row: Vec<usize> = (0..=b.chars().count()).collect();
     for (i, from) in a.chars().enumerate() {

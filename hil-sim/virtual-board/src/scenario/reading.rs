@@ -1,4 +1,4 @@
-//! From a scenario's text to its tables and steps; what the reader has against it, in the words of the file.
+//! Parses a scenario's text into its tables and steps, and reports errors in the words of the file.
 
 use model::vehicle::VehicleParameters;
 use plant::settings::{BoardSettings, DriveSettings, ImuSettings, Setting};
@@ -12,10 +12,10 @@ use super::nearest::nearest;
 use super::step::{NoStep, Step};
 use super::tables::ScenarioFile;
 
-/// The tables and the steps of a scenario's text.
+/// Parses the tables and the steps of a scenario's text.
 ///
 /// # Errors
-/// The first thing in it that is not TOML, missing, unknown or of the wrong kind.
+/// The first part that is not TOML, is missing, is unknown or is of the wrong kind.
 pub(super) fn read(file: &str, text: &str) -> Result<(ScenarioFile, Vec<Step>), ScenarioError> {
     let syntax = |reason: String| ScenarioError::Syntax {
         file: file.to_owned(),
@@ -89,7 +89,7 @@ impl ReadText<'_> {
         Ok(read)
     }
 
-    /// What the reader says, in the words of the file; `table` is where it read, as far as that is known.
+    /// The parser's error in the words of the file; `table` is the table that it was reading, if known.
     fn refusal(&self, error: &toml::de::Error, table: &str) -> ScenarioError {
         let message = error.message().trim();
         let span = error.span().filter(|span| span.start < span.end);
@@ -141,13 +141,13 @@ impl ReadText<'_> {
     }
 }
 
-/// What stands between two parts of a text.
+/// The text between two parts of a text.
 fn between<'t>(text: &'t str, before: &str, after: &str) -> Option<&'t str> {
     let (_, rest) = text.split_once(before)?;
     Some(rest.split_once(after)?.0)
 }
 
-/// A name that the reader does not know, and those that it does.
+/// A name that the parser does not know, and the names that it knows.
 fn unknown_name(message: &str) -> Option<(&str, Vec<&str>)> {
     if let Some(name) = between(message, "unknown field `", "`") {
         return Some((name, names(message)));
@@ -158,13 +158,13 @@ fn unknown_name(message: &str) -> Option<(&str, Vec<&str>)> {
     Some((unknown.split(", ").next()?, known.split(", ").collect()))
 }
 
-/// The names that the reader lists as expected.
+/// The names that the parser lists as expected.
 fn names(message: &str) -> Vec<&str> {
     let listed = message.split_once("expected").map_or("", |(_, listed)| listed);
     listed.split('`').skip(1).step_by(2).collect()
 }
 
-/// What may stand at `path`, where the reader expected `expected`.
+/// The allowed value at `path`, where the parser expected `expected`.
 fn allowed(path: &str, expected: &str) -> String {
     let last = path.rsplit_once('.').map_or(path, |(_, last)| last);
     match path {

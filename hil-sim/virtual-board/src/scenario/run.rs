@@ -1,4 +1,4 @@
-//! Runs a scenario on a back end.
+//! Runs a scenario on a backend.
 
 use firmware::protocol::message::{COMMAND_PERIOD_MS, Order};
 use model::command::{DriveCommand, Request};
@@ -18,38 +18,38 @@ use thiserror::Error;
 
 /// Stream of the scenario's seed for noise on the link.
 const LINK_NOISE_STREAM: u64 = 6;
-/// Streams for the faults of the way to the board and of the way back.
+/// Streams for the link faults to the board and from the board.
 const WIRE_STREAMS: [u64; 2] = [7, 8];
 
-/// Why a run could not go on.
+/// Why a run could not continue.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 pub enum RunError {
-    /// The simulated vehicle left the range in which the plant's equations hold.
+    /// The simulated vehicle left the range in which the plant's equations are valid.
     #[error(transparent)]
     Plant(#[from] Invalid),
 }
 
-/// The operator and the world's events.
+/// The operator's actions and the events in the vehicle's surroundings.
 struct Script<'a> {
     scenario: &'a Scenario,
     next: usize,
-    /// Speed and yaw rate; `None` while silent.
+    /// Commanded speed and yaw rate; `None` while the operator is silent.
     command: Option<[f64; 2]>,
     noise: Noise,
     pressed_at_ms: Option<u64>,
     to_board: FaultyWire,
-    /// What the way back does, once a step has said so.
+    /// The link fault from the board, once a step has set it.
     to_host: Option<WireFault>,
-    /// The operator's program hangs: it repeats its last frame.
+    /// The operator's program hangs and repeats its last frame.
     stuck: bool,
     /// The last drive command sent, as a frame.
     last_drive: Vec<u8>,
 }
 
-/// Runs `scenario` and keeps its rows; `progress` is called with the milliseconds done.
+/// Runs `scenario` and keeps its rows. `progress` is called with the number of simulated milliseconds.
 ///
 /// # Errors
-/// [`RunError`]: the run could not go on.
+/// [`RunError`]: the run could not continue.
 pub fn run(
     scenario: &Scenario,
     backend: &mut dyn Backend,
@@ -60,11 +60,11 @@ pub fn run(
     Ok(DriveOutcome { trace, log, counts })
 }
 
-/// Runs `scenario`; each row goes to `sink` as soon as it is known, so that memory does not grow with the run.
-/// `progress` is called with the milliseconds done.
+/// Runs `scenario` and passes each row to `sink` as soon as it is known, so that the memory use does not grow with
+/// the run. `progress` is called with the number of simulated milliseconds.
 ///
 /// # Errors
-/// [`RunError`]: the run could not go on.
+/// [`RunError`]: the run could not continue.
 pub fn run_into(
     scenario: &Scenario,
     backend: &mut dyn Backend,
@@ -74,11 +74,11 @@ pub fn run_into(
     run_watched(scenario, backend, sink, progress, |_| {})
 }
 
-/// As [`run_into`]; between two acts of the operator, at most some hundred milliseconds apart, and once at the end,
-/// `between` may take from the board what it keeps: records and log.
+/// As [`run_into`]. Between two actions of the operator, at most some hundred milliseconds apart, and once at the
+/// end, `between` may take records and log from the board.
 ///
 /// # Errors
-/// [`RunError`]: the run could not go on.
+/// [`RunError`]: the run could not continue.
 pub fn run_watched(
     scenario: &Scenario,
     backend: &mut dyn Backend,
@@ -99,7 +99,7 @@ pub fn run_watched(
         last_drive: Vec::new(),
     };
     let mut observer = Observer::new(LinkClient::new(scenario.seed as u32), to_host);
-    // The observer reads statuses only.
+    // The observer reads only statuses.
     backend.make_no_records();
     let start_us = backend.now_us();
     let mut chocked = scenario.chocked_until_armed;
@@ -123,7 +123,7 @@ pub fn run_watched(
         if let Some(fault) = script.to_host.take() {
             observer.wire.set_fault(fault);
         }
-        // Until the operator acts again; while there are chocks to pull, the operator looks every millisecond.
+        // Runs until the operator acts again. While chocks are in place, the operator checks every millisecond.
         let until_ms = if chocked {
             ms + 1
         } else {
@@ -135,7 +135,7 @@ pub fn run_watched(
             ms += 1;
             progress(ms);
         });
-        // A back end that cannot go on observes nothing more.
+        // A backend that cannot continue makes no further observation.
         ms = until_ms;
         between(backend);
         let mut validity = Ok(());
@@ -157,7 +157,7 @@ pub fn run_watched(
 /// The observer of the run.
 #[derive(Debug)]
 struct Observer {
-    /// The way from the board.
+    /// The link from the board.
     wire: FaultyWire,
     counts: Counts,
     client: LinkClient,
@@ -167,7 +167,7 @@ struct Observer {
     commanded: [f64; 2],
     glances: Glances,
     last_tick: Option<u32>,
-    /// As the vehicle last reported.
+    /// The mode that the vehicle last reported.
     mode: Option<Mode>,
 }
 
@@ -185,7 +185,7 @@ impl Observer {
         }
     }
 
-    /// Takes the observation at the end of millisecond `ms`; a row that it completes goes to `sink`.
+    /// Processes the observation at the end of millisecond `ms`. A completed row goes to `sink`.
     fn observe(
         &mut self,
         ms: u64,
@@ -217,7 +217,7 @@ impl Observer {
             let mut status = status.vehicle;
             self.last_tick = Some(status.tick);
             self.mode = Some(status.mode);
-            // The board's clock starts at each of its boots; a run has one time.
+            // The board's clock restarts at each boot, but a run has one time.
             status.time_us += booted_us;
             let truth = self.glances.truth_at(status.time_us).unwrap_or_default();
             self.modes = [self.modes[1], self.modes[2], status.mode];
@@ -237,7 +237,7 @@ impl Observer {
 }
 
 impl Script<'_> {
-    /// Whether the last request was to arm: between it and the next state the bridges may be on.
+    /// Whether the last request was to arm. Between this request and the next status the bridges may be on.
     fn arm_requested(&self) -> Option<bool> {
         self.scenario.steps[..self.next]
             .iter()
@@ -249,7 +249,7 @@ impl Script<'_> {
             })
     }
 
-    /// The next millisecond after `ms` at which the operator or the world does something.
+    /// The next millisecond after `ms` at which the operator acts or an event happens.
     fn idle_until(&self, ms: u64) -> u64 {
         let command = (ms / COMMAND_PERIOD_MS + 1) * COMMAND_PERIOD_MS;
         let step = self.scenario.steps.get(self.next).map_or(u64::MAX, at_ms);
@@ -257,7 +257,7 @@ impl Script<'_> {
         command.min(step).min(arrival).max(ms + 1)
     }
 
-    /// Sends bytes on the way to the board; what has come through goes in.
+    /// Sends bytes through the link to the board and delivers the bytes that have come through.
     fn send(&mut self, ms: u64, bytes: Vec<u8>, backend: &mut dyn Backend) {
         let arrived = self.to_board.pass(ms, bytes);
         if !arrived.is_empty() {
@@ -265,14 +265,14 @@ impl Script<'_> {
         }
     }
 
-    /// Sends an order; nothing before the board has said who it is.
+    /// Sends an order; sends nothing before the board has identified itself.
     fn give(&mut self, ms: u64, client: &mut LinkClient, order: Order, backend: &mut dyn Backend) {
         if let Some((_, frame)) = client.order(backend.now_us(), order) {
             self.send(ms, frame, backend);
         }
     }
 
-    /// Sends the drive command: a fresh order, or from a program that hangs the last frame once more.
+    /// Sends the drive command: a new order or, from a program that hangs, the last frame again.
     fn drive(&mut self, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
         let [speed_m_s, yaw_rate_rad_s] = self.command.unwrap_or_default().map(|value| value as f32);
         let order = Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s));
@@ -298,7 +298,7 @@ impl Script<'_> {
             Action::Arm => self.give(ms, client, Order::Request(Request::Arm), backend),
             Action::Disarm => self.send(ms, client.disarm().1, backend),
             Action::ClearFaults => self.give(ms, client, Order::Request(Request::ClearFaults), backend),
-            // A program that hangs hears nobody.
+            // A program that hangs reacts to no action.
             Action::Drive { .. } | Action::Silence | Action::Speak if self.stuck => {}
             Action::Drive {
                 speed_m_s,
@@ -348,8 +348,8 @@ impl Script<'_> {
     }
 }
 
-/// Lets what a step does to the vehicle and its surroundings happen. What the operator or the link does is not its
-/// business.
+/// Applies a step's effect on the vehicle and its surroundings. The function ignores the operator's and the link's
+/// actions.
 pub fn happen(action: &Action, backend: &mut dyn Backend) {
     match *action {
         Action::EmergencyStop { pressed } => backend.set_emergency_stop(pressed),
@@ -372,7 +372,7 @@ pub fn happen(action: &Action, backend: &mut dyn Backend) {
     }
 }
 
-/// The millisecond in which a step happens.
+/// The millisecond of a step.
 fn at_ms(step: &Step) -> u64 {
     (step.at_s * 1000.0).round() as u64
 }

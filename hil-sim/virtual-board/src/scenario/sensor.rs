@@ -1,4 +1,4 @@
-//! The vehicle's sensors, and how they fail.
+//! The vehicle's sensors and their faults.
 
 use model::sample::Motor;
 use plant::Plant;
@@ -18,18 +18,18 @@ pub enum Sensor {
     LeftEncoder,
     /// Right wheel's encoder.
     RightEncoder,
-    /// Ballast's encoder.
+    /// The ballast motor's encoder.
     #[serde(alias = "camera-encoder")]
     BallastEncoder,
 }
 
 impl Sensor {
-    /// Whether it is an IMU.
+    /// Whether the sensor is an IMU.
     pub(super) fn is_imu(self) -> bool {
         matches!(self, Self::ArmImu | Self::SparImu)
     }
 
-    /// Lets the sensor of a vehicle fail, or work again. A vehicle without a spar has no IMU on it.
+    /// Makes the vehicle's sensor fail, or repairs it. A vehicle without a spar has no spar IMU.
     pub fn set_fault(self, plant: &mut Plant, fault: SensorFault) {
         match self {
             Self::ArmImu => plant.arm_imu().set_fault(fault),

@@ -1,4 +1,4 @@
-//! The plant that a scenario asks for, and what it asks of the vehicle that drives.
+//! The plant of a scenario, and the scenario's requirements on the vehicle.
 
 use firmware::drive_board::SCALES;
 use model::vehicle::Vehicle;
@@ -13,13 +13,13 @@ use super::file::{Scenario, ScenarioSource};
 use super::metrics::{self, MetricKind};
 
 impl ScenarioSource {
-    /// What is wrong with `[plant]`, with its place.
+    /// The error in `[plant]`, with its place.
     pub(super) fn settings(&self, error: SettingsError) -> ScenarioError {
         let (file, path) = (self.file(), error.field());
         self.placed(ScenarioError::Plant { file, error }, &path)
     }
 
-    /// What is wrong with `[terrain]`, with its place.
+    /// The error in `[terrain]`, with its place.
     pub(super) fn terrain(&self, error: TerrainError) -> ScenarioError {
         let (file, path) = (self.file(), format!("terrain.{}", error.field()));
         self.placed(ScenarioError::Terrain { file, error }, &path)
@@ -27,11 +27,11 @@ impl ScenarioSource {
 }
 
 impl Scenario {
-    /// The simulated vehicle at the start: `vehicle` as `[plant]` changes it, on this terrain.
+    /// The simulated vehicle at the start: `vehicle` with the changes of `[plant]`, on this terrain.
     ///
     /// # Errors
-    /// A setting of `[plant]` that does not fit the vehicle, a step for a part that the vehicle does not have, a terrain that
-    /// its wheels cannot follow.
+    /// A setting of `[plant]` that does not suit the vehicle, a step for a part that the vehicle does not
+    /// have, or a terrain that its wheels cannot follow.
     pub fn plant(&self, vehicle: &Vehicle<f64>) -> Result<Plant, ScenarioError> {
         let simulated = self.plant.vehicle_from(vehicle);
         let simulated = simulated.map_err(|error| self.source.settings(error))?;
@@ -43,8 +43,9 @@ impl Scenario {
             .map_err(|error| self.source.terrain(error))
     }
 
-    /// This scenario for a run of the vehicle `flown`, where `own` is the one that its bounds were written for; none if its
-    /// file cannot be read. Other gains, limits and thresholds make no other vehicle: they are what the bounds are to judge.
+    /// Prepares this scenario for a run of the vehicle `flown`. `own` is the vehicle for which the bounds
+    /// were written; `None` if its file cannot be read. Other gains, limits and thresholds do not make
+    /// another vehicle, because the bounds are to judge them.
     pub fn flown_by(&mut self, flown: &Vehicle<f64>, own: Option<&Vehicle<f64>>) {
         let one = own.is_some_and(|own| are_one(flown, own));
         if one || self.metrics.is_empty() {
@@ -55,7 +56,8 @@ impl Scenario {
             .retain(|name, _| metrics::kind(name) != Some(MetricKind::Measured));
     }
 
-    /// Refuses what happens to a part that a vehicle without a spar does not have: it would be passed over.
+    /// Refuses steps for a part that a vehicle without a spar does not have, because such steps would have
+    /// no effect.
     fn refuse_what_is_of_a_spar(&self) -> Result<(), ScenarioError> {
         for (i, step) in self.steps.iter().enumerate() {
             if let Some((field, what)) = step.of_spar() {

@@ -41,11 +41,11 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     SHIPPED.iter().map(|(name, _)| *name)
 }
 
-/// The scenario in the file at `path`, or, if there is none, the shipped one of this name. A folder
-/// of that name, as `--out` makes it, is no file.
+/// The scenario in the file at `path` or, if no such file exists, the shipped scenario of this
+/// name. A folder of that name, as `--out` creates it, is no file.
 ///
 /// # Errors
-/// The first thing wrong with it; for what is neither a file nor a name, the names.
+/// The first error of the scenario or, if `path` is neither a file nor a name, the list of names.
 pub fn find(path: &Path) -> Result<Scenario, ScenarioError> {
     let name = path.to_str().unwrap_or_default();
     if (path.exists() && !path.is_dir()) || name.contains(['/', '\\', '.']) {
@@ -81,7 +81,8 @@ mod tests {
         for (path, name) in files.iter().zip(names()) {
             let shipped = find(Path::new(name)).expect("valid");
             assert_eq!(shipped.title, Scenario::read(path).expect("valid").title);
-            // A path in it would mean another file from here than from its folder.
+            // A relative path in a shipped scenario would mean another file here than in the
+            // scenario's folder.
             assert_eq!(shipped.vehicle, None);
         }
     }

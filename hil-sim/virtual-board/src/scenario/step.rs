@@ -1,4 +1,4 @@
-//! The steps of a scenario: what happens when.
+//! The steps of a scenario, each with its time and action.
 
 use serde::Deserialize;
 use toml::Spanned;
@@ -13,31 +13,32 @@ use plant::body::PushedBody;
 /// Something that happens at a time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// When, s.
+    /// Time of the step, s.
     pub at_s: f64,
-    /// What.
+    /// Action of the step.
     pub action: Action,
 }
 
-/// Why a table of a file is no step.
+/// Why a table of a file is not a valid step.
 pub(super) enum NoStep {
-    /// This field, in words of the file.
+    /// A field is wrong, in the words of the file.
     Field {
-        /// Its name.
+        /// The field's name.
         name: &'static str,
-        /// Its value; none if it is missing.
+        /// The field's value; `None` if it is missing.
         value: Option<String>,
-        /// What is allowed.
+        /// The allowed values.
         allowed: String,
     },
-    /// What the reader says of the action's fields.
+    /// The parser's error about the action's fields.
     Reader(toml::de::Error),
 }
 
 impl Step {
     /// Reads the table of one step.
     ///
-    /// By hand: serde says of a table whose `action` decides its fields neither the field that is wrong nor its place.
+    /// Written by hand, because for a table whose `action` decides its fields serde reports neither the wrong field
+    /// nor its place.
     pub(super) fn read(table: Spanned<DeTable<'_>>) -> Result<Self, NoStep> {
         let span = table.span();
         let mut table = table.into_inner();
@@ -73,7 +74,7 @@ impl Step {
                 allowed: format!("unknown name `{name}`: allowed beside this action is at_s alone"),
             });
         }
-        // The action's name around its fields, as serde reads an enum.
+        // Wraps the fields in the action's name, the form in which serde reads an enum.
         let fields = Spanned::new(span.clone(), DeValue::Table(table));
         let mut named = DeTable::new();
         named.insert(Spanned::new(span.clone(), name.clone().into()), fields);
@@ -99,7 +100,7 @@ impl Step {
         action.map(|action| Self { at_s, action }).map_err(NoStep::Reader)
     }
 
-    /// The field of this step that only a vehicle with a camera spar has something for, and what that is.
+    /// The field of this step that needs a vehicle with a spar, and the part that it needs.
     pub(super) fn of_spar(&self) -> Option<(&'static str, &'static str)> {
         match self.action {
             Action::SensorFault { sensor, .. } => match sensor {
@@ -139,7 +140,7 @@ pub enum Action {
     Disarm,
     /// The operator clears latched faults.
     ClearFaults,
-    /// The operator commands this from now on.
+    /// The operator sends this command from now on.
     Drive {
         /// Speed, m/s.
         #[serde(default)]
@@ -148,35 +149,35 @@ pub enum Action {
         #[serde(default)]
         yaw_rate_rad_s: f64,
     },
-    /// The operator falls silent: no more drive commands.
+    /// The operator stops sending drive commands.
     Silence,
-    /// The operator speaks again, standing still.
+    /// The operator sends drive commands again, starting with standstill.
     Speak,
     /// The emergency stop is pressed or released.
     EmergencyStop {
-        /// Pressed.
+        /// Whether the stop is pressed.
         pressed: bool,
     },
-    /// A sensor fails, or works again (`fault = "none"`).
+    /// A sensor fails or, with `fault = "none"`, works again.
     SensorFault {
-        /// Which.
+        /// The sensor.
         sensor: Sensor,
-        /// How.
+        /// The fault.
         fault: FaultName,
     },
     /// The battery's open-circuit voltage changes.
     Battery {
-        /// To this, V.
+        /// The new voltage, V.
         open_circuit_v: f64,
     },
     /// Noise on the serial line, from the scenario's seed.
     LinkNoise {
-        /// How many bytes.
+        /// Number of bytes.
         bytes: u32,
     },
     /// Chocks are put to the wheels or taken away.
     Chocks {
-        /// In place.
+        /// Whether the chocks are in place.
         chocked: bool,
     },
     /// Something happens to the vehicle.
@@ -193,7 +194,7 @@ impl Action {
         [&Self::NAMES[..], &WorldStep::NAMES, &LinkStep::NAMES].concat()
     }
 
-    /// The names of the steps that are neither the world's nor the link's, as in files.
+    /// The names in files of the steps that belong neither to the world nor to the link.
     pub const NAMES: [&'static str; 11] = [
         "arm",
         "disarm",
@@ -207,6 +208,6 @@ impl Action {
         "link-noise",
         "chocks",
     ];
-    /// Those that need nothing said beside them.
+    /// The steps without fields.
     const PLAIN: [&'static str; 5] = ["arm", "disarm", "clear-faults", "silence", "speak"];
 }

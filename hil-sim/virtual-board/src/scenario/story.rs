@@ -1,4 +1,4 @@
-//! What happened in a run, in order of time: modes, faults, refusals, and what the vehicle went through.
+//! The events of a run in order of time: modes, faults, refusals, and lasting conditions of the vehicle.
 
 use std::fmt;
 
@@ -20,12 +20,12 @@ use power::PowerWitness;
 use slide::SlideWitness;
 use whirl::WhirlWitness;
 
-/// Most events that are kept; the rest is counted.
+/// Largest number of stored events; further events are only counted.
 pub const EVENTS_MAX: usize = 500;
-/// Two spells with less between them are one, s: a wheel that slides in jerks slides.
+/// Gap, s, below which two spells count as one spell: a wheel that slides in jerks slides.
 pub const GAP_S: f64 = 0.2;
 
-/// What kind of thing happened.
+/// The kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EventKind {
@@ -37,7 +37,7 @@ pub enum EventKind {
     Cleared,
     /// The vehicle refused to arm.
     Refusal,
-    /// The board started anew.
+    /// The board restarted.
     Restart,
     /// The arm turned over.
     Whirl,
@@ -45,9 +45,9 @@ pub enum EventKind {
     Slide,
     /// A wheel was off the ground.
     Flight,
-    /// Something blocked the vehicle.
+    /// An obstacle blocked the vehicle.
     Stall,
-    /// The slope was beyond what the vehicle can drive up.
+    /// The slope was steeper than the vehicle can drive up.
     Slope,
     /// A motor was hot, or drew more than its limit.
     Heat,
@@ -74,22 +74,22 @@ impl EventKind {
         }
     }
 
-    /// Whether a person who only looks for trouble wants to see it.
+    /// Whether the event is relevant to a person who looks only for trouble.
     pub fn is_trouble(self) -> bool {
         !matches!(self, Self::Mode | Self::Cleared)
     }
 }
 
-/// Something that happened.
+/// An event of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StoryEvent {
-    /// When it began, s since the start of the run.
+    /// Time at which the event began, s since the start of the run.
     pub at_s: f64,
-    /// How long it lasted, s; nothing for what has no length.
+    /// Duration, s; `None` for an event without a duration.
     pub for_s: Option<f64>,
-    /// What kind of thing it was.
+    /// The kind of the event.
     pub kind: EventKind,
-    /// What happened and why, in a sentence.
+    /// The event and its cause, in a sentence.
     pub text: String,
 }
 
@@ -103,14 +103,14 @@ impl fmt::Display for StoryEvent {
     }
 }
 
-/// Something that lasts: whether a row shows it, and what the story calls it.
+/// A condition that lasts: the test whether a row shows it, and the story's text for it.
 struct Spell {
     kind: EventKind,
     shows: fn(Sight<'_>) -> bool,
     told: fn(&Span) -> String,
 }
 
-/// Everything that lasts and that the story reports with its length.
+/// All conditions that the story reports with their duration.
 const SPELLS: [Spell; 6] = [
     Spell {
         kind: EventKind::Slide,
@@ -144,7 +144,7 @@ const SPELLS: [Spell; 6] = [
     },
 ];
 
-/// A spell under way: its begin, the last time it showed, and what was seen of it.
+/// A present spell: its beginning, the last time at which a row showed it, and the observations.
 #[derive(Debug, Clone, Copy)]
 struct Span {
     begin_s: f64,
@@ -176,7 +176,7 @@ impl Span {
     }
 }
 
-/// Collects what happened row by row, in memory that does not grow without bound.
+/// Collects the events row by row, with bounded memory use.
 #[derive(Debug, Default)]
 pub struct Story {
     events: Vec<StoryEvent>,
@@ -191,17 +191,17 @@ pub struct Story {
     spells: [Option<Span>; SPELLS.len()],
 }
 
-/// What happened in a run.
+/// The events of a run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct RunStory {
-    /// In order of the time at which it began.
+    /// The events in the order of their beginnings.
     pub events: Vec<StoryEvent>,
-    /// How much more there was.
+    /// Number of events that were not stored.
     pub dropped: u64,
 }
 
 impl Story {
-    /// Takes what is seen next.
+    /// Adds the next sight.
     pub fn add(&mut self, sight: Sight<'_>) {
         self.new.clear();
         let (status, time_s) = (sight.status, sight.time_s());
@@ -250,12 +250,12 @@ impl Story {
         }
     }
 
-    /// What the last sight has shown: every event once, also those that are only counted.
+    /// The events of the last sight, each once, including those that are only counted.
     pub fn new_events(&self) -> &[StoryEvent] {
         &self.new
     }
 
-    /// What is still under way, as if it ended now.
+    /// The present spells, as if they ended now.
     pub fn under_way(&self) -> Vec<StoryEvent> {
         let spells = SPELLS.iter().zip(&self.spells);
         spells
@@ -263,12 +263,12 @@ impl Story {
             .collect()
     }
 
-    /// What happened, with what is still under way.
+    /// The story, including the present spells.
     pub fn told(mut self) -> RunStory {
         for event in self.under_way() {
             self.keep(event);
         }
-        // The story reports a spell when it ends, but at the time at which it began.
+        // A spell is added when it ends, but its time is that of its beginning.
         self.events.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
         RunStory {
             events: self.events,
@@ -309,7 +309,7 @@ impl Story {
     }
 }
 
-/// A spell from its first row to its last: a row stands for the time to the next.
+/// The event of a spell from its first to its last row. A row covers the time until the next row.
 fn spell_event(spell: &Spell, span: &Span) -> StoryEvent {
     const ROW_S: f64 = 10.0 * TICK_US as f64 * 1e-6;
     StoryEvent {

@@ -1,4 +1,4 @@
-//! The tables of a scenario, but for its steps, as a file writes them.
+//! The tables of a scenario file, except its steps.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -10,7 +10,7 @@ use super::bound::Bound;
 use plant::settings::PlantSettings;
 use plant::terrain::TerrainFile;
 
-/// A scenario as a file writes it, but for its steps.
+/// A scenario file's contents, except its steps.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ScenarioFile {
@@ -25,7 +25,7 @@ pub(super) struct ScenarioFile {
     pub(super) terrain: TerrainFile,
     #[serde(default)]
     pub(super) plant: PlantSettings,
-    /// Read by themselves; here for the list of names that are allowed.
+    /// The steps are read separately. This field adds their name to the list of allowed names.
     #[serde(default, rename = "step")]
     _steps: IgnoredAny,
     #[serde(default)]

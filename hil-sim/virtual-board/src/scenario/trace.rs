@@ -10,13 +10,13 @@ use super::story::Sight;
 /// One row.
 #[derive(Debug, Clone, Copy)]
 pub struct TraceRow {
-    /// What the operator commanded: speed (m/s) and yaw rate (rad/s).
+    /// The operator's command: speed (m/s) and yaw rate (rad/s).
     pub commanded: [f64; 2],
-    /// What the vehicle reported.
+    /// The vehicle's status.
     pub status: Status,
     /// Counters of the board's end of the link.
     pub link: LinkCounters,
-    /// What was true when the vehicle sensed.
+    /// The truth at the time of the vehicle's sample.
     pub truth: Truth,
     /// Whether any bridge was on.
     pub bridges_on: bool,
@@ -28,7 +28,7 @@ impl TraceRow {
         self.status.time_us as f64 * 1e-6
     }
 
-    /// What is seen in it.
+    /// The row as a sight.
     pub fn sight(&self) -> Sight<'_> {
         Sight {
             status: &self.status,
@@ -40,7 +40,7 @@ impl TraceRow {
 /// Every row of a run.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
-    /// In order of time.
+    /// The rows in order of time.
     pub rows: Vec<TraceRow>,
 }
 
@@ -145,7 +145,8 @@ impl Trace {
         self.rows.iter().map(value).collect()
     }
 
-    /// FNV-1a hash of every value of every column, bit for bit: equal hashes are equal drives.
+    /// FNV-1a hash of every value of every column, bit for bit: drives with equal hashes are
+    /// equal.
     pub fn hash(&self) -> u64 {
         let values = self
             .rows
@@ -160,7 +161,7 @@ pub fn fnv1a(bytes: impl Iterator<Item = u8>) -> u64 {
     bytes.fold(FNV_OFFSET, next_hash)
 }
 
-/// The 64-bit FNV-1a hash of bytes that come one after the other.
+/// The 64-bit FNV-1a hash of a sequence of bytes.
 #[derive(Debug, Clone, Copy)]
 pub struct Fnv1a(pub u64);
 
@@ -171,7 +172,7 @@ impl Default for Fnv1a {
 }
 
 impl Fnv1a {
-    /// Takes the next bytes.
+    /// Adds the next bytes.
     pub fn take(&mut self, bytes: &[u8]) {
         self.0 = bytes.iter().copied().fold(self.0, next_hash);
     }

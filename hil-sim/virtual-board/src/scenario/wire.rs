@@ -1,6 +1,7 @@
-//! The way between operator and board: late, lossy, out of order, or held by a program that hangs.
+//! Faults of the link between operator and board: late, lost or reordered frames, and a program that
+//! hangs.
 //!
-//! Works on whole frames, which end with a zero byte; what comes in parts is put together first.
+//! The faults act on whole frames, which end with a zero byte. Partial frames are assembled first.
 
 use std::collections::VecDeque;
 
@@ -10,14 +11,14 @@ use serde::Deserialize;
 
 use super::error::{ScenarioError, Within};
 
-/// How long a frame is held back so that later ones overtake it, in ms.
+/// Delay of a frame that later frames overtake, in ms.
 const OVERTAKEN_MS: u64 = 50;
 
-/// Which way a fault acts.
+/// Direction of a link fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WireDirection {
-    /// Both.
+    /// Both directions.
     #[default]
     Both,
     /// From the operator to the board.
@@ -26,49 +27,50 @@ pub enum WireDirection {
     ToHost,
 }
 
-/// What a way does to frames.
+/// The faults of one direction.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct WireFault {
-    /// Every frame is so late, ms.
+    /// Delay of every frame, ms.
     pub latency_ms: f64,
-    /// And up to so much more, at random, in order, ms.
+    /// Largest additional random delay, without reordering, ms.
     pub jitter_ms: f64,
     /// Share of the frames that are lost.
     pub loss: f64,
     /// Share of the frames that arrive twice.
     pub duplication: f64,
-    /// Share of the frames that later ones overtake.
+    /// Share of the frames that later frames overtake.
     pub reordering: f64,
 }
 
-/// What happens to the link.
+/// A step that acts on the link.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum LinkStep {
-    /// The way is like this from now on; all left out, it is clear again.
+    /// Sets the faults of the link from now on. Without any field, the link works again without
+    /// faults.
     Link {
-        /// Which way.
+        /// The direction.
         #[serde(default)]
         direction: WireDirection,
-        /// Every frame is so late, ms.
+        /// Delay of every frame, ms.
         #[serde(default)]
         latency_ms: f64,
-        /// And up to so much more, ms.
+        /// Largest additional random delay, ms.
         #[serde(default)]
         jitter_ms: f64,
-        /// Share of the frames lost.
+        /// Share of the frames that are lost.
         #[serde(default)]
         loss: f64,
         /// Share of the frames that arrive twice.
         #[serde(default)]
         duplication: f64,
-        /// Share of the frames overtaken by later ones.
+        /// Share of the frames that later frames overtake.
         #[serde(default)]
         reordering: f64,
     },
     /// The operator's program hangs and repeats its last drive command, byte for byte, or works again.
     StuckOperator {
-        /// It hangs.
+        /// Whether the program hangs.
         stuck: bool,
     },
 }
@@ -80,7 +82,7 @@ impl LinkStep {
     /// Checks every number.
     ///
     /// # Errors
-    /// What `within` says of the first that is out of its range.
+    /// The error of `within` for the first number out of its range.
     pub fn check(&self, within: Within<'_>) -> Result<(), ScenarioError> {
         let Self::Link {
             latency_ms,
@@ -101,28 +103,28 @@ impl LinkStep {
     }
 }
 
-/// A frame under way.
+/// A frame in transit.
 #[derive(Debug, Clone)]
 struct UnderWay {
     due_ms: u64,
     bytes: Vec<u8>,
 }
 
-/// One way.
+/// One direction of the link.
 #[derive(Debug)]
 pub struct FaultyWire {
     fault: WireFault,
     noise: Noise,
-    /// A frame whose end has not come.
+    /// The beginning of a frame whose end has not yet arrived.
     begun: Vec<u8>,
-    /// In order of their dues.
+    /// Frames in transit, in order of their due times.
     under_way: VecDeque<UnderWay>,
-    /// When the last frame in order is due.
+    /// Due time of the last frame that keeps its order.
     last_due_ms: u64,
 }
 
 impl FaultyWire {
-    /// A clear way whose faults are drawn from `noise`.
+    /// A direction without faults, which draws later faults from `noise`.
     pub fn new(noise: Noise) -> Self {
         Self {
             fault: WireFault::default(),
@@ -133,17 +135,17 @@ impl FaultyWire {
         }
     }
 
-    /// What the way does from now on; frames under way stay so.
+    /// Sets the faults from now on. Frames in transit keep their due times.
     pub fn set_fault(&mut self, fault: WireFault) {
         self.fault = fault;
     }
 
-    /// Whether bytes go through as they come.
+    /// Whether bytes pass through unchanged and at once.
     fn is_clear(&self) -> bool {
         self.fault == WireFault::default() && self.under_way.is_empty() && self.begun.is_empty()
     }
 
-    /// Takes bytes in at `now_ms` and gives those that come out.
+    /// Accepts bytes at `now_ms` and returns the bytes that arrive at the other end.
     pub fn pass(&mut self, now_ms: u64, bytes: Vec<u8>) -> Vec<u8> {
         let idle = bytes.is_empty() && self.under_way.is_empty();
         if idle || self.is_clear() {
@@ -159,12 +161,12 @@ impl FaultyWire {
         self.arrived(now_ms)
     }
 
-    /// When the next frame arrives.
+    /// Due time of the next frame.
     pub fn next_due_ms(&self) -> Option<u64> {
         self.under_way.front().map(|frame| frame.due_ms)
     }
 
-    /// Whether this share of events happens now; draws only where there is one.
+    /// Draws whether an event with this share happens now. A share of 0 draws nothing.
     fn happens(&mut self, share: f64) -> bool {
         share > 0.0 && self.draw() < share
     }
@@ -211,7 +213,7 @@ impl FaultyWire {
 mod tests {
     use super::*;
 
-    /// Sends `frames` numbered frames, one each 10 ms; what arrived, as (ms, number).
+    /// Sends `frames` numbered frames, one every 10 ms. Returns the arrivals as (ms, number).
     fn flight(fault: WireFault, frames: u8) -> Vec<(u64, u8)> {
         let mut wire = FaultyWire::new(Noise::new(3, 0));
         wire.set_fault(fault);

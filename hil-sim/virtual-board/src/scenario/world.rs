@@ -1,5 +1,4 @@
-//! What the world does to the vehicle: steps of a scenario that act on the plant alone, so on every board
-//! alike.
+//! Steps of a scenario that act on the plant alone, and so work equally on every board.
 
 use plant::Plant;
 use plant::analog::{AnalogFault, Following};
@@ -24,11 +23,11 @@ pub enum Side {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MotorName {
-    /// Of the left wheel.
+    /// The left wheel's motor.
     Left,
-    /// Of the right wheel.
+    /// The right wheel's motor.
     Right,
-    /// Of the ballast.
+    /// The ballast motor.
     Ballast,
 }
 
@@ -47,7 +46,7 @@ pub enum AnalogSensor {
 }
 
 impl AnalogSensor {
-    /// The name of its input in [`model::analog::Analog`].
+    /// The name of the sensor's input in [`model::analog::Analog`].
     fn input(self) -> &'static str {
         match self {
             Self::LeftCurrent => "left_current",
@@ -58,58 +57,58 @@ impl AnalogSensor {
     }
 }
 
-/// What the world does.
+/// A step that acts on the plant.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum WorldStep {
-    /// A wheel seizes against the arm, or turns again.
+    /// A wheel seizes against the arm, or is freed.
     Jam {
-        /// Which.
+        /// The wheel.
         side: Side,
-        /// Seized.
+        /// Whether the wheel is seized.
         jammed: bool,
     },
-    /// A payload on the arm, in place of the one there.
+    /// A payload on the arm, in place of the present payload.
     Payload {
-        /// Mass, kg; 0 takes it off.
+        /// Mass, kg; 0 removes the payload.
         mass_kg: f64,
-        /// Ahead of the arm's axis, m.
+        /// Distance ahead of the arm's axis, m.
         #[serde(default)]
         ahead_m: f64,
-        /// Below the axle, m.
+        /// Distance below the axle, m.
         #[serde(default)]
         below_m: f64,
     },
-    /// Something pushes.
+    /// A push on the vehicle.
     Push {
-        /// What is pushed.
+        /// The body that is pushed.
         on: PushedBody,
-        /// Along the heading, N.
+        /// Force along the heading, N.
         #[serde(default)]
         forward_n: f64,
-        /// To the left, N.
+        /// Force to the left, N.
         #[serde(default)]
         left_n: f64,
-        /// Upward, N.
+        /// Force upward, N.
         #[serde(default)]
         up_n: f64,
-        /// For so long, s.
+        /// Duration, s.
         for_s: f64,
     },
-    /// The axle is put on a stand, the wheels off the ground, or back.
+    /// The axle is put on a stand, with the wheels off the ground, or back on the ground.
     Stand {
-        /// On the stand.
+        /// Whether the axle is on the stand.
         raised: bool,
     },
     /// Both IMUs warm up or cool down.
     Temperature {
-        /// To this, C.
+        /// Final temperature, C.
         to_c: f64,
-        /// Within this, s.
+        /// Duration of the change, s.
         #[serde(default)]
         over_s: f64,
     },
-    /// Both IMUs are shaken from now on.
+    /// A vibration shakes both IMUs from now on.
     Vibration {
         /// Amplitude of the acceleration, m/s^2.
         #[serde(default)]
@@ -122,42 +121,42 @@ pub enum WorldStep {
     },
     /// An analogue sensor fails, or works again.
     AnalogFault {
-        /// Which.
+        /// The sensor.
         sensor: AnalogSensor,
-        /// Whether it follows what it measures.
+        /// Whether the reading follows the measured quantity.
         #[serde(default)]
         reads: Following,
-        /// Its gain.
+        /// The sensor's gain.
         #[serde(default = "one")]
         gain: f64,
-        /// Its offset, A or V.
+        /// The sensor's offset, A or V.
         #[serde(default)]
         offset: f64,
     },
     /// An encoder loses edges.
     EncoderLoss {
-        /// Whose.
+        /// The motor.
         motor: MotorName,
-        /// This share of them.
+        /// Lost share of the edges.
         share: f64,
     },
-    /// A motor's leads break, touch, or are mended.
+    /// A motor's leads break, touch each other, or are repaired.
     MotorLeads {
-        /// Whose.
+        /// The motor.
         motor: MotorName,
-        /// How they are.
+        /// State of the leads.
         leads: Leads,
     },
-    /// Half of a bridge dies, or is mended.
+    /// Half of a bridge fails, or is repaired.
     HalfBridge {
-        /// Whose.
+        /// The motor.
         motor: MotorName,
-        /// The direction it no longer drives.
+        /// The direction that the bridge no longer drives.
         dead: DeadHalf,
     },
     /// The battery's contact opens or closes.
     BatteryContact {
-        /// Closed.
+        /// Whether the contact is closed.
         connected: bool,
     },
 }
@@ -185,7 +184,7 @@ impl WorldStep {
     /// Checks every number.
     ///
     /// # Errors
-    /// What `within` says of the first that is out of its range.
+    /// The error of `within` for the first number out of its range.
     pub fn check(&self, within: Within<'_>) -> Result<(), ScenarioError> {
         match *self {
             Self::Payload {
@@ -235,7 +234,7 @@ impl WorldStep {
         }
     }
 
-    /// Does it.
+    /// Applies the step to the plant.
     pub fn act(&self, plant: &mut Plant) {
         match *self {
             Self::Jam { side, jammed } => plant.set_jammed(side as usize, jammed),

@@ -1,4 +1,4 @@
-//! The solution for a vehicle that rolls on a plane against that for any vehicle on any ground.
+//! Compares the solution for a vehicle that rolls on a plane with the general solution.
 
 use super::*;
 
@@ -9,7 +9,7 @@ fn rolling_on_a_plane_is_solved_as_anything_else_is() {
         let mut rolling = Body::new(&vehicle, &ground);
         rolling.inertia_mut().radius_difference = 0.002;
         let mut general = rolling.clone();
-        // A push with no force is reason enough to solve for any vehicle on any ground.
+        // A push without a force makes the step use the general solution.
         general.set_push(Some(Push {
             on: PushedBody::Axle,
             forward_n: 0.0,
@@ -29,7 +29,7 @@ fn rolling_on_a_plane_is_solved_as_anything_else_is() {
                 body.step(5e-4, &ground, &joints);
             }
             for i in 0..SPEEDS {
-                // The general solution's ground gives way by a tenth of a micrometre a second.
+                // The ground of the general solution yields by a tenth of a micrometre per second.
                 let (found, expected) = (rolling.speed()[i], general.speed()[i]);
                 assert!(
                     (found - expected).abs() < 1e-6,
@@ -37,7 +37,7 @@ fn rolling_on_a_plane_is_solved_as_anything_else_is() {
                 );
             }
             let normals = [&rolling, &general].map(|body| body.wheels().map(|wheel| wheel.normal_n));
-            // Which the vehicle's 17 kg begin within one substep: 3 mN at each wheel.
+            // The vehicle's 17 kg start this motion within one substep: 3 mN at each wheel.
             assert!((normals[0][0] - normals[1][0]).abs() < 4e-3, "{time} s: {normals:?}");
         }
         assert_ne!(rolling.speed(), general.speed(), "there are two ways");

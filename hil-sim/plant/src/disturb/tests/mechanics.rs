@@ -1,4 +1,4 @@
-//! Bodies: radii, motors, pushes, payloads, what holds a wheel or the axle.
+//! Bodies: radii, motors, pushes, payloads, and constraints of a wheel or the axle.
 
 use model::vehicle::GRAVITY_M_S2;
 
@@ -74,7 +74,7 @@ fn unequal_motors_stall_with_their_own_torques() {
         "{left}"
     );
     assert!((right / (0.0302 * 43.0 * volts / 0.316) - 1.0).abs() < 1e-6, "{right}");
-    // On a stand, freely, each runs at its own no-load rate less its friction's share.
+    // On a stand each wheel runs at its own no-load rate less the effect of its friction.
     let mut plant = self::plant(&bare_vehicle(), &settings);
     plant.set_on_stand(true);
     run(&mut plant, 4000, [0.3, 0.3, 0.0].map(BridgeState::Duty));
@@ -129,7 +129,7 @@ fn a_seized_wheel_turns_with_the_arm_and_the_other_one_drives_round_it() {
 
 #[test]
 fn a_push_gives_its_impulse_to_everything_that_moves() {
-    // On ice, so that nothing else acts along the ground.
+    // On ice no other force acts along the ground.
     let ice = Terrain::incline(0.0, 0.0).expect("ice");
     let mass = 13.6 + 0.51 + 1.53 + 2.04;
     for on in [PushedBody::Axle, PushedBody::Arm, PushedBody::Spar] {
@@ -146,7 +146,7 @@ fn a_push_gives_its_impulse_to_everything_that_moves() {
         plant.push(push, 0.1);
         run(&mut plant, 101, OPEN);
         assert_eq!(plant.body().push(), None, "it ends");
-        // Momentum along the ground: the axle's and what arm, spar and ballast add.
+        // Momentum along the ground: that of the axle, the arm, the spar and the ballast.
         let (q, u) = (plant.body().position(), plant.body().speed());
         let i = plant.body().inertia();
         let swung = i.arm_first * q[PHI].cos() * u[PHI]
@@ -154,7 +154,7 @@ fn a_push_gives_its_impulse_to_everything_that_moves() {
             + i.ballast_first * q[BALLAST].cos() * u[BALLAST];
         let ahead = i.arm_first * q[PHI].sin() + i.spar_first * q[SPAR].sin() + i.ballast_first * q[BALLAST].sin();
         let (along, across) = (mass * u[FORWARD] + swung, mass * u[SIDE] + u[YAW] * ahead);
-        // From the heading's axes, which a push beside the middle turns a little.
+        // Converted from the heading's axes, which a push off the middle turns a little.
         let (sin, cos) = q[YAW].sin_cos();
         let (forward, left) = (along * cos - across * sin, along * sin + across * cos);
         assert!((forward - 2.0).abs() < 0.01, "{on:?}: {forward} N s");
@@ -162,7 +162,7 @@ fn a_push_gives_its_impulse_to_everything_that_moves() {
         let work = plant.body().energy(plant.ground()) - start;
         assert!(work > 0.0);
         if on == PushedBody::Axle {
-            // The arm hangs back: the axle goes faster than the whole would.
+            // The arm lags behind, so the axle moves faster than a rigid vehicle would.
             assert!(u[FORWARD] > 2.0 / mass && u[PHI] < 0.0);
         }
         if on == PushedBody::Arm {
@@ -208,7 +208,7 @@ fn a_push_up_unloads_the_wheels_and_one_from_the_side_shifts_the_load() {
 
 #[test]
 fn a_payload_swings_as_the_two_masses_do() {
-    // On a stand the arm is a pendulum of its own: its equilibrium and its period are known.
+    // On a stand the arm is a simple pendulum with a known equilibrium and period.
     let vehicle = frictionless(&bare_vehicle());
     for payload in [
         Payload {
@@ -250,7 +250,7 @@ fn a_payload_swings_as_the_two_masses_do() {
         let crossings: Vec<usize> = (1..phi.len()).filter(|&k| phi[k - 1] > 0.0 && phi[k] <= 0.0).collect();
         let (first, last) = (crossings[0], crossings[crossings.len() - 1]);
         let period = (last - first) as f64 * 1e-3 / (crossings.len() - 1) as f64;
-        // A swing of 0.05 rad is slower by a sixteenth of its square.
+        // The period of a swing of 0.05 rad is longer by a sixteenth of the amplitude's square.
         let expected = std::f64::consts::TAU / omega * (1.0 + 0.05 * 0.05 / 16.0);
         assert!(
             (period / expected - 1.0).abs() < 2e-3,
@@ -310,10 +310,10 @@ fn the_arm_imu_turns_with_the_arm_not_with_its_centre_of_mass() {
     run(&mut plant, 20_000, OPEN);
     let phi = plant.truth().phi_rad;
     let expected = -(0.6_f64).atan2(12.24 * 0.2 + 0.6);
-    // Within what the gears' friction can hold: 0.4 N m of the arm's 30.
+    // Within the angle that the gears' friction can hold: 0.4 N m of the arm's 30 N m.
     assert!((phi - expected).abs() < 0.4 / 30.0, "{phi} against {expected}");
     let words = plant.arm_imu().data().expect("it answers");
-    // Hanging back by phi, gravity shows on x as its sine.
+    // With the arm back by phi, gravity shows on x as the sine of phi.
     let found = f64::from(words[1]) / 4096.0;
     assert!((found - phi.sin()).abs() < 2e-3, "{found} against {}", phi.sin());
 }

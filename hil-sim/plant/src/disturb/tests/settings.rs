@@ -1,4 +1,4 @@
-//! Settings as files have them.
+//! Settings as they appear in files.
 
 use super::*;
 use crate::settings::SettingsError;

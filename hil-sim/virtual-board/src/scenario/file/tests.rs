@@ -1,4 +1,4 @@
-//! What scenario files may say.
+//! Tests of the allowed contents of scenario files.
 
 use super::*;
 
@@ -127,7 +127,7 @@ fn bounds_of_no_metric_and_no_range_are_refused() {
     );
 }
 
-/// The scenario is refused, and the message has each of these parts.
+/// Checks that the scenario is refused and that the message contains each of these parts.
 fn refused(text: &str, parts: &[&str]) {
     let message = Scenario::parse("s.toml", text).expect_err(text).to_string();
     assert!(message.starts_with("s.toml: "), "{message}");

@@ -1,22 +1,22 @@
-//! Why the vehicle was blocked: what stood in its way, and how hard it pushed.
+//! Why the vehicle was blocked: the obstacle, and how hard the vehicle pushed.
 
 use super::sight::Sight;
 
-/// An inclination under the wheels that is this much beyond the slope that the vehicle stands on is an edge, rad.
+/// Inclination under the wheels, beyond the slope under the vehicle, from which the obstacle is an edge, rad.
 const EDGE_RAD: f64 = 0.17;
-/// Below this inclination the ground is level, rad.
+/// Inclination below which the ground counts as level, rad.
 const LEVEL_RAD: f64 = 0.02;
 
-/// What was seen of a vehicle that was blocked.
+/// The observations of a blocked vehicle.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct BlockWitness {
     /// Largest commanded speed, with its direction, m/s.
     told_m_s: f64,
-    /// Furthest that the arm leant from the vertical, rad.
+    /// Largest angle of the arm from the vertical, rad.
     lean_rad: f64,
     /// Highest current of a wheel's motor, A.
     current_a: f64,
-    /// Slope as the vehicle finds it, uphill positive, rad.
+    /// Slope as the vehicle estimates it, uphill positive, rad.
     estimated_rad: f64,
     /// Steepest rise of the ground under the wheels, in the commanded direction, rad; `None` where the ground is
     /// unknown.
@@ -25,7 +25,7 @@ pub(super) struct BlockWitness {
     slides: bool,
 }
 
-/// The value that is further from nought.
+/// The value with the larger magnitude.
 pub(super) fn further(kept: f64, value: f64) -> f64 {
     if value.abs() > kept.abs() { value } else { kept }
 }
@@ -57,7 +57,7 @@ impl BlockWitness {
         )
     }
 
-    /// The slope that is too steep, in a sentence.
+    /// The excessive slope in a sentence.
     pub(super) fn slope(&self) -> String {
         format!(
             "SlopeLimit: the slope, {:.1} deg as the vehicle finds it, is beyond what the arm's weight or the grip can hold",

@@ -3,14 +3,14 @@
 use super::block::further;
 use super::sight::Sight;
 
-/// What was seen of motors and supply.
+/// The observations of motors and supply.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct PowerWitness {
     /// Highest current of each motor, A.
     current_a: [f64; 3],
     /// Highest supply, V.
     battery_v: f64,
-    /// Slope as the vehicle finds it, uphill positive, rad: the steepest.
+    /// Steepest slope as the vehicle estimates it, uphill positive, rad.
     slope_rad: f64,
 }
 
@@ -34,7 +34,7 @@ impl PowerWitness {
         )
     }
 
-    /// The supply that takes no more power back, in a sentence.
+    /// The supply that takes back no more power, in a sentence.
     pub(super) fn supply(&self) -> String {
         format!(
             "Regeneration: the supply, up to {:.1} V, takes back no more power, and the vehicle brakes less",

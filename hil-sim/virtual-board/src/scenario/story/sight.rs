@@ -1,16 +1,16 @@
-//! What is seen of a vehicle at one instant.
+//! The observation of a vehicle at one instant.
 
 use core::f64::consts::PI;
 
 use model::status::Status;
 use plant::Truth;
 
-/// What is seen of a vehicle at one instant: its status, and in a simulation also what is true.
+/// The observation of a vehicle at one instant: its status and, in a simulation, the truth.
 #[derive(Debug, Clone, Copy)]
 pub struct Sight<'a> {
-    /// What the vehicle reports.
+    /// The vehicle's status.
     pub status: &'a Status,
-    /// What is true; of a real vehicle nobody knows.
+    /// The truth; `None` for a real vehicle, where nobody knows it.
     pub truth: Option<&'a Truth>,
 }
 
@@ -20,18 +20,18 @@ impl Sight<'_> {
         self.status.time_us as f64 * 1e-6
     }
 
-    /// A wheel slides; of a real vehicle, as it finds itself.
+    /// Whether a wheel slides; for a real vehicle, according to its own estimate.
     pub(super) fn slides(&self) -> bool {
         self.truth
             .map_or(self.status.estimate.sliding, |truth| truth.sliding != [false; 2])
     }
 
-    /// A wheel is off the ground.
+    /// Whether a wheel is off the ground.
     pub(super) fn flies(&self) -> bool {
         self.truth.is_some_and(|truth| truth.lifted != [false; 2])
     }
 
-    /// The arm is beyond the vertical above the axle.
+    /// Whether the arm has passed the vertical above the axle.
     pub(super) fn is_over(&self) -> bool {
         let estimated_rad = f64::from(self.status.estimate.phi_rad);
         self.truth.map_or(estimated_rad, |truth| truth.phi_rad).abs() > PI

@@ -1,12 +1,12 @@
-//! Why the wheels slid: how they turned against the ground, and what asked for more grip than it gives.
+//! Why the wheels slid: how they turned against the ground, and what needed more grip than the ground gives.
 
 use plant::Truth;
 
 use super::sight::Sight;
 
-/// Below this speed the vehicle is not driving yet, m/s.
+/// Speed below which the vehicle counts as not yet driving, m/s.
 const DRIVES_M_S: f64 = 0.05;
-/// Of a slip that is less than this share along the wheel, the force along it does not give the whole friction.
+/// Share of the slip along the wheel below which the force along the wheel does not show the whole friction.
 const ALONG_SHARE_MIN: f64 = 0.2;
 
 /// The contact that slides fastest at one instant.
@@ -19,7 +19,7 @@ pub(super) struct SlidingContact {
     speed_m_s: f64,
     /// Force of the ground along the heading, N.
     force_n: f64,
-    /// Friction by load; `None` where the run does not show it.
+    /// Friction over load; `None` if the run does not show it.
     pub(super) grip: Option<f64>,
     /// Slope of the path under the wheels, rad.
     slope_rad: f64,
@@ -32,7 +32,8 @@ impl SlidingContact {
             .filter(|wheel| truth.sliding[*wheel])
             .max_by(|a, b| slip(*a).abs().total_cmp(&slip(*b).abs()))?;
         let (along_m_s, side_m_s) = (slip(wheel), truth.side_speed_m_s);
-        // Friction acts against the slip, so its part along the heading is known by the slip's direction.
+        // Friction acts against the slip, so the slip's direction gives the friction's share along the
+        // heading.
         let share = along_m_s.abs() / along_m_s.hypot(side_m_s);
         let (force_n, load_n) = (truth.longitudinal_n[wheel], truth.normal_n[wheel]);
         Some(Self {
@@ -49,7 +50,7 @@ impl SlidingContact {
         self.along_m_s.hypot(self.side_m_s)
     }
 
-    /// How the wheel moves against the ground.
+    /// The wheel's motion relative to the ground, in words.
     fn motion(&self) -> &'static str {
         let rim_m_s = self.speed_m_s - self.along_m_s;
         if self.side_m_s.abs() > self.along_m_s.abs() {
@@ -63,7 +64,7 @@ impl SlidingContact {
         }
     }
 
-    /// What asked for more than the ground gives.
+    /// The cause that needed more grip than the ground gives, in words.
     fn cause(&self) -> String {
         let Some(grip) = self.grip else {
             return "the motion sideways asks for more grip than the ground gives".to_owned();
@@ -85,7 +86,7 @@ impl SlidingContact {
     }
 }
 
-/// What was seen of a slide.
+/// The observations of a slide.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct SlideWitness {
     wheels: [bool; 2],

@@ -6,13 +6,13 @@ use plant::Truth;
 
 use super::*;
 
-/// What is seen at one instant.
+/// The observation at one instant.
 struct Row {
     status: Status,
     truth: Truth,
 }
 
-/// A row at a tick of 1 ms, changed as `change` says.
+/// A row at a tick of 1 ms, modified by `change`.
 fn row(tick: u32, change: impl FnOnce(&mut Row)) -> Row {
     let mut row = Row {
         status: Status {
@@ -118,7 +118,7 @@ fn text(rows: impl IntoIterator<Item = Row>) -> String {
     event.text.clone()
 }
 
-/// The left wheel slides, 100 N on it, on ground of grip 0.05: 5 N against the slip.
+/// The left wheel, loaded with 100 N, slides on ground with grip 0.05: 5 N against the slip.
 fn sliding(speed_m_s: f64, slip_m_s: f64, slope_rad: f64) -> Truth {
     Truth {
         sliding: [true, false],
@@ -162,7 +162,7 @@ fn a_slide_tells_which_wheel_how_fast_and_what_asked_for_more_grip_than_there_is
     }
 }
 
-/// The first instant shows the cause, the fastest instant how far it went.
+/// The first instant shows the cause, the fastest instant the extent.
 #[test]
 fn a_slide_is_told_by_how_it_began_and_how_far_it_went() {
     let told = text([
@@ -178,7 +178,7 @@ fn a_slide_is_told_by_how_it_began_and_how_far_it_went() {
 
 #[test]
 fn friction_across_the_heading_counts_as_grip() {
-    // Slip of 3 along and 4 across: the force along is three fifths of the friction.
+    // With a slip of 3 along and 4 across, the force along is three fifths of the friction.
     let truth = Truth {
         side_speed_m_s: 0.4,
         ..sliding(1.0, 0.3, 0.0)
@@ -214,7 +214,7 @@ fn a_stall_tells_what_is_in_the_way_and_how_hard_the_vehicle_pushes() {
         (&hill as &dyn Fn(&mut Row), "the ground rises at 17.2 deg"),
         (&|row: &mut Row| row.truth.chocked = true, "chocks stand at its wheels"),
         (&|row: &mut Row| row.truth = sliding(0.0, -0.1, 0.0), "its wheels slide"),
-        // Backward, what rises ahead of the vehicle is behind it.
+        // While the vehicle drives backward, a rise ahead in the heading's direction is behind it.
         (
             &|row: &mut Row| {
                 row.status.speed_reference_m_s = -0.4;
@@ -232,7 +232,7 @@ fn a_stall_tells_what_is_in_the_way_and_how_hard_the_vehicle_pushes() {
 
 #[test]
 fn a_whirl_tells_who_did_the_work() {
-    // The arm swings up from hanging in steps of half a rad.
+    // The arm swings up from its hanging position in steps of half a rad.
     let swing = |torque_n_m: f64, wheel_rad_s: f64| {
         text((0..8).map(|n| {
             row(10 * n, |row| {
@@ -269,7 +269,7 @@ fn a_whirl_tells_who_did_the_work() {
     }
 }
 
-/// Of a real vehicle nobody knows what is true: its story is what it finds itself.
+/// For a real vehicle the truth is unknown, so its story uses the vehicle's own estimate.
 #[test]
 fn without_the_truth_the_vehicle_s_own_findings_are_told() {
     let mut story = Story::default();
@@ -290,7 +290,7 @@ fn without_the_truth_the_vehicle_s_own_findings_are_told() {
     );
 }
 
-/// The story says how much a motor's heat and a full supply take from the drive.
+/// The story reports how much a motor's heat and a full supply take from the drive.
 #[test]
 fn hot_motors_and_a_full_supply_are_told() {
     let told = told((1..=20).map(|n| {

@@ -1,13 +1,13 @@
-//! Why the arm turned over: who did the work on it while it swung up.
+//! Why the arm whirled: what did the work on the arm during its upswing.
 
 use core::f64::consts::FRAC_PI_3;
 
 use plant::Truth;
 
-/// Below this torque the motors have no part in a swing, N m.
+/// Torque below which the motors do not contribute to a swing, N m.
 const IDLE_N_M: f64 = 0.05;
 
-/// The arm's way up since it last hung within 60 deg of the vertical.
+/// The arm's upswing since its angle was last within 60 deg of the vertical.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct WhirlWitness {
     time_s: f64,
@@ -15,9 +15,9 @@ pub(super) struct WhirlWitness {
     phi_rate_rad_s: f64,
     /// Work of the wheels' motors on the arm, J.
     arm_work_j: f64,
-    /// Their work on the wheels, J: negative where they brake.
+    /// Work of the wheels' motors on the wheels, J: negative while they brake.
     wheel_work_j: f64,
-    /// Highest torque of theirs, N m.
+    /// Highest torque of the wheels' motors, N m.
     torque_n_m: f64,
 }
 
@@ -39,7 +39,7 @@ impl WhirlWitness {
         self.phi_rate_rad_s = truth.phi_rate_rad_s;
     }
 
-    /// The arm that turns over, in a sentence.
+    /// The whirl in a sentence.
     pub(super) fn told(&self) -> String {
         let way = if self.phi_rate_rad_s >= 0.0 {
             "forward"

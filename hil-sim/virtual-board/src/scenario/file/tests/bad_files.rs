@@ -6,7 +6,8 @@ use model::vehicle::Vehicle;
 
 use super::super::*;
 
-/// A text in which `^` stands before the culprit: the text without it, and where it stood.
+/// Splits a text with a `^` before the error into the text without the `^` and the place of the
+/// `^`.
 pub(super) fn marked(text: &str) -> (String, Option<String>) {
     let place = text.find('^').map(|at| TextPlace::of(text, at).to_string());
     (text.replacen('^', "", 1), place)
@@ -23,7 +24,7 @@ pub(super) fn told(message: &str, text: &str, place: Option<String>, parts: &[&s
             "{text:?}:\n{message:?} is at {place}"
         );
     }
-    // Nothing of the readers' own language.
+    // The message contains no wording of the parser libraries.
     for raw in [
         "f64",
         "u64",
@@ -38,7 +39,8 @@ pub(super) fn told(message: &str, text: &str, place: Option<String>, parts: &[&s
     }
 }
 
-/// Bad scenarios: what follows title and length, and what the message says. `^` marks the place.
+/// Bad scenarios: the text after title and length, and the parts of the message. `^` marks the
+/// place.
 const SCENARIOS: [(&str, &[&str]); 58] = [
     ("seed = ^-1", &["seed = -1", "a whole number from 0"]),
     ("seed = ^1.5", &["seed = 1.5", "a whole number from 0"]),
@@ -225,7 +227,7 @@ fn every_bad_scenario_is_told_with_its_place() {
         // The place that is reported for a whole table is that of one of its parts.
         let place = place.filter(|_| !parts.contains(&"plant."));
         told(&message, &text, place, parts);
-        // Line ends and marks of other systems change nothing of it.
+        // Line ends and byte-order marks of other systems do not change the message.
         let other = text.replace('\n', "\r\n");
         let message_there = Scenario::parse("bad.toml", &other)
             .map(drop)
@@ -259,11 +261,11 @@ fn what_is_wrong_with_the_whole_file_is_told_without_a_place() {
             parts,
         );
     }
-    // A byte-order mark is no letter of the first name.
+    // A byte-order mark is no part of the first name.
     assert!(Scenario::parse("good.toml", "\u{feff}title = \"t\"\r\nduration_s = 1.0\r\n").is_ok());
 }
 
-/// Settings and ground that only the vehicle makes wrong.
+/// Settings and ground that are wrong only for this vehicle.
 #[test]
 fn what_does_not_fit_the_vehicle_is_told_with_its_place() {
     let reference = reference().expect("good");
@@ -348,7 +350,7 @@ fn what_does_not_fit_the_vehicle_is_told_with_its_place() {
         let scenario = Scenario::parse("bad.toml", &text).expect(&text);
         let message = scenario.plant(vehicle).map(drop).expect_err(&text).to_string();
         told(&message, &text, place, parts);
-        // A vehicle that has the part takes the step.
+        // For a vehicle that has the part, the step is accepted.
         if parts == spar {
             assert!(scenario.plant(&reference).is_ok(), "{text}");
         }

@@ -5,7 +5,8 @@ use vehicle_file::parse_vehicle_for;
 
 use super::bad_files::{marked, told};
 
-/// Bad vehicles: what of the reference vehicle's file becomes what, and what the message says.
+/// Bad vehicles: a text of the reference vehicle's file, its replacement, and the parts of the
+/// message.
 const VEHICLES: [(&str, &str, &[&str]); 24] = [
     (
         "wheel_radius_m = 0.25",
