@@ -81,5 +81,12 @@ macro_rules! real {
         }
     };
 }
-real!(f32, libm::sinf, libm::cosf, libm::sincosf, libm::sqrtf, libm::fabsf);
+real!(
+    f32,
+    libm::sinf,
+    libm::cosf,
+    libm::sincosf,
+    square_root::sqrtf,
+    libm::fabsf
+);
 real!(f64, libm::sin, libm::cos, libm::sincos, libm::sqrt, libm::fabs);

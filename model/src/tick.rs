@@ -161,7 +161,7 @@ impl VehicleCore {
             let ballast = ballast_limits.limit(ballast_v, ballast_rad_s);
             let mut drive = |motor: Motor, limited: LimitedVoltage, by_current: Limit| {
                 let i = motor as usize;
-                limits.set(by_current, limited.by_current);
+                limits.insert_if(by_current, limited.by_current);
                 if limited.by_current && shares[i] < 1.0 {
                     limits.insert(Limit::MotorHeat);
                 }

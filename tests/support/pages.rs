@@ -187,6 +187,7 @@ pub fn selected(root: &Path, arguments: &[&str]) -> Vec<String> {
     }
     let packages = [
         ("model", "model"),
+        ("square-root", "model/square-root"),
         ("vehicle-file", "model/vehicle-file"),
         ("firmware", "firmware"),
         ("hil-sim", "hil-sim"),

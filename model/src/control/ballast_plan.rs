@@ -40,7 +40,7 @@ impl Gentleness {
     pub fn new(vehicle: &Vehicle<f32>) -> Option<Self> {
         vehicle.spar_gains()?;
         let SparCoefficients { m2, m3, k1, k2, .. } = vehicle.camera()?.coefficients();
-        let pendulum = libm::sqrtf((m2 + m3) / k2);
+        let pendulum = square_root::sqrtf((m2 + m3) / k2);
         Some(Self {
             acceleration_g: 0.5 * k2 / (k1 + k2),
             smoothing_s: 2.0 * pendulum * vehicle.spar_scales()?.time_s,
@@ -92,7 +92,7 @@ impl BallastPlan {
             turned: coefficients.m2 + rotor,
             bearing_damping: camera.zeta,
             back_emf: camera.xi,
-            damping: 2.0 * DAMPING * libm::sqrtf(coefficients.k2 / (coefficients.m2 + coefficients.m3)),
+            damping: 2.0 * DAMPING * square_root::sqrtf(coefficients.k2 / (coefficients.m2 + coefficients.m3)),
             tick: dt_s / scales.time_s,
             seconds: scales.time_s,
             angle_rad: 0.0,

@@ -54,7 +54,7 @@ impl SupplyGuard {
         // P.
         let half_v = 0.5 * back_emf_v;
         let square = half_v * half_v - resistance_ohm * return_max_w;
-        let aside_v = libm::sqrtf(square.bounded(0.0, f32::MAX));
+        let aside_v = square_root::sqrtf(square.bounded(0.0, f32::MAX));
         if back_emf_v < 0.0 {
             half_v - aside_v
         } else {
@@ -150,7 +150,7 @@ mod tests {
                         let back_w = 2.0 * returned_w(voltage_v, rate_rad_s);
                         let half = 0.5 * 27.5;
                         let square = half * half + resistance_ohm * back_w;
-                        half + libm::sqrtf(square.bounded(0.0, f32::MAX))
+                        half + square_root::sqrtf(square.bounded(0.0, f32::MAX))
                     };
                     // The filter of the voltage measurement, 5 ms.
                     filtered_v += 0.18 * (battery_v - filtered_v);

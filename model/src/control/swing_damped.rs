@@ -181,7 +181,7 @@ mod tests {
             let mut unlimited = SwingDampedLaw::new(&reference(), 0.001);
             let mut input = SpeedInput {
                 target_m_s, phi_rad, phi_sin_cos: libm::sincosf(phi_rad), theta_rate_rad_s, phi_rate_rad_s,
-                slope_sin_cos: (sin_slope, libm::sqrtf(1.0 - sin_slope * sin_slope)), slope_turn_per_s: 0.0, turns: false,
+                slope_sin_cos: (sin_slope, square_root::sqrtf(1.0 - sin_slope * sin_slope)), slope_turn_per_s: 0.0, turns: false,
                 distance_m: 0.0, sliding_over_m_s: None, voltage_max_v: 1e6,
             };
             for _ in 1..ticks {

@@ -56,7 +56,7 @@ impl TurningGrip {
         let mu = control.grip_mu;
         let along = (control.acceleration_max_m_s2 / G).bounded(0.0, ACCELERATION_SHARE * mu);
         Self {
-            mu: libm::sqrtf(mu * mu - along * along).bounded(0.0, TURN_SHARE * mu),
+            mu: square_root::sqrtf(mu * mu - along * along).bounded(0.0, TURN_SHARE * mu),
             steep: STEEP_MIN,
         }
     }
@@ -120,7 +120,7 @@ mod tests {
             }
             if yaw_rad_s != wanted_rad_s {
                 let along_share = ((acceleration_m_s2 / G) / grip_mu).min(ACCELERATION_SHARE);
-                let share = libm::sqrtf(1.0 - along_share * along_share).min(TURN_SHARE);
+                let share = square_root::sqrtf(1.0 - along_share * along_share).min(TURN_SHARE);
                 prop_assert!(across_g.abs() >= share * held_g - steep.max(STEEP_MIN) - 0.01 * grip_mu, "{across_g}");
                 prop_assert!(across_g.abs() >= LATERAL_MIN_G - 1e-4);
             }

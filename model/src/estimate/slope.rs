@@ -108,7 +108,7 @@ impl SlopeEstimator {
 
     fn set(&mut self, sin: f32) {
         self.sin = sin;
-        self.cos = libm::sqrtf(1.0 - sin * sin);
+        self.cos = square_root::sqrtf(1.0 - sin * sin);
     }
 
     /// Sine of the slope.

@@ -20,14 +20,14 @@ const HEAT_FAULTS: FaultSet = FaultSet::EMPTY.with(Fault::DriveMotorHot).with(Fa
 #[cold]
 pub(super) fn blockers_of(faults: FaultSet) -> BlockerSet {
     let mut blockers = BlockerSet::EMPTY;
-    blockers.set(Blocker::EmergencyStop, faults.contains(Fault::EmergencyStop));
-    blockers.set(Blocker::BridgeBreak, faults.contains(Fault::BridgeBreak));
-    blockers.set(Blocker::Imu, faults.has_any(ARM_IMU_FAULTS));
-    blockers.set(Blocker::Encoder, faults.has_any(ENCODER_FAULTS));
-    blockers.set(Blocker::Analog, faults.has_any(ANALOG_FAULTS));
-    blockers.set(Blocker::Battery, faults.has_any(BATTERY_FAULTS));
-    blockers.set(Blocker::NoCommand, faults.contains(Fault::CommandTimeout));
-    blockers.set(Blocker::StopContacts, faults.contains(Fault::StopContacts));
-    blockers.set(Blocker::MotorHot, faults.has_any(HEAT_FAULTS));
+    blockers.insert_if(Blocker::EmergencyStop, faults.contains(Fault::EmergencyStop));
+    blockers.insert_if(Blocker::BridgeBreak, faults.contains(Fault::BridgeBreak));
+    blockers.insert_if(Blocker::Imu, faults.has_any(ARM_IMU_FAULTS));
+    blockers.insert_if(Blocker::Encoder, faults.has_any(ENCODER_FAULTS));
+    blockers.insert_if(Blocker::Analog, faults.has_any(ANALOG_FAULTS));
+    blockers.insert_if(Blocker::Battery, faults.has_any(BATTERY_FAULTS));
+    blockers.insert_if(Blocker::NoCommand, faults.contains(Fault::CommandTimeout));
+    blockers.insert_if(Blocker::StopContacts, faults.contains(Fault::StopContacts));
+    blockers.insert_if(Blocker::MotorHot, faults.has_any(HEAT_FAULTS));
     blockers
 }

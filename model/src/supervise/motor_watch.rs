@@ -16,8 +16,8 @@ use crate::vehicle::MotorParameters;
 /// The readings of a motor in one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorReading {
-    /// The encoder's count.
-    pub count: i64,
+    /// The encoder's count, which wraps.
+    pub count: i32,
     /// Voltage applied since the last tick, V; `None` while the bridge is open.
     pub applied_v: Option<f32>,
     /// The measured current, A, halfway between the last tick and this tick.
@@ -61,10 +61,11 @@ enum CurrentResponse {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MotorWatch {
     limits: MotorLimits,
-    current_limit_a: f32,
+    /// Least current that the voltage should drive for its absence to mean an open lead, A.
+    open_from_a: f32,
     rad_s_per_v: f32,
-    jump_counts: u64,
-    last_count: Option<i64>,
+    jump_counts: u32,
+    last_count: Option<i32>,
     follower: Follower,
     open_ticks: u16,
     offset_a: LowPass,
@@ -89,7 +90,7 @@ const RESIDUAL_TICKS: u16 = 250;
 /// dead line of two. A thousand edges are then missing.
 const SILENT_V: f32 = 0.1;
 const SILENT_RAD: f32 = 0.1;
-const SILENT_COUNTS: u64 = 4;
+const SILENT_COUNTS: u32 = 4;
 /// Largest current reading at an open bridge of a believable sensor, A: half a percent of a 60 A sensor's span.
 pub const OFFSET_MAX_A: f32 = 0.5;
 /// Ticks for which a bridge must have been open before its current must be 0, and the filter of that current.
@@ -105,12 +106,12 @@ const OPEN_TICKS: u16 = 100;
 
 impl MotorWatch {
     /// A watch for the motor with these parameters, whose encoder cannot move by more than `jump_counts` in a tick.
-    pub fn new(motor: &MotorParameters<f32>, jump_counts: i64) -> Self {
+    pub fn new(motor: &MotorParameters<f32>, jump_counts: u32) -> Self {
         Self {
             limits: MotorLimits::new(motor),
-            current_limit_a: motor.current_limit_a,
+            open_from_a: OPEN_SHARE * motor.current_limit_a,
             rad_s_per_v: 1.0 / (motor.back_emf_constant_v_s_per_rad * motor.gear_ratio),
-            jump_counts: jump_counts.unsigned_abs(),
+            jump_counts,
             last_count: None,
             follower: Follower::new(motor),
             open_ticks: 0,
@@ -149,7 +150,27 @@ impl MotorWatch {
             };
         };
         let answer = self.follower.update(voltage_v, current_a);
-        let residual_v = self.limits.residual_v(voltage_v, current_a, rate_rad_s);
+        // If the current does not respond, the encoder is not the cause.
+        let contradicts = answer != CurrentResponse::Dead && self.contradicts_encoder(voltage_v, current_a, rate_rad_s);
+        let turned_rad = self.certainly_turned_rad(voltage_v, current_a);
+        let silent = self.silent.update(count, turned_rad, answer);
+        let open = answer != CurrentResponse::Follows && self.lacks_current(voltage_v, current_a, rate_rad_s);
+        MotorHealth {
+            encoder: self.contradicted.update(contradicts) || silent || jumped,
+            current_sensor: self.dead.update(answer == CurrentResponse::Dead),
+            current_offset,
+            open: self.open.update(open),
+        }
+    }
+
+    /// Whether the rate that the encoder shows contradicts voltage and current.
+    #[inline]
+    fn contradicts_encoder(&self, voltage_v: f32, current_a: f32, rate_rad_s: f32) -> bool {
+        let residual_v = self.limits.residual_v(voltage_v, current_a, rate_rad_s).abs();
+        if residual_v <= RESIDUAL_V {
+            // This is nearly always the case; the other allowances only add to the limit.
+            return false;
+        }
         let drop_v = self.limits.drop_v(current_a);
         // The larger of the two back-EMFs: from the encoder, and from voltage and current.
         let back_emf_v = self.limits.back_emf_v(rate_rad_s).abs();
@@ -159,21 +180,23 @@ impl MotorWatch {
         } else {
             back_emf_v
         };
-        let allowed_v = RESIDUAL_V + RESIDUAL_SHARE * drop_v.abs() + BACK_EMF_SHARE * back_emf_v;
-        // If the current does not respond, the encoder is not the cause.
-        let contradicts = residual_v.abs() > allowed_v && answer != CurrentResponse::Dead;
-        let surely_v = expected_v - SILENT_V - RESIDUAL_SHARE * drop_v.abs();
-        let silent = self.silent.update(count, surely_v * self.rad_s_per_v * TICK_S, answer);
+        residual_v > RESIDUAL_V + RESIDUAL_SHARE * drop_v.abs() + BACK_EMF_SHARE * back_emf_v
+    }
+
+    /// The angle by which the motor certainly turned in one tick, according to voltage and current, rad at the output; 0 or
+    /// less if they do not show it.
+    #[inline]
+    fn certainly_turned_rad(&self, voltage_v: f32, current_a: f32) -> f32 {
+        let drop_v = self.limits.drop_v(current_a);
+        let certain_v = (voltage_v - drop_v).abs() - SILENT_V - RESIDUAL_SHARE * drop_v.abs();
+        certain_v * self.rad_s_per_v * TICK_S
+    }
+
+    /// Whether the voltage should drive a large current but hardly any current flows.
+    #[inline]
+    fn lacks_current(&self, voltage_v: f32, current_a: f32, rate_rad_s: f32) -> bool {
         let driving_a = self.limits.current_a(voltage_v, rate_rad_s).abs();
-        let open = driving_a > OPEN_SHARE * self.current_limit_a
-            && current_a.abs() < OPEN_CURRENT_SHARE * driving_a
-            && answer != CurrentResponse::Follows;
-        MotorHealth {
-            encoder: self.contradicted.update(contradicts) || silent || jumped,
-            current_sensor: self.dead.update(answer == CurrentResponse::Dead),
-            current_offset,
-            open: self.open.update(open),
-        }
+        driving_a > self.open_from_a && current_a.abs() < OPEN_CURRENT_SHARE * driving_a
     }
 
     /// Whether the sensor showed a current while the bridge was last open for some time.
@@ -198,7 +221,7 @@ impl MotorWatch {
 /// that is closed through a dead encoder swings.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Silence {
-    count: i64,
+    count: i32,
     ticks: u16,
     turned_rad: f32,
 }
@@ -206,17 +229,17 @@ struct Silence {
 impl Silence {
     /// Updates the angle with one tick in which the motor certainly turned by `turned_rad`, if that is positive. Returns
     /// whether the encoder is dead. Voltage and current show the rate only while the current responds.
-    fn update(&mut self, count: i64, turned_rad: f32, answer: CurrentResponse) -> bool {
+    fn update(&mut self, count: i32, turned_rad: f32, answer: CurrentResponse) -> bool {
         if count.wrapping_sub(self.count).unsigned_abs() > SILENT_COUNTS {
             *self = Self {
                 count,
                 ..Self::default()
             };
-        } else {
-            self.ticks = self.ticks.saturating_add(1);
-            if turned_rad > 0.0 && answer == CurrentResponse::Follows {
-                self.turned_rad += turned_rad;
-            }
+            return false;
+        }
+        self.ticks = self.ticks.saturating_add(1);
+        if turned_rad > 0.0 && answer == CurrentResponse::Follows {
+            self.turned_rad += turned_rad;
         }
         self.ticks >= RESIDUAL_TICKS && self.turned_rad > SILENT_RAD
     }
@@ -294,7 +317,12 @@ impl Follower {
         if self.ticks < DIFFERENCE_TICKS {
             self.ticks += 1;
         } else {
-            let [model, measured] = changes.map(|change| change.bounded(-CHANGE_MAX_A, CHANGE_MAX_A));
+            let [model, measured] = if changes.iter().all(|change| change.abs() <= CHANGE_MAX_A) {
+                // This is nearly always the case.
+                changes
+            } else {
+                changes.map(|change| change.bounded(-CHANGE_MAX_A, CHANGE_MAX_A))
+            };
             self.power = SUM_KEPT * self.power + model * model;
             self.common = SUM_KEPT * self.common + model * measured;
             self.measured_power = SUM_KEPT * self.measured_power + measured * measured;

@@ -93,9 +93,9 @@ pub struct Supervisor {
 
 /// Number of counts that an encoder cannot move within one tick: twice the no-load speed at the highest supply, plus a
 /// margin.
-fn jump_counts(motor: &MotorParameters<f32>, supply_max_v: f32) -> i64 {
+fn jump_counts(motor: &MotorParameters<f32>, supply_max_v: f32) -> u32 {
     let turns_per_s = supply_max_v / motor.back_emf_constant_v_s_per_rad / (2.0 * core::f32::consts::PI);
-    i64::from((2.0 * turns_per_s * motor.encoder_counts_per_rev * TICK_S) as i32) + 16
+    ((2.0 * turns_per_s * motor.encoder_counts_per_rev * TICK_S) as u32).saturating_add(16)
 }
 
 /// Time after which the supervisor gives up a controlled stop, in ticks.
@@ -240,7 +240,6 @@ impl Supervisor {
 
     /// The faults whose cause is present in this tick.
     fn faults(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command, applied: Actuation) -> FaultSet {
-        let limits = self.thresholds;
         let mut faults = FaultSet::EMPTY;
 
         let gap_us = self.last_time_us.map_or(0, |last| sensed.time_us.saturating_sub(last));
@@ -248,39 +247,49 @@ impl Supervisor {
         if gap_us > LATE_US {
             self.late_ticks = self.late_ticks.wrapping_add(1);
         }
-        faults.set(Fault::DeadlineMissed, gap_us > MISSED_US);
+        faults.insert_if(Fault::DeadlineMissed, gap_us > MISSED_US);
 
-        faults.set(Fault::EmergencyStop, sensed.emergency_stop);
-        faults.set(Fault::BridgeBreak, sensed.bridge_break);
+        faults.insert_if(Fault::EmergencyStop, sensed.emergency_stop);
+        faults.insert_if(Fault::BridgeBreak, sensed.bridge_break);
         // The finding is kept, because a contact that does not open shows only while somebody presses the stop.
         self.contacts_disagreed |= self.contacts_differ.update(sensed.emergency_stop != sensed.break_input);
-        faults.set(Fault::StopContacts, self.contacts_disagreed);
+        faults.insert_if(Fault::StopContacts, self.contacts_disagreed);
 
         let arm = self.arm_watch.update(&sensed.arm_imu);
-        faults.set(Fault::ImuStale, arm == ImuHealth::Stale);
-        faults.set(
+        faults.insert_if(Fault::ImuStale, arm == ImuHealth::Stale);
+        faults.insert_if(
             Fault::ImuImplausible,
             arm == ImuHealth::Implausible || estimate.contradicted,
         );
         if let Some(watch) = &mut self.spar_watch {
             let good = watch.update(&sensed.spar_imu) == ImuHealth::Good;
-            faults.set(Fault::SparImu, !good || estimate.spar_contradicted);
-            faults.set(Fault::SparAngle, estimate.spar_rad.abs() > limits.spar_max_rad);
+            faults.insert_if(Fault::SparImu, !good || estimate.spar_contradicted);
+            faults.insert_if(Fault::SparAngle, estimate.spar_rad.abs() > self.thresholds.spar_max_rad);
         }
 
-        faults.set(Fault::EncoderStale, sensed.encoder_age_us > limits.sensor_timeout_us);
+        faults.insert_if(
+            Fault::EncoderStale,
+            sensed.encoder_age_us > self.thresholds.sensor_timeout_us,
+        );
         faults = faults.union(self.motors(sensed, applied));
-        let low = self.battery_low.update(sensed.battery_v < limits.battery_min_v);
-        faults.set(Fault::BatteryLow, low);
-        let high = self.battery_high.update(sensed.battery_v > limits.battery_max_v);
-        faults.set(Fault::BatteryHigh, high);
-        faults.set(Fault::AnalogStale, sensed.analog_age_us > limits.sensor_timeout_us);
+        let low = self
+            .battery_low
+            .update(sensed.battery_v < self.thresholds.battery_min_v);
+        faults.insert_if(Fault::BatteryLow, low);
+        let high = self
+            .battery_high
+            .update(sensed.battery_v > self.thresholds.battery_max_v);
+        faults.insert_if(Fault::BatteryHigh, high);
+        faults.insert_if(
+            Fault::AnalogStale,
+            sensed.analog_age_us > self.thresholds.sensor_timeout_us,
+        );
 
-        faults.set(Fault::ArmAngle, estimate.phi_rad.abs() > limits.phi_max_rad);
-        faults.set(Fault::NotFinite, !estimate.is_finite());
-        faults.set(
+        faults.insert_if(Fault::ArmAngle, estimate.phi_rad.abs() > self.thresholds.phi_max_rad);
+        faults.insert_if(Fault::NotFinite, !estimate.is_finite());
+        faults.insert_if(
             Fault::CommandTimeout,
-            !command.drive.is_finite() || command.age_us > limits.command_timeout_us,
+            !command.drive.is_finite() || command.age_us > self.thresholds.command_timeout_us,
         );
         faults
     }
@@ -308,25 +317,25 @@ impl Supervisor {
             return faults;
         }
         let [left_guard, right_guard, ballast_guard] = &self.motor_guards;
-        faults.set(Fault::EncoderImplausible, left.encoder || right.encoder);
-        faults.set(Fault::Overcurrent, over);
-        faults.set(Fault::LeftMotorOpen, left.open);
-        faults.set(Fault::RightMotorOpen, right.open);
-        faults.set(Fault::CurrentSensor, left.current_sensor || right.current_sensor);
-        faults.set(
+        faults.insert_if(Fault::EncoderImplausible, left.encoder || right.encoder);
+        faults.insert_if(Fault::Overcurrent, over);
+        faults.insert_if(Fault::LeftMotorOpen, left.open);
+        faults.insert_if(Fault::RightMotorOpen, right.open);
+        faults.insert_if(Fault::CurrentSensor, left.current_sensor || right.current_sensor);
+        faults.insert_if(
             Fault::DriveMotorHot,
             left_guard.winding_is_overheated() || right_guard.winding_is_overheated(),
         );
-        faults.set(
+        faults.insert_if(
             Fault::DriveBridgeHot,
             left_guard.bridge_is_overheated() || right_guard.bridge_is_overheated(),
         );
-        faults.set(Fault::BallastEncoder, ballast.encoder);
-        faults.set(Fault::BallastOvercurrent, ballast_over);
-        faults.set(Fault::BallastMotorOpen, ballast.open);
-        faults.set(Fault::BallastMotorHot, ballast_guard.winding_is_overheated());
-        faults.set(Fault::BallastBridgeHot, ballast_guard.bridge_is_overheated());
-        faults.set(
+        faults.insert_if(Fault::BallastEncoder, ballast.encoder);
+        faults.insert_if(Fault::BallastOvercurrent, ballast_over);
+        faults.insert_if(Fault::BallastMotorOpen, ballast.open);
+        faults.insert_if(Fault::BallastMotorHot, ballast_guard.winding_is_overheated());
+        faults.insert_if(Fault::BallastBridgeHot, ballast_guard.bridge_is_overheated());
+        faults.insert_if(
             Fault::BallastCurrentSensor,
             ballast.current_sensor || ballast.current_offset,
         );
@@ -347,7 +356,7 @@ impl Supervisor {
             self.motor_guards[i].update(sensed.current_a[i]);
         }
         self.motor_watches[i].update(&MotorReading {
-            count: sensed.encoder_counts[i],
+            count: sensed.encoder_counts[i] as i32,
             // The ballast motor's idle bridge holds 0 V, which is as good a test as any other voltage.
             applied_v: applied.enable.then(|| voltage(applied.duty[i], sensed.supply_v)),
             current_a: sensed.current_a[i],
@@ -362,14 +371,14 @@ impl Supervisor {
         } else {
             blockers_of(faults)
         };
-        blockers.set(Blocker::NotCalibrated, !estimate.calibrated);
-        blockers.set(Blocker::NotAtRest, !estimate.at_rest);
+        blockers.insert_if(Blocker::NotCalibrated, !estimate.calibrated);
+        blockers.insert_if(Blocker::NotAtRest, !estimate.at_rest);
         // Written so that a NaN in phi blocks.
         let upright = estimate.phi_rad.abs() < 0.5 * self.thresholds.phi_max_rad;
-        blockers.set(Blocker::ArmAngle, !upright);
-        blockers.set(Blocker::CommandNotNeutral, !command.drive.is_neutral());
-        blockers.set(Blocker::Parameters, command.parameters_pending);
-        blockers.set(Blocker::CurrentSensor, self.current_offset);
+        blockers.insert_if(Blocker::ArmAngle, !upright);
+        blockers.insert_if(Blocker::CommandNotNeutral, !command.drive.is_neutral());
+        blockers.insert_if(Blocker::Parameters, command.parameters_pending);
+        blockers.insert_if(Blocker::CurrentSensor, self.current_offset);
         blockers
     }
 }

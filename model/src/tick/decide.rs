@@ -162,14 +162,14 @@ impl Laws {
         let level = self.level(estimate, &input, supply_v);
         let probe_v = self.probe_v();
         let mut limits = LimitSet::EMPTY;
-        limits.set(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);
+        limits.insert_if(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);
         let behind_m_s = (self.speed.reference_m_s() - wanted.speed_m_s).abs();
-        limits.set(Limit::SlopeLimit, self.speed.slope_limited());
+        limits.insert_if(Limit::SlopeLimit, self.speed.slope_limited());
         let behind_rad_s = (self.steering.reference_rad_s() - wanted.yaw_rate_rad_s).abs();
         let behind = behind_m_s > REFERENCE_REACHED_M_S || behind_rad_s > REFERENCE_REACHED_RAD_S;
-        limits.set(Limit::Reference, behind);
-        limits.set(Limit::Stall, estimate.stalled);
-        limits.set(Limit::Slip, estimate.sliding);
+        limits.insert_if(Limit::Reference, behind);
+        limits.insert_if(Limit::Stall, estimate.stalled);
+        limits.insert_if(Limit::Slip, estimate.sliding);
         Wish {
             limits,
             voltage_v: [

@@ -124,6 +124,10 @@ fn no_soft_float_is_linked() {
         .filter(|(name, ..)| !allowed.contains(&name.as_str()))
         .collect();
     assert!(left.is_empty(), "{left:?}");
+    let roots = firmware()
+        .functions(|name| name.contains("sqrtf"))
+        .expect("the ELF has symbols");
+    assert!(roots.is_empty(), "the part has an instruction for that: {roots:?}");
 }
 
 #[test]

@@ -179,7 +179,7 @@ impl Obstacle {
         if turned || !(-RETREAT_M..PROGRESS_M).contains(&advance_m) {
             self.direction = direction;
             self.time = 0.0;
-            self.start = told.lag + libm::sqrtf(4.0 * PROGRESS_M / (length_m * told.acceleration));
+            self.start = told.lag + square_root::sqrtf(4.0 * PROGRESS_M / (length_m * told.acceleration));
             self.furthest_m = told.distance_m;
             return;
         }

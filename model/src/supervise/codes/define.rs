@@ -77,6 +77,14 @@ macro_rules! codes {
                 Self(self.0 | code.bit())
             }
 
+            /// Adds a code if `present`.
+            #[inline]
+            pub fn insert_if(&mut self, code: $code, present: bool) {
+                if present {
+                    self.insert(code);
+                }
+            }
+
             /// Adds a code if `present`, else removes it.
             pub fn set(&mut self, code: $code, present: bool) {
                 if present { self.0 |= code.bit() } else { self.0 &= !code.bit() }

@@ -75,7 +75,7 @@ impl Bench {
             };
         let rad_per_count = 2.0 * core::f32::consts::PI / (self.motor.encoder_counts_per_rev * self.motor.gear_ratio);
         self.watch.update(&MotorReading {
-            count: (self.turned_rad / rad_per_count) as i64,
+            count: (self.turned_rad / rad_per_count) as i32,
             applied_v: Some(voltage_v),
             current_a: measured_a,
             rate_rad_s: shown_rad_s,
@@ -224,7 +224,7 @@ fn an_encoder_is_silent_once_the_motor_has_surely_turned() {
         let mut silence = Silence::default();
         // One of the two lines is dead: the count goes to and fro.
         let found = (1..=1000).find(|tick| silence.update(tick % 2, turned_rad, answer));
-        let near = |ticks: i64| found.is_some_and(|found| (found - ticks).abs() <= 2);
+        let near = |ticks: i32| found.is_some_and(|found| (found - ticks).abs() <= 2);
         assert!(
             after_ticks.map_or(found.is_none(), near),
             "{turned_rad} {answer:?}: {found:?}"

@@ -50,7 +50,7 @@ proptest! {
         let mut law = LandingLaw::new(&reference(), 0.001);
         let mut input = SpeedInput {
             target_m_s, phi_rad, phi_sin_cos: libm::sincosf(phi_rad), theta_rate_rad_s, phi_rate_rad_s,
-            slope_sin_cos: (sin_slope, libm::sqrtf(1.0 - sin_slope * sin_slope)), slope_turn_per_s: 0.0, turns: false,
+            slope_sin_cos: (sin_slope, square_root::sqrtf(1.0 - sin_slope * sin_slope)), slope_turn_per_s: 0.0, turns: false,
             distance_m: 0.0, sliding_over_m_s: None, voltage_max_v: 1e6,
         };
         for _ in 1..ticks {
@@ -73,7 +73,7 @@ fn at_rest(sin_slope: f32, target_m_s: f32) -> SpeedInput {
         phi_sin_cos: (0.0, 1.0),
         theta_rate_rad_s: 0.0,
         phi_rate_rad_s: 0.0,
-        slope_sin_cos: (sin_slope, libm::sqrtf(1.0 - sin_slope * sin_slope)),
+        slope_sin_cos: (sin_slope, square_root::sqrtf(1.0 - sin_slope * sin_slope)),
         slope_turn_per_s: 0.0,
         turns: false,
         distance_m: 0.0,

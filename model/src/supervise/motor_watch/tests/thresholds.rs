@@ -32,8 +32,8 @@ fn first(
 #[test]
 fn an_encoder_jumps_beyond_its_largest_advance_whatever_the_bridge_does() {
     for applied_v in [None, Some(0.0)] {
-        for (moved, jumps) in [(1000_i64, false), (1001, true), (-1000, false), (-1001, true)] {
-            for start in [0, i64::MAX - 500, i64::MIN + 500] {
+        for (moved, jumps) in [(1000_i32, false), (1001, true), (-1000, false), (-1001, true)] {
+            for start in [0, i32::MAX - 500, i32::MIN + 500] {
                 let mut watch = watch();
                 let mut reading = MotorReading {
                     count: start,
@@ -294,7 +294,7 @@ fn a_stuck_encoder_is_found_by_the_way_that_the_motor_has_surely_gone() {
 /// Five counts away the encoder has moved on, four it has not: one of its two lines may be dead.
 #[test]
 fn an_encoder_moves_on_by_more_than_four_counts() {
-    for place in [0, 70_000, -70_000, i64::MAX] {
+    for place in [0, 70_000, -70_000, i32::MAX] {
         for (counts, silent) in [(4, true), (-4, true), (5, false), (-5, false)] {
             let mut silence = Silence::default();
             let found = (1..=1000).any(|tick| {
