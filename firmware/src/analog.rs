@@ -10,19 +10,18 @@ use crate::hardware::AnalogInputs;
 use crate::ticks::between_ticks;
 use crate::topics::Topics;
 
-/// Longest time that a reading may take: four periods of the bridges' PWM, of which it waits for one at most.
+/// Longest time that a reading may take: four periods of the bridges' PWM. The reading waits for at most one of them.
 const READING: Duration = Duration::from_micros(200);
 
-/// Reads the inputs halfway between the ticks and publishes the readings. A tick therefore finds the reading of half
-/// a tick ago, whichever of the tasks runs first: by then the currents have settled to the voltages of the tick
-/// before, as the electrical time constant is a quarter of a tick. The stamp is the time at which the reading was asked for:
-/// a board that waits for its PWM samples up to a period later, so that the reported age is at most that much too
-/// large.
+/// Reads the inputs halfway between the ticks and publishes the readings. A tick therefore finds the reading of half a
+/// tick ago, whichever task runs first. At the time of the reading the currents have settled to the previous tick's
+/// voltages, because the electrical time constant is a quarter of a tick. The stamp is the time of the request. A board
+/// that waits for its PWM samples up to one period later, so the reported age is too large by at most one period.
 ///
 /// `supply_is_low` reads the board's own supply: the blocker PartSupply follows it.
 ///
-/// After a failed reading, or one that did not come, the last good one stays published and grows stale: a current that is
-/// older than the vehicle's `sensor_timeout_s` stops an armed vehicle and keeps a disarmed one from arming.
+/// After a failed or missing reading the last good reading stays published and becomes stale: a current that is older
+/// than the vehicle's `sensor_timeout_s` stops an armed vehicle and keeps a disarmed vehicle from arming.
 pub async fn run<M: RawMutex>(
     topics: &Topics<M>,
     mut inputs: impl AnalogInputs,

@@ -1,4 +1,4 @@
-//! Keeps the vehicle from arming while something is stored.
+//! Keeps the vehicle from arming while a task stores data.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, Timer};
@@ -13,13 +13,14 @@ const BLOCK_TIMEOUT: Duration = Duration::from_millis(20);
 /// Whether the vehicle is kept from arming.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Withheld {
-    /// It is disarmed, and cannot be armed before the caller lets it.
+    /// The vehicle is disarmed and cannot be armed before the caller allows it.
     Yes,
-    /// It is armed, or makes a controlled stop, or no tick came in time.
+    /// The vehicle is armed or makes a controlled stop, or no tick came in time.
     No,
 }
 
-/// Has `raise` raise `blocker`, and waits for the first tick after that. The caller lowers the blocker again in either case.
+/// Raises `blocker` through `raise`, and waits for the first tick after that. The caller lowers
+/// the blocker again in either case.
 pub async fn withhold<M: RawMutex>(topics: &Topics<M>, blocker: Blocker, raise: impl FnOnce()) -> Withheld {
     let since = Instant::now();
     raise();

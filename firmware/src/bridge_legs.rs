@@ -1,20 +1,20 @@
-//! How a bridge of two inputs makes a mean voltage: drive and brake in turn, never open.
+//! How a bridge with two inputs produces a mean voltage: it alternates between drive and brake and is never open.
 //!
 //! A driver with inputs IN1 and IN2 drives forward at high and low, in reverse at low and high, brakes (zero volts across
-//! the motor) at both high, and is open at both low. For a duty the input that says the direction stays high throughout the
-//! period, and the other input is low for the driven share only: the motor sees the supply in one direction, or zero
-//! volts. At zero duty both inputs are high throughout. The two are never low together: that is the state of a vehicle
-//! that is not armed.
+//! the motor) at both high, and is open at both low. For a duty, the input of the driven direction stays high throughout
+//! the period, and the other input is low only for the driven share: the motor gets the supply in one direction, or zero
+//! volts. At zero duty both inputs are high throughout the period. The two inputs are never low together, because that is
+//! the state of a disarmed vehicle.
 //!
-//! The timers count up and down: the driven share lies around the counter's top, the brake around its zero. The current
-//! crosses its mean in the middle of either, and the edges are never nearer to the middle of the brake than 3 % of the
-//! period, 1.5 us: there the converter samples left and right. The ballast's sample ends 1.59 us after the middle, beyond that
-//! edge at the longest duty alone.
+//! The timers count up and down: the driving interval is centred on the counter's top, the braking interval on its zero.
+//! The current crosses its mean in the middle of each interval. No edge is nearer to the middle of the braking interval
+//! than 3 % of the period, 1.5 us; the converter samples the left and the right current there. The ballast's sample ends
+//! 1.59 us after the middle, which is beyond the edge only at the largest duty.
 
 use model::board::DUTY_MAX_PERCENT;
 
-/// Timer counts, of the half of a period in which the timer counts up, for which each input of a bridge is high: the first
-/// ones. The other half is its mirror image.
+/// Number of timer counts for which each input of a bridge is high, from the start of the half period in which the timer
+/// counts up. The other half is the mirror image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LegCounts {
     /// IN1: high drives forward.
@@ -23,11 +23,11 @@ pub struct LegCounts {
     pub in2: u16,
 }
 
-/// Counts for a duty, in units of the full scale of [`model::sample::Actuation::duty`], in half a period of so many counts.
-/// Beyond [`DUTY_MAX_PERCENT`] the bridge gives no more; below it a duty is that share of the supply, within a count in
-/// half a period of 16,000 counts or fewer.
-// A shift in place of the division by 2^15 - 1, and inlined although the firmware is compiled for size: each tick does this
-// three times.
+/// The counts for a duty, in units of the full scale of [`model::sample::Actuation::duty`], for a half period of `half`
+/// counts. The bridge limits the duty to [`DUTY_MAX_PERCENT`]. Below this limit the mean voltage is the duty's share of
+/// the supply, within one count for half periods of up to 16,000 counts.
+// A shift replaces the division by 2^15 - 1, and the function is inlined although the firmware is compiled for size,
+// because each tick calls it three times.
 #[inline(always)]
 #[must_use]
 pub fn leg_counts(duty: i16, half_counts: u16) -> LegCounts {
@@ -37,7 +37,7 @@ pub fn leg_counts(duty: i16, half_counts: u16) -> LegCounts {
     let rounding = 1 << (FULL_SCALE_BITS - 1);
     let driven = ((i32::from(duty) * all + rounding) >> FULL_SCALE_BITS).clamp(-most, most);
     LegCounts {
-        // Within 0 to all counts, which are a u16.
+        // The result lies between 0 and the number of counts, which is a u16.
         in1: (all + driven.min(0)) as u16,
         in2: (all - driven.max(0)) as u16,
     }
@@ -49,8 +49,8 @@ mod tests {
 
     use super::*;
 
-    /// Counts of half a period for which the bridge drives forward, drives in reverse, brakes and is open, counted one by
-    /// one from the driver's table.
+    /// Numbers of counts of half a period in which the bridge drives forward, drives in reverse, brakes and is open,
+    /// counted one by one from the driver's table.
     fn states(counts: LegCounts, half: u16) -> [i32; 4] {
         let mut states = [0; 4];
         for count in 0..half {
@@ -66,8 +66,9 @@ mod tests {
     }
 
     proptest! {
-        /// Every duty, the undefined ones too: the mean voltage is the duty's share of the supply within one count, up to
-        /// the largest duty, and the bridge is never open. Both boards' half periods, and others.
+        /// For every duty, including undefined duties, the mean voltage is the duty's share of the supply within one
+        /// count, up to the largest duty, and the bridge is never open. The half periods are those of both boards and
+        /// others.
         #[test]
         fn a_duty_is_its_share_of_the_period(duty: i16, half in prop_oneof![Just(5_000_u16), Just(5_400), 100..=16_000_u16]) {
             let [forward, reverse, brake, open] = states(leg_counts(duty, half), half);

@@ -1,4 +1,4 @@
-//! Which tasks are alive: each critical task checks in, and the watchdog's task looks.
+//! Tracks which tasks are alive: each critical task checks in, and the watchdog's task checks them.
 
 use core::cell::Cell;
 
@@ -47,7 +47,7 @@ impl<M: RawMutex> Checkins<M> {
         }
     }
 
-    /// Notes that `task` is alive now.
+    /// Records that `task` is alive now.
     pub fn check_in(&self, task: Critical) {
         let now = Instant::now();
         self.last.lock(|cell| {

@@ -1,9 +1,9 @@
 //! The control task: once per tick it samples the sensors, takes one step of the vehicle's core, and drives the
 //! bridges.
 //!
-//! The age of every sample is a fact of this task, not of the order in which an executor polls: the encoders are read
-//! in the tick, the IMUs' samples are those of the tick, and the analogue reading is that of half a tick before
-//! ([`crate::analog`]).
+//! The age of every sample follows from this task's design and does not depend on the order in which an executor
+//! polls: the tick reads the encoders, waits for the IMUs' samples of the tick, and uses the analogue reading of half
+//! a tick before ([`crate::analog`]).
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Instant, with_timeout};
@@ -25,7 +25,7 @@ use crate::records::recorder::TickRecorder;
 use crate::ticks::{TICK, Ticks, tick_of};
 use crate::topics::{Topic, Topics};
 
-/// Longest time that a tick waits for its samples of the IMUs before it goes on without.
+/// Longest time that a tick waits for its IMU samples before it continues without them.
 const IMU_WAIT: Duration = Duration::from_micros(400);
 
 /// The hardware of the control task.
@@ -45,8 +45,8 @@ pub struct DriveHardware<N, B, E, C, R> {
     pub blockers: BlockerSet,
 }
 
-/// Runs the vehicle, tick after tick: `core` decides, `hardware` acts. The core stays where the caller keeps it: moved
-/// from future to future it would take kilobytes of stack.
+/// Runs the vehicle, tick after tick: `core` decides, `hardware` acts. The core stays in the caller's storage, because
+/// moving it from future to future would take kilobytes of stack.
 pub async fn run<M, N, B, E, C, R>(
     topics: &Topics<M>,
     core: &mut VehicleCore,
@@ -77,8 +77,8 @@ where
     let mut vehicle_ticks = Ticks::from_now();
     loop {
         vehicle_ticks.next().await;
-        // Reading the IMUs takes some tens of microseconds. If no sample comes in time, the tick goes on with
-        // the last sample, whose age the core judges.
+        // Reading the IMUs takes some tens of microseconds. If no sample comes in time, the tick uses the last sample,
+        // and the core checks its age.
         let _ = with_timeout(IMU_WAIT, imu_samples(topics, tick_of(Instant::now()))).await;
 
         let started = counter.cycles();
@@ -86,12 +86,12 @@ where
         let mode = core.mode();
         let orders = Orders::take(topics, mode);
         let request = orders.request();
-        // Only while disarmed: a break that trips in the very tick of the request must not be cleared unseen.
+        // Only while disarmed, because a break that trips in the tick of the request must not be cleared unseen.
         if request == Request::ClearFaults && core.mode() == Mode::Disarmed {
             bridges.clear_break();
         }
         tick = tick.wrapping_add(1);
-        // The tick's record from its begin on, so that nothing of it is copied.
+        // The record exists from the beginning of the tick, so none of its parts is copied.
         let mut record = FlightRecord {
             tick,
             sample: gather(
@@ -131,7 +131,7 @@ where
         }
         let faults = FaultSet::from_bits(output.status.faults.bits() & !latched.bits());
         if !faults.is_empty() {
-            // A history that has no room for more faults in one go loses the latest ones; the tick waits for nobody.
+            // If the channel to the fault history is full, the latest faults are lost, because the tick never waits.
             let _ = topics.new_faults.try_send(NewFaults {
                 time_us: record.sample.time_us,
                 mode,
@@ -155,8 +155,8 @@ where
     }
 }
 
-/// Waits for the IMUs' samples of the tick that began at `begin`: for the arm's in any case, for the spar's only if
-/// there was one in the tick before, so that a spar IMU that is dead or missing does not delay the drive.
+/// Waits for the IMUs' samples of the tick that began at `begin`. The function waits for the spar IMU only if it gave
+/// a sample in the previous tick, so a dead or missing spar IMU does not delay the drive.
 async fn imu_samples<M: RawMutex>(topics: &Topics<M>, begin: Instant) {
     let since = |topic: &Topic<M, ImuRaw>, from: u64| topic.latest().is_some_and(|sample| sample.at.as_ticks() >= from);
     let begin = begin.as_ticks();
@@ -166,14 +166,15 @@ async fn imu_samples<M: RawMutex>(topics: &Topics<M>, begin: Instant) {
     }
 }
 
-/// Makes `core` one for another vehicle. Not part of the tick's own frame: the new core takes kilobytes of stack.
+/// Replaces `core` by a core for another vehicle. Not inlined into the tick, because the new core takes kilobytes of
+/// stack.
 #[cold]
 #[inline(never)]
 fn change_vehicle(core: &mut VehicleCore, vehicle: &Vehicle<f32>) {
     *core = core.with_vehicle(vehicle);
 }
 
-/// What of a sample is on or off.
+/// The binary inputs of a sample.
 #[derive(Clone, Copy)]
 struct Switched {
     emergency_stop: bool,
@@ -182,7 +183,7 @@ struct Switched {
     board_blockers: u32,
 }
 
-/// The sample of this tick: the encoders' counts as they are now, and the latest of every other reading.
+/// The sample of this tick: the present encoder counts, and the latest of every other reading.
 fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, encoder_counts: [i64; MOTORS], switched: Switched) -> Sample {
     let Switched {
         emergency_stop,
@@ -210,7 +211,7 @@ fn gather<M: RawMutex>(topics: &Topics<M>, now: Instant, encoder_counts: [i64; M
     }
 }
 
-/// The command as it stands in this tick.
+/// The present command in this tick.
 fn command<M: RawMutex>(topics: &Topics<M>, now: Instant, request: Request) -> Command {
     let (drive, age_us) = topics.command.with_age(now);
     let parameters_pending = topics.parameters_pending.latest().is_some_and(|pending| pending.value);

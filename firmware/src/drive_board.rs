@@ -1,8 +1,8 @@
-//! Facts of the drive board, apart from its pins: one number for each fact. The board's own code, the boards that stand
-//! in for it on the host, and the host's tools read the numbers here. Nothing here needs the hardware.
+//! Facts of the drive board except its pins: one number for each fact. The board's own code, the virtual and the emulated
+//! board, and the host's tools read these numbers. This module needs no hardware.
 //!
-//! Each board has its facts in a folder of its own; a feature chooses the board that the firmware is built for. The host's
-//! tools and tests stand in for the first one.
+//! Each board has its facts in its own folder; a feature chooses the board for which the firmware is built. The host's
+//! tools and tests use the first board.
 
 use model::board::BoardScales;
 pub use model::board::DUTY_MAX_PERCENT;
@@ -31,17 +31,17 @@ pub use memory::FLASH_SECTOR_BYTES;
 pub const BOARD: u16 = memory::BOARD;
 /// Sectors of the place of an image that arrives over the link.
 pub const ARRIVED_SECTORS: usize = 2;
-/// Where the firmware's image begins in the part's memory.
+/// Address of the firmware's image in the part's memory.
 pub const IMAGE_START: u32 = FLASH_START + (memory::LOADER_SECTORS * FLASH_SECTOR_BYTES) as u32;
-/// What an image that this board can run is like. Its stack lies in the DTCM of either part, where `memory.x` puts it, or
-/// among the variables.
+/// Requirements on an image that this board can run. Its stack lies in the DTCM of either part, where `memory.x` puts it,
+/// or among the variables.
 pub const IMAGE_HOME: ImageHome = ImageHome {
     board: BOARD,
     start: IMAGE_START,
     stacks: [[0x2000_0000, 128 * 1024], [memory::RAM_START, memory::RAM_BYTES]],
 };
 
-// What arrives or is kept fits where it is to run, and the three places and the loader keep clear of each other.
+// The arrived and the kept image fit the place where an image runs, and the three places and the loader do not overlap.
 const _: () = {
     use nucleo_h743zi::SECTORS_PER_BANK;
     use nucleo_h743zi::memory::{ARRIVED_SECTOR, IMAGE_SECTORS, KEPT_SECTOR, LOADER_SECTORS};
@@ -51,7 +51,7 @@ const _: () = {
     assert!(KEPT_SECTOR + IMAGE_SECTORS + HISTORY_SECTORS + PARAMETER_SECTORS <= 2 * SECTORS_PER_BANK);
 };
 
-/// What the board's raw counts stand for.
+/// The scales of the board's raw counts.
 pub const SCALES: BoardScales = BoardScales {
     analog: analog::INPUTS.scales(),
     duty_max: DUTY_MAX_PERCENT as f32 / 100.0,
@@ -61,7 +61,7 @@ pub const SCALES: BoardScales = BoardScales {
 /// Rate of the host link, baud.
 pub const LINK_BAUD: u32 = 921_600;
 
-/// Sectors of the parameters' flash: the store needs one to move to while it keeps the other.
+/// Sectors of the parameters' flash: the store needs one sector to move to while it keeps the other.
 pub const PARAMETER_SECTORS: usize = 2;
 /// Sectors of the fault history's flash, in front of those of the parameters.
 pub const HISTORY_SECTORS: usize = 2;

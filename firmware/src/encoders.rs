@@ -21,7 +21,7 @@ pub struct CountExtender {
 }
 
 impl CountExtender {
-    /// Takes a reading of the counter; returns the counts since the first reading.
+    /// Processes a reading of the counter and returns the counts since the first reading.
     pub fn extend(&mut self, counter: u16) -> i64 {
         let moved = self.last.map_or(0, |last| counter.wrapping_sub(last).cast_signed());
         self.last = Some(counter);
@@ -30,8 +30,8 @@ impl CountExtender {
     }
 }
 
-/// The counters of every motor's encoder. The control task reads them in its own tick, so that the counts are as
-/// old as the tick's other facts by design, not by the order in which tasks run.
+/// The counters of every motor's encoder. The control task reads them in its own tick, so the age of the counts
+/// follows from the design and not from the order in which tasks run.
 #[derive(Debug)]
 pub struct Encoders<E> {
     counters: E,
@@ -47,7 +47,7 @@ impl<E: EncoderCounters> Encoders<E> {
         }
     }
 
-    /// The counts now, since the first reading.
+    /// The present counts since the first reading.
     pub fn counts(&mut self) -> [i64; MOTORS] {
         let mut counts = [0; MOTORS];
         let raw = self.counters.counts();

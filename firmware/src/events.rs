@@ -1,4 +1,4 @@
-//! The board's log for the link: what happened, as codes with arguments. Nothing is formatted on the board.
+//! The board's log for the link: events as codes with arguments. The board formats no text.
 
 use core::cell::RefCell;
 
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::hardware::{Place, ResetCause};
 
-/// Something that happened.
+/// An event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Event {
     /// The board started.
@@ -24,7 +24,7 @@ pub enum Event {
     Mode(Mode),
     /// The fault of this number was latched.
     Fault(u8),
-    /// A request to arm was refused: these block it.
+    /// A request to arm was refused because of these blockers.
     NotArmed(BlockerSet),
     /// A set of parameters was stored and is in force.
     SetStored,
@@ -32,15 +32,15 @@ pub enum Event {
     FlashFailed,
     /// An IMU was started.
     ImuStarted(Place),
-    /// An IMU gives no samples; it is restarted.
+    /// An IMU gives no samples and is restarted.
     ImuLost(Place),
-    /// An IMU did not start; it is tried again until it does.
+    /// An IMU did not start; the task keeps trying until it starts.
     ImuNotStarted(Place),
     /// The stored set is another firmware's and was read by name.
     SetMigrated {
-        /// Parameters that the set does not have: they are as built in.
+        /// Number of parameters that the set does not contain; they have their built-in values.
         defaults: u16,
-        /// Values of the set that belong to no parameter of this firmware.
+        /// Number of values that belong to no parameter of this firmware.
         dropped: u16,
     },
     /// The stored set cannot be believed: the built-in set is in force, and arming is blocked until a set is stored.
@@ -52,23 +52,23 @@ pub enum Event {
 /// One line of the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Line {
-    /// When, us since boot.
+    /// Time of the event, us since boot.
     pub time_us: u64,
-    /// What happened.
+    /// The event.
     pub event: Event,
 }
 
-/// Lines of one answer.
+/// Largest number of lines in one answer.
 const BLOCK_LINES: usize = 24;
-/// Lines that are kept.
+/// Largest number of lines that the board keeps.
 const LINES: usize = 128;
 
-/// Some lines of the log in a row.
+/// Some consecutive lines of the log.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct LogBlock {
-    /// Number of the first line since boot, from 0: lines before it that were asked for are lost.
+    /// Number of the first line since boot, from 0: requested lines before this line are lost.
     pub first: u32,
-    /// The lines; none if there are no newer ones.
+    /// The lines; empty if there are no newer lines.
     pub lines: heapless::Vec<Line, BLOCK_LINES>,
 }
 
@@ -86,7 +86,7 @@ pub struct Log<M: RawMutex> {
 }
 
 impl Kept {
-    /// Adds a line; the oldest one goes if there is no room.
+    /// Adds a line; drops the oldest line if there is no room.
     fn push(&mut self, line: Line) {
         if self.lines.is_full() {
             self.lines.pop_front();
@@ -118,7 +118,7 @@ impl<M: RawMutex> Log<M> {
         }
     }
 
-    /// Adds a line, stamped with the present time; the oldest line goes if there is no room.
+    /// Adds a line, stamped with the present time; drops the oldest line if there is no room.
     pub fn push(&self, event: Event) {
         let line = Line {
             time_us: Instant::now().as_micros(),
@@ -132,7 +132,7 @@ impl<M: RawMutex> Log<M> {
         });
     }
 
-    /// The oldest lines still there whose number is at least `from`.
+    /// The oldest stored lines whose number is at least `from`.
     pub fn from(&self, from: u32) -> LogBlock {
         self.kept.lock(|kept| {
             let kept = kept.try_borrow();

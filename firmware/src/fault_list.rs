@@ -1,4 +1,4 @@
-//! The faults that the vehicle remembers, as entries with time, mode and cause.
+//! The vehicle's fault list: entries with time, mode and cause.
 
 use core::cell::RefCell;
 
@@ -8,9 +8,9 @@ use model::supervise::arming::Mode;
 use model::supervise::codes::FaultSet;
 use serde::{Deserialize, Serialize};
 
-/// Faults that are remembered.
+/// Number of faults that the vehicle keeps.
 pub const FAULTS_KEPT: usize = 32;
-/// Entries of one answer.
+/// Largest number of entries in one answer.
 const BLOCK_ENTRIES: usize = 16;
 
 /// One fault.
@@ -18,11 +18,11 @@ const BLOCK_ENTRIES: usize = 16;
 pub struct FaultEntry {
     /// Number of the fault in the vehicle's life, from 0.
     pub number: u32,
-    /// The boot in which it was latched: entries of one boot have the same number here.
+    /// The boot in which the fault was latched. All entries of a boot have the same number.
     pub boot: u32,
-    /// When, us since that boot.
+    /// Time of the fault, us since that boot.
     pub time_us: u64,
-    /// The mode before it.
+    /// The mode before the fault.
     pub mode: Mode,
     /// Number of the fault's code.
     pub fault: u8,
@@ -39,7 +39,7 @@ pub struct NewFaults {
     pub faults: FaultSet,
 }
 
-/// Some faults in a row, the oldest first.
+/// Some consecutive faults, the oldest first.
 pub type FaultBlock = heapless::Vec<FaultEntry, BLOCK_ENTRIES>;
 
 /// The newest faults.
@@ -56,7 +56,7 @@ impl<M: RawMutex> FaultList<M> {
         }
     }
 
-    /// Adds the newest fault; the oldest one goes if there is no room.
+    /// Adds the newest fault; drops the oldest fault if there is no room.
     pub fn push(&self, entry: FaultEntry) {
         self.entries.lock(|entries| {
             // No task waits inside, so the entries are never in use.

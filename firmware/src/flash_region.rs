@@ -1,4 +1,4 @@
-//! A flash that several stores share: each has sectors of its own, and their accesses take turns.
+//! A flash that several stores share: each store has its own sectors, and their accesses take turns.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::mutex::Mutex;
@@ -22,8 +22,8 @@ impl<E: NorFlashError> NorFlashError for RegionError<E> {
     }
 }
 
-/// Some sectors in a row of a shared flash. Reading takes turns with writing, too: to read a bank that is being erased
-/// may stop the core until the erase is over.
+/// Some consecutive sectors of a shared flash. Reads also take turns with writes, because reading a bank that is being
+/// erased may stop the core until the erase is over.
 #[allow(missing_debug_implementations)] // A mutex that waits has none.
 pub struct FlashRegion<'a, M: RawMutex, F> {
     flash: &'a Mutex<M, F>,
@@ -33,8 +33,7 @@ pub struct FlashRegion<'a, M: RawMutex, F> {
 }
 
 impl<'a, M: RawMutex, F: NorFlash> FlashRegion<'a, M, F> {
-    /// The region of `sectors` sectors from the sector `first` on. What lies beyond the end of the flash cannot be
-    /// accessed.
+    /// The region of `sectors` sectors from the sector `first` on. Accesses beyond the end of the flash fail.
     pub const fn new(flash: &'a Mutex<M, F>, first: usize, sectors: usize) -> Self {
         Self {
             flash,
@@ -43,7 +42,7 @@ impl<'a, M: RawMutex, F: NorFlash> FlashRegion<'a, M, F> {
         }
     }
 
-    /// Turns offsets into the region into offsets into the flash.
+    /// Converts offsets in the region to offsets in the flash.
     fn within(&self, from: u32, to: u32) -> Result<(u32, u32), RegionError<F::Error>> {
         if from > to || to > self.length {
             return Err(RegionError::Bounds);

@@ -1,25 +1,25 @@
-//! What went into one tick and what the tick did.
+//! The inputs and outputs of one tick.
 
 use model::analog::Analog;
 use model::command::Command;
 use model::sample::{Actuation, ImuRaw, ImuSample, MOTORS, Sample};
 
-/// Everything that went into one tick and came out of it, for a debugger and for replays on the host.
+/// All inputs and outputs of one tick, for a debugger and for replays on the host.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct FlightRecord {
     /// Number of the tick; 0 before the first.
     pub tick: u32,
-    /// What the vehicle sensed.
+    /// The sample.
     pub sample: Sample,
-    /// What the operator commanded.
+    /// The operator's command.
     pub command: Command,
-    /// What the bridges received.
+    /// The actuation that the bridges received.
     pub actuation: Actuation,
 }
 
 impl FlightRecord {
-    /// Nothing sensed, nothing commanded, nothing done.
+    /// The record before the first tick: no sample, no command, no actuation.
     pub const NONE: Self = Self {
         tick: 0,
         sample: Sample {
@@ -52,13 +52,13 @@ const IMU_NONE: ImuSample = ImuSample {
     age_us: 0,
 };
 
-/// Where flight records go.
+/// A receiver of flight records.
 pub trait Recorder {
     /// Takes the record of one tick.
     fn record(&mut self, record: &FlightRecord);
 
-    /// Whether the control task also encodes the records for the host, as stream and look back. Only a simulation whose
-    /// host reads neither spares the cost.
+    /// Whether the control task also encodes the records for the host, as stream and look-back. Only a simulation whose
+    /// host reads neither returns false, to save the cost.
     fn for_host(&self) -> bool {
         true
     }

@@ -33,7 +33,7 @@ pub trait AnalogInputs {
     /// Why a reading failed.
     type Error: core::fmt::Debug;
     /// Converts every input once, to raw counts, in step with the bridges' PWM where the board has one. Dropping the
-    /// future ends the reading; the next one is as good as any.
+    /// future ends the reading and does not affect the next reading.
     fn read(&mut self) -> impl Future<Output = Result<Analog<u16>, Self::Error>>;
 }
 
@@ -45,13 +45,13 @@ pub trait EmergencyStop {
 
 /// The hardware watchdog: resets the part unless the firmware feeds it in time.
 pub trait Watchdog {
-    /// Starts the watchdog's time anew.
+    /// Restarts the watchdog's time.
     fn feed(&mut self);
 }
 
 /// Restarts the part, into its boot loader.
 pub trait Restart {
-    /// Restarts the part: every bridge is open from then on until a firmware arms again.
+    /// Restarts the part. Every bridge is then open until a firmware arms again.
     fn restart(&mut self) -> !;
 }
 
@@ -77,7 +77,7 @@ pub trait Indicators {
     fn show(&mut self, armed: bool, faulted: bool);
 }
 
-/// Which IMU.
+/// The place of an IMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Place {
     /// The IMU on the arm.
@@ -114,26 +114,26 @@ pub enum ResetCause {
     Other,
 }
 
-/// What the part noted about its resets since its flags were cleared last, as its reset register has it.
+/// The part's reset flags since they were last cleared, from its reset register.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[allow(clippy::struct_excessive_bools)] // Each is a flag of the part's register; several are set at once.
 pub struct ResetFlags {
-    /// The supply came up from nothing.
+    /// The supply came up from zero.
     pub power_on: bool,
     /// The supply came up through the brown-out level.
     pub brown_out: bool,
     /// The independent watchdog's time ran out.
     pub watchdog: bool,
-    /// Software asked for the reset.
+    /// Software requested the reset.
     pub software: bool,
     /// The reset pin was low.
     pub pin: bool,
 }
 
 impl ResetCause {
-    /// The cause that `flags` show. Where they show several causes, the supply goes first: the RAM did not outlive it,
-    /// whatever happened before. A supply that comes up from nothing passes the brown-out level too. Every
-    /// internal reset pulls the pin, so that the pin is the cause only if nothing else is.
+    /// The cause that `flags` show. If the flags show several causes, the supply has priority, because the RAM lost
+    /// its contents whatever happened before. A supply that comes up from zero also passes the brown-out level. Every
+    /// internal reset pulls the pin, so the pin is the cause only if no other flag is set.
     pub fn of(flags: ResetFlags) -> Self {
         if flags.power_on {
             Self::PowerOn
@@ -163,7 +163,7 @@ impl ResetCause {
     }
 }
 
-/// What a board's clocks run from.
+/// The source of a board's clocks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum ClockSource {

@@ -18,18 +18,18 @@ pub struct Image {
     pub board: u16,
     /// Bytes in the flash.
     pub length: u32,
-    /// CRC-32C (ISCSI) of those bytes, the seal's numbers as if they were missing.
+    /// CRC-32C (ISCSI) of those bytes, computed with the seal's numbers as if they were missing.
     pub checksum: u32,
-    /// Hash of what it was built from.
+    /// Hash of the sources and the vehicle file of the build.
     pub build: u32,
     /// Version of the firmware: major, minor, patch.
     pub version: [u16; 3],
 }
 
-/// Bytes that are read at once: the seal lies within one such piece.
+/// Bytes that are read at once; the seal lies within one such piece.
 const CHECKED_PIECE: usize = 256;
 
-/// The marker with every bit turned: the marker itself stands nowhere in an image but in its seal.
+/// The marker with every bit inverted, so that the marker itself occurs only in an image's seal.
 const TURNED_MARKER: [u32; 4] = [!MARKER[0], !MARKER[1], !MARKER[2], !MARKER[3]];
 
 const _: () = assert!(
@@ -56,28 +56,28 @@ impl Image {
     }
 }
 
-/// What the images that a board runs have in common.
+/// Common properties of all images that a board can run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ImageHome {
     /// Number of the board.
     pub board: u16,
-    /// Where an image begins in the part's memory when it runs.
+    /// Address of a running image in the part's memory.
     pub start: u32,
-    /// Where its stack may lie, as the start and the bytes of each RAM.
+    /// Memory in which the stack may lie: start and bytes of each RAM.
     pub stacks: [[u32; 2]; 2],
 }
 
 /// Why a place holds no image for this board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum NoImage {
-    /// No seal of this board's, a byte that cannot be read, or not the image that was sealed.
+    /// The place has no seal for this board, an unreadable byte, or a wrong checksum.
     NotWhole,
-    /// A whole image that is linked to run from elsewhere: the part could not start it.
+    /// The image is intact but linked to run from another address, so the part could not start it.
     WrongPlace,
 }
 
-/// Whether a part can start an image of so many bytes that begins so: its first two vectors are the end of a stack in the RAM,
-/// and an instruction of its own, in Thumb.
+/// Whether a part can start an image of `length` bytes with these first two vectors: the end of a
+/// stack in the RAM, and the address of a Thumb instruction within the image.
 fn starts(vectors: [u8; 8], length: u32, home: &ImageHome) -> bool {
     let [s0, s1, s2, s3, r0, r1, r2, r3] = vectors;
     let (stack, reset) = (
@@ -89,8 +89,9 @@ fn starts(vectors: [u8; 8], length: u32, home: &ImageHome) -> bool {
     stack.is_multiple_of(8) && home.stacks.into_iter().any(in_ram) && reset & 1 == 1 && own
 }
 
-/// The image at the start of `place`, which has room for `room` bytes: every byte of it can be read, it is for this board,
-/// it is the image that was sealed, and the part can start it.
+/// Reads the image at the start of `place`, which has room for `room` bytes. The function checks
+/// that every byte is readable, that the image is for this board, that its checksum is right, and
+/// that the part can start it.
 ///
 /// # Errors
 /// [`NoImage`].

@@ -1,7 +1,7 @@
 //! The vehicle application: the tasks that move data between the hardware and the `model`.
 //!
 //! This crate decides nothing: every decision is a pure step of `model`. It names no part and no pin: a
-//! board (the target-only binary, or the host's virtual board) implements the traits of [`hardware`] and of
+//! board (the board's own binary, or the host's virtual board) implements the traits of [`hardware`] and of
 //! embedded-hal, makes one [`topics::Topics`], and spawns the tasks:
 //!
 //! | task | rate | executor |

@@ -1,6 +1,6 @@
-//! The log task: looks at the vehicle's state 20 times per second, logs one summary per second and one line
-//! per change (mode, fault, refused request to arm), and drives the lamps. The same goes into
-//! the log for the link as codes. The control task logs nothing.
+//! The log task: checks the vehicle's state 20 times per second, logs one summary per second and one line
+//! per change (mode, fault, refused request to arm), and drives the lamps. The same events go as codes into
+//! the log for the link. The control task logs nothing.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, Ticker};
@@ -12,12 +12,12 @@ use crate::events::Event;
 use crate::hardware::{ClockSource, Indicators, ResetCause};
 use crate::topics::Topics;
 
-/// How often the task looks at the vehicle's state.
+/// Period at which the task checks the vehicle's state.
 const LOG_PERIOD: Duration = Duration::from_millis(50);
 /// Rounds per summary: one summary per second.
 const SUMMARY_EVERY: u32 = 20;
 
-/// Logs which firmware this is, why the part started, and what its clocks run from.
+/// Logs the firmware's version, the cause of the start, and the source of the clocks.
 pub fn boot<M: RawMutex>(topics: &Topics<M>, version: &str, cause: ResetCause, clock: ClockSource) {
     info!(
         "biplanar drive board {}, build {:08x}, reset by {}",

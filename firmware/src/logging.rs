@@ -1,4 +1,4 @@
-//! One set of log macros: defmt on the target, `log` on the host (defmt does not link there).
+//! One set of log macros: defmt on the board, `log` on the host (defmt does not link there).
 
 #[cfg(target_os = "none")]
 macro_rules! info { ($($a:tt)*) => { defmt::info!($($a)*) } }

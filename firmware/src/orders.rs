@@ -8,29 +8,29 @@ use model::supervise::arming::Mode;
 use crate::protocol::message::{Answer, OrderId, Refusal};
 use crate::topics::{Answered, DisarmBy, Topics};
 
-/// What the operator wants of the arming state machine in one tick.
+/// The operator's request to the arming state machine in one tick.
 ///
-/// A Disarm comes before everything else, and an order to arm that came in the same burst does not outlive it. Every
-/// other request comes before Arm, as an operator means them.
+/// A Disarm has priority over all other requests, and cancels an order to arm of the same burst. Every other request
+/// comes before Arm, as the operator means them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Orders {
     /// The mode before the tick.
     mode: Mode,
-    /// The Disarm, if there is one.
+    /// The Disarm, if any.
     disarm: Option<DisarmBy>,
     /// The request that the host orders, and the order.
     ordered: Option<(Request, OrderId)>,
 }
 
 impl Orders {
-    /// Takes the orders of this tick; `mode` is the mode before it. Whatever is not for this tick stays.
+    /// Takes the orders of this tick; `mode` is the mode before the tick. All other orders stay in their slots.
     pub fn take<M: RawMutex>(topics: &Topics<M>, mode: Mode) -> Self {
         let disarm = topics.disarm.take();
         let take = |request: Request| topics.requests.take(request).map(|id| (request, id));
         let ordered = if disarm.is_some() {
             take(Request::Arm)
         } else {
-            // The last first: Arm has the least number.
+            // In reverse order, because Arm has the least number.
             Request::ALL.iter().rev().copied().find_map(take)
         };
         Self { mode, disarm, ordered }
@@ -45,8 +45,8 @@ impl Orders {
         }
     }
 
-    /// Answers every order of the tick that led to `status`. An answer that finds no room is dropped: the tick waits
-    /// for nobody.
+    /// Answers every order of the tick that led to `status`. An answer without room in the channel is dropped,
+    /// because the tick never waits.
     pub fn answer<M: RawMutex>(&self, topics: &Topics<M>, status: &Status) {
         let answer = |id: OrderId, answer: Answer| {
             let _ = topics.answers.try_send(Answered { id, answer });
@@ -57,7 +57,7 @@ impl Orders {
         match self.ordered {
             None => {}
             Some((Request::Arm, id)) => answer(id, self.of_arming(status)),
-            // The state machine takes every other request while disarmed, and only then.
+            // The state machine accepts every other request only while disarmed.
             Some((_, id)) if self.mode == Mode::Disarmed => answer(id, Answer::Done),
             Some((_, id)) => answer(id, Answer::Refused(Refusal::NotDisarmed)),
         }

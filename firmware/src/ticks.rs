@@ -1,4 +1,4 @@
-//! When the periodic tasks run: at the ticks of the vehicle, or halfway between them.
+//! The times at which the periodic tasks run: at the vehicle's ticks, or halfway between them.
 
 use embassy_time::{Duration, Instant, Ticker, Timer};
 use model::sample::TICK_US;
@@ -6,13 +6,13 @@ use model::sample::TICK_US;
 /// The period of a tick.
 pub const TICK: Duration = Duration::from_micros(TICK_US as u64);
 
-/// The begin of the tick that is under way at `now`: a whole multiple of [`TICK`] since boot.
+/// The beginning of the present tick at `now`: a whole multiple of [`TICK`] since boot.
 pub fn tick_of(now: Instant) -> Instant {
     Instant::from_ticks(now.as_ticks() - now.as_ticks() % TICK.as_ticks())
 }
 
-/// A ticker with the period [`TICK`], whose ticks are whole multiples of it since boot, whenever the
-/// ticker is made.
+/// A ticker with the period [`TICK`]. Its ticks are whole multiples of the period since boot,
+/// whenever the ticker is created.
 pub fn every_tick() -> Ticker {
     let mut ticker = Ticker::every(TICK);
     ticker.reset_at(tick_of(Instant::now()));
@@ -32,7 +32,7 @@ impl Ticks {
         }
     }
 
-    /// Waits for the next tick. A tick that is late is not left out.
+    /// Waits for the next tick. A late tick is not skipped.
     pub async fn next(&mut self) {
         self.due = self.due.checked_add(TICK).unwrap_or(Instant::MAX);
         Timer::at(self.due).await;

@@ -1,5 +1,5 @@
-//! What the tasks share. Each topic holds its latest value with a time stamp; the reader judges its
-//! age.
+//! The data that the tasks share. Each topic contains its latest value with a time stamp; the reader checks the
+//! value's age.
 
 use core::cell::Cell;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -24,7 +24,7 @@ use crate::protocol::message::{
 };
 use crate::records::ring::RecordRings;
 
-/// A value with the time it was taken.
+/// A value with its time stamp.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stamped<T> {
     /// When the value was taken.
@@ -34,7 +34,7 @@ pub struct Stamped<T> {
 }
 
 /// A value, or none yet. "None yet" is all zeros, whatever the value's type (an `Option` may use another number in one
-/// of the value's bytes): so the topics, with 100 KiB of records, take no room in the flash.
+/// of the value's bytes): the topics, with 100 KiB of records, therefore take no room in the flash.
 #[derive(Debug, Clone, Copy)]
 #[repr(u8)]
 enum Held<T> {
@@ -93,8 +93,8 @@ impl<M: RawMutex, T: Copy> Default for Topic<M, T> {
     }
 }
 
-/// A value that some task leaves for another one, which looks there in its own time and takes the value once. A later
-/// value replaces an earlier one.
+/// A value that one task leaves for another task, which takes the value once, at its own time. A later value replaces
+/// an earlier value.
 #[derive(Debug)]
 pub struct Slot<M: RawMutex, T: Copy> {
     held: Mutex<M, Cell<Held<T>>>,
@@ -108,13 +108,13 @@ impl<M: RawMutex, T: Copy> Slot<M, T> {
         }
     }
 
-    /// Leaves a value. Returns whether it replaces one that nobody has taken.
+    /// Stores a value. Returns whether it replaces a value that was not taken.
     pub fn put(&self, value: T) -> bool {
         let before = self.held.lock(|cell| cell.replace(Held::Value(value)));
         before.value().is_some()
     }
 
-    /// Takes the value, if there is one.
+    /// Takes the value, if any.
     pub fn take(&self) -> Option<T> {
         self.held.lock(|cell| cell.replace(Held::Nothing)).value()
     }
@@ -126,12 +126,12 @@ impl<M: RawMutex, T: Copy> Default for Slot<M, T> {
     }
 }
 
-/// Who wants the bridges open.
+/// Who requested open bridges.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DisarmBy {
     /// The host, by this message.
     Host(OrderId),
-    /// Somebody beside the vehicle, by the board's button.
+    /// A person at the vehicle, by the board's button.
     Button,
 }
 
@@ -144,13 +144,13 @@ impl<M: RawMutex> Requests<M> {
         Self([const { Slot::new() }; Request::ALL.len()])
     }
 
-    /// Leaves an order to the control task. Returns whether an order of the same kind still waited there, which is
-    /// dropped: once is enough.
+    /// Stores an order for the control task. Returns whether it replaces a waiting order of the same kind, which is
+    /// dropped.
     pub fn put(&self, request: Request, id: OrderId) -> bool {
         self.0.get(request as usize).is_some_and(|waiting| waiting.put(id))
     }
 
-    /// Takes the order that asks for this request, if it waits.
+    /// Takes the order with this request, if it is waiting.
     pub fn take(&self, request: Request) -> Option<OrderId> {
         self.0.get(request as usize)?.take()
     }
@@ -175,7 +175,7 @@ impl TaskBlockers {
         }
     }
 
-    /// The blockers that are raised.
+    /// The raised blockers.
     pub fn raised(&self) -> BlockerSet {
         BlockerSet::from_bits(self.0.load(Ordering::Relaxed))
     }
@@ -199,12 +199,12 @@ pub struct UpdateAsked {
     pub request: UpdateRequest,
 }
 
-/// What the host wants to read of the board's memory, and the order that asks for it.
+/// The part of the board's memory that the host wants to read, and the order with this request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Wanted {
     /// The order.
     pub id: OrderId,
-    /// What to read.
+    /// The part to read.
     pub read: Read,
 }
 
@@ -217,7 +217,7 @@ pub struct Answered {
     pub answer: Answer,
 }
 
-/// Everything the tasks share; one per vehicle.
+/// All data that the tasks share; one per vehicle.
 #[allow(missing_debug_implementations)] // Signals and channels have none.
 pub struct Topics<M: RawMutex> {
     /// Readings of the arm IMU.
@@ -231,16 +231,16 @@ pub struct Topics<M: RawMutex> {
     /// The latest drive command, stamped with the time at which the operator gave it. Every quantity is a number: the
     /// receiving task drops other commands.
     pub command: Topic<M, DriveCommand>,
-    /// Somebody wants the bridges open. The wish has its own place, which nothing else fills, and the control task
-    /// looks there first.
+    /// A request to open the bridges. It has its own slot, which no other request can fill, and the control task
+    /// checks this slot first.
     pub disarm: Slot<M, DisarmBy>,
-    /// The host's requests to the arming state machine, but for Disarm.
+    /// The host's requests to the arming state machine, except Disarm.
     pub requests: Requests<M>,
     /// The host's requests about parameters.
     pub parameter_requests: Channel<M, Asked, 4>,
     /// The host's requests about updates: one at a time, as each waits for the flash.
     pub update_requests: Channel<M, UpdateAsked, 1>,
-    /// Why the vehicle must not arm, as other tasks know it: an update that is being stored, the board's own supply.
+    /// Blockers that other tasks raise: an update that is being stored, the board's own supply.
     pub blockers: TaskBlockers,
     /// Answers to the host's orders, in order of their sending.
     pub answers: Channel<M, Answered, 8>,
@@ -264,9 +264,9 @@ pub struct Topics<M: RawMutex> {
     pub log: Log<M>,
     /// The records of the last ticks.
     pub records: RecordRings<M>,
-    /// What the host wants to read of the board's memory.
+    /// The host's requests to read the board's memory.
     pub readings: Channel<M, Wanted, 4>,
-    /// Where the host wants the stream of records to begin: at the block of this number, or nowhere.
+    /// The block number at which the host wants the stream of records to begin; `None` stops the stream.
     pub recording: Slot<M, Option<u32>>,
     /// Counters of the link's input.
     pub link: Topic<M, LinkCounters>,

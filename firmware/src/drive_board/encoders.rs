@@ -4,12 +4,12 @@ use model::vehicle::MotorParameters;
 
 use super::nucleo_h743zi;
 
-/// Samples in a row that must agree before the timer takes a level: the longest filter of every board's timers.
+/// Consecutive samples that must agree before the timer accepts a level: the longest filter of every board's timers.
 const SAMPLES: u32 = 8;
 
-/// Shortest pulse that passes the filter of a board, ns, by the clock of its timers and the periods between two samples.
-/// Shorter ones are noise: the ringing that an edge of the bridges' PWM couples into an encoder's cable ends within some
-/// hundred nanoseconds.
+/// Shortest pulse that passes the filter of a board, ns, for the clock of its timers and the periods between two
+/// samples. Shorter pulses are noise: the ringing that an edge of the bridges' PWM couples into an encoder's cable ends
+/// within some hundred nanoseconds.
 pub const fn filter_ns(clock_hz: u32, divider: u32) -> u32 {
     (SAMPLES * divider * 1000).div_ceil(clock_hz / 1_000_000)
 }
@@ -31,8 +31,8 @@ mod tests {
     use super::*;
     use crate::built_in::PARAMETERS;
 
-    /// At twice the no-load speed, beyond which the supervisor calls a count a jump, a level still lasts for twice the
-    /// filter's time: half of it is left for an encoder whose channels are unequal.
+    /// At twice the no-load speed, beyond which the supervisor reports a jump, a level still lasts for twice the
+    /// filter's time. Half of that time is a margin for encoders with unequal channels.
     #[test]
     fn the_fastest_encoder_passes_the_filter() {
         let f767zi = filter_ns(nucleo_f767zi::ENCODER_CLOCK_HZ, nucleo_f767zi::ENCODER_DIVIDER);

@@ -1,7 +1,7 @@
-//! The last faults, kept over resets in a flash of their own.
+//! The last faults, kept over resets in dedicated flash sectors.
 //!
 //! Each fault is one word of the flash, so a power cut loses at most the fault that was being written. The task writes
-//! and erases only while the vehicle is disarmed, and nobody waits for it.
+//! and erases only while the vehicle is disarmed, and no other task waits for it.
 
 mod store;
 mod task;

@@ -1,8 +1,8 @@
 //! The store of faults: a log that takes one word of the flash for each fault.
 //!
-//! A word is programmed whole or fails its checksum, so a power cut loses the fault that was being written and nothing
-//! else. The log goes through the sectors in turn, and erases a sector only when it comes to its start: by then the
-//! sector before it is full, and holds every fault that is remembered.
+//! A word is either completely programmed or fails its checksum, so a power cut loses only the fault that was being
+//! written. The log uses the sectors in turn and erases a sector only when it reaches the sector's start. At that time
+//! the previous sector is full and contains every fault that must be kept.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -16,7 +16,7 @@ pub(super) const WORD: usize = FLASH_WORD_BYTES;
 const HISTORY_MARK: [u8; 4] = *b"FLT1";
 /// Bytes in front of the checksum.
 const CHECKED: usize = WORD - 4;
-/// How many words that do not read back as written are left behind for one fault.
+/// Largest number of words that one fault may waste because they do not read back as written.
 const WRITE_ATTEMPTS: u8 = 4;
 
 /// A fault was not stored: the flash fails.
@@ -27,7 +27,7 @@ pub struct FaultNotStored;
 #[derive(Debug)]
 pub struct FaultStore<F> {
     pub(super) flash: F,
-    /// Where the newest fault ends; `None` before the flash was read.
+    /// End of the newest fault; `None` before the flash has been read.
     end: Option<u32>,
 }
 
@@ -35,8 +35,8 @@ impl<F: NorFlash> FaultStore<F> {
     /// A store that takes the whole of `flash`.
     ///
     /// # Errors
-    /// Returns the flash if it has less than two sectors, if a sector holds less than twice the faults that are
-    /// remembered, or if a fault takes more or less than whole words of it.
+    /// Returns the flash if it has less than two sectors, if a sector has room for less than twice the number of kept
+    /// faults, or if a fault does not occupy whole words.
     pub fn new(flash: F) -> Result<Self, F> {
         let fits = WORD.is_multiple_of(F::WRITE_SIZE)
             && F::ERASE_SIZE.is_multiple_of(WORD)
@@ -50,7 +50,7 @@ impl<F: NorFlash> FaultStore<F> {
         }
     }
 
-    /// The last stored faults, the oldest first. What cannot be read is left out.
+    /// The last stored faults, the oldest first. Unreadable faults are left out.
     pub async fn load(&mut self) -> heapless::Vec<FaultEntry, FAULTS_KEPT> {
         let mut newest: heapless::Vec<FaultEntry, FAULTS_KEPT> = heapless::Vec::new();
         let mut end = 0;
@@ -67,7 +67,7 @@ impl<F: NorFlash> FaultStore<F> {
         newest
     }
 
-    /// Stores a fault. The flash is erased only where the log comes to the start of a sector.
+    /// Stores a fault. The store erases the flash only when the log reaches the start of a sector.
     ///
     /// # Errors
     /// [`FaultNotStored`] if the fault does not read back.
@@ -89,7 +89,7 @@ impl<F: NorFlash> FaultStore<F> {
         Err(FaultNotStored)
     }
 
-    /// The first erased word behind the newest fault. Erases the next sector if there is none left in this one.
+    /// The first erased word behind the newest fault. Erases the next sector if this sector is full.
     async fn next_erased(&mut self) -> Result<u32, FaultNotStored> {
         let sector = F::ERASE_SIZE as u32;
         let mut at = self.end.unwrap_or_default();
@@ -116,10 +116,10 @@ impl<F: NorFlash> FaultStore<F> {
     }
 }
 
-/// Adds a fault to the newest ones, which are in order; the oldest one goes if there is no room.
+/// Adds a fault to the ordered list of the newest faults; drops the oldest fault if there is no room.
 fn keep(newest: &mut heapless::Vec<FaultEntry, FAULTS_KEPT>, entry: FaultEntry) {
     let place = newest.partition_point(|kept| kept.number < entry.number);
-    // A word that did not read back when it was written may be readable later: the fault is there twice.
+    // A word that did not read back when it was written may be readable later, so a fault may occur twice.
     if newest.get(place).is_some_and(|kept| kept.number == entry.number) {
         return;
     }
@@ -143,10 +143,10 @@ fn encode(entry: &FaultEntry) -> Option<[u8; WORD]> {
     Some(word)
 }
 
-/// The fault that a word holds; `None` if it holds none.
+/// The fault in a word; `None` if the word contains no fault.
 fn decode(word: &[u8; WORD]) -> Option<FaultEntry> {
     let (checked, checksum) = word.split_at_checked(CHECKED)?;
-    // The mark first: most words are erased, and need no checksum.
+    // The mark is checked first, because most words are erased and need no checksum.
     let entry = checked.strip_prefix(&HISTORY_MARK)?;
     if checksum != CHECKSUM.checksum(checked).to_le_bytes() {
         return None;

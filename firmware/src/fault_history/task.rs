@@ -1,5 +1,5 @@
-//! The task of the fault history: reads the flash once, then adds every new fault, in RAM at once and in flash when the
-//! vehicle is disarmed.
+//! The task of the fault history: reads the flash once, then adds every new fault to the RAM at once, and to the flash
+//! when the vehicle is disarmed.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_time::{Duration, with_timeout};
@@ -10,7 +10,7 @@ use super::store::FaultStore;
 use crate::fault_list::{FAULTS_KEPT, FaultEntry, NewFaults};
 use crate::topics::Topics;
 
-/// How often the task looks whether the vehicle is disarmed, while there are faults to store.
+/// Period at which the task checks whether the vehicle is disarmed, while there are faults to store.
 const HISTORY_PERIOD: Duration = Duration::from_millis(20);
 
 /// Keeps the faults for ever; `boot` is the number of this boot. Without a store the faults are kept in RAM only.

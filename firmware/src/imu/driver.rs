@@ -1,9 +1,9 @@
 //! The driver of the ICM-42688-P, an inertial measurement unit.
 //!
-//! The driver is hand-written: the maintained driver crates read through the FIFO, which costs two more
-//! transactions per tick and delays a sample by up to one tick; the vehicle needs the newest sample in one
-//! burst. Register names and values are the data sheet's (DS-000347), but for the adaptive full scale, which
-//! the data sheet leaves among the reserved bits (`RegisterSetting`s below).
+//! The driver is hand-written because the vehicle needs the newest sample in one burst. The maintained driver crates
+//! read through the FIFO, which costs two more transactions per tick and delays a sample by up to one tick. Register
+//! names and values are those of the data sheet (DS-000347), except for the adaptive full scale, which the data sheet
+//! lists among the reserved bits (`RegisterSetting`s below).
 
 use embassy_time::{Duration, Timer};
 use embedded_hal_async::spi::{Operation, SpiDevice};
@@ -28,10 +28,10 @@ const READ: u8 = 0x80;
 /// Words of one burst: the temperature, then three axes each of the accelerometer and of the gyro.
 const DATA_WORDS: usize = 7;
 
-/// What [`register::WHO_AM_I`] holds.
+/// Value of [`register::WHO_AM_I`].
 pub(super) const WHO_AM_I_VALUE: u8 = 0x47;
 const SOFT_RESET: u8 = 0x01;
-/// Wait after a soft reset. The data sheet asks for 1 ms at least.
+/// Wait after a soft reset. The data sheet requires at least 1 ms.
 const RESET_TIME: Duration = Duration::from_millis(2);
 /// Wait after a sensor has been configured. No register may be written for 200 us after the sensors are switched on.
 const SETTING_TIME: Duration = Duration::from_micros(300);
@@ -49,13 +49,13 @@ struct RegisterSetting {
     value: u8,
 }
 
-/// Bank 0, which a reset of the firmware alone leaves as an earlier run had it.
+/// Selects bank 0. A reset of the firmware alone does not change the bank that an earlier run selected.
 const BANK_0: RegisterSetting = RegisterSetting {
     register: register::REG_BANK_SEL,
     mask: 0x07,
     value: 0x00,
 };
-/// What the part's interface needs before anything is measured.
+/// Settings of the part's interface, which are made first.
 const INTERFACE: [RegisterSetting; 2] = [
     // SPI only (UI_SIFS_CFG 3: noise on the wires cannot switch the part to I2C), data high byte first
     // (SENSOR_DATA_ENDIAN).
@@ -65,15 +65,15 @@ const INTERFACE: [RegisterSetting; 2] = [
         value: 0x13,
     },
     // Adaptive full scale off (AFSR, bits 7:6, value 1). The data sheet calls the bits reserved; the drivers of
-    // flight controllers (ArduPilot, Betaflight) clear the adaptive scale with them. With it, as reset, the gyro's
-    // data stand still for 1 to 2 ms whenever a rate crosses about 100 deg/s.
+    // flight controllers (ArduPilot, Betaflight) clear the adaptive scale with them. With the adaptive full scale, which
+    // is on after a reset, the gyro's data freeze for 1 to 2 ms whenever a rate crosses about 100 deg/s.
     RegisterSetting {
         register: register::INTF_CONFIG1,
         mask: 0xC0,
         value: 0x40,
     },
 ];
-/// What is measured.
+/// Settings of the sensors.
 const SENSORS: [RegisterSetting; 3] = [
     // Full scale 1 (+-1000 deg/s), data rate 1 kHz; bit 4 is reserved.
     RegisterSetting {
@@ -94,13 +94,13 @@ const SENSORS: [RegisterSetting; 3] = [
         value: 0x0F,
     },
 ];
-/// What the words stand for at these ranges: 16 bits over +-1000 deg/s and over +-8 g.
+/// Scales of the words at these ranges: 16 bits over +-1000 deg/s and over +-8 g.
 pub const SCALES: ImuScales = ImuScales {
     // 32768 counts over 1000 deg/s. The data sheet's table rounds this to 32.8, which would turn a heading by 1 in 1000.
     gyro_lsb_per_deg_s: 32.768,
     accel_lsb_per_g: 4096.0,
 };
-/// What a data register holds before there is data.
+/// Contents of a data register before there is data.
 const NO_DATA: i16 = i16::MIN;
 
 /// Why an IMU gives no data.
@@ -108,13 +108,13 @@ const NO_DATA: i16 = i16::MIN;
 pub enum ImuError<E> {
     /// The bus failed.
     Bus(E),
-    /// Another part answers, or none: what `WHO_AM_I` read.
+    /// Another part or no part answers; the value of `WHO_AM_I`.
     WrongPart(u8),
-    /// A configuration register does not hold what was written.
+    /// A configuration register does not contain the written value.
     NotConfigured {
         /// The register.
         register: u8,
-        /// What it holds.
+        /// The register's value.
         value: u8,
     },
     /// The data registers hold no data.
@@ -145,7 +145,7 @@ impl<S: SpiDevice<u16>> Icm42688p<S> {
     /// # Errors
     /// [`ImuError`]; the caller may try again.
     pub async fn start(&mut self) -> Result<(), ImuError<S::Error>> {
-        // An earlier run may have left another bank selected, in which the register of the reset is another one.
+        // An earlier run may have selected another bank, in which the reset register's address has another meaning.
         self.write(BANK_0.register, BANK_0.value).await?;
         self.write(register::DEVICE_CONFIG, SOFT_RESET).await?;
         Timer::after(RESET_TIME).await;
@@ -198,7 +198,7 @@ impl<S: SpiDevice<u16>> Icm42688p<S> {
         })
     }
 
-    /// Writes a setting, and the register's other bits as they are.
+    /// Writes a setting and keeps the register's other bits.
     async fn set(&mut self, setting: RegisterSetting) -> Result<(), ImuError<S::Error>> {
         let before = self.read(setting.register).await?;
         self.write(setting.register, (before & !setting.mask) | setting.value)

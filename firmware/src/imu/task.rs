@@ -12,7 +12,7 @@ use crate::hardware::Place;
 use crate::ticks::every_tick;
 use crate::topics::{Topic, Topics};
 
-/// Number of failed samples in a row after which the task restarts the part.
+/// Number of consecutive failed samples after which the task restarts the part.
 const RESTART_AFTER: u32 = 20;
 /// Pause before the task tries again to start a part that did not start.
 const RETRY: Duration = Duration::from_millis(50);
@@ -77,7 +77,7 @@ fn check_in<M: RawMutex>(topics: &Topics<M>, place: Place) {
 }
 
 /// Logs why an IMU did not start.
-// In a build for the target the texts are in defmt's table, and without them the match arms look alike.
+// In a build for the board the texts are in defmt's table, and without them the match arms look alike.
 #[allow(clippy::match_same_arms)]
 fn complain<E>(name: &str, error: &ImuError<E>) {
     match error {

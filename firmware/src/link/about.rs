@@ -1,4 +1,4 @@
-//! Who this firmware is.
+//! The identity of this firmware.
 
 use model::vehicle::VehicleParameters;
 
@@ -6,7 +6,8 @@ use crate::built_in::BUILD_HASH;
 use crate::parameters::schema;
 use crate::protocol::message::About;
 
-/// This firmware, built for a vehicle of the kind of `parameters`, for boot number `boot`.
+/// The identity of this firmware, built for a vehicle of the kind of `parameters`, in the boot
+/// with the number `boot`.
 pub fn about(parameters: &VehicleParameters<f32>, boot: u32) -> About {
     About {
         version: VERSION,
@@ -23,7 +24,7 @@ pub const VERSION: [u16; 3] = [
     number(env!("CARGO_PKG_VERSION_PATCH")),
 ];
 
-/// The number that the digits of `text` say.
+/// The decimal number in `text`.
 const fn number(text: &str) -> u16 {
     let mut rest = text.as_bytes();
     let mut number = 0;

@@ -14,7 +14,7 @@ use crate::protocol::message::{
 };
 use crate::topics::{Answered, Asked, DisarmBy, Topics, UpdateAsked, Wanted};
 
-/// Reads frames for ever and publishes what they order.
+/// Reads frames for ever and publishes their orders.
 pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Read, about: About) -> ! {
     let mut decoder = Decoder::new();
     let mut receiver = Receiver {
@@ -31,7 +31,7 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Read, about: Ab
                 receiver.take(received, Instant::now());
             }
         } else {
-            // Bytes were lost: what comes next is not the rest of what came before.
+            // Bytes were lost, so the next bytes are not the rest of the present frame.
             decoder.resync();
             count(&mut receiver.counters.uart_errors);
         }
@@ -39,7 +39,7 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Read, about: Ab
     }
 }
 
-/// What the task keeps between frames.
+/// The task's state between frames.
 struct Receiver<'a, M: RawMutex> {
     topics: &'a Topics<M>,
     about: About,
@@ -60,7 +60,7 @@ impl<M: RawMutex> Receiver<'_, M> {
             Received::Message(message) => {
                 count(&mut self.counters.frames);
                 match message {
-                    // First, and whatever else is known of the sender.
+                    // Disarm comes first, whoever the sender is.
                     HostMessage::Disarm(id) => {
                         self.topics.disarm.put(DisarmBy::Host(id));
                         self.sessions.note(id);
@@ -96,7 +96,7 @@ impl<M: RawMutex> Receiver<'_, M> {
         });
     }
 
-    /// An order of the session in force, which came in order.
+    /// Obeys an order of the session in force that arrived in order.
     fn obey(&mut self, envelope: Envelope, order: Order, now: Instant) {
         let Envelope { id, given_at_us } = envelope;
         let late = is_late(given_at_us, now.as_micros());
@@ -105,16 +105,17 @@ impl<M: RawMutex> Receiver<'_, M> {
         }
         match order {
             Order::Drive(command) => {
-                // A command that is not a number is no command: the dead-man time runs on.
+                // A command that is not finite is ignored: the dead-man time continues.
                 if !command.is_finite() {
                     count(&mut self.counters.bad_frames);
                 } else if !is_from_the_future(given_at_us, now.as_micros()) {
-                    // A command is as old as it was when it was given, however long it was under way.
+                    // The age of a command counts from the time at which it was given, however long
+                    // it was in transit.
                     let given_at = Instant::from_micros(given_at_us).min(now);
                     self.topics.command.publish(given_at, command);
                 }
             }
-            // As the message of that name: however late.
+            // Treated like the message Disarm, however late it is.
             Order::Request(Request::Disarm) => {
                 self.topics.disarm.put(DisarmBy::Host(id));
             }

@@ -37,7 +37,7 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write, boot: u3
     let mut round = 0_u32;
     let mut next_block = None;
     loop {
-        // The status comes first: no flood of questions holds it up.
+        // The status has priority: no flood of questions delays it.
         let next = select5(
             ticker.next(),
             topics.identity.wait(),
@@ -82,7 +82,7 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write, boot: u3
                 if let Some(from) = topics.recording.take() {
                     next_block = from;
                 }
-                // One block a turn: the status has its turn between two blocks.
+                // One block per round, so that the status can be sent between two blocks.
                 if let Some(from) = next_block
                     && let Some(block) = topics.records.streamed_from(from)
                 {
@@ -104,8 +104,8 @@ fn period(rate_hz: u16) -> Duration {
     }
 }
 
-/// How many of the task's periods pass from one status to the next; `None` if the host wants none. Below the rate of
-/// an idle task the status comes with every second, third, ... of its periods.
+/// Number of the task's periods between two statuses; `None` if the host wants no status. Below the rate of an idle
+/// task, every second, third, ... period sends a status.
 fn rounds_per_status(rate_hz: u16) -> Option<u32> {
     let status_us = 1_000_000_u64.checked_div(u64::from(rate_hz))?;
     Some(status_us.div_ceil(period(rate_hz).as_micros().max(1)).max(1) as u32)
@@ -123,7 +123,7 @@ fn read_memory<M: RawMutex>(topics: &Topics<M>, read: Read) -> Reading {
     }
 }
 
-/// Sends one message; a failing UART loses it, and the next one is sent all the same.
+/// Sends one message. If the UART fails, the message is lost, and the next message is sent anyway.
 async fn send(uart: &mut impl Write, message: &BoardMessage) {
     if let Ok(frame) = encode(message) {
         let _ = uart.write_all(&frame).await;

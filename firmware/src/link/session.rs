@@ -1,4 +1,4 @@
-//! Who may give orders: the session in force, the session on offer, and the order of their frames.
+//! Decides who may give orders: the session in force, the offered session, and the order of their frames.
 
 use crc::{CRC_32_ISCSI, Crc, NoTable};
 
@@ -16,14 +16,14 @@ struct Session {
     newest: u32,
 }
 
-/// What the board does with a frame.
+/// The board's decision on a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Admission {
-    /// Takes it.
+    /// The board accepts the frame.
     Taken,
-    /// Drops it: it came before, or a later one overtook it.
+    /// The board drops the frame, which is a repetition or was overtaken by a later frame.
     Repeated,
-    /// Drops it: the board knows no such session.
+    /// The board drops the frame, because it knows no such session.
     Foreign,
 }
 
@@ -49,8 +49,8 @@ impl Sessions {
     }
 
     /// Offers a session to the host of `nonce`, which asked at `now_us`. Returns the session's number and the greatest
-    /// sequence number that it has used. The time of the question makes the number another one when a recorded
-    /// question is replayed.
+    /// sequence number that it has used. The number depends on the time of the question, so a replayed question gets
+    /// another number.
     pub fn offer(&mut self, nonce: u32, now_us: u64) -> (u32, u32) {
         let known = self.known().find(|session| session.nonce == nonce).copied();
         let session = known.unwrap_or_else(|| {
@@ -91,8 +91,8 @@ impl Sessions {
         }
     }
 
-    /// Notes the number of a Disarm, which the board takes in any case: an order that the host gave before it must
-    /// not come into effect after it.
+    /// Records the number of a Disarm, which the board accepts in any case, so that an order that the host gave before
+    /// the Disarm does not take effect after it.
     pub fn note(&mut self, disarm: OrderId) {
         for session in [&mut self.in_force, &mut self.offered].into_iter().flatten() {
             if session.id == disarm.session {
@@ -111,7 +111,7 @@ pub fn is_late(given_at_us: u64, now_us: u64) -> bool {
     is_from_the_future(given_at_us, now_us) || now_us.saturating_sub(given_at_us) > ORDER_AGE_MAX_US
 }
 
-/// Whether an order was given later than now, beyond what the host's clock may be wrong.
+/// Whether an order was given later than now by more than the possible error of the host's clock.
 pub fn is_from_the_future(given_at_us: u64, now_us: u64) -> bool {
     given_at_us.saturating_sub(now_us) > CLOCK_TOLERANCE_US
 }
@@ -166,7 +166,8 @@ mod tests {
         assert_eq!(sessions.admit(order(id, 9)), Admission::Repeated);
     }
 
-    /// A Disarm of one host outdates nothing of another one's, and counts for a session that is still on offer.
+    /// A Disarm of one host does not outdate another host's orders, and counts for a session that is still only
+    /// offered.
     #[test]
     fn a_disarm_is_noted_in_its_own_session() {
         let mut sessions = Sessions::new(1);

@@ -1,5 +1,5 @@
-//! A set of parameters as the store's bytes: each value with the hash of its name, so that firmware whose
-//! parameters differ finds those that it knows.
+//! A set of parameters as the store's bytes: each value has the hash of its name, so firmware with other
+//! parameters finds the values that it knows.
 
 use model::vehicle::{RENAMED, VehicleParameters};
 
@@ -12,7 +12,7 @@ pub(super) const SET_MAX: usize = 1024;
 pub(super) const SET_HEADER: usize = 12;
 /// Bytes of a value: the hash of its name, and the value.
 pub(super) const VALUE: usize = 8;
-/// Most values of a stored set.
+/// Largest number of values of a stored set.
 pub(super) const VALUES_MAX: usize = (SET_MAX - SET_HEADER) / VALUE;
 /// First bytes of a stored set.
 const FORMAT: [u8; 4] = *b"PAR2";
@@ -36,18 +36,18 @@ pub(super) fn encode(parameters: &VehicleParameters<f32>, sequence: u32, bytes: 
     Some(SET_HEADER + VALUE * usize::from(count))
 }
 
-/// A stored set as it was found.
+/// A stored set as read from the flash.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct StoredSet {
     /// The set's sequence number; 0 for a set of version 1.
     pub sequence: u32,
-    /// Whether this version's format holds the set.
+    /// Whether the set has this version's format.
     pub present_format: bool,
     /// Hash of the name and value of each parameter.
     pub values: heapless::Vec<(u32, f32), VALUES_MAX>,
 }
 
-/// Takes a stored set apart; `None` if the bytes are none.
+/// Decodes a stored set; `None` if the bytes are not a set.
 pub(super) fn decode(bytes: &[u8]) -> Option<StoredSet> {
     let mut set = StoredSet {
         sequence: 0,
@@ -80,9 +80,9 @@ pub(super) fn decode(bytes: &[u8]) -> Option<StoredSet> {
 pub(super) struct ByName {
     /// The parameters.
     pub parameters: VehicleParameters<f32>,
-    /// How many parameters the set did not have: they are as built in.
+    /// Number of parameters that the set did not contain; they have their built-in values.
     pub defaults: u16,
-    /// How many values of the set no parameter has the name of.
+    /// Number of values of the set whose names match no parameter.
     pub dropped: u16,
 }
 
@@ -120,10 +120,10 @@ pub(super) fn read_with(
     Ok(read)
 }
 
-/// How often a parameter may have changed its name, or its table's.
+/// Largest number of changes of a parameter's name or table.
 const RENAMES_MAX: u8 = 4;
 
-/// The stored value of a parameter, under its name or an older one.
+/// The stored value of a parameter, under its present or an older name.
 fn find(stored: &StoredSet, name: (&str, &str), renamed: &[(&str, &str)], renames: u8) -> Option<f32> {
     let (table, field) = name;
     let hash = name_hash(table, field);

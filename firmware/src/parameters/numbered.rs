@@ -1,5 +1,5 @@
-//! A vehicle's parameters as the link and the store know them: the hashes that show whether two programs mean the same
-//! by a number or by a name, and the number that an error is about.
+//! A vehicle's parameters for the link and the store: hashes that show whether two programs mean the same parameters,
+//! and the number of the parameter in an error.
 
 use model::vehicle::{ParameterError, Vehicle, VehicleParameters};
 
@@ -18,7 +18,7 @@ pub fn schema(parameters: &VehicleParameters<f32>) -> u32 {
     digest.finalize()
 }
 
-/// Hash of a parameter's name, `table.field`: what a stored set knows a value by.
+/// Hash of a parameter's name, `table.field`, which identifies a value in a stored set.
 pub(super) fn name_hash(table: &str, field: &str) -> u32 {
     let mut digest = CHECKSUM.digest();
     digest.update(table.as_bytes());
@@ -27,7 +27,7 @@ pub(super) fn name_hash(table: &str, field: &str) -> u32 {
     digest.finalize()
 }
 
-/// The vehicle of these parameters, if it is one and this board's sensors measure its limits.
+/// The vehicle with these parameters, if they are valid and this board's sensors can measure its limits.
 pub(super) fn drivable(parameters: &VehicleParameters<f32>) -> Result<Vehicle<f32>, ParameterError> {
     let vehicle = Vehicle::new(*parameters)?;
     vehicle.check_on(&SCALES.sensor_ranges())?;

@@ -1,7 +1,7 @@
-//! The set in force and the changes that are to replace it: a transaction.
+//! The set in force and the staged changes: a transaction.
 //!
 //! Changes are staged one by one and come into force together, or not at all: a refused change or a refused store drops
-//! every staged change. So no change that somebody took for refused comes into force with a later change.
+//! every staged change. A change that a host considers refused therefore never comes into force with a later change.
 
 use model::vehicle::{NotSet, Vehicle, VehicleParameters};
 
@@ -80,7 +80,7 @@ impl Stage {
         drivable(&staged).map_err(|error| number_of(&staged, &error))
     }
 
-    /// A set is in force now.
+    /// Records the set that is now in force.
     pub(super) fn put_in_force(&mut self, vehicle: &Vehicle<f32>) {
         *self = Self::new(vehicle);
     }
@@ -90,7 +90,7 @@ impl Stage {
     }
 }
 
-/// The answer that holds one value.
+/// The answer with one value.
 fn answer(parameters: &VehicleParameters<f32>, number: u16) -> ParameterAnswer {
     match parameters.value(number) {
         Some(value) => ParameterAnswer::Value {

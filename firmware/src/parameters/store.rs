@@ -1,9 +1,10 @@
 //! The store: one set of parameters in a power-fail-safe key-value store on a flash.
 //!
-//! A set is in the store in three items or four: two places for sets take turns, and two copies of a receipt name
-//! the set in force by its sequence number and its checksum. The receipts follow the set, so a set whose writing was
-//! cut off is never in force. Whoever reads them searches the whole flash instead of asking the key-value store: also
-//! when damage hides the newest set, its receipt shows that the set is missing, and no older set is believed instead.
+//! A set occupies three or four items: two places for sets alternate, and two copies of a receipt identify the set in
+//! force by its sequence number and checksum. The receipts are written after the set, so an incompletely written set
+//! is never in force. To read the receipts, the store searches the whole flash instead of asking the key-value store.
+//! Even when damage hides the newest set, its receipt then shows that the set is missing, and the store does not use
+//! an older set instead.
 
 use embedded_storage_async::nor_flash::{NorFlash, ReadNorFlash};
 use model::vehicle::Vehicle;
@@ -30,7 +31,7 @@ const RECEIPT_MARK: [u8; 4] = *b"RCPT";
 /// flash's word, and enough for a receipt.
 const SCANNED_PIECE: usize = 1024;
 const OVERLAP: usize = 32;
-/// How often a set is written when it does not read back. Each time takes fresh words of the flash.
+/// Number of attempts to write a set that does not read back. Each attempt uses new words of the flash.
 const STORE_ATTEMPTS: u8 = 3;
 
 /// Where the vehicle's parameters came from at boot.
@@ -40,29 +41,29 @@ pub enum BootOutcome {
     Stored,
     /// The stored set, which firmware with other parameters wrote, read by the parameters' names.
     Migrated {
-        /// How many parameters the set does not have: they are as built in.
+        /// Number of parameters that the set does not contain; they have their built-in values.
         defaults: u16,
-        /// How many of the set's values belong to no parameter of this firmware.
+        /// Number of the set's values that belong to no parameter of this firmware.
         dropped: u16,
     },
     /// The built-in set: nothing was ever stored, or the flash was erased.
     NothingStored,
-    /// The built-in set: what is stored cannot be believed. The vehicle must not arm before a set is stored.
+    /// The built-in set, because the stored data cannot be believed. The vehicle must not arm before a set is stored.
     NotBelieved(Disbelief),
 }
 
-/// Why what is stored is not believed.
+/// Why the stored data are not believed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Disbelief {
-    /// The set in force cannot be read: the flash is damaged, or holds something else.
+    /// The set in force cannot be read: the flash is damaged or contains other data.
     Unreadable,
     /// The value of the parameter of this number is out of its range in this firmware.
     OutOfRange(u16),
-    /// The set contradicts itself in this firmware; number of a parameter that another contradicts.
+    /// The set is inconsistent in this firmware; the number of a parameter that contradicts another.
     Inconsistent(u16),
 }
 
-/// The vehicle to boot with, and where it came from.
+/// The vehicle to boot with, and its origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Booted {
     /// The vehicle.
@@ -71,8 +72,8 @@ pub struct Booted {
     pub outcome: BootOutcome,
 }
 
-/// A set was not stored: it does not read back. The set stored before is still there, unless the flash fails
-/// altogether.
+/// A set was not stored, because it does not read back. The previous set is still stored, unless the whole flash
+/// fails.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct NotStored;
 
@@ -134,20 +135,19 @@ impl Receipt {
     }
 }
 
-/// What the flash holds.
+/// The contents of the flash.
 #[allow(clippy::large_enum_variant)] // There is no heap to put the set on.
 enum Content {
     /// Nothing: every word is erased.
     Nothing,
     /// A set, and its receipt if its format has one.
     Set(StoredSet, Option<Receipt>),
-    /// Something of which the set in force cannot be read, and its receipt if that can.
+    /// Data whose set in force is unreadable, and the set's receipt if that is readable.
     Unreadable(Option<Receipt>),
 }
 
-/// Remembers where the newest item of each key is. A store that moves to the next page asks for that place at
-/// every old item it meets; without the cache each question reads a whole page, and moving a full page takes
-/// seconds.
+/// Caches the place of the newest item of each key. When the store moves to the next page, it asks for that place at
+/// every old item. Without the cache each question reads a whole page, and moving a full page takes seconds.
 type WhereNewest = Cache<Uncached, Uncached, ArrayKeyPointers<u8, 4>, u8>;
 
 /// The items in a flash.
@@ -193,7 +193,7 @@ impl<F: NorFlash> ParameterStore<F> {
 
     pub(super) async fn put(&mut self, key: u8, bytes: &[u8]) {
         if let Some((mut map, buffer)) = self.map() {
-            // Whether the item is there is seen when the item is read.
+            // Reading the item shows later whether it was stored.
             let _ = map.store_item(buffer, &key, &bytes).await;
         }
     }
@@ -227,7 +227,7 @@ impl<F: NorFlash> ParameterStore<F> {
         (newest, erased)
     }
 
-    /// What the flash holds.
+    /// The contents of the flash.
     async fn content(&mut self) -> Content {
         let (receipt, erased) = self.search().await;
         if erased {
@@ -248,8 +248,8 @@ impl<F: NorFlash> ParameterStore<F> {
         }
     }
 
-    /// Loads the vehicle to drive with: the stored one, or `built_in`. The flash stays as it is, but for repairs of
-    /// what a power cut left.
+    /// Loads the vehicle to drive with: the stored one, or `built_in`. The flash is unchanged, except for repairs
+    /// after a power cut.
     pub async fn load(&mut self, built_in: &Vehicle<f32>) -> Booted {
         let not_believed = |why| Booted {
             vehicle: *built_in,
@@ -283,8 +283,8 @@ impl<F: NorFlash> ParameterStore<F> {
         }
     }
 
-    /// Stores a vehicle, and reads it back as the next boot will. A flash that holds no readable set is erased if
-    /// the set does not read back otherwise.
+    /// Stores a vehicle, and reads it back as the next boot will. A flash without a readable set is erased if the set
+    /// does not read back otherwise.
     ///
     /// # Errors
     /// [`NotStored`] if the set does not read back.
@@ -315,7 +315,7 @@ impl<F: NorFlash> ParameterStore<F> {
         }
     }
 
-    /// Writes a set and its receipts once. Returns whether they are what the next boot finds.
+    /// Writes a set and its receipts once. Returns whether the next boot will find them.
     pub(super) async fn write(&mut self, sequence: u32, set: &[u8]) -> bool {
         let receipt = Receipt::of(sequence, set);
         self.put(receipt.place(), set).await;
@@ -330,9 +330,9 @@ impl<F: NorFlash> ParameterStore<F> {
     }
 }
 
-/// Whether bytes of the flash are as an erase leaves them.
+/// Whether bytes of the flash are erased.
 fn is_erased(bytes: &[u8]) -> bool {
-    // Eight at a time: while nothing was ever stored, a boot looks through the whole flash.
+    // Eight bytes at a time, because a boot with an empty flash searches the whole flash.
     let (eights, rest) = bytes.as_chunks::<8>();
     eights.iter().all(|eight| *eight == [0xFF; 8]) && rest.iter().all(|byte| *byte == 0xFF)
 }

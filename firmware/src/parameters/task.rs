@@ -13,7 +13,7 @@ use crate::events::Event;
 use crate::protocol::message::{Answer, ParameterAnswer, ParameterRequest};
 use crate::topics::{Answered, Asked, Topics};
 
-/// Returns the vehicle to boot with, stored or built in, and logs which of the two.
+/// Returns the vehicle to boot with, stored or built in, and logs its origin.
 #[allow(clippy::match_same_arms)] // On the target the lint does not see the texts.
 pub async fn boot<F: NorFlash>(store: &mut ParameterStore<F>, built_in: &Vehicle<f32>) -> Booted {
     let booted = store.load(built_in).await;
@@ -41,10 +41,10 @@ pub async fn boot<F: NorFlash>(store: &mut ParameterStore<F>, built_in: &Vehicle
     booted
 }
 
-/// Age at which staged changes are dropped: whoever staged them has gone, and the next host must not store them.
+/// Age at which staged changes are dropped, because their host has gone and the next host must not store them.
 const STAGE_TIMEOUT: Duration = Duration::from_secs(10);
 
-/// Answers requests for ever. `booted` holds the set in force, `built_in` the set of the build.
+/// Answers requests for ever. `booted` contains the set in force, `built_in` is the set of the build.
 pub async fn run<M: RawMutex, F: NorFlash>(
     topics: &Topics<M>,
     mut store: ParameterStore<F>,
@@ -53,7 +53,7 @@ pub async fn run<M: RawMutex, F: NorFlash>(
 ) -> ! {
     let mut stage = Stage::new(&booted.vehicle);
     let mut changed_at = Instant::now();
-    // A vehicle that has lost its own set must not drive with another one before somebody has chosen that set.
+    // A vehicle that has lost its own set must not drive with another set before a person has chosen that set.
     let mut lost = matches!(booted.outcome, BootOutcome::NotBelieved(_));
     topics.parameters_pending.publish(Instant::now(), lost);
     match booted.outcome {

@@ -83,15 +83,16 @@ const HASHES: [u32; NAMES.len()] = {
     }
     hashes
 };
-/// Those that a vehicle without a camera spar did not have.
+/// The parameters that a vehicle without a spar did not have.
 const CAMERA: Range<usize> = 17..37;
-/// Hash of the names and ranges of a vehicle with a camera spar, and of one without.
+/// Hashes of the names and ranges of a vehicle with and without a spar.
 const WITH_CAMERA: u32 = 0xa6fc2134;
 const WITHOUT_CAMERA: u32 = 0xf9704e66;
-/// Bytes in front of the values: that hash, and the number of values, 4 bytes each.
+/// Bytes in front of the values: the hash and the number of values, 4 bytes each.
 const SET_HEADER_1: usize = 8;
 
-/// Hash of the name and value of each parameter of a set of version 0.1; `None` if the bytes are none.
+/// Hash of the name and value of each parameter of a set of version 0.1; `None` if the bytes are not such a
+/// set.
 pub(super) fn values(bytes: &[u8]) -> Option<impl Iterator<Item = (u32, f32)> + use<'_>> {
     let (header, values) = bytes.split_at_checked(SET_HEADER_1)?;
     let (schema, count) = header.split_first_chunk::<4>()?;

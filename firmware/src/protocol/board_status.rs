@@ -1,24 +1,24 @@
-//! The status of vehicle and board as it goes over the link.
+//! The status of vehicle and board, as sent over the link.
 
 use model::status::Status;
 use serde::{Deserialize, Serialize};
 
 use crate::hardware::ClockSource;
 
-/// The status of vehicle and board as it is sent.
+/// The status of vehicle and board, as sent over the link.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct BoardStatus {
     /// `boot` of the board, as in its identity.
     pub boot: u32,
     /// Number of the status, from 1 at boot.
     pub sequence: u32,
-    /// The vehicle, as the last tick left it.
+    /// The vehicle's status after the last tick.
     pub vehicle: Status,
-    /// The link's input.
+    /// Counters of the link's input.
     pub link: LinkCounters,
     /// Cost of the ticks.
     pub cycles: TickCycles,
-    /// What the board's clocks run from.
+    /// The source of the board's clocks.
     pub clock: ClockSource,
 }
 
@@ -35,18 +35,18 @@ pub struct LinkCounters {
     pub uart_errors: u32,
     /// Orders dropped because too many were waiting, or because a later one of the same kind came in the same tick.
     pub dropped_requests: u32,
-    /// Frames of the session that had come before, or that a later one overtook: dropped.
+    /// Dropped frames of the session: repeated frames, and frames that a later frame overtook.
     pub repeated_frames: u32,
-    /// Orders of a session that is neither in force nor offered: dropped.
+    /// Dropped orders of a session that is neither in force nor offered.
     pub foreign_frames: u32,
-    /// Orders that were too old or from the board's future, drive commands among them.
+    /// Orders, including drive commands, that were too old or from the board's future.
     pub late_orders: u32,
     /// Answers dropped because too many were waiting.
     pub dropped_answers: u32,
 }
 
 impl LinkCounters {
-    /// Frames that the board could not read, for whatever reason.
+    /// Frames that the board could not read, for any reason.
     pub fn unreadable_frames(&self) -> u32 {
         self.bad_frames.wrapping_add(self.overlong_frames)
     }

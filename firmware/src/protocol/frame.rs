@@ -10,10 +10,11 @@ use super::stuffing::{stuff, unstuff};
 
 /// Longest frame on the wire, final zero included.
 pub const FRAME_MAX: usize = 512;
-/// Longest encoded message with its checksum: a frame less its zero and the bytes that COBS adds, one for every 254
-/// begun.
+/// Longest encoded message with its checksum: a frame less its zero and the bytes that COBS adds, one per started 254
+/// bytes.
 const PAYLOAD_MAX: usize = FRAME_MAX - 1 - FRAME_MAX.div_ceil(255);
-/// Bytes that the checksum takes at once. On the board one, as each takes 512 bytes of flash.
+/// Bytes that the checksum processes at once. On the board this is one, because each further byte needs 512 bytes of
+/// flash.
 const CHECKSUM_BYTES: usize = if cfg!(target_os = "none") { 1 } else { 16 };
 static CHECKSUM: Crc<u16, Table<CHECKSUM_BYTES>> = Crc::<u16, Table<CHECKSUM_BYTES>>::new(&CRC_16_IBM_3740);
 const CHECKSUM_LEN: usize = 2;
@@ -33,10 +34,10 @@ pub fn encode(message: &impl Serialize) -> Result<Frame, TooLong> {
     framed(|room| Some(postcard::to_slice(message, room).ok()?.len()))
 }
 
-/// Puts the bytes of a message into a frame.
+/// Wraps the bytes of a message in a frame.
 ///
 /// # Errors
-/// [`TooLong`] if they do not fit.
+/// [`TooLong`] if the bytes do not fit.
 pub fn frame(message: &[u8]) -> Result<Frame, TooLong> {
     framed(|room| {
         room.get_mut(..message.len())?.copy_from_slice(message);
@@ -44,7 +45,7 @@ pub fn frame(message: &[u8]) -> Result<Frame, TooLong> {
     })
 }
 
-/// The frame of the message that `write` puts into the room for it; `write` returns the message's length.
+/// The frame of the message that `write` writes into the given buffer; `write` returns the message's length.
 fn framed(write: impl FnOnce(&mut [u8]) -> Option<usize>) -> Result<Frame, TooLong> {
     let mut frame = Frame::from_array([0; FRAME_MAX]);
     let length = fill(&mut frame, write).ok_or(TooLong)?;
@@ -65,7 +66,7 @@ fn fill(wire: &mut [u8], write: impl FnOnce(&mut [u8]) -> Option<usize>) -> Opti
     Some(end + 1)
 }
 
-/// What a byte completed.
+/// The result of a byte.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Received<T> {
     /// Nothing yet.
@@ -94,13 +95,13 @@ impl Decoder {
         }
     }
 
-    /// Forgets a frame that has begun: what follows a gap in the stream is not its rest.
+    /// Discards a partial frame, because the bytes after a gap in the stream are not its rest.
     pub fn resync(&mut self) {
         self.buffer.clear();
         self.skipping = true;
     }
 
-    /// Takes one byte.
+    /// Processes one byte.
     ///
     /// ```
     /// use firmware::protocol::frame::{Decoder, Received, encode};
@@ -114,8 +115,8 @@ impl Decoder {
         if byte == 0 { self.finish() } else { self.begin(&[byte]) }
     }
 
-    /// Takes bytes up to the first that completes something, and returns what it completed; the rest stays in `bytes`.
-    /// Returns `None` once every byte is taken.
+    /// Processes bytes up to the first byte that completes a frame, and returns the result; the rest stays in `bytes`.
+    /// Returns `None` once every byte has been processed.
     ///
     /// ```
     /// use firmware::protocol::frame::{Decoder, Received, encode};
@@ -134,7 +135,7 @@ impl Decoder {
             if bytes.is_empty() {
                 return None;
             }
-            // A C string ends with a zero too, and its search looks at whole words.
+            // A C string also ends with a zero, and its search processes whole words.
             let part = CStr::from_bytes_until_nul(bytes).map_or(*bytes, CStr::to_bytes_with_nul);
             *bytes = bytes.get(part.len()..).unwrap_or_default();
             let (begun, finished) = match part {
@@ -151,7 +152,7 @@ impl Decoder {
         }
     }
 
-    /// Takes bytes within a frame.
+    /// Processes bytes within a frame.
     fn begin<T>(&mut self, bytes: &[u8]) -> Received<T> {
         if !self.skipping && self.buffer.extend_from_slice(bytes).is_err() {
             self.buffer.clear();

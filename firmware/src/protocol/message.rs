@@ -1,4 +1,4 @@
-//! What host and board say to each other.
+//! The messages between host and board.
 
 use model::command::{DriveCommand, Request};
 use model::supervise::codes::BlockerSet;
@@ -11,18 +11,18 @@ use crate::records::codec::RecordBlock;
 pub use super::board_status::{BoardStatus, LinkCounters, TickCycles};
 pub use super::update::{UPDATE_BYTES, UpdateAnswer, UpdateRefusal, UpdateRequest, UpdateState};
 
-/// Version of the messages: host and board must agree.
+/// Version of the messages; host and board must have the same version.
 pub const PROTOCOL_VERSION: u16 = 3;
 
-/// How often an operator repeats [`Order::Drive`], ms: many times within any dead-man time.
+/// Period at which an operator repeats [`Order::Drive`], ms: many times within any dead-man time.
 pub const COMMAND_PERIOD_MS: u64 = 20;
 
-/// Age beyond which the board refuses an [`Order::Request`], us; a drive command that is as old counts in
+/// Age beyond which the board refuses an [`Order::Request`], us; a drive command of this age counts in
 /// [`LinkCounters::late_orders`].
 pub const ORDER_AGE_MAX_US: u64 = 250_000;
 
-/// How far an order may seem to come from the future, us: the drift of the host's clock against the board's since
-/// the host last heard the board. The board drops orders beyond it.
+/// Largest time by which an order may seem to come from the future, us: the drift between the host's and the board's
+/// clock since the host last heard the board. The board drops orders beyond this tolerance.
 pub const CLOCK_TOLERANCE_US: u64 = 10_000;
 
 /// Rate of the status until a host chooses another rate, Hz.
@@ -32,70 +32,72 @@ pub const STATUS_RATE_HZ: u16 = 100;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)] // None is kept in numbers.
 pub enum HostMessage {
-    /// Who are you? Answered by [`BoardMessage::Identity`], which offers a session. The same nonce again gets the
-    /// same session.
+    /// Asks for the board's identity. The board answers with [`BoardMessage::Identity`], which offers a session. The
+    /// same nonce gets the same session again.
     Identify {
         /// A number that this host has never used before.
         nonce: u32,
     },
-    /// Open the bridges at once: taken from anybody, in any state, with any session and sequence number.
+    /// Opens the bridges at once. The board accepts this message from anybody, in any state, with any session and
+    /// sequence number.
     Disarm(OrderId),
-    /// Every other order, which only a host with a session may ask.
+    /// Any other order, which only a host with a session may give.
     Order {
-        /// Whose order, which one, and when the host gave it.
+        /// The session, the number and the time of an order.
         envelope: Envelope,
-        /// What the host orders.
+        /// The order.
         order: Order,
     },
 }
 
-/// Whose order, and which one.
+/// The session and the number of an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OrderId {
-    /// The session that the board offered: the first order of an offered session puts the session in force, and
-    /// ends the session before it. 0 before the board has offered one, when a host may only disarm.
+    /// The session that the board offered: the first order of an offered session puts the session in force, and ends
+    /// the previous session. 0 before the board has offered a session; a host may then only disarm.
     pub session: u32,
     /// Number of the order, from 1, greater than every number before in this session.
     pub sequence: u32,
 }
 
-/// Whose order, which one, and when the host gave it.
+/// The session, the number and the time of an order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Envelope {
-    /// Whose order, and which one.
+    /// The session and the number of an order.
     pub id: OrderId,
     /// When the order was given, us since the board's boot, as the host knows the board's clock: never later than
     /// it was, and earlier by at most the time that the fastest message from the board took.
     pub given_at_us: u64,
 }
 
-/// What a host orders.
+/// An order of a host.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)] // None is kept in numbers.
 pub enum Order {
-    /// Drive so; repeated every [`COMMAND_PERIOD_MS`], in any case before the dead-man time is over. Not answered.
+    /// Drives the vehicle. The host repeats this order every [`COMMAND_PERIOD_MS`], in any case within the dead-man
+    /// time. The board does not answer it.
     Drive(DriveCommand),
-    /// Pass this request to the arming state machine.
+    /// Passes this request to the arming state machine.
     Request(Request),
-    /// Read, change or store parameters.
+    /// Reads, changes or stores parameters.
     Parameters(ParameterRequest),
-    /// Send the status at this rate.
+    /// Sets the rate of the status.
     StatusRate {
         /// Rate, Hz; 0 sends none.
         hz: u16,
     },
-    /// Send the record of every tick, or stop it.
+    /// Starts or stops the stream of records of every tick.
     Recording {
-        /// Number of the first block; 0 is every block that is still there. `None` stops the stream.
+        /// Number of the first block; 0 means every stored block. `None` stops the stream.
         from: Option<u32>,
     },
-    /// Read something of the board's memory. Answered by [`BoardMessage::Reading`].
+    /// Reads a part of the board's memory. The board answers with [`BoardMessage::Reading`].
     Read(Read),
-    /// Store another firmware, and boot it.
+    /// Stores another firmware and boots it.
     Update(UpdateRequest),
 }
 
-/// What a host can read of the board's memory.
+/// The parts of the board's memory that a host can read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Read {
     /// The records of the last seconds before a fault: the oldest block whose number is at least this.
@@ -121,7 +123,7 @@ pub enum Read {
 pub enum Reading {
     /// Answer to [`Read::LookBack`].
     LookBack {
-        /// The look back stands still after a fault, until the vehicle is armed again.
+        /// Whether the look-back is frozen, from a fault until the vehicle is armed again.
         frozen: bool,
         /// The block; `None` if there is no such block.
         block: Option<RecordBlock>,
@@ -132,7 +134,7 @@ pub enum Reading {
     Faults(FaultBlock),
 }
 
-/// What the host asks of the parameters. Numbers are those of [`model::vehicle::VehicleParameters`].
+/// A request about parameters. Numbers are those of [`model::vehicle::VehicleParameters`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum ParameterRequest {
     /// Return one value of the set in force.
@@ -141,19 +143,19 @@ pub enum ParameterRequest {
         number: u16,
     },
     /// Stage a change of one value, not in force before [`ParameterRequest::Store`]. A refused change drops every
-    /// staged one.
+    /// staged change.
     Write {
         /// Its number.
         number: u16,
         /// Its new value.
         value: f32,
     },
-    /// Check the staged set (the set in force, where nothing is staged), keep it in flash, and put it in force. Only
+    /// Check the staged set (the set in force if nothing is staged), store it in flash, and put it in force. Only
     /// while disarmed. A refused store drops every staged change.
     Store,
     /// Stage the built-in set, not in force before [`ParameterRequest::Store`].
     Defaults,
-    /// Return one value of the staged set, which is the set in force where nothing is staged.
+    /// Return one value of the staged set, which is the set in force if nothing is staged.
     ReadStaged {
         /// Its number.
         number: u16,
@@ -162,21 +164,21 @@ pub enum ParameterRequest {
     Discard,
 }
 
-/// What the board answers to a [`ParameterRequest`].
+/// The board's answer to a [`ParameterRequest`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum ParameterAnswer {
-    /// One value of the set that was asked for, or as it has just been staged.
+    /// One value of the requested set, or the value that has just been staged.
     Value {
         /// Its number.
         number: u16,
-        /// How many there are.
+        /// Number of parameters.
         count: u16,
         /// Its value.
         value: f32,
-        /// Hash of every name and range: host and board mean the same by a number.
+        /// Hash of every name and range: if it matches, host and board mean the same by a number.
         schema: u32,
     },
-    /// There is no such number.
+    /// No parameter has this number.
     NoSuchNumber,
     /// The value is out of its range.
     OutOfRange {
@@ -185,20 +187,20 @@ pub enum ParameterAnswer {
         /// Most allowed.
         max: f32,
     },
-    /// The set contradicts itself; number of the value to change.
+    /// The set is inconsistent; the number of the value to change.
     Inconsistent {
         /// Its number.
         number: u16,
     },
     /// The vehicle is armed.
     Armed,
-    /// The flash failed; the set in force stays.
+    /// The flash failed; the set in force is unchanged.
     FlashFailed,
     /// The set is stored and in force.
     Stored,
     /// The built-in set is ready to be stored.
     DefaultsReady,
-    /// No change is staged any more.
+    /// All staged changes are dropped.
     Discarded,
 }
 
@@ -214,7 +216,7 @@ pub enum BoardMessage {
     Answer {
         /// The order.
         id: OrderId,
-        /// What became of it.
+        /// The answer.
         answer: Answer,
     },
     /// Some ticks of the stream of records.
@@ -223,12 +225,12 @@ pub enum BoardMessage {
     Reading {
         /// The order.
         id: OrderId,
-        /// What was read.
+        /// The data.
         reading: Reading,
     },
 }
 
-/// Who the board is, and the session that it offers.
+/// The board's identity, and the session that it offers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Identity {
     /// [`PROTOCOL_VERSION`] of the board.
@@ -239,7 +241,7 @@ pub struct Identity {
     pub session: u32,
     /// The greatest sequence number that this session has used; 0 in a new session.
     pub sequence: u32,
-    /// The board's time when it was asked, us since boot.
+    /// The board's time at the question, us since boot.
     pub time_us: u64,
     /// The firmware and the board.
     pub about: About,
@@ -258,7 +260,7 @@ pub struct About {
     pub boot: u32,
 }
 
-/// What became of an order.
+/// The result of an order.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Answer {
     /// The order was carried out.
@@ -274,7 +276,7 @@ pub enum Answer {
 /// Why an order had no effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Refusal {
-    /// The session is neither in force nor offered: the board has booted since, or another host has taken over.
+    /// The session is neither in force nor offered: the board has rebooted, or another host has taken over.
     UnknownSession,
     /// The order was given too long ago, or in the board's future.
     Late,
@@ -286,9 +288,9 @@ pub enum Refusal {
     Stopping,
     /// Arm: a Disarm came with it.
     Disarmed,
-    /// A request that is taken only while disarmed.
+    /// The board accepts this request only while disarmed.
     NotDisarmed,
-    /// StatusRate: the line carries no more than this.
+    /// StatusRate: the line cannot carry a higher rate.
     StatusRate {
         /// Largest rate, Hz.
         max_hz: u16,

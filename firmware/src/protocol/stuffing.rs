@@ -1,20 +1,20 @@
 //! Byte stuffing without moving bytes: COBS (Cheshire and Baker 1999, "Consistent Overhead Byte Stuffing"), in place.
 //!
-//! A stuffed message is the message with a byte before it. Every zero, and the byte before the message, holds the
-//! distance to the next zero or to the end. So only the zeros are written, either way. The exception is a run of 254
-//! bytes without a zero: its distance is 255, and one byte more follows it, which was no zero.
+//! A stuffed message is the message with a byte before it. Every zero, and the byte before the message, is replaced by
+//! the distance to the next zero or to the end. Stuffing and unstuffing therefore only write the zeros. The exception
+//! is a run of 254 bytes without a zero: its distance is 255, and one additional byte follows the run.
 
-/// The distance that ends at no zero.
+/// The distance that does not end at a zero.
 const FULL: u8 = 255;
 
 /// Bytes in which [`stuff`] looks for zeros at once.
 const EIGHT: usize = 8;
 
-/// Stuffs the message in `wire[1..=length]`; the bytes after it take what stuffing adds. Returns the length of the
-/// stuffed message, which begins at `wire[0]`; `None` if there is no room.
+/// Stuffs the message in `wire[1..=length]`; the stuffed message may use the bytes behind it. Returns the length of
+/// the stuffed message, which begins at `wire[0]`; `None` if there is no room.
 pub fn stuff(wire: &mut [u8], length: usize) -> Option<usize> {
     let mut end = length.checked_add(1)?;
-    // From the end on, as what long runs add moves only what is stuffed.
+    // From the end, because the additional bytes of long runs move only the stuffed part.
     let (mut next, mut at) = (end, end);
     while at > 1 {
         let first = at.saturating_sub(EIGHT).max(1);
@@ -69,7 +69,7 @@ fn hold_run(wire: &mut [u8], holder: usize, next: usize, end: usize) -> Option<u
     hold(wire, holder, next + 1, end + 1)
 }
 
-/// The message of a stuffed one, in its place; `None` if a distance leads nowhere.
+/// Unstuffs a message in place; `None` if a distance is invalid.
 pub fn unstuff(stuffed: &mut [u8]) -> Option<&mut [u8]> {
     let mut distance = *stuffed.first()?;
     let (mut at, mut end) = (0, stuffed.len());
@@ -123,7 +123,7 @@ mod tests {
     }
 
     proptest! {
-        /// As the crate `cobs` stuffs, and back.
+        /// Compares stuffing and unstuffing with the crate `cobs`.
         #[test]
         fn a_message_is_stuffed_as_another_program_stuffs_it(message in messages()) {
             let mut wire = stuffed(&message);
@@ -133,7 +133,7 @@ mod tests {
             prop_assert_eq!(unstuff(&mut wire), Some(&mut message.clone()[..]));
         }
 
-        /// Any bytes without a zero: the crate's message or the crate's refusal.
+        /// For any bytes without a zero, the result equals the crate's message or refusal.
         #[test]
         fn bytes_are_taken_as_another_program_takes_them(
             mut bytes in proptest::collection::vec(prop_oneof![3 => 1..8_u8, 1 => 1..=255_u8], 0..700),

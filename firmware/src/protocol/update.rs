@@ -1,4 +1,4 @@
-//! What host and board say to each other about an update.
+//! The messages between host and board about an update.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,28 +12,28 @@ const UPDATE_WORDS: usize = 7;
 /// Bytes of such a word: the largest of any board.
 const UPDATE_WORD_BYTES: usize = 32;
 
-/// What a host asks of the update.
+/// A host's request about an update.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[allow(clippy::large_enum_variant)] // None is kept in numbers.
 pub enum UpdateRequest {
-    /// Make room for this image. Answered by [`UpdateAnswer::Ready`]. The image that a transfer of this boot was about
-    /// goes on where that transfer stood.
+    /// Erase the place for this image. The board answers with [`UpdateAnswer::Ready`]. An interrupted transfer of the
+    /// same image in this boot continues at its last position.
     Begin(Image),
     /// Store a piece of the image.
     Write {
         /// Bytes of the image before this piece.
         at: u32,
-        /// The piece; behind the end of the image as the erased flash, `0xFF`.
+        /// The piece, filled with `0xFF` (erased flash) behind the end of the image.
         bytes: [[u8; UPDATE_WORD_BYTES]; UPDATE_WORDS],
     },
-    /// Check what is stored, and restart into it.
+    /// Check the stored image and restart into it.
     Install,
-    /// Return what became of the last update.
+    /// Return the result of the last update.
     State,
 }
 
 impl UpdateRequest {
-    /// The request to store the piece of an image that begins at `at`; `None` behind the image's end.
+    /// The request to store the piece of an image that begins at `at`; `None` beyond the image's end.
     pub fn piece(image: &[u8], at: u32) -> Option<Self> {
         let rest = image.get(at as usize..).filter(|rest| !rest.is_empty())?;
         let mut bytes = [[ERASED; UPDATE_WORD_BYTES]; UPDATE_WORDS];
@@ -44,12 +44,12 @@ impl UpdateRequest {
     }
 }
 
-/// What the board answers to an [`UpdateRequest`].
+/// The board's answer to an [`UpdateRequest`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum UpdateAnswer {
-    /// There is room; the bytes before `next` are stored.
+    /// The place is ready; the bytes before `next` are stored.
     Ready {
-        /// Where the next piece belongs.
+        /// Position of the next piece.
         next: u32,
     },
     /// The image is stored, checked and ordered: the board restarts into its boot loader, which installs it.
@@ -58,34 +58,34 @@ pub enum UpdateAnswer {
     OnlyStored,
     /// Answer to [`UpdateRequest::State`].
     State {
-        /// What became of the last update.
+        /// The result of the last update.
         state: UpdateState,
-        /// Checksum of its image; 0 if there was none.
+        /// Checksum of the update's image; 0 without an update.
         checksum: u32,
     },
-    /// The update goes no further.
+    /// The board refuses to continue the update.
     Refused(UpdateRefusal),
 }
 
-/// What became of the last update.
+/// The result of the last update.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum UpdateState {
-    /// There was none, or it was never ordered.
+    /// There was no update, or it was never ordered.
     None,
-    /// It was ordered, and the boot loader has not installed it yet.
+    /// The update was ordered, and the boot loader has not yet installed it.
     Ordered,
-    /// It runs and has not confirmed itself: the next reset rolls it back.
+    /// The new firmware runs and has not confirmed itself: the next reset rolls it back.
     OnTrial,
-    /// It came up and confirmed itself.
+    /// The new firmware came up and confirmed itself.
     Confirmed,
-    /// It was started and did not confirm itself before the next reset: it was rolled back, and the firmware before it runs.
+    /// The new firmware did not confirm itself before the next reset and was rolled back; the previous firmware runs.
     RolledBack,
-    /// It could not be installed and was never started: the flash failed, or the stored image has changed. The firmware before
-    /// it runs.
+    /// The new firmware could not be installed and was never started, because the flash failed or the stored image
+    /// has changed. The previous firmware runs.
     NotInstalled,
 }
 
-/// Why an update goes no further.
+/// Why the board refuses to continue an update.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum UpdateRefusal {
     /// The vehicle is armed or makes a controlled stop, or the control task does not run.
@@ -102,26 +102,28 @@ pub enum UpdateRefusal {
         /// Longest image, bytes.
         max: u32,
     },
-    /// What is stored is not the image that the host announced, or has no seal.
+    /// The stored data are not the image that the host announced, or have no seal.
     WrongChecksum,
-    /// A piece that does not follow what is stored; the host goes on at `next`.
+    /// A piece that does not follow the stored bytes; the host must continue at `next`.
     OutOfOrder {
-        /// Where the next piece belongs.
+        /// Position of the next piece.
         next: u32,
     },
-    /// Nothing has begun in this boot, or not every piece has come.
+    /// No transfer has begun in this boot, or pieces are missing.
     NotBegun,
     /// The firmware that runs has not confirmed itself yet.
     OnTrial,
-    /// The board's self-test has found something wrong: a new firmware would find it too, and not confirm itself.
+    /// The board's self-test has failed. A new firmware's self-test would fail, too, so the firmware would not
+    /// confirm itself.
     SelfTest,
     /// The flash failed.
     FlashFailed,
     /// The board has no place for an image.
     NoRoom,
-    /// The image is whole and for this board, and linked to run from elsewhere: it was built for another division of the flash.
+    /// The image is intact and for this board, but linked to run from another address: it was built for another
+    /// layout of the flash.
     WrongPlace {
-        /// Where the board's image begins.
+        /// Address of the board's image.
         start: u32,
     },
 }

@@ -1,4 +1,4 @@
-//! A flight record as a row of numbers, and back: to the bit.
+//! Converts a flight record to a row of numbers and back, bit for bit.
 
 use model::analog::{ANALOG_INPUTS, Analog};
 use model::command::{Command, DriveCommand, Request};
@@ -65,7 +65,7 @@ pub fn row(record: &FlightRecord) -> Row {
     row
 }
 
-/// What a tick adds to the numbers of the one before it, when nothing happens: one tick, its time, and the age of the
+/// The expected change of the numbers from tick to tick when nothing happens: one tick, its time, and the age of the
 /// command.
 pub const EXPECTED: Row = {
     let mut expected = [0; CHANNELS];

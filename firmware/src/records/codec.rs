@@ -1,27 +1,28 @@
-//! Flight records in few bytes: each record holds what differs from the record before.
+//! Encodes flight records in few bytes: each record contains the differences from the previous record.
 //!
-//! A record is a mask of the numbers that are not as expected, and their differences: mask and differences as
-//! little-endian base-128 varints, a difference with its sign in the lowest bit. The first record of a block differs
-//! from [`FlightRecord::NONE`], so a block is read without the blocks before it.
+//! A record consists of a mask of the numbers that differ from their expected values, and of these differences: mask
+//! and differences as little-endian base-128 varints, a difference with its sign in the lowest bit. The first record
+//! of a block is encoded relative to [`FlightRecord::NONE`], so a block can be read without the previous blocks.
 
 use super::channels::{CHANNELS, EXPECTED, Row, record, row};
 use crate::flight_record::FlightRecord;
 
-/// Most bytes of one record: a mask with a bit for each number, seven to a byte, and a difference of 64 bits for each.
+/// Largest size of one record: a mask with one bit per number, seven bits per byte, and a 64-bit difference per
+/// number.
 const RECORD_MAX: usize = CHANNELS.div_ceil(7) + CHANNELS * VARINT_MAX;
 // The mask has 64 bits.
 const _: () = assert!(CHANNELS <= 64);
 // The longest record fits an empty block.
 const _: () = assert!(RECORD_MAX <= BLOCK_BYTES);
-/// Most bytes of a varint of 64 bits.
+/// Largest size of a 64-bit varint in bytes.
 const VARINT_MAX: usize = 10;
-/// Most bytes of a block: a frame less what surrounds the block in it.
+/// Largest size of a block: a frame less the bytes around the block.
 pub const BLOCK_BYTES: usize = 480;
 
-/// Some records in a row.
+/// Some consecutive records.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct RecordBlock {
-    /// Number of the block since boot, from 0: a gap in the numbers is a loss.
+    /// Number of the block since boot, from 0. A gap in the numbers shows a lost block.
     pub number: u32,
     /// The records, one after the other.
     pub bytes: heapless::Vec<u8, BLOCK_BYTES>,
@@ -40,7 +41,7 @@ impl RecordBlock {
 /// Bytes of one record.
 type RecordBytes = heapless::Vec<u8, RECORD_MAX>;
 
-/// Encodes the records of one block after the other.
+/// Encodes records into consecutive blocks.
 #[derive(Debug)]
 pub struct BlockEncoder {
     block: RecordBlock,
@@ -56,7 +57,7 @@ impl BlockEncoder {
         }
     }
 
-    /// Takes the record of the next tick. `full` is shown the block before it, if the record no longer fits.
+    /// Adds the record of the next tick. If the record no longer fits, the full block is passed to `full` first.
     pub fn push(&mut self, flight: &FlightRecord, full: impl FnOnce(&RecordBlock)) {
         let next = row(flight);
         let mut bytes = RecordBytes::new();
@@ -73,7 +74,7 @@ impl BlockEncoder {
         self.last = next;
     }
 
-    /// Ends the block before it is full and shows it, unless it is empty.
+    /// Ends the block before it is full and passes it to `cut`, unless it is empty.
     pub fn flush(&mut self, cut: impl FnOnce(&RecordBlock)) {
         if !self.block.bytes.is_empty() {
             cut(&self.block);
@@ -90,7 +91,7 @@ impl Default for BlockEncoder {
     }
 }
 
-/// Writes `next` as it differs from `last`.
+/// Writes the differences of `next` from `last`.
 fn write(bytes: &mut RecordBytes, last: &Row, next: &Row) {
     let mut differences = [0_i64; CHANNELS];
     let mut mask = 0_u64;
@@ -119,7 +120,7 @@ fn write_varint(bytes: &mut RecordBytes, mut value: u64) {
     let _ = bytes.push(value as u8);
 }
 
-/// What is wrong with a block.
+/// An error in a block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BadBlock;
 
@@ -203,7 +204,7 @@ mod tests {
     }
 
     proptest! {
-        /// Any numbers come back to the bit, however far they are from those before.
+        /// Any numbers are restored bit for bit, however far they are from the previous numbers.
         #[test]
         fn any_record_comes_back(rows in proptest::collection::vec(any::<[i64; 8]>(), 1..40)) {
             let records: std::vec::Vec<FlightRecord> = rows
@@ -238,7 +239,7 @@ mod tests {
             prop_assert_eq!(numbers, (0..blocks.len() as u32).collect::<std::vec::Vec<u32>>());
         }
 
-        /// Noise is no record, or some records: never a panic, never without end.
+        /// Noise decodes to no or to some records, without a panic and without an endless loop.
         #[test]
         fn noise_ends(noise in proptest::collection::vec(any::<u8>(), 0..500)) {
             prop_assert!(Records::new(&noise).count() <= noise.len());

@@ -1,4 +1,4 @@
-//! The record of every tick, compact: for the stream over the link, and for the last seconds before a fault.
+//! Compact records of every tick, for the stream over the link and for the last seconds before a fault.
 
 pub mod channels;
 pub mod codec;

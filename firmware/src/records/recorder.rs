@@ -1,4 +1,5 @@
-//! The recorder of the control task: every tick goes into a block, and a fault freezes the look back.
+//! The recorder of the control task: it records every tick in a block, and a fault freezes the
+//! look-back.
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use model::status::Status;
@@ -9,7 +10,8 @@ use super::codec::BlockEncoder;
 use super::ring::RecordRings;
 use crate::flight_record::FlightRecord;
 
-/// Ticks for which the look back goes on after a fault: what the fault did belongs to it.
+/// Number of ticks that the look-back still records after a fault, because it should contain the
+/// fault's effect.
 const AFTER_FAULT_TICKS: u32 = 200;
 
 /// Records every tick.
@@ -18,7 +20,7 @@ pub struct TickRecorder {
     encoder: BlockEncoder,
     mode: Mode,
     faults: FaultSet,
-    /// Ticks until the look back freezes, after a fault.
+    /// Ticks until the look-back freezes after a fault.
     freezes_in: Option<u32>,
 }
 
@@ -33,7 +35,7 @@ impl TickRecorder {
         }
     }
 
-    /// Records a tick and the status that it led to.
+    /// Records a tick and its status.
     pub fn record<M: RawMutex>(&mut self, rings: &RecordRings<M>, record: &FlightRecord, status: &Status) {
         if status.mode == Mode::Armed && self.mode == Mode::Disarmed {
             // A new drive.

@@ -1,4 +1,4 @@
-//! Blocks of records in RAM: the newest blocks for the stream, and the blocks of the last seconds for the look back.
+//! Blocks of records in RAM: the newest blocks for the stream, and the blocks of the last seconds for the look-back.
 
 use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
@@ -9,12 +9,12 @@ use embassy_sync::signal::Signal;
 
 use super::codec::RecordBlock;
 
-/// Blocks of the look back: at least the last 2 s.
+/// Number of blocks of the look-back: at least the last 2 s.
 const LOOK_BACK_BLOCKS: usize = 200;
-/// Blocks that wait to be sent: a tenth of a second.
+/// Number of blocks that may wait to be sent: a tenth of a second.
 const STREAM_BLOCKS: usize = 8;
 
-/// The newest `N` blocks: each in the place that its number gives.
+/// The newest `N` blocks, each at the place given by its number.
 #[derive(Debug)]
 struct Ring<const N: usize> {
     blocks: [RecordBlock; N],
@@ -81,13 +81,14 @@ impl<M: RawMutex> RecordRings<M> {
         }
     }
 
-    /// Does something with the rings; nothing if they are in use, which no task ever sees: none of them waits inside.
+    /// Calls `act` with the rings. Does nothing if they are in use, which never happens, because no task waits inside
+    /// `act`.
     fn with<R>(&self, act: impl FnOnce(&mut Rings) -> R) -> Option<R> {
         self.rings
             .lock(|rings| rings.try_borrow_mut().ok().map(|mut rings| act(&mut rings)))
     }
 
-    /// Keeps a block.
+    /// Adds a block.
     pub fn push(&self, block: &RecordBlock) {
         self.with(|rings| {
             rings.stream.push(block);
@@ -100,12 +101,12 @@ impl<M: RawMutex> RecordRings<M> {
         }
     }
 
-    /// The look back keeps what it has until [`RecordRings::restart`].
+    /// Freezes the look-back until [`RecordRings::restart`].
     pub fn freeze(&self) {
         self.with(|rings| rings.frozen = true);
     }
 
-    /// A frozen look back begins anew, empty.
+    /// Restarts a frozen look-back, empty.
     pub fn restart(&self) {
         self.with(|rings| {
             if rings.frozen {
@@ -115,7 +116,7 @@ impl<M: RawMutex> RecordRings<M> {
         });
     }
 
-    /// Whether the host wants the stream.
+    /// Sets whether the host wants the stream.
     pub fn stream(&self, wanted: bool) {
         self.streaming.store(wanted, Ordering::Relaxed);
         if wanted {
@@ -123,7 +124,7 @@ impl<M: RawMutex> RecordRings<M> {
         }
     }
 
-    /// The oldest block still there whose number is at least `number`.
+    /// The oldest stored block whose number is at least `number`.
     pub fn streamed_from(&self, number: u32) -> Option<RecordBlock> {
         self.with(|rings| {
             let candidates = [rings.stream.from(number), rings.look_back.from(number)];
@@ -135,7 +136,7 @@ impl<M: RawMutex> RecordRings<M> {
         })?
     }
 
-    /// The oldest block of the look back whose number is at least `number`, and whether the look back is frozen.
+    /// The oldest block of the look-back whose number is at least `number`, and whether the look-back is frozen.
     pub fn look_back_from(&self, number: u32) -> (bool, Option<RecordBlock>) {
         self.with(|rings| (rings.frozen, rings.look_back.from(number).cloned()))
             .unwrap_or_default()

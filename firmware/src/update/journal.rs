@@ -1,7 +1,7 @@
-//! What was decided about the arrived image: marks behind it, in the last bytes of its place.
+//! Decisions about the arrived image, stored as marks in the last bytes of the image's place.
 //!
-//! A mark is one word of the flash, programmed once, and names the image that it is about. The mark counts only if it
-//! can be read and is whole: a word that a power cut has torn is no mark, and the next mark takes the word behind it.
+//! A mark is one word of the flash that is programmed once and identifies its image. A mark counts only if it is
+//! readable and complete. A word that was torn by a power cut is no mark, and the next mark uses the following word.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -9,26 +9,27 @@ use crate::drive_board::FLASH_WORD_BYTES;
 use crate::image::Image;
 use crate::image_seal::{ERASED, JOURNAL_BYTES};
 
-/// Marks that the journal has room for.
+/// Number of marks for which the journal has room.
 const JOURNAL_WORDS: u32 = JOURNAL_BYTES / FLASH_WORD_BYTES as u32;
-/// What a mark begins with, but for the lowest bits, which hold the mark's kind.
+/// The first word of a mark, except the lowest bits, which contain the mark's kind.
 const ENTRY_MARK: u32 = 0x7A3E_51C0;
 
-/// What has been decided or done about the arrived image.
+/// A decision about the arrived image, or a step that was done with it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Mark {
     /// The firmware has checked it and orders its installation.
     Ordered = 1,
-    /// The image that ran is kept.
+    /// The image that ran before is kept.
     Kept = 2,
-    /// It is installed and is booted for the first time.
+    /// The arrived image is installed and is booted for the first time.
     Tried = 3,
-    /// It came up.
+    /// The image came up.
     Confirmed = 4,
-    /// It is given up: the kept image is to run.
+    /// The image is given up, and the kept image is to run.
     RolledBack = 5,
-    /// Nothing is left to do about it: what stands whole in its place is booted, the same image too if a probe flashes it.
+    /// The order is finished: any intact image in the running place is booted, even the same image if a probe
+    /// flashes it.
     Closed = 6,
 }
 
@@ -40,13 +41,14 @@ pub struct InstallOrder {
     pub length: u32,
     /// Its checksum.
     pub checksum: u32,
-    /// Checksum of the image that gave the order. Another one that runs was flashed by a probe: the order is void.
+    /// Checksum of the image that gave the order. If another image runs, a probe has flashed it, and the order is
+    /// void.
     pub before: u32,
-    /// The image that ran is kept.
+    /// The image that ran before is kept.
     pub kept: bool,
     /// It has been booted.
     pub tried: bool,
-    /// It came up.
+    /// The image came up.
     pub confirmed: bool,
     /// It is given up.
     pub rolled_back: bool,
@@ -55,7 +57,7 @@ pub struct InstallOrder {
 }
 
 impl InstallOrder {
-    /// What the marks are about.
+    /// The image that the marks are about.
     pub fn subject(&self) -> Subject {
         [self.length, self.checksum, self.before]
     }
@@ -81,7 +83,7 @@ pub type Subject = [u32; 3];
 fn encode(mark: Mark, [length, checksum, before]: Subject) -> [u8; FLASH_WORD_BYTES] {
     let mut word = [0; FLASH_WORD_BYTES];
     let parts = [ENTRY_MARK | mark as u32, length, checksum, before];
-    // Each part once as it is and once turned round: a word that is not whole is no mark.
+    // Each part is stored once as it is and once inverted, so an incomplete word is no mark.
     let parts = parts.into_iter().chain(parts.map(|part| !part));
     for (to, part) in word.chunks_exact_mut(4).zip(parts) {
         to.copy_from_slice(&part.to_le_bytes());
@@ -140,27 +142,27 @@ pub async fn read<F: NorFlash>(arrived: &mut F) -> Option<InstallOrder> {
 /// Adds a mark, and reads it back.
 ///
 /// # Errors
-/// [`NotMarked`]; the marks before it stand.
+/// [`NotMarked`]; the earlier marks are unchanged.
 pub async fn add<F: NorFlash>(arrived: &mut F, mark: Mark, subject: Subject) -> Result<(), NotMarked> {
     add_times(arrived, mark, subject, 1).await
 }
 
-/// Adds the last mark about an image, in every word that is left: an erasure that is cut leaves some words and not others, and
-/// one of these is to outlast the marks before it.
+/// Writes the last mark about an image into every remaining word. An interrupted erasure may leave any words, and at
+/// least one of these marks should survive longer than the earlier marks.
 ///
 /// # Errors
-/// [`NotMarked`]: not in a single word.
+/// [`NotMarked`] if no word could be written.
 pub async fn fill<F: NorFlash>(arrived: &mut F, last: Mark, subject: Subject) -> Result<(), NotMarked> {
     add_times(arrived, last, subject, JOURNAL_WORDS).await
 }
 
-/// Adds a mark so many times at most; it counts if it stands once.
+/// Writes a mark at most `most` times; one written mark is sufficient.
 async fn add_times<F: NorFlash>(arrived: &mut F, mark: Mark, subject: Subject, most: u32) -> Result<(), NotMarked> {
     let wanted = encode(mark, subject);
     let mut stands = 0;
     let mut word = [0; FLASH_WORD_BYTES];
     for at in places(arrived) {
-        // A torn word is not written again: its check bits are those of another content.
+        // A torn word is not written again, because its check bits belong to other contents.
         let blank = arrived.read(at, &mut word).await.is_ok() && word.iter().all(|byte| *byte == ERASED);
         if !blank {
             continue;

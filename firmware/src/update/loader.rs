@@ -1,4 +1,5 @@
-//! The boot loader's work: it looks, decides ([`super::plan`]) and copies, until an image can be booted.
+//! The boot loader's work: it inspects the three places, decides ([`super::plan`]) and copies until an
+//! image can be booted.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -11,39 +12,41 @@ use crate::image_seal::{ERASED, image_room};
 /// The three places of an image.
 #[derive(Debug)]
 pub struct Places<F> {
-    /// Where the board runs from.
+    /// The place from which the board runs.
     pub running: F,
-    /// Where the firmware stores an image that comes over the link, with the journal behind it.
+    /// The place in which the firmware stores an image from the link, with the journal behind the
+    /// image.
     pub arrived: F,
-    /// Where the image that ran before is kept.
+    /// The place of the kept image, which ran before.
     pub kept: F,
 }
 
-/// What is to be booted.
+/// The boot loader's result: what to boot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Boot {
-    /// The image that runs.
+    /// The installed image.
     Image,
     /// A new image: until it confirms itself the next reset rolls it back.
     Trial,
-    /// There is no whole image.
+    /// There is no intact image.
     Nothing,
 }
 
 /// Bytes that are copied at once.
 const COPIED_PIECE: usize = 256;
 const _: () = assert!(COPIED_PIECE.is_multiple_of(FLASH_WORD_BYTES));
-/// Most steps of one boot: twice what an update that fails at every place needs.
+/// Largest number of steps of one boot: twice the number that an update with failures at every place
+/// needs.
 const STEPS_MAX: u32 = 16;
 
-/// Does what the marks and the three places ask for, and returns what to boot.
+/// Performs the steps that follow from the marks and the three places, and returns what to boot.
 pub async fn prepare<F: NorFlash>(places: &mut Places<F>) -> Boot {
     let mut found = Found {
         running: whole(&mut places.running).await,
         order: journal::read(&mut places.arrived).await,
         ..Found::default()
     };
-    // Most boots: nothing is under way, and the two other places need not be read.
+    // The usual boot: no update is pending, and the two other places need not be read.
     let settled = found.order.is_none_or(|order| order.confirmed || order.closed);
     if found.running.is_some() && settled {
         return Boot::Image;
@@ -58,7 +61,7 @@ pub async fn prepare<F: NorFlash>(places: &mut Places<F>) -> Boot {
                 if mark(places, &found, Mark::Tried).await {
                     return Boot::Trial;
                 }
-                // A trial that leaves no trace would be repeated for ever.
+                // A trial without a mark would be repeated for ever.
                 give_up(places, &mut found).await;
             }
             LoaderStep::Keep => {
@@ -77,8 +80,8 @@ pub async fn prepare<F: NorFlash>(places: &mut Places<F>) -> Boot {
             LoaderStep::Install => {
                 found.running = copy(&mut places.arrived, &mut places.running, found.arrived).await;
                 if found.running.is_none() {
-                    // The flash does not keep it. A flash that refused to be erased still holds the image before; otherwise
-                    // what can be done is to try the kept one.
+                    // The flash does not keep the image. If the erasure was refused, the flash still
+                    // contains the previous image; otherwise the loader can only try the kept image.
                     found.running = whole(&mut places.running).await;
                     give_up(places, &mut found).await;
                     set(&mut found, |order| order.confirmed = false);
@@ -87,7 +90,7 @@ pub async fn prepare<F: NorFlash>(places: &mut Places<F>) -> Boot {
             LoaderStep::GiveUp => give_up(places, &mut found).await,
             LoaderStep::Close => {
                 if let Some(order) = found.order {
-                    // Without the mark the next boot decides the same again.
+                    // Without the mark the next boot makes the same decision again.
                     let _ = journal::fill(&mut places.arrived, Mark::Closed, order.subject()).await;
                 }
                 return Boot::Image;
@@ -114,13 +117,14 @@ fn set(found: &mut Found, change: impl FnOnce(&mut InstallOrder)) {
     }
 }
 
-/// Gives the ordered image up. If the mark cannot be written the next boot decides the same again.
+/// Gives up the ordered image. If the mark cannot be written, the next boot makes the same decision
+/// again.
 async fn give_up<F: NorFlash>(places: &mut Places<F>, found: &mut Found) {
     mark(places, found, Mark::RolledBack).await;
     set(found, |order| order.rolled_back = true);
 }
 
-/// Adds a mark about the ordered image; returns whether the mark stands.
+/// Adds a mark about the ordered image. Returns whether the mark was written.
 async fn mark<F: NorFlash>(places: &mut Places<F>, found: &Found, mark: Mark) -> bool {
     let Some(order) = found.order else { return false };
     let added = journal::add(&mut places.arrived, mark, order.subject()).await;

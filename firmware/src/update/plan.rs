@@ -1,45 +1,45 @@
-//! What the boot loader does next: a pure decision from the marks and from what lies in the three places.
+//! The boot loader's next step: a pure decision from the marks and the contents of the three places.
 
 use super::journal::InstallOrder;
 use crate::image::Image;
 
-/// What the boot loader has found.
+/// The boot loader's findings.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Found {
-    /// The whole image in the place that the board runs from, if there is one.
+    /// The intact image in the running place, if any.
     pub running: Option<Image>,
-    /// The whole image that has arrived, if there is one.
+    /// The intact arrived image, if any.
     pub arrived: Option<Image>,
-    /// The whole image that is kept, if there is one.
+    /// The intact kept image, if any.
     pub kept: Option<Image>,
-    /// What was ordered.
+    /// The order.
     pub order: Option<InstallOrder>,
 }
 
-/// What the boot loader does next.
+/// The boot loader's next step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LoaderStep {
-    /// Boot the image that stands in its place.
+    /// Boot the image in the running place.
     Boot,
-    /// Copy the image that runs to where it is kept.
+    /// Copy the running image to the place of the kept image.
     Keep,
-    /// Note that the image before is kept.
+    /// Mark that the previous image is kept.
     MarkKept,
-    /// Copy the arrived image to where the board runs from.
+    /// Copy the arrived image to the running place.
     Install,
-    /// Note that the new image is booted, and boot it.
+    /// Mark that the new image is booted, and boot it.
     Try,
-    /// Note that nothing is left to do about the order, and boot the image that stands in its place.
+    /// Mark that the order is finished, and boot the image in the running place.
     Close,
-    /// Note that the new image is given up.
+    /// Mark that the new image is given up.
     GiveUp,
-    /// Copy the kept image to where the board runs from.
+    /// Copy the kept image to the running place.
     Restore,
-    /// There is no image that could be booted.
+    /// There is no bootable image.
     Stop,
 }
 
-/// The next step. An image that is not whole is never booted.
+/// Returns the next step. The boot loader never boots an image that is not intact.
 pub fn next(found: &Found) -> LoaderStep {
     let Found {
         running,
@@ -57,7 +57,7 @@ pub fn next(found: &Found) -> LoaderStep {
         return boot_or(running, install.unwrap_or(restore(kept)));
     }
     if order.closed {
-        // Whatever stands there now was flashed by a probe, or is the image before.
+        // The image there was flashed by a probe, or is the previous image.
         return boot_or(running, restore(kept));
     }
     if running.is_some_and(|image| order.is_void(&image)) {
@@ -71,7 +71,7 @@ pub fn next(found: &Found) -> LoaderStep {
         };
     }
     if order.tried {
-        // It was booted and did not confirm itself before the next reset.
+        // The image was booted and did not confirm itself before the next reset.
         return LoaderStep::GiveUp;
     }
     if arrived.is_none() {
@@ -131,7 +131,8 @@ mod tests {
         }
     }
 
-    /// Every combination of marks and of what the places hold: nothing, the old image, the new one, one that a probe flashed.
+    /// Every combination of marks and of the places' contents: nothing, the old image, the new
+    /// image, an image that a probe flashed.
     fn all() -> impl Iterator<Item = Found> {
         let images = [None, Some(image(1)), Some(image(2)), Some(image(3))];
         (0..64 * 33).map(move |n| {
@@ -174,7 +175,7 @@ mod tests {
         }
     }
 
-    /// An image is never overwritten while it is the only whole one, but by a copy of a whole one.
+    /// The only intact image is never overwritten, except by a copy of an intact image.
     #[test]
     fn the_board_stops_only_where_no_place_holds_an_image_that_may_run() {
         for found in all() {
@@ -187,7 +188,7 @@ mod tests {
         }
     }
 
-    /// From every combination the steps, carried out, come to an end.
+    /// From every combination the sequence of steps ends.
     #[test]
     fn the_steps_come_to_an_end() {
         for start in all() {

@@ -1,4 +1,4 @@
-//! The firmware's side of the flash: an image is stored piece by piece, checked, and ordered.
+//! The firmware's part of an update: it stores an image piece by piece, checks it, and orders its installation.
 
 use embedded_storage_async::nor_flash::NorFlash;
 
@@ -10,11 +10,11 @@ use crate::protocol::message::{UPDATE_BYTES, UpdateRefusal, UpdateState};
 
 const _: () = assert!(UPDATE_BYTES.is_multiple_of(FLASH_WORD_BYTES));
 
-/// An image that is coming.
+/// An image in transfer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct ImageTransfer {
     image: Image,
-    /// Bytes that are stored.
+    /// Number of stored bytes.
     next: u32,
 }
 
@@ -22,13 +22,13 @@ struct ImageTransfer {
 #[derive(Debug)]
 pub struct UpdateStore<F> {
     place: F,
-    /// Checksum of the image that runs.
+    /// Checksum of the running image.
     running: u32,
     transfer: Option<ImageTransfer>,
 }
 
 impl<F: NorFlash> UpdateStore<F> {
-    /// A store that takes the whole of `place`, of a firmware whose image has the checksum `running`.
+    /// A store that uses the whole of `place`, for a firmware whose image has the checksum `running`.
     pub fn new(place: F, running: u32) -> Self {
         Self {
             place,
@@ -37,7 +37,7 @@ impl<F: NorFlash> UpdateStore<F> {
         }
     }
 
-    /// What became of the last update, and the checksum of its image.
+    /// The result of the last update, and the checksum of its image.
     pub async fn state(&mut self) -> (UpdateState, u32) {
         match journal::read(&mut self.place).await {
             Some(order) => match self.state_of(&order) {
@@ -48,7 +48,7 @@ impl<F: NorFlash> UpdateStore<F> {
         }
     }
 
-    /// What became of an order, as the image that runs sees it.
+    /// The result of an order, as seen by the running image.
     fn state_of(&self, order: &InstallOrder) -> UpdateState {
         let (runs, before_runs) = (order.checksum == self.running, order.before == self.running);
         // The boot loader obeys the marks in this order.
@@ -56,18 +56,18 @@ impl<F: NorFlash> UpdateStore<F> {
             // A probe has flashed another image since.
             _ if !runs && !before_runs => UpdateState::None,
             _ if order.confirmed => UpdateState::Confirmed,
-            // A probe has flashed the image that was given up, or one of its own in between.
+            // A probe has flashed the image that was given up, or another image in between.
             _ if order.rolled_back && !before_runs => UpdateState::None,
             _ if order.closed && !order.rolled_back => UpdateState::None,
             _ if order.rolled_back && !order.tried => UpdateState::NotInstalled,
-            // Rolled back even if the flash did not take the mark: the image before runs after a trial.
+            // Rolled back even if the mark could not be written, because the previous image runs after a trial.
             _ if order.rolled_back || (order.tried && !runs) => UpdateState::RolledBack,
             _ if order.tried => UpdateState::OnTrial,
             _ => UpdateState::Ordered,
         }
     }
 
-    /// Notes that the image that runs, which is on trial, came up.
+    /// Marks that the running image, which is on trial, came up.
     ///
     /// # Errors
     /// [`UpdateRefusal::NotBegun`]: the image that runs is not on trial. [`UpdateRefusal::FlashFailed`]: the next reset rolls
@@ -80,7 +80,7 @@ impl<F: NorFlash> UpdateStore<F> {
         added.map_err(|_| UpdateRefusal::FlashFailed)
     }
 
-    /// Whether this image can be for this board, before anything is erased for it.
+    /// Checks whether this image can be for this board, before anything is erased.
     ///
     /// # Errors
     /// [`UpdateRefusal::WrongBoard`], [`UpdateRefusal::WrongSize`].
@@ -95,7 +95,8 @@ impl<F: NorFlash> UpdateStore<F> {
         Ok(())
     }
 
-    /// Makes room for an image that fits; returns where its next piece belongs. The same image goes on where it stood.
+    /// Erases the place for an image that fits, and returns the position of its next piece. A transfer of the same image
+    /// continues at its last position.
     ///
     /// # Errors
     /// [`UpdateRefusal::FlashFailed`].
@@ -106,7 +107,7 @@ impl<F: NorFlash> UpdateStore<F> {
             return Ok(transfer.next);
         }
         self.transfer = None;
-        // The journal first, which stands at the end: what it says is about an image that goes now.
+        // The journal at the end is erased first, because its marks are about an image that is now erased.
         let sector = F::ERASE_SIZE as u32;
         let sectors = self.place.capacity() as u32 / sector;
         for n in (0..sectors).rev() {
@@ -117,11 +118,11 @@ impl<F: NorFlash> UpdateStore<F> {
         Ok(0)
     }
 
-    /// Stores the piece of the image that begins at `at`; returns where the next one belongs.
+    /// Stores the piece of the image that begins at `at`, and returns the position of the next piece.
     ///
     /// # Errors
-    /// [`UpdateRefusal::NotBegun`], [`UpdateRefusal::OutOfOrder`], [`UpdateRefusal::FlashFailed`] (the transfer begins
-    /// anew then).
+    /// [`UpdateRefusal::NotBegun`], [`UpdateRefusal::OutOfOrder`], [`UpdateRefusal::FlashFailed`] (the transfer must then
+    /// begin again).
     pub async fn write(&mut self, at: u32, piece: &[u8; UPDATE_BYTES]) -> Result<u32, UpdateRefusal> {
         let ImageTransfer { image, next } = self.transfer.ok_or(UpdateRefusal::NotBegun)?;
         if at != next || next >= image.length {
@@ -130,7 +131,7 @@ impl<F: NorFlash> UpdateStore<F> {
         let left = ((image.length - at) as usize).min(UPDATE_BYTES);
         let words = left.next_multiple_of(FLASH_WORD_BYTES);
         let bytes = piece.get(..words).ok_or(UpdateRefusal::FlashFailed)?;
-        // A word that was programmed once cannot be programmed again: after a failure the place is erased first.
+        // A programmed word cannot be programmed again, so after a failure the place must be erased first.
         self.transfer = None;
         let written = self.place.write(at, bytes).await;
         written.map_err(|_| UpdateRefusal::FlashFailed)?;
@@ -139,11 +140,11 @@ impl<F: NorFlash> UpdateStore<F> {
         Ok(next)
     }
 
-    /// Checks what is stored against what was announced.
+    /// Compares the stored image with the announced image.
     ///
     /// # Errors
-    /// [`UpdateRefusal::NotBegun`], also if pieces are missing; [`UpdateRefusal::WrongChecksum`], and the transfer begins
-    /// anew.
+    /// [`UpdateRefusal::NotBegun`], also if pieces are missing; [`UpdateRefusal::WrongChecksum`], after which the
+    /// transfer must begin again.
     pub async fn check(&mut self) -> Result<Image, UpdateRefusal> {
         let ImageTransfer { image, next } = self.transfer.ok_or(UpdateRefusal::NotBegun)?;
         if next < image.length {
@@ -159,7 +160,7 @@ impl<F: NorFlash> UpdateStore<F> {
         Err(refusal)
     }
 
-    /// Orders the installation of an image that was checked.
+    /// Orders the installation of a checked image.
     ///
     /// # Errors
     /// [`UpdateRefusal::FlashFailed`]: nothing is ordered.

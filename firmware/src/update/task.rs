@@ -13,18 +13,18 @@ use crate::image::Image;
 use crate::protocol::message::{Answer, UPDATE_BYTES, UpdateAnswer, UpdateRefusal, UpdateRequest, UpdateState};
 use crate::topics::{Answered, Topics, UpdateAsked};
 
-/// How long a new firmware must run before it confirms itself: its tasks have fed the watchdog some hundred times by then,
-/// and the control task has calibrated.
+/// Time that a new firmware must run before it confirms itself. By then its tasks have fed the watchdog some hundred
+/// times, and the control task has calibrated the gyros.
 pub const CONFIRM_AFTER: Duration = Duration::from_secs(3);
-/// How long after its last message a host is believed to be still there: then the vehicle can be armed again.
+/// Time after a host's last message at which the update is given up, so that the vehicle can be armed again.
 const LEFT_AFTER: Duration = Duration::from_secs(10);
-/// What the last answer has to leave the board before it restarts.
+/// Time for the last answer to leave the board before the restart.
 const ANSWER_TIME: Duration = Duration::from_millis(100);
-/// How often the task looks whether the vehicle is disarmed, while it has something to store.
+/// Period at which the task checks whether the vehicle is disarmed, while it has something to store.
 const UPDATE_PERIOD: Duration = Duration::from_millis(100);
 
-/// Answers for ever. `restart` restarts the part into its boot loader; a board without one only stores.
-/// `self_test_passed` says what the board has found of itself at boot.
+/// Answers for ever. `restart` restarts the part into its boot loader; a board without a boot loader only stores the
+/// image. `self_test_passed` is the result of the board's self-test at boot.
 pub async fn run<M: RawMutex, F: NorFlash, R: Restart>(
     topics: &Topics<M>,
     store: Option<UpdateStore<F>>,

@@ -1,4 +1,4 @@
-//! What happens after a reset: look, install or roll back, boot.
+//! The sequence after a reset: inspect the flash, install or roll back, boot.
 
 use core::panic::PanicInfo;
 
@@ -15,7 +15,7 @@ use firmware::update::loader::{Boot, Places, prepare};
 use super::loader_flash::FlashPlace;
 use super::slow_watchdog;
 
-/// Where an image arrives.
+/// First sector of the arrived image.
 const ARRIVED: usize = ARRIVED_SECTOR.expect("a board with a boot loader has a place for it");
 /// The red lamp, PB14.
 const LAMP: usize = 14;
@@ -24,7 +24,8 @@ const BLINK_CYCLES: u32 = 16_000_000;
 
 #[entry]
 fn main() -> ! {
-    // It runs on in the image: one that hangs before it takes the watchdog over is reset, and rolled back if it is on trial.
+    // The watchdog keeps running in the image. An image that hangs before it takes over the
+    // watchdog is reset, and rolled back if it is on trial.
     slow_watchdog::start();
     let core = Peripherals::take();
     let mut scb = core.map(|core| core.SCB);
@@ -38,7 +39,8 @@ fn main() -> ! {
     };
     let found = block_on(prepare(&mut places));
     if let Some(scb) = &mut scb {
-        // Empties it too: what it holds of the image's place is older than the image.
+        // Also empties the cache, because its contents from the image's place are older than the
+        // image.
         scb.disable_icache();
     }
     match found {
@@ -49,9 +51,10 @@ fn main() -> ! {
 
 /// Hands the part over to the image, as a reset would.
 fn boot() -> ! {
-    // SAFETY: nothing of this program runs after it: no interrupt was ever enabled. The image was checked (`image_in`): it is
-    // the one that was sealed for this board, its first vector is the end of a stack in the part's RAM, and its second one an
-    // instruction of its own, so it is linked for this place. Its start-up makes its own RAM.
+    // SAFETY: nothing of this program runs afterwards, because no interrupt was ever enabled.
+    // `image_in` has checked the image: it was sealed for this board, its first vector is the end
+    // of a stack in the part's RAM, and its second vector is an instruction of the image, so the
+    // image is linked for this place. Its start-up code initialises its own RAM.
     unsafe {
         (*SCB::PTR).vtor.write(IMAGE_START);
         cortex_m::asm::dsb();
@@ -60,10 +63,10 @@ fn boot() -> ! {
     }
 }
 
-/// Shows for ever that there is no image to boot: only a probe helps.
+/// Blinks for ever to show that there is no image to boot. Only a probe can help.
 fn blink() -> ! {
     RCC.ahb4enr().modify(|w| w.set_gpioben(true));
-    // Port B has no pin of a bridge. The lamp's pin alone leaves the state after a reset.
+    // Port B has no pin of a bridge. Only the lamp's pin leaves its reset state.
     GPIOB.moder().modify(|w| w.set_moder(LAMP, Moder::OUTPUT));
     let mut level = Odr::HIGH;
     loop {

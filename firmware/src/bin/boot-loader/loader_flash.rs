@@ -1,5 +1,5 @@
-//! The places of the part's flash as the boot loader writes them: one word or sector at a time, waiting until the part has done
-//! it. The loader runs from bank 1, so that a write to that bank stops the core until it is over.
+//! The boot loader's access to the places of the part's flash: it writes one word or erases one sector at a time and
+//! waits for the part. The loader runs from bank 1, so a write to that bank stops the core until the write is over.
 
 use embassy_stm32::pac::flash::Bank;
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
@@ -11,7 +11,7 @@ use super::stm32_registers::flash_map::{FLASH_BASE, UNLOCK_KEYS};
 
 /// Programs 32 bits at a time, as the firmware's driver does.
 const PARALLELISM: u8 = 2;
-/// Cycles between two looks at whether the part is done: about 10 us at the 64 MHz after a reset.
+/// Cycles between two checks of whether the part is done: about 10 us at the 64 MHz after a reset.
 const LOOK_CYCLES: u32 = 640;
 
 /// An access failed.
@@ -24,7 +24,7 @@ impl NorFlashError for LoaderFlashError {
     }
 }
 
-/// Some sectors in a row: nothing outside them is ever accessed.
+/// Some consecutive sectors. The type never accesses memory outside them.
 pub struct FlashPlace {
     /// Bytes from the start of the flash.
     start: usize,
@@ -40,7 +40,7 @@ impl FlashPlace {
         }
     }
 
-    /// The address of an access to so many bytes.
+    /// The address of an access to `length` bytes.
     fn access(&self, offset: u32, length: usize) -> Result<usize, LoaderFlashError> {
         let end = (offset as usize).checked_add(length).ok_or(LoaderFlashError)?;
         if end > self.bytes {
@@ -61,7 +61,7 @@ fn open(bank: Bank) {
 }
 
 /// Waits until the bank has done its work, locks it, and returns whether it succeeded. The watchdog ends the wait for
-/// a bank that is never done.
+/// a bank that never finishes.
 fn finish(bank: Bank) -> Result<(), LoaderFlashError> {
     cortex_m::asm::dsb();
     let done = loop {
@@ -69,7 +69,7 @@ fn finish(bank: Bank) -> Result<(), LoaderFlashError> {
         if !status.bsy() && !status.qw() && !status.wbne() {
             break status;
         }
-        // A word that an error has left half in the buffer would stay there.
+        // A word that an error has left partly in the buffer would stay there.
         if status.pgserr() || status.incerr() {
             break status;
         }
@@ -97,7 +97,7 @@ impl ReadNorFlash for FlashPlace {
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), LoaderFlashError> {
         let mut address = self.access(offset, bytes.len())?;
-        // A damaged word spoils its own read alone.
+        // A damaged word affects only its own read.
         for word in bytes.chunks_mut(FLASH_WORD_BYTES) {
             read_guarded(address, word).map_err(|_| LoaderFlashError)?;
             address += word.len();

@@ -1,6 +1,6 @@
 //! The boot loader: installs an image that the firmware has stored and ordered, rolls it back if it does not come up, and
-//! boots what is whole. It configures no pin of the bridges, which stay open as the reset has left them, enables no interrupt,
-//! and keeps out of the RAM in which the firmware keeps things over a reset.
+//! boots an intact image. It configures no pin of the bridges, which stay open as after the reset, enables no interrupt,
+//! and does not use the RAM in which the firmware keeps data over a reset.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]

@@ -1,6 +1,6 @@
-//! The DTCM, which holds the boot loader's stack and variables, before anything reads it: power-up leaves words and check
-//! bits at random, and a write of a part of such a word would find an error. The firmware keeps nothing there over a reset. The
-//! RAM takes no writes before the core's supply is settled ([`super::core_supply`]).
+//! Initialises the DTCM, which contains the boot loader's stack and variables, before anything reads it. Power-up leaves
+//! words and check bits at random, and a partial write of such a word would cause an error. The firmware keeps nothing
+//! there over a reset. The RAM accepts no writes before the core's supply has settled ([`super::core_supply`]).
 
 use core::arch::global_asm;
 
@@ -10,7 +10,7 @@ global_asm!(
     ".type __pre_init, %function",
     ".thumb_func",
     "__pre_init:",
-    // Nothing is pushed: the stack is in what is written here.
+    // Nothing is pushed, because this code overwrites the stack.
     "mov r12, lr",
     "bl __settle_core_supply",
     "movw r0, #:lower16:_dtcm_start",

@@ -25,7 +25,7 @@ use crate::board::stm32::{
     RunningWatchdog, StopContact, SystemReset, UserButton,
 };
 
-/// What the tasks share: the tasks of the control executor interrupt those of the thread.
+/// The data that the tasks share. The tasks of the control executor interrupt the thread's tasks.
 type Topics = topics::Topics<CriticalSectionRawMutex>;
 static TOPICS: Topics = Topics::new();
 
@@ -39,7 +39,7 @@ async fn main(spawner: Spawner) {
         TOPICS.log.push(Event::Crashed);
         defmt::error!("the last run ended: {=str}", words.as_str());
     }
-    // The build script has checked the vehicle file by the same rules.
+    // The build script has checked the vehicle file with the same rules.
     let Ok(built_in) = Vehicle::new(built_in::PARAMETERS) else {
         defmt::panic!("the built-in vehicle is out of range");
     };
@@ -56,8 +56,8 @@ async fn main(spawner: Spawner) {
         blockers: board.blockers,
     };
 
-    // The thread's tasks first: building them takes the most stack, and nothing interrupts it yet. They run when this
-    // task ends.
+    // The thread's tasks are created first, because that needs the most stack and nothing interrupts it yet. They run
+    // when this task ends.
     static CORE: StaticCell<VehicleCore> = StaticCell::new();
     let core = CORE.init_with(|| VehicleCore::new(&booted.vehicle, &SCALES));
     let about = link::about(built_in.parameters(), board.boot_number);
@@ -74,7 +74,7 @@ async fn main(spawner: Spawner) {
     spawner.spawn(started(log_task(board.lamps)));
     spawner.spawn(started(button_task(board.user_button)));
 
-    // A vehicle without a spar has no IMU there, and nobody looks for one.
+    // A vehicle without a spar has no spar IMU, so no task looks for it.
     let with_spar = built_in::PARAMETERS.spar.is_some();
     // In the order in which the tasks run within a tick.
     let control = stm32::start_control_executor();
@@ -84,7 +84,7 @@ async fn main(spawner: Spawner) {
     }
     control.spawn(started(drive_task(core, drive_hardware)));
     control.spawn(started(watchdog_task(board.watchdog.start())));
-    // Halfway between two ticks, whatever the thread's tasks are busy with: the age of its reading is a fact.
+    // Runs halfway between two ticks, however busy the thread's tasks are, so the age of its reading is known.
     control.spawn(started(analog_task(board.analog)));
 }
 
@@ -140,7 +140,7 @@ async fn fault_task(history: Option<FaultStore<Region>>, boot: u32) {
     fault_history::run(&TOPICS, history, boot).await;
 }
 
-/// A board without a boot loader has no place for an image, and never comes to restart into one.
+/// A board without a boot loader has no place for an image and never restarts into one.
 #[embassy_executor::task]
 async fn update_task(store: Option<UpdateStore<Region>>, self_test_passed: bool) {
     update::run(&TOPICS, store, Some(SystemReset), self_test_passed).await;
@@ -151,7 +151,7 @@ async fn log_task(lamps: Lamps) {
     firmware::log_task::run(&TOPICS, lamps).await;
 }
 
-/// The board's own button disarms the vehicle: for whoever stands beside it.
+/// The board's own button disarms the vehicle, for a person at the vehicle.
 #[embassy_executor::task]
 async fn button_task(button: UserButton) {
     let mut ticker = Ticker::every(Duration::from_millis(20));

@@ -4,8 +4,8 @@ use core::mem::MaybeUninit;
 
 use embassy_stm32::pac;
 
-/// The number, and what is written after it: the RAM's error correction holds the last partial write back until the
-/// next write, and a reset would lose it.
+/// The number, and padding that is written after it: the RAM's error correction holds back the last partial write
+/// until the next write, and a reset would lose the held write.
 #[repr(C, align(8))]
 struct BootRecord {
     number: u32,
@@ -16,10 +16,11 @@ struct BootRecord {
 #[unsafe(link_section = ".uninit.boot_number")]
 static mut RECORD: MaybeUninit<BootRecord> = MaybeUninit::uninit();
 
-/// Step from boot to boot: odd, so every number comes before one comes again, and far from the numbers around.
+/// Step from boot to boot. The step is odd, so all numbers occur before one repeats, and large, so consecutive numbers
+/// differ much.
 const STEP: u32 = 0x9E37_79B9;
 
-/// Most reads of the random number generator's status. Its first word takes some microseconds.
+/// Largest number of reads of the random number generator's status. Its first word takes some microseconds.
 const WAIT_READS: u32 = 100_000;
 
 /// The number of this boot. To be called once, before the tasks start, with the 48 MHz oscillator running.
@@ -27,7 +28,7 @@ pub fn take() -> u32 {
     // SAFETY: start-up is single threaded, and nothing else accesses the record. It consists of plain integers, for
     // which any bits are a value, and power-up wrote it.
     let last = unsafe { core::ptr::read_volatile((&raw const RECORD).cast::<u32>()) };
-    // Without a random number the first boot after each power-up has the same number: the vehicle drives all the same.
+    // Without a random number the first boot after each power-up has the same number: the vehicle drives anyway.
     let before = if last == 0 { random().unwrap_or_default() } else { last };
     let number = before.wrapping_add(STEP);
     let record = BootRecord { number, flush: [0; 2] };
@@ -36,7 +37,7 @@ pub fn take() -> u32 {
     number
 }
 
-/// A word of the random number generator; `None` if the generator reports an error or gives no word in time.
+/// A word of the random number generator; `None` if the generator reports an error or returns no word in time.
 fn random() -> Option<u32> {
     critical_section::with(|_| pac::RCC.ahb2enr().modify(|w| w.set_rngen(true)));
     pac::RNG.cr().write(|w| w.set_rngen(true));

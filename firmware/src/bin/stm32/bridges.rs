@@ -1,18 +1,19 @@
-//! The three motor bridges on TIM1 and TIM8: drive and brake at 20 kHz on two lines per motor, with a hardware break.
+//! The three motor bridges on TIM1 and TIM8: they drive and brake at 20 kHz over two lines per motor and have a hardware
+//! break.
 //!
-//! Each bridge has two inputs, each a compare channel of its own ([`firmware::bridge_legs`]): TIM1's four drive the left
-//! and the right motor, two of TIM8's the ballast motor. Both low is an open bridge, so switching the outputs off opens
-//! the bridges. The drivers make their own dead time.
+//! Each bridge has two inputs, and each input has its own compare channel ([`firmware::bridge_legs`]): the four channels
+//! of TIM1 drive the left and the right motor, two channels of TIM8 drive the ballast motor. A bridge with both inputs
+//! low is open, so switching the outputs off opens the bridges. The drivers generate their own dead time.
 //!
-//! Both timers count up and down. Once in each period, a little before TIM1's zero, TIM1 sends the converter a trigger
-//! (TRGO2, whose source is the compare channel 6, which has no pin): the currents are sampled where they cross their mean,
-//! in the middle of the brake.
+//! Both timers count up and down. Once per period, shortly before TIM1's zero, TIM1 sends the converter a trigger (TRGO2
+//! from compare channel 6, which has no pin). The converter then samples the currents where they cross their mean, in the
+//! middle of the braking interval.
 //!
 //! This file writes the timers' registers itself, because the HAL's driver enables the outputs while it configures a
-//! timer. Here nothing sets a main output enable before the first enabled [`Actuation`], and the break clears it in
-//! hardware, even if the CPU hangs. One wire reaches the break input of both timers, and the part's own faults reach both:
-//! either opens all bridges without software. If a timer's outputs are off for another reason, the next tick
-//! switches the other timer off.
+//! timer. Here nothing sets a main output enable before the first enabled [`Actuation`], and the break clears the main
+//! output enable in hardware, even if the CPU hangs. One wire leads to the break inputs of both timers, and the part's
+//! own faults also act on both timers, so either opens all bridges without software. If a timer's outputs are off for
+//! another reason, the next tick switches the other timer off.
 
 use embassy_stm32::Peri;
 use embassy_stm32::gpio::Flex;
@@ -30,12 +31,12 @@ use model::sample::{Actuation, MOTORS};
 use crate::board::clocks::TIMER_HZ;
 use crate::board::{SAMPLES_AFTER_TRIGGER_NS, part};
 
-/// PWM frequency: above hearing, and slow enough for the bridges' drivers.
+/// PWM frequency: inaudible, and slow enough for the bridges' drivers.
 const PWM_HZ: u32 = 20_000;
 /// Timer counts in half a PWM period: up, and down again.
 const HALF_PERIOD_COUNTS: u16 = (TIMER_HZ / PWM_HZ / 2) as u16;
-/// Timer counts from the converter's trigger to TIM1's zero: the time that the converter takes to its samples of the drive
-/// motors' currents. Rounded down, by 5 ns at most.
+/// Timer counts from the converter's trigger to TIM1's zero: the time from the trigger to the converter's samples of the
+/// drive motors' currents, rounded down by at most 5 ns.
 const TRIGGER_COUNTS: u16 = (SAMPLES_AFTER_TRIGGER_NS as u64 * TIMER_HZ as u64 / 1_000_000_000) as u16;
 
 const _: () = {
@@ -46,13 +47,13 @@ const _: () = {
 
 /// Channels of TIM1: left IN1, left IN2, right IN1, right IN2. Numbered from 0, as the registers are.
 const DRIVE_CHANNELS: [usize; 4] = [0, 1, 2, 3];
-/// Channels of TIM8: ballast IN1, IN2. The first two have their pins at an encoder.
+/// Channels of TIM8: ballast IN1, IN2. The pins of the first two channels are used by an encoder.
 const BALLAST_CHANNELS: [usize; 2] = [2, 3];
 
-/// The breaks that each timer listens to, numbered from 0. The part's own faults act on the first one.
+/// The enabled breaks of TIM1, numbered from 0. The part's own faults act on the first break.
 const DRIVE_BREAKS: &[usize] = &[0];
-/// TIM8's wire comes in at the second break: no pin of its first one is free on either board. The second one switches the
-/// outputs to their inactive level, low, just as the first one does here.
+/// The wire is connected to TIM8's second break, because no pin of its first break is free on either board. In this
+/// configuration the second break switches the outputs to their inactive level, low, like the first break.
 const BALLAST_BREAKS: &[usize] = &[0, 1];
 
 /// The pins of the bridges and of the breaks, connected to the timers.
@@ -84,16 +85,16 @@ pub struct BridgePins {
 pub struct MotorBridges {
     _timers: (Peri<'static, peripherals::TIM1>, Peri<'static, peripherals::TIM8>),
     pins: BridgePins,
-    /// The last tick enabled the outputs.
+    /// Whether the last tick enabled the outputs.
     enabled: bool,
-    /// The outputs went off by themselves since the break was last cleared.
+    /// Whether the outputs have gone off by themselves since the break was last cleared.
     lost: bool,
 }
 
 impl MotorBridges {
     /// Configures the timers with their outputs off, locks polarities and breaks against any later write until reset,
-    /// tries each break, and only then lets `connect` connect the pins to the timers. Returns the bridges and whether each
-    /// break, asked for by software, switched its timer's outputs off.
+    /// tests each break, and only then lets `connect` connect the pins to the timers. Returns the bridges and whether
+    /// each software break switched its timer's outputs off.
     pub fn new(
         drives: Peri<'static, peripherals::TIM1>,
         ballast: Peri<'static, peripherals::TIM8>,
@@ -114,8 +115,9 @@ impl MotorBridges {
         configure(TIM1, &DRIVE_CHANNELS, DRIVE_BREAKS);
         configure(TIM8, &BALLAST_CHANNELS, BALLAST_BREAKS);
         trigger_conversions();
-        // One after the other with nothing in between: the two periods begin some clocks apart, and stay so, because
-        // both timers count the same clock. The sample of the ballast's current is off by as little.
+        // The two timers are started directly one after the other. Their periods begin some clocks apart and stay so,
+        // because both timers count the same clock. The sample of the ballast's current is displaced by the same few
+        // clocks.
         critical_section::with(|_| {
             TIM1.cr1().write_value(counting(false));
             TIM8.cr1().write_value(counting(false));
@@ -132,14 +134,14 @@ impl MotorBridges {
         (bridges, drives_work && ballast_works)
     }
 
-    /// Whether a timer holds its outputs off, though the last tick enabled them.
+    /// Whether a timer's outputs are off although the last tick enabled them.
     fn lost(&mut self) -> bool {
         self.lost |= self.enabled && !(TIM1.bdtr().read().moe() && TIM8.bdtr().read().moe());
         self.lost
     }
 
-    /// Sets the mean voltages. A timer takes all its values together, at the end of a period: a pair of which one half is
-    /// of the tick before could be low at once.
+    /// Sets the mean voltages. A timer loads all its values together at the end of a period, because a pair with one
+    /// value of the previous tick could be low at the same time.
     fn set_duties(duty: [i16; MOTORS]) {
         let [left, right, ballast] = duty;
         TIM1.cr1().write_value(counting(true));
@@ -156,13 +158,13 @@ impl Bridges for MotorBridges {
     fn apply(&mut self, actuation: &Actuation) {
         if !actuation.enable || self.break_tripped() {
             open_all();
-            // The next enable starts at zero volts, not at the last duty driven.
+            // The next enable starts at zero volts instead of the last duty.
             Self::set_duties([0; MOTORS]);
             self.enabled = false;
             return;
         }
         Self::set_duties(actuation.duty);
-        // Written once: what switches the outputs off later is a break, which no write may undo.
+        // Written only once: if the outputs go off later, a break has done so, and no write may undo a break.
         if !self.enabled {
             TIM1.bdtr().modify(|w| w.set_moe(true));
             TIM8.bdtr().modify(|w| w.set_moe(true));
@@ -174,8 +176,8 @@ impl Bridges for MotorBridges {
         (TIM1.sr().read().0 | TIM8.sr().read().0) & break_flags().0 != 0 || self.lost()
     }
 
-    /// The wire as both timers' pins show it: a pin that is shorted to ground does not follow when the stop is pressed, and
-    /// the stop's contacts then disagree. One that is open has its timer's break tripped.
+    /// Whether both timers' pins of the wire are high. A pin that is shorted to ground does not follow a press of the
+    /// stop, and the stop's contacts then disagree. An open pin trips its timer's break.
     fn break_input_active(&mut self) -> bool {
         let [drives, ballast] = &self.pins.break_inputs;
         drives.is_high() && ballast.is_high()
@@ -189,13 +191,14 @@ impl Bridges for MotorBridges {
 
 /// Sets a timer up with its counter stopped and its outputs off, and locks its break.
 fn configure(timer: TimAdv, channels: &[usize], breaks: &[usize]) {
-    // Stopped, but for the direction: it must not change together with the run (RM0433 38.3.11, RM0410 25.3.11).
+    // The direction mode is set while the counter is stopped, because it must not change together with the start (RM0433
+    // 38.3.11, RM0410 25.3.11).
     timer.cr1().write(|w| w.set_cms(UP_AND_DOWN));
     timer.psc().write_value(0);
     timer.arr().write(|w| w.set_arr(HALF_PERIOD_COUNTS));
-    // Every other turn of the counter loads the values written. ST's manuals do not agree on which one an odd number means
-    // (RM0433 38.3.3 against RM0090 17.3.3). At zero every line is high, so that no line moves; at the top the two lines of
-    // a bridge change in the same clock. Neither passes through both low.
+    // Every second turn of the counter loads the written values. ST's manuals disagree on which turn an odd number means
+    // (RM0433 38.3.3 against RM0090 17.3.3). At zero every line is high, so no line changes; at the top the two lines of
+    // a bridge change in the same clock. In both cases the lines never pass through both low.
     timer.rcr().write(|w| w.set_rep(1));
     for channel in channels.iter().copied() {
         timer.ccr(channel).write(|w| w.set_ccr(HALF_PERIOD_COUNTS));
@@ -213,8 +216,8 @@ fn configure(timer: TimAdv, channels: &[usize], breaks: &[usize]) {
             // A closed contact pulls the input down, a resistor pulls it up: an open wire is a break.
             w.set_bkp(n, Bkp::ACTIVE_HIGH);
             w.set_bke(n, true);
-            // No filter, which would need the timer's clock: the break acts with every clock stopped. Against the
-            // motors' noise the wire has a filter of its own (docs/power-stage.md).
+            // No filter, which would need the timer's clock: the break acts with every clock stopped. Against the motors'
+            // noise the wire has its own filter (docs/power-stage.md).
             w.set_bkf(n, FilterValue::NO_FILTER);
         }
         w.set_aoe(false);
@@ -225,17 +228,18 @@ fn configure(timer: TimAdv, channels: &[usize], breaks: &[usize]) {
     timer.egr().write(|w| w.set_ug(true));
 }
 
-/// How the timers count. Which of the three ways up and down only says when the compare flags rise, which nobody reads.
+/// Counting mode of the timers. The three up-and-down modes differ only in the times of the compare flags, which nobody
+/// reads.
 const UP_AND_DOWN: Cms = Cms::CENTER_ALIGNED1;
 
-/// Makes TIM1 send the converter's trigger: a rising edge of channel 6's reference, once in each period, counting down.
+/// Makes TIM1 send the converter's trigger: a rising edge of channel 6's reference, once per period, while counting down.
 fn trigger_conversions() {
     TIM1.ccr6().write(|w| w.set_ccr(TRIGGER_COUNTS));
     TIM1.ccmr3().modify(|w| w.set_ocm(1, part::PWM_MODE));
     TIM1.cr2().modify(|w| w.set_mms2(Mms2::COMPARE_OC6));
 }
 
-/// Control register of a counting timer. While `held` the end of a period does not load the values written.
+/// Control register of a counting timer. While `held`, the end of a period does not load the written values.
 fn counting(held: bool) -> Cr1Gp16 {
     let mut value = Cr1Gp16(0);
     value.set_cms(UP_AND_DOWN);
@@ -262,15 +266,15 @@ fn break_flags() -> SrAdv {
     flags
 }
 
-/// Clears the flags of every break and no others: writing a zero clears a flag, writing a one leaves it.
+/// Clears the flags of every break and no other flags: writing a zero clears a flag, writing a one leaves it unchanged.
 fn clear_break_flags() {
     for timer in [TIM1, TIM8] {
         timer.sr().write_value(SrAdv(!break_flags().0));
     }
 }
 
-/// Asks a timer for its `nth` break by software and returns whether the outputs, which were on, went off and the flag
-/// rose. To be called before the pins are connected to the timer.
+/// Triggers a timer's `nth` break by software and returns whether the outputs, which were on, went off and the flag rose.
+/// To be called before the pins are connected to the timer.
 fn try_break(timer: TimAdv, nth: usize) -> bool {
     timer.bdtr().modify(|w| w.set_moe(true));
     let on = timer.bdtr().read().moe();

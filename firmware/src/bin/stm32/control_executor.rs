@@ -1,10 +1,10 @@
-//! The executor of the control task, on an interrupt whose own part of the chip nobody uses.
+//! The executor of the control task, on the interrupt of an unused peripheral.
 
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 
-/// Its tasks interrupt every other task.
+/// The executor whose tasks interrupt every other task.
 static CONTROL_EXECUTOR: InterruptExecutor = InterruptExecutor::new();
 
 /// Starts the executor, with a priority below the drivers' interrupts and above the thread.

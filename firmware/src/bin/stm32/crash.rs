@@ -1,4 +1,4 @@
-//! Last words: a panic or a fault opens the bridges, keeps its message for the next boot and resets the part.
+//! Last words: a panic or a fault opens the bridges, stores its message for the next boot and resets the part.
 
 use core::fmt::{self, Write};
 use core::mem::MaybeUninit;
@@ -12,22 +12,22 @@ use firmware::hardware::ResetCause;
 use super::bridges;
 use crate::board::clocks;
 
-/// Bytes of the longest message that is kept.
+/// Bytes of the longest stored message.
 const TEXT_BYTES: usize = 240;
 /// Checksum of the record's text, without a table in flash: the text is short, and its checksum need not be fast.
 const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISCSI);
 /// Marks a record as written: after power-up the record is all zeros ([`super::ram`]).
 const MAGIC: u32 = 0x4C41_5354;
 
-/// What survives a reset.
+/// The record that survives a reset.
 #[repr(C, align(8))]
 struct CrashRecord {
     magic: u32,
     length: u32,
     checksum: u32,
     text: [u8; TEXT_BYTES],
-    /// Written after everything else: the RAM's error correction holds the last partial write back until the
-    /// next write, and a reset would lose it.
+    /// Written after everything else: the RAM's error correction holds back the last partial write until the next
+    /// write, and a reset would lose the held write.
     flush: [u64; 2],
 }
 
@@ -44,15 +44,15 @@ impl LastWords {
     /// The message.
     pub fn as_str(&self) -> &str {
         let bytes = self.text.get(..self.length).unwrap_or_default();
-        // A message cut in the middle of a character keeps what comes before it.
+        // If a message was cut in the middle of a character, the part before the character is kept.
         core::str::from_utf8(bytes)
             .or_else(|error| core::str::from_utf8(bytes.get(..error.valid_up_to()).unwrap_or_default()))
             .unwrap_or_default()
     }
 }
 
-/// Takes the message that the last run left, if it left one; after a start of the supply, which keeps no RAM, there is
-/// none. To be called before the tasks start.
+/// Takes the message of the last run, if any. After a start of the supply there is no message, because the RAM has
+/// lost its contents. To be called before the tasks start.
 pub fn take(cause: ResetCause) -> Option<LastWords> {
     if matches!(cause, ResetCause::PowerOn | ResetCause::BrownOut) {
         return None;
@@ -87,7 +87,7 @@ impl Write for Text {
     }
 }
 
-/// Opens the bridges, then keeps the message, then resets the part.
+/// Opens the bridges, then stores the message, then resets the part.
 fn die(message: fmt::Arguments<'_>) -> ! {
     bridges::open_all();
     cortex_m::interrupt::disable();

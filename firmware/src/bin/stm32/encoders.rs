@@ -16,7 +16,7 @@ pub struct QuadratureCounters {
     left: Qei<'static, TIM2>,
     /// Right wheel.
     right: Qei<'static, TIM3>,
-    /// Ballast of the camera spar.
+    /// Ballast of the spar.
     ballast: Qei<'static, TIM4>,
 }
 

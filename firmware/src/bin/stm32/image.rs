@@ -1,4 +1,4 @@
-//! The image of the firmware in the flash: whether every word of it can be read, and is the one that was built.
+//! Checks the firmware's image in the flash: every word must be readable, and the checksum must be that of the build.
 
 use core::mem::offset_of;
 
@@ -29,8 +29,8 @@ const _: () = assert!(offset_of!(Seal, length) == NUMBERS_AT && align_of::<Seal>
 const _: () = assert!(offset_of!(Seal, build) == BUILD_AT && offset_of!(Seal, version) == VERSION_AT);
 const _: () = assert!(offset_of!(Seal, board) == BOARD_AT && size_of::<Seal>() == SEAL_BYTES);
 
-/// Linked without its numbers, which `seal-image` writes into the ELF: read as the flash has it, never as it is written
-/// here.
+/// Linked without its numbers, which `seal-image` writes into the ELF. The program therefore always reads the seal from
+/// the flash.
 #[used]
 #[unsafe(link_section = ".seal")]
 static SEAL: Seal = Seal {
@@ -42,22 +42,22 @@ static SEAL: Seal = Seal {
     board: BOARD,
 };
 
-/// Bytes that an image may have.
+/// Largest size of an image in bytes.
 const ROOM: u32 = image_room(memory::IMAGE_SECTORS * FLASH_SECTOR_BYTES);
 
-/// What the flash holds.
+/// The state of the image in the flash.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ImageState {
     /// The firmware that was built.
     Whole,
     /// A firmware without the numbers of its seal.
     Unsealed,
-    /// A word that cannot be read, or another firmware than the one that was built.
+    /// A word is unreadable, or the firmware differs from the firmware that was built.
     Damaged,
 }
 
-/// Reads the image, constants and the initial values of variables included: a word that no longer can be read would
-/// fault when the firmware comes to it, perhaps while driving. Also returns the checksum that the seal states.
+/// Reads the image, constants and the initial values of variables included: an unreadable word would cause a fault when
+/// the firmware reaches it, perhaps while driving. Also returns the checksum that the seal states.
 pub fn check() -> (ImageState, u32) {
     let mut checksum = MISSING;
     let state = try_check(&mut checksum).unwrap_or(ImageState::Damaged);
@@ -65,7 +65,7 @@ pub fn check() -> (ImageState, u32) {
 }
 
 fn try_check(told: &mut u32) -> Result<ImageState, StorageError> {
-    // Where whoever has the image alone looks for it.
+    // The place at which programs that have only the image look for the seal.
     let seal = &raw const SEAL as usize;
     if seal != IMAGE_START as usize + SEAL_AT {
         return Ok(ImageState::Damaged);
@@ -90,7 +90,7 @@ fn try_check(told: &mut u32) -> Result<ImageState, StorageError> {
     Ok(if whole { ImageState::Whole } else { ImageState::Damaged })
 }
 
-/// The place of the flash that the image runs in, read word by word.
+/// The place of the running image in the flash, read word by word.
 struct RunningPlace;
 
 impl ErrorType for RunningPlace {

@@ -17,7 +17,7 @@ pub type LinkSender = UartTx<'static, Async>;
 pub fn config() -> Config {
     let mut config = Config::default();
     config.baudrate = LINK_BAUD;
-    // The line idles high, also when nothing is plugged in.
+    // The line idles high, even when nothing is plugged in.
     config.rx_pull = Pull::Up;
     config
 }

@@ -1,11 +1,11 @@
-//! What every STM32 board shares: the hardware behind the application's traits, start-up, and what a part does when its
-//! program dies.
+//! Code that all STM32 boards share: the hardware behind the application's traits, start-up, and the reaction to a
+//! crash.
 //!
-//! A board includes this folder as a module of its own and gives it, beside itself, `clocks` (the timers' clock, the
-//! encoders' filter, whether the external clock stopped), `core_supply` (what the core's voltage needs before the RAM is
-//! written), `flash` (the part's flash as `PartFlash`, with what cleans up and reads), `part` (what the self-test asks of the
-//! part), `reset_cause`, its `AnalogSequence` with `SAMPLES_AFTER_TRIGGER_NS`, its watchdog as `BoardWatchdog`, and
-//! `IMU_CLOCK`. What is missing does not compile. The port guide has the table.
+//! A board includes this folder as one of its modules and provides `clocks` (the timers' clock, the encoders' filter,
+//! whether the external clock stopped), `core_supply` (the wait for the core's voltage before the RAM is written),
+//! `flash` (the part's flash as `PartFlash`, with its functions for reading and cleaning up), `part` (the self-test's
+//! checks of the part), `reset_cause`, its `AnalogSequence` with `SAMPLES_AFTER_TRIGGER_NS`, its watchdog as
+//! `BoardWatchdog`, and `IMU_CLOCK`. A board that lacks one of these does not compile. The port guide has the table.
 
 pub mod boot_number;
 mod bridges;

@@ -1,4 +1,4 @@
-//! What every board hands to the application.
+//! The parts that every board passes to the application.
 
 use firmware::hardware::{ClockSource, ResetCause};
 use model::supervise::codes::BlockerSet;
@@ -16,11 +16,11 @@ use super::switches::{StopContact, UserButton};
 use super::watchdog::WatchdogAtRest;
 use crate::board::AnalogSequence;
 
-/// Everything the application runs on.
+/// All hardware that the application needs.
 pub struct Board {
     /// Why the part started.
     pub reset_cause: ResetCause,
-    /// What the part's clocks run from.
+    /// The source of the part's clocks.
     pub clock: ClockSource,
     /// A number that differs from boot to boot.
     pub boot_number: u32,
@@ -32,13 +32,13 @@ pub struct Board {
     pub encoders: QuadratureCounters,
     /// IMU on the arm.
     pub arm_imu: ImuDevice,
-    /// IMU on the camera spar.
+    /// IMU on the spar.
     pub spar_imu: ImuDevice,
     /// Battery and currents.
     pub analog: AnalogSequence,
     /// Emergency stop.
     pub emergency_stop: StopContact,
-    /// Watchdog, not started: the task that feeds it starts with it.
+    /// Watchdog, not yet started; the task that feeds it starts it.
     pub watchdog: WatchdogAtRest,
     /// Cycle counter, running.
     pub cycles: CoreCycles,
@@ -54,8 +54,8 @@ pub struct Board {
     pub link_receiver: LinkReceiver,
     /// The stores in the flash.
     pub regions: Regions,
-    /// What the self-test found.
+    /// Findings of the self-test.
     pub blockers: BlockerSet,
-    /// Checksum of the image that runs, as its seal states it.
+    /// Checksum of the running image, from its seal.
     pub image_checksum: u32,
 }

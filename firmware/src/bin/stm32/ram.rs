@@ -1,30 +1,29 @@
-//! The RAM after power-up, before anything reads it.
+//! Initialises and tests the RAM after power-up, before anything reads it.
 //!
 //! On the STM32H7 every word of the AXI SRAM (64 bits) and of the DTCM (32 bits) has check bits for error correction.
-//! Power-up leaves words and check bits at random, so a read of a word that nothing wrote, and a write of a part of
-//! such a word, find an uncorrectable error. The board ties these errors to the bridges' break and locks the tie
-//! (`guard_outputs`): one speculative read of such a word would trip the break. Therefore every word is written in full
-//! before the first one is read, by the first instructions after the reset. A reset that keeps the supply keeps the
-//! RAM, and with it what the last run left ([`super::crash`], [`super::boot_number`]).
+//! Power-up leaves words and check bits at random, so a read or a partial write of an unwritten word causes an
+//! uncorrectable error. The board connects these errors to the bridges' break and locks the connection
+//! (`guard_outputs`), so one speculative read of such a word would trip the break. The first instructions after the
+//! reset therefore write every word in full before the first read. A reset without a loss of supply keeps the RAM and
+//! the data of the last run ([`super::crash`], [`super::boot_number`]).
 //!
-//! The same instructions test every word, which is possible only now, while nothing lives in the RAM: a march in three
-//! passes writes a pattern that differs from word to word, finds it and writes its complement, and finds that from the
-//! end to the start. This finds bits that stick, and address lines that reach the wrong word. It takes two million
-//! instructions, some 0.1 s at the 64 MHz after a reset of the STM32H7, less than a second at the 16 MHz of the
-//! STM32F7. The result stands in [`RAM_TEST`], until the supply goes.
+//! The same instructions test every word, which is possible only now, while the RAM is unused. A march in three passes
+//! writes a pattern that differs from word to word, checks it and writes its complement, and checks the complement from
+//! the end to the start. The test detects stuck bits, and address lines that select the wrong word. It takes two
+//! million instructions, some 0.1 s at the 64 MHz after a reset of the STM32H7, less than a second at the 16 MHz of the
+//! STM32F7. [`RAM_TEST`] keeps the result until the supply fails.
 //!
-//! The RAM takes no writes before the core's supply is settled ([`crate::board::core_supply`]), which comes first.
+//! The RAM accepts no writes before the core's supply has settled, so [`crate::board::core_supply`] runs first.
 //!
-//! This is assembly because no Rust may run before the RAM is initialised. The stack is part of what is tested: nothing
-//! is pushed.
+//! The code is assembly because no Rust code may run before the RAM is initialised. It pushes nothing, because the
+//! stack is part of the tested RAM.
 
 use core::arch::global_asm;
 use core::mem::MaybeUninit;
 
 use crate::board::reset_cause;
 
-/// What [`RAM_TEST`] holds after a test that found every word as it was written. Anything else is a failure, also if
-/// the word itself is the one that fails.
+/// Value of [`RAM_TEST`] after a successful test. Any other value is a failure, even if only this word itself fails.
 const PASSED: [u32; 2] = [0x5A17_3C6E, 0x92D4_B80F];
 
 /// The result of the test: a word of the RAM in full.
@@ -36,7 +35,7 @@ struct TestResult(MaybeUninit<[u32; 2]>);
 #[unsafe(link_section = ".uninit.ram_test")]
 static mut RAM_TEST: TestResult = TestResult(MaybeUninit::uninit());
 
-/// Whether each word of the RAM kept what was written to it when the supply came up.
+/// Whether each word of the RAM passed the test when the supply came up.
 pub fn keeps_what_is_written() -> bool {
     // SAFETY: only the first instructions after a reset write it. It consists of plain integers, for which any bits are
     // a value, and power-up wrote it.
@@ -58,7 +57,7 @@ global_asm!(
     "ldr r0, [r0]",
     "tst r0, #{supply_came_up}",
     "beq 9f",
-    // The pattern of a word is its address, turned by this; what differs gathers in r9.
+    // The pattern of a word is its address combined with this constant; r9 collects the differences.
     "movw r7, #0xA5C3",
     "movt r7, #0x5A3C",
     "movs r9, #0",

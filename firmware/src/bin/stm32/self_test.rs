@@ -1,5 +1,4 @@
-//! What the board finds of itself at boot, one line of the log per item: an item that fails blocks arming until the
-//! next boot.
+//! The board's self-test at boot, with one log line per item. A failed item blocks arming until the next boot.
 
 use model::supervise::codes::{Blocker, BlockerSet};
 
@@ -7,8 +6,8 @@ use super::image::{self, ImageState};
 use super::ram;
 use crate::board::part;
 
-/// Runs the test; `break_works` is what the bridges' own test found. Also returns the checksum that the image's seal
-/// states.
+/// Runs the test. `break_works` is the result of the bridges' own test. Also returns the checksum in the image's
+/// seal.
 pub fn run(break_works: bool) -> (BlockerSet, u32) {
     let mut blockers = BlockerSet::EMPTY;
     let (image, checksum) = image::check();

@@ -1,5 +1,6 @@
-//! The flash that the firmware writes: at the end of bank 2 the stored parameters, before them the fault history; on the first
-//! board at the start of bank 2 an image that arrives over the link. Erasing them does not stall the code, which runs from bank 1.
+//! The flash that the firmware writes: the stored parameters at the end of bank 2, the fault history before them, and,
+//! on the first board, an image from the link at the start of bank 2. Erasing them does not stall the code, which runs
+//! from bank 1.
 
 use embassy_futures::yield_now;
 use embassy_stm32::flash::Error as DriverError;
@@ -24,9 +25,9 @@ const SECTORS: usize = 2 * SECTORS_PER_BANK;
 /// Why an access failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum StorageError {
-    /// The access does not lie in the region.
+    /// The access is outside the region.
     Bounds,
-    /// The part cannot read a word: it has two bit errors or more, as a power cut during a write can leave, or it is
+    /// The part cannot read a word, because it has two or more bit errors, as after a power cut during a write, or is
     /// protected.
     Unreadable,
     /// The flash failed to program or to erase.
@@ -46,8 +47,8 @@ impl NorFlashError for StorageError {
     }
 }
 
-/// Words that are read without a pause. Reading never waits, and the store may read a whole sector in one
-/// go: the pauses give the other tasks of its executor their turns.
+/// Number of words that are read without a pause. Reads never wait, and the store may read a whole sector at once; the
+/// pauses let the other tasks of the executor run.
 const WORDS_WITHOUT_PAUSE: u32 = 16;
 
 /// The part's flash.
@@ -104,7 +105,7 @@ impl ReadNorFlash for BoardFlash {
         let mut address = FLASH_BASE + offset as usize;
         let mut rest = bytes;
         while !rest.is_empty() {
-            // Interrupts are off for one word at most.
+            // Interrupts are off for at most one word.
             let length = rest.len().min(FLASH_WORD_BYTES - address % FLASH_WORD_BYTES);
             let (piece, after) = rest.split_at_mut(length);
             read(address, piece)?;
@@ -156,7 +157,8 @@ const WRITE_TIME: Duration = Duration::from_millis(20);
 /// Longest time of the erasure of one sector; the data sheet gives 4 s at most.
 const ERASE_TIME: Duration = Duration::from_secs(8);
 
-/// The result of a write or an erasure. A failed one leaves neither flags nor a word half written to the flash's buffer.
+/// The result of a write or an erasure. After a failure, the function clears the flags and a partly written word in the
+/// flash's buffer.
 fn finish(result: Result<Result<(), DriverError>, TimeoutError>) -> Result<(), StorageError> {
     let result = result.map_err(|_| StorageError::TimedOut)?;
     if result.is_err() {
@@ -165,7 +167,7 @@ fn finish(result: Result<Result<(), DriverError>, TimeoutError>) -> Result<(), S
     result.map_err(StorageError::Program)
 }
 
-/// Refuses a write while the supply is about to fail, and the write with it.
+/// Refuses a write while the supply is about to fail, because the write would fail, too.
 fn supply_allows() -> Result<(), StorageError> {
     if supply::is_low() {
         return Err(StorageError::LowSupply);

@@ -2,7 +2,8 @@
 
 use embassy_stm32::pac;
 
-/// Level 6 of the detector: nominally 2.85 V (STM32H7) or 2.8 V (STM32F7). A supply that falls trips it up to 0.1 V lower.
+/// Level 6 of the detector: nominally 2.85 V (STM32H7) or 2.8 V (STM32F7). A falling supply trips
+/// the detector up to 0.1 V lower.
 const LEVEL: u8 = 6;
 
 /// Switches the detector on.
@@ -13,7 +14,7 @@ pub fn watch() {
     });
 }
 
-/// Whether the supply is below the detector's level: it is about to fail.
+/// Whether the supply is below the detector's level and about to fail.
 pub fn is_low() -> bool {
     pac::PWR.csr1().read().pvdo()
 }

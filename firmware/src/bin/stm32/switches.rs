@@ -1,4 +1,4 @@
-//! What a person presses: the emergency stop and the board's own button.
+//! The switches: the emergency stop and the board's own button.
 
 use embassy_stm32::gpio::Input;
 use firmware::hardware::EmergencyStop;

@@ -8,7 +8,7 @@ use embassy_stm32::pac;
 use embassy_stm32::peripherals::ADC1;
 use model::analog::{ANALOG_INPUTS, Analog};
 
-/// The value of EXTSEL, on both parts, that has TIM1's second trigger output start the sequence (RM0433 25.4.19, RM0410
+/// Value of EXTSEL, on both parts, with which TIM1's second trigger output starts the sequence (RM0433 25.4.19, RM0410
 /// 15.6).
 pub const TIM1_TRGO2: u8 = 10;
 
@@ -44,8 +44,8 @@ impl Conversions {
         }
     }
 
-    /// The words of the sequence that the next trigger starts, once the channel waits for them and `start` has let the
-    /// converter hear the trigger.
+    /// Returns the words of the sequence that the next trigger starts. `start` enables the converter's trigger once
+    /// the channel waits for the words.
     pub async fn take(&mut self, start: impl FnOnce()) -> Analog<u16> {
         let data = pac::ADC1.dr().as_ptr().cast::<u16>();
         // SAFETY: the buffer lives in `self`, which this future borrows; dropping the transfer stops the

@@ -4,12 +4,12 @@ use embassy_stm32::pac;
 use embassy_stm32::rcc::{Hse, HseMode};
 use embassy_stm32::time::Hertz;
 
-/// Most reads of the external clock's ready flag before the internal oscillator takes its place. At the 64 MHz or 16 MHz
-/// after a reset they take between 10 and 200 ms; a clock that is there is ready within 2 ms.
+/// Largest number of reads of the external clock's ready flag before the internal oscillator replaces this clock. At the
+/// 64 MHz or 16 MHz after a reset the reads take between 10 and 200 ms; a present clock is ready within 2 ms.
 const READY_READS: u32 = 100_000;
 
-/// Switches the external clock's input on, and off again if no clock comes. The HAL waits for the external clock without
-/// limit; a clock that came here, which is returned, is there for the HAL too.
+/// Switches the external clock's input on, and off again if no clock starts. The HAL waits for the external clock
+/// without a limit; the clock that this function returns is also available to the HAL.
 pub fn start() -> Option<Hse> {
     // The board has no crystal: the debugger drives OSC_IN.
     pac::RCC.cr().modify(|w| w.set_hsebyp(true));

@@ -1,12 +1,12 @@
-//! Where the parts' flash is, and how it opens.
+//! Address of the parts' flash, and its unlock keys.
 
 use firmware::drive_board::{FLASH_SECTOR_BYTES, SECTORS_PER_BANK};
 use firmware::image_seal::{FLASH_START, IMAGE_MAX};
 
-/// Where the flash appears to the core.
+/// Address of the flash for the core.
 pub const FLASH_BASE: usize = FLASH_START as usize;
 
-/// What unlocks a control register of the flash, in this order.
+/// Keys that unlock a control register of the flash, in this order.
 pub const UNLOCK_KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 
 // The image lies in the first bank.

@@ -1,4 +1,4 @@
-//! Registers that the parts have alike, for the boards' own modules to build on.
+//! Registers that are equal on all parts, used by the boards' own modules.
 
 pub mod conversions;
 pub mod external_clock;

@@ -4,9 +4,9 @@ pub mod analog;
 pub mod memory;
 
 /// Time after which the watchdog resets a part that has not fed it, us, at its oscillator's 32 kHz. Within the
-/// oscillator's 17 to 47 kHz (data sheet) that is 8.2 to 22.6 ms: more than the 5 ms between two feeds, and with the 15
-/// ms after which a hung control task stops them short of the 40 ms within which a hung part must be back in its safe
-/// state.
+/// oscillator's 17 to 47 kHz (data sheet) that is 8.2 to 22.6 ms: more than the 5 ms between two feeds, and, together
+/// with the 15 ms after which a hung control task stops the feeding, less than the 40 ms within which a hung part must
+/// be in its safe state.
 pub const WATCHDOG_US: u32 = 12_000;
 
 /// Clock of the core, Hz, as the board's clock tree sets it.
@@ -16,8 +16,8 @@ pub const ENCODER_CLOCK_HZ: u32 = 108_000_000;
 /// Periods of that clock between two samples of an encoder's input.
 pub const ENCODER_DIVIDER: u32 = 16;
 
-/// Room of each of the flash's two banks, in sectors of [`FLASH_SECTOR_BYTES`](memory::FLASH_SECTOR_BYTES).
+/// Size of each of the flash's two banks, in sectors of [`FLASH_SECTOR_BYTES`](memory::FLASH_SECTOR_BYTES).
 pub const SECTORS_PER_BANK: usize = 8;
-/// One word of the stores, bytes: eight of what the part programs at once, so that a stored set looks the same on each
-/// board.
+/// Bytes of one word of the stores: eight of the part's programming units, so that a stored set has the same form on
+/// each board.
 pub const FLASH_WORD_BYTES: usize = 32;

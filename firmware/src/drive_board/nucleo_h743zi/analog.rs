@@ -4,13 +4,13 @@
 use model::analog::{Analog, AnalogInput, AnalogScale};
 use model::board::SensorRanges;
 
-/// A 16-bit conversion of an amplifier of +-60 A around mid-scale.
+/// A 16-bit conversion of an amplifier with +-60 A around mid-scale.
 const CURRENT: AnalogScale = AnalogScale {
     per_count: 120.0 / 65536.0,
     zero_count: 32768,
 };
 
-/// Channels of ADC1, and what their counts stand for.
+/// Channels of ADC1 and their scales.
 pub const INPUTS: Analog<AnalogInput> = Analog {
     battery: AnalogInput {
         channel: 15,
@@ -34,5 +34,5 @@ pub const INPUTS: Analog<AnalogInput> = Analog {
     },
 };
 
-/// What the inputs measure.
+/// The inputs' measuring ranges.
 pub const RANGES: SensorRanges = SensorRanges::of(&INPUTS.scales());

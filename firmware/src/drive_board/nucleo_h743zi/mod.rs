@@ -4,7 +4,7 @@ pub mod analog;
 pub mod memory;
 
 /// Time after which the watchdog resets a part that has not fed it, us: long enough for a control task that is late
-/// by many ticks, and with the reset itself short of the 40 ms within which a hung part must be back in its safe
+/// by many ticks and, together with the reset, less than the 40 ms within which a hung part must be in its safe
 /// state.
 pub const WATCHDOG_US: u32 = 20_000;
 
@@ -17,5 +17,5 @@ pub const ENCODER_DIVIDER: u32 = 32;
 
 /// Sectors of each of the flash's two banks.
 pub const SECTORS_PER_BANK: usize = 8;
-/// One word of the parameters' flash, bytes: what is programmed, and what errors are corrected over.
+/// Bytes of one word of the parameters' flash: the unit of programming and of error correction.
 pub const FLASH_WORD_BYTES: usize = 32;

@@ -1,5 +1,5 @@
-//! The camera spar of ch. 7 alone: its responses to a tilt and to a shaken axle, and the largest tilt from
-//! which it recovers.
+//! The spar of ch. 7 alone: its responses to a tilt and to a shaken axle, and the largest tilt from which
+//! it recovers.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -12,7 +12,7 @@ use super::trajectory::{Extent, Trajectory, follow};
 
 /// Angle below which the spar counts as level again, in deg.
 const LEVEL_DEG: f64 = 5.0;
-/// Rate of the ballast beyond which a run ends: the ballast has long turned over.
+/// Rate of the ballast beyond which a run ends; by then the ballast has tumbled.
 pub(super) const RUNAWAY_RATE: f64 = 1e5;
 
 /// One experiment with the spar.
@@ -22,9 +22,9 @@ pub struct Experiment {
     pub camera: CameraParameters<f64>,
     /// The regulator's gains; without gains the motor stays at v = 0.
     pub gains: Option<[f64; 4]>,
-    /// The voltage available either way; infinite if not limited.
+    /// The available voltage in either direction; infinite if not limited.
     pub v_max: f64,
-    /// Angle of the spar at the start, at rest, in rad.
+    /// Initial angle of the resting spar, in rad.
     pub tilt0: f64,
     /// Acceleration of the axle: `x'' = ax cos t`, `y'' = ay sin t`, in g.
     pub shake: [f64; 2],
@@ -45,15 +45,16 @@ pub struct CameraRun {
     pub phi_rate: Vec<f64>,
     /// Motor voltage.
     pub v: Vec<f64>,
-    /// Half the peak-to-peak of theta in the last third of the span, deg; `None` if the run ended before.
+    /// Half the peak-to-peak value of theta in the last third of the span, deg; `None` if the run ended
+    /// earlier.
     pub theta_amplitude_deg: Option<f64>,
     /// Whether the spar stayed within 5 deg throughout the last tenth of the span and the ballast never
-    /// turned over. A run whose ballast runs away ends early.
+    /// tumbled. A run with a runaway ballast ends early.
     pub recovered: bool,
 }
 
 impl Experiment {
-    /// The spar `camera` under `gains`, level, on an axle at rest, with an unlimited motor.
+    /// The spar `camera` with `gains`, level, on an axle at rest, with an unlimited motor.
     pub fn new(camera: CameraParameters<f64>, gains: Option<[f64; 4]>) -> Self {
         Self {
             camera,
@@ -111,8 +112,8 @@ impl Experiment {
         })
     }
 
-    /// Shows every step to `visit` until `visit` returns true or the ballast runs away. Returns whether the
-    /// run reached `t_end`.
+    /// Passes every step to `visit` until `visit` returns true or the ballast runs away. Returns whether
+    /// the run reached `t_end`.
     fn follow_until(&self, t_end: f64, visit: &mut dyn FnMut(&super::dop853::Dense<4>) -> bool) -> bool {
         let model = Camera::new(self.camera);
         let [ax, ay] = self.shake;

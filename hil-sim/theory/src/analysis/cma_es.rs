@@ -1,8 +1,9 @@
-//! Covariance matrix adaptation: finds a minimum of a function of some ten numbers that has no derivative.
+//! Covariance matrix adaptation: finds a minimum of a function of some ten numbers without derivatives.
 //!
 //! The (mu/mu_w, lambda) strategy with rank-one and rank-mu updates and cumulative step-size control, with the standard
-//! settings of N. Hansen, "The CMA Evolution Strategy: A Tutorial" (2016). Written here because it is one page over
-//! `nalgebra`, and because the same numbers must come out for the same random numbers on every machine.
+//! settings of N. Hansen, "The CMA Evolution Strategy: A Tutorial" (2016). The project has its own implementation
+//! because it is only one page on top of `nalgebra`, and because the same random numbers must give the same result on
+//! every machine.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
@@ -10,19 +11,19 @@ use rayon::prelude::*;
 /// The best point found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Minimum {
-    /// Where.
+    /// The point's coordinates.
     pub at: Vec<f64>,
     /// The function's value there.
     pub value: f64,
 }
 
-/// Searches from `start` with the first deviation `deviation` for `generations` generations, and returns the best of
-/// all points tried. `normal` gives numbers of mean 0 and deviation 1; a value that is no number counts as infinite.
-/// The points of a generation are tried side by side.
+/// Searches from `start` with the initial deviation `deviation` for `generations` generations, and returns the best of
+/// all evaluated points. `normal` returns numbers with mean 0 and deviation 1. A NaN value counts as infinite. The
+/// points of a generation are evaluated in parallel.
 ///
 /// ```
 /// use theory::analysis::cma_es::minimise;
-/// // A narrow bent valley, from numbers that only look random.
+/// // A narrow bent valley, searched with pseudo-random numbers.
 /// let valley = |x: &[f64]| (1.0 - x[0]).powi(2) + 100.0 * (x[1] - x[0] * x[0]).powi(2);
 /// let mut bits = 1_u64;
 /// let mut uniform = move || {
@@ -69,7 +70,7 @@ pub fn minimise(
             .par_iter()
             .map(|step| (number(function((&mean + step * sigma).as_slice())), step))
             .collect();
-        // Stable, so that equal values keep the order in which they were drawn.
+        // A stable sort, so that equal values keep the order in which they were drawn.
         tried.sort_by(|a, b| a.0.total_cmp(&b.0));
         if tried[0].0 < best.value {
             best.value = tried[0].0;
@@ -112,14 +113,14 @@ fn weights(lambda: usize) -> Vec<f64> {
     raw.into_iter().map(|weight| weight / sum).collect()
 }
 
-/// How fast each part learns.
+/// Learning rates of the strategy's parts.
 struct Rates {
     path: f64,
     sigma: f64,
     one: f64,
     mu: f64,
     damping: f64,
-    /// Of a vector of normal numbers.
+    /// Expected length of a vector of normal numbers.
     expected_length: f64,
 }
 

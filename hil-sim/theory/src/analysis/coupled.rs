@@ -1,4 +1,4 @@
-//! The vehicle that carries a camera spar (ch. 8, corrected): responses and step limits.
+//! The vehicle with a spar (ch. 8, corrected): responses and step limits.
 
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
@@ -20,7 +20,7 @@ use super::dop853::Dense;
 use super::trajectory::{Extent, Trajectory, follow};
 use super::waveform::Waveform;
 
-/// Ballast over M + m of chapter 8's example, and where neither a flag nor a vehicle file gives it.
+/// Ballast over M + m in chapter 8's example, used if neither a flag nor a vehicle file gives the value.
 pub const BALLAST: f64 = 0.15;
 
 /// The span within which the search for a step limit looks for a whirl or a tumble, in time units.
@@ -74,13 +74,13 @@ pub struct SteppedDrive {
     pub vehicle: CoupledParameters<f64>,
     /// The spar's gains in vehicle units; without gains the ballast motor stays at v = 0.
     pub gains: Option<[f64; 4]>,
-    /// The speed loop (3.25), if the target is a speed and not a voltage.
+    /// The speed loop (3.25), if the target is a speed instead of a voltage.
     pub law: Option<SpeedLaw<f64>>,
-    /// How the input moves to its target: a voltage from the hold, a speed from 0.
+    /// How the input moves to its target: a voltage starts from the hold voltage, a speed from 0.
     pub waveform: Waveform,
     /// Duration of that move, in time units.
     pub ramp_time: f64,
-    /// phi at the start, at rest.
+    /// Initial phi, at rest.
     pub phi_0: f64,
 }
 
@@ -109,7 +109,7 @@ pub struct CoupledRun {
     pub voltage: Vec<f64>,
     /// Ballast motor's voltage, in vehicle units.
     pub v: Vec<f64>,
-    /// How the drive ended. A run whose ballast runs away ends early.
+    /// How the drive ended. A run with a runaway ballast ends early.
     pub outcome: Ending,
     /// Largest |psi|, deg.
     pub psi_max_deg: f64,
@@ -127,7 +127,7 @@ pub struct StepLimit {
 }
 
 impl SteppedDrive {
-    /// A step from the static equilibrium; `None` if the slope has none.
+    /// A step from the static equilibrium; `None` if the slope has no static equilibrium.
     pub fn step(vehicle: CoupledParameters<f64>, gains: Option<[f64; 4]>) -> Option<Self> {
         let phi_0 = static_phi(&vehicle)?;
         Some(Self {
@@ -206,13 +206,13 @@ impl SteppedDrive {
         ending
     }
 
-    /// Shows every step to `visit` until `visit` returns true or the ballast runs away.
+    /// Passes every step to `visit` until `visit` returns true or the ballast runs away.
     fn follow(&self, target: f64, t_end: f64, mut visit: impl FnMut(&Dense<8>) -> bool) {
         let model = Coupled::new(self.vehicle);
         let rate = |t: f64, x: &CoupledState<f64>| model.rate(x, self.voltage(target, t, x), self.ballast_voltage(x));
         let start = [0.0, self.phi_0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let kinks = [self.waveform.duration(self.ramp_time)];
-        // The steps become too small only in a runaway, which `visit` has seen in the last step.
+        // The steps become too small only in a runaway, which `visit` has detected in the last step.
         let _ = follow(rate, start, t_end, &kinks, |step| {
             let runaway = step.at(step.end())[GAMMA_RATE].abs() > RUNAWAY_RATE;
             if visit(step) || runaway {
@@ -286,10 +286,10 @@ impl SteppedDrive {
     }
 }
 
-/// The most integration steps of one run of the search for the limit, twenty times the 2,407 that the thesis's vehicle
-/// needs at most.
+/// Largest number of integration steps of one run of the search for the limit: twenty times the 2,407 that the
+/// thesis's vehicle needs at most.
 const RUN_STEPS_MAX: u64 = 50_000;
-/// The most of all of its runs while it scans; the thesis's vehicle needs 433,623 at most.
+/// Largest number of integration steps of all runs of a scan; the thesis's vehicle needs at most 433,623.
 const CRITICAL_STEPS_MAX: u64 = 5_000_000;
 
 /// The responses are too stiff to be followed to their ends.
@@ -299,7 +299,7 @@ const CRITICAL_STEPS_MAX: u64 = 5_000_000;
 )]
 pub struct TooStiff;
 
-/// What has turned fully by the end of a step, if anything.
+/// The body that has turned fully by the end of a step, if any.
 fn ending_of(step: &Dense<8>, phi_0: f64) -> Ending {
     let x = step.at(step.end());
     if (x[PHI] - phi_0).abs() >= TAU {

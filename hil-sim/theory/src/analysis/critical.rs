@@ -1,10 +1,10 @@
 //! The critical input: the smallest final value whose response leaves the basin of its start.
 //!
-//! A final voltage only shifts the wheel's speed error at the start (erratum E9), so along the final
-//! value the starts form a curve, and the limit is where that curve crosses the stable manifold of a
-//! saddle: of the forward one, `pi - phi_0`, or, on the return swing, of the backward one. The curve is
-//! first walked in steps that keep the change of the largest swing small, since values beyond a failing
-//! value may return again. Then the crossing is found from the time spent near the saddle, which grows like
+//! A final voltage only shifts the wheel's speed error at the start (erratum E9), so the starts for all final
+//! values form a curve. The limit is the point at which that curve crosses the stable manifold of a saddle: of
+//! the forward saddle, `pi - phi_0`, or, on the return swing, of the backward saddle. The search first walks
+//! along the curve in steps that keep the change of the largest swing small, because values beyond a failing
+//! value may return again. It then finds the crossing from the time spent near the saddle, which grows like
 //! the logarithm of the distance from the manifold.
 
 use std::cell::Cell;
@@ -17,7 +17,7 @@ use super::response::{Fate, Judge, PlanarPoint, Response};
 use super::roots::maximum_between;
 use super::step_budget::{OutOfSteps, StepBudget};
 
-/// Which way the final value is searched.
+/// Direction in which the final value is searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Direction {
     /// Above the hold.
@@ -36,20 +36,20 @@ impl Direction {
     }
 }
 
-/// The limit found.
+/// The result of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CriticalValue {
     /// The smallest final value (in the direction searched) at which responses that return become
     /// responses that leave; the hold itself if no response near it returns.
     pub value: f64,
-    /// The way the arm turns: +1 forward, -1 backward.
+    /// Direction in which the arm turns: +1 forward, -1 backward.
     pub whirl_direction: i8,
     /// Whether the response leaves its basin even at the hold, e.g. because the start rolls too fast. Then
     /// the search began at the nearest final value whose response returns.
     pub hold_fails: bool,
 }
 
-/// Why there is no limit to be found.
+/// Why the search cannot find a limit.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoLimit {
     /// (3.16) is violated.
@@ -77,7 +77,7 @@ pub enum NoLimit {
 
 /// Tolerance of the walk's integrations.
 const WALK_TOLERANCE: f64 = 1e-7;
-/// Tolerance of the final ones; the first ones in a wide bracket need less.
+/// Tolerance of the final integrations; the first integrations in a wide bracket need less precision.
 const FINAL_TOLERANCE: f64 = 1e-12;
 /// Width of the bracket at which the crossing counts as found, relative to 1 + the final value's size.
 const RESOLUTION: f64 = 2e-11;
@@ -93,7 +93,7 @@ const FARTHEST: f64 = 2000.0;
 /// ignored); `Ok(None)` if no final value fails.
 ///
 /// # Errors
-/// [`NoLimit`] where the vehicle has no basin to leave.
+/// [`NoLimit`] if the vehicle has no basin to leave.
 pub fn critical(
     p: &PlanarParameters<f64>,
     input: &Input,
@@ -103,10 +103,10 @@ pub fn critical(
     critical_within(&StepBudget::default(), p, input, start, direction)
 }
 
-/// [`critical()`], with the steps of its integrations taken from `budget`.
+/// [`critical()`] with integration steps from `budget`.
 ///
 /// # Errors
-/// [`NoLimit`] as there.
+/// [`NoLimit`], as for [`critical()`].
 pub fn critical_within(
     budget: &StepBudget,
     p: &PlanarParameters<f64>,
@@ -262,11 +262,11 @@ impl Search<'_> {
         let mut low = self.sharp(bracket.returns, first)?;
         let mut high = self.sharp(bracket.fails, first)?;
         if low.fate != Fate::Returns {
-            // The walk's verdict was within its tolerance of the limit.
+            // The walk's verdict was wrong within its tolerance of the limit.
             return Ok(self.found(&low, low.distance, hold_fails));
         }
         while high.fate == Fate::Returns {
-            // The failing end may be wrong in the same way: look just beyond.
+            // The failing end may be wrong in the same way, so the search checks just beyond it.
             low = high;
             high = self.sharp(low.distance + 1e-3 * self.unit, first)?;
         }
@@ -341,7 +341,8 @@ struct Point {
 mod tests {
     use super::*;
 
-    /// Parameters at which responses take for ever: nearly no damping, stiff damping, a stiff law, a tiny arm.
+    /// Parameters with which responses take extremely long: almost no damping, stiff damping, a stiff law, a
+    /// tiny arm.
     #[test]
     fn a_search_that_would_not_end_ends_and_says_how_far_it_came() {
         let thesis = PlanarParameters::thesis();

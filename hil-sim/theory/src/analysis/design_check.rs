@@ -1,7 +1,8 @@
-//! A vehicle's design in SI, and whether it can be built and driven.
+//! A vehicle's design in SI, and checks whether it can be built and driven.
 //!
-//! The vehicle file's ranges refuse what no vehicle has. Here stand the relations between values: what a set of values
-//! means for the vehicle, and what makes a set of them impossible (an error) or doubtful (a warning).
+//! The vehicle file's ranges refuse values that no vehicle has. This module checks relations between values: it
+//! computes their consequences for the vehicle, and reports combinations that are impossible (an error) or doubtful (a
+//! warning).
 
 use core::f64::consts::PI;
 
@@ -19,36 +20,36 @@ use super::sampled::{Factors, SampledPlant};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
-    /// Doubtful: look again.
+    /// The value is doubtful.
     Warning,
     /// Such a vehicle cannot be built, or cannot be driven.
     Error,
 }
 
-/// Something wrong with a design.
+/// A finding about a design.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DesignFinding {
-    /// How bad it is.
+    /// How bad the finding is.
     pub severity: Severity,
     /// The field to look at first.
     pub field: &'static str,
-    /// What is wrong, with the numbers, and what would be right.
+    /// The error with its numbers, and a right value.
     pub text: String,
 }
 
-/// What a vehicle's file means.
+/// The consequences of a vehicle file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DesignCheck {
-    /// Numbers in SI, and the nondimensional ones of the theory.
+    /// Numbers in SI, and the theory's nondimensional numbers.
     pub numbers: Vec<DesignNumber>,
     /// Poles of Eq. 3.25 with the file's own gains, on the level, in 1/s: real and imaginary part.
     pub poles_eq_3_25_per_s: Vec<[f64; 2]>,
-    /// Poles of the vehicle under the landing law while it drives on the level, in 1/s: real and imaginary part, the slowest
-    /// first, by a linearisation of the law that flies. None where it is no finite number.
+    /// Poles of the vehicle under the landing law while it drives on the level, in 1/s: real and imaginary part, the
+    /// slowest first, from a linearisation of the vehicle's own law. `None` if a pole is not finite.
     pub poles_landing_per_s: Option<Vec<[f64; 2]>>,
-    /// The poles that the landing law was designed for, in 1/s, but for what filter, tick and delay make of them.
+    /// The design poles of the landing law, in 1/s, without the effects of filter, tick and delay.
     pub poles_landing_designed_per_s: Vec<f64>,
-    /// What is wrong.
+    /// The findings.
     pub findings: Vec<DesignFinding>,
 }
 
@@ -64,24 +65,25 @@ impl DesignCheck {
     }
 }
 
-/// Torque and back-EMF constants that differ by more than this share are not of one motor: they are the same constant
-/// in SI, and data sheets give each within some per cent.
+/// Torque and back-EMF constants that differ by more than this share cannot belong to one motor: they are the same
+/// constant in SI, and data sheets state each within some per cent.
 const CONSTANTS_SHARE: f64 = 0.1;
-/// Mass of a wheel that is all in its rim gives `m r^2`; no wheel has more.
+/// Share of `m r^2` of a wheel with all its mass in the rim; no wheel has more inertia.
 const RIM: f64 = 1.0;
-/// A spoked wheel with its tyre has about 0.7 `m r^2`, a disc 0.5; below this the wheels are heavier or the inertia larger.
+/// A spoked wheel with its tyre has about 0.7 `m r^2`, a disc 0.5. Below this share the stated masses are too large or
+/// the inertia is too small.
 const DISC: f64 = 0.3;
-/// Electrical time constant of a drive motor, ms, from which on its encoder seems to contradict voltage and current: three
-/// ticks.
+/// Electrical time constant of a drive motor, ms, above which its encoder seems to contradict voltage and current:
+/// three ticks.
 const ELECTRICAL_MAX_MS: f64 = 3.0;
-/// What one count of an encoder may show as, behind the wheel rates' filter, over the speed unit.
+/// Largest rate that one count of an encoder may cause behind the wheel rates' filter, over the speed unit.
 const COUNT_SHARE_MAX: f64 = 0.3;
-/// The slope that any floor has somewhere: a ramp of 1 in 12.
+/// A slope that occurs on every floor: a ramp of 1 in 12.
 const RAMP_DEG: f64 = 4.8;
-/// Ticks in the time unit that the law needs at least: below, its servo becomes slower than the arm swings.
+/// Slowest pole of the arm servo, per time unit: with a slower pole the servo is slower than the arm's own swing.
 const SLOWEST_SERVO: f64 = 1.0;
 
-/// What the vehicle's file means, and what is wrong with it.
+/// Computes the consequences of the vehicle file and its findings.
 pub fn check(vehicle: &Vehicle<f64>) -> DesignCheck {
     let numbers = design_numbers(vehicle);
     let law = own_law(vehicle);
@@ -112,7 +114,7 @@ pub fn check(vehicle: &Vehicle<f64>) -> DesignCheck {
     checked
 }
 
-/// Whether every motion of these poles dies away.
+/// Whether every motion of these poles decays.
 pub fn are_stable(poles: &[[f64; 2]]) -> bool {
     poles.iter().all(|[re, _]| *re < 0.0)
 }
@@ -147,7 +149,7 @@ fn designed(design: &Design) -> [f32; 7] {
     ]
 }
 
-/// Looks through a vehicle and keeps what it finds.
+/// Inspects a vehicle and collects the findings.
 struct Inspector<'a> {
     vehicle: &'a Vehicle<f64>,
     checked: &'a DesignCheck,
@@ -208,7 +210,8 @@ impl Inspector<'_> {
                 0.5 * rim
             ),
         );
-        // Beside what two points at the wheels' centres have, a disc or a hoop has half of its inertia about its diameter.
+        // In addition to the inertia of two points at the wheels' centres, a disc or a hoop has half of its axial
+        // inertia about its diameter.
         let wheels_yaw = 0.5 * body.wheels_inertia_kg_m2;
         self.tell(
             body.yaw_inertia_kg_m2 < wheels_yaw,

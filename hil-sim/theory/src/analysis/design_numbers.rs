@@ -1,4 +1,4 @@
-//! What a vehicle's file means in SI, and in the numbers of the theory.
+//! The consequences of a vehicle file in SI and in the numbers of the theory.
 
 use core::f64::consts::{PI, TAU};
 
@@ -17,18 +17,18 @@ use super::slip::slip_limit;
 /// Slope for which the hold voltage is reported.
 const HOLD_DEG: f64 = 10.0;
 
-/// A number that follows from the file's.
+/// A number that follows from the file.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DesignNumber {
-    /// Its name, unit included.
+    /// Name of the number, unit included.
     pub name: &'static str,
-    /// Its value; not a number where there is none.
+    /// Value of the number; NaN if it does not exist.
     pub value: f64,
-    /// What it is.
+    /// Meaning of the number.
     pub meaning: &'static str,
 }
 
-/// The landing law's gains at the tick that flies.
+/// The landing law's gains at the vehicle's tick.
 pub fn flown_design(vehicle: &Vehicle<f64>) -> Design {
     Design::of(vehicle, f64::from(TICK_US) * 1e-6)
 }
@@ -38,11 +38,11 @@ fn output_constant(motor: &MotorParameters<f64>) -> f64 {
     motor.torque_constant_n_m_per_a * motor.gear_ratio
 }
 
-/// What bounds steering.
+/// The bounds of steering.
 struct SteeringLimits {
-    /// Yaw rate on the spot beyond which the hanging arm swings ever wider, rad/s (erratum E26).
+    /// Yaw rate on the spot beyond which the hanging arm swings with growing amplitude, rad/s (erratum E26).
     spin_rad_s: f64,
-    /// Yaw rate on the spot that steering's share of `nominal_v` keeps against back-EMF and bearings, rad/s.
+    /// Yaw rate on the spot that steering's share of `nominal_v` sustains against back-EMF and bearings, rad/s.
     voltage_rad_s: f64,
     /// Yaw rate at `speed_max_m_s` whose centripetal force `grip_mu` gives, rad/s.
     grip_rad_s: f64,
@@ -57,8 +57,8 @@ impl SteeringLimits {
         let p = vehicle.parameters();
         let (body, motor, control) = (&p.body, &p.drive_motor, &p.control);
         let (track, radius) = (body.half_track_m, body.wheel_radius_m);
-        // Turning on the spot, each wheel turns by half the track over its radius for the turn of the axle, and its motor
-        // gives half of the bearings' drag.
+        // In a turn on the spot each wheel turns by half the track over its radius times the axle's turn, and its motor
+        // overcomes half of the bearings' drag.
         let constant = output_constant(motor);
         let volts_per_rad_s = track / radius
             * (motor.back_emf_constant_v_s_per_rad * motor.gear_ratio
@@ -90,16 +90,16 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
     let hold_torque = mass * scales.torque_n_m * HOLD_DEG.to_radians().sin();
     let constant = output_constant(motor);
     let hold_a = hold_torque / (2.0 * constant);
-    // The voltage that holds on a slope is in proportion to its sine.
+    // The voltage that holds the vehicle on a slope is proportional to the slope's sine.
     let hold_v =
         |slope_deg: f64| hold_a * motor.resistance_ohm * slope_deg.to_radians().sin() / HOLD_DEG.to_radians().sin();
-    // Of a current that flows for ever.
+    // The slope that a constant current holds indefinitely.
     let held_slope_deg = |current_a: f64| {
         let sine = current_a / hold_a * HOLD_DEG.to_radians().sin();
         sine.min(1.0).asin().to_degrees()
     };
     let no_load = battery.nominal_v / (motor.back_emf_constant_v_s_per_rad * motor.gear_ratio) * body.wheel_radius_m;
-    // Steadily on the level the joint turns as the wheel does, and U = zeta theta'.
+    // In steady motion on the level the joint turns at the wheel's rate, and U = zeta theta'.
     let speed_volts = |speed_m_s: f64| level.zeta * speed_m_s / scales.speed_m_s * scales.voltage_v;
     let reserve_v = match vehicle.speed_law() {
         SpeedLawChoice::Landing => f64::from(SUPPLY_RESERVE) * scales.voltage_v,
@@ -118,7 +118,7 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
         .ok()
         .and_then(|s| s.critical_voltage);
     let slip_v = slip_v.map_or(f64::NAN, |u| u * scales.voltage_v);
-    // All that rides on the axle weighs on the slope: the same equations, divided by the whole mass.
+    // Everything on the axle adds weight on the slope: the same equations, divided by the whole mass.
     let loaded = PlanarParameters {
         alpha: level.alpha / mass,
         mu: level.mu / mass,

@@ -3,18 +3,18 @@
 
 use super::dop853_coefficients as c;
 
-/// Why an integration cannot go on: the next step is too small, or the limit on the number of steps is
+/// Why an integration cannot continue: the next step is too small, or the limit on the number of steps is
 /// reached.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error("the motion cannot be followed beyond t = {t:e}: it needs steps of {step:e}")]
 pub struct StepTooSmall {
-    /// The time reached.
+    /// The reached time.
     pub t: f64,
-    /// The step that would be needed.
+    /// The required step.
     pub step: f64,
 }
 
-/// The most steps of a sampled run: ten times what the longest span needs, and seconds of work.
+/// Largest number of steps of a sampled run: ten times the need of the longest span, and seconds of work.
 pub const MOST_STEPS: u64 = 2_000_000;
 
 /// An integration in progress: the state `x` at the time `t`.
@@ -24,9 +24,9 @@ pub struct Dop853<const N: usize, F> {
     tolerance: f64,
     t: f64,
     x: [f64; N],
-    /// The step to try next.
+    /// Length of the next step to try.
     h: f64,
-    /// How many more steps are allowed.
+    /// Number of remaining steps.
     steps_left: u64,
     /// The last step: start, length, state and the stages' rates (the thirteenth is the rate at its end).
     t_old: f64,
@@ -69,7 +69,7 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
         }
     }
 
-    /// The same with at most `steps` steps.
+    /// The same integration with at most `steps` steps.
     #[must_use]
     pub fn limited(self, steps: u64) -> Self {
         Self {
@@ -78,12 +78,12 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
         }
     }
 
-    /// How many steps are left of those allowed.
+    /// Number of remaining steps.
     pub fn steps_left(&self) -> u64 {
         self.steps_left
     }
 
-    /// The time reached.
+    /// The reached time.
     pub fn time(&self) -> f64 {
         self.t
     }
@@ -139,7 +139,7 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
                 self.x = next;
                 self.rate_now = (self.rate)(self.t, &next);
                 self.k[12] = self.rate_now;
-                // A step cut short by the limit says little about the next one.
+                // A step that the limit shortened does not predict the length of the next step.
                 self.h = if last { self.h.max(h * factor) } else { h * factor };
                 return Ok(());
             }
@@ -242,12 +242,12 @@ impl<const N: usize, F: Fn(f64, &[f64; N]) -> [f64; N]> Dop853<N, F> {
 }
 
 impl<const N: usize> Dense<N> {
-    /// Where the polynomial starts.
+    /// Start time of the polynomial.
     pub fn start(&self) -> f64 {
         self.t
     }
 
-    /// Where it ends.
+    /// End time of the polynomial.
     pub fn end(&self) -> f64 {
         self.t + self.h
     }

@@ -19,18 +19,18 @@ pub struct EnvelopePoint {
     pub beta: f64,
     /// Waveform.
     pub waveform: Waveform,
-    /// The critical forward voltage from the static equilibrium; `None` if none whirls.
+    /// The critical forward voltage from the static equilibrium; `None` if no voltage makes the arm whirl.
     pub critical: Option<f64>,
-    /// The way the arm turns: +1 forward, -1 backward.
+    /// Direction in which the arm turns: +1 forward, -1 backward.
     pub whirl_direction: Option<i8>,
 }
 
-/// The most integration steps that an envelope may make.
+/// Largest numbers of integration steps of an envelope.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct EnvelopeBudget {
-    /// For one of its points.
+    /// Largest number for one point.
     pub point: u64,
-    /// For all of them.
+    /// Largest number for all points together.
     pub all: u64,
 }
 
@@ -49,13 +49,13 @@ impl Default for EnvelopeBudget {
 /// Why there is no envelope.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoEnvelope {
-    /// One of its points has no limit to be found.
+    /// The search for a limit fails at one of its points.
     #[error(transparent)]
     NoLimit(#[from] NoLimit),
     /// Its points take too many integration steps together.
     #[error("its {points} points need more than {steps} integration steps together: ask for fewer slopes or waveforms")]
     TooLong {
-        /// The integration steps that they may make.
+        /// The allowed number of integration steps.
         steps: u64,
         /// Slopes times waveforms.
         points: usize,
@@ -117,7 +117,7 @@ pub fn envelope(
             })
         })
         .collect::<Result<Vec<EnvelopePoint>, NoEnvelope>>()?;
-    // The sum, and not the order in which the cores came to it, decides whether there is an envelope.
+    // The sum decides whether there is an envelope, so the result does not depend on the order in which the cores finish.
     if spent.into_inner() > work.all {
         return Err(too_long);
     }

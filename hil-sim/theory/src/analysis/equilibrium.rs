@@ -6,7 +6,7 @@ use model::dynamics::planar::PlanarParameters;
 use super::roots::cubic_roots;
 
 /// phi of the stable equilibrium, `asin(sin(beta) / (alpha l))` (3.15), or `None` beyond the static
-/// limit (3.16). The unstable one, the saddle, is at `pi - phi`.
+/// limit (3.16). The unstable equilibrium, the saddle, is at `pi - phi`.
 pub fn static_phi(p: &PlanarParameters<f64>) -> Option<f64> {
     let ratio = p.beta.sin() / (p.alpha * p.l);
     (ratio.abs() <= 1.0).then(|| ratio.asin())
@@ -61,8 +61,8 @@ pub fn routh_determinant(p: &PlanarParameters<f64>, phi: f64) -> f64 {
     a2 * a1 - a3 * a0
 }
 
-/// The sustained acceleration of the axle, in g, above which no slow ramp keeps the arm from turning
-/// over: `(1 + mu) A + sin(beta) = alpha l sqrt(1 + 2 A sin(beta) + A^2)` (erratum E18). `None` beyond the static limit.
+/// The sustained acceleration of the axle, in g, above which even a slow ramp makes the arm whirl: `(1 + mu) A +
+/// sin(beta) = alpha l sqrt(1 + 2 A sin(beta) + A^2)` (erratum E18). `None` beyond the static limit.
 pub fn sustained_acceleration_limit(p: &PlanarParameters<f64>) -> Option<f64> {
     static_phi(p)?;
     let (sin_beta, inertia, al2) = (p.beta.sin(), 1.0 + p.mu, (p.alpha * p.l).powi(2));

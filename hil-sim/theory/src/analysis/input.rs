@@ -1,4 +1,4 @@
-//! What drives the planar vehicle: a voltage or a reference speed, shaped by a waveform.
+//! The input of the planar vehicle: a voltage or a reference speed, shaped by a waveform.
 
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::{PHI, PHI_RATE, PlanarParameters, PlanarState, THETA_RATE};
@@ -8,7 +8,7 @@ use super::waveform::Waveform;
 /// The input over time: the hold before t = 0, then the move to the final value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Input {
-    /// The final voltage, or the final reference speed where there is a `law`.
+    /// The final voltage or, with a `law`, the final reference speed.
     pub target: f64,
     /// The value before the move: `sin(beta)` for a voltage, 0 for a reference.
     pub hold: f64,
@@ -18,7 +18,7 @@ pub struct Input {
     pub ramp_time: f64,
     /// The speed loop (3.25), if the target is a speed.
     pub law: Option<SpeedLaw<f64>>,
-    /// The voltage available either way; infinite if not limited.
+    /// The available voltage in either direction; infinite if not limited.
     pub u_max: f64,
 }
 
@@ -65,7 +65,7 @@ impl Input {
         Self { target, ..self }
     }
 
-    /// When the input has arrived and no longer depends on time.
+    /// Time at which the input has arrived and no longer depends on time.
     pub fn arrival(&self) -> f64 {
         self.waveform.duration(self.ramp_time)
     }

@@ -9,12 +9,12 @@ use super::input::Input;
 use super::response::{Fate, Judge};
 use super::step_budget::StepBudget;
 
-/// The shares of the move that jump at the start and at the end; a ramp covers the rest.
+/// The shares of the move that are jumps at the start and at the end; a ramp covers the rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jumps {
-    /// Share jumped at t = 0.
+    /// Share of the jump at t = 0.
     pub first: f64,
-    /// Share jumped at t = T.
+    /// Share of the jump at t = T.
     pub last: f64,
 }
 

@@ -1,8 +1,8 @@
-//! The viability kernel of the arm: from which angles and rates some torque within the limits keeps it, and what the flown
-//! barrier makes of them.
+//! The viability kernel of the arm: the angles and rates from which some torque within the limits can keep the arm,
+//! compared with the vehicle's barrier.
 //!
 //! At torque level theta' drops out of (3.12) and (3.13), so that the arm is a system of phi and phi' alone, whose only
-//! input is the torque. [`Kernel::new`] finds, for each point of a grid, the least angle that the arm can be kept within
+//! input is the torque. [`Kernel::new`] finds, for each point of a grid, the least angle within which the arm can be kept
 //! for all time: the value `V(x) = max(|phi|, min over the torques of V(x after a step))`, from below, by sweeps.
 
 use core::f64::consts::PI;
@@ -11,7 +11,7 @@ use model::control::landing::{Balance, Barrier, Interval, MotionByTorque, grip};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// The torques that a vehicle can have, nondimensional.
+/// Limits of a vehicle's torque, nondimensional.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TorqueLimits {
     /// Inertias.
@@ -22,7 +22,7 @@ pub struct TorqueLimits {
     pub torque: f32,
     /// Largest voltage.
     pub voltage: f32,
-    /// theta', which stands for the vehicle's speed while the arm is being stopped.
+    /// theta', which is constant at the vehicle's speed while the arm is being stopped.
     pub wheel_rate: f32,
     /// Slope, rad.
     pub beta: f32,
@@ -35,20 +35,20 @@ pub struct TorqueLimits {
 const NORMAL_MIN: f32 = 0.05;
 /// Rate beyond which an arm counts as lost, per time unit.
 const KERNEL_RATE_MAX: f64 = 7.0;
-/// Half width of the states that the shares count, per time unit: what a push or a kerb may leave.
+/// Half width of the states that the shares count, per time unit: rates that a push or a kerb may cause.
 pub const COUNTED_RATE: f64 = 3.0;
 /// Step of the sweeps, in time units.
 const KERNEL_STEP: f64 = 0.02;
-/// Most sweeps, and the change below which the values stand.
+/// Largest number of sweeps, and the change below which the values count as converged.
 const SWEEPS_MAX: usize = 1000;
 const VALUE_SETTLED: f64 = 1e-4;
-/// Torques tried between the least and the most.
+/// Number of torques tried between the least and the most.
 const TORQUES: usize = 5;
-/// Distance from a half turn from which on an arm has turned over.
+/// Angle beyond which an arm counts as turned over.
 const TURNED_OVER: f64 = PI - 0.05;
 /// Time for which a drive under the barrier is followed, in time units: four periods of the hanging arm.
 const FOLLOWED: f64 = 24.0;
-/// Its step, in time units.
+/// Step of this simulation, in time units.
 const FOLLOW_STEP: f32 = 0.005;
 
 impl TorqueLimits {
@@ -57,7 +57,7 @@ impl TorqueLimits {
         self.balance.motion(libm::sincosf(phi as f32), rate as f32, slope)
     }
 
-    /// What current and voltage allow at the rate `rate`.
+    /// The torques that current and voltage allow at the rate `rate`.
     fn driven(&self, rate: f64) -> Interval {
         let damping = self.zeta * (self.wheel_rate + rate as f32);
         Interval {
@@ -66,7 +66,7 @@ impl TorqueLimits {
         }
     }
 
-    /// What grip leaves of it.
+    /// The part of these torques that grip allows.
     fn admissible(&self, motion: &MotionByTorque<f32>, rate: f64) -> Interval {
         let driven = self.driven(rate);
         let gripping = self.grip_mu.map_or(Interval::ALL, |mu| grip(motion, mu));
@@ -82,7 +82,8 @@ impl TorqueLimits {
 pub struct Kernel {
     phis: Vec<f64>,
     rates: Vec<f64>,
-    /// Least angle within which the arm can be kept, rad; a half turn where it turns over. By angle, then by rate.
+    /// Least angle within which the arm can be kept, rad; a half turn if the arm turns over. Ordered by angle, then by
+    /// rate.
     reach: Vec<f64>,
 }
 
@@ -100,7 +101,7 @@ impl Kernel {
             phis,
             rates,
         };
-        // Where a step under each torque leads does not change from sweep to sweep.
+        // The successors of a point under each torque do not change from sweep to sweep.
         let next: Vec<Vec<(f64, f64)>> = (0..count * count)
             .into_par_iter()
             .map(|at| kernel.steps(limits, at))
@@ -108,7 +109,7 @@ impl Kernel {
         for sweep in 0..SWEEPS_MAX {
             let mut change = 0.0_f64;
             for k in 0..count * count {
-                // Up and down in turn, so that a value travels across the grid in few sweeps.
+                // The sweeps alternate in direction, so a value travels across the grid in few sweeps.
                 let at = if sweep % 2 == 0 { k } else { count * count - 1 - k };
                 let best = next[at].iter().map(|x| kernel.at(*x)).fold(PI, f64::min);
                 if best > kernel.reach[at] {
@@ -170,8 +171,8 @@ impl Kernel {
     }
 }
 
-/// The largest angle that the arm comes to from `(phi, rate)` under the flown barrier, whatever the law asks: it asks for
-/// all that there is to either side, and plans with the friction `planned_mu`. Followed until the arm has turned over.
+/// The largest angle that the arm reaches from `start` under the vehicle's barrier, for a law that asks for the largest
+/// torque to either side and plans with the friction `planned_mu`. The simulation ends when the arm has turned over.
 pub fn under_barrier(limits: &TorqueLimits, barrier: &Barrier, planned_mu: f32, start: (f64, f64)) -> f64 {
     let slope = libm::sincosf(limits.beta);
     let mut worst = 0.0_f64;
@@ -192,22 +193,22 @@ pub fn under_barrier(limits: &TorqueLimits, barrier: &Barrier, planned_mu: f32, 
     worst
 }
 
-/// What the barrier makes of the kernel.
+/// Comparison of the barrier with the kernel.
 #[derive(Debug, Clone, Serialize)]
 pub struct Comparison {
     /// Share of the counted states from which the arm can be kept within `phi_max` while the wheels grip.
     pub viable_share: f64,
-    /// Share of those from which the flown barrier keeps it there.
+    /// Share of those states from which the vehicle's barrier keeps the arm there.
     pub kept_share: f64,
     /// Share of the counted states from which a whirl can be avoided by current and voltage.
     pub avoidable_share: f64,
-    /// Share of those from which the flown barrier avoids it.
+    /// Share of those states from which the vehicle's barrier avoids the whirl.
     pub avoided_share: f64,
     /// Angles, rad.
     pub phi: Vec<f64>,
     /// The largest rate at each angle from which the arm can be kept within `phi_max`, per time unit.
     pub kernel_rate: Vec<f64>,
-    /// The largest from which the flown barrier keeps it.
+    /// The largest rate at each angle from which the vehicle's barrier keeps the arm.
     pub barrier_rate: Vec<f64>,
 }
 

@@ -1,8 +1,8 @@
-//! The poles of the vehicle under the landing law: numerically, from what one tick of the law that flies and one of the plant
-//! make of a small change of each state.
+//! The poles of the vehicle under the landing law, computed numerically: from the effect of a small change of
+//! each state after one tick of the vehicle's own law and of the plant.
 //!
-//! Nothing here knows the poles that the law was designed for. Where filter, tick and delay cost nothing, both agree; what they
-//! cost shows in the difference.
+//! The computation does not use the law's design poles. Without the effects of filter, tick and delay both would
+//! agree, so the difference shows these effects.
 
 use model::control::landing::{LandingLaw, MOTION_STATES};
 use model::control::speed::SpeedInput;
@@ -13,20 +13,21 @@ use nalgebra::SMatrix;
 use super::poles::eigenvalues;
 use super::sampled::{SampledMotion, SampledPlant, cast};
 
-/// Those of the law, and beside them phi, theta', phi', the two stages of the wheel-rate filter, the estimator's sine of the
-/// slope, and the voltage that is commanded and does not act yet.
+/// The states of the law, and phi, theta', phi', the two stages of the wheel-rate filter, the estimator's sine
+/// of the slope, and the commanded voltage that does not act yet.
 const STATES: usize = MOTION_STATES + 7;
-/// Change of a state, nondimensional: in single precision about zero exact to a part in 1e7, and with it sines are straight to
-/// one in 1e8.
+/// Change of a state, nondimensional. About zero, single precision represents this change to a part in 1e7, and
+/// sines are linear over it to a part in 1e8.
 const CHANGE: f64 = 1e-4;
-/// Time for which the law runs before it is linearised, in time units: it has learnt its slope in haste by then.
+/// Time for which the law runs before it is linearised, in time units: by then the fast learning of the slope
+/// has ended.
 const SETTLING_TIME: f64 = 16.0;
-/// A speed asked for, m/s: none to speak of, and yet the law does not take it for standing.
+/// Commanded speed, m/s: negligible, but the law does not treat it as standing.
 const CREEPING_M_S: f32 = 1e-9;
-/// Share of a motion that a tick leaves, below which it is over within the tick.
+/// Share of a motion that remains after a tick, below which the motion counts as over within the tick.
 const OVER: f64 = 0.1;
 
-/// The law that flies and a plant, about the vehicle that drives steadily on the level.
+/// The vehicle's own law and a plant, about steady driving on the level.
 struct Loop<'a> {
     vehicle: &'a Vehicle<f64>,
     plant: &'a SampledPlant,
@@ -55,7 +56,7 @@ impl<'a> Loop<'a> {
         this
     }
 
-    /// What the law is told.
+    /// The law's input.
     fn told(&self, motion: &SampledMotion, sin_slope: f32) -> SpeedInput {
         let scales = self.vehicle.scales();
         SpeedInput {
@@ -107,7 +108,7 @@ impl<'a> Loop<'a> {
         after
     }
 
-    /// What a tick makes of a change of each state, one a column.
+    /// The effect of a change of each state after a tick, one state per column.
     fn matrix(&self) -> SMatrix<f64, STATES, STATES> {
         let mut matrix = SMatrix::zeros();
         for changed in 0..STATES {
@@ -125,8 +126,9 @@ impl<'a> Loop<'a> {
     }
 }
 
-/// The poles of the `plant` that the landing law of `vehicle` drives steadily on the level, a tick of delay included, in 1/s as
-/// `[re, im]`, the slowest first. What is over within a tick is left out. `None` where they cannot be computed.
+/// The poles of `plant` under the landing law of `vehicle` in steady driving on the level, including a tick of
+/// delay, in 1/s as `[re, im]`, the slowest first. Motions that end within a tick are omitted. `None` if the
+/// poles cannot be computed.
 pub fn landing_poles(vehicle: &Vehicle<f64>, plant: &SampledPlant) -> Option<Vec<[f64; 2]>> {
     let of_tick = eigenvalues(&Loop::new(vehicle, plant).matrix())?;
     let tick_s = f64::from(TICK_S);

@@ -1,8 +1,8 @@
-//! The search for a drive that a speed law does not survive: random drives, from the worst of them an optimiser, and steps of
-//! vehicles that differ from their file.
+//! The search for a drive in which a speed law lets the arm whirl: random drives, an optimiser that starts from the
+//! worst of them, and steps of vehicles that differ from their file.
 //!
-//! The search goes by groups of seeds. A group depends on its number alone, so that any groups can be searched on any machine,
-//! in any order, and the results, sorted by number, are the same.
+//! The search works in groups of seeds. A group depends only on its number. Any group can therefore be searched on any
+//! machine in any order; the results, sorted by number, are the same.
 
 use model::vehicle::Vehicle;
 use rayon::prelude::*;
@@ -16,58 +16,59 @@ use super::sampled::WHIRL_RAD;
 pub const GROUP_SEEDS: u64 = 1000;
 /// Generations of one climb: some 200 drives.
 const GENERATIONS: usize = 20;
-/// Arm angle, rad, that no drive of the landing law is to pass: the reference vehicle's `phi_max_rad`.
+/// Arm angle, rad, that no drive of the landing law may exceed: the reference vehicle's `phi_max_rad`.
 pub const FAR_RAD: f64 = 1.4;
 
 /// A search.
 #[derive(Debug, Clone)]
 pub struct LawSearch {
-    /// The vehicle file, its law that which is searched.
+    /// The vehicle file; its law is the law under test.
     pub vehicle: Vehicle<f64>,
     /// Seed of the first drive and the first plant.
     pub first_seed: u64,
     /// Random drives.
     pub drives: u64,
-    /// Drives of each group from which the optimiser climbs: the worst in which the arm swings beyond where it stands.
+    /// Number of drives per group from which the optimiser climbs: the worst drives in which the arm swings beyond its
+    /// standing angle.
     pub climbs: usize,
-    /// Vehicles of +-20 % that take a step.
+    /// Number of vehicles with parameters of +-20 % that make a step.
     pub plants: u64,
 }
 
 /// The arm's largest angle in the drive of a seed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SeedSwing {
-    /// The drive's.
+    /// The drive's seed.
     pub seed: u64,
-    /// rad; beyond [`WHIRL_RAD`] the arm has turned over.
+    /// The arm's largest angle, rad; beyond [`WHIRL_RAD`] the arm has turned over.
     pub phi_max_rad: f64,
 }
 
-/// Some drives, counted.
+/// Counts of some drives.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct SwingCounts {
-    /// How many there are.
+    /// Number of them.
     pub drives: u64,
-    /// In how many the arm turned over.
+    /// Number of drives in which the arm turned over.
     pub whirls: u64,
-    /// In how many it passed [`FAR_RAD`].
+    /// Number of drives in which the arm exceeded [`FAR_RAD`].
     pub far: u64,
-    /// The one in which it swung furthest; of equal ones the first.
+    /// The drive with the largest swing; of equal drives the first.
     pub worst: Option<SeedSwing>,
 }
 
-/// What one group of seeds shows.
+/// The result of one group of seeds.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SearchGroup {
-    /// Its number in the search.
+    /// The group's number in the search.
     pub run: u64,
-    /// Its random drives.
+    /// The random drives.
     pub random: SwingCounts,
-    /// Share of the time in which they slide, mean.
+    /// Mean share of the time in which the drives slide.
     pub sliding: f64,
-    /// What the optimiser made of the worst of them.
+    /// The optimiser's results from the worst drives.
     pub climbed: SwingCounts,
-    /// Its vehicles of +-20 %, in order of their seeds.
+    /// The vehicles with parameters of +-20 %, in order of their seeds.
     pub plants: Vec<LawStep>,
 }
 
@@ -77,7 +78,7 @@ impl LawSearch {
         self.drives.max(self.plants).div_ceil(GROUP_SEEDS)
     }
 
-    /// The seeds of group `run`, of `count` that the search has.
+    /// The seeds of group `run` out of `count` seeds.
     fn seeds(&self, run: u64, count: u64) -> std::ops::Range<u64> {
         let edge = |group: u64| {
             self.first_seed
@@ -101,7 +102,7 @@ impl LawSearch {
         let sliding: f64 = drives.iter().map(|(_, found)| found.sliding).sum();
         let sliding = sliding / drives.len().max(1) as f64;
         drives.retain(|(_, found)| found.swings);
-        // Stable, so that of equal ones the first climb.
+        // A stable sort, so that of equal drives the first climb.
         drives.sort_by(|a, b| b.1.phi_max_rad.total_cmp(&a.1.phi_max_rad));
         drives.truncate(self.climbs);
         let climbs: Vec<_> = drives
@@ -140,7 +141,7 @@ impl SwingCounts {
         });
     }
 
-    /// Adds drives that come after these.
+    /// Adds later drives.
     pub fn add(&mut self, later: &Self) {
         self.drives += later.drives;
         self.whirls += later.whirls;
@@ -152,29 +153,29 @@ impl SwingCounts {
     }
 }
 
-/// What a whole search, or a part of one, shows.
+/// The result of a whole search or of a part of it.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct SearchTotals {
-    /// Its random drives.
+    /// The random drives.
     pub random: SwingCounts,
-    /// Share of the time in which they slide, mean.
+    /// Mean share of the time in which the drives slide.
     pub sliding: f64,
-    /// What the optimiser made of the worst of every group.
+    /// The optimiser's results from the worst drives of every group.
     pub climbed: SwingCounts,
-    /// Its vehicles of +-20 %; none if there are none.
+    /// The vehicles with parameters of +-20 %; `None` without such vehicles.
     pub plants: Option<StepSpread>,
     #[serde(skip)]
     steps: Vec<LawStep>,
 }
 
-/// What the steps of many vehicles show: each number's median, the value that 95 % keep, and the largest.
+/// The steps of many vehicles: each number's median, its 95 % quantile, and its maximum.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct StepSpread {
-    /// How many there are.
+    /// Number of them.
     pub plants: u64,
-    /// How many turned their arm over.
+    /// Number of vehicles whose arm turned over.
     pub whirls: u64,
-    /// Time to settle into 2 %, in time units; none where a vehicle does not.
+    /// Time to settle into 2 %, in time units; `None` if a vehicle does not settle.
     pub settling: [Option<f64>; 3],
     /// Share of the step.
     pub overshoot: [f64; 3],
@@ -188,11 +189,11 @@ pub struct StepSpread {
     pub slow: Vec<u64>,
 }
 
-/// Time in which every vehicle is to settle, in time units.
+/// Time within which every vehicle should settle, in time units.
 pub const SETTLING_MAX: f64 = 18.0;
 
 impl SearchTotals {
-    /// Adds the group that comes next.
+    /// Adds the next group.
     pub fn add(&mut self, group: &SearchGroup) {
         let (before, more) = (self.random.drives as f64, group.random.drives as f64);
         if before + more > 0.0 {
@@ -203,21 +204,21 @@ impl SearchTotals {
         self.steps.extend(&group.plants);
     }
 
-    /// With the spread of the steps.
+    /// The summary with the spread of the steps.
     #[must_use]
     pub fn finish(mut self) -> Self {
         self.plants = (!self.steps.is_empty()).then(|| StepSpread::new(&self.steps));
         self
     }
 
-    /// In how many drives and steps the arm turned over.
+    /// Number of drives and steps in which the arm turned over.
     pub fn whirls(&self) -> u64 {
         self.random.whirls + self.climbed.whirls + self.plants.as_ref().map_or(0, |plants| plants.whirls)
     }
 }
 
 impl StepSpread {
-    /// Of one step or more.
+    /// The spread of at least one step.
     fn new(steps: &[LawStep]) -> Self {
         let spread = |value: &dyn Fn(&LawStep) -> f64| {
             let mut values: Vec<f64> = steps.iter().map(value).collect();

@@ -7,31 +7,31 @@ use serde::{Deserialize, Serialize};
 
 use super::sampled::{Factors, SampledDrive, SampledPlant, SampledRow, SampledSensing, WHIRL_RAD};
 
-/// What a step of the speed shows. Nondimensional, shares of the step, degrees.
+/// The result of a step of the speed: nondimensional numbers, shares of the step, degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct LawStep {
-    /// Of the plant and its noise.
+    /// Seed of the plant and its noise.
     pub seed: u64,
-    /// Time until the speed stays within 2 % of the step; none if it does not within the drive.
+    /// Time until the speed stays within 2 % of the step; `None` if it does not within the drive.
     pub settling: Option<f64>,
-    /// Furthest beyond the step.
+    /// Largest overshoot beyond the step.
     pub overshoot: f64,
-    /// Furthest to the other side of rest.
+    /// Largest excursion to the other side of rest.
     pub undershoot: f64,
-    /// Largest arm angle either way.
+    /// Largest absolute arm angle.
     pub phi_max_deg: f64,
     /// Largest |F| / N.
     pub grip: f64,
     /// Largest distance from the target speed in the last tenth of the drive.
     pub ripple: f64,
-    /// The arm turned over.
+    /// Whether the arm turned over.
     pub whirled: bool,
 }
 
 /// Share of the step within which the speed counts as settled.
 const SETTLED_SHARE: f64 = 0.02;
 
-/// Drives from 0 to `target`, for which `drive` asks at the time `at`, with sensors whose noise is that of `seed`.
+/// Drives from 0 to `target`, which `drive` commands at the time `at`, with sensor noise from `seed`.
 pub fn step(drive: &SampledDrive<'_>, seed: u64, at: f64, target: f64) -> LawStep {
     let mut noise = Noise::new(seed, 0);
     let mut rows: Vec<SampledRow> = Vec::new();
@@ -74,7 +74,7 @@ const NOISY: SampledSensing = SampledSensing {
     noise: [2e-4, 5e-4, 2e-3],
 };
 
-/// Time for which the vehicle stands before its step, in time units.
+/// Standing time before the step, in time units.
 const STANDS: f64 = 40.0;
 
 /// The step from 0 to 1 of a plant whose nine parameters are off by up to 20 %, on one of five slopes. Three vehicles
@@ -95,7 +95,7 @@ pub fn perturbed_step(vehicle: &Vehicle<f64>, seed: u64) -> LawStep {
     step(&drive, seed, STANDS, 1.0)
 }
 
-/// By how much each parameter may be off.
+/// Largest relative error of each parameter.
 const SPREAD: f64 = 0.2;
 
 /// Factors of the nine parameters, each within 20 %: at the ends of that range, or anywhere in it.

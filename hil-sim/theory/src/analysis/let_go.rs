@@ -1,4 +1,4 @@
-//! The whirl of a vehicle that is let go on a slope with its arm hanging, as a vehicle is whose bridges have been open.
+//! The whirl of a vehicle that is released on a slope with its arm hanging, as after open bridges.
 
 use model::dynamics::planar::PlanarParameters;
 
@@ -7,13 +7,14 @@ use super::input::Input;
 use super::response::{Fate, Judge};
 use super::step_budget::{OutOfSteps, StepBudget};
 
-/// Integration tolerance: the limit is told to hundredths of a degree.
+/// Integration tolerance, sufficient for a limit in hundredths of a degree.
 const SLOPE_TOLERANCE: f64 = 1e-9;
 /// Halvings of the slopes between the level and the static limit.
 const HALVINGS: u32 = 24;
 
-/// The steepest slope, rad, on which the voltage that holds there, put on at once, raises the hanging arm to its equilibrium. On a
-/// steeper one the arm overshoots its saddle and turns over, though it could stand. `level` is the vehicle on the level.
+/// The steepest slope, rad, on which a step to the hold voltage raises the hanging arm to its equilibrium. On a steeper
+/// slope the arm overshoots its saddle and turns over, although the vehicle could stand there. `level` is the vehicle on
+/// the level.
 ///
 /// # Errors
 /// [`OutOfSteps`]: the responses take too long to follow.
@@ -31,7 +32,7 @@ pub fn steepest_let_go(level: &PlanarParameters<f64>) -> Result<f64, OutOfSteps>
     Ok(returns)
 }
 
-/// Whether the arm, let go hanging on the slope `beta`, comes to rest where it carries the vehicle.
+/// Whether an arm that is released hanging on the slope `beta` comes to rest at its equilibrium.
 fn comes_to_rest(level: &PlanarParameters<f64>, beta: f64, budget: &StepBudget) -> Result<bool, OutOfSteps> {
     let p = PlanarParameters { beta, ..*level };
     let hold = Input::voltage_step(&p, beta.sin());
@@ -71,7 +72,8 @@ mod tests {
         false
     }
 
-    /// Against fixed steps of the equations on either side of what is found, for vehicles of little and of much damping.
+    /// Compared with fixed-step integration on either side of the result, for vehicles with little and with much
+    /// damping.
     #[test]
     fn on_either_side_of_the_slope_the_arm_ends_as_told() {
         let thesis = PlanarParameters::<f64>::thesis();
@@ -85,7 +87,7 @@ mod tests {
                     "{zeta} {found} {beta}"
                 );
             }
-            // Beside the static limit it is the swing beyond the equilibrium that counts.
+            // The limit is below the static limit because the arm swings beyond the equilibrium.
             assert!(found < (0.72_f64).asin() && found > 0.0, "{found}");
         }
     }

@@ -1,4 +1,4 @@
-//! The optimal regulator of the camera spar: Eq. 7.20 and 7.21, corrected, for any parameters and weights.
+//! The optimal regulator of the spar: Eq. 7.20 and 7.21, corrected, for any parameters and weights.
 
 use model::dynamics::camera::CameraParameters;
 use nalgebra::{Matrix4, SMatrix, SVector, Vector4};
@@ -7,7 +7,7 @@ use thiserror::Error;
 
 use super::poles::eigenvalues;
 
-/// Steps of Newton's method without a smaller residual after which only rounding is left.
+/// Steps of Newton's method without a smaller residual, after which only rounding errors remain.
 const STEPS_WITHOUT_GAIN: u32 = 6;
 
 /// The weights of the cost (7.20): `q` on the squares of theta, phi, theta', phi', and `r` on v^2.
@@ -20,7 +20,7 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// The thesis's (ch. 7.5): Q = diag(10000, 100, 0, 0), r = 1.
+    /// The thesis's weights (ch. 7.5): Q = diag(10000, 100, 0, 0), r = 1.
     pub const THESIS: Self = Self {
         q: [10_000.0, 100.0, 0.0, 0.0],
         r: 1.0,
@@ -48,7 +48,7 @@ pub struct NoRegulator;
 /// The optimal regulator of the spar `camera` under `weights`.
 ///
 /// # Errors
-/// [`NoRegulator`] when the Riccati equation has no stabilising solution.
+/// [`NoRegulator`] if the Riccati equation has no stabilising solution.
 pub fn regulator(camera: &CameraParameters<f64>, weights: &Weights) -> Result<Regulator, NoRegulator> {
     let problem = Problem::new(camera, weights);
     let p = problem.riccati().ok_or(NoRegulator)?;
@@ -90,7 +90,7 @@ impl Problem {
         }
     }
 
-    /// The gains that belong to the solution `p` of the Riccati equation: `P b / r`.
+    /// The gains of the solution `p` of the Riccati equation: `P b / r`.
     fn gains(&self, p: &Matrix4<f64>) -> Vector4<f64> {
         p * self.b / self.r
     }
@@ -101,7 +101,8 @@ impl Problem {
     }
 
     /// The stabilising solution P of the algebraic Riccati equation: Newton's method (Kleinman's
-    /// iteration), which converges from any stabilising gains, until only rounding is left.
+    /// iteration), which converges from any stabilising gains, iterated until only rounding errors
+    /// remain.
     fn riccati(&self) -> Option<Matrix4<f64>> {
         let gains = self.stabilising_gains()?;
         let cost = self.q + self.r * gains * gains.transpose();
@@ -125,8 +126,8 @@ impl Problem {
         Some(best)
     }
 
-    /// Stabilising gains that are nearly optimal: from the Hamiltonian, or, where its elements differ
-    /// too much in size for that, from the Hamiltonian of a dearer control.
+    /// Stabilising gains that are nearly optimal: from the Hamiltonian or, if its elements differ too
+    /// much in size, from the Hamiltonian of a costlier control.
     fn stabilising_gains(&self) -> Option<Vector4<f64>> {
         (0..12).find_map(|k| {
             let dearer = Self {
@@ -142,7 +143,8 @@ impl Problem {
     /// P from the invariant subspace of the Hamiltonian's stable poles, which the matrix sign function
     /// separates: `(sign(H) + 1) [1; P] = 0`.
     fn hamiltonian_solution(&self) -> Option<Matrix4<f64>> {
-        // Costates in the unit that makes both off-diagonal blocks equally large: fewer digits are lost.
+        // The unit of the costates makes both off-diagonal blocks equally large, which loses fewer
+        // digits.
         let (weighted, reached) = (self.q.amax(), self.b.amax().powi(2) / self.r);
         let unit = if weighted > 0.0 {
             (weighted / reached).sqrt()

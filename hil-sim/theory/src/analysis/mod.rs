@@ -1,4 +1,4 @@
-//! The analysis of the thesis: equilibria, limits, envelopes, motion in space, camera spar.
+//! The analysis of the thesis: equilibria, limits, envelopes, motion in space, spar.
 
 pub mod camera;
 pub mod cma_es;

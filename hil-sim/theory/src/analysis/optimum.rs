@@ -1,8 +1,8 @@
-//! The fastest step of the speed that a search finds, with everything known: what any law is to be measured against.
+//! The fastest step of the speed that a search finds with full knowledge of the state: the yardstick for every law.
 //!
-//! The joint torque takes a share of what current, voltage and grip allow at each moment, constant over each of some arcs;
-//! then a landing law of its own brings speed and arm home. The search varies the arcs and that law's numbers. It knows
-//! the state, has no delay and no error. What it finds is the best found, not proven.
+//! The joint torque is a share of the torque that current, voltage and grip allow at each moment; the share is constant
+//! over each of some arcs. Then a separate landing law brings speed and arm home. The search varies the arcs and that
+//! law's numbers. It knows the state without delay and error. The result is the best step found, not a proven optimum.
 
 use model::control::equilibrium::Equilibrium;
 use model::control::landing::MotionByTorque;
@@ -21,14 +21,14 @@ pub struct StepTask {
     pub grip_mu: f64,
     /// Largest angle of the arm, rad.
     pub phi_max_rad: f64,
-    /// The speed to be reached, in speed units, positive.
+    /// The target speed, in speed units, positive.
     pub target: f64,
 }
 
 /// The best step found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BestStep {
-    /// What it shows.
+    /// Its settling.
     pub settling: Settling,
     /// Its course.
     pub rows: Vec<SampledRow>,
@@ -43,7 +43,7 @@ const ARC_MAX: f64 = 1.2;
 const SERVO: [f64; 2] = [1.5, 6.0];
 const SPEED_RANGE: [f64; 2] = [0.5, 20.0];
 const SHARE: [f64; 2] = [0.3, 1.0];
-/// Numbers that are searched.
+/// Number of searched values.
 const NUMBERS: usize = 2 * ARCS + 4;
 /// Longest integration step, and the time after the arcs, in time units.
 const OPTIMUM_STEP: f64 = 0.02;
@@ -55,16 +55,17 @@ const SIGNS: [[f64; 3]; STARTS] = [[0.7, 0.7, 0.7], [-0.7, 0.7, 0.7], [-0.7, 0.7
 const OPTIMUM_GENERATIONS: usize = 300;
 
 impl StepTask {
-    /// The least time in which the vehicle, arm and all, can come from rest to rest in itself at the target speed. Over all
-    /// of it the arm's momentum cancels, so that friction less the weight's part accelerates the whole mass, and the mean
-    /// normal force is the weight's. Infinite where grip does not carry the slope.
+    /// The least time from rest to the target speed with the arm at rest at both ends. Over this time the arm's momentum
+    /// cancels, so friction less the weight's component accelerates the whole mass, and the mean normal force is that of
+    /// the weight. Infinite if grip cannot hold the slope.
     pub fn time_to_rest(&self) -> f64 {
         let (sin, cos) = (libm::sin(self.plant.beta), libm::cos(self.plant.beta));
         let room = self.grip_mu * cos - sin;
         if room > 0.0 { self.target / room } else { f64::INFINITY }
     }
 
-    /// Searches. `normal` gives numbers of mean 0 and deviation 1. `None` where the vehicle cannot stand on the slope.
+    /// Runs the search. `normal` returns numbers with mean 0 and deviation 1. `None` if the vehicle cannot stand on the
+    /// slope.
     pub fn best(&self, mut normal: impl FnMut() -> f64) -> Option<BestStep> {
         if self.plant.standing_sin_phi().abs() >= libm::sin(self.phi_max_rad.min(core::f64::consts::FRAC_PI_2)) {
             return None;
@@ -93,8 +94,8 @@ impl StepTask {
         })
     }
 
-    /// Flies the arcs `x` and returns what they cost: the time until the speed stays within 2 %, and more for leaving the
-    /// arm's range or the grip.
+    /// Simulates the arcs `x` and returns their cost: the time until the speed stays within 2 %, plus penalties for
+    /// leaving the arm's range or the grip.
     fn fly(&self, x: &[f64], see: &mut dyn FnMut(&SampledRow)) -> f64 {
         let plant = &self.plant;
         let slope = (libm::sin(plant.beta), libm::cos(plant.beta));
@@ -147,7 +148,7 @@ impl StepTask {
                 state = rk4_step(&state, h, rate);
                 beyond += h * 20.0 * (state[0].abs() - self.phi_max_rad).max(0.0);
                 time += h;
-                // Where the band of 2 % is left or entered, to a part of the step.
+                // Time at which the speed leaves or enters the band of 2 %, interpolated within the step.
                 let error = ((state[2] - self.target) / self.target).abs() / BAND;
                 if error > 1.0 {
                     settled = time;
@@ -194,7 +195,7 @@ impl StepTask {
             .solve(-law.servo * law.servo * (state[0] - commanded) - 2.0 * law.servo * state[1])
     }
 
-    /// The torques that current, voltage and grip allow, and by how much grip is missed where none does.
+    /// The torques that current, voltage and grip allow, and the missing grip if no torque is allowed.
     fn allowed(&self, state: &[f64; 3], motion: &MotionByTorque<f64>) -> (f64, f64, f64) {
         let plant = &self.plant;
         let damping = plant.zeta * (state[1] + state[2]);
@@ -202,7 +203,7 @@ impl StepTask {
         let mut low = (-plant.torque_max).max(-reach - damping);
         let mut high = plant.torque_max.min(reach - damping);
         if low > high {
-            // Driven faster than the supply holds: the nearest torque brakes.
+            // Beyond the speed that the supply can sustain, the nearest torque brakes.
             let nearest = if damping > 0.0 {
                 -plant.torque_max
             } else {

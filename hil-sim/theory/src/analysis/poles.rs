@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, SMatrix, Schur};
 
-/// The most iterations of the Schur decomposition; matrices of this crate need fewer than 100.
+/// Largest number of iterations of the Schur decomposition; matrices of this crate need fewer than 100.
 const MOST_ITERATIONS: usize = 1000;
 
 /// The eigenvalues as `[re, im]`, by real part, then by imaginary part, ascending; `None` if `a` is not
@@ -14,7 +14,7 @@ pub fn eigenvalues<const N: usize>(a: &SMatrix<f64, N, N>) -> Option<[[f64; 2]; 
     let schur = Schur::try_new(DMatrix::from_fn(N, N, |i, j| a[(i, j)]), f64::EPSILON, MOST_ITERATIONS)?;
     let values = schur.complex_eigenvalues();
     // The library takes the imaginary part from a discriminant that rounding may make positive at a double
-    // eigenvalue: the part is then NaN and stands for 0.
+    // eigenvalue: the part is then NaN and means 0.
     let or_zero = |im: f64| if im.is_nan() { 0.0 } else { im };
     let mut found = std::array::from_fn(|i| [values[i].re, or_zero(values[i].im)]);
     found.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));

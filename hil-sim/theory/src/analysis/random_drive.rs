@@ -8,7 +8,7 @@ use super::cma_es::minimise;
 use super::law_step::{random_factors, uniform};
 use super::sampled::{Factors, SampledDrive, SampledPlant, SampledSensing, WHIRL_RAD};
 
-/// A law whose limits a search tries.
+/// A law under test in a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum SearchedLaw {
     /// The landing law.
@@ -23,7 +23,7 @@ pub enum SearchedLaw {
 const UNBOUNDED: f64 = 20.0;
 
 impl SearchedLaw {
-    /// The parameters of a vehicle that flies this law, and whose operator may ask for any speed.
+    /// The parameters of a vehicle with this law whose operator may command any speed.
     pub fn flown(self, parameters: &VehicleParameters<f64>) -> VehicleParameters<f64> {
         let mut flown = *parameters;
         flown.control.speed_max_m_s = UNBOUNDED;
@@ -51,12 +51,12 @@ pub struct RandomDrive {
     grip_mu: f64,
 }
 
-/// What a drive shows.
+/// The result of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ArmSwing {
-    /// Largest arm angle either way, rad; the drive ends beyond [`WHIRL_RAD`].
+    /// Largest absolute arm angle, rad; the drive ends beyond [`WHIRL_RAD`].
     pub phi_max_rad: f64,
-    /// The arm swings beyond the angle at which it stands on the slope: the commands matter.
+    /// Whether the arm swings beyond its standing angle on the slope, so that the commands matter.
     pub swings: bool,
     /// Share of the time in which |F| exceeds the file's `grip_mu` times N.
     pub sliding: f64,
@@ -64,15 +64,15 @@ pub struct ArmSwing {
 
 /// Length of a random drive, in time units.
 const DURATION: f64 = 36.0;
-/// Largest speed that is asked for, in speed units.
+/// Largest commanded speed, in speed units.
 const SPEED_MOST: f64 = 6.0;
-/// Share of the steepest slope to which drives go.
+/// Largest slope of a drive as a share of the steepest slope.
 const RANDOM_SLOPE_SHARE: f64 = 0.9;
 /// Largest sine of the standing angle of a plant: a steeper one cannot stand with a margin.
 const STANDING_SIN: f64 = 0.9;
 /// The range of the supply, nondimensional.
 const VOLTAGE: (f64, f64) = (3.0, 12.0);
-/// Torque of motors without a limit of their current, and the share of drives that have such.
+/// Torque of motors without a current limit, and the share of drives with such motors.
 const TORQUE_FREE: f64 = 9.0;
 const TORQUE_FREE_SHARE: f64 = 0.3;
 
@@ -120,13 +120,14 @@ impl RandomDrive {
         }
     }
 
-    /// Drives.
+    /// Simulates the drive.
     pub fn drive(&self, vehicle: &Vehicle<f64>) -> ArmSwing {
         self.drive_through(vehicle, &self.commands)
     }
 
-    /// Moves times and speeds of the commands to where the arm swings furthest, with an optimiser that tries `generations`
-    /// generations of some ten drives each, and drives what it found.
+    /// Moves the times and speeds of the commands so that the arm swings furthest, with an
+    /// optimiser that tries `generations` generations of some ten drives each, and simulates the
+    /// result.
     pub fn climb(&self, vehicle: &Vehicle<f64>, generations: usize) -> ArmSwing {
         let with = |commands: &[f64]| {
             let clamp = |pair: &[f64]| (pair[0].clamp(0.0, DURATION), pair[1].clamp(-SPEED_MOST, SPEED_MOST));

@@ -1,10 +1,10 @@
-//! The fate of a response: whether the arm comes back to the equilibrium it left or turns over.
+//! The fate of a response: whether the arm returns to its initial equilibrium or turns over.
 //!
 //! Between the saddles `-pi - phi_0` and `pi - phi_0` (shifted by full turns) lie the wells of the
 //! potential `V = -alpha l cos(phi) - sin(beta) phi`. In the frame that moves at the steady speed
 //! `(U - sin(beta)) / zeta` an open loop at constant voltage U is the vehicle at the hold, and
 //! `W = T + V` obeys `W' = -zeta (theta' + phi')^2` (erratum E9): once W is below the lower edge of a well, the
-//! response stays in it for good. That makes the verdict exact and early.
+//! response stays in this well for ever. The verdict is therefore exact and early.
 
 use std::f64::consts::{PI, TAU};
 
@@ -38,16 +38,16 @@ pub struct Response {
     /// `exp(-growth * the longest stay near a saddle)`: proportional to the distance of the start from
     /// the saddle's stable manifold when that is small; `None` if no saddle was visited.
     pub manifold_distance: Option<f64>,
-    /// When the verdict was certain.
+    /// Time at which the verdict was certain.
     pub decided_at: f64,
 }
 
-/// Half width in phi of a saddle's neighbourhood. The length of a response's stay there is measured.
+/// Half width in phi of a saddle's neighbourhood. The judge measures the length of a response's stay there.
 const NEIGHBOURHOOD: f64 = 0.3;
 /// Largest half width as a share of the way from the equilibrium to the nearest saddle: near the static
 /// limit the two lie close together, and a response at rest must lie outside the neighbourhood.
 const NEIGHBOURHOOD_SHARE: f64 = 0.3;
-/// Swings that must each be smaller than the swing before until a closed loop counts as returning.
+/// Number of successively smaller swings after which a closed loop counts as returning.
 const SHRINKING_SWINGS: usize = 4;
 /// Deviation from the equilibrium below which a closed loop counts as returned.
 const SMALL: f64 = 1e-3;
@@ -65,7 +65,7 @@ pub struct Judge {
     neighbourhood: f64,
     /// Growth rate at the saddle; `None` where the loop makes more than one direction unstable.
     growth: Option<f64>,
-    /// Whether a speed law or a voltage limit acts: this decides which proof of return applies.
+    /// Whether a speed law or a voltage limit acts: decides which proof of return applies.
     closed_loop: bool,
 }
 
@@ -180,7 +180,7 @@ impl Judge {
                 // An open loop still shows its forward and its backward swing; a closed loop has shown both.
                 turns_to_see = watch.swings.len() + if well == 0 && !self.closed_loop { 2 } else { 0 };
             }
-            // A swing or a visit to a saddle that has begun is followed to its end: it measures the margin.
+            // A swing or a visit to a saddle is followed to its end, because it measures the margin.
             if let Some(fate) = decided
                 && watch.entered.is_none()
                 && (watch.swings.len() >= turns_to_see || now[2].abs() < SMALL * SMALL)
@@ -198,12 +198,12 @@ impl Judge {
         }
     }
 
-    /// The stay from which on the start's distance from the saddle's stable manifold is below a tenth.
+    /// Length of a stay above which the start's distance from the saddle's stable manifold is below a tenth.
     fn decisive_stay(&self) -> f64 {
         self.growth.map_or(f64::INFINITY, |growth| 2.3 / growth)
     }
 
-    /// Whether the state can no longer leave the well it is in.
+    /// Whether the state can no longer leave its present well.
     fn stays(&self, watch: &StayWatch<'_>, input: &Input, x: &PlanarPoint, rate: &PlanarPoint, well: i64) -> bool {
         if self.closed_loop {
             let deviation = x[0] - self.phi_0 - TAU * well as f64;
@@ -236,7 +236,7 @@ impl Judge {
     }
 }
 
-/// What the judge remembers of a response while following it.
+/// The judge's memory of a response.
 struct StayWatch<'a> {
     judge: &'a Judge,
     start: f64,

@@ -29,7 +29,7 @@ pub fn root_between(mut f: impl FnMut(f64) -> f64, a: f64, b: f64, tolerance: f6
     0.5 * (a + b)
 }
 
-/// Halvings and more of an interval by golden section until no number lies between its ends.
+/// Golden-section steps after which no number lies between the ends of an interval.
 const SECTIONS: usize = 80;
 
 /// The place and the value of the only maximum of `f` on `[a, b]`, by golden section, to within `tolerance` in the
@@ -127,7 +127,7 @@ mod tests {
         assert!((x - 0.7).abs() < 1e-7 && (y - 3.0).abs() < 1e-14);
     }
 
-    /// Beside 1e9 the numbers lie 1e-7 apart: no interval there is as narrow as 1e-12, and none ever will be.
+    /// Near 1e9 neighbouring numbers are 1e-7 apart, so no interval there can become as narrow as 1e-12.
     #[test]
     fn a_tolerance_finer_than_the_numbers_ends_at_the_last_digits() {
         let peak = 1e9 + 0.3;

@@ -1,7 +1,7 @@
-//! The planar vehicle under the flown speed loop: sampled, filtered and delayed as on the board, nondimensional.
+//! The planar vehicle under the vehicle's own speed loop: sampled, filtered and delayed as on the board, nondimensional.
 //!
-//! Some microseconds per tick, so that a search can drive a hundred thousand times. The full plant (tyres, kerbs, sensors,
-//! the spar's own swing) is the virtual board's.
+//! A tick takes some microseconds, so a search can make a hundred thousand drives. The full plant (tyres, kerbs,
+//! sensors, the spar's own swing) is the virtual board's.
 
 use model::board::DUTY_MAX_PERCENT;
 use model::control::landing::{Balance, MotionByTorque};
@@ -10,27 +10,27 @@ use model::control::speed_controller::SpeedController;
 use model::sample::TICK_S;
 use model::vehicle::{Scales, Vehicle};
 
-/// Arm angle, rad, beyond which it has turned over: past upright nothing brings it back.
+/// Arm angle, rad, beyond which the arm has turned over.
 pub const WHIRL_RAD: f64 = core::f64::consts::PI;
 
-/// The vehicle as it truly is, where its law knows only its file.
+/// The true vehicle; its law knows only the vehicle file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledPlant {
     /// Inertias.
     pub balance: Balance<f64>,
     /// Total damping, back-EMF included.
     pub zeta: f64,
-    /// Torque per unit of voltage; 1 where the file is right.
+    /// Torque per unit of voltage; 1 if the file is right.
     pub torque_per_voltage: f64,
     /// Slope, rad.
     pub beta: f64,
-    /// Largest torque of the motors either way.
+    /// Largest torque of the motors in either direction.
     pub torque_max: f64,
-    /// Supply: largest voltage either way.
+    /// Largest voltage of the supply in either direction.
     pub voltage_max: f64,
 }
 
-/// Factors of the nine parameters of a vehicle that a file may have wrong.
+/// Factors of the nine parameters that may be wrong in a vehicle file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Factors {
     /// Arm's mass.
@@ -54,10 +54,10 @@ pub struct Factors {
 }
 
 impl Factors {
-    /// The vehicle as its file has it.
+    /// The vehicle of the file.
     pub const NONE: Self = Self::from_array([1.0; 9]);
 
-    /// From the factors in the order of the fields.
+    /// Builds the factors from an array in the order of the fields.
     pub const fn from_array(f: [f64; 9]) -> Self {
         Self {
             arm_mass: f[0],
@@ -102,7 +102,7 @@ impl SampledPlant {
         }
     }
 
-    /// Sine of the angle at which the arm stands on the slope; beyond 1 it cannot.
+    /// Sine of the arm's standing angle on the slope; above 1 the vehicle cannot stand.
     pub fn standing_sin_phi(&self) -> f64 {
         self.balance.mass * libm::sin(self.beta) / self.balance.alpha_l
     }
@@ -125,7 +125,7 @@ pub struct SampledRow {
     pub normal: f64,
 }
 
-/// How the vehicle senses.
+/// Errors of the vehicle's sensing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledSensing {
     /// Ticks until a command acts: 0 or more.
@@ -137,21 +137,22 @@ pub struct SampledSensing {
 /// A drive of a sampled plant.
 #[derive(Debug, Clone)]
 pub struct SampledDrive<'a> {
-    /// The vehicle's file: what the law knows.
+    /// The vehicle of the file, which the law knows.
     pub vehicle: &'a Vehicle<f64>,
-    /// The vehicle as it is.
+    /// The true vehicle.
     pub plant: SampledPlant,
-    /// How it senses.
+    /// The errors of its sensing.
     pub sensing: SampledSensing,
     /// Commanded speeds (in speed units), each with its start time (in time units).
     pub targets: &'a [(f64, f64)],
-    /// Length, in time units.
+    /// Duration, in time units.
     pub duration: f64,
 }
 
 impl SampledDrive<'_> {
-    /// Drives under the law of the vehicle's file, from standing on the slope, and lets `see` see each tick; ends when
-    /// `see` says so or the time is up. `noise` gives numbers of mean 0 and deviation 1.
+    /// Simulates a drive under the law of the vehicle's file, starting from standing on the slope, and passes each tick
+    /// to `see`. The drive ends when `see` returns false or the time is up. `noise` returns numbers with mean 0 and
+    /// deviation 1.
     pub fn run(&self, noise: impl FnMut() -> f64, see: impl FnMut(&SampledRow) -> bool) {
         let mut law = SpeedController::new(&cast(self.vehicle), TICK_S);
         law.reset(0.0);
@@ -162,8 +163,8 @@ impl SampledDrive<'_> {
         self.run_under(step, noise, see);
     }
 
-    /// The same under any `law`, which gives the voltage of each motor in V, and by how much the estimator's sine of the
-    /// slope is to change.
+    /// The same under any `law`, which returns the voltage of each motor in V and the change of the estimator's sine of
+    /// the slope.
     pub fn run_under(
         &self,
         mut law: impl FnMut(&SpeedInput) -> (f32, f32),
@@ -182,11 +183,11 @@ impl SampledDrive<'_> {
             phi,
             ..SampledMotion::default()
         };
-        // What stands in the delay line acts first: the voltage that holds.
+        // The delay line is filled with the hold voltage, which acts first.
         let hold = plant.balance.mass * slope.0 / plant.torque_per_voltage;
         let mut line = vec![hold; self.sensing.delay];
         let mut next = 0;
-        // The slope as an estimator at rest knows it, from the file's weights.
+        // The slope that an estimator at rest computes from the file's weights.
         let file = self.vehicle.planar(0.0);
         let mut sin_slope = (file.alpha * file.l * libm::sin(phi) / (1.0 + self.vehicle.spar_mass_ratio())) as f32;
         let ticks = (self.duration / tick) as u32;
@@ -230,7 +231,7 @@ impl SampledDrive<'_> {
     }
 }
 
-/// How the planar vehicle moves, and what its wheel-rate filter holds; nondimensional.
+/// The motion of the planar vehicle and the states of its wheel-rate filter, nondimensional.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct SampledMotion {
     pub(super) theta: f64,
@@ -248,7 +249,7 @@ impl SampledMotion {
         self.stages[1] += gain * (self.stages[0] - self.stages[1]);
     }
 
-    /// What the law is told, with these `noises` on phi, phi' and the joint rate; the target and the supply are left at 0.
+    /// The law's input with these `noises` on phi, phi' and the joint rate; target and supply are 0.
     pub(super) fn sensed(&self, scales: &Scales<f64>, sin_slope: f32, noises: [f64; 3]) -> SpeedInput {
         let sensed_rate = self.phi_rate + noises[1];
         let sensed_phi = (self.phi + noises[0]) as f32;
@@ -273,7 +274,7 @@ impl SampledMotion {
         (plant.torque_per_voltage * voltage - damping).clamp(-plant.torque_max, plant.torque_max)
     }
 
-    /// Accelerations and contact forces by the torque, on a slope of this sine and cosine.
+    /// Accelerations and contact forces as functions of the torque, on a slope of this sine and cosine.
     fn by_torque(&self, plant: &SampledPlant, slope: (f64, f64)) -> MotionByTorque<f64> {
         let arm = (libm::sin(self.phi), libm::cos(self.phi));
         plant.balance.motion(arm, self.phi_rate, slope)
@@ -298,6 +299,6 @@ const SUBSTEPS: u32 = 4;
 
 /// The vehicle in the law's single precision.
 pub(super) fn cast(vehicle: &Vehicle<f64>) -> Vehicle<f32> {
-    // A checked vehicle is a vehicle in single precision too: vehicle files are checked in both.
+    // A checked vehicle is also valid in single precision, because vehicle files are checked in both precisions.
     Vehicle::new(vehicle.parameters().cast()).expect("a checked vehicle")
 }

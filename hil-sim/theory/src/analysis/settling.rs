@@ -1,4 +1,4 @@
-//! What a step of the speed shows, whatever flew it.
+//! The settling of a step of the speed, for any law.
 
 use serde::Serialize;
 
@@ -11,22 +11,23 @@ pub struct SpeedSample {
     pub speed: f64,
 }
 
-/// How a step from one speed to another ends. Shares are of the step.
+/// The settling of a step from one speed to another. Shares are relative to the step.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Settling {
     /// Time from the step until the speed stays within 2 % of the step; `None` if it does not.
     pub time: Option<f64>,
     /// Largest speed beyond the target.
     pub overshoot: f64,
-    /// Largest speed the other way.
+    /// Largest speed in the opposite direction.
     pub undershoot: f64,
 }
 
-/// Share of the step within which a speed has arrived.
+/// Share of the step within which a speed counts as settled.
 pub const BAND: f64 = 0.02;
 
 impl Settling {
-    /// Of samples in order of time that begin with the step, from the speed `from` to another `to`.
+    /// Computes the settling from samples in order of time that begin with the step, from the speed `from` to
+    /// the speed `to`.
     ///
     /// ```
     /// use theory::analysis::settling::{Settling, SpeedSample};

@@ -35,7 +35,7 @@ pub struct PlanarRun {
     pub friction: Vec<f64>,
     /// Normal force.
     pub normal: Vec<f64>,
-    /// Whether the arm made a full turn, either way.
+    /// Whether the arm made a full turn in either direction.
     pub whirled: bool,
     /// The largest phi of the run (not only of the samples).
     pub phi_max: f64,
@@ -104,10 +104,10 @@ pub fn simulate(
     simulate_within(&StepBudget::of(MOST_STEPS), p, input, start, t_end, sample)
 }
 
-/// [`simulate()`], with its integration steps taken from `budget`.
+/// [`simulate()`] with integration steps from `budget`.
 ///
 /// # Errors
-/// [`StepTooSmall`] as there.
+/// [`StepTooSmall`], as for [`simulate()`].
 pub fn simulate_within(
     budget: &StepBudget,
     p: &PlanarParameters<f64>,
@@ -154,7 +154,7 @@ pub fn simulate_within(
     Ok(run)
 }
 
-/// Looks for the extremes of phi, of the friction coefficient and of the normal force within a step.
+/// Finds the extremes of phi, of the friction coefficient and of the normal force within a step.
 fn search(planar: &Planar<f64>, input: &Input, dense: &Dense<4>, extremes: &mut Extremes) {
     let (start, width) = (dense.start(), dense.end() - dense.start());
     let at = |k: i32| start + width * f64::from(k) / f64::from(EXTREME_PIECES);

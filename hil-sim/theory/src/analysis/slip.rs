@@ -1,4 +1,4 @@
-//! How large a step the tyre's grip allows, and how long a pulse the whirl limit allows (chapter 4).
+//! The largest step that the tyre's grip allows, and the longest pulse that the whirl limit allows (chapter 4).
 
 use model::dynamics::planar::{Planar, PlanarParameters};
 
@@ -19,7 +19,7 @@ const WALK: usize = 80;
 /// The most integration steps of the responses of a search for the slip limit; the thesis's vehicle needs 73,874 at most.
 const SLIP_STEPS_MAX: u64 = 500_000;
 
-/// What limits a forward voltage step from the static equilibrium.
+/// The limits of a forward voltage step from the static equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SlipLimit {
     /// The largest step that neither slips nor lifts the wheel: at most the whirl limit, and `None` if the
@@ -60,7 +60,7 @@ pub fn required_by_step(p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlip
     required_within(&StepBudget::of(MOST_STEPS), p, u)
 }
 
-/// [`required_by_step`], with the integration steps taken from `budget`.
+/// [`required_by_step`] with integration steps from `budget`.
 fn required_within(budget: &StepBudget, p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlipLimit> {
     let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
     let start = [0.0, phi, 0.0, 0.0];
@@ -79,7 +79,7 @@ pub fn slip_limit(p: &PlanarParameters<f64>, mu_s: f64) -> Result<SlipLimit, NoS
 /// [`slip_limit`], with at most `allowed` integration steps of the responses below the whirl limit.
 ///
 /// # Errors
-/// [`NoSlipLimit`] as there.
+/// [`NoSlipLimit`], as for [`slip_limit`].
 pub fn slip_limit_within(allowed: u64, p: &PlanarParameters<f64>, mu_s: f64) -> Result<SlipLimit, NoSlipLimit> {
     let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
     let whirl = critical(p, &Input::voltage_step(p, 0.0), [phi, 0.0, 0.0], Direction::Forward)?
@@ -90,7 +90,7 @@ pub fn slip_limit_within(allowed: u64, p: &PlanarParameters<f64>, mu_s: f64) -> 
     let at = |k: usize| hold + (end - hold) * k as f64 / WALK as f64;
     let budget = StepBudget::of(allowed);
     let needed: Result<Vec<f64>, _> = (0..=WALK).map(|k| required_within(&budget, p, at(k))).collect();
-    // A response that the budget cut short is none that cannot be followed.
+    // A response that ended with the budget is not a response that cannot be followed.
     budget.check()?;
     let needed = needed?;
     let of_step = |u: f64| required_within(&budget, p, u).unwrap_or(f64::INFINITY);

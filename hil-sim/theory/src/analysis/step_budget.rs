@@ -1,23 +1,23 @@
-//! The integration steps that a search may make.
+//! A budget of integration steps for a search.
 
 use std::cell::Cell;
 
-/// The most integration steps of a search. The longest search of the thesis and its errata needs 531,542; with this
-/// bound every search ends after seconds, whatever the parameters.
+/// Largest number of integration steps of a search. The longest search of the thesis and its errata needs 531,542;
+/// with this bound every search ends after seconds, whatever the parameters.
 pub const SEARCH_STEPS_MAX: u64 = 3_000_000;
 
-/// What is left of the integration steps that a search may make.
+/// The remaining integration steps of a search.
 #[derive(Debug)]
 pub struct StepBudget {
     allowed: u64,
     left: Cell<u64>,
 }
 
-/// A search has made all the integration steps that it may make.
+/// A search has used up its integration steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the search ended after {allowed} integration steps")]
 pub struct OutOfSteps {
-    /// How many it may make.
+    /// The allowed number of steps.
     pub allowed: u64,
 }
 
@@ -36,17 +36,17 @@ impl StepBudget {
         }
     }
 
-    /// The steps made so far.
+    /// The number of used steps.
     pub fn spent(&self) -> u64 {
         self.allowed - self.left.get()
     }
 
-    /// The steps that are left.
+    /// The number of remaining steps.
     pub(super) fn left(&self) -> u64 {
         self.left.get()
     }
 
-    /// Leaves so many steps.
+    /// Sets the number of remaining steps.
     pub(super) fn leave(&self, steps: u64) {
         self.left.set(steps);
     }
@@ -59,7 +59,7 @@ impl StepBudget {
         Ok(())
     }
 
-    /// Takes a step.
+    /// Uses one step.
     pub(super) fn take(&self) -> Result<(), OutOfSteps> {
         let left = self.left.get().checked_sub(1);
         self.left.set(left.ok_or(OutOfSteps { allowed: self.allowed })?);

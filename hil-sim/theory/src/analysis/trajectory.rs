@@ -1,4 +1,4 @@
-//! Runs of a model: sampled on a grid, with the extremes between the samples.
+//! Runs of a model, sampled on a grid, with the extremes between the samples.
 
 use std::ops::ControlFlow;
 
@@ -37,7 +37,7 @@ impl<const N: usize> Trajectory<N> {
     }
 }
 
-/// Follows `rate` from `x` at t = 0 to `t_end`, shows every step to `visit`, and stops early when
+/// Follows `rate` from `x` at t = 0 to `t_end`, passes every step to `visit`, and stops early when
 /// `visit` breaks. No step spans one of the `kinks`, the times at which the input is not smooth.
 ///
 /// # Errors

@@ -9,7 +9,7 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Waveform {
-    /// 1 at once.
+    /// 1 immediately.
     Step,
     /// s.
     Ramp,
@@ -89,7 +89,7 @@ impl Waveform {
         }
     }
 
-    /// How long the waveform takes to arrive when `ramp_time` is T: 0 for the step.
+    /// Duration of the waveform when `ramp_time` is T: 0 for the step.
     pub fn duration(self, ramp_time: f64) -> f64 {
         if self == Self::Step { 0.0 } else { ramp_time }
     }

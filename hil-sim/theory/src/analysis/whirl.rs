@@ -30,15 +30,15 @@ const ROOT_SETTLED: f64 = 1e-11;
 /// Pieces of a step searched for extremes of the normal force.
 const FORCE_PIECES: i32 = 8;
 
-/// The whirl of `p` under the constant voltage `u`, started by hand: forward on an uphill slope,
-/// backward on a downhill one. `None` where the arm settles instead.
+/// The whirl of `p` under the constant voltage `u`, started with a given rate: forward on an uphill slope,
+/// backward on a downhill slope. `None` if the arm settles instead.
 ///
 /// # Errors
 /// [`StepTooSmall`] if the motion cannot be followed.
 pub fn whirl_cycle(p: &PlanarParameters<f64>, u: f64) -> Result<Option<WhirlCycle>, StepTooSmall> {
     let planar = Planar::new(*p);
     let way = if p.beta < 0.0 { -1.0 } else { 1.0 };
-    // Fast enough to turn over from below, with the torque that the mean of the cycle has.
+    // Fast enough to turn over from the bottom, with the mean torque of the cycle.
     let rate = 7.0 * way / p.l.sqrt();
     let start = [0.0, 0.0, (u - p.beta.sin()) / p.zeta - rate, rate];
     let mut run = Dop853::new(|_, x| planar.rate(x, u), 0.0, start, 1e-12);
@@ -113,7 +113,7 @@ mod tests {
         // mean theta' + mean phi' = (U - sin beta) / zeta, exactly.
         let sum = found.mean_theta_rate + found.mean_phi_rate;
         assert!((sum - (5.0345 - 0.0873_f64.sin()) / 2.2).abs() < 1e-9);
-        // The no-bounce constraint is violated by far.
+        // The cycle violates the no-bounce constraint by far.
         assert!(
             (found.normal_min + 3.1).abs() < 0.05 && (found.normal_max - 54.7).abs() < 0.05,
             "{found:?}"

@@ -41,7 +41,7 @@ Examples:
   hil-sim kernel --vehicle vehicles/reference.toml
   hil-sim kernel --vehicle vehicles/reference.toml --beta 0.2 --speed 1.5 --json";
 
-/// Share of the supply that the bridges give at most.
+/// Largest share of the supply that the bridges give.
 const DUTY_MAX: f64 = DUTY_MAX_PERCENT as f64 / 100.0;
 /// Least and most points of the grid.
 const GRID: std::ops::RangeInclusive<usize> = 41..=321;

@@ -1,4 +1,4 @@
-//! What a command says in SI units beside its nondimensional numbers, where a vehicle file gives the scales.
+//! SI values that a command prints in addition to its nondimensional numbers, if a vehicle file gives the scales.
 
 use model::vehicle::{Scales, SparScales, Vehicle};
 use serde::Serialize;
@@ -103,7 +103,7 @@ impl SparSi {
     }
 }
 
-/// What one nondimensional unit of the camera spar is in SI.
+/// The SI values of the spar's nondimensional units.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SparSiUnits {
     /// The unit of time, s.
@@ -112,7 +112,7 @@ pub struct SparSiUnits {
     voltage_unit_v: f64,
 }
 
-/// A number in words, with what it is in SI behind it.
+/// A number as text, followed by its SI value.
 pub fn beside(number: String, si: Option<f64>, unit: &str) -> String {
     match si {
         Some(si) => format!("{number} ({si:.3} {unit})"),
@@ -120,7 +120,7 @@ pub fn beside(number: String, si: Option<f64>, unit: &str) -> String {
     }
 }
 
-/// What one nondimensional unit is in SI.
+/// The SI values of the nondimensional units.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SiUnits {
     /// The unit of time, s.

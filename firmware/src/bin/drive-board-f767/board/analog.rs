@@ -1,11 +1,11 @@
 //! Analogue inputs on ADC1, in one sequence of 12-bit conversions that the bridges' timer starts and the DMA moves.
 //!
-//! A reader lets the converter hear one trigger: the next one starts the sequence, 50 us later at most. The trigger comes so
-//! long before the middle of the brake ([`SAMPLES_AFTER_TRIGGER_NS`]) that the middle lies between the samples of the two
-//! drive motors' currents.
+//! A reader enables the converter's trigger once; the next trigger, at most 50 us later, starts the sequence. The trigger
+//! precedes the middle of the braking interval by [`SAMPLES_AFTER_TRIGGER_NS`], so that the middle lies between the
+//! samples of the two drive motors' currents.
 //!
-//! The converter puts its twelve bits at the top of the word, so that a count stands for the same as one of sixteen
-//! bits; the lowest four are always zero.
+//! The converter left-aligns its twelve bits in the word, so a count has the same meaning as a 16-bit count; the lowest
+//! four bits are always zero.
 
 use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, RxDma};
@@ -40,7 +40,7 @@ const BATTERY_TIME: SampleTime = SampleTime::CYCLES112;
 pub struct LeftAlignedSequence {
     _adc: Adc<'static, ADC1>,
     conversions: Conversions,
-    /// The converter hears the trigger: its reader waits, or was dropped halfway.
+    /// Whether the converter's trigger is enabled, because a reader waits or was dropped halfway.
     under_way: bool,
 }
 
@@ -48,8 +48,8 @@ pub struct LeftAlignedSequence {
 const _: () = assert!(ANALOG_INPUTS <= 6);
 
 impl LeftAlignedSequence {
-    /// Sets the sequence up. `channels` are the converter's, in the order of [`Analog`]. A converter of this part needs
-    /// no calibration, but its `pins` come up as digital inputs.
+    /// Sets up the sequence. `channels` are the converter's channels in the order of [`Analog`]. A converter of this part
+    /// needs no calibration, but its `pins` come up as digital inputs.
     pub fn new<D: RxDma<ADC1>>(
         adc: Peri<'static, ADC1>,
         dma: Peri<'static, D>,
@@ -91,9 +91,9 @@ impl LeftAlignedSequence {
         }
     }
 
-    /// Makes the converter deaf to the trigger, whatever sequence is under way. It needs 3 us to start again.
+    /// Disables the converter's trigger and ends a sequence in progress. The converter needs 3 us to start again.
     fn stop(&mut self) {
-        // Without power the converter forgets the conversion that it was in, and the request that nothing answered.
+        // Without power the converter drops its present conversion and an unanswered request.
         REGISTERS.cr2().modify(|w| {
             w.set_exten(Exten::DISABLED);
             w.set_adon(false);

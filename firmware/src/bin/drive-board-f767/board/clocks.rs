@@ -18,8 +18,8 @@ pub const TIMER_HZ: u32 = CORE_CLOCK_HZ;
 /// The encoders' filter: eight samples, 16 periods of their timers' 108 MHz apart.
 pub const ENCODER_FILTER: FilterValue = FilterValue::FDTS_DIV16_N8;
 
-/// Looks for the external clock and returns the configuration of the clocks and of the drivers' interrupt priorities
-/// for the clock that is there. Every frequency is the same from either.
+/// Tries to start the external clock and returns the configuration of the clocks and of the drivers' interrupt
+/// priorities for the available clock. Every frequency is the same with either clock.
 pub fn config() -> (Config, ClockSource) {
     let mut config = Config::default();
     config.rcc.hse = external_clock::start();
@@ -47,7 +47,7 @@ pub fn config() -> (Config, ClockSource) {
     (config, clock)
 }
 
-/// Switches the clock security system on, for good: when the external clock stops, the part goes on with its own
+/// Switches the clock security system on permanently: when the external clock stops, the part continues with its own
 /// oscillator, trips the bridges' break and calls the non-maskable interrupt (`NonMaskableInt` in `stm32/crash.rs`).
 pub fn watch_external_clock() {
     pac::RCC.cr().modify(|w| w.set_csson(true));

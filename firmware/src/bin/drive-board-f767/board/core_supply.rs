@@ -1,4 +1,5 @@
-//! The supply of the core. The STM32F7 has no mode in which its RAM takes no writes: there is nothing to settle.
+//! The supply of the core. The STM32F7 has no mode in which its RAM accepts no writes, so there is nothing to
+//! wait for.
 
 use core::arch::global_asm;
 

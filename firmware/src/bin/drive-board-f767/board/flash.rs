@@ -1,10 +1,10 @@
 //! The registers of the part's flash, in two banks of twelve sectors.
 //!
-//! The HAL has no driver for this flash that leaves the core running, and the register description that it uses has one
-//! bit too few for a sector of bank 2. So the registers are written here.
+//! The HAL has no driver for this flash that leaves the core running, and its register description has one bit too few
+//! for a sector of bank 2. This module therefore writes the registers itself.
 //!
-//! This flash has no error correction. A word that lost a bit reads as another word: the stores and the image have
-//! checksums of their own.
+//! This flash has no error correction. A word that lost a bit reads as another word, so the stores and the image have
+//! their own checksums.
 
 use embassy_stm32::Peri;
 use embassy_stm32::flash::Error as DriverError;
@@ -17,7 +17,7 @@ use firmware::drive_board::{FLASH_SECTOR_BYTES, SECTORS_PER_BANK};
 
 use super::stm32_registers::flash_map::{FLASH_BASE, UNLOCK_KEYS};
 
-/// The option bytes keep a word from being read.
+/// The option bytes prevent the reading of a word.
 pub struct ProtectedWord;
 
 /// The part's flash.
@@ -27,11 +27,11 @@ pub struct TwoBankFlash {
 
 /// Bytes that the flash programs at once at 2.7 V or more.
 const PROGRAM_BYTES: usize = 4;
-/// Sectors of bank 2 in front of its first one of 128 KiB, which take the room of one.
+/// Number of small sectors at the start of bank 2, which together have the size of one 128 KiB sector.
 const SMALL_SECTORS: usize = 5;
-/// The sector field of the control register: where it begins, and its five bits.
+/// The sector field of the control register: its first bit, and its mask of five bits.
 const SECTOR_FIELD: (u32, u32) = (3, 0x1F);
-/// Bit of the sector field that says bank 2.
+/// Bit of the sector field that selects bank 2.
 const BANK_2: usize = 0x10;
 
 /// Whether the option bytes split the flash into two banks.
@@ -39,8 +39,8 @@ pub fn has_two_banks() -> bool {
     !pac::FLASH.optcr().read().n_dbank()
 }
 
-/// The sector field of the sector of 128 KiB at `offset`; `None` for what is no such sector of bank 2. The running code
-/// is in bank 1.
+/// The sector field of the 128 KiB sector at `offset`; `None` if `offset` is not the start of such a sector in bank 2.
+/// The running code is in bank 1.
 const fn sector_field(offset: usize) -> Option<u32> {
     match (offset / FLASH_SECTOR_BYTES).checked_sub(SECTORS_PER_BANK) {
         Some(in_bank) if in_bank >= 1 && in_bank < SECTORS_PER_BANK => {
@@ -50,7 +50,8 @@ const fn sector_field(offset: usize) -> Option<u32> {
     }
 }
 
-// Sectors 17 and 23, the ends of what can be erased; a small sector of bank 2, and the end of bank 1, which cannot.
+// Sectors 17 and 23, the first and the last erasable sector; a small sector of bank 2 and the end of bank 1, which are
+// not erasable.
 const _: () = assert!(matches!(sector_field(0x12_0000), Some(0b1_0101)));
 const _: () = assert!(matches!(sector_field(0x1F_FFE0), Some(0b1_1011)));
 const _: () = assert!(sector_field(0x11_FFE0).is_none() && sector_field(0x0F_FFE0).is_none());
@@ -63,8 +64,8 @@ impl TwoBankFlash {
         }
     }
 
-    /// Programs one word of the stores. A power cut halfway leaves the first bytes of it, which the stores' checksums
-    /// find.
+    /// Programs one word of the stores. A power cut halfway leaves only the first bytes, which the stores' checksums
+    /// detect.
     pub async fn write_word(&mut self, offset: u32, word: &[u8]) -> Result<(), DriverError> {
         sector_field(offset as usize).ok_or(DriverError::Protected)?;
         unlock()?;
@@ -94,7 +95,7 @@ impl TwoBankFlash {
         Ok(())
     }
 
-    /// Erases one sector. The core goes on, because it runs from the other bank.
+    /// Erases one sector. The core keeps running, because its code is in the other bank.
     pub async fn erase_sector(&mut self, offset: u32) -> Result<(), DriverError> {
         let sector = sector_field(offset as usize).ok_or(DriverError::Protected)?;
         unlock()?;
@@ -120,8 +121,8 @@ impl TwoBankFlash {
     }
 }
 
-/// Opens the control register, unless the flash is in one bank (to erase would stop the core for seconds, and its
-/// sectors lie elsewhere) or still busy with an operation that was given up.
+/// Opens the control register, unless the flash has a single bank (an erasure would stop the core for seconds, and the
+/// sectors are elsewhere) or is still busy with an abandoned operation.
 fn unlock() -> Result<(), DriverError> {
     if !has_two_banks() {
         return Err(DriverError::Protected);
@@ -141,7 +142,7 @@ fn lock() {
     pac::FLASH.cr().write(|w| w.set_lock(true));
 }
 
-/// What the flash says of the operation that just ended.
+/// The flash's result of the last operation.
 fn outcome() -> Result<(), DriverError> {
     let flags = pac::FLASH.sr().read();
     if flags.wrperr() {
@@ -157,7 +158,7 @@ fn outcome() -> Result<(), DriverError> {
     }
 }
 
-/// Clears the error flags, and leaves a mode that an operation that was given up left on.
+/// Clears the error flags, and ends a mode that an abandoned operation has left on.
 pub fn clean_up() {
     // Writing ones clears the flags.
     let mut errors = Sr::default();
@@ -173,7 +174,7 @@ pub fn clean_up() {
     }
 }
 
-/// Copies bytes out of the flash. On this part nothing shows that a word lost a bit.
+/// Copies bytes out of the flash. This part does not detect a word that lost a bit.
 pub fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), ProtectedWord> {
     let mut refused = Sr::default();
     refused.set_rderr(true);

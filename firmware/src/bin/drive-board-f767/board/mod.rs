@@ -26,9 +26,9 @@
 //! | Lamps: armed (green), faulted (red) | GPIO | PB0, PB14 | | |
 //! | User button: disarm | GPIO | PC13, high = pressed | | |
 //!
-//! Of two DMA streams of one controller the lower wins: input has the lower one, or the SPI's FIFO would overrun. The
-//! buffers lie in SRAM1. The power stage needs pull-downs at the inputs of its bridges: the pins float until this code
-//! runs.
+//! Of two DMA streams of one controller the lower has priority. Input uses the lower stream, because the SPI's FIFO
+//! would overrun otherwise. The buffers lie in SRAM1. The power stage needs pull-downs at the inputs of its bridges:
+//! the pins float until this code runs.
 
 mod analog;
 pub mod clocks;
@@ -81,10 +81,10 @@ const BALLAST_BREAK_FUNCTION: u8 = 3;
 pub const IMU_CLOCK: Hertz = Hertz(6_750_000);
 
 impl Board {
-    /// Starts the board: the bridges first, open.
+    /// Starts the board: first the bridges, which are open.
     ///
     /// # Panics
-    /// When called twice.
+    /// Panics when called twice.
     pub fn take() -> Self {
         let reset_cause = reset_cause::take();
         let (config, clock) = clocks::config();
@@ -199,11 +199,11 @@ fn break_input(pin: Peri<'static, AnyPin>, function: u8) -> Flex<'static> {
     input
 }
 
-/// Makes a locked-up core and a supply below 2.8 V trip the hardware break: they would leave the bridges driven with
-/// nothing in control. The clock security system needs no switch. A debugger that halts the core stops TIM1 and
+/// Makes a locked-up core and a supply below 2.8 V trip the hardware break: each of them would leave the bridges
+/// driven without control. The clock security system needs no switch. A debugger that halts the core stops TIM1 and
 /// TIM8, which switches their outputs off, and the watchdog.
 ///
-/// The RAM of this part has no error correction, so nothing trips the break when a word of it loses a bit.
+/// The RAM of this part has no error correction, so nothing trips the break when a word loses a bit.
 fn guard_outputs() {
     /// SYSCFG's class B register, which the HAL's register description leaves out, and its lock bits.
     const SYSCFG_CBR: *mut u32 = 0x4001_381C as *mut u32;

@@ -1,5 +1,4 @@
-//! What is peculiar to this part: the name of a timer's mode, and what the self-test asks: its identity, and its option
-//! bytes.
+//! Specifics of this part: the name of a timer's mode, and the self-test's checks of identity and option bytes.
 
 use embassy_stm32::pac;
 use embassy_stm32::pac::timer::vals::Ocm;
@@ -14,10 +13,10 @@ pub const PWM_MODE: Ocm = Ocm::PWM_MODE1;
 const BROWN_OUT_LEVEL: u8 = 0;
 /// Identity of the STM32F76x and STM32F77x.
 const DEVICE: u16 = 0x451;
-/// Bits of the option register, a pair of sectors each, that say "not protected": all of them.
+/// Bits of the option register that mean "not protected", one per pair of sectors: all bits.
 const NOT_PROTECTED: u32 = 0x0FFF_0000;
 
-/// Whether this is the part that the firmware was built for. No revision is known to lack what the firmware needs.
+/// Whether this is the part for which the firmware was built. No revision is known to lack what the firmware needs.
 pub fn revision_is_right() -> bool {
     let identity = pac::DBGMCU.idcode().read();
     defmt::info!(
@@ -28,7 +27,7 @@ pub fn revision_is_right() -> bool {
     identity.dev_id() == DEVICE
 }
 
-/// Whether the option bytes hold the brown-out level, split the flash into its two banks, start from the first one, and
+/// Whether the option bytes select the brown-out level, split the flash into two banks, start from the first bank, and
 /// protect no sector.
 pub fn options_are_right() -> bool {
     let options = pac::FLASH.optcr().read();

@@ -1,8 +1,8 @@
 //! Analogue inputs on ADC1, in one sequence of 16-bit conversions that the bridges' timer starts and the DMA moves.
 //!
-//! A reader lets the converter hear one trigger: the next one starts the sequence, 50 us later at most. The trigger comes so
-//! long before the middle of the brake ([`SAMPLES_AFTER_TRIGGER_NS`]) that the middle lies between the samples of the two
-//! drive motors' currents.
+//! A reader enables the converter's trigger once; the next trigger, at most 50 us later, starts the sequence. The trigger
+//! precedes the middle of the braking interval by [`SAMPLES_AFTER_TRIGGER_NS`], so that the middle lies between the
+//! samples of the two drive motors' currents.
 
 use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, RxDma};
@@ -38,7 +38,7 @@ pub struct AnalogSequence {
 }
 
 impl AnalogSequence {
-    /// Calibrates the converter and sets the sequence up. `channels` are the converter's, in the order of
+    /// Calibrates the converter and sets up the sequence. `channels` are the converter's channels in the order of
     /// [`Analog`]. Their pins are analogue from reset on.
     pub fn new<D: RxDma<ADC1>>(
         adc: Peri<'static, ADC1>,
@@ -76,7 +76,7 @@ impl AnalogSequence {
         }
     }
 
-    /// Makes the converter deaf to the trigger, whatever sequence is under way, and empties its FIFO.
+    /// Disables the converter's trigger, ends a sequence in progress, and empties the FIFO.
     fn settle() {
         if REGISTERS.cr().read().adstart() {
             REGISTERS.cr().modify(|w| w.set_adstp(Adstp::STOP));
@@ -97,7 +97,7 @@ impl AnalogInputs for AnalogSequence {
     type Error = LostWord;
 
     async fn read(&mut self) -> Result<Analog<u16>, LostWord> {
-        // The reader before may have been dropped halfway.
+        // The previous reader may have been dropped halfway.
         Self::settle();
         let start = || REGISTERS.cr().modify(|w| w.set_adstart(true));
         let readings = self.conversions.take(start).await;

@@ -1,20 +1,23 @@
-//! The supply of the core, before anything writes the RAM: the firmware and the boot loader begin with it alike.
+//! Waits for the core's supply before anything writes the RAM. Both the firmware and the boot loader begin with
+//! this code.
 //!
-//! After a power-on the part is in Run*: until its software has configured the supply and the flag ACTVOSRDY tells that the
-//! core's voltage is valid, "write accesses to the RAMs are not permitted" (RM0433 6.4.1, "System supply startup", step 5), and
-//! neither is a change of the voltage's scale. ST's start-up code does the same before its first store (`ExitRun0Mode`). A start
-//! that keeps the supply waits too: the reset takes the scale back, and the flag follows.
+//! After a power-on the part is in Run*: until the software has configured the supply and the flag ACTVOSRDY
+//! shows that the core's voltage is valid, "write accesses to the RAMs are not permitted" (RM0433 6.4.1, "System
+//! supply startup", step 5), and neither is a change of the voltage's scale. ST's start-up code does the same
+//! before its first store (`ExitRun0Mode`). A start without a loss of supply waits, too: the reset restores the
+//! voltage's scale, and the flag follows.
 //!
-//! A wait for a voltage that never is valid never ends. Nothing else may run then, the pins are as the reset has left them,
-//! and a reset would do no more than wait again: no watchdog guards it.
+//! If the voltage never becomes valid, the wait never ends. No other code may run then, the pins are in their
+//! reset state, and a reset would only repeat the wait, so no watchdog guards this code.
 //!
-//! This is assembly for the reason of the RAM's start-up: no Rust may run before the RAM does. It needs no stack.
+//! The code is assembly for the same reason as the RAM's start-up code: no Rust code may run before the RAM
+//! works. It needs no stack.
 
 use core::arch::global_asm;
 
 /// The power controller.
 const PWR: u32 = 0x5802_4800;
-/// Its register of the supply's configuration, PWR_CR3, which is written once after a power-on: later writes change nothing.
+/// Its supply configuration register, PWR_CR3. Only the first write after a power-on has an effect.
 const SUPPLY: u32 = 0x0C;
 /// Regulator bypassed.
 const BYPASS: u32 = 1 << 0;

@@ -1,4 +1,4 @@
-//! The part's flash as the firmware writes it: through the HAL's driver.
+//! The firmware's write access to the part's flash, through the HAL's driver.
 
 use embassy_stm32::flash::{Async, Error as DriverError, Flash};
 use firmware::drive_board::FLASH_SECTOR_BYTES;

@@ -1,4 +1,4 @@
-//! The registers of the part's flash, in two banks: the firmware and the boot loader read and clean up alike.
+//! The registers of the part's two flash banks, for reading and cleaning up in both the firmware and the boot loader.
 
 use embassy_stm32::pac;
 use firmware::drive_board::{FLASH_SECTOR_BYTES, SECTORS_PER_BANK};
@@ -10,18 +10,18 @@ const CCR_BFHFNMIGN: u32 = 1 << 8;
 /// Bits of the system control block's `CFSR` that report bus faults.
 const CFSR_BUS_FAULTS: u32 = 0x0000_FF00;
 
-/// A word has two bit errors or more, as a power cut during a write can leave.
+/// A word has two or more bit errors, as after a power cut during a write.
 pub struct DamagedWord;
 
 /// Clears the error flags of both banks and empties their write buffers.
 ///
-/// The part clears these flags through its clear registers alone. The HAL writes the status registers, which changes
-/// nothing: without this function the first error of a bank, a corrected single error of a read among them, fails every
-/// write after it. A write that was given up leaves the bank in its programming mode, with what it had written in the
-/// buffer; leaving that mode drops it.
+/// The part clears these flags only through its clear registers. The HAL writes the status registers, which has no
+/// effect: without this function the first error of a bank, even a corrected single-bit error of a read, would fail
+/// every later write. An abandoned write leaves the bank in its programming mode with the written data in the buffer;
+/// leaving that mode drops the data.
 pub fn clean_up() {
     for bank in [0, 1].map(|n| pac::FLASH.bank(n)) {
-        // The end of an operation is no error: the driver waits for it.
+        // The end-of-operation flag is no error; the driver waits for it.
         bank.ccr().write(|w| {
             w.set_clr_wrperr(true);
             w.set_clr_pgserr(true);
@@ -51,8 +51,8 @@ pub fn bank_of(address: usize) -> pac::flash::Bank {
     ))
 }
 
-/// Copies bytes out of one flash word. Reading a word with an uncorrectable error raises a bus fault, which
-/// would end every boot anew; this function masks the bus fault and returns an error.
+/// Copies bytes out of one flash word. Reading a word with an uncorrectable error raises a bus fault, which would end
+/// every boot. This function masks the bus fault and returns an error.
 pub fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), DamagedWord> {
     let bank = bank_of(address);
     bank.ccr().write(|w| w.set_clr_dbeccerr(true));
@@ -68,7 +68,7 @@ pub fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), DamagedWord>
         scb.ccr.modify(|w| w | CCR_BFHFNMIGN);
         cortex_m::asm::dsb();
         cortex_m::asm::isb();
-        // Every read goes to the bus, because the data cache is off: where it can, one read takes four bytes.
+        // Every read goes to the bus, because the data cache is off. Where possible, one read fetches four bytes.
         let (words, rest) = if address.is_multiple_of(4) {
             bytes.as_chunks_mut()
         } else {

@@ -25,9 +25,9 @@
 //! | Lamps: armed (green), faulted (red) | GPIO | PB0, PB14 | | |
 //! | User button: disarm | GPIO | PC13, high = pressed | | |
 //!
-//! Of two DMA streams of one controller the lower wins: input has the lower one, or the SPI's FIFO would
-//! overrun. The buffers lie in the AXI SRAM, which DMA1 and DMA2 reach; the stack does not. The power stage
-//! needs pull-downs at the inputs of its bridges: the pins float until this code runs.
+//! Of two DMA streams of one controller the lower has priority. Input uses the lower stream, because the SPI's FIFO
+//! would overrun otherwise. The buffers lie in the AXI SRAM, which DMA1 and DMA2 can access; the stack does not. The
+//! power stage needs pull-downs at the inputs of its bridges: the pins float until this code runs.
 
 mod analog;
 pub mod clocks;
@@ -78,15 +78,15 @@ const DRIVE_BREAK_FUNCTION: u8 = 1;
 /// TIM8's alternate function on its break pin.
 const BALLAST_BREAK_FUNCTION: u8 = 3;
 
-/// Bus clock of the IMUs, a quarter of the largest that they allow, for a cable of some decimetres: the answer has half
-/// a period, 80 ns, for the way there and back and for the IMU's own delay. One tick's burst takes 20 us.
+/// Bus clock of the IMUs, a quarter of their largest clock, for a cable of some decimetres: half a period, 80 ns, must
+/// cover the signal's way in both directions and the IMU's own delay. One tick's burst takes 20 us.
 pub const IMU_CLOCK: Hertz = Hertz(6_250_000);
 
 impl Board {
-    /// Starts the board: the bridges first, open.
+    /// Starts the board: first the bridges, which are open.
     ///
     /// # Panics
-    /// When called twice.
+    /// Panics when called twice.
     pub fn take() -> Self {
         let reset_cause = reset_cause::take();
         let (config, clock) = clocks::config();
@@ -200,8 +200,8 @@ fn break_input(pin: Peri<'static, AnyPin>, function: u8) -> Flex<'static> {
     input
 }
 
-/// Makes a locked-up core, uncorrectable errors of the memory and a supply below 2.85 V trip the hardware break: they
-/// would leave the bridges driven with nothing in control. The clock security system needs no switch. A debugger that
+/// Makes a locked-up core, uncorrectable errors of the memory and a supply below 2.85 V trip the hardware break: each
+/// of them would leave the bridges driven without control. The clock security system needs no switch. A debugger that
 /// halts the core stops TIM1 and TIM8, which switches their outputs off, and the watchdog.
 fn guard_outputs() {
     /// SYSCFG's configuration register, which the HAL's register description leaves out, and its lock bits.

@@ -1,5 +1,5 @@
-//! What is peculiar to this part: the name of a timer's mode, and what the self-test asks: its silicon revision, and
-//! its option bytes.
+//! Specifics of this part: the name of a timer's mode, and the self-test's checks of silicon revision and option
+//! bytes.
 
 use embassy_stm32::pac;
 use embassy_stm32::pac::timer::vals::OcmGp;
@@ -16,14 +16,14 @@ const BROWN_OUT_LEVEL: u8 = 3;
 /// be wrong (2.2.10), and the converter does not divide its clock by two; of X the sources disagree (docs/part-errata.md).
 const FIRST_REVISION: u16 = 0x2003;
 
-/// Whether the silicon has what the firmware needs.
+/// Whether the silicon revision meets the firmware's needs.
 pub fn revision_is_right() -> bool {
     let revision = pac::DBGMCU.idc().read().rev_id();
     defmt::info!("self-test: silicon revision {=u16:#06x}", revision);
     revision >= FIRST_REVISION
 }
 
-/// Whether the option bytes hold the brown-out level, leave the banks in order, and protect no sector that firmware or
+/// Whether the option bytes select the brown-out level, do not swap the banks, and protect no sector that firmware or
 /// boot loader write.
 pub fn options_are_right() -> bool {
     let options = pac::FLASH.optsr_cur().read();
@@ -44,10 +44,10 @@ pub fn options_are_right() -> bool {
             .all(|(written, writable)| writable & written == written)
 }
 
-/// The sectors of bank 1 that the boot loader writes, a bit each: the running image's.
+/// The sectors of bank 1 that the boot loader writes, one bit per sector: the running image's sectors.
 const WRITTEN_SECTORS_1: u8 = sectors(LOADER_SECTORS, IMAGE_SECTORS);
-/// The sectors of bank 2 that firmware and boot loader write, a bit each: the two images', the fault history and the
-/// parameters, which are the last ones.
+/// The sectors of bank 2 that firmware and boot loader write, one bit per sector: those of the two images, of the
+/// fault history, and of the parameters, which are the last.
 const WRITTEN_SECTORS_2: u8 = {
     let Some(arrived) = ARRIVED_SECTOR else {
         panic!("an image that arrives has a place")
@@ -58,7 +58,7 @@ const WRITTEN_SECTORS_2: u8 = {
         | sectors(SECTORS_PER_BANK - stored, stored)
 };
 
-/// A bit for each of `count` sectors of a bank from the sector `first` on.
+/// One bit for each of `count` sectors of a bank from the sector `first` on.
 const fn sectors(first: usize, count: usize) -> u8 {
     assert!(first + count <= SECTORS_PER_BANK && SECTORS_PER_BANK == 8);
     (((1_u16 << count) - 1) << first) as u8
