@@ -15,6 +15,7 @@ pub mod judge;
 pub mod judged;
 pub mod metrics;
 mod nearest;
+mod observer;
 pub mod outcome;
 mod reading;
 pub mod run;

@@ -4,14 +4,14 @@ use firmware::protocol::message::{COMMAND_PERIOD_MS, Order};
 use model::command::{DriveCommand, Request};
 use model::supervise::arming::Mode;
 
-use super::backend::{Backend, Observation};
+use super::backend::Backend;
 use super::file::Scenario;
-use super::glances::Glances;
-use super::outcome::{Counts, DriveOutcome, RunEnd};
+use super::observer::Observer;
+use super::outcome::{DriveOutcome, RunEnd};
 use super::step::{Action, Step};
 use super::trace::{Trace, TraceRow};
 use super::wire::{FaultyWire, LinkStep, WireDirection, WireFault};
-use crate::link_client::LinkClient;
+use crate::link_client::{AGAIN_US, LinkClient};
 use plant::Invalid;
 use plant::noise::Noise;
 use thiserror::Error;
@@ -44,6 +44,8 @@ struct Script<'a> {
     stuck: bool,
     /// The last drive command sent, as a frame.
     last_drive: Vec<u8>,
+    /// When Disarm was last sent, while the operator has not heard that the vehicle is disarmed.
+    disarm_sent_ms: Option<u64>,
 }
 
 /// Runs `scenario` and keeps its rows. `progress` is called with the number of simulated milliseconds.
@@ -97,8 +99,9 @@ pub fn run_watched(
         to_host: None,
         stuck: false,
         last_drive: Vec::new(),
+        disarm_sent_ms: None,
     };
-    let mut observer = Observer::new(LinkClient::new(scenario.seed as u32), to_host);
+    let mut observer = Observer::new(scenario, to_host);
     // The observer reads only statuses.
     backend.make_no_records();
     let start_us = backend.now_us();
@@ -111,6 +114,7 @@ pub fn run_watched(
     while ms < end_ms {
         script.events(ms, &mut observer.client, backend);
         if ms % COMMAND_PERIOD_MS == 0 {
+            script.disarm_again(ms, &mut observer, backend);
             if observer.client.identity().is_none() {
                 script.send(ms, observer.client.identify(), backend);
             }
@@ -131,7 +135,13 @@ pub fn run_watched(
         };
         let instants: Vec<u64> = (ms + 1..=until_ms).map(|ms| start_us + ms * 1000).collect();
         backend.run_through(&instants, &mut |observation| {
-            observer.observe(ms, observation, &script, &mut sink);
+            observer.observe(
+                ms,
+                observation,
+                script.pressed_at_ms,
+                || script.arm_requested(),
+                &mut sink,
+            );
             ms += 1;
             progress(ms);
         });
@@ -154,91 +164,9 @@ pub fn run_watched(
     })
 }
 
-/// The observer of the run.
-#[derive(Debug)]
-struct Observer {
-    /// The link from the board.
-    wire: FaultyWire,
-    counts: Counts,
-    client: LinkClient,
-    /// The modes of the last three rows.
-    modes: [Mode; 3],
-    /// The last command sent.
-    commanded: [f64; 2],
-    glances: Glances,
-    last_tick: Option<u32>,
-    /// The mode that the vehicle last reported.
-    mode: Option<Mode>,
-}
-
-impl Observer {
-    fn new(client: LinkClient, wire: FaultyWire) -> Self {
-        Self {
-            wire,
-            counts: Counts::default(),
-            client,
-            modes: [Mode::Disarmed; 3],
-            commanded: [0.0; 2],
-            glances: Glances::new(),
-            last_tick: None,
-            mode: None,
-        }
-    }
-
-    /// Processes the observation at the end of millisecond `ms`. A completed row goes to `sink`.
-    fn observe(
-        &mut self,
-        ms: u64,
-        observation: &mut Observation,
-        script: &Script<'_>,
-        sink: &mut impl FnMut(&TraceRow),
-    ) {
-        let Observation {
-            now_us,
-            booted_us,
-            ref mut glance,
-            bridges_on,
-            ref mut received,
-        } = *observation;
-        self.glances.add(now_us, glance);
-        if !received.is_empty() || self.wire.next_due_ms().is_some() {
-            let arrived = self.wire.pass(ms, std::mem::take(received));
-            self.client.receive(now_us, &arrived);
-        }
-        let counts = &mut self.counts;
-        if let (Some(pressed), false, None) = (script.pressed_at_ms, bridges_on, counts.emergency_stop_ms) {
-            counts.emergency_stop_ms = Some(ms - pressed);
-        }
-        if self.client.status.is_some()
-            && let Some(status) = self.client.status.take()
-            && self.last_tick != Some(status.vehicle.tick)
-        {
-            let link = status.link;
-            let mut status = status.vehicle;
-            self.last_tick = Some(status.tick);
-            self.mode = Some(status.mode);
-            // The board's clock restarts at each boot, but a run has one time.
-            status.time_us += booted_us;
-            let truth = self.glances.truth_at(status.time_us).unwrap_or_default();
-            self.modes = [self.modes[1], self.modes[2], status.mode];
-            sink(&TraceRow {
-                commanded: self.commanded,
-                status,
-                link,
-                truth,
-                bridges_on,
-            });
-        }
-        let armed_since = self.modes.iter().any(|mode| *mode != Mode::Disarmed);
-        if bridges_on && !armed_since && script.arm_requested() != Some(true) {
-            counts.unarmed_drive_ms += 1;
-        }
-    }
-}
-
 impl Script<'_> {
-    /// Whether the last request was to arm. Between this request and the next status the bridges may be on.
-    fn arm_requested(&self) -> Option<bool> {
+    /// Whether the last request was to arm.
+    fn arm_requested(&self) -> bool {
         self.scenario.steps[..self.next]
             .iter()
             .rev()
@@ -247,6 +175,7 @@ impl Script<'_> {
                 Action::Disarm => Some(false),
                 _ => None,
             })
+            .unwrap_or(false)
     }
 
     /// The next millisecond after `ms` at which the operator acts or an event happens.
@@ -262,6 +191,17 @@ impl Script<'_> {
         let arrived = self.to_board.pass(ms, bytes);
         if !arrived.is_empty() {
             backend.send(&arrived);
+        }
+    }
+
+    /// Sends Disarm again, as the link tool does, until the operator hears that the vehicle is disarmed.
+    fn disarm_again(&mut self, ms: u64, observer: &mut Observer, backend: &mut dyn Backend) {
+        let Some(sent_ms) = self.disarm_sent_ms else { return };
+        if observer.heard == Some(Mode::Disarmed) {
+            self.disarm_sent_ms = None;
+        } else if ms >= sent_ms + AGAIN_US / 1000 {
+            self.disarm_sent_ms = Some(ms);
+            self.send(ms, observer.client.disarm().1, backend);
         }
     }
 
@@ -295,8 +235,14 @@ impl Script<'_> {
 
     fn act(&mut self, action: &Action, ms: u64, client: &mut LinkClient, backend: &mut dyn Backend) {
         match *action {
-            Action::Arm => self.give(ms, client, Order::Request(Request::Arm), backend),
-            Action::Disarm => self.send(ms, client.disarm().1, backend),
+            Action::Arm => {
+                self.disarm_sent_ms = None;
+                self.give(ms, client, Order::Request(Request::Arm), backend);
+            }
+            Action::Disarm => {
+                self.disarm_sent_ms = Some(ms);
+                self.send(ms, client.disarm().1, backend);
+            }
             Action::ClearFaults => self.give(ms, client, Order::Request(Request::ClearFaults), backend),
             // A program that hangs reacts to no action.
             Action::Drive { .. } | Action::Silence | Action::Speak if self.stuck => {}

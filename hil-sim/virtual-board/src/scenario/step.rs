@@ -6,7 +6,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::nearest::nearest;
 use super::sensor::{FaultName, Sensor};
-use super::wire::LinkStep;
+use super::wire::{LinkStep, WireDirection};
 use super::world::{MotorName, WorldStep};
 use plant::body::PushedBody;
 
@@ -189,6 +189,11 @@ pub enum Action {
 }
 
 impl Action {
+    /// Whether the action delays or loses what the board sends.
+    pub fn faults_the_way_back(&self) -> bool {
+        matches!(self, Self::Link(LinkStep::Link { direction, .. }) if *direction != WireDirection::ToBoard)
+    }
+
     /// The names of all steps.
     fn all_names() -> Vec<&'static str> {
         [&Self::NAMES[..], &WorldStep::NAMES, &LinkStep::NAMES].concat()
