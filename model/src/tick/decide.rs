@@ -170,6 +170,7 @@ impl Laws {
         limits.set(Limit::Reference, behind);
         limits.set(Limit::Stall, estimate.stalled);
         limits.set(Limit::Slip, estimate.sliding);
+        limits.set(Limit::Freed, self.speed.is_just_free());
         Wish {
             limits,
             voltage_v: [

@@ -47,6 +47,8 @@ pub enum EventKind {
     Flight,
     /// Something blocked the vehicle.
     Stall,
+    /// The vehicle came past what had held it up.
+    Freed,
     /// The slope was beyond what the vehicle can drive up.
     Slope,
     /// A motor was hot, or drew more than its limit.
@@ -68,6 +70,7 @@ impl EventKind {
             Self::Slide => "slide",
             Self::Flight => "flight",
             Self::Stall => "stall",
+            Self::Freed => "freed",
             Self::Slope => "slope",
             Self::Heat => "heat",
             Self::Supply => "supply",
@@ -76,7 +79,7 @@ impl EventKind {
 
     /// Whether a person who only looks for trouble wants to see it.
     pub fn is_trouble(self) -> bool {
-        !matches!(self, Self::Mode | Self::Cleared)
+        !matches!(self, Self::Mode | Self::Cleared | Self::Freed)
     }
 }
 
@@ -111,7 +114,7 @@ struct Spell {
 }
 
 /// Everything that lasts and that the story reports with its length.
-const SPELLS: [Spell; 6] = [
+const SPELLS: [Spell; 7] = [
     Spell {
         kind: EventKind::Slide,
         shows: |sight| sight.slides(),
@@ -126,6 +129,13 @@ const SPELLS: [Spell; 6] = [
         kind: EventKind::Stall,
         shows: |sight| sight.status.limits.contains(Limit::Stall),
         told: |span| span.block.stall(),
+    },
+    Spell {
+        kind: EventKind::Freed,
+        shows: |sight| sight.status.limits.contains(Limit::Freed),
+        told: |_| {
+            "the wheels come past what held them up, and the law forgets the slope that it took it for".to_owned()
+        },
     },
     Spell {
         kind: EventKind::Slope,
