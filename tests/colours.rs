@@ -44,3 +44,71 @@ fn colours_are_for_terminals_that_want_them() {
     }
     assert!(stderr(&hil_sim(&arguments)).starts_with("error: "));
 }
+
+/// The value of the custom property `name` in the `number`-th block of a style sheet that has it: the first is for a light
+/// ground, the second for a dark one.
+fn property<'a>(style: &'a str, name: &str, number: usize) -> &'a str {
+    let place = style.match_indices(&format!("{name}: ")).nth(number);
+    let (at, found) = place.unwrap_or_else(|| panic!("{name}"));
+    let rest = &style[at + found.len()..];
+    rest.split(';').next().expect("ends")
+}
+
+/// What is commanded, aimed at, estimated and true has one colour and one line each on the console, on the page of a run and
+/// in its charts; no two of them have the same.
+#[test]
+fn one_meaning_has_one_colour_and_one_line_everywhere() {
+    let read = |path: &str| std::fs::read_to_string(format!("{WORKSPACE}/{path}")).expect(path);
+    let (console, plots) = (
+        read("hil-sim/console/page/style.css"),
+        read("hil-sim/console/page/plots.js"),
+    );
+    let (page, script) = (
+        read("hil-sim/report/src/interactive/page.css"),
+        read("hil-sim/report/src/interactive/page.js"),
+    );
+    let mut seen = Vec::new();
+    for meaning in ["commanded", "reference", "estimated", "true"] {
+        // On the console: of every curve of this name, or of a quantity with this word behind it.
+        let named = format!("{meaning}\", \"");
+        let curves: Vec<(&str, &str)> = { plots.match_indices(&named) }
+            .map(|(at, _)| {
+                let curve = plots[at..].split(']').next().expect("ends");
+                let mut parts = curve.split(", ").skip(2);
+                let (colour, line) = (parts.next().expect("a colour"), parts.next().expect("a line"));
+                (colour.trim_matches('"'), line)
+            })
+            // Slip has a side of the vehicle for its meaning: all of it is true.
+            .filter(|(colour, _)| meaning != "true" || *colour == "--c4")
+            .collect();
+        let (variable, line) = curves[0];
+        assert!(curves.iter().all(|curve| *curve == (variable, line)), "{curves:?}");
+        let dashes = plots.split(&format!("const {line} = ")).nth(1).expect("is there");
+        let dashes = dashes.split(';').next().expect("ends");
+        for ground in 0..2 {
+            assert_eq!(
+                property(&console, variable, ground),
+                property(&page, &format!("--{meaning}"), ground),
+                "{meaning}"
+            );
+        }
+        assert!(
+            script.contains(&format!("\"--{meaning}\", {dashes}]")),
+            "{meaning}: {dashes}"
+        );
+        let light = property(&page, &format!("--{meaning}"), 0).to_uppercase();
+        let chart = report::plot::Chart::new("t", "x", "y").with(report::plot::Series::new(
+            format!("slope, {meaning}"),
+            &[0.0, 1.0],
+            &[0.0, 1.0],
+        ));
+        assert!(chart.to_svg().expect("draws").contains(&light), "{meaning}: {light}");
+        seen.push((light, dashes.to_owned()));
+    }
+    for (k, (colour, line)) in seen.iter().enumerate() {
+        assert!(
+            seen[..k].iter().all(|(other, dash)| other != colour && dash != line),
+            "{seen:?}"
+        );
+    }
+}

@@ -154,7 +154,7 @@ fn what_is_cut_missing_or_no_record_is_told() {
     std::fs::write(&late, &bytes[bytes.len() / 2..]).expect("writes");
     let (code, _, error) = replay(&late, &[]);
     assert_eq!(code, Some(2));
-    assert!(error.contains("boot"), "{error}");
+    assert!(error.contains("boot") && error.contains("--csv"), "{error}");
 
     for (name, contents) in [
         ("empty.records", &b""[..]),

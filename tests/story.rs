@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use model::supervise::codes::Limit;
+
 #[path = "support/tool.rs"]
 mod tool;
 use tool::{hil_sim, stderr};
@@ -287,4 +289,37 @@ fn suggested_bounds_hold_what_was_seen_and_parse() {
         let run = json(&[path.to_str().expect("utf-8"), "--seed", seed]);
         assert_eq!(run["verdict"], "passed", "seed {seed}: {run}");
     }
+}
+
+/// What its wheels hit held the vehicle up, and it comes past it: told in story, trace and page, there and nowhere else.
+#[test]
+fn what_the_wheels_come_past_is_told_where_it_stands() {
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("freed");
+    let run = json(&["kerb", "--out", out.to_str().expect("utf-8")]);
+    let told = events(&run, "freed");
+    let [(at_s, Some(for_s), _)] = told[..] else {
+        panic!("{told:?}")
+    };
+    let trace = std::fs::read_to_string(out.join("trace.csv")).expect("the trace");
+    let mut rows = trace.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let header = rows.next().expect("a header");
+    let column = |name: &str| header.iter().position(|column| *column == name).expect(name);
+    let (time, x, limits) = (column("time_s"), column("true_x_m"), column("limits"));
+    let number = |row: &[&str], column: usize| row[column].parse::<f64>().expect("a number");
+    let mut free = 0;
+    for row in rows {
+        if number(&row, limits) as u32 & (1 << Limit::Freed as u8) == 0 {
+            continue;
+        }
+        free += 1;
+        // The kerb of 20 mm stands at 4 m: wheels of 0.25 m meet it 0.1 m before, and the telling ends 0.15 m after the place where
+        // they came free.
+        let (time_s, x_m) = (number(&row, time), number(&row, x));
+        assert!((3.9..4.25).contains(&x_m), "{x_m} m");
+        assert!((at_s - 0.02..at_s + for_s + 0.02).contains(&time_s), "{time_s} s");
+    }
+    // 0.15 m at no more than 1.3 m/s, in a hundred rows a second.
+    assert!(free > 10, "{free} rows");
+    let page = std::fs::read_to_string(out.join("index.html")).expect("the page");
+    assert!(page.contains("come past what held them up"));
 }

@@ -71,15 +71,21 @@ fn the_file_is_worth_its_flags() {
     let (mass, r, w) = (13.6, 0.25_f64, (9.81_f64 / 0.25).sqrt());
     let inertia = mass * r * r;
     let damping = 1.065 + 2.0 * 0.0302 * 0.030124 * 43.0 * 43.0 / 0.316;
-    let planar = format!(
-        "--l {} --alpha {} --zeta {} --mu {} --nu {}",
-        0.2 / r,
-        11.0 / mass,
-        damping / (inertia * w),
-        0.0561 / inertia,
-        2.0 * 43.0 * 43.0 * 0.000_013_4 / inertia
-    );
+    // On a plane the spar rides along: everything is over the whole mass. In space it does not.
     let (lc, mc) = (0.3_f64, 0.45);
+    let whole = mass + mc + 1.53 + 2.04;
+    let numbers = |mass: f64| {
+        let inertia = mass * r * r;
+        format!(
+            "--l {} --alpha {} --zeta {} --mu {} --nu {}",
+            0.2 / r,
+            11.0 / mass,
+            damping / (inertia * w),
+            0.0561 / inertia,
+            2.0 * 43.0 * 43.0 * 0.000_013_4 / inertia
+        )
+    };
+    let (planar, alone) = (numbers(whole), numbers(mass));
     let unit = mc * lc * lc * (9.81 / lc).sqrt();
     let camera = format!(
         "--lm {} --lr {} --mm {} --mr {} --zeta {} --xi {}",
@@ -92,10 +98,12 @@ fn the_file_is_worth_its_flags() {
     );
     for line in COMMANDS {
         let flags = match line.split(' ').next().unwrap() {
-            "spatial" => format!("{planar} --s 1.2 --j0 {}", 0.12 / inertia),
+            "spatial" => format!("{alone} --s 1.2 --j0 {}", 0.12 / inertia),
             "lqr" | "camera" => camera.clone(),
             // No flags describe its spar: see below.
             "coupled" => continue,
+            // The file's gains are over wheels and arm.
+            "equilibrium" => format!("{planar} --kp {} --kd {}", 0.8 * mass / whole, 10.0 * mass / whole),
             _ => planar.clone(),
         };
         let from_file = json(line, Some(&vehicle));
@@ -234,12 +242,13 @@ fn a_vehicle_without_a_spar_has_no_camera_commands() {
 }
 
 /// What is said in SI is the nondimensional number times a scale that is computed here: speed sqrt(g r) at theta' = 1,
-/// and the voltage at which both motors give (M+m) g r (3.11).
+/// and the voltage at which both motors give (M+m) g r (3.11); of the planar vehicle, which carries its spar, the whole mass.
 #[test]
 fn a_whole_vehicle_gives_volts_speeds_and_degrees() {
-    let (mass, r) = (13.6, 0.25_f64);
+    let r = 0.25_f64;
     let (time, speed) = ((r / 9.81).sqrt(), (9.81 * r).sqrt());
-    let volts = mass * 9.81 * r / (2.0 * 0.0302 * 43.0 / 0.316);
+    let volts_of = |mass: f64| mass * 9.81 * r / (2.0 * 0.0302 * 43.0 / 0.316);
+    let (volts, alone) = (volts_of(13.6 + 0.51 + 1.53 + 2.04), volts_of(13.6));
     let near = |value: &Value, want: f64| {
         let value = value.as_f64().unwrap();
         assert!((value - want).abs() < 1e-3 * want.abs(), "{value} {want}");
@@ -295,13 +304,17 @@ fn a_whole_vehicle_gives_volts_speeds_and_degrees() {
             equilibrium[number][0][0].as_f64().unwrap() / time,
         );
     }
-    for line in [
-        "simulate --voltage 0.5 --t-end 1 --sample 1",
-        "coupled --t-end 1 --sample 1",
-        "spatial --t-end 1 --sample 1",
+    // What holds the whole weight, and how the arm hangs, on 0.1 rad.
+    let holds = json("equilibrium --beta 0.1", Some(REFERENCE));
+    near(&holds["voltage_v"], volts * 0.1_f64.sin());
+    near(&holds["phi"], (17.68 * 0.25 * 0.1_f64.sin() / (12.24 * 0.2)).asin());
+    for (line, unit_v) in [
+        ("simulate --voltage 0.5 --t-end 1 --sample 1", volts),
+        ("coupled --t-end 1 --sample 1", alone),
+        ("spatial --t-end 1 --sample 1", alone),
     ] {
         let run = json(line, Some(REFERENCE));
-        near(&run["voltage_unit_v"], volts);
+        near(&run["voltage_unit_v"], unit_v);
         near(&run["speed_unit_m_s"], speed);
         near(&run["time_unit_s"], time);
     }

@@ -4,10 +4,11 @@
 const SOLID = [];
 const DASHED = [8, 5];
 const DOTTED = [2, 4];
+const DASHED_DOTTED = [8, 3, 2, 3];
 const PLOTS = [
-  ["Speed", "m/s", [["commanded", "commanded_speed", "--c2", DASHED], ["reference", "reference_speed", "--c3", DOTTED], ["estimated", "speed", "--c1", SOLID], ["true", "true_speed", "--c4", DASHED]]],
-  ["Angles", "°", [["arm", "phi", "--c1", SOLID], ["arm, true", "true_phi", "--c4", DASHED], ["spar", "spar", "--c3", SOLID], ["slope", "slope", "--c2", DOTTED]]],
-  ["Yaw rate", "rad/s", [["commanded", "commanded_yaw", "--c2", DASHED], ["reference", "reference_yaw", "--c3", DOTTED], ["estimated", "yaw", "--c1", SOLID], ["true", "true_yaw", "--c4", DASHED]]],
+  ["Speed", "m/s", [["commanded", "commanded_speed", "--c2", DASHED], ["reference", "reference_speed", "--c3", DOTTED], ["estimated", "speed", "--c1", SOLID], ["true", "true_speed", "--c4", DASHED_DOTTED]]],
+  ["Angles", "°", [["arm", "phi", "--c1", SOLID], ["arm, true", "true_phi", "--c4", DASHED_DOTTED], ["spar", "spar", "--c3", SOLID], ["slope", "slope", "--c6", DOTTED]]],
+  ["Yaw rate", "rad/s", [["commanded", "commanded_yaw", "--c2", DASHED], ["reference", "reference_yaw", "--c3", DOTTED], ["estimated", "yaw", "--c1", SOLID], ["true", "true_yaw", "--c4", DASHED_DOTTED]]],
   ["Voltages", "V", [["left", "voltage_left", "--c1", SOLID], ["right", "voltage_right", "--c2", DASHED], ["ballast", "voltage_ballast", "--c3", DOTTED], ["supply", "battery", "--c6", SOLID]]],
   ["Currents", "A", [["left", "current_left", "--c1", SOLID], ["right", "current_right", "--c2", DASHED], ["ballast", "current_ballast", "--c3", DOTTED]]],
   ["Slip", "m/s", [["left, true", "slip_left", "--c1", SOLID], ["right, true", "slip_right", "--c2", DASHED]]],
@@ -126,6 +127,12 @@ export class Plots {
         ],
       };
       const plot = new uPlot(options, [[], ...lines.map(() => [])], box);
+      // No border has dashes and dots: the legend shows such a line as a picture.
+      plot.root.querySelectorAll(".u-marker").forEach((marker, n) => {
+        if (lines[n - 1]?.[3] !== DASHED_DOTTED) return;
+        const own = colour(lines[n - 1][2]);
+        marker.style.borderImage = `repeating-linear-gradient(90deg, ${own} 0 7px, transparent 7px 9px, ${own} 9px 11px, transparent 11px 13px) 1`;
+      });
       this.watcher.observe(box);
       return { plot, box, lines };
     });

@@ -214,6 +214,6 @@ export class TopView {
     this.nose.setAttribute("points", points([[r * 0.9, -6], [r * 0.9 + 12, 0], [r * 0.9, 6]]));
     this.label.textContent = `x ${fixed(here[0], 2)} m, y ${fixed(here[1], 2)} m, heading ${degrees(wrapped(heading))}°`;
     this.scaleLabel.textContent = `grid ${step} m`;
-    this.legend.textContent = pose.truth ? "solid: estimated; dashed: true" : "estimated";
+    this.legend.textContent = pose.truth ? "solid: estimated; dashes and dots: true" : "estimated";
   }
 }

@@ -168,7 +168,7 @@ impl InteractivePage<'_> {
                 body,
                 "<div class=\"grid\">\n<section class=\"card\"><h3>From its right: wheel, arm{spar}</h3>\
                  <canvas class=\"scene\" id=\"side\" role=\"img\" aria-label=\"The vehicle from its right, to scale\"></canvas></section>\n\
-                 <section class=\"card\"><h3>Path from above: true, and by dead reckoning (dashed)</h3>\
+                 <section class=\"card\"><h3>Path from above: by dead reckoning, and true (dashes and dots)</h3>\
                  <canvas class=\"scene\" id=\"above\" role=\"img\" aria-label=\"The vehicle's path from above, to scale\"></canvas></section>\n</div>"
             );
         }

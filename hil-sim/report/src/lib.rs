@@ -7,6 +7,7 @@ pub mod error;
 pub mod files;
 pub mod html;
 pub mod interactive;
+pub mod meaning;
 pub mod output;
 pub mod plot;
 pub mod visible;

@@ -4,28 +4,13 @@ use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
 pub use crate::columns::Columns;
+use crate::meaning::{self, Rgb};
 
 /// The size of every chart in px without its legend; a page scales the chart to the available width.
 const SIZE: (u32, u32) = (620, 430);
 
 /// What title, labels and margins leave of it for the curves, px: measured on a drawn chart.
 const PLOT_SIZE: (f64, f64) = (530.0, 334.0);
-
-/// Line colours, distinguishable also with deficient colour vision.
-const COLOURS: [RGBColor; 12] = [
-    RGBColor(0, 90, 160),
-    RGBColor(205, 80, 0),
-    RGBColor(0, 130, 90),
-    RGBColor(165, 55, 130),
-    RGBColor(90, 90, 90),
-    RGBColor(60, 160, 220),
-    RGBColor(190, 140, 0),
-    RGBColor(120, 60, 30),
-    RGBColor(110, 140, 40),
-    RGBColor(215, 95, 130),
-    RGBColor(0, 115, 130),
-    RGBColor(120, 90, 200),
-];
 
 /// Points drawn per series at most: the extremes of each bucket are kept.
 const DRAWN_POINTS: usize = 1600;
@@ -162,7 +147,7 @@ impl Chart {
                 x,
                 y,
                 name: &series.name,
-                colour: COLOURS[k % COLOURS.len()],
+                colour: rgb(meaning::colour(&series.name, k)),
             });
             x += width;
         }
@@ -195,8 +180,7 @@ impl Chart {
             .draw()
             .map_err(|e| fail(&e))?;
         for (i, series) in self.series.iter().enumerate() {
-            let colour = COLOURS[i % COLOURS.len()];
-            let style = colour.stroke_width(2);
+            let style = rgb(meaning::colour(&series.name, i)).stroke_width(2);
             for run in runs(&series.points, self.log_y) {
                 chart
                     .draw_series(LineSeries::new(thinned(run), style))
@@ -205,6 +189,10 @@ impl Chart {
         }
         Ok(())
     }
+}
+
+fn rgb((red, green, blue): Rgb) -> RGBColor {
+    RGBColor(red, green, blue)
 }
 
 /// Where the legend's rows begin, in px.

@@ -204,6 +204,9 @@ pub fn run_on<B: Backend>(
     let values = measured.values(&end.counts);
     let checks = scenario::judge(&scenario, &values);
     let verdict = RunVerdict::of(&scenario, &checks);
+    let address = { arguments.record.as_deref() }
+        .zip(report.as_ref())
+        .and_then(|(file, report)| report.address(file));
     let summary = RunSummary {
         scenario: &scenario,
         vehicle: &simulated,
@@ -212,6 +215,7 @@ pub fn run_on<B: Backend>(
         checks: &checks,
         told: &told,
         log: &log,
+        record: address.as_deref(),
     };
     let out = report
         .map(|report| report.finish(&summary))

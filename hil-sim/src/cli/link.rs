@@ -10,7 +10,6 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use clap::{Args, Subcommand};
 use firmware::protocol::message::Order;
 use model::command::Request;
-use model::vehicle::Field;
 use report::error::CommandError;
 use report::files::refuse_existing;
 
@@ -18,6 +17,7 @@ pub mod console;
 pub mod drive;
 mod files;
 pub mod memory;
+mod parameter_actions;
 pub mod parameters;
 pub mod recording;
 pub mod session;
@@ -28,10 +28,11 @@ pub mod wire;
 
 use console::Console;
 use drive::{DriveJob, check_seconds};
-use files::{into_new_file, into_new_record};
+use files::into_new_record;
+use parameter_actions::{ParameterAction, parameters_of};
 use session::Link;
-use status::StatusDetail;
 pub(in crate::cli) use status::who;
+use status::{StatusDetail, line};
 use update::Update;
 use wire::{Port, Wire};
 
@@ -73,7 +74,7 @@ Examples:
 const LOOK_BACK_EXAMPLES: &str = "\
 Examples:
   hil-sim link --port /dev/ttyACM0 look-back --out fault.rec
-  hil-sim replay fault.rec";
+  hil-sim replay fault.rec --csv fault.csv";
 
 const UPDATE_EXAMPLES: &str = "\
 Examples:
@@ -157,44 +158,6 @@ enum LinkCommand {
     Parameters {
         #[command(subcommand)]
         action: ParameterAction,
-    },
-}
-
-/// What to do with parameters.
-#[derive(Debug, Subcommand)]
-enum ParameterAction {
-    /// Shows every parameter as the board has it, with its range and meaning
-    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters list")]
-    List,
-    /// Changes parameters, stores the set in the board's flash and puts it in force
-    #[command(
-        after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters set control.speed_max_m_s=1 control.comfort_s=0.2"
-    )]
-    Set {
-        /// `table.name=value`, as in the vehicle file; several at once
-        #[arg(required = true)]
-        assignments: Vec<String>,
-    },
-    /// Goes back to the set the firmware was built with
-    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters defaults")]
-    Defaults,
-    /// Writes the board's set to a vehicle file
-    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters dump my-vehicle.toml")]
-    Dump {
-        /// The file; must not exist
-        file: PathBuf,
-    },
-    /// Stores a vehicle file's set in the board and puts it in force
-    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters load my-vehicle.toml")]
-    Load {
-        /// The file
-        file: PathBuf,
-    },
-    /// Shows how the board's set differs from a vehicle file's, the board's value first; exit code 1 if it does
-    #[command(after_help = "Examples:\n  hil-sim link --port /dev/ttyACM0 parameters diff my-vehicle.toml")]
-    Diff {
-        /// The file
-        file: PathBuf,
     },
 }
 
@@ -297,7 +260,11 @@ impl<'a> Job<'a> {
     fn run<W: Wire, O: Write>(self, mut link: Link<W>, console: &mut Console<O>) -> Result<(), CommandError> {
         if let Self::Disarm = self {
             // Before anything else, and whoever the board is.
-            return link.disarm();
+            link.disarm()?;
+            return link
+                .client
+                .status
+                .map_or(Ok(()), |status| console.coloured_line(&line(&status)));
         }
         let identity = link.identify()?;
         match self {
@@ -311,7 +278,11 @@ impl<'a> Job<'a> {
                 let recorded = into_new_record("--record", file, |out| link.drive_recorded(&drive, out, console))?;
                 console.line(&recorded.line())
             }
-            Self::ClearFaults => link.order(Order::Request(Request::ClearFaults)),
+            Self::ClearFaults => {
+                link.order(Order::Request(Request::ClearFaults))?;
+                let status = link.fresh_status()?;
+                console.coloured_line(&line(&status))
+            }
             Self::Log => link.show_log(console),
             Self::Faults => link.show_faults(console),
             Self::Record(file, seconds) => {
@@ -329,72 +300,4 @@ impl<'a> Job<'a> {
             Self::Parameters(action) => parameters_of(&mut link, action, console),
         }
     }
-}
-
-/// One action on the board's parameters.
-fn parameters_of<W: Wire, O: Write>(
-    link: &mut Link<W>,
-    action: &ParameterAction,
-    console: &mut Console<O>,
-) -> Result<(), CommandError> {
-    match action {
-        ParameterAction::List => {
-            let parameters = link.parameters()?;
-            for number in 0..parameters.count() {
-                if let (Some((table, field)), Some(value)) = (parameters.field(number), parameters.value(number)) {
-                    console.line(&format!("{table}.{} = {value}   {}", field.name, about(field)))?;
-                }
-            }
-            Ok(())
-        }
-        ParameterAction::Set { assignments } => link.set(assignments),
-        ParameterAction::Defaults => link.defaults(),
-        ParameterAction::Dump { file } => {
-            let text = vehicle_file::to_toml(&link.parameters()?);
-            into_new_file("FILE", file, |out| Ok(out.write_all(text.as_bytes())?))?;
-            console.line(&format!("wrote {}", file.display()))
-        }
-        ParameterAction::Load { file } => {
-            let wanted = read(file)?;
-            let differences = link.load(file, &wanted)?;
-            for difference in &differences {
-                console.line(&difference.to_string())?;
-            }
-            console.line(&format!("{} parameters changed", differences.len()))
-        }
-        ParameterAction::Diff { file } => {
-            let wanted = read(file)?;
-            let differences = link.differences(file, &wanted)?;
-            for difference in &differences {
-                console.line(&difference.to_string())?;
-            }
-            if differences.is_empty() {
-                Ok(())
-            } else {
-                Err(CommandError::Checks(format!("{} parameters differ", differences.len())))
-            }
-        }
-    }
-}
-
-/// The parameters of a vehicle file, as the board has them.
-fn read(file: &Path) -> Result<model::vehicle::VehicleParameters<f32>, CommandError> {
-    vehicle_file::read_vehicle(file)
-        .map(|vehicle| vehicle.parameters().cast::<f32>())
-        .map_err(|error| CommandError::Input(error.to_string()))
-}
-
-/// A parameter's range or choices, and its meaning.
-fn about(field: &Field) -> String {
-    let meaning = field.meaning.trim();
-    if field.choices.is_empty() {
-        return format!("{} to {}: {meaning}", field.min, field.max);
-    }
-    let choices: Vec<String> = field
-        .choices
-        .iter()
-        .enumerate()
-        .map(|(value, name)| format!("{value} ({name})"))
-        .collect();
-    format!("{}: {meaning}", choices.join(", "))
 }

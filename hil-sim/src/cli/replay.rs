@@ -13,10 +13,15 @@ use record_file::{ReadBoot, ReadRecords};
 use report::error::CommandError;
 use report::files::{NewFile, refuse_existing};
 use report::output::{print, print_json};
+use report::visible::visible_line;
 use serde::Serialize;
 
 use super::drive::{load_vehicle, vehicle_f32};
 use super::record_files;
+
+mod tick_table;
+
+use tick_table::write_ticks;
 
 /// Flags of `replay`.
 #[derive(Debug, Args)]
@@ -39,6 +44,10 @@ pub struct Arguments {
     /// Write the replay as MCAP, for other tools: NAME.mcap; must not exist
     #[arg(long, value_name = "FILE")]
     mcap: Option<PathBuf>,
+    /// Write every tick as a row of a table, in SI units: what was sensed, commanded and done. Also of records that cannot be
+    /// replayed, as those of `link look-back`; must not exist
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
     /// Print exactly one JSON object on stdout
     #[arg(long)]
     json: bool,
@@ -50,7 +59,8 @@ Examples:
   hil-sim link --port /dev/ttyACM0 record --out run.mcap --seconds 60
   hil-sim replay run.mcap --vehicle my-vehicle.toml
   hil-sim replay run.mcap --until 3 --as-test runs-away
-  hil-sim replay console.records --mcap console.mcap";
+  hil-sim replay console.records --mcap console.mcap
+  hil-sim replay fault.rec --csv fault.csv";
 
 /// The records that tests replay.
 const TESTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/records");
@@ -118,6 +128,9 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     if let Some(path) = &arguments.mcap {
         refuse_existing("--mcap", path)?;
     }
+    if let Some(path) = &arguments.csv {
+        refuse_existing("--csv", path)?;
+    }
     let mut read = record_files::read(&arguments.file)?;
     if let Some(until_s) = arguments.until {
         let is_before = |time_us: u64| time_us as f64 * 1e-6 <= until_s;
@@ -142,12 +155,25 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             })
             .collect(),
     );
+    if let Some(path) = &arguments.csv {
+        let mut out = NewFile::create("--csv", path)?;
+        write_ticks(&mut out, &read.boots)?;
+        out.finish()?;
+    }
     if replay.next_boot().is_none() {
+        let first = read.records().next().map_or(0, |first| first.tick);
+        if let (Some(path), None, None, false) = (&arguments.csv, &arguments.mcap, &arguments.as_test, arguments.json) {
+            let ticks = read.records().count();
+            return print(&format!(
+                "{ticks} ticks in {}; not replayed, because they begin with tick {first}, not with the board's boot\n",
+                visible_line(&path.display().to_string())
+            ));
+        }
         return Err(CommandError::Input(format!(
-            "{}: the records begin with tick {}. What the vehicle knew by then is not in them: a replay begins with the \
-             board's boot. `hil-sim link record` has it if it asks within 2 s of the boot",
-            arguments.file.display(),
-            read.records().next().map_or(0, |first| first.tick)
+            "{}: the records begin with tick {first}. What the vehicle knew by then is not in them: a replay begins with the \
+             board's boot. `hil-sim link record` has it if it asks within 2 s of the boot. `--csv FILE` writes the ticks \
+             that are there as a table",
+            arguments.file.display()
         )));
     }
     let difference = std::iter::from_fn(|| replay.step()).find_map(|tick| tick.difference);

@@ -60,6 +60,14 @@ impl SpeedController {
         }
     }
 
+    /// Whether the wheels have just come past what had held them up; Eq. 3.25 does not look.
+    pub fn is_just_free(&self) -> bool {
+        match self {
+            Self::SwingDamped(_) => false,
+            Self::Landing(law) => law.is_just_free(),
+        }
+    }
+
     /// Whether the slope is steeper than the arm's weight can balance or the configured grip can hold.
     pub fn slope_limited(&self) -> bool {
         match self {

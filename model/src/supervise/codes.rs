@@ -283,6 +283,8 @@ codes! {
     MotorHeat = 8,
     /// The supply is near its highest voltage: braking may return less power to it.
     Regeneration = 9,
+    /// The wheels have come past what had held them up, and the law has forgotten the slope that it had taken it for.
+    Freed = 10,
 }
 
 impl FaultSet {

@@ -170,6 +170,7 @@ impl Laws {
         limits.insert_if(Limit::Reference, behind);
         limits.insert_if(Limit::Stall, estimate.stalled);
         limits.insert_if(Limit::Slip, estimate.sliding);
+        limits.insert_if(Limit::Freed, self.speed.is_just_free());
         Wish {
             limits,
             voltage_v: [

@@ -5,12 +5,13 @@
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const byId = (id) => document.getElementById(id);
 
-  // One colour for one meaning: the word in a curve's name decides; the quantity decides the line.
+  // One colour and one line for one meaning, here as on the console: the word in a curve's name decides. A second quantity
+  // has shorter dashes.
   const MEANINGS = [
-    [/commanded/, "--commanded", [6, 4]],
+    [/commanded/, "--commanded", [8, 5]],
     [/estimated|dead reckoning/, "--estimated", []],
-    [/reference/, "--reference", [2, 3]],
-    [/true/, "--true", []],
+    [/reference/, "--reference", [2, 4]],
+    [/true/, "--true", [8, 3, 2, 3]],
   ];
   // Curves of no such meaning differ by their line as well as by their colour.
   const COLOURS = 9;
@@ -27,7 +28,7 @@
       return {
         stroke: () => css(meaning ? meaning[1] : `--c${k % COLOURS}`),
         width: !meaning || place === 0 ? 1.8 : 1.2,
-        dash: !meaning || place === 0 ? dash : [1 + 2 * place, 3],
+        dash: !meaning || place === 0 ? dash : dash.length > 2 ? [3 + place, 2, 1, 2] : [1 + 2 * place, 3],
       };
     });
   }
@@ -125,11 +126,18 @@
       holder,
     );
     plot.shared = shared;
+    // The legend's markers keep the colour with which they were made. No border has dashes and dots: such a line is a picture.
+    const mark = () => plot.root.querySelectorAll(".u-marker").forEach((marker, k) => {
+      if (!k) return;
+      const colour = lines[k - 1].stroke();
+      marker.style.borderColor = colour;
+      if (lines[k - 1].dash.length > 2) {
+        marker.style.borderImage = `repeating-linear-gradient(90deg, ${colour} 0 7px, transparent 7px 9px, ${colour} 9px 11px, transparent 11px 13px) 1`;
+      }
+    });
+    mark();
     plot.recolour = () => {
-      // The legend's markers keep the colour with which they were made.
-      plot.root.querySelectorAll(".u-marker").forEach((marker, k) => {
-        if (k) marker.style.borderColor = lines[k - 1].stroke();
-      });
+      mark();
       plot.redraw();
     };
     plots.push(plot);
@@ -238,16 +246,16 @@
       const spar = scene.spar[index];
       const motor = at(axle, spar, scene.motor_m);
       const camera = at(axle, spar + Math.PI, scene.camera_m);
-      line(pen, "--reference", 3, [camera, motor]);
-      pen.fillStyle = css("--reference");
+      line(pen, "--c2", 3, [camera, motor]);
+      pen.fillStyle = css("--c2");
       pen.fillRect(camera[0] - 6, camera[1] - 5, 12, 10);
       const ballast = at(motor, spar + scene.ballast[index], scene.ballast_m);
-      line(pen, "--c3", 3, [motor, ballast]);
-      disc(pen, "--c3", ballast, 5);
+      line(pen, "--c2", 3, [motor, ballast]);
+      disc(pen, "--c2", ballast, 5);
     }
     const mass = at(axle, scene.phi[index], scene.arm_length_m);
-    line(pen, "--true", 5, [axle, mass]);
-    disc(pen, "--mass", mass, 8, "--true");
+    line(pen, "--ink", 5, [axle, mass]);
+    disc(pen, "--mass", mass, 8, "--ink");
     disc(pen, "--mass", axle, 3);
     pen.fillStyle = css("--quiet");
     pen.font = "12px system-ui, sans-serif";
@@ -267,10 +275,10 @@
     const [left, right, low, high] = [least(xs), most(xs), least(ys), most(ys)];
     const unit = Math.min((width - 48) / Math.max(right - left, 0.5), (height - 48) / Math.max(high - low, 0.5));
     const spot = (x, y) => [width / 2 + unit * (x - (left + right) / 2), height / 2 - unit * (y - (low + high) / 2)];
-    pen.setLineDash([4, 3]);
-    line(pen, "--estimated", 1.5, scene.estimated_x.map((x, k) => spot(x, scene.estimated_y[k])));
-    pen.setLineDash([]);
+    line(pen, "--estimated", 2.5, scene.estimated_x.map((x, k) => spot(x, scene.estimated_y[k])));
+    pen.setLineDash([8, 3, 2, 3]);
     line(pen, "--true", 1.8, scene.x.map((x, k) => spot(x, scene.y[k])));
+    pen.setLineDash([]);
     const here = spot(scene.x[index], scene.y[index]);
     const heading = scene.heading[index];
     disc(pen, "--true", here, 5, "--card");

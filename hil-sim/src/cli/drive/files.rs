@@ -1,6 +1,7 @@
 //! The files of a run.
 
-use std::path::PathBuf;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
 use report::error::CommandError;
 use report::files::NewFile;
@@ -17,7 +18,35 @@ pub struct RunReport {
     charts: ChartRows,
 }
 
+/// The address of `file` on a page in `folder`; nothing for a file that is not there, or whose name is no text.
+fn address(folder: &Path, file: &Path) -> Option<String> {
+    let (folder, file) = (folder.canonicalize().ok()?, file.canonicalize().ok()?);
+    let common = folder
+        .components()
+        .zip(file.components())
+        .take_while(|(a, b)| a == b)
+        .count();
+    let up = "../".repeat(folder.components().count() - common);
+    let down: PathBuf = file.components().skip(common).collect();
+    let mut address = up;
+    for byte in down.to_str()?.bytes() {
+        match byte {
+            b'\\' => address.push('/'),
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' | b'/' => {
+                address.push(char::from(byte));
+            }
+            _ => _ = write!(address, "%{byte:02X}"),
+        }
+    }
+    Some(address)
+}
+
 impl RunReport {
+    /// The address of `file` on the page.
+    pub fn address(&self, file: &Path) -> Option<String> {
+        address(&self.directory, file)
+    }
+
     /// Begins the files in `directory`, which is made if there is none.
     ///
     /// # Errors
@@ -49,7 +78,7 @@ impl RunReport {
     pub fn finish(self, summary: &RunSummary<'_>) -> Result<PathBuf, CommandError> {
         let out = self.directory;
         self.trace.finish()?;
-        for (name, chart) in page::charts(&self.charts.trace) {
+        for (name, chart) in page::drawn(summary, &self.charts.trace) {
             let svg = chart.to_svg().map_err(CommandError::Other)?;
             write_file(&out, &format!("{name}.svg"), &svg)?;
         }

@@ -8,7 +8,7 @@ use report::html::escaped;
 use report::interactive::{InteractivePage, Scene, StripEvent, TIME_LABEL};
 use report::plot::{Chart, Series};
 use virtual_board::scenario::trace::{Trace, TraceRow, Value};
-use virtual_board::scenario::{BoundsOf, Check, GAP_S, MetricValue, RunStory, RunVerdict, Scenario, StoryEvent};
+use virtual_board::scenario::{BoundsOf, Check, GAP_S, MetricValue, RunStory, RunVerdict, Scenario, StoryEvent, shown};
 
 use super::rows::ChartRows;
 use super::terms::{SPAR_TERMS, SPEED_TERMS, STEERING_TERMS};
@@ -41,6 +41,20 @@ pub struct RunSummary<'a> {
     pub told: &'a RunStory,
     /// The firmware's log.
     pub log: &'a [String],
+    /// Where the page finds the record of every tick, if there is one: an address from the page's folder.
+    pub record: Option<&'a str>,
+}
+
+impl RunSummary<'_> {
+    /// Whether the vehicle has what the metric `name` measures.
+    pub fn has(&self, name: &str) -> bool {
+        name != "spar_peak_deg" || self.vehicle.parameters().spar.is_some()
+    }
+
+    /// Whether the vehicle has what the chart `name` draws.
+    fn draws(&self, name: &str) -> bool {
+        !name.starts_with("spar") || self.vehicle.parameters().spar.is_some()
+    }
 }
 
 /// The page of a run, drawn from the rows kept.
@@ -57,8 +71,7 @@ pub fn page(summary: &RunSummary<'_>, rows: &ChartRows) -> Result<String, String
         events: told.events.iter().map(strip_event).chain(limits(rows)).collect(),
         scene: Some(scene(summary.vehicle, trace)),
         // The path is one of the two views.
-        charts: charts(trace)
-            .into_iter()
+        charts: drawn(summary, trace)
             .filter(|(name, _)| *name != "path")
             .map(|(_, chart)| chart)
             .collect(),
@@ -89,7 +102,11 @@ fn head(summary: &RunSummary<'_>, stride: usize) -> String {
     for file in ["trace.csv", "firmware.log"] {
         _ = write!(head, "<a href=\"{file}\">{file}</a>");
     }
-    for (name, _) in charts(&Trace::default()) {
+    if let Some(record) = summary.record {
+        let name = record.rsplit('/').next().unwrap_or_default();
+        _ = write!(head, "<a href=\"{}\">{}</a>", escaped(record), escaped(name));
+    }
+    for (name, _) in drawn(summary, &Trace::default()) {
         _ = write!(head, "<a href=\"{name}.svg\">{name}.svg</a>");
     }
     head.push_str("</p>\n");
@@ -127,11 +144,10 @@ fn tail(summary: &RunSummary<'_>) -> String {
             let mark = if check.ok { "" } else { " FAILED" };
             _ = writeln!(
                 tail,
-                "<tr><td>{}</td><td>{:.4}</td><td>{} to {}{mark}</td></tr>",
+                "<tr><td>{}</td><td>{}</td><td>{}{mark}</td></tr>",
                 escaped(&check.name),
-                check.value,
-                check.least,
-                check.most
+                shown(&check.name, check.value),
+                check.bounds()
             );
         }
         tail.push_str("</table>\n");
@@ -142,13 +158,13 @@ fn tail(summary: &RunSummary<'_>) -> String {
     let judged = |name: &str| checks.iter().any(|check| check.name == name);
     for metric in values
         .iter()
-        .filter(|metric| metric.value.is_finite() && !judged(metric.name))
+        .filter(|metric| metric.value.is_finite() && !judged(metric.name) && summary.has(metric.name))
     {
         _ = writeln!(
             tail,
-            "<tr><td>{}</td><td>{:.4}</td></tr>",
+            "<tr><td>{}</td><td>{}</td></tr>",
             escaped(metric.name),
-            metric.value
+            shown(metric.name, metric.value)
         );
     }
     tail.push_str("</table></section>\n</div>\n<h2>The firmware's log</h2>\n<section class=\"card\"><pre>");
@@ -180,7 +196,7 @@ fn limits(rows: &ChartRows) -> impl Iterator<Item = StripEvent> {
     let gap_s = GAP_S.max(1.5 * apart_s);
     let untold = Limit::ALL
         .iter()
-        .filter(|limit| !matches!(limit, Limit::Stall | Limit::SlopeLimit));
+        .filter(|limit| !matches!(limit, Limit::Stall | Limit::Freed | Limit::SlopeLimit));
     untold.flat_map(move |limit| {
         let mut spells: Vec<StripEvent> = Vec::new();
         let rows = trace.rows.iter().filter(|row| row.status.limits.contains(*limit));
@@ -248,8 +264,12 @@ fn events(told: &RunStory) -> String {
     text
 }
 
-/// The charts of the report: file name and chart.
-pub fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
+/// The charts of the report that say something of this vehicle: file name and chart.
+pub fn drawn(summary: &RunSummary<'_>, trace: &Trace) -> impl Iterator<Item = (&'static str, Chart)> {
+    charts(trace).into_iter().filter(|(name, _)| summary.draws(name))
+}
+
+fn charts(trace: &Trace) -> Vec<(&'static str, Chart)> {
     let t = trace.values(TraceRow::time_s);
     let over_time = |title: &str, unit: &str, curves: &[(&str, Value)]| {
         curves

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use report::colour::{bad, doubtful, good};
 use report::visible::visible_line;
-use virtual_board::scenario::{BoundsOf, Check, EventKind, RunVerdict};
+use virtual_board::scenario::{BoundsOf, Check, EventKind, RunVerdict, shown};
 
 use super::page::RunSummary;
 
@@ -34,9 +34,9 @@ pub fn table(summary: &RunSummary<'_>) -> String {
     } = *summary;
     let mut text = format!("{} (seed {})\n\n", visible_line(&scenario.title), scenario.seed);
     let mut line = |label: &str, name: &str, value: f64| {
-        let _ = writeln!(text, "{label:<30} {value:>10.4}{}", bounds(checks, name));
+        let _ = writeln!(text, "{label:<30} {:>10}{}", shown(name, value), bounds(checks, name));
     };
-    for (label, name) in TABLE {
+    for (label, name) in TABLE.iter().filter(|(_, name)| summary.has(name)) {
         let value = values.iter().find(|m| m.name == *name).map_or(f64::NAN, |m| m.value);
         line(label, name, value);
     }
@@ -63,7 +63,7 @@ pub fn table(summary: &RunSummary<'_>) -> String {
     for event in &told.events[..most] {
         _ = match event.kind {
             EventKind::Fault | EventKind::Whirl => writeln!(text, "{}", bad(event)),
-            EventKind::Mode => writeln!(text, "{event}"),
+            EventKind::Mode | EventKind::Freed => writeln!(text, "{event}"),
             _ => writeln!(text, "{}", doubtful(event)),
         };
     }
@@ -89,6 +89,6 @@ fn bounds(checks: &[Check], name: &str) -> String {
         .find(|check| check.name == name)
         .map_or_else(String::new, |check| {
             let verdict = if check.ok { good("ok") } else { bad("FAILED") };
-            format!("   {verdict}, bounds {} to {}", check.least, check.most)
+            format!("   {verdict}, bounds {}", check.bounds())
         })
 }

@@ -117,9 +117,11 @@ impl<'a, O: Write> Lines<'a, O> {
         }
     }
 
-    fn end(self, last: &BoardStatus) -> Result<(), CommandError> {
+    /// The last status before the Disarm, and what the vehicle has reported since: it is disarmed.
+    fn end(self, last: &BoardStatus, disarmed: Option<&BoardStatus>) -> Result<(), CommandError> {
         self.shown?;
-        self.console.coloured_line(&line(last))
+        self.console.coloured_line(&line(last))?;
+        disarmed.map_or(Ok(()), |status| self.console.coloured_line(&line(status)))
     }
 }
 
@@ -136,7 +138,7 @@ impl<W: Wire> Link<W> {
             lines.show(link.wire.now_us(), link.client.status.as_ref());
             ControlFlow::Continue(())
         })?;
-        lines.end(&status)
+        lines.end(&status, self.client.status.as_ref())
     }
 
     /// As [`Link::drive`], and writes the record of every tick to `out`, from the oldest that the board still has. An
@@ -176,8 +178,10 @@ impl<W: Wire> Link<W> {
             }
         });
         written?;
+        // What comes later may have been asked after this.
+        let disarmed = self.client.status;
         let recorded = recorder.take(self, out).and_then(|()| recorder.end(self, out));
-        lines.end(&driven?)?;
+        lines.end(&driven?, disarmed.as_ref())?;
         recorded
     }
 

@@ -1,9 +1,10 @@
 //! The status in words: a line each half second, and all of what the vehicle reports if it is asked for.
 
+use std::fmt::Write as _;
 use std::io::Write;
 
 use firmware::hardware::ClockSource;
-use firmware::protocol::message::{BoardStatus, Identity};
+use firmware::protocol::message::{BoardStatus, Identity, LinkCounters};
 use model::status::{Status, Terms};
 use model::supervise::arming::Mode;
 use report::colour::{bad, doubtful};
@@ -71,8 +72,7 @@ pub(super) fn line(status: &BoardStatus) -> String {
         vehicle, link, clock, ..
     } = status;
     format!(
-        "{}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V; faults {}{}; link: {} frames, \
-         {} unreadable, {} UART errors, {} repeated, {} foreign, {} late, {} requests and {} answers dropped{}",
+        "{}: {:.2} m/s, phi {:.1} deg, slope {:.1} deg, {:.1} V; faults {}{}; link: {}{}",
         vehicle.mode.name(),
         vehicle.estimate.speed_m_s,
         vehicle.estimate.phi_rad.to_degrees(),
@@ -84,19 +84,31 @@ pub(super) fn line(status: &BoardStatus) -> String {
             bad(vehicle.faults)
         },
         blockers(vehicle),
-        link.frames,
-        link.unreadable_frames(),
-        link.uart_errors,
-        link.repeated_frames,
-        link.foreign_frames,
-        link.late_orders,
-        link.dropped_requests,
-        link.dropped_answers,
+        link_line(link),
         match clock {
             ClockSource::External => "",
             ClockSource::Internal => "; no external clock",
         },
     )
+}
+
+/// What the board's end of the link has counted since the boot: its frames, and of what went wrong what there was.
+fn link_line(link: &LinkCounters) -> String {
+    let mut line = format!("{} frames", link.frames);
+    for (count, what) in [
+        (link.unreadable_frames(), "unreadable"),
+        (link.uart_errors, "UART errors"),
+        (link.repeated_frames, "repeated"),
+        (link.foreign_frames, "foreign"),
+        (link.late_orders, "late"),
+        (link.dropped_requests, "requests dropped"),
+        (link.dropped_answers, "answers dropped"),
+    ] {
+        if count > 0 {
+            _ = write!(line, ", {}", doubtful(format!("{count} {what}")));
+        }
+    }
+    line
 }
 
 /// What blocks arming, where there is something to block: of a vehicle that is armed the blockers say nothing.

@@ -130,7 +130,7 @@ fn not_opened(name: &str, error: &serialport::Error) -> String {
 fn is_host_and_port(address: &str) -> bool {
     address
         .rsplit_once(':')
-        .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok())
+        .is_some_and(|(host, port)| !host.is_empty() && !host.contains('/') && port.parse::<u16>().is_ok())
 }
 
 /// Whether an access only took too long.

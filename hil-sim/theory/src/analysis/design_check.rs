@@ -8,9 +8,11 @@ use core::f64::consts::PI;
 
 use model::control::landing::Design;
 use model::control::speed_law::SpeedLaw;
+use model::dynamics::planar::PlanarParameters;
 use model::vehicle::{SpeedLawChoice, Vehicle};
 use serde::Serialize;
 
+use super::carrying::carrying;
 use super::design_numbers::{DesignNumber, design_numbers, flown_design};
 use super::equilibrium::poles;
 use super::landing_poles::landing_poles;
@@ -86,8 +88,7 @@ const SLOWEST_SERVO: f64 = 1.0;
 /// Computes the consequences of the vehicle file and its findings.
 pub fn check(vehicle: &Vehicle<f64>) -> DesignCheck {
     let numbers = design_numbers(vehicle);
-    let law = own_law(vehicle);
-    let level = vehicle.planar(0.0);
+    let (level, law) = own_law(vehicle);
     let per_s = 1.0 / vehicle.scales().time_s;
     let poles_eq_3_25_per_s: Vec<[f64; 2]> = poles(&level, 0.0, Some(&law))
         .iter()
@@ -119,15 +120,17 @@ pub fn are_stable(poles: &[[f64; 2]]) -> bool {
     poles.iter().all(|[re, _]| *re < 0.0)
 }
 
-/// Eq. 3.25 with the file's own gains.
-fn own_law(vehicle: &Vehicle<f64>) -> SpeedLaw<f64> {
-    let (level, control) = (vehicle.planar(0.0), &vehicle.parameters().control);
-    SpeedLaw {
+/// The vehicle with all that rides on its axle, on the level, and Eq. 3.25 with the file's own gains for it.
+fn own_law(vehicle: &Vehicle<f64>) -> (PlanarParameters<f64>, SpeedLaw<f64>) {
+    let (mass, control) = (1.0 + vehicle.spar_mass_ratio(), &vehicle.parameters().control);
+    let level = carrying(&vehicle.planar(0.0), mass);
+    let law = SpeedLaw {
         feed_forward_zeta: level.zeta,
         alpha_l: level.alpha * level.l,
-        kp: control.kp,
-        kd: control.kd,
-    }
+        kp: control.kp / mass,
+        kd: control.kd / mass,
+    };
+    (level, law)
 }
 
 /// The poles of a design, the slowest first: landing speed, arm servo and rate observer, torque observer.

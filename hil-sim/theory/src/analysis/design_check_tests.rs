@@ -69,6 +69,37 @@ fn the_reference_vehicle_is_sound_and_its_numbers_are_those_of_the_data_sheets()
     );
 }
 
+/// The whirl and the slip of a vehicle know nothing of whether it is a spar or a part of the wheels that rides on the axle.
+#[test]
+fn a_spar_weighs_as_much_as_anything_else_on_the_axle() {
+    let bare = changed(|p| {
+        let (spar, _) = p.spar.take().expect("a spar");
+        let own_kg = p.body.total_mass_kg;
+        p.body.total_mass_kg += spar.camera_mass_kg + spar.motor_mass_kg + spar.ballast_mass_kg;
+        // The same volts for the same motion.
+        p.control.kp *= own_kg / p.body.total_mass_kg;
+        p.control.kd *= own_kg / p.body.total_mass_kg;
+    });
+    let (spar, bare) = (check(&reference()), check(&bare));
+    for name in [
+        "whirl_step_v",
+        "slip_step_v",
+        "whirl_slope_deg",
+        "whirl_slope_v",
+        "static_limit_deg",
+        "static_limit_v",
+        "acceleration_by_arm_m_s2",
+    ] {
+        let (with, without) = (spar.number(name).expect(name), bare.number(name).expect(name));
+        assert!((with / without - 1.0).abs() < 1e-6, "{name}: {with}, {without}");
+    }
+    assert_eq!(spar.poles_eq_3_25_per_s.len(), 3);
+    for (with, without) in spar.poles_eq_3_25_per_s.iter().zip(&bare.poles_eq_3_25_per_s) {
+        let apart = (with[0] - without[0]).hypot(with[1] - without[1]);
+        assert!(apart < 1e-6 * with[0].hypot(with[1]), "{with:?}, {without:?}");
+    }
+}
+
 #[test]
 fn each_thing_that_is_wrong_is_told_at_its_field() {
     type Change = fn(&mut VehicleParameters<f64>);

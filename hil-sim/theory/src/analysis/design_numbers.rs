@@ -4,11 +4,11 @@ use core::f64::consts::{PI, TAU};
 
 use model::control::landing::{Design, SUPPLY_RESERVE, SUPPLY_SHARE};
 use model::control::steering::STEERING_SHARE;
-use model::dynamics::planar::PlanarParameters;
 use model::sample::TICK_US;
 use model::vehicle::{GRAVITY_M_S2, MotorParameters, SpeedLawChoice, TurningDrive, Vehicle};
 use serde::Serialize;
 
+use super::carrying::carrying;
 use super::critical::{Direction, critical};
 use super::input::Input;
 use super::let_go::steepest_let_go;
@@ -112,20 +112,12 @@ pub fn design_numbers(vehicle: &Vehicle<f64>) -> Vec<DesignNumber> {
     let torque_limit = 2.0 * motor.current_limit_a * constant;
     let by_current = torque_limit / (whole_inertia * body.total_mass_kg * body.wheel_radius_m);
     let start = [0.0; 3];
-    let whirl = critical(&level, &Input::voltage_step(&level, 0.0), start, Direction::Forward);
-    let whirl_v = whirl.ok().flatten().map_or(f64::NAN, |c| c.value * scales.voltage_v);
-    let slip_v = slip_limit(&level, control.grip_mu)
-        .ok()
-        .and_then(|s| s.critical_voltage);
-    let slip_v = slip_v.map_or(f64::NAN, |u| u * scales.voltage_v);
-    // Everything on the axle adds weight on the slope: the same equations, divided by the whole mass.
-    let loaded = PlanarParameters {
-        alpha: level.alpha / mass,
-        mu: level.mu / mass,
-        nu: level.nu / mass,
-        zeta: level.zeta / mass,
-        ..level
-    };
+    // Everything on the axle adds weight and inertia.
+    let (loaded, unit_v) = (carrying(&level, mass), mass * scales.voltage_v);
+    let whirl = critical(&loaded, &Input::voltage_step(&loaded, 0.0), start, Direction::Forward);
+    let whirl_v = whirl.ok().flatten().map_or(f64::NAN, |c| c.value * unit_v);
+    let slip = slip_limit(&loaded, control.grip_mu).ok();
+    let slip_v = { slip.and_then(|s| s.critical_voltage) }.map_or(f64::NAN, |u| u * unit_v);
     let let_go = steepest_let_go(&loaded).unwrap_or(f64::NAN);
     let swing_hz = (al / (al * level.l + level.nu)).sqrt() / (TAU * scales.time_s);
     let tick = f64::from(TICK_US) * 1e-6 / scales.time_s;

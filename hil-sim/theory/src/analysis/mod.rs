@@ -1,6 +1,7 @@
 //! The analysis of the thesis: equilibria, limits, envelopes, motion in space, spar.
 
 pub mod camera;
+pub mod carrying;
 pub mod cma_es;
 pub mod coupled;
 pub mod critical;

@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         source,
         beta_name,
         taken,
-    } = arguments.planar.resolve()?;
+    } = arguments.planar.resolve_without_spar()?;
     let si = Si::of(&source);
     let bearing = arguments.bearing.into();
     let (carried, camera) = source.coupled(bearing)?;

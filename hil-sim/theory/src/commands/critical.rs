@@ -6,7 +6,7 @@ use serde::Serialize;
 use crate::analysis::critical::{Direction, critical};
 use crate::analysis::input::Input;
 use crate::commands::planar_arguments::{LawArguments, PlanarArguments, StartArguments, WaveformArguments};
-use crate::commands::si::{Si, beside};
+use crate::commands::si::beside;
 use crate::commands::taken::{Taken, told};
 use crate::commands::values::{LARGEST_START, available, finite, require, within};
 use report::error::CommandError;
@@ -102,7 +102,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         let (kp, kd) = arguments.law.gains(&vehicle.source);
         CommandError::Input(format!("{e} (--zeta is {:?}, --kp is {kp}, --kd is {kd})", p.zeta))
     })?;
-    let (si, value) = (Si::of(&vehicle.source), found.map(|c| c.value));
+    let (si, value) = (vehicle.si(), found.map(|c| c.value));
     let (critical_v, critical_m_s) = match arguments.quantity {
         Quantity::Voltage => (value.and_then(|value| si.volts(value)), None),
         Quantity::Reference => (None, value.and_then(|value| si.speed_m_s(value))),

@@ -105,7 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         ..arguments.vehicle.clone()
     };
     let vehicle = vehicle.resolve()?;
-    let (p, si) = (vehicle.parameters, Si::of(&vehicle.source));
+    let (p, si) = (vehicle.parameters, vehicle.si());
     let SlopeRange { first, last, count } = arguments.slopes.unwrap_or_else(|| SlopeRange::of(&p));
     for beta in [first, last] {
         slope("--slopes", beta)?;

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::analysis::equilibrium::{poles, static_phi, steady_theta_rate};
 use crate::commands::planar_arguments::{LawArguments, PlanarArguments};
-use crate::commands::si::{Si, beside};
+use crate::commands::si::beside;
 use crate::commands::taken::{Taken, told};
 use crate::commands::values::{LARGEST_INPUT, finite, require, within};
 use report::error::CommandError;
@@ -71,7 +71,7 @@ struct EquilibriumJson {
 /// [`CommandError::Input`] on bad parameters.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let vehicle = arguments.vehicle.resolve()?;
-    let (p, si) = (vehicle.parameters, Si::of(&vehicle.source));
+    let (p, si) = (vehicle.parameters, vehicle.si());
     let law = arguments.law.resolve(&p, &vehicle.source)?;
     let hold = p.beta.sin();
     let voltage = within("--voltage", arguments.voltage.unwrap_or(hold), LARGEST_INPUT)?;
@@ -118,6 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         .with("pole_im", part(&outcome.poles, 1))
         .with("pole_closed_re", part(&outcome.poles_closed, 0))
         .with("pole_closed_im", part(&outcome.poles_closed, 1));
+    let (kp, kd) = arguments.law.gains(&vehicle.source);
     let mut report = told(Report::new("equilibrium", &outcome), &outcome.taken).columns(columns);
     report = match phi.zip(theta_rate) {
         None => report.line(
@@ -135,10 +136,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
             )
             .line("voltage", beside(format!("{voltage:.6}"), outcome.voltage_v, "V"))
             .line("poles, open loop", text(&outcome.poles))
-            .line(
-                format!("poles, kp {} kd {}", law.kp, law.kd),
-                text(&outcome.poles_closed),
-            ),
+            .line(format!("poles, kp {kp} kd {kd}"), text(&outcome.poles_closed)),
     };
     for (name, poles) in [
         ("poles, open loop (1/s)", &outcome.poles_per_s),

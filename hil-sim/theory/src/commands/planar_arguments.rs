@@ -4,9 +4,11 @@ use clap::Args;
 use model::control::speed_law::SpeedLaw;
 use model::dynamics::planar::PlanarParameters;
 
+use crate::analysis::carrying::carrying;
 use crate::analysis::equilibrium::static_phi;
 use crate::analysis::waveform::Waveform;
 use crate::commands::body_arguments::BodyArguments;
+use crate::commands::si::Si;
 use crate::commands::taken::{THESIS, Taken};
 use crate::commands::values::{finite, gain, require, slope};
 use crate::commands::vehicle_argument::{Source, VehicleArgument};
@@ -40,11 +42,25 @@ pub struct PlanarVehicle {
 }
 
 impl PlanarArguments {
-    /// The vehicle these flags describe, every range checked.
+    /// The vehicle these flags describe, every range checked. It carries the mass of its camera spar, if it has one, and all
+    /// its numbers are over the whole mass.
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the file and field or the flag, the value and the allowed range.
     pub fn resolve(&self) -> Result<PlanarVehicle, CommandError> {
+        let vehicle = self.resolve_without_spar()?;
+        Ok(PlanarVehicle {
+            parameters: carrying(&vehicle.parameters, vehicle.source.whole_mass()),
+            ..vehicle
+        })
+    }
+
+    /// As [`PlanarArguments::resolve`], for a command that has the spar in its own equations: all numbers are over the mass
+    /// of wheels and arm.
+    ///
+    /// # Errors
+    /// As [`PlanarArguments::resolve`].
+    pub fn resolve_without_spar(&self) -> Result<PlanarVehicle, CommandError> {
         let source = self.vehicle.read()?;
         let default = source.planar();
         let parameters = PlanarParameters {
@@ -69,6 +85,11 @@ impl PlanarArguments {
 }
 
 impl PlanarVehicle {
+    /// What the numbers of a vehicle that carries its spar are in SI.
+    pub fn si(&self) -> Si {
+        Si::of(&self.source).carrying(self.source.whole_mass())
+    }
+
     /// The parameters, for a command that starts from the static equilibrium, which exists only where
     /// `|sin beta| < alpha l` (3.16).
     ///
@@ -97,10 +118,10 @@ pub fn require_static_equilibrium(name: &str, p: &PlanarParameters<f64>) -> Resu
 /// The gains of the speed law (3.25), corrected.
 #[derive(Debug, Clone, Args)]
 pub struct LawArguments {
-    /// Gain on theta' - theta'_ref [default: the vehicle's, or 0.8]
+    /// Gain on theta' - theta'_ref, as in the vehicle file [default: the vehicle's, or 0.8]
     #[arg(long, value_parser = finite, allow_hyphen_values = true)]
     kp: Option<f64>,
-    /// Gain on phi', entering with a minus sign [default: the vehicle's, or 10]
+    /// Gain on phi', entering with a minus sign, as in the vehicle file [default: the vehicle's, or 10]
     #[arg(long, value_parser = finite, allow_hyphen_values = true)]
     kd: Option<f64>,
     /// Damping assumed in the feed-forward; the vehicle's own if not given
@@ -134,12 +155,13 @@ impl LawArguments {
     /// [`CommandError::Input`] naming the flag of a gain beyond the largest; unstable gains are allowed.
     pub fn resolve(&self, p: &PlanarParameters<f64>, source: &Source) -> Result<SpeedLaw<f64>, CommandError> {
         let (kp, kd) = self.gains(source);
+        let mass = source.whole_mass();
         let feed_forward_zeta = gain("--feed-forward", self.feed_forward.unwrap_or(p.zeta))?;
         Ok(SpeedLaw {
             feed_forward_zeta,
             alpha_l: p.alpha * p.l,
-            kp: gain("--kp", kp)?,
-            kd: gain("--kd", kd)?,
+            kp: gain("--kp", kp)? / mass,
+            kd: gain("--kd", kd)? / mass,
         })
     }
 }

@@ -17,6 +17,15 @@ impl Si {
         Self(source.whole_vehicle().map(Vehicle::scales))
     }
 
+    /// The same of a vehicle that has `mass` times its own mass, all its numbers over the whole of it.
+    pub fn carrying(self, mass: f64) -> Self {
+        Self(self.0.map(|scales| Scales {
+            torque_n_m: mass * scales.torque_n_m,
+            voltage_v: mass * scales.voltage_v,
+            ..scales
+        }))
+    }
+
     /// A nondimensional voltage as that of both drive motors, V.
     pub fn volts(self, voltage: f64) -> Option<f64> {
         self.0.map(|scales| scales.voltage_to_si(voltage))

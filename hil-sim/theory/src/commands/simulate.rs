@@ -87,7 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         }
         None => simulate(&p, &input, start, t_end, sample).map_err(|e| CommandError::Other(e.to_string()))?,
     };
-    let si = Si::of(&vehicle.source);
+    let si = vehicle.si();
     let mut taken = vehicle.taken;
     if arguments.reference.is_some() {
         taken.extend(arguments.law.taken(&vehicle.source));

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::analysis::slip::slip_limit;
 use crate::commands::planar_arguments::PlanarArguments;
-use crate::commands::si::{Si, beside};
+use crate::commands::si::beside;
 use crate::commands::taken::{Taken, told};
 use crate::commands::values::{finite, not_negative};
 use report::error::CommandError;
@@ -63,7 +63,7 @@ struct SlipLimitJson {
 /// [`CommandError::Input`] on bad parameters.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let vehicle = arguments.vehicle.resolve()?;
-    let (p, si) = (vehicle.in_equilibrium()?, Si::of(&vehicle.source));
+    let (p, si) = (vehicle.in_equilibrium()?, vehicle.si());
     let mut taken = vehicle.taken;
     let (mu_s, from) = match (arguments.mu_s, vehicle.source.whole_vehicle()) {
         (Some(mu_s), _) => (mu_s, None),

@@ -21,8 +21,8 @@ pub const SPAR_LENGTH: f64 = 1.0;
 /// The flag that names a vehicle file, shared by the analysis commands that take either kind.
 #[derive(Debug, Clone, Default, Args)]
 pub struct VehicleArgument {
-    /// Vehicle file: a whole vehicle in SI units, or one table `[planar]` of nondimensional numbers.
-    /// Gives the parameters of the model; each flag overrides one of them
+    /// Vehicle file: a whole vehicle in SI units, or one table `[planar]` of nondimensional numbers. Gives the parameters of the
+    /// model; each flag overrides one of them. The planar vehicle carries the mass of the file's camera spar on its axle
     #[arg(long, value_name = "FILE.toml")]
     pub vehicle: Option<PathBuf>,
 }
@@ -80,6 +80,12 @@ impl Source {
             Self::File(_, VehicleFile::Vehicle(vehicle)) => Some(vehicle),
             Self::Thesis | Self::File(_, VehicleFile::Planar(_)) => None,
         }
+    }
+
+    /// The whole mass, camera spar included, over that of wheels and arm.
+    pub fn whole_mass(&self) -> f64 {
+        self.whole_vehicle()
+            .map_or(1.0, |vehicle| 1.0 + vehicle.spar_mass_ratio())
     }
 
     /// Whether the file says on which slope the vehicle stands.

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::bounds_of::BoundsOf;
 use super::file::Scenario;
-use super::metrics::{MetricValue, measure};
+use super::metrics::{MetricKind, MetricValue, kind, measure};
 use super::outcome::DriveOutcome;
 
 /// A metric, its bounds and the result of their comparison.
@@ -25,15 +25,37 @@ pub struct Check {
 impl std::fmt::Display for Check {
     /// Formats why the metric is out of bounds.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self {
-            name,
-            value,
-            least,
-            most,
-            ..
-        } = self;
-        write!(f, "{name} = {value} is not within {least} to {most}")
+        let Self { name, value, .. } = self;
+        let value = words(name, *value).unwrap_or_else(|| value.to_string());
+        write!(f, "{name} = {value} is not within {}", self.bounds())
     }
+}
+
+impl Check {
+    /// The bounds, by name where the metric's values have names.
+    pub fn bounds(&self) -> String {
+        let Self { name, least, most, .. } = self;
+        let named = words(name, *least).filter(|_| least == most);
+        named.unwrap_or_else(|| format!("{least} to {most}"))
+    }
+}
+
+/// The value of the metric `name` as a person reads it: faults and modes by their names, what is counted without a fraction.
+pub fn shown(name: &str, value: f64) -> String {
+    words(name, value).unwrap_or_else(|| match kind(name) {
+        Some(MetricKind::Count) => format!("{value:.0}"),
+        _ => format!("{value:.4}"),
+    })
+}
+
+/// The names that a metric's value stands for; nothing if its values have none.
+fn words(name: &str, value: f64) -> Option<String> {
+    let names = kind(name)?.names_of(value)?;
+    Some(if names.is_empty() {
+        "none".to_owned()
+    } else {
+        names.join(", ")
+    })
 }
 
 /// How a run ended.

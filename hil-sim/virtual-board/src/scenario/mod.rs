@@ -33,7 +33,7 @@ pub use backend::{Backend, Observation, VirtualBackend};
 pub use bounds_of::BoundsOf;
 pub use error::ScenarioError;
 pub use file::{Scenario, ScenarioSource};
-pub use judge::{Check, RunVerdict, evaluate, failures, judge};
+pub use judge::{Check, RunVerdict, evaluate, failures, judge, shown};
 pub use judged::{JudgedRun, run_judged};
 pub use metrics::{MetricValue, Metrics};
 pub use outcome::{Counts, DriveOutcome, RunEnd};

@@ -47,6 +47,8 @@ pub enum EventKind {
     Flight,
     /// An obstacle blocked the vehicle.
     Stall,
+    /// The vehicle passed the obstacle that had blocked it.
+    Freed,
     /// The slope was steeper than the vehicle can drive up.
     Slope,
     /// A motor was hot, or drew more than its limit.
@@ -68,6 +70,7 @@ impl EventKind {
             Self::Slide => "slide",
             Self::Flight => "flight",
             Self::Stall => "stall",
+            Self::Freed => "freed",
             Self::Slope => "slope",
             Self::Heat => "heat",
             Self::Supply => "supply",
@@ -76,7 +79,7 @@ impl EventKind {
 
     /// Whether the event is relevant to a person who looks only for trouble.
     pub fn is_trouble(self) -> bool {
-        !matches!(self, Self::Mode | Self::Cleared)
+        !matches!(self, Self::Mode | Self::Cleared | Self::Freed)
     }
 }
 
@@ -111,7 +114,7 @@ struct Spell {
 }
 
 /// All conditions that the story reports with their duration.
-const SPELLS: [Spell; 6] = [
+const SPELLS: [Spell; 7] = [
     Spell {
         kind: EventKind::Slide,
         shows: |sight| sight.slides(),
@@ -126,6 +129,13 @@ const SPELLS: [Spell; 6] = [
         kind: EventKind::Stall,
         shows: |sight| sight.status.limits.contains(Limit::Stall),
         told: |span| span.block.stall(),
+    },
+    Spell {
+        kind: EventKind::Freed,
+        shows: |sight| sight.status.limits.contains(Limit::Freed),
+        told: |_| {
+            "the wheels come past what held them up, and the law forgets the slope that it took it for".to_owned()
+        },
     },
     Spell {
         kind: EventKind::Slope,

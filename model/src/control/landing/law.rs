@@ -1,5 +1,6 @@
 //! The landing law: observers, landing speed, governor, arm servo.
 
+mod findings;
 mod states;
 
 pub use states::MOTION_STATES;
@@ -128,21 +129,6 @@ impl LandingLaw {
     /// The governed reference, m/s.
     pub fn reference_m_s(&self) -> f32 {
         self.command.reference() * self.scales.speed_m_s
-    }
-
-    /// Whether the vehicle is commanded to drive but makes no progress.
-    pub fn is_stuck(&self) -> bool {
-        self.obstacle.push() == PushState::Stuck
-    }
-
-    /// Whether the slope is steeper than the arm's weight can balance or the configured grip can hold.
-    pub fn slope_limited(&self) -> bool {
-        self.slope_limited
-    }
-
-    /// Whether the vehicle was armed on a slope on which it cannot stand.
-    pub fn refuses_slope(&self) -> bool {
-        self.refusal.refuses()
     }
 
     /// The vehicle's inertias as the law models them.

@@ -86,6 +86,12 @@ struct Blow {
     freed_m: Option<f32>,
 }
 
+/// Whether wheels of the radius `length_m` that roll in this direction still climb what they met at `place_m`.
+#[inline]
+fn is_on_it(direction: f32, place_m: f32, told: &Told, length_m: f32) -> bool {
+    direction * (told.distance_m - place_m) < CLIMB * length_m
+}
+
 impl Blow {
     /// Whether an update is necessary, which is seldom the case.
     #[inline]
@@ -98,7 +104,7 @@ impl Blow {
     fn update(&mut self, direction: f32, moves: bool, told: &Told, tick: f32, length_m: f32) {
         let struck = direction * told.unforeseen < -BLOW;
         self.freed = false;
-        let on_it = |place_m: &f32| direction * (told.distance_m - place_m) < CLIMB * length_m;
+        let on_it = |place_m: &f32| is_on_it(direction, *place_m, told, length_m);
         self.struck_m = if self.freed_m.is_some_and(|place_m| on_it(&place_m)) {
             None
         } else if struck {
@@ -130,6 +136,8 @@ pub(super) struct Obstacle {
     blow: Blow,
     /// The result of the last tick.
     push: PushState,
+    /// The wheels move, and are still at the place where they last came free.
+    just_free: bool,
     time: f32,
     /// Time that a start may take.
     start: f32,
@@ -142,6 +150,11 @@ impl Obstacle {
     pub(super) fn update(&mut self, told: &Told, tick: f32, length_m: f32) {
         self.follow(told, tick, length_m);
         self.push = self.found();
+        self.just_free = self.moves
+            && self
+                .blow
+                .freed_m
+                .is_some_and(|place_m| is_on_it(self.direction, place_m, told, length_m));
     }
 
     #[inline]
@@ -196,6 +209,12 @@ impl Obstacle {
 
     pub(super) fn push(&self) -> PushState {
         self.push
+    }
+
+    /// Whether the wheels have just come past what had held them up: from the tick in which they came free on, as long as they
+    /// move, over the way on which they climb.
+    pub(super) fn is_just_free(&self) -> bool {
+        self.just_free
     }
 
     #[inline]
@@ -303,6 +322,51 @@ mod tests {
         assert_eq!(meets(1.0), PushState::Freed);
         assert_eq!(meets(1.1), PushState::None);
         assert_eq!(meets(1.2), PushState::Freed);
+    }
+
+    /// That the vehicle has come free is told from the tick in which it does, over the way on which its wheels climb, 0.15 m, and
+    /// no longer: also not once it is held up again.
+    #[test]
+    fn that_the_vehicle_is_free_is_told_over_the_way_of_a_climb() {
+        for way in [1.0_f32, -1.0] {
+            let mut obstacle = Obstacle::default();
+            let holds = Told {
+                speed: way * PUSHES.speed,
+                reference: way * PUSHES.reference,
+                ..PUSHES
+            };
+            obstacle.update(&holds, TICK, WHEEL_M);
+            let unforeseen = -0.15 * way;
+            obstacle.update(&Told { unforeseen, ..holds }, TICK, WHEEL_M);
+            for _ in 0..(1.5 * TICKS_PER_TIME as f32) as usize {
+                obstacle.update(&holds, TICK, WHEEL_M);
+                assert!(!obstacle.is_just_free());
+            }
+            for further_m in [0.0_f32, 0.05, 0.14, 0.16] {
+                let moves = Told {
+                    wheels: holds.speed,
+                    distance_m: holds.distance_m + way * further_m,
+                    ..holds
+                };
+                obstacle.update(&moves, TICK, WHEEL_M);
+                assert_eq!(obstacle.is_just_free(), further_m < 0.15, "{way} {further_m}");
+            }
+            let moves = Told {
+                wheels: holds.speed,
+                ..holds
+            };
+            obstacle.update(&moves, TICK, WHEEL_M);
+            assert!(obstacle.is_just_free());
+            obstacle.update(&holds, TICK, WHEEL_M);
+            assert!(!obstacle.is_just_free());
+            let stops = Told {
+                speed: 0.0,
+                reference: 0.0,
+                ..holds
+            };
+            obstacle.update(&stops, TICK, WHEEL_M);
+            assert!(!obstacle.is_just_free());
+        }
     }
 
     /// Against an obstacle the vehicle pushes hard, then less. The arm comes down so slowly that its weight alone still

@@ -49,7 +49,7 @@ impl BlockWitness {
     /// The stall in a sentence.
     pub(super) fn stall(&self) -> String {
         format!(
-            "Stall: told to drive at {:.2} m/s, the vehicle is blocked: {}; its arm leans up to {:.0} deg, its wheels' motors draw up to {:.1} A",
+            "told to drive at {:.2} m/s, the vehicle is blocked: {}; its arm leans up to {:.0} deg, its wheels' motors draw up to {:.1} A",
             self.told_m_s,
             self.obstacle(),
             self.lean_rad.to_degrees(),

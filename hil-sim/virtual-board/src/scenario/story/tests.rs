@@ -203,7 +203,7 @@ fn a_stall_tells_what_is_in_the_way_and_how_hard_the_vehicle_pushes() {
     let edge = text([blocked(|row| row.truth.slope_rad = 0.8)]);
     assert_eq!(
         edge,
-        "Stall: told to drive at 0.40 m/s, the vehicle is blocked: an edge rises at 46 deg under its wheels; \
+        "told to drive at 0.40 m/s, the vehicle is blocked: an edge rises at 46 deg under its wheels; \
          its arm leans up to 57 deg, its wheels' motors draw up to 4.0 A"
     );
     let hill = |row: &mut Row| {
@@ -284,7 +284,7 @@ fn without_the_truth_the_vehicle_s_own_findings_are_told() {
         texts,
         [
             "the wheels slide, as the vehicle finds: they turn otherwise than it moves",
-            "Stall: told to drive at 0.40 m/s, the vehicle is blocked: it finds a slope of 11.5 deg and does not come up; \
+            "told to drive at 0.40 m/s, the vehicle is blocked: it finds a slope of 11.5 deg and does not come up; \
              its arm leans up to 57 deg, its wheels' motors draw up to 4.0 A",
         ]
     );
