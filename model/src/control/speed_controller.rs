@@ -1,7 +1,6 @@
 //! The speed loop under the law that the vehicle file chooses.
 
 use super::LawOutput;
-use super::ballast_plan::Pivot;
 use super::landing::LandingLaw;
 use super::speed::{SpeedInput, SpeedTerms};
 use super::swing_damped::SwingDampedLaw;
@@ -84,12 +83,11 @@ impl SpeedController {
         }
     }
 
-    /// What the axle does in the tick decided last, for the spar on it. Eq. 3.25 does not know: the spar then rests in
-    /// itself.
-    pub fn pivot(&self, input: &SpeedInput) -> Pivot {
+    /// Acceleration of the axle in the tick decided last, g, for the spar on it. Eq. 3.25 does not know it.
+    pub fn acceleration_g(&self) -> Option<f32> {
         match self {
-            Self::SwingDamped(_) => Pivot::default(),
-            Self::Landing(law) => law.pivot(input),
+            Self::SwingDamped(_) => None,
+            Self::Landing(law) => Some(law.acceleration_g()),
         }
     }
 }

@@ -16,7 +16,6 @@ use super::refusal::SlopeRefusal;
 use super::standing::{STANDING_PACE, Unrest};
 use crate::bounded::Bounded;
 use crate::control::LawOutput;
-use crate::control::ballast_plan::Pivot;
 use crate::control::equilibrium::{ArmAngle, Equilibrium};
 use crate::control::speed::{SpeedAim, SpeedInput, SpeedTerms};
 use crate::vehicle::{G, Scales, Vehicle};
@@ -164,15 +163,9 @@ impl LandingLaw {
         self.started.then(|| self.rate_observer.slope_lesson())
     }
 
-    /// What the axle does in the tick decided last.
-    pub fn pivot(&self, input: &SpeedInput) -> Pivot {
-        let (sin_slope, cos_slope) = input.slope_sin_cos;
-        Pivot {
-            acceleration_g: self.acceleration,
-            sin_slope,
-            cos_slope,
-            arm_rate_rad_s: input.phi_rate_rad_s,
-        }
+    /// Acceleration of the axle in the tick decided last, g.
+    pub fn acceleration_g(&self) -> f32 {
+        self.acceleration
     }
 
     /// One tick: the voltage for each of the two motors within `voltage_max_v`, and its terms.
