@@ -4,6 +4,7 @@ use model::dynamics::camera::CameraParameters;
 use model::supervise::arming::Mode;
 use model::supervise::codes::FaultSet;
 use model::vehicle::GRAVITY_M_S2;
+use rayon::prelude::*;
 use virtual_board::scenario::trace::TraceRow;
 
 mod support;
@@ -84,6 +85,69 @@ fn whatever_the_operator_asks_the_spar_stays_level() {
         "spar, whatever is commanded",
         &format!(
             "{rms:.2} deg rms and {peak:.2} deg peak in steps and reversals, {shuttle_rms:.2} and {shuttle_peak:.2} deg back and forth, as the reference file has it; {hard_rms:.2} and {hard_peak:.2} deg with `comfort_s` 0 and `acceleration_max_m_s2` 6"
+        ),
+    );
+}
+
+/// While the vehicle turns on a slope, the slope along its heading changes, and with it the plane that carries the spar: the spar
+/// stays within 2 deg on the spot and at speed, in turns that last and to and fro.
+#[test]
+fn turns_on_slopes_leave_the_spar_level() {
+    let once = |speed_m_s: f64, yaw_rad_s: f64| {
+        format!(
+            "{{ at_s = 6.0, action = 'drive', speed_m_s = {speed_m_s:?}, yaw_rate_rad_s = {yaw_rad_s:?} }},
+             {{ at_s = 14.0, action = 'drive' }}"
+        )
+    };
+    let to_and_fro = |speed_m_s: f64, yaw_rad_s: f64, every_s: f64| -> String {
+        let steps = (0..(8.0 / every_s) as u32).map(|k| {
+            let (at_s, sign) = (6.0 + f64::from(k) * every_s, if k % 2 == 0 { 1.0 } else { -1.0 });
+            format!(
+                "{{ at_s = {at_s:?}, action = 'drive', speed_m_s = {:?}, yaw_rate_rad_s = {:?} }},",
+                sign * speed_m_s,
+                sign * yaw_rad_s
+            )
+        });
+        steps.collect()
+    };
+    let mut drives = Vec::new();
+    for slope_deg in [5.0, 10.0, 15.0, 20.0] {
+        for (speed_m_s, yaw_rad_s) in [
+            (0.0, 0.3),
+            (0.0, -2.0),
+            (0.5, 2.0),
+            (1.0, -1.5),
+            (2.0, 2.0),
+            (-1.0, -1.0),
+        ] {
+            drives.push((slope_deg, once(speed_m_s, yaw_rad_s)));
+        }
+        for (speed_m_s, yaw_rad_s, every_s) in [(1.0, 1.5, 0.4), (0.0, 1.5, 0.8), (0.5, 2.0, 1.5)] {
+            drives.push((slope_deg, to_and_fro(speed_m_s, yaw_rad_s, every_s)));
+        }
+    }
+    let levels: Vec<(f64, f64)> = drives
+        .par_iter()
+        .map(|(slope_deg, steps)| {
+            let outcome = drive(&reference(), 18.0, *slope_deg, "", steps);
+            let rows = &outcome.trace.rows[600..];
+            let (rms_deg, peak_deg, ballast_deg) = level(rows);
+            let story = format!("{slope_deg} deg, {steps}");
+            println!("{story}: {rms_deg:.2} deg rms, {peak_deg:.2} deg, ballast {ballast_deg:.0} deg");
+            let status = rows[rows.len() - 1].status;
+            assert_eq!((status.mode, status.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
+            assert!(peak_deg <= 2.0, "{story}: {peak_deg} deg");
+            (rms_deg, peak_deg)
+        })
+        .collect();
+    let most = |value: fn(&(f64, f64)) -> f64| levels.iter().map(value).fold(0.0, f64::max);
+    shown(
+        "spar, in turns on slopes of 5, 10, 15, 20 deg",
+        &format!(
+            "{:.2} deg rms and {:.2} deg peak in {} drives",
+            most(|(rms_deg, _)| *rms_deg),
+            most(|(_, peak_deg)| *peak_deg),
+            levels.len()
         ),
     );
 }

@@ -173,7 +173,10 @@ mod tests {
         ) {
             let mut controller = SparController::new(&reference(), 0.001).expect("the reference vehicle has a spar");
             let state = SparState { spar_rad, ballast_rad, spar_rate_rad_s, ballast_rate_rad_s };
-            let pivot = Pivot { acceleration_g: 0.1, sin_slope: 0.0, cos_slope: 1.0, arm_rate_rad_s: 0.5 };
+            let pivot = Pivot {
+                acceleration_g: 0.1, sin_slope: 0.1, cos_slope: 0.995, arm_rate_rad_s: 0.5, yaw_rate_rad_s: 1.0,
+                yaw_rad_s2: 4.0, sin_roll: 0.2,
+            };
             let mut unbound = controller;
             let bound = controller.step(&state, &pivot, 20.0);
             unbound.voltage_max_v = 1e6;

@@ -1,7 +1,6 @@
 //! The speed loop, with the law that the vehicle file names.
 
 use super::LawOutput;
-use super::ballast_plan::Pivot;
 use super::landing::LandingLaw;
 use super::speed::{SpeedInput, SpeedTerms};
 use super::swing_damped::SwingDampedLaw;
@@ -94,12 +93,11 @@ impl SpeedController {
         }
     }
 
-    /// The axle's motion in the most recently decided tick, for the spar's controller. Eq. 3.25 does not know this
-    /// motion and returns an axle at rest.
-    pub fn pivot(&self, input: &SpeedInput) -> Pivot {
+    /// Acceleration of the axle in the tick decided last, g, for the spar on it. Eq. 3.25 does not know it.
+    pub fn acceleration_g(&self) -> Option<f32> {
         match self {
-            Self::SwingDamped(_) => Pivot::default(),
-            Self::Landing(law) => law.pivot(input),
+            Self::SwingDamped(_) => None,
+            Self::Landing(law) => Some(law.acceleration_g()),
         }
     }
 }

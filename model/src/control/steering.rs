@@ -52,6 +52,9 @@ pub struct SteeringController {
     rate_max_rad_s: f32,
     rate_step_rad_s: f32,
     reference_rad_s: f32,
+    /// What the last tick changed of the reference.
+    reference_step_rad_s: f32,
+    ticks_per_s: f32,
     integral_v: f32,
     hold_rad: Option<f32>,
 }
@@ -89,6 +92,8 @@ impl SteeringController {
             rate_max_rad_s: control.yaw_rate_max_rad_s.bounded(0.0, stable_rad_s),
             rate_step_rad_s: control.yaw_acceleration_max_rad_s2 * dt_s,
             reference_rad_s: 0.0,
+            reference_step_rad_s: 0.0,
+            ticks_per_s: 1.0 / dt_s,
             integral_v: 0.0,
             hold_rad: None,
         }
@@ -97,6 +102,7 @@ impl SteeringController {
     /// Restarts: no turn, no integral, no captured heading.
     pub fn reset(&mut self) {
         self.reference_rad_s = 0.0;
+        self.reference_step_rad_s = 0.0;
         self.integral_v = 0.0;
         self.hold_rad = None;
     }
@@ -107,7 +113,8 @@ impl SteeringController {
     pub fn step(&mut self, input: &SteeringInput) -> LawOutput<SteeringTerms> {
         let step = self.rate_step_rad_s;
         let target = input.target_rad_s.bounded(-self.rate_max_rad_s, self.rate_max_rad_s);
-        self.reference_rad_s += (target - self.reference_rad_s).bounded(-step, step);
+        self.reference_step_rad_s = (target - self.reference_rad_s).bounded(-step, step);
+        self.reference_rad_s += self.reference_step_rad_s;
         let turning = target != 0.0 || self.reference_rad_s != 0.0;
         if turning {
             self.hold_rad = None;
@@ -138,6 +145,11 @@ impl SteeringController {
             voltage_v: limited,
             terms,
         }
+    }
+
+    /// Change of the governed yaw-rate reference in the last tick, rad/s^2.
+    pub fn reference_rad_s2(&self) -> f32 {
+        self.reference_step_rad_s * self.ticks_per_s
     }
 
     /// The governed yaw-rate reference, rad/s.

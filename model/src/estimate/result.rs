@@ -30,7 +30,7 @@ pub struct Estimate {
     pub y_m: f32,
     /// Spar angle from the vertical, rad, in the sense of phi.
     pub spar_rad: f32,
-    /// Spar rate, rad/s.
+    /// Rate of that angle, rad/s: what the spar's gyro shows, and by how much the plane tips in a turn on a slope.
     pub spar_rate_rad_s: f32,
     /// Ballast angle relative to the spar, rad.
     pub ballast_rad: f32,

@@ -74,6 +74,7 @@ pub struct TiltEstimator {
     cos: f32,
     bias_rad_s: f32,
     rate_rad_s: f32,
+    angle_rate_rad_s: f32,
     acceleration: LowPass,
     horizontal: LowPass,
     acceleration_rad_s2: f32,
@@ -108,6 +109,7 @@ impl TiltEstimator {
             cos: 1.0,
             bias_rad_s: 0.0,
             rate_rad_s: 0.0,
+            angle_rate_rad_s: 0.0,
             acceleration: LowPass::new(dt_s, ACCELERATION_TIME_CONSTANT_S),
             horizontal: LowPass::new(dt_s, axle_lag_s),
             acceleration_rad_s2: 0.0,
@@ -121,6 +123,7 @@ impl TiltEstimator {
     pub fn align(&mut self, reading: &TiltReading) {
         self.set_angle(libm::atan2f(reading.force_x_m_s2, reading.force_z_m_s2));
         self.rate_rad_s = reading.rate_rad_s - self.bias_rad_s;
+        self.angle_rate_rad_s = self.rate_rad_s;
         self.acceleration.reset(self.rate_rad_s);
         self.horizontal.reset(0.0);
     }
@@ -137,6 +140,7 @@ impl TiltEstimator {
         self.acceleration_rad_s2 = self.acceleration.update(swing);
         self.rate_rad_s = swing;
         let rate = swing + sin_roll * yaw_rate_rad_s;
+        self.angle_rate_rad_s = rate;
         let (sin, cos) = (self.sin, self.cos);
         let turn = yaw_rate_rad_s * yaw_rate_rad_s * sin;
         let x = reading.force_x_m_s2 - self.radius_m * (self.acceleration_rad_s2 - turn * cos);
@@ -167,6 +171,7 @@ impl TiltEstimator {
     /// One tick without a believable reading: the estimate keeps the angle.
     pub fn hold(&mut self) {
         self.rate_rad_s = 0.0;
+        self.angle_rate_rad_s = 0.0;
         self.acceleration.reset(0.0);
         self.acceleration_rad_s2 = 0.0;
         self.horizontal.reset(0.0);
@@ -206,7 +211,12 @@ impl TiltEstimator {
         self.cos
     }
 
-    /// The angle's rate less the bias, rad/s.
+    /// The rate of the angle itself, rad/s: the gyro's, and in a turn on a slope that of the plane which carries the body.
+    pub fn angle_rate_rad_s(&self) -> f32 {
+        self.angle_rate_rad_s
+    }
+
+    /// What the gyro shows with the bias taken out, rad/s.
     pub fn rate_rad_s(&self) -> f32 {
         self.rate_rad_s
     }

@@ -3,6 +3,7 @@
 use crate::bounded::Bounded;
 use crate::command::{Command, DriveCommand};
 use crate::control::LawOutput;
+use crate::control::ballast_plan::Pivot;
 use crate::control::spar::{SparController, SparState, SparTerms};
 use crate::control::speed::SpeedInput;
 use crate::control::speed_controller::SpeedController;
@@ -159,7 +160,7 @@ impl Laws {
             voltage_max_v: drive_max_v,
         };
         let drive = self.speed.step(&input);
-        let level = self.level(estimate, &input, supply_v);
+        let level = self.level(estimate, &sines, supply_v);
         let probe_v = self.probe_v();
         let mut limits = LimitSet::EMPTY;
         limits.insert_if(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);
@@ -193,9 +194,21 @@ impl Laws {
         if self.probe_ticks < 2 { PROBE_V } else { -PROBE_V }
     }
 
-    /// The spar law's output; 0 without a spar or after a spar fault.
-    fn level(&mut self, estimate: &Estimate, input: &SpeedInput, supply_v: f32) -> LawOutput<SparTerms> {
-        let pivot = self.speed.pivot(input);
+    /// What the spar law asks for; nothing without a spar or after a spar fault.
+    fn level(&mut self, estimate: &Estimate, sines: &Sines, supply_v: f32) -> LawOutput<SparTerms> {
+        // Under a law that does not know what the axle does, the spar rests in itself.
+        let pivot = self
+            .speed
+            .acceleration_g()
+            .map_or_else(Pivot::default, |acceleration_g| Pivot {
+                acceleration_g,
+                sin_slope: sines.slope.0,
+                cos_slope: sines.slope.1,
+                arm_rate_rad_s: estimate.phi_rate_rad_s,
+                yaw_rate_rad_s: estimate.yaw_rate_rad_s,
+                yaw_rad_s2: self.steering.reference_rad_s2(),
+                sin_roll: sines.roll,
+            });
         match &mut self.spar {
             Some(spar) if !self.spar_off => spar.step(&spar_state(estimate), &pivot, supply_v),
             _ => LawOutput::default(),

@@ -205,7 +205,7 @@ impl Estimator {
         let (spar_rad, spar_rate_rad_s) = self
             .spar
             .as_ref()
-            .map_or((0.0, 0.0), |s| (s.angle_rad(), s.rate_rad_s()));
+            .map_or((0.0, 0.0), |s| (s.angle_rad(), s.angle_rate_rad_s()));
         if posture.idle {
             // An idle ballast hangs straight down: its angle from the vertical is 0.
             self.ballast_offset_rad = -spar_rad - sensed.ballast_turned_rad;

@@ -17,7 +17,6 @@ use super::refusal::SlopeRefusal;
 use super::standing::{STANDING_PACE, Unrest};
 use crate::bounded::Bounded;
 use crate::control::LawOutput;
-use crate::control::ballast_plan::Pivot;
 use crate::control::equilibrium::{ArmAngle, Equilibrium};
 use crate::control::speed::{SpeedAim, SpeedInput, SpeedTerms};
 use crate::vehicle::{G, Scales, Vehicle};
@@ -151,15 +150,9 @@ impl LandingLaw {
         self.started.then(|| self.rate_observer.slope_lesson())
     }
 
-    /// The axle's motion in the most recently decided tick.
-    pub fn pivot(&self, input: &SpeedInput) -> Pivot {
-        let (sin_slope, cos_slope) = input.slope_sin_cos;
-        Pivot {
-            acceleration_g: self.acceleration,
-            sin_slope,
-            cos_slope,
-            arm_rate_rad_s: input.phi_rate_rad_s,
-        }
+    /// Acceleration of the axle in the tick decided last, g.
+    pub fn acceleration_g(&self) -> f32 {
+        self.acceleration
     }
 
     /// One tick: returns the voltage of each drive motor, within `voltage_max_v`, and its terms.
