@@ -11,7 +11,7 @@ use model::command::Request;
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, Fault};
 
-use crate::support::{BATTERY_V, blocks_alone, firmware, log_has, open, powered_part, ready};
+use crate::support::{BATTERY_V, Operator, blocks_alone, firmware, log_has, open, powered_part, ready};
 
 /// The RAM as the part has it: AXI SRAM and DTCM.
 const RAM: [(u64, usize); 2] = [(0x2400_0000, 512 * 1024), (0x2000_0000, 128 * 1024)];
@@ -184,6 +184,38 @@ fn a_supply_that_falls_is_a_break_until_it_is_cleared() {
     board.request(Request::ClearFaults);
     // The wheels on the bench coast.
     board.run(3000);
+    board.arm();
+    assert!(!open(&mut board));
+}
+
+/// The system's break alone, while nothing is driven: the supply falls for a moment. No other flag rises and no output
+/// goes off, so that only the system's flag tells; on the part it must be cleared before the outputs can be enabled again
+/// (RM0433 38.4.5).
+#[test]
+fn a_systems_break_blocks_arming_until_it_is_cleared() {
+    /// Status registers of TIM1 and TIM8, and their flag of the system's break (SBIF).
+    const STATUS: [u64; 2] = [0x4001_0010, 0x4001_0410];
+    const SYSTEM_BREAK: u32 = 1 << 13;
+    let mut board = ready();
+    let flags = |board: &mut Operator| {
+        STATUS.map(|register| {
+            let status = board.emulation.at(move |stopped| stopped.register(register));
+            status.expect("it runs").expect("the register answers") & SYSTEM_BREAK
+        })
+    };
+    board.act(|board, now| board.set_supply(now, 2_700));
+    board.run(50);
+    board.act(|board, now| board.set_supply(now, 3_300));
+    board.run(50);
+    assert_eq!(flags(&mut board), [SYSTEM_BREAK; 2]);
+    board.command = Some((0.0, 0.0));
+    board.run(100);
+    board.request(Request::Arm);
+    let status = &board.status().vehicle;
+    assert_eq!(status.mode, Mode::Disarmed);
+    assert_eq!(status.blockers.iter().collect::<Vec<_>>(), [Blocker::BridgeBreak]);
+    board.request(Request::ClearFaults);
+    assert_eq!(flags(&mut board), [0; 2]);
     board.arm();
     assert!(!open(&mut board));
 }
