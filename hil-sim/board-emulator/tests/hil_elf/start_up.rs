@@ -1,6 +1,6 @@
 //! Start-up: what power-up leaves in the RAM, the clock that is missing or stops, the self-test.
 
-use board_emulator::board::PartSetup;
+use board_emulator::board::{BridgeBreak, PartSetup};
 use board_emulator::run::{Emulation, EmulationSettings};
 use board_emulator::time::{MS, US};
 use board_emulator::vehicle::BenchVehicle;
@@ -295,52 +295,59 @@ fn each_item_of_the_self_test_is_logged() {
 #[test]
 fn each_item_of_the_self_test_blocks_arming() {
     let good = PartSetup::default();
+    let brown_out = |brown_out_level| PartSetup {
+        brown_out_level,
+        ..good
+    };
+    let revision = |revision| PartSetup { revision, ..good };
+    let swapped = PartSetup {
+        banks_swapped: true,
+        ..good
+    };
     for (part, blocker) in [
-        (
-            PartSetup {
-                brown_out_level: 0,
-                ..good
-            },
-            Blocker::BoardOptions,
-        ),
-        (
-            PartSetup {
-                brown_out_level: 2,
-                ..good
-            },
-            Blocker::BoardOptions,
-        ),
-        (
-            PartSetup {
-                writable_sectors: 0x7F,
-                ..good
-            },
-            Blocker::BoardOptions,
-        ),
-        (
-            PartSetup {
-                banks_swapped: true,
-                ..good
-            },
-            Blocker::BoardOptions,
-        ),
-        (
-            PartSetup {
-                revision: 0x1003,
-                ..good
-            },
-            Blocker::PartRevision,
-        ),
-        (
-            PartSetup {
-                revision: 0x2001,
-                ..good
-            },
-            Blocker::PartRevision,
-        ),
+        (brown_out(0), Blocker::BoardOptions),
+        (brown_out(2), Blocker::BoardOptions),
+        (swapped, Blocker::BoardOptions),
+        (revision(0x1003), Blocker::PartRevision),
+        (revision(0x2001), Blocker::PartRevision),
     ] {
         let mut board = powered_part(part, &[]);
         println!("{part:?}");
         blocks_alone(&mut board, blocker);
+    }
+}
+
+/// A sector that firmware or boot loader writes is protected, of every kind that either writes: in bank 1 the running image's
+/// first and last, in bank 2 the arrived image's, the kept image's, the fault history's and the parameters'.
+#[test]
+fn a_protected_sector_that_is_written_blocks_arming() {
+    for writable_sectors in [
+        [0xFD, 0xFF],
+        [0xFB, 0xFF],
+        [0xFF, 0xFE],
+        [0xFF, 0xFB],
+        [0xFF, 0xEF],
+        [0xFF, 0xBF],
+        [0xFF, 0x7F],
+    ] {
+        let part = PartSetup {
+            writable_sectors,
+            ..PartSetup::default()
+        };
+        println!("{writable_sectors:#04x?}");
+        blocks_alone(&mut powered_part(part, &[]), Blocker::BoardOptions);
+    }
+}
+
+/// A break of a bridges' timer that does nothing when software asks for it: each of the three that the bridges have.
+#[test]
+fn a_break_that_does_nothing_blocks_arming() {
+    for (timer, nth) in [(0, 0), (1, 0), (1, 1)] {
+        let part = PartSetup {
+            deaf_break: Some(BridgeBreak { timer, nth }),
+            ..PartSetup::default()
+        };
+        println!("{:?}", part.deaf_break);
+        blocks_alone(&mut powered_part(part, &[]), Blocker::BreakPath);
     }
 }
