@@ -89,8 +89,9 @@ impl Write for Text {
 
 /// Opens the bridges, then stores the message, then resets the part.
 fn die(message: fmt::Arguments<'_>) -> ! {
-    bridges::open_all();
+    // Interrupts first: a task of higher priority could close a bridge again after it was opened.
     cortex_m::interrupt::disable();
+    bridges::open_all();
     let mut text = Text {
         bytes: [0; TEXT_BYTES],
         length: 0,

@@ -10,6 +10,8 @@ pub struct SystemReset;
 
 impl Restart for SystemReset {
     fn restart(&mut self) -> ! {
+        // As when the firmware dies: no task closes a bridge in between.
+        cortex_m::interrupt::disable();
         bridges::open_all();
         SCB::sys_reset();
     }

@@ -19,9 +19,9 @@ pub fn in_sequence(mut channels: [u8; ANALOG_INPUTS]) -> [u8; ANALOG_INPUTS] {
     channels
 }
 
-/// The DMA lost a word of the converter.
+/// No reading: the DMA lost a word of the converter, or the converter does not stop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
-pub struct LostWord;
+pub struct NoReading;
 
 /// The DMA's end of the sequence.
 pub struct Conversions {

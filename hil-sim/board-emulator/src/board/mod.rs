@@ -7,7 +7,7 @@ mod imu;
 mod pins;
 mod wire;
 
-pub use crate::part::{MemoryFault, Part, PartSetup};
+pub use crate::part::{BridgeBreak, MemoryFault, Part, PartSetup};
 pub use drive_board::{DriveBoard, INSTRUCTIONS_PER_SECOND};
 pub use pins::{BridgeOutput, ImuSensed, MOTORS, SensedAtPins};
 pub use wire::LinkLine;

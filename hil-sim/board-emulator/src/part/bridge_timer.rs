@@ -15,6 +15,7 @@ use rigless::soc::stm32h743::peripherals::rcc::CLOCK_FAILURE;
 use rigless::soc::stm32h743::peripherals::tim::{ADVANCED_TIMERS, Advanced, BreakInput, BreakSource, Channel, Tim};
 use rigless::time::{EventId, VirtualNanos};
 
+use super::setup::BridgeBreak;
 use super::waveform::{CHANNELS, PwmShape, PwmWaveform};
 
 /// How long after a change of the break input the model's events are let through, in ns: longer than any setting of the
@@ -34,6 +35,8 @@ const SIXTH_REFERENCE: u64 = 0b1001;
 const PWM_1: u64 = 0b0110;
 /// Software's update event in EGR.
 const UPDATE: u64 = 1;
+/// Software's breaks in EGR: BG, B2G.
+const SOFTWARE_BREAKS: [u64; 2] = [1 << 7, 1 << 8];
 
 /// TIM1 or TIM8.
 #[derive(Debug)]
@@ -45,17 +48,20 @@ pub struct BridgeTimer {
     waveform: PwmWaveform,
     /// Writes of a waiting compare value that the end of a period could have parted from the others.
     pub unheld_writes: u64,
+    /// Bits of EGR that do nothing.
+    deaf: u64,
 }
 
 rigless::store!(BridgeTimer {
     values: [model, events_until, waveform, unheld_writes],
     parts: [],
-    built: []
+    built: [deaf]
 });
 
 impl BridgeTimer {
-    /// TIM1 for 0, TIM8 for 1, out of reset.
-    pub fn new(nth: usize) -> Self {
+    /// TIM1 for 0, TIM8 for 1, out of reset; `deaf` is a break that does not hear software, if there is one.
+    pub fn new(nth: usize, deaf: Option<BridgeBreak>) -> Self {
+        let deaf = deaf.filter(|deaf| deaf.timer == nth);
         Self {
             model: Tim::with_clock(UNSET_CLOCK_HZ, ADVANCED_TIMERS[nth])
                 .breaks_on(CLOCKS, CLOCK_FAILURE)
@@ -63,6 +69,7 @@ impl BridgeTimer {
             events_until: 0,
             waveform: PwmWaveform::default(),
             unheld_writes: 0,
+            deaf: deaf.map_or(0, |deaf| SOFTWARE_BREAKS[deaf.nth]),
         }
     }
 
@@ -166,7 +173,12 @@ impl Device for BridgeTimer {
         if compares.contains(&register) && shape_before.runs && !shape_before.held {
             self.unheld_writes += 1;
         }
-        self.model.write(register, value, file, context);
+        let heard = if register == Register::Egr {
+            value & !self.deaf
+        } else {
+            value
+        };
+        self.model.write(register, heard, file, context);
         let restarted = register == Register::Egr && value & UPDATE != 0;
         self.waveform.reshape(context.now().0, shape(file), restarted);
     }

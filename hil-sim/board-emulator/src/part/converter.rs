@@ -81,6 +81,8 @@ pub struct TriggeredConverter {
     waits: bool,
     /// The model converts.
     converting: bool,
+    /// Software's word to stop does nothing.
+    jammed: bool,
     /// When the sequence begins that the next trigger starts.
     begins: Option<EventId>,
     /// Voltages of the pins, but for the ripple, in mV.
@@ -92,7 +94,7 @@ pub struct TriggeredConverter {
 
 rigless::store!(TriggeredConverter {
     values: [
-        model, clock_hz, trigger, waits, converting, begins, millivolts, ripples, waveforms
+        model, clock_hz, trigger, waits, converting, jammed, begins, millivolts, ripples, waveforms
     ],
     parts: [],
     built: []
@@ -107,6 +109,7 @@ impl TriggeredConverter {
             trigger: 0,
             waits: false,
             converting: false,
+            jammed: false,
             begins: None,
             millivolts: [0; CHANNELS],
             ripples: [None; CHANNELS],
@@ -123,6 +126,11 @@ impl TriggeredConverter {
     pub fn set_input(&mut self, channel: u8, millivolts: u32, ripple: Option<RippleSource>) {
         self.millivolts[usize::from(channel)] = millivolts;
         self.ripples[usize::from(channel)] = ripple;
+    }
+
+    /// Whether the converter goes on whatever software says, until it is told to stop once more after that.
+    pub fn jam(&mut self, jammed: bool) {
+        self.jammed = jammed;
     }
 
     /// What the bridges' timers do, before each access.
@@ -175,7 +183,9 @@ impl TriggeredConverter {
     /// CR as written: the model hears of a start when a trigger comes.
     fn write_control(&mut self, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         let mut passed = value;
-        if cr::ADSTP.is_set(value) {
+        if cr::ADSTP.is_set(value) && self.jammed {
+            passed = cr::ADSTP.set(cr::ADSTART.set(passed, u64::from(self.converting)), 0);
+        } else if cr::ADSTP.is_set(value) {
             self.waits = false;
             self.begins = None;
             if !self.converting {

@@ -123,7 +123,7 @@ impl Part {
         let clocks_slot = bus.slot("RCC")?;
         Ok(Self {
             h7,
-            bridge_timers: std::array::from_fn(BridgeTimer::new),
+            bridge_timers: std::array::from_fn(|nth| BridgeTimer::new(nth, setup.deaf_break)),
             timers: std::array::from_fn(GeneralTimer::new),
             converter: TriggeredConverter::new(),
             multiplexer: RequestMultiplexer::new()?,

@@ -12,4 +12,4 @@ mod waveform;
 
 pub use converter::RippleSource;
 pub use mcu::Part;
-pub use setup::{MemoryFault, PartSetup};
+pub use setup::{BridgeBreak, MemoryFault, PartSetup};

@@ -48,6 +48,15 @@ impl MemoryFault {
     }
 }
 
+/// A break of a bridges' timer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BridgeBreak {
+    /// The timer: TIM1 for 0, TIM8 for 1.
+    pub timer: usize,
+    /// Its break: BRK for 0, BRK2 for 1.
+    pub nth: usize,
+}
+
 /// What a part is like before the firmware starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PartSetup {
@@ -55,8 +64,10 @@ pub struct PartSetup {
     pub external_clock: bool,
     /// Brown-out level of the option bytes, 0 to 3.
     pub brown_out_level: u8,
-    /// Sectors of bank 2 that are not write-protected, a bit each.
-    pub writable_sectors: u8,
+    /// Sectors of each bank that are not write-protected, a bit each.
+    pub writable_sectors: [u8; 2],
+    /// A break that does nothing when software asks for it, if there is one.
+    pub deaf_break: Option<BridgeBreak>,
     /// The option bytes swap the banks. The emulated part tells so, and swaps nothing.
     pub banks_swapped: bool,
     /// Where the core finds its vectors after a reset: the boot loader's, or the firmware's for a start without it. The option
@@ -74,7 +85,8 @@ impl Default for PartSetup {
         Self {
             external_clock: true,
             brown_out_level: 3,
-            writable_sectors: u8::MAX,
+            writable_sectors: [u8::MAX; 2],
+            deaf_break: None,
             banks_swapped: false,
             boot_address: FLASH_START,
             revision: 0x2003,
@@ -100,7 +112,7 @@ impl PartSetup {
         let options = OptionBytes {
             optsr: factory.optsr & !(3 << BROWN_OUT_SHIFT) | level | u64::from(self.banks_swapped) << SWAP_SHIFT,
             boot: factory.boot & !BOOT_PIN_LOW | u64::from(self.boot_address >> 16),
-            wpsn: [factory.wpsn[0], u64::from(self.writable_sectors)],
+            wpsn: self.writable_sectors.map(u64::from),
             ..factory
         };
         flash.keep_options(options, registers);

@@ -192,6 +192,27 @@ fn register(board: &mut Operator, address: u64) -> u32 {
     value.expect("it runs").expect("the register answers")
 }
 
+/// The converter does not stop when it is told to: no reading comes any more, the vehicle stops and cannot be armed, and the
+/// control task, which the task of the inputs could hold up, lives on. Once the converter stops, the readings are back.
+#[test]
+fn a_converter_that_does_not_stop_is_told_and_hangs_nothing() {
+    let mut board = ready();
+    board.arm();
+    board.act(|board, _| board.part().converter.jam(true));
+    board.run(50);
+    let status = &board.status().vehicle;
+    assert!(status.faults.contains(Fault::AnalogStale), "{}", status.faults);
+    assert_ne!(status.mode, Mode::Armed);
+    // Longer than the critical tasks may be silent.
+    board.run(500);
+    let resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
+    assert_eq!(resets, []);
+    assert!(board.status().vehicle.blockers.contains(Blocker::Analog));
+    board.act(|board, _| board.part().converter.jam(false));
+    board.run(50);
+    assert!(!board.status().vehicle.blockers.contains(Blocker::Analog));
+}
+
 /// The timer sends no trigger: the last currents grow stale and are reported as stale, the vehicle stops and cannot be
 /// armed, and nothing hangs. Once the trigger is back, so are the readings.
 #[test]

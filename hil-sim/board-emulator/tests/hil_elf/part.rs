@@ -70,7 +70,7 @@ fn a_low_supply_refuses_to_store() {
 fn a_protected_sector_ends_in_an_answer() {
     let mut board = powered_part(
         PartSetup {
-            writable_sectors: 0x0F,
+            writable_sectors: [0xFF, 0x0F],
             ..PartSetup::default()
         },
         &[],

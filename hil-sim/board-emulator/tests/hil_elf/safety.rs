@@ -202,8 +202,9 @@ fn a_fault_opens_the_bridges_and_its_message_outlives_the_reset() {
     let opened = first_open(&mut board, faulted_at, 5 * MS, 20 * US);
     println!("bridges open {} us after the patch", (opened - faulted_at) / US);
     assert!(opened - faulted_at <= 1100 * US);
-    // Then the message is written, and the part resets itself.
-    let mut resets = Vec::new();
+    // It is the firmware that opens them: the reset, which would, comes only after the message is written.
+    let mut resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");
+    assert_eq!(resets, [], "the bridges are open before the reset");
     while resets.is_empty() && board.emulation.now() < opened + 5 * MS {
         board.emulation.run_for(100 * US).expect("it runs");
         resets = board.emulation.at(|stopped| stopped.resets()).expect("it runs");

@@ -1,6 +1,6 @@
 //! Start-up: what power-up leaves in the RAM, the clock that is missing or stops, the self-test.
 
-use board_emulator::board::PartSetup;
+use board_emulator::board::{BridgeBreak, PartSetup};
 use board_emulator::run::{Emulation, EmulationSettings};
 use board_emulator::time::{MS, US};
 use board_emulator::vehicle::BenchVehicle;
@@ -11,7 +11,7 @@ use model::command::Request;
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, Fault};
 
-use crate::support::{BATTERY_V, blocks_alone, firmware, log_has, open, powered_part, ready};
+use crate::support::{BATTERY_V, Operator, blocks_alone, firmware, log_has, open, powered_part, ready};
 
 /// The RAM as the part has it: AXI SRAM and DTCM.
 const RAM: [(u64, usize); 2] = [(0x2400_0000, 512 * 1024), (0x2000_0000, 128 * 1024)];
@@ -188,6 +188,38 @@ fn a_supply_that_falls_is_a_break_until_it_is_cleared() {
     assert!(!open(&mut board));
 }
 
+/// The system's break alone, while nothing is driven: the supply falls for a moment. No other flag rises and no output
+/// goes off, so that only the system's flag tells; on the part it must be cleared before the outputs can be enabled again
+/// (RM0433 38.4.5).
+#[test]
+fn a_systems_break_blocks_arming_until_it_is_cleared() {
+    /// Status registers of TIM1 and TIM8, and their flag of the system's break (SBIF).
+    const STATUS: [u64; 2] = [0x4001_0010, 0x4001_0410];
+    const SYSTEM_BREAK: u32 = 1 << 13;
+    let mut board = ready();
+    let flags = |board: &mut Operator| {
+        STATUS.map(|register| {
+            let status = board.emulation.at(move |stopped| stopped.register(register));
+            status.expect("it runs").expect("the register answers") & SYSTEM_BREAK
+        })
+    };
+    board.act(|board, now| board.set_supply(now, 2_700));
+    board.run(50);
+    board.act(|board, now| board.set_supply(now, 3_300));
+    board.run(50);
+    assert_eq!(flags(&mut board), [SYSTEM_BREAK; 2]);
+    board.command = Some((0.0, 0.0));
+    board.run(100);
+    board.request(Request::Arm);
+    let status = &board.status().vehicle;
+    assert_eq!(status.mode, Mode::Disarmed);
+    assert_eq!(status.blockers.iter().collect::<Vec<_>>(), [Blocker::BridgeBreak]);
+    board.request(Request::ClearFaults);
+    assert_eq!(flags(&mut board), [0; 2]);
+    board.arm();
+    assert!(!open(&mut board));
+}
+
 /// Every encoder's input has the filter whose time the firmware's library states, and the inputs that an unplugged cable
 /// leaves open have their pull-ups: encoders, the IMUs' answers, the link.
 #[test]
@@ -263,52 +295,59 @@ fn each_item_of_the_self_test_is_logged() {
 #[test]
 fn each_item_of_the_self_test_blocks_arming() {
     let good = PartSetup::default();
+    let brown_out = |brown_out_level| PartSetup {
+        brown_out_level,
+        ..good
+    };
+    let revision = |revision| PartSetup { revision, ..good };
+    let swapped = PartSetup {
+        banks_swapped: true,
+        ..good
+    };
     for (part, blocker) in [
-        (
-            PartSetup {
-                brown_out_level: 0,
-                ..good
-            },
-            Blocker::BoardOptions,
-        ),
-        (
-            PartSetup {
-                brown_out_level: 2,
-                ..good
-            },
-            Blocker::BoardOptions,
-        ),
-        (
-            PartSetup {
-                writable_sectors: 0x7F,
-                ..good
-            },
-            Blocker::BoardOptions,
-        ),
-        (
-            PartSetup {
-                banks_swapped: true,
-                ..good
-            },
-            Blocker::BoardOptions,
-        ),
-        (
-            PartSetup {
-                revision: 0x1003,
-                ..good
-            },
-            Blocker::PartRevision,
-        ),
-        (
-            PartSetup {
-                revision: 0x2001,
-                ..good
-            },
-            Blocker::PartRevision,
-        ),
+        (brown_out(0), Blocker::BoardOptions),
+        (brown_out(2), Blocker::BoardOptions),
+        (swapped, Blocker::BoardOptions),
+        (revision(0x1003), Blocker::PartRevision),
+        (revision(0x2001), Blocker::PartRevision),
     ] {
         let mut board = powered_part(part, &[]);
         println!("{part:?}");
         blocks_alone(&mut board, blocker);
+    }
+}
+
+/// A sector that firmware or boot loader writes is protected, of every kind that either writes: in bank 1 the running image's
+/// first and last, in bank 2 the arrived image's, the kept image's, the fault history's and the parameters'.
+#[test]
+fn a_protected_sector_that_is_written_blocks_arming() {
+    for writable_sectors in [
+        [0xFD, 0xFF],
+        [0xFB, 0xFF],
+        [0xFF, 0xFE],
+        [0xFF, 0xFB],
+        [0xFF, 0xEF],
+        [0xFF, 0xBF],
+        [0xFF, 0x7F],
+    ] {
+        let part = PartSetup {
+            writable_sectors,
+            ..PartSetup::default()
+        };
+        println!("{writable_sectors:#04x?}");
+        blocks_alone(&mut powered_part(part, &[]), Blocker::BoardOptions);
+    }
+}
+
+/// A break of a bridges' timer that does nothing when software asks for it: each of the three that the bridges have.
+#[test]
+fn a_break_that_does_nothing_blocks_arming() {
+    for (timer, nth) in [(0, 0), (1, 0), (1, 1)] {
+        let part = PartSetup {
+            deaf_break: Some(BridgeBreak { timer, nth }),
+            ..PartSetup::default()
+        };
+        println!("{:?}", part.deaf_break);
+        blocks_alone(&mut powered_part(part, &[]), Blocker::BreakPath);
     }
 }

@@ -19,7 +19,7 @@ use firmware::hardware::AnalogInputs;
 use model::analog::{ANALOG_INPUTS, Analog};
 
 use super::clocks::TIMER_HZ;
-use super::stm32_registers::conversions::{Conversions, LostWord, TIM1_TRGO2, in_sequence};
+use super::stm32_registers::conversions::{Conversions, NoReading, TIM1_TRGO2, in_sequence};
 
 /// The converter's registers.
 const REGISTERS: pac::adc::Adc = pac::ADC1;
@@ -113,9 +113,9 @@ impl LeftAlignedSequence {
 const START_CYCLES: u32 = 3 * (TIMER_HZ / 1_000_000);
 
 impl AnalogInputs for LeftAlignedSequence {
-    type Error = LostWord;
+    type Error = NoReading;
 
-    async fn read(&mut self) -> Result<Analog<u16>, LostWord> {
+    async fn read(&mut self) -> Result<Analog<u16>, NoReading> {
         if self.under_way {
             self.stop();
             cortex_m::asm::delay(START_CYCLES);
@@ -126,6 +126,6 @@ impl AnalogInputs for LeftAlignedSequence {
         let lost = REGISTERS.sr().read().ovr();
         // The next trigger would start the sequence again. The converter has until the next reading to start.
         self.stop();
-        if lost { Err(LostWord) } else { Ok(readings) }
+        if lost { Err(NoReading) } else { Ok(readings) }
     }
 }

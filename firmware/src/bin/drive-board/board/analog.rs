@@ -14,7 +14,7 @@ use embassy_stm32::peripherals::ADC1;
 use firmware::hardware::AnalogInputs;
 use model::analog::{ANALOG_INPUTS, Analog};
 
-use super::stm32_registers::conversions::{Conversions, LostWord, TIM1_TRGO2, in_sequence};
+use super::stm32_registers::conversions::{Conversions, NoReading, TIM1_TRGO2, in_sequence};
 
 /// The converter's registers.
 const REGISTERS: pac::adc::Adc = pac::ADC1;
@@ -76,34 +76,49 @@ impl AnalogSequence {
         }
     }
 
-    /// Disables the converter's trigger, ends a sequence in progress, and empties the FIFO.
-    fn settle() {
+    /// Makes the converter deaf to the trigger, whatever sequence is under way, and empties its FIFO.
+    fn settle() -> Result<(), NoReading> {
         if REGISTERS.cr().read().adstart() {
             REGISTERS.cr().modify(|w| w.set_adstp(Adstp::STOP));
-            while REGISTERS.cr().read().adstart() {}
+            within_looks(|| !REGISTERS.cr().read().adstart())?;
         }
-        while REGISTERS.isr().read().eoc() {
-            let _ = REGISTERS.dr().read();
-        }
+        within_looks(|| {
+            let empty = !REGISTERS.isr().read().eoc();
+            if !empty {
+                let _ = REGISTERS.dr().read();
+            }
+            empty
+        })?;
         // Writing ones clears the flags.
         REGISTERS.isr().write(|w| {
             w.set_eos(true);
             w.set_ovr(true);
         });
+        Ok(())
     }
 }
 
-impl AnalogInputs for AnalogSequence {
-    type Error = LostWord;
+/// Most looks at a register. A converter that stops does so within a few of its cycles, and its FIFO holds a few words; as many
+/// looks take some 10 us, in which the control task has to wait.
+const LOOKS: usize = 200;
 
-    async fn read(&mut self) -> Result<Analog<u16>, LostWord> {
-        // The previous reader may have been dropped halfway.
-        Self::settle();
+/// Looks until something `is_done`; a converter that does not get there gives no reading, and holds up nobody.
+fn within_looks(is_done: impl FnMut() -> bool) -> Result<(), NoReading> {
+    let mut looks = core::iter::repeat_with(is_done).take(LOOKS);
+    if looks.any(|done| done) { Ok(()) } else { Err(NoReading) }
+}
+
+impl AnalogInputs for AnalogSequence {
+    type Error = NoReading;
+
+    async fn read(&mut self) -> Result<Analog<u16>, NoReading> {
+        // The reader before may have been dropped halfway.
+        Self::settle()?;
         let start = || REGISTERS.cr().modify(|w| w.set_adstart(true));
         let readings = self.conversions.take(start).await;
         let lost = REGISTERS.isr().read().ovr();
         // The next trigger would start the sequence again.
-        Self::settle();
-        if lost { Err(LostWord) } else { Ok(readings) }
+        Self::settle()?;
+        if lost { Err(NoReading) } else { Ok(readings) }
     }
 }
