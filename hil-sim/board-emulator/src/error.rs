@@ -13,7 +13,7 @@ pub enum Error {
         /// The operating system's reason.
         source: std::io::Error,
     },
-    /// The firmware's file is no ELF.
+    /// The firmware's file is not an ELF.
     #[error(transparent)]
     Elf(#[from] object::Error),
     /// The firmware lacks a symbol.
@@ -27,7 +27,7 @@ pub enum Error {
     /// The firmware's log cannot be decoded.
     #[error("the firmware's log: {0}")]
     Log(String),
-    /// The firmware's flight record does not have the host's layout.
+    /// The layout of the firmware's flight record differs from the host's.
     #[error("the flight record: {0}")]
     Record(String),
     /// The emulator rejects the image.
@@ -45,7 +45,7 @@ pub enum Error {
     /// A snapshot could not be taken or read back.
     #[error(transparent)]
     Snapshot(#[from] rigless::snapshot::Error),
-    /// The firmware does not fly this vehicle.
+    /// The firmware does not use this vehicle's parameters.
     #[error("the vehicle: {0}")]
     Vehicle(String),
     /// The firmware could not be built.

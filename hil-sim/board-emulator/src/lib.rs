@@ -1,7 +1,7 @@
 //! The release firmware on an emulated drive board, with a vehicle closed around it.
 //!
-//! The ELF is the one that is flashed, unmodified: start-up code, clock tree, timers, DMA, interrupts,
-//! memory layout and log are all under test.
+//! The ELF is the unmodified file that is flashed onto the board. Start-up code, clock tree, timers, DMA,
+//! interrupts, memory layout and log are all under test.
 //!
 //! | Module | Purpose | Uses |
 //! |---|---|---|
@@ -13,7 +13,7 @@
 //! | [`run`] | a run in virtual time, and scenarios driven through it | all of the above |
 //!
 //! A second of virtual time is a fixed number of instructions. The emulator therefore shows what the firmware
-//! does and when it does it in virtual time, not how long a cache miss takes.
+//! does, and when in virtual time. The emulator does not show how long a cache miss takes.
 
 pub mod board;
 pub mod elf;

@@ -35,11 +35,11 @@ enum BoardCommand {
     Serve(serve::Arguments),
 }
 
-/// Least simulated time in one go of a served board, ms: to start and to stop the emulator costs as much as half a
-/// simulated millisecond.
+/// Shortest simulated time for which a served board runs without a stop, ms. Starting and stopping the emulator costs
+/// as much as half a simulated millisecond.
 const SERVED_GO_MS: u64 = 5;
-/// Time that a served board runs before its ports open, us: the emulator translates the firmware as it first runs, and the
-/// board would seem silent meanwhile. Its records of this time are still there.
+/// Time for which a served board runs before its ports open, us. The emulator translates the firmware on its first run,
+/// and the board would seem silent meanwhile. The board's records of this time are kept.
 const STARTED_US: u64 = 300_000;
 
 fn main() -> ExitCode {
@@ -56,7 +56,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The ELF that runs, and whether it is the workspace's own.
+/// The ELF that runs, and whether the workspace built it.
 struct ChosenElf {
     given: Option<Firmware>,
 }
@@ -76,8 +76,8 @@ impl ChosenElf {
         }
     }
 
-    /// What must lie in the flash so that the firmware flies `vehicle`: nothing for the workspace's own and the vehicle
-    /// that it was built for. Which vehicle a given ELF was built for is not known.
+    /// Flash contents with which the firmware uses the parameters of `vehicle`. The workspace's own firmware needs none
+    /// for the vehicle for which it was built. For which vehicle another ELF was built is not known.
     fn contents(&self, vehicle: &Vehicle<f64>) -> Result<Vec<(u64, Vec<u8>)>, CommandError> {
         if self.given.is_none() && vehicle.parameters().cast::<f32>() == built_in::PARAMETERS {
             return Ok(Vec::new());
@@ -132,7 +132,8 @@ fn serve(arguments: &serve::Arguments) -> Result<(), CommandError> {
         |vehicle, plant| {
             let contents = elf.contents(vehicle)?;
             if !contents.is_empty() {
-                // Before anybody connects to a board that flies another vehicle than it is in.
+                // This check precedes every connection: the firmware must not use another vehicle's parameters than
+                // those of the vehicle around it.
                 takes_stored(firmware, &contents).map_err(|error| input(&error))?;
             }
             let mut backend = power_on(firmware, plant, &contents)?;

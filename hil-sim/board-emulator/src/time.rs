@@ -1,4 +1,4 @@
-//! Virtual time, which every span and instant of a run is given in.
+//! Virtual time: the unit of every span and instant of a run.
 
 /// An instant of virtual time in ns since power-up.
 pub use rigless::time::VirtualNanos as Instant;

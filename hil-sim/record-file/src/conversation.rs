@@ -1,4 +1,4 @@
-//! What a board has said over its link, kept as frames, into a file for other tools.
+//! Converts a board's messages over the link, stored as frames, into a file for other tools.
 
 use std::io::{self, Write};
 
@@ -8,11 +8,11 @@ use firmware::protocol::message::{BoardMessage, Reading};
 use crate::run::StatusStory;
 use crate::writer::{RecordFormat, RecordWriter};
 
-/// Writes what `frames` hold into an MCAP file that goes to `out`: identities, records, statuses with what they show,
-/// and the log. `vehicle` is the text of the vehicle file of the set in force. Returns the output.
+/// Writes the contents of `frames` as an MCAP file to `out`: identities, records, statuses with the events that they
+/// show, and the log. `vehicle` is the text of the vehicle file of the set in force. Returns the output.
 ///
 /// # Errors
-/// The output takes no more.
+/// The output cannot be written.
 pub fn write_mcap<W: Write>(frames: &[u8], vehicle: Option<String>, out: W) -> io::Result<W> {
     let mut out = RecordWriter::new(RecordFormat::Mcap, out);
     let (mut vehicle, mut story, mut boot) = (vehicle, StatusStory::default(), None);

@@ -1,7 +1,8 @@
-//! Records of drives as files: the link's own frames, an identity first, then blocks of records; alone, or in an MCAP file.
+//! Records of drives as files: the link's own frames (an identity first, then blocks of records),
+//! alone or in an MCAP file.
 //!
 //! This package works on bytes in memory and on any writer. It opens no file, so it also compiles for
-//! `wasm32-unknown-unknown`, and the console's page writes what the tool writes.
+//! `wasm32-unknown-unknown`, and the console's page writes the same files as the tool.
 #![forbid(unsafe_code)]
 
 use firmware::drive_board::SCALES;
@@ -22,27 +23,28 @@ pub mod writer;
 
 use log_line::LogLine;
 
-/// What was read from a file.
+/// The contents of a file.
 #[derive(Debug, Default)]
 pub struct ReadRecords {
     /// The boots of the board, in the order in which they were recorded.
     pub boots: Vec<ReadBoot>,
-    /// Blocks that are missing, by the numbers of the others.
+    /// Number of missing blocks, counted from the gaps in the blocks' numbers.
     pub lost_blocks: u32,
-    /// Frames and blocks that could not be read.
+    /// Number of frames and blocks that could not be read.
     pub unreadable: u32,
 }
 
-/// What was recorded from one boot of the board to the next.
+/// What was recorded between one boot of the board and the next.
 #[derive(Debug)]
 pub struct ReadBoot {
     /// The board that made the records, if the file says so.
     pub identity: Option<Identity>,
-    /// The vehicle in force, if the file says so: of this boot, else of the boot before or after it.
+    /// The vehicle in force, if the file contains it: the vehicle of this boot, else of the previous
+    /// or the next boot.
     pub vehicle: Option<Vehicle<f64>>,
     /// The records in order, each tick once.
     pub records: Vec<FlightRecord>,
-    /// The board's log, as far as the file has it, in order.
+    /// The lines of the board's log that the file contains, in order.
     pub log: Vec<LogLine>,
 }
 
@@ -58,10 +60,10 @@ impl ReadRecords {
     }
 }
 
-/// Why a file has no records for this program.
+/// Why this program cannot read a file's records.
 #[derive(Debug, Error)]
 pub enum ReadError {
-    /// Another protocol's: nothing in it is taken for what it is not.
+    /// The records belong to another protocol version. The reader does not guess their meaning.
     #[error("records of protocol {0}, this tool reads {PROTOCOL_VERSION}")]
     Protocol(u16),
     /// An MCAP file that was compressed after it was written.
@@ -69,15 +71,15 @@ pub enum ReadError {
         "its chunks are compressed with {0}, which this tool does not read; `mcap decompress` makes a file that it reads"
     )]
     Compressed(String),
-    /// Nothing readable in it.
+    /// Nothing in the file can be read.
     #[error("no records in it; `hil-sim drive --record` and `hil-sim link record` write such files")]
     NoRecords,
-    /// The vehicle in it is none.
+    /// The file's vehicle is not valid.
     #[error("its vehicle: {0}")]
     Vehicle(String),
 }
 
-/// Reads the bytes of a file of either kind, also of one that breaks off.
+/// Reads the bytes of a file of either kind, also of a truncated file.
 ///
 /// # Errors
 /// [`ReadError`].
@@ -101,7 +103,7 @@ pub fn parse(bytes: &[u8]) -> Result<ReadRecords, ReadError> {
     let starts: Vec<usize> = boots.iter().map(|boot| boot.start).collect();
     let mut read: Vec<ReadBoot> = boots.into_iter().map(ReadBoot::from).collect();
     if let Some(contents) = contents {
-        // What was sent behind a boot's first frame is that boot's.
+        // Everything that the board sent after a boot's first frame belongs to that boot.
         let boot_of = |frames_before: usize| starts.partition_point(|start| *start < frames_before).saturating_sub(1);
         for told in contents.log {
             read[boot_of(told.frames_before)].log.push(told.what);

@@ -1,21 +1,21 @@
-//! A line of the board's log, as files of records keep it.
+//! A line of the board's log, as files of records store it.
 
 use firmware::events::Line;
 use virtual_board::words::{event_words, is_trouble};
 
-/// How much a line of the log matters.
+/// Severity of a line of the log.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LogLevel {
-    /// What goes on.
+    /// Normal progress.
     Info,
-    /// Trouble.
+    /// A problem.
     Warning,
     /// Something failed.
     Error,
 }
 
 impl LogLevel {
-    /// The level that the firmware's log calls so.
+    /// The level that the firmware's log calls `name`.
     pub fn named(name: &str) -> Self {
         match name {
             "ERROR" => Self::Error,
@@ -28,16 +28,16 @@ impl LogLevel {
 /// A line of the board's log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LogLine {
-    /// When, us since the board's boot.
+    /// Time of the line, us since the board's boot.
     pub time_us: u64,
-    /// How much it matters.
+    /// Severity.
     pub level: LogLevel,
-    /// What happened, in words.
+    /// Text of the line.
     pub text: String,
 }
 
 impl LogLine {
-    /// A line as the link brings it.
+    /// A line as the link delivers it.
     pub fn of(line: &Line) -> Self {
         Self {
             time_us: line.time_us,
@@ -50,7 +50,7 @@ impl LogLine {
         }
     }
 
-    /// A line as the firmware's own log prints it: its time in s since boot, its level and its words.
+    /// A line as the firmware's own log prints it: time in s since boot, level and text.
     pub fn printed(line: &str) -> Self {
         let (time, rest) = line.trim_start().split_once(' ').unwrap_or(("", line));
         let (level, text) = rest.trim_start().split_once(' ').unwrap_or(("", rest));

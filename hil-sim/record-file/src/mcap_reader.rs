@@ -1,7 +1,7 @@
-//! Records out of an MCAP file, also out of one that breaks off or has spoilt bytes in it.
+//! Reads records from an MCAP file, also from a truncated or damaged file.
 //!
-//! The library's readers drop the chunk in which a file breaks off; here every whole message in it counts. What a
-//! record of MCAP means the library says.
+//! The library's readers drop the chunk in which a file breaks off. This reader returns every whole message of that
+//! chunk. The library decodes the MCAP records.
 
 use mcap::MAGIC;
 use mcap::parse_record;
@@ -11,13 +11,13 @@ use crate::log_line::LogLine;
 use crate::mcap_writer::{FRAMES_TOPIC, VEHICLE_KEY, VEHICLE_METADATA};
 use crate::messages::{LogMessage, TypedChannel};
 
-/// Bytes of a record before its body: its kind and its length.
+/// Bytes of a record before its body: kind and length.
 const HEAD: usize = 1 + 8;
-/// Bytes of a chunk before the records in it, if they are not compressed: begin, end, length, checksum, the compression's
-/// empty name, length.
+/// Bytes of an uncompressed chunk before its records: start time, end time, length, checksum, the compression's empty
+/// name, length.
 const CHUNK_HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
 
-/// What an MCAP file holds of a drive.
+/// The contents of a drive's MCAP file.
 #[derive(Debug, Default)]
 pub struct McapContents {
     /// The link's own frames, one after the other.
@@ -26,20 +26,20 @@ pub struct McapContents {
     pub vehicles: Vec<AmongFrames<String>>,
     /// The board's log.
     pub log: Vec<AmongFrames<LogLine>>,
-    /// How the chunks are compressed, where they are: no record in them is read.
+    /// Compression of the chunks, if any. Records in compressed chunks are not read.
     pub compression: Option<String>,
 }
 
-/// Something that stands among the frames.
+/// An item between the frames.
 #[derive(Debug, PartialEq, Eq)]
 pub struct AmongFrames<T> {
-    /// Bytes of the frames before it.
+    /// Number of bytes of the frames before the item.
     pub frames_before: usize,
-    /// What is told.
+    /// The item.
     pub what: T,
 }
 
-/// The contents of a file, as far as it goes; `None` if it is no MCAP file.
+/// The contents of a file up to its end or to where it breaks off. `None` if the file is not MCAP.
 pub fn contents(bytes: &[u8]) -> Option<McapContents> {
     let mut contents = McapContents::default();
     let mut channels = KnownChannels::default();
@@ -47,7 +47,7 @@ pub fn contents(bytes: &[u8]) -> Option<McapContents> {
     Some(contents)
 }
 
-/// The numbers of the channels that are read, once they are known.
+/// Numbers of the channels to read, once the file has declared them.
 #[derive(Debug, Default)]
 struct KnownChannels {
     frames: Option<u16>,
@@ -64,7 +64,7 @@ impl McapContents {
             rest = next;
             match kind {
                 op::CHUNK if !in_chunk => self.read_chunk(body, channels),
-                // The last record of a file that breaks off.
+                // The last record of a truncated file.
                 _ if body.len() < length => {}
                 op::CHANNEL | op::MESSAGE | op::METADATA => match parse_record(kind, body) {
                     Ok(Record::Channel(found)) if found.topic == FRAMES_TOPIC => channels.frames = Some(found.id),
@@ -83,7 +83,7 @@ impl McapContents {
                         let text = found.metadata.remove(VEHICLE_KEY);
                         self.vehicles.extend(text.map(|text| told(&self.frames, text)));
                     }
-                    // Of no concern here, or spoilt.
+                    // Not needed here, or damaged.
                     _ => {}
                 },
                 _ => {}

@@ -1,4 +1,4 @@
-//! Records as an MCAP file (<https://mcap.dev>), which the field's tools open: typed channels of JSON, and beside them
+//! Writes records as an MCAP file (<https://mcap.dev>), which common robotics tools open: typed channels of JSON, and
 //! the record of every tick as the link's own frames.
 
 use std::collections::BTreeMap;
@@ -13,28 +13,28 @@ use crate::messages::TypedChannel;
 
 /// The channel of the link's own frames.
 pub const FRAMES_TOPIC: &str = "/records";
-/// How its messages are encoded: each is one frame.
+/// Encoding of its messages: each message is one frame.
 const FRAMES_ENCODING: &str = "biplanar-frame";
 /// The metadata with the vehicle file of the set in force, and the key of its text.
 pub const VEHICLE_METADATA: &str = "vehicle";
 /// The key of the vehicle file's text.
 pub const VEHICLE_KEY: &str = "vehicle.toml";
 
-/// Time after which what was written must be readable whatever happens, us of the file's time.
+/// Time after which a written message must be readable whatever happens, us of the file's time.
 const FLUSH_US: u64 = 500_000;
 
-/// From which boot of the board a time counts.
+/// The boot of the board from which a time counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Since {
-    /// The one under way.
+    /// The present boot.
     ThisBoot,
-    /// The first in the file.
+    /// The first boot in the file.
     FirstBoot,
 }
 
-/// An MCAP file that is being written. It begins with its first message: a file without one stays empty.
+/// An MCAP file that is being written. The first message starts the file: a file without messages stays empty.
 pub struct McapWriter<W: Write> {
-    /// Until the file begins.
+    /// The output, until the file begins.
     out: Option<W>,
     begun: Option<Box<BegunFile<W>>>,
 }
@@ -43,13 +43,13 @@ struct BegunFile<W: Write> {
     writer: Writer<NoSeek<W>>,
     frames: Sequence,
     typed: [Sequence; TypedChannel::ALL.len()],
-    /// When the boot under way began, and the latest message, in the file's time: us since the first boot.
+    /// Start of the present boot, and time of the latest message, in the file's time: us since the first boot.
     booted_us: u64,
     latest_us: u64,
     flushed_us: u64,
 }
 
-/// A channel's number and that of its next message.
+/// A channel's number, and the number of its next message.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sequence {
     id: u16,
@@ -57,7 +57,7 @@ struct Sequence {
 }
 
 impl<W: Write> McapWriter<W> {
-    /// A file that goes to `out`.
+    /// A file written to `out`.
     pub fn new(out: W) -> Self {
         Self {
             out: Some(out),
@@ -72,11 +72,11 @@ impl<W: Write> McapWriter<W> {
         self.begun.as_deref_mut().ok_or_else(failed_before)
     }
 
-    /// The board has booted: times are those since then, and stand in the file from `booted_us` on, us since the first boot,
-    /// or behind the latest message, whichever is later. The chunk ends.
+    /// Notes a boot of the board. Following times count from this boot. In the file they start at `booted_us`, us
+    /// since the first boot, or after the latest message, whichever is later. The present chunk ends.
     ///
     /// # Errors
-    /// The output takes no more.
+    /// The output cannot be written.
     pub fn boot(&mut self, booted_us: u64) -> io::Result<()> {
         let begun = self.begun()?;
         begun.booted_us = begun.latest_us.max(booted_us);
@@ -84,10 +84,10 @@ impl<W: Write> McapWriter<W> {
         begun.writer.flush().map_err(not_written)
     }
 
-    /// Writes one frame of the link, of the time `time_us`, us since the board's boot.
+    /// Writes one frame of the link with the time `time_us`, us since the board's boot.
     ///
     /// # Errors
-    /// The output takes no more.
+    /// The output cannot be written.
     pub fn frame(&mut self, time_us: u64, frame: &[u8]) -> io::Result<()> {
         let begun = self.begun()?;
         let time_us = begun.in_file(time_us);
@@ -95,7 +95,7 @@ impl<W: Write> McapWriter<W> {
         begun.message(&header, time_us, frame).map_err(not_written)
     }
 
-    /// Writes a message of a typed channel, of the time `time_us` after the boot that `since` says.
+    /// Writes a message of a typed channel with the time `time_us`, us since the boot that `since` names.
     ///
     /// # Errors
     /// As [`McapWriter::frame`].
@@ -116,7 +116,7 @@ impl<W: Write> McapWriter<W> {
         begun.message(&header, time_us, &json).map_err(not_written)
     }
 
-    /// Writes what belongs to the file as a whole: words by their names.
+    /// Writes metadata of the whole file: texts by name.
     ///
     /// # Errors
     /// As [`McapWriter::frame`].
@@ -128,7 +128,7 @@ impl<W: Write> McapWriter<W> {
         self.begun()?.writer.write_metadata(&metadata).map_err(not_written)
     }
 
-    /// Writes the index of the file; the output.
+    /// Writes the file's index; returns the output.
     ///
     /// # Errors
     /// As [`McapWriter::frame`].
@@ -145,7 +145,7 @@ impl<W: Write> McapWriter<W> {
 }
 
 impl<W: Write> BegunFile<W> {
-    /// Chunks are cut by time, and kept in memory until they are whole: what was flushed stays readable.
+    /// Chunks end by time and stay in memory until they are whole, so everything that was flushed stays readable.
     fn begin(out: W) -> Result<Self, McapError> {
         let options = WriteOptions::new()
             .compression(None)
@@ -171,7 +171,7 @@ impl<W: Write> BegunFile<W> {
         })
     }
 
-    /// The file's time of what happened `time_us` after the boot under way.
+    /// The file's time of an event `time_us` after the present boot.
     fn in_file(&self, time_us: u64) -> u64 {
         self.booted_us.saturating_add(time_us)
     }
@@ -191,7 +191,7 @@ impl Sequence {
         Self { id, next: 0 }
     }
 
-    /// The header of the channel's next message, at `time_us` of the file's time. MCAP counts in ns.
+    /// The header of the channel's next message, at `time_us` of the file's time. MCAP times are in ns.
     fn header(&mut self, time_us: u64) -> MessageHeader {
         let sequence = self.next;
         self.next = sequence.wrapping_add(1);

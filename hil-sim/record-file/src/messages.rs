@@ -1,4 +1,4 @@
-//! What the typed channels of an MCAP file carry, as JSON, with the JSON schema of each.
+//! The messages of the typed channels of an MCAP file, as JSON, each with its JSON schema.
 
 use model::estimate::Estimate;
 use model::sample::MOTORS;
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use crate::log_line::{LogLevel, LogLine};
 
-/// The vehicle's status without the terms of the laws, which have a channel of their own.
+/// The vehicle's status without the terms of the laws, which have their own channel.
 #[derive(Debug, Serialize)]
 pub struct StatusMessage {
     tick: u32,
@@ -49,20 +49,20 @@ impl From<&Status> for StatusMessage {
     }
 }
 
-/// Something that happened.
+/// An event.
 #[derive(Debug, Default, Serialize)]
 pub struct EventMessage<'a> {
-    /// When it began, s since the board's boot.
+    /// Start of the event, s since the board's boot.
     pub at_s: f64,
-    /// How long it lasted, s; 0 for what has no length.
+    /// Duration of the event, s; 0 for an instantaneous event.
     pub for_s: f64,
-    /// What kind of thing it was, in a word.
+    /// Kind of the event, one word.
     pub kind: &'a str,
     /// What happened and why, in a sentence.
     pub text: &'a str,
 }
 
-/// A line of the log, as `foxglove.Log`, which tools of the field show as text.
+/// A line of the log, as `foxglove.Log`, which robotics tools show as text.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct LogMessage {
     timestamp: Timestamp,
@@ -125,7 +125,7 @@ pub enum TypedChannel {
     Status,
     /// The terms of the control laws, V, [`Terms`].
     Terms,
-    /// What happened, [`EventMessage`].
+    /// Events, [`EventMessage`].
     Events,
     /// The board's log, [`LogMessage`].
     Log,
@@ -155,10 +155,11 @@ impl TypedChannel {
         }
     }
 
-    /// The JSON schema of the channel's messages: made from one of them, so that the two cannot differ.
+    /// The JSON schema of the channel's messages. The schema is derived from an example message, so the
+    /// two cannot differ.
     ///
     /// # Errors
-    /// A message that is no JSON; there is none.
+    /// A message that cannot be encoded as JSON, which does not happen.
     pub fn schema(self) -> serde_json::Result<Value> {
         let status = Status::default();
         let example = match self {
@@ -173,7 +174,7 @@ impl TypedChannel {
     }
 }
 
-/// The schema of values like `example`. What may be empty is a list of names.
+/// The schema of values like `example`. A list that may be empty is a list of names.
 fn schema_of(example: &Value) -> Value {
     match example {
         Value::Null => json!({}),

@@ -1,4 +1,4 @@
-//! The records of a file through the same step again, boot by boot: each begins with a core that knows nothing.
+//! Runs a file's records through the same step again, boot by boot. Each boot begins with a new core.
 
 use std::fmt;
 
@@ -12,20 +12,20 @@ use virtual_board::records::first_field;
 /// The records of one boot, and the vehicle in force.
 #[derive(Debug)]
 pub struct BootToReplay<R> {
-    /// The vehicle that the firmware was given.
+    /// The firmware's vehicle.
     pub vehicle: Vehicle<f32>,
-    /// Its records in order.
+    /// The records in order.
     pub records: R,
 }
 
-/// Ticks that the records of a boot lack, the last one included: its replay ends before them.
+/// A range of ticks, ends included, without records in a boot. The boot's replay ends before this range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MissingTicks {
-    /// Number of the boot in the file, from 1; none in a file of one boot.
+    /// Number of the boot in the file, from 1; `None` in a file of one boot.
     pub boot: Option<usize>,
-    /// The first of them.
+    /// The first missing tick.
     pub from: u32,
-    /// The last of them.
+    /// The last missing tick.
     pub to: u32,
 }
 
@@ -42,16 +42,16 @@ impl fmt::Display for MissingTicks {
     }
 }
 
-/// The first tick whose replay drives otherwise, in the actuation's first field that differs.
+/// The first tick whose replayed actuation differs from the recorded one, and the first field that differs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReplayDifference {
     /// Number of the boot in the file, from 1.
     pub boot: usize,
     /// The tick.
     pub tick: u32,
-    /// When, us since that boot.
+    /// Time of the tick, us since that boot.
     pub time_us: u64,
-    /// What differs.
+    /// The field that differs.
     pub field: &'static str,
     /// Its value in the record.
     pub recorded: i32,
@@ -62,28 +62,28 @@ pub struct ReplayDifference {
 /// One tick of a replay.
 #[derive(Debug)]
 pub struct ReplayedTick {
-    /// Number of its boot in the file, from 1.
+    /// Number of the boot in the file, from 1.
     pub boot: usize,
-    /// What the vehicle reports.
+    /// The vehicle's status.
     pub status: Status,
-    /// Where it drives otherwise than the record.
+    /// Where the replayed actuation differs from the recorded one.
     pub difference: Option<ReplayDifference>,
 }
 
-/// A replay under way.
+/// A replay in progress.
 pub struct Replay<R> {
     boots: Vec<BootToReplay<R>>,
-    /// How many records of each boot are replayed.
+    /// Number of records of each boot to replay.
     ticks: Vec<usize>,
     missing: Vec<MissingTicks>,
-    /// The boot and the record in it that are next.
+    /// The next boot, and the next record in it.
     boot: usize,
     next: usize,
     core: Option<VehicleCore>,
 }
 
 impl<R: AsRef<[FlightRecord]>> Replay<R> {
-    /// A replay of these boots, each from its first tick up to the first tick that it lacks.
+    /// A replay of these boots, each from its first tick to its first missing tick.
     pub fn new(boots: Vec<BootToReplay<R>>) -> Self {
         let is_one = boots.len() == 1;
         let (mut ticks, mut missing) = (Vec::new(), Vec::new());
@@ -107,24 +107,24 @@ impl<R: AsRef<[FlightRecord]>> Replay<R> {
         }
     }
 
-    /// What the boots lack, at most one gap each.
+    /// Missing ticks of the boots, at most one range per boot.
     pub fn missing(&self) -> &[MissingTicks] {
         &self.missing
     }
 
-    /// How many ticks of each boot are replayed.
+    /// Number of ticks of each boot to replay.
     pub fn ticks(&self) -> &[usize] {
         &self.ticks
     }
 
-    /// The boot of the next tick, from 1; none at the end.
+    /// The boot of the next tick, from 1; `None` at the end.
     pub fn next_boot(&self) -> Option<usize> {
         let done = |boot: usize| if boot == self.boot { self.next } else { 0 };
         let mut rest = (self.boot..self.ticks.len()).filter(|boot| self.ticks[*boot] > done(*boot));
         rest.next().map(|boot| boot + 1)
     }
 
-    /// Drives the next tick; none at the end.
+    /// Replays the next tick; `None` at the end.
     pub fn step(&mut self) -> Option<ReplayedTick> {
         let number = self.next_boot()?;
         if number - 1 != self.boot {
@@ -153,7 +153,7 @@ impl<R: AsRef<[FlightRecord]>> Replay<R> {
     }
 }
 
-/// The first gap in the records of a boot: how many records stand before it, and the ticks that are missing.
+/// The first gap in the records of a boot: the number of records before the gap, and the missing ticks.
 fn gap(records: &[FlightRecord]) -> Option<(usize, u32, u32)> {
     let wrong = |(record, expected): &(&FlightRecord, u32)| record.tick != *expected;
     let whole = records.iter().zip(1..).position(|pair| wrong(&pair))?;

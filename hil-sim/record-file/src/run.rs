@@ -1,4 +1,4 @@
-//! The records of a run, with what follows from them.
+//! Writes the records of a run, with the statuses and events that follow from them.
 
 use std::io::{self, Write};
 
@@ -19,8 +19,8 @@ use crate::writer::RecordWriter;
 /// Ticks from status to status, as on the link.
 const STATUS_TICKS: u32 = 1_000_000 / TICK_US / STATUS_RATE_HZ as u32;
 
-/// The recording of a run that grows with the run. The statuses are those of a replay: what the board computed from the
-/// same samples.
+/// A recording that grows with its run. The statuses come from a replay: the board computed the same from the same
+/// samples.
 pub struct RunWriter<W: Write> {
     out: RecordWriter<W>,
     vehicle: Vehicle<f32>,
@@ -28,30 +28,31 @@ pub struct RunWriter<W: Write> {
     encoder: BlockEncoder,
     identity: Identity,
     last_tick: u32,
-    /// When the board of the next boot was switched on, us since the board's first boot, where that is known.
+    /// Instant at which the board was switched on for the next boot, us since the board's first boot, if known.
     booted_us: Option<u64>,
-    /// Time of the last line of the log, us since its boot.
+    /// Time of the log's last line, us since its boot.
     log_us: u64,
-    /// Lines of a boot of which no record has come yet.
+    /// Log lines of a boot that has no record yet.
     log_ahead: Vec<LogLine>,
-    /// The story that the statuses show, where nobody else reports what happened.
+    /// The events that the statuses show, if nobody else reports events.
     story: Option<StatusStory>,
 }
 
-/// Who reports what happened in a run.
+/// Source of a run's events.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Narrator {
-    /// The board's statuses: no more is known.
+    /// The board's statuses, without any other source.
     Statuses,
-    /// The caller, by [`RunWriter::event`].
+    /// The caller, through [`RunWriter::event`].
     Caller,
 }
 
 impl<W: Write> RunWriter<W> {
-    /// Begins the recording of a board that was given `vehicle`, and that has said who it is if there is an `identity`.
+    /// Begins the recording of a board with `vehicle` in force. `identity` is the board's identity message, if it sent
+    /// one.
     ///
     /// # Errors
-    /// A message fits no frame, or the output takes no more.
+    /// A message does not fit into a frame, or the output cannot be written.
     pub fn begin(
         mut out: RecordWriter<W>,
         vehicle: &Vehicle<f32>,
@@ -82,14 +83,14 @@ impl<W: Write> RunWriter<W> {
         })
     }
 
-    /// The board whose records come next was switched on at `booted_us`, us since the board's first boot: so long it was
-    /// off, which no record shows.
+    /// Notes that the board was switched on at `booted_us` for the following records, us since the board's first boot.
+    /// No record shows how long the board was off.
     pub fn booted_at(&mut self, booted_us: u64) {
         self.booted_us = Some(booted_us);
     }
 
-    /// The board has booted: its records, statuses and log begin anew, with this vehicle in force. A board that does not say
-    /// who it is counts as the one before.
+    /// Notes a boot of the board: records, statuses and log start again, with this vehicle in force. A board without
+    /// an identity counts as the previous board.
     ///
     /// # Errors
     /// As [`RunWriter::begin`].
@@ -112,7 +113,7 @@ impl<W: Write> RunWriter<W> {
             .try_for_each(|line| self.log(line))
     }
 
-    /// Writes what the boot that ends has not been written of.
+    /// Writes the rest of the boot that ends.
     fn end_boot(&mut self) -> io::Result<()> {
         let mut last = None;
         self.encoder.flush(|block| last = Some(block.clone()));
@@ -121,7 +122,7 @@ impl<W: Write> RunWriter<W> {
         events.iter().try_for_each(|event| self.out.event(event))
     }
 
-    /// Takes the record of the next tick. A tick that goes back is one of the next boot.
+    /// Takes the record of the next tick. A tick number that goes back belongs to the next boot.
     ///
     /// # Errors
     /// As [`RunWriter::begin`].
@@ -148,7 +149,7 @@ impl<W: Write> RunWriter<W> {
         story.add(&status).iter().try_for_each(|event| self.out.event(event))
     }
 
-    /// Takes something that happened, with its time since the first boot.
+    /// Takes an event, with its time since the first boot.
     ///
     /// # Errors
     /// As [`RunWriter::begin`].
@@ -156,7 +157,8 @@ impl<W: Write> RunWriter<W> {
         self.out.event_of_run(event)
     }
 
-    /// Takes a line of the firmware's log. One whose time goes back is of the next boot, and waits for its records.
+    /// Takes a line of the firmware's log. A line whose time goes back belongs to the next boot, and waits for that
+    /// boot's records.
     ///
     /// # Errors
     /// As [`RunWriter::begin`].
@@ -169,13 +171,13 @@ impl<W: Write> RunWriter<W> {
         self.out.log(line)
     }
 
-    /// Completes the recording; its output.
+    /// Completes the recording; returns the output.
     ///
     /// # Errors
     /// As [`RunWriter::begin`].
     pub fn finish(mut self) -> io::Result<W> {
         while !self.log_ahead.is_empty() {
-            // The run has ended before its first record.
+            // The run ended before its first record.
             let vehicle = self.vehicle;
             self.boot(&vehicle, None)?;
         }
@@ -184,8 +186,8 @@ impl<W: Write> RunWriter<W> {
     }
 }
 
-/// Writes a whole run into `out`, boot by boot, each with the vehicle of its place in `vehicles`, the last of which counts for
-/// all further ones, and each line of its log with the ticks of its time; its output.
+/// Writes a whole run to `out`, boot by boot; returns the output. Each boot has the vehicle at its index in
+/// `vehicles`; the last vehicle applies to all further boots. Each log line is written with the ticks of its time.
 ///
 /// # Errors
 /// As [`RunWriter::begin`].
@@ -210,23 +212,23 @@ pub fn write_run<W: Write>(out: RecordWriter<W>, vehicles: &[Vehicle<f32>], boot
     writer.finish()
 }
 
-/// The story that a board's statuses show: it takes nothing from elsewhere.
+/// The events that a board's statuses show, without any other source.
 #[derive(Debug, Default)]
 pub struct StatusStory(Story);
 
 impl StatusStory {
-    /// Takes the next status. Returns the events that it shows.
+    /// Takes the next status; returns the events that it shows.
     pub fn add(&mut self, status: &Status) -> &[StoryEvent] {
         self.0.add(Sight { status, truth: None });
         self.0.new_events()
     }
 
-    /// What was under way to the end of a boot, or of the recording; then nothing is.
+    /// Ends the events in progress at the end of a boot, or of the recording, and returns them.
     pub fn end(&mut self) -> Vec<StoryEvent> {
         std::mem::take(&mut self.0).under_way()
     }
 
-    /// The event of a board that has started anew.
+    /// The event of a board that has restarted.
     pub fn restart(&self) -> StoryEvent {
         StoryEvent {
             at_s: 0.0,

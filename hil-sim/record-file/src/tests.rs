@@ -20,7 +20,7 @@ fn vehicle() -> Vehicle<f32> {
     Vehicle::new(vehicle.parameters().cast::<f32>()).expect("good")
 }
 
-/// A log with a line before the first tick, one of trouble in between, and one at the end.
+/// A log with a line before the first tick, a warning in between, and a line at the end.
 fn log() -> Vec<LogLine> {
     [
         (0, LogLevel::Info),
@@ -68,10 +68,10 @@ fn records_come_back_and_what_is_missing_is_counted() {
     assert_eq!((read.lost_blocks, read.unreadable), (0, 0));
     assert_eq!(all(&read), records);
     assert!(read.boots[0].identity.is_some());
-    // Cut off in the middle, as by a full disk: what was written before is there.
+    // The file is cut off in the middle, as by a full disk. Everything written before is present.
     let cut = RecordFile::parse(&bytes[..bytes.len() / 2]);
     assert!(all(&cut).len() > 500 && records.starts_with(&all(&cut)));
-    // A byte that fell over costs its block, and the next block's number shows the loss.
+    // A changed byte costs its block, and the next block's number shows the loss.
     let mut spoilt = bytes.clone();
     let middle = bytes.len() / 2;
     spoilt[middle] ^= 0x55;
@@ -80,7 +80,7 @@ fn records_come_back_and_what_is_missing_is_counted() {
     assert!(all(&RecordFile::parse(b"no records at all")).is_empty());
 }
 
-/// However far a file got, the records up to there come back: every whole frame of them.
+/// Wherever a file is cut off, the reader returns every whole frame before the cut.
 #[test]
 fn a_cut_mcap_file_is_read_as_far_as_it_goes() {
     let (records, bytes) = file(RecordFormat::Mcap);
@@ -95,7 +95,7 @@ fn a_cut_mcap_file_is_read_as_far_as_it_goes() {
         whole.log.iter().map(|told| told.what.clone()).collect::<Vec<_>>(),
         log()
     );
-    // Where the frames begin and end in the file: each is there once its last byte is.
+    // Ends of the frames in the file: a frame is present once its last byte is present.
     let mut ends = Vec::new();
     let mut from = 0;
     for frame in whole.frames.split_inclusive(|byte| *byte == 0) {
@@ -103,7 +103,7 @@ fn a_cut_mcap_file_is_read_as_far_as_it_goes() {
         from += found.expect("as written") + frame.len();
         ends.push((from, frame.len()));
     }
-    // Some bytes a record, 480 a block.
+    // A few bytes per record, 480 per block.
     assert!(ends.len() > 10, "{}", ends.len());
     for cut in (0..bytes.len()).step_by(997).chain(bytes.len() - 40..bytes.len()) {
         let Some(read) = contents(&bytes[..cut]) else {
@@ -120,7 +120,7 @@ fn a_cut_mcap_file_is_read_as_far_as_it_goes() {
     }
 }
 
-/// Whatever a byte becomes, reading ends, and what comes back is what was recorded.
+/// With any byte changed, reading ends, and the reader returns only what was recorded.
 #[test]
 fn a_spoilt_mcap_file_ends_and_invents_nothing() {
     let (records, bytes) = file(RecordFormat::Mcap);
@@ -135,7 +135,7 @@ fn a_spoilt_mcap_file_ends_and_invents_nothing() {
     }
 }
 
-/// The library's own reader agrees: every message in a whole file, and the index over them.
+/// The library's own reader agrees on every message of a whole file, and on the file's index.
 #[test]
 fn the_reader_of_the_library_finds_every_message() {
     let (_, bytes) = file(RecordFormat::Mcap);
@@ -147,7 +147,7 @@ fn the_reader_of_the_library_finds_every_message() {
     assert_eq!((count("/status"), count("/terms")), (199, 199));
     assert!(count("/records") > 10);
     assert_eq!(count("/log"), log().len());
-    // In the order of their times, but for what has no time of its own: blocks, whose first tick counts.
+    // Messages are in the order of their times, except blocks, which have the time of their first tick.
     let times: Vec<u64> = messages.iter().map(|message| message.log_time).collect();
     let log_times = messages
         .iter()
@@ -172,7 +172,7 @@ fn the_reader_of_the_library_finds_every_message() {
     let summary = mcap::Summary::read(&bytes).expect("good").expect("there");
     let counted = summary.stats.expect("there").message_count;
     assert_eq!(counted, messages.len() as u64);
-    // Half a second each; before them the channels, and the identity, each of which metadata ends.
+    // Each chunk has half a second. Before them come the channels and the identity, each ended by metadata.
     assert_eq!(summary.chunk_indexes.len(), 2 + 4);
 }
 
@@ -188,7 +188,7 @@ fn a_name_says_what_kind_of_file_it_is() {
     }
 }
 
-/// Lines of the log with these times, us, the first of which has this number.
+/// Lines of the log at these times, us; the first line has this number.
 fn block(first: u32, times_us: impl IntoIterator<Item = u64>) -> LogBlock {
     let event = Event::Mode(Mode::Armed);
     LogBlock {
@@ -197,7 +197,7 @@ fn block(first: u32, times_us: impl IntoIterator<Item = u64>) -> LogBlock {
     }
 }
 
-/// The log in a file of frames: each line once, whatever was asked twice, and that of the next boot behind it.
+/// The log in a file of frames: each line once, even if it was requested twice, followed by the log of the next boot.
 #[test]
 fn a_log_that_came_over_the_link_is_in_a_file_of_frames() {
     let mut out = RecordWriter::new(RecordFormat::Frames, Vec::new());
@@ -214,7 +214,7 @@ fn a_log_that_came_over_the_link_is_in_a_file_of_frames() {
         .map(|line| line.time_us)
         .collect();
     assert_eq!(times, [10, 20, 30, 10, 20, 30]);
-    // The same conversation as MCAP has each line as often as the board sent it.
+    // As MCAP, the same conversation has each line as often as the board sent it.
     let mcap = conversation::write_mcap(&frames, None, Vec::new()).expect("written");
     let log = contents(&mcap).expect("MCAP").log;
     assert_eq!(log.len(), 8);
@@ -226,7 +226,7 @@ fn a_log_that_came_over_the_link_is_in_a_file_of_frames() {
     );
 }
 
-/// A boot of the board with these ticks, and a line of its log at the end of each second.
+/// A boot of the board with these ticks, and a log line at the end of each second.
 fn boot(number: u32, ticks: u32) -> ReadBoot {
     let records = (1..=ticks).map(|tick| {
         let mut record = FlightRecord::NONE;
@@ -247,7 +247,8 @@ fn boot(number: u32, ticks: u32) -> ReadBoot {
     }
 }
 
-/// Boots stay apart in either kind of file: each with its own records, vehicle and log, and the times of an MCAP file go on.
+/// Boots stay separate in either kind of file, each with its own records, vehicle and log. The times of an MCAP file
+/// continue across boots.
 #[test]
 fn boots_stay_apart() {
     let told = [boot(7, 2500), boot(3, 1500), boot(9, 3000)];
@@ -300,13 +301,13 @@ fn boots_stay_apart() {
             let at_s = message.log_time as f64 * 1e-9;
             boots.push(begins_s.iter().filter(|begin_s| at_s > **begin_s).count());
         }
-        // What is written of one boot stands before what is written of the next, in the file and in its time.
+        // Everything of one boot precedes everything of the next boot, in the file and in its time.
         assert!(boots.is_sorted(), "{boots:?}");
     }
 }
 
-/// Where the identity between two boots is lost, a tick that goes back shows the boot. Where a board says again who it
-/// is, in the same boot, what it sends again counts once.
+/// If the identity between two boots is lost, a tick number that goes back shows the boot. If a board repeats its
+/// identity in the same boot, repeated records count once.
 #[test]
 fn a_boot_is_told_from_a_board_that_speaks_again() {
     let frames = |boots: &[ReadBoot]| {

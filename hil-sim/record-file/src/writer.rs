@@ -1,4 +1,4 @@
-//! A recording under way, in either kind of file.
+//! A recording in progress, in either kind of file.
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
@@ -15,17 +15,17 @@ use crate::log_line::LogLine;
 use crate::mcap_writer::{McapWriter, Since, VEHICLE_KEY, VEHICLE_METADATA};
 use crate::messages::{EventMessage, LogMessage, StatusMessage, TypedChannel};
 
-/// What kind of file holds a recording.
+/// Kind of a recording's file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RecordFormat {
-    /// The link's own frames, one after the other: the record of every tick, and the log where it came over the link.
+    /// The link's own frames, one after the other: the record of every tick, and the log if it came over the link.
     Frames,
-    /// MCAP: status, terms, events and log beside the same frames.
+    /// MCAP: status, terms, events and log, in addition to the same frames.
     Mcap,
 }
 
 impl RecordFormat {
-    /// The kind that a file's name asks for.
+    /// The kind that a file's name requests.
     pub fn of(path: &Path) -> Self {
         if path
             .extension()
@@ -38,16 +38,17 @@ impl RecordFormat {
     }
 }
 
-/// A recording that goes to `W`. A file of frames takes identities and blocks, of records and of the log, and leaves the rest.
+/// A recording written to `W`. A file of frames takes identities and blocks, of records and of the log, and ignores
+/// the rest.
 pub struct RecordWriter<W: Write> {
     kind: Kind<W>,
-    /// The boot that is written, once an identity has named it.
+    /// The present boot, once an identity has named it.
     boot: Option<u32>,
 }
 
 enum Kind<W: Write> {
     Frames(W),
-    /// And the time of the last block, us since boot.
+    /// The writer, and the time of the last block, us since boot.
     Mcap(McapWriter<W>, u64),
 }
 
@@ -63,16 +64,16 @@ impl<W: Write> RecordWriter<W> {
         }
     }
 
-    /// Whether status, events and vehicle are kept.
+    /// Whether the file stores status, events and vehicle.
     pub fn keeps_all(&self) -> bool {
         matches!(self.kind, Kind::Mcap(..))
     }
 
-    /// The board has booted: what is taken from now on stands behind all that was taken. It was switched on at `booted_us`,
-    /// us since the first boot, where that is known; else as soon as the boot before ends.
+    /// Notes a boot of the board: everything taken from now on follows everything taken before. The board was switched
+    /// on at `booted_us`, us since the first boot, if known; else at the end of the previous boot.
     ///
     /// # Errors
-    /// The output takes no more.
+    /// The output cannot be written.
     pub fn boot(&mut self, booted_us: Option<u64>) -> io::Result<()> {
         self.boot = None;
         match &mut self.kind {
@@ -84,10 +85,11 @@ impl<W: Write> RecordWriter<W> {
         }
     }
 
-    /// Takes who the board is, which stands before its blocks. One of another boot than the last one begins that boot.
+    /// Takes the board's identity, which precedes its blocks. An identity of another boot than the last begins that
+    /// boot.
     ///
     /// # Errors
-    /// The message fits no frame, or the output takes no more.
+    /// The message does not fit into a frame, or the output cannot be written.
     pub fn identity(&mut self, identity: &Identity) -> io::Result<()> {
         let boot = identity.about.boot;
         if self.boot.is_some_and(|known| known != boot) {
@@ -135,7 +137,7 @@ impl<W: Write> RecordWriter<W> {
     /// Takes the text of the vehicle file of the set in force.
     ///
     /// # Errors
-    /// The output takes no more.
+    /// The output cannot be written.
     pub fn vehicle(&mut self, toml: String) -> io::Result<()> {
         let Kind::Mcap(writer, _) = &mut self.kind else {
             return Ok(());
@@ -143,7 +145,7 @@ impl<W: Write> RecordWriter<W> {
         writer.metadata(VEHICLE_METADATA, BTreeMap::from([(VEHICLE_KEY.to_owned(), toml)]))
     }
 
-    /// Takes a status and the terms of the laws in it.
+    /// Takes a status, with its terms of the laws.
     ///
     /// # Errors
     /// As [`RecordWriter::vehicle`].
@@ -160,7 +162,7 @@ impl<W: Write> RecordWriter<W> {
         writer.typed(TypedChannel::Terms, Since::ThisBoot, status.time_us, &status.terms)
     }
 
-    /// Takes something that happened in the boot under way, with its time since then.
+    /// Takes an event of the present boot, with its time since that boot.
     ///
     /// # Errors
     /// As [`RecordWriter::vehicle`].
@@ -168,7 +170,7 @@ impl<W: Write> RecordWriter<W> {
         self.event_since(event, Since::ThisBoot)
     }
 
-    /// Takes something that happened, with its time since the first boot.
+    /// Takes an event, with its time since the first boot.
     ///
     /// # Errors
     /// As [`RecordWriter::vehicle`].
@@ -189,8 +191,8 @@ impl<W: Write> RecordWriter<W> {
         writer.typed(TypedChannel::Events, since, (event.at_s * 1e6).round() as u64, &message)
     }
 
-    /// Takes a line of the log. A file of frames takes the log in the link's own blocks ([`RecordWriter::log_block`]), and
-    /// leaves this.
+    /// Takes a line of the log. A file of frames takes the log in the link's own blocks ([`RecordWriter::log_block`]),
+    /// and ignores this line.
     ///
     /// # Errors
     /// As [`RecordWriter::vehicle`].
@@ -206,7 +208,7 @@ impl<W: Write> RecordWriter<W> {
         )
     }
 
-    /// Takes a block of the log, as the link brings it.
+    /// Takes a block of the log, as the link delivers it.
     ///
     /// # Errors
     /// As [`RecordWriter::identity`].
@@ -217,7 +219,7 @@ impl<W: Write> RecordWriter<W> {
         if block.lines.is_empty() {
             return Ok(());
         }
-        // Whose order it answered is of no concern in a file.
+        // Which order the block answered does not matter in a file.
         let id = OrderId {
             session: 0,
             sequence: 0,
@@ -226,7 +228,7 @@ impl<W: Write> RecordWriter<W> {
         self.message(&BoardMessage::Reading { id, reading })
     }
 
-    /// Completes the recording; its output.
+    /// Completes the recording; returns the output.
     ///
     /// # Errors
     /// As [`RecordWriter::vehicle`].

@@ -1,5 +1,5 @@
-//! Colour by meaning in a terminal. A pipe, `NO_COLOR` and a terminal that knows no colours get the plain text; the words
-//! say everything without it.
+//! Colour by meaning in a terminal. A pipe, a terminal without colours, and a user who sets `NO_COLOR` get plain text.
+//! The text is complete without colour.
 
 use std::fmt::Display;
 
@@ -15,7 +15,7 @@ pub fn bad(text: impl Display) -> String {
     style(text).red().bold().to_string()
 }
 
-/// To be looked at: not judged, not shown, a limit, a warning.
+/// Needs attention: not judged, not shown, a limit, a warning.
 pub fn doubtful(text: impl Display) -> String {
     style(text).yellow().to_string()
 }

@@ -14,7 +14,7 @@ impl Columns {
         Self::default()
     }
 
-    /// The columns of `named`, in its order.
+    /// The columns of `named`, in that order.
     pub fn named(named: &[(&str, &Vec<f64>)]) -> Self {
         let columns = named
             .iter()
@@ -24,7 +24,7 @@ impl Columns {
         }
     }
 
-    /// With one more column.
+    /// The table with one more column.
     #[must_use]
     pub fn with(mut self, name: impl Into<String>, values: impl Into<Vec<f64>>) -> Self {
         self.columns.push((name.into(), values.into()));

@@ -1,8 +1,9 @@
-//! Files that appear whole or not at all, and recordings, of which whatever was written stays.
+//! Files that appear whole or not at all, and recordings, which keep everything that was written.
 //!
-//! A [`NewFile`] is written under a temporary name beside its place and takes its name when it is complete, so that a full
-//! disk or a crash never leaves half a file under its name, and a link that stands in its place is replaced, not followed.
-//! A [`GrowingFile`] has its name from the start: what a killed program, a full disk or a pulled cable left of it is there.
+//! A [`NewFile`] is written under a temporary name in the same directory and takes its name when it is complete. A
+//! full disk or a crash therefore never leaves half a file under that name, and a link of that name is replaced, not
+//! followed. A [`GrowingFile`] has its name from the start: whatever a killed program, a full disk or a pulled cable
+//! left of it stays.
 
 use std::fs::File;
 use std::io::{BufWriter, ErrorKind, Write};
@@ -19,15 +20,15 @@ pub struct NewFile {
     path: PathBuf,
     /// The flag that names the file, for messages.
     flag: &'static str,
-    /// Whether it may take the place of another file.
+    /// Whether the file may replace another file.
     replaces: bool,
 }
 
 impl NewFile {
-    /// Begins the file `path`, which takes the place of a file of this name. `flag` names it on the command line.
+    /// Begins the file `path`, which replaces a file of this name. `flag` names it on the command line.
     ///
     /// # Errors
-    /// [`CommandError::Input`] naming flag and file, if its directory cannot be written.
+    /// [`CommandError::Input`] with flag and file, if the directory cannot be written.
     pub fn replace(flag: &'static str, path: &Path) -> Result<Self, CommandError> {
         Self::begin(flag, path, true)
     }
@@ -35,7 +36,7 @@ impl NewFile {
     /// Begins the file `path`, which must not exist. `flag` names it on the command line.
     ///
     /// # Errors
-    /// As [`NewFile::replace`], and if there is such a file already.
+    /// As [`NewFile::replace`], and if the file already exists.
     pub fn create(flag: &'static str, path: &Path) -> Result<Self, CommandError> {
         refuse_existing(flag, path)?;
         Self::begin(flag, path, false)
@@ -45,7 +46,7 @@ impl NewFile {
         let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
         let mut builder = tempfile::Builder::new();
         builder.prefix(".part-");
-        // As any new file's; the process's umask takes away what it does not allow.
+        // The mode of any new file. The process's umask removes the bits that it does not allow.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
         let part = builder
@@ -62,8 +63,8 @@ impl NewFile {
     /// Gives the complete file its name.
     ///
     /// # Errors
-    /// [`CommandError::Input`] naming the file, if the disk is full or the place is taken by a directory, or by a file
-    /// that it must not replace.
+    /// [`CommandError::Input`] with the file's name, if the disk is full, or if a directory or a file that must not be
+    /// replaced has this name.
     pub fn finish(self) -> Result<PathBuf, CommandError> {
         let Self {
             part,
@@ -82,7 +83,7 @@ impl NewFile {
     }
 }
 
-/// An error names flag and file, whoever prints it.
+/// Every error names flag and file, whoever prints it.
 impl Write for NewFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let written = self.part.write(bytes);
@@ -99,7 +100,7 @@ fn named(kind: ErrorKind, told: CommandError) -> std::io::Error {
     std::io::Error::new(kind, told)
 }
 
-/// A file that grows under its own name and keeps what was written, whatever ends the program.
+/// A file that grows under its own name and keeps everything that was written, whatever ends the program.
 #[derive(Debug)]
 pub struct GrowingFile {
     part: BufWriter<File>,
@@ -113,7 +114,7 @@ impl GrowingFile {
     /// Begins the file `path`, which must not exist. `flag` names it on the command line.
     ///
     /// # Errors
-    /// [`CommandError::Input`] naming flag and file, if there is such a file already, or if it cannot be written.
+    /// [`CommandError::Input`] with flag and file, if the file already exists or cannot be written.
     pub fn create(flag: &'static str, path: &Path) -> Result<Self, CommandError> {
         let file = File::create_new(path).map_err(|error| not_written(flag, path, &error))?;
         Ok(Self {
@@ -124,17 +125,17 @@ impl GrowingFile {
         })
     }
 
-    /// Makes sure that the file is on the disk as it is; its name.
+    /// Writes the file's content through to the disk; returns the file's name.
     ///
     /// # Errors
-    /// [`CommandError::Other`] naming flag and file, if the disk is full. What it has taken stays.
+    /// [`CommandError::Other`] with flag and file, if the disk is full. Everything written before stays.
     pub fn finish(mut self) -> Result<PathBuf, CommandError> {
         self.sync()?;
         self.complete = true;
         Ok(self.path.clone())
     }
 
-    /// Gives the file up: makes sure that what it has is on the disk. A file without a byte goes.
+    /// Abandons the file: writes its content through to the disk. An empty file is removed.
     ///
     /// # Errors
     /// As [`GrowingFile::finish`].
@@ -155,7 +156,7 @@ impl GrowingFile {
     }
 }
 
-/// An error names flag and file, whoever prints it.
+/// Every error names flag and file, whoever prints it.
 impl Write for GrowingFile {
     fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
         let written = self.part.write(bytes);
@@ -168,7 +169,7 @@ impl Write for GrowingFile {
     }
 }
 
-/// A file that was abandoned while empty is removed, so that the user can repeat the command.
+/// Dropping an empty file removes it, so that the user can repeat the command.
 impl Drop for GrowingFile {
     fn drop(&mut self) {
         if self.complete {
@@ -181,20 +182,20 @@ impl Drop for GrowingFile {
     }
 }
 
-/// Writes the whole file `path` of the flag `flag`, in place of a file of this name.
+/// Writes the whole file `path` of the flag `flag`; replaces a file of this name.
 ///
 /// # Errors
-/// [`CommandError::Input`] naming flag and file.
+/// [`CommandError::Input`] with flag and file.
 pub fn write_whole(flag: &'static str, path: &Path, bytes: &[u8]) -> Result<PathBuf, CommandError> {
     let mut file = NewFile::replace(flag, path)?;
     file.write_all(bytes).map_err(|error| not_written(flag, path, &error))?;
     file.finish()
 }
 
-/// Refuses a file of the flag `flag` that exists already, or a link of this name, before anything is done for it.
+/// Refuses an existing file of the flag `flag`, or a link of this name, before any work is done for the file.
 ///
 /// # Errors
-/// [`CommandError::Input`] naming flag and file.
+/// [`CommandError::Input`] with flag and file.
 pub fn refuse_existing(flag: &str, path: &Path) -> Result<(), CommandError> {
     match path.symlink_metadata() {
         Ok(_) => Err(existing(flag, path)),
@@ -202,7 +203,7 @@ pub fn refuse_existing(flag: &str, path: &Path) -> Result<(), CommandError> {
     }
 }
 
-/// The message about a file that exists already.
+/// The message about a file that already exists.
 fn existing(flag: &str, path: &Path) -> CommandError {
     CommandError::Input(format!(
         "{flag}: {} exists already; choose another name",
@@ -285,7 +286,7 @@ mod tests {
             error.starts_with("--record: cannot write ") && error.contains("trace.csv"),
             "{error}"
         );
-        // Not the name under which it would have been written until it is complete.
+        // The message does not contain the temporary name.
         assert!(!error.contains(".part-"), "{error}");
     }
 

@@ -87,7 +87,7 @@ pub fn image_address(svg: &str) -> String {
     format!("data:image/svg+xml,{data}")
 }
 
-/// `text` with the characters of markup escaped, and what would act on a reader's screen shown by its number.
+/// `text` with the characters of markup escaped, and with control characters replaced by their numbers.
 pub fn escaped(text: &str) -> String {
     visible(text)
         .replace('&', "&amp;")

@@ -1,6 +1,6 @@
-//! Interactive pages: charts with zoom and one cursor, what happened as a strip, the vehicle to scale, a scrubber.
+//! Interactive pages: charts with zoom and one cursor, a strip of events, the vehicle to scale, a scrubber.
 //!
-//! One file without external resources. The charts are drawn by uPlot (MIT), which stands beside the console's page.
+//! A page is one file without external resources. uPlot (MIT), from the console's folder, draws the charts.
 
 use std::fmt::Write as _;
 
@@ -10,22 +10,22 @@ use crate::html::escaped;
 use crate::plot::Chart;
 use crate::visible::visible_json;
 
-/// Something that happened, for the strip.
+/// An event, for the strip.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct StripEvent {
-    /// When it began, s.
+    /// Start of the event, s.
     pub at_s: f64,
-    /// How long it lasted, s.
+    /// Duration of the event, s.
     pub for_s: Option<f64>,
     /// Its kind: the lane's name.
     pub kind: &'static str,
     /// What happened.
     pub text: String,
-    /// Whether it is trouble.
+    /// Whether the event is a problem.
     pub trouble: bool,
 }
 
-/// The vehicle's sizes, and its motion row by row: what the two views show.
+/// The vehicle's dimensions, and its motion row by row, for the two views.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Scene {
     /// Wheel radius, m.
@@ -74,7 +74,7 @@ pub struct InteractivePage<'a> {
     pub title: &'a str,
     /// Markup below the title.
     pub head: String,
-    /// The time of every row, s, if the page is one of a run: the x of the charts that are `over_time`.
+    /// The time of every row, s, if the page shows a run: the x values of the charts over time.
     pub time: Vec<f64>,
     /// What happened.
     pub events: Vec<StripEvent>,
@@ -91,7 +91,7 @@ pub const TIME_LABEL: &str = "time, s";
 
 const PAGE_STYLE: &str = include_str!("interactive/page.css");
 const SCRIPT: &str = include_str!("interactive/page.js");
-/// uPlot 1.6, MIT; its licence stands beside it and in the page.
+/// uPlot 1.6, MIT. Its licence is in the same folder and in the page.
 const PLOT_SCRIPT: &str = include_str!("../../console/page/vendor/uPlot.iife.min.js");
 const PLOT_STYLE: &str = include_str!("../../console/page/vendor/uPlot.min.css");
 const PLOT_LICENCE: &str = include_str!("../../console/page/vendor/uPlot-LICENSE");
@@ -121,7 +121,7 @@ struct SeriesData<'a> {
     values: Vec<Rounded>,
 }
 
-/// A number with the six digits that a screen can show; what is no number is a gap.
+/// A number with the six digits that a screen can show. A value that is not finite becomes a gap.
 struct Rounded(f64);
 
 impl Serialize for Rounded {
@@ -155,7 +155,7 @@ impl InteractivePage<'_> {
             charts: self.charts.iter().map(|chart| self.chart(chart)).collect(),
         };
         let json = serde_json::to_string(&data).map_err(|error| error.to_string())?;
-        // Nothing in the data ends the element that holds it.
+        // Nothing in the data may end the element that contains it.
         let json = visible_json(&json).replace('<', "\\u003c");
         let mut body = format!(
             "<header>\n<h1>{}</h1>\n{}\n</header>\n<main>\n",
@@ -237,7 +237,7 @@ impl InteractivePage<'_> {
     }
 }
 
-/// The curves of a chart over all of their x in order; a curve has a gap where it has no point.
+/// The curves of a chart over all x values in order. A curve has a gap where it has no point.
 fn aligned(chart: &Chart) -> (Vec<f64>, Vec<Vec<f64>>) {
     let mut x: Vec<f64> = chart
         .series

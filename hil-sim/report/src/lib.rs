@@ -1,4 +1,4 @@
-//! How results reach a person: charts, tables, pages, JSON, progress bars, and errors with exit codes.
+//! Presentation of results: charts, tables, pages, JSON, progress bars, and errors with exit codes.
 #![forbid(unsafe_code)]
 
 pub mod colour;

@@ -16,7 +16,7 @@ use crate::interactive::InteractivePage;
 use crate::plot::{Chart, Columns};
 use crate::visible::{visible, visible_json};
 
-/// Flags that say where the result goes.
+/// Flags that select the outputs of the result.
 #[derive(Debug, Clone, Default, Args)]
 pub struct OutputArguments {
     /// Print exactly one JSON object on stdout, every number with its full precision
@@ -30,7 +30,7 @@ pub struct OutputArguments {
     pub html: Option<PathBuf>,
 }
 
-/// What a command computed.
+/// A command's results.
 #[derive(Debug)]
 pub struct Report<'a, R> {
     /// The command's name: the stem of the files in `--out`.
@@ -57,21 +57,21 @@ impl<'a, R: Serialize> Report<'a, R> {
         }
     }
 
-    /// With one more line of the table.
+    /// The report with one more line of the table.
     #[must_use]
     pub fn line(mut self, label: impl Into<String>, value: impl std::fmt::Display) -> Self {
         self.lines.push((label.into(), value.to_string()));
         self
     }
 
-    /// With the columns of the CSV file.
+    /// The report with the columns of the CSV file.
     #[must_use]
     pub fn columns(mut self, columns: Columns) -> Self {
         self.columns = columns;
         self
     }
 
-    /// With one more chart.
+    /// The report with one more chart.
     #[must_use]
     pub fn chart(mut self, name: &'static str, chart: Chart) -> Self {
         self.charts.push((name, chart));
@@ -100,7 +100,7 @@ impl<'a, R: Serialize> Report<'a, R> {
     }
 }
 
-/// The command line that this program was given, for the pages that come of it.
+/// This program's command line, for the pages that it writes.
 pub fn command_line() -> String {
     let given: Vec<String> = std::env::args_os()
         .skip(1)
@@ -149,17 +149,17 @@ impl OutputArguments {
     }
 }
 
-/// Prints `text` on stdout; what would act on the terminal is shown by its number.
+/// Prints `text` on stdout, with control characters replaced by their numbers.
 ///
 /// # Errors
-/// [`CommandError::Other`] when stdout cannot be written; a reader that closes the pipe (`| head`) is no
-/// failure.
+/// [`CommandError::Other`] when stdout cannot be written. A reader that closes the pipe (`| head`) is not
+/// a failure.
 pub fn print(text: &str) -> Result<(), CommandError> {
     write_out(&visible(text))
 }
 
-/// Prints text of the tool's own on stdout, with its [colours](crate::colour): what files, paths and boards say in it must
-/// have been made [visible] before.
+/// Prints the tool's own text on stdout, with its [colours](crate::colour). Text from files, paths and
+/// boards in it must have been made [visible] before.
 ///
 /// # Errors
 /// As [`print()`].
@@ -183,9 +183,9 @@ fn write_out(text: &str) -> Result<(), CommandError> {
     }
 }
 
-/// Tells a command's failure on standard error.
+/// Reports a command's failure on standard error.
 pub fn tell(error: &CommandError) {
-    // Not `eprintln!`, which panics when nobody reads any more.
+    // Not `eprintln!`, which panics when the reader has closed the stream.
     let _ = writeln!(
         std::io::stderr(),
         "{} {}",
@@ -197,7 +197,7 @@ pub fn tell(error: &CommandError) {
 /// Creates `directory` and its parents.
 ///
 /// # Errors
-/// [`CommandError::Input`] naming the directory.
+/// [`CommandError::Input`] with the directory.
 pub fn create_directory(directory: &Path) -> Result<(), CommandError> {
     std::fs::create_dir_all(directory).map_err(|error| {
         CommandError::Input(format!(
@@ -210,12 +210,12 @@ pub fn create_directory(directory: &Path) -> Result<(), CommandError> {
 /// Writes `text` into `directory/name` of `--out`, whole or not at all, and returns the path.
 ///
 /// # Errors
-/// [`CommandError::Input`] naming the file.
+/// [`CommandError::Input`] with the file.
 pub fn write_file(directory: &Path, name: &str, text: &str) -> Result<PathBuf, CommandError> {
     write_whole("--out", &directory.join(name), text.as_bytes())
 }
 
-/// A progress bar over `length` pieces of work on stderr, hidden unless stderr is a terminal.
+/// A progress bar for `length` pieces of work on stderr, hidden unless stderr is a terminal.
 pub fn progress_bar(length: usize, what: &'static str) -> ProgressBar {
     let target = if std::io::stderr().is_terminal() {
         ProgressDrawTarget::stderr()

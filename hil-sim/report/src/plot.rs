@@ -9,7 +9,7 @@ use crate::meaning::{self, Rgb};
 /// The size of every chart in px without its legend; a page scales the chart to the available width.
 const SIZE: (u32, u32) = (620, 430);
 
-/// What title, labels and margins leave of it for the curves, px: measured on a drawn chart.
+/// Area for the curves that title, labels and margins leave, px: measured on a drawn chart.
 const PLOT_SIZE: (f64, f64) = (530.0, 334.0);
 
 /// Points drawn per series at most: the extremes of each bucket are kept.
@@ -18,7 +18,7 @@ const DRAWN_POINTS: usize = 1600;
 /// One curve.
 #[derive(Debug, Clone, Default)]
 pub struct Series {
-    /// What the legend says.
+    /// Name in the legend.
     pub name: String,
     /// The points; a point that is not finite (or, on a logarithmic axis, not positive) interrupts the curve.
     pub points: Vec<(f64, f64)>,
@@ -53,9 +53,9 @@ pub struct Chart {
     pub y_label: String,
     /// Whether the vertical axis is logarithmic.
     pub log_y: bool,
-    /// The vertical range; from the data if `None`.
+    /// The vertical range; `None` takes the range from the data.
     pub y_range: Option<(f64, f64)>,
-    /// Whether a unit is as long upwards as sideways, as on a map.
+    /// Whether both axes have the same scale, as on a map.
     pub equal_axes: bool,
     /// The curves, drawn in order.
     pub series: Vec<Series>,
@@ -93,7 +93,7 @@ impl Chart {
         self
     }
 
-    /// The chart with a unit as long upwards as sideways.
+    /// The chart with the same scale on both axes.
     #[must_use]
     pub fn equal_axes(mut self) -> Self {
         self.equal_axes = true;
@@ -222,7 +222,7 @@ fn draw_legend(area: &Area<'_>, entries: &[LegendEntry<'_>]) -> Result<(), Strin
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
 
-/// The range of this width about `middle`.
+/// The range of this width centred on `middle`.
 fn about(middle: f64, width: f64) -> (f64, f64) {
     (middle - 0.5 * width, middle + 0.5 * width)
 }
@@ -270,7 +270,7 @@ fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 
 /// A number for an axis: few digits, no trailing zeros.
 fn short_number(v: f64) -> String {
-    // The axis's arithmetic gives a tick at 0 as some 1e-16.
+    // Rounding gives the axis tick at 0 as about 1e-16.
     if v.abs() < 1e-12 {
         return "0".into();
     }

@@ -1,5 +1,5 @@
-//! Text from files, paths and boards made safe to show: a character that would move a terminal's cursor, change its
-//! colours or title, or turn the direction of writing is shown by its number instead.
+//! Makes text from files, paths and boards safe to show: a character that would move a terminal's cursor, change its
+//! colours or title, or change the direction of writing is replaced by its number.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -14,12 +14,12 @@ pub fn visible(text: &str) -> Cow<'_, str> {
     )
 }
 
-/// As [`visible`], for what must stay one line: line feeds and tabs are shown by their numbers too.
+/// As [`visible`], for text that must stay on one line: line feeds and tabs are also replaced by their numbers.
 pub fn visible_line(text: &str) -> Cow<'_, str> {
     shown(text, |_| false, |code| format!("\\u{{{code:x}}}"))
 }
 
-/// JSON in which those characters are escaped as JSON escapes: its meaning stays, and a terminal shows it as it is.
+/// JSON with these characters as JSON escapes: the meaning stays the same, and a terminal can show the text safely.
 pub fn visible_json(json: &str) -> Cow<'_, str> {
     shown(
         json,

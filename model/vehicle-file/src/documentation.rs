@@ -1,4 +1,4 @@
-//! The tables of `docs/vehicle-file.md` are what the sources say.
+//! Tests that the tables of `docs/vehicle-file.md` agree with the sources.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use crate::error::quoted;
 #[path = "../../../tests/support/generated.rs"]
 mod generated;
 
-/// The unit that a name ends with, longest first.
+/// Unit suffixes of names, longest first.
 const UNITS: [(&str, &str); 21] = [
     ("_v_s_per_rad", "V s/rad"),
     ("_v_per_rad", "V/rad"),

@@ -1,11 +1,11 @@
-//! What can be wrong with a vehicle file.
+//! Errors in a vehicle file.
 
 use model::vehicle::ParameterError;
 
 use crate::place::TextPlace;
 
-/// What is wrong with a vehicle file. Every message names the file, and where there is one the field
-/// and its allowed range.
+/// An error in a vehicle file. Every message names the file, and the field with its allowed range if the
+/// error concerns a field.
 #[derive(Debug, thiserror::Error)]
 pub enum VehicleFileError {
     /// The file cannot be read.
@@ -24,7 +24,7 @@ pub enum VehicleFileError {
         /// Where and why.
         reason: String,
     },
-    /// It is a scenario.
+    /// The file is a scenario.
     #[error("{file}: this is a scenario, not a vehicle file: `hil-sim drive {file}` drives it")]
     Scenario {
         /// The file.
@@ -38,14 +38,14 @@ pub enum VehicleFileError {
         /// The table.
         table: &'static str,
     },
-    /// What should be a table is none.
+    /// A value that should be a table is not a table.
     #[error("{file}: {table} = {value} is not a table: its fields stand below [{table}]")]
     NotATable {
         /// The file.
         file: String,
         /// The table.
         table: &'static str,
-        /// What stands there.
+        /// The value in the file.
         value: String,
     },
     /// A field is missing.
@@ -62,12 +62,12 @@ pub enum VehicleFileError {
         /// Largest allowed value.
         max: f64,
     },
-    /// Fields are missing, in more tables than one or several in one.
+    /// Several fields are missing, in one table or in several.
     #[error("{file}: {count} fields are missing; vehicles/small.toml is a whole file to start from:\n{skeleton}")]
     MissingFields {
         /// The file.
         file: String,
-        /// How many.
+        /// Number of missing fields.
         count: usize,
         /// The fields under their tables, each with its range and meaning.
         skeleton: String,
@@ -97,19 +97,19 @@ pub enum VehicleFileError {
         table: &'static str,
         /// The field.
         name: &'static str,
-        /// The value; none if the field is missing.
+        /// The value; `None` if the field is missing.
         value: Option<String>,
         /// The choices.
         choices: &'static [&'static str],
     },
-    /// A name that means nothing here.
+    /// An unknown name.
     #[error("{file}: unknown name `{name}`: allowed here is {allowed}")]
     Unknown {
         /// The file.
         file: String,
         /// The name with its table.
         name: String,
-        /// The names that are known at this place.
+        /// The names that are known in this table.
         allowed: String,
     },
     /// A value out of range, or values that contradict each other.
@@ -120,12 +120,12 @@ pub enum VehicleFileError {
         /// The field, its value and what is allowed.
         error: ParameterError,
     },
-    /// One of the others, with its place in the file.
+    /// One of the other errors, with its place in the file.
     #[error("{error} ({place})")]
     At {
         /// What is wrong.
         error: Box<Self>,
-        /// Where it stands.
+        /// The place.
         place: TextPlace,
     },
 }
@@ -136,7 +136,7 @@ impl VehicleFileError {
         Self::Parameter { file, error }
     }
 
-    /// With the place in `text` of the field or table that it is about, if it is about one that is there.
+    /// The error with the place in `text` of its field or table, if the text contains that.
     pub(crate) fn placed(self, text: &str) -> Self {
         match self.path().and_then(|path| TextPlace::find(text, &path)) {
             Some(place) => Self::At {
@@ -147,7 +147,7 @@ impl VehicleFileError {
         }
     }
 
-    /// What the error is about, as a path in the file.
+    /// The field or table that the error concerns, as a path in the file.
     fn path(&self) -> Option<String> {
         Some(match self {
             Self::NotATable { table, .. } => (*table).to_owned(),
@@ -169,12 +169,12 @@ impl VehicleFileError {
     }
 }
 
-/// How a field stands in the file.
+/// The field's value as the file gives it.
 fn given(value: Option<&str>) -> String {
     value.map_or("is missing".to_owned(), |value| format!("= {value}"))
 }
 
-/// Names as TOML writes them, commas between them.
+/// Names as TOML writes them, separated by commas.
 pub(crate) fn quoted(names: &[&str]) -> String {
     let names: Vec<String> = names.iter().map(|name| format!("{name:?}")).collect();
     names.join(", ")

@@ -1,5 +1,5 @@
-//! Vehicle files: one TOML description of a vehicle, checked once, used by the host tool and turned
-//! into constants by the firmware's build script.
+//! Vehicle files: one TOML description of a vehicle, checked once. The host tool reads the description, and the
+//! firmware's build script turns it into constants.
 //!
 //! A file holds either every table of [`VehicleParameters`] in SI units, or, for analysis of the
 //! planar vehicle alone, one table `[planar]` with the nondimensional numbers
@@ -29,7 +29,7 @@ use planar::PLANAR_FIELDS;
 pub use sets::{Difference, diff, to_toml};
 pub use text::{TEXT_MAX_BYTES, read_text};
 
-/// What a vehicle file describes.
+/// The contents of a vehicle file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum VehicleFile {
     /// A whole vehicle in SI units.
@@ -41,7 +41,7 @@ pub enum VehicleFile {
 /// Reads and checks the vehicle file at `path`.
 ///
 /// # Errors
-/// The first thing wrong with it.
+/// The first error in the file.
 pub fn read(path: &Path) -> Result<VehicleFile, VehicleFileError> {
     let (file, text) = file_and_text(path)?;
     parse(&file, &text)
@@ -55,19 +55,18 @@ fn file_and_text(path: &Path) -> Result<(String, String), VehicleFileError> {
     }
 }
 
-/// Reads and checks a whole vehicle; a `[planar]` file is refused.
+/// Reads and checks a whole vehicle; refuses a `[planar]` file.
 ///
 /// # Errors
-/// The first thing wrong with the file.
+/// The first error in the file.
 pub fn read_vehicle(path: &Path) -> Result<Vehicle<f64>, VehicleFileError> {
     whole_vehicle(&path.display().to_string(), read(path)?)
 }
 
-/// Reads and checks a whole vehicle that is to be driven by a board with these sensors: every limit must lie within what
-/// they measure.
+/// Reads and checks a whole vehicle for a board with these sensors: every limit must be within the sensors' range.
 ///
 /// # Errors
-/// The first thing wrong with the file.
+/// The first error in the file.
 pub fn read_vehicle_for(path: &Path, ranges: &SensorRanges) -> Result<Vehicle<f64>, VehicleFileError> {
     let (file, text) = file_and_text(path)?;
     parse_vehicle_for(&file, &text, ranges)
@@ -76,7 +75,7 @@ pub fn read_vehicle_for(path: &Path, ranges: &SensorRanges) -> Result<Vehicle<f6
 /// As [`read_vehicle_for`], from a file's text; `file` is the name used in messages.
 ///
 /// # Errors
-/// The first thing wrong with the text.
+/// The first error in the text.
 pub fn parse_vehicle_for(file: &str, text: &str, ranges: &SensorRanges) -> Result<Vehicle<f64>, VehicleFileError> {
     let vehicle = whole_vehicle(file, parse(file, text)?)?;
     let checked = vehicle.check_on(ranges);
@@ -92,7 +91,7 @@ pub const REFERENCE_NAME: &str = "vehicles/reference.toml";
 /// The reference vehicle.
 ///
 /// # Errors
-/// The first thing wrong with the file that this crate was built with.
+/// The first error in the reference file that was built into this crate.
 pub fn reference() -> Result<Vehicle<f64>, VehicleFileError> {
     whole_vehicle(REFERENCE_NAME, parse(REFERENCE_NAME, REFERENCE)?)
 }
@@ -110,7 +109,7 @@ fn whole_vehicle(file: &str, described: VehicleFile) -> Result<Vehicle<f64>, Veh
 /// Checks the text of a vehicle file; `file` is the name used in messages.
 ///
 /// # Errors
-/// The first thing wrong with it.
+/// The first error in the file.
 pub fn parse(file: &str, text: &str) -> Result<VehicleFile, VehicleFileError> {
     let root: Table = text
         .parse()
@@ -121,10 +120,11 @@ pub fn parse(file: &str, text: &str) -> Result<VehicleFile, VehicleFileError> {
     described(file, root).map_err(|error| error.placed(text))
 }
 
-/// What a file's root table describes.
+/// The contents of a file's root table.
 fn described(file: &str, mut root: Table) -> Result<VehicleFile, VehicleFileError> {
     for (old, new) in rename(&mut root) {
-        // Not `eprintln!`, which panics when nobody reads any more; a path may hold what acts on a terminal.
+        // Not `eprintln!`, which panics when the reader has closed the stream. A path may contain characters that act
+        // on a terminal.
         let file = file.escape_debug();
         let _ = writeln!(
             std::io::stderr(),
@@ -149,7 +149,7 @@ fn described(file: &str, mut root: Table) -> Result<VehicleFile, VehicleFileErro
     let tables: Vec<&str> = TABLES.iter().map(|table| table.name).collect();
     reader.only_known(&tables)?;
     let tables = || TABLES.iter().filter(|table| with_spar || !table.of_spar);
-    // A name that means nothing may be one that is missing, misspelt.
+    // An unknown name may be a misspelt field that is also missing.
     for table in tables().filter(|table| root.contains_key(table.name)) {
         reader.only_known_fields(table.name, table.fields)?;
     }
@@ -160,7 +160,7 @@ fn described(file: &str, mut root: Table) -> Result<VehicleFile, VehicleFileErro
     let mut parameters = VehicleParameters::try_from_source(with_spar, |table, field| reader.value(table, field))?;
     parameters.follow_rules(|table, field| reader.written(table, field).is_none());
     Vehicle::new(parameters)
-        // The firmware has it in single precision: what is on the edge there is refused here too.
+        // The firmware uses single precision: a value that is out of range there is refused here too.
         .and_then(|vehicle| Vehicle::new(parameters.cast::<f32>()).map(|_| vehicle))
         .map(|vehicle| VehicleFile::Vehicle(Box::new(vehicle)))
         .map_err(|error| VehicleFileError::of_parameter(file, error))
@@ -170,8 +170,8 @@ const PLANAR: &str = "planar";
 
 const TABLES: &[model::vehicle::Table] = VehicleParameters::<f64>::TABLES;
 
-/// Gives the names of [`RENAMED`] their new form, unless the file has both; the pairs that it met. A file with an old
-/// name is read as if it had the new one, and a line on standard error asks for the change.
+/// Replaces the old names of [`RENAMED`] by the new names, unless the file has both; returns the replaced pairs. A
+/// file with an old name is read as if it had the new name, and a line on standard error asks for the change.
 fn rename(root: &mut Table) -> Vec<(&'static str, &'static str)> {
     let mut met = Vec::new();
     for (old, new) in RENAMED.iter().copied() {
@@ -190,7 +190,7 @@ fn rename(root: &mut Table) -> Vec<(&'static str, &'static str)> {
     met
 }
 
-/// A value as the file writes it, a long one cut off.
+/// A value as the file writes it. A long value is cut off.
 fn shown(value: &Value) -> String {
     const LONGEST: usize = 40;
     let text = value.to_string();
@@ -223,7 +223,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Refuses a missing table, unless every field of it may be left out, and names in it that are no fields.
+    /// Refuses a missing table, unless all its fields are optional, and refuses unknown names in the table.
     fn only_known_fields(&self, table: &'static str, fields: &[Field]) -> Result<(), VehicleFileError> {
         if !self.root.contains_key(table) && fields.iter().all(|field| field.is_optional(self.with_spar)) {
             return Ok(());
@@ -238,7 +238,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Names everything that is missing at once. One table alone, or one field, is told by whoever reads it.
+    /// Names all missing tables and fields at once. The reader of a single missing table or field reports that one.
     fn whole<'t>(&self, tables: impl Iterator<Item = &'t model::vehicle::Table>) -> Result<(), VehicleFileError> {
         let (mut count, mut single, mut skeleton) = (0, true, String::new());
         for table in tables {
@@ -291,12 +291,13 @@ impl Reader<'_> {
         }
     }
 
-    /// What the file writes for one field.
+    /// The file's value of one field.
     fn written(&self, table: &str, field: &Field) -> Option<&Value> {
         self.root.get(table)?.as_table()?.get(field.name)
     }
 
-    /// The value of one field; of one that is left to its rule, the smallest allowed until the rule gives another.
+    /// The value of one field. A field that is left to its rule has the smallest allowed value until the rule sets
+    /// it.
     fn value(&self, table: &'static str, field: &'static Field) -> Result<f64, VehicleFileError> {
         let Field {
             name,

@@ -1,4 +1,4 @@
-//! Where in a TOML text something stands: what an error message says of it.
+//! Place of a field in a TOML text, for error messages.
 
 use core::fmt;
 use core::ops::Range;
@@ -6,7 +6,7 @@ use core::ops::Range;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// A place in a text, both numbers counted from 1.
+/// A place in a text. Both numbers count from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TextPlace {
     /// The line.
@@ -36,8 +36,8 @@ impl TextPlace {
         }
     }
 
-    /// The place of what `path` names in a TOML text: `body.wheel_radius_m`, `step[2].at_s`. What is missing is told where its
-    /// table begins; `None` if the text has not even that.
+    /// The place in a TOML text of the field that `path` names: `body.wheel_radius_m`, `step[2].at_s`.
+    /// For a missing field, the start of its table; `None` if the text lacks the table too.
     pub fn find(text: &str, path: &str) -> Option<Self> {
         let root = DeTable::parse(text).ok()?;
         let mut span = None;
@@ -49,7 +49,7 @@ impl TextPlace {
                         .iter()
                         .find(|(key, _)| key.get_ref().as_ref() == name)
                         .map(|(key, value)| {
-                            // Tables are told by their heads, values by themselves.
+                            // A table's place is its header, a value's place is the value.
                             let entries = value.get_ref().as_array();
                             let is_table = value.get_ref().is_table()
                                 || entries.is_some_and(|list| list.iter().any(|entry| entry.get_ref().is_table()));
@@ -96,7 +96,8 @@ fn parts(path: &str) -> impl Iterator<Item = PathPart<'_>> {
     })
 }
 
-/// The path of the innermost key or value that holds the byte `offset` of a document; empty if none does.
+/// The path of the innermost key or value that contains the byte `offset` of a document; empty if none
+/// does.
 pub fn path_at(root: &DeTable<'_>, offset: usize) -> String {
     let mut best: (String, usize) = (String::new(), usize::MAX);
     let mut look = |path: &str, span: Range<usize>| {
@@ -134,7 +135,7 @@ fn walk(value: &Spanned<DeValue<'_>>, path: &str, look: &mut dyn FnMut(&str, Ran
     }
 }
 
-/// What a TOML reader has against a text that is not TOML, with the place.
+/// The TOML reader's message about a text that is not TOML, with the place.
 pub fn syntax_error(text: &str, error: &toml::de::Error) -> String {
     let reason = error.message().trim().replace('\n', "; ");
     match error.span() {
@@ -173,7 +174,7 @@ mod tests {
         for path in ["title", "a.b", "a.c.d", "s[0].x", "s[1].y[1]"] {
             let place = TextPlace::find(TEXT, path).expect("there");
             let line_start: usize = TEXT.lines().take(place.line - 1).map(|line| line.len() + 1).sum();
-            // The first line alone has a letter of two bytes, behind its place.
+            // Only the first line has a two-byte letter, after the place.
             assert_eq!(path_at(root.get_ref(), line_start + place.column - 1), path);
         }
     }

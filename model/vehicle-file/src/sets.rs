@@ -1,4 +1,4 @@
-//! A set of parameters as the text of a vehicle file, and what two sets differ in.
+//! A set of parameters as the text of a vehicle file, and the differences of two sets.
 
 use std::fmt::{self, Write as _};
 
@@ -15,7 +15,7 @@ fn named<T: Real>(parameters: &VehicleParameters<T>) -> Vec<(&'static str, &'sta
         .collect()
 }
 
-/// The text of a vehicle file that holds these parameters. [`parse`](crate::parse) reads it back to the bit, also
+/// The text of a vehicle file with these parameters. [`parse`](crate::parse) reads the text back to the bit, also
 /// from single precision.
 ///
 /// ```
@@ -36,7 +36,7 @@ pub fn to_toml<T: Real>(parameters: &VehicleParameters<T>) -> String {
         }
         let _ = match field.choice(value.to_f64()) {
             Some(choice) => writeln!(text, "{} = {choice:?}", field.name),
-            // The shortest digits that give this number again, with a point or an exponent.
+            // The shortest digits that read back as this number, with a point or an exponent.
             None => writeln!(text, "{} = {value:?}", field.name),
         };
     }
@@ -70,7 +70,7 @@ impl<T: fmt::Debug> fmt::Display for Difference<T> {
     }
 }
 
-/// What two sets differ in: the parameters of `before` in order, then those that only `after` has.
+/// The differences of two sets: the parameters of `before` in order, then the parameters that only `after` has.
 pub fn diff<T: Real>(before: &VehicleParameters<T>, after: &VehicleParameters<T>) -> Vec<Difference<T>> {
     let (before, after) = (named(before), named(after));
     let value = |set: &[(&'static str, &'static Field, T)], table: &str, name: &str| {
@@ -110,7 +110,7 @@ mod tests {
     fn a_set_comes_back_from_its_text_to_the_bit() {
         let set = *reference().expect("valid").parameters();
         assert_eq!(read(&to_toml(&set)), set);
-        // As a board tells it.
+        // In single precision, as a board reports the set.
         let single = set.cast::<f32>();
         assert_eq!(read(&to_toml(&single)).cast::<f32>(), single);
         assert!(to_toml(&single).contains("\n[control]\n"));

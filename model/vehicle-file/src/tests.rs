@@ -76,7 +76,7 @@ fn the_reference_vehicle_has_the_numbers_of_every_model() {
     }
 }
 
-/// The coupled model's numbers straight from SI, not through the units of ch. 7: (8.5), corrected.
+/// The coupled model's numbers directly from SI units, not through the units of ch. 7: (8.5), corrected.
 #[test]
 fn a_spar_of_any_proportions_is_scaled_by_the_vehicle() {
     let mut text = REFERENCE.to_owned();
@@ -182,8 +182,8 @@ fn bad_files_are_refused_with_file_field_and_range() {
     }
 }
 
-/// A kp with which Eq. 3.25 is unstable is refused where Eq. 3.25 flies; the landing law reads none. The one of the list is
-/// refused by its default too, on a vehicle that is damped less than the thesis's.
+/// A kp with which Eq. 3.25 is unstable is refused if Eq. 3.25 is the law; the landing law reads no kp. The
+/// list's default kp is refused too, on a vehicle with less damping than the thesis's.
 #[test]
 fn an_unstable_kp_is_refused_where_eq_3_25_flies() {
     const EQ_3_25: &str = "law = \"eq-3.25\"";
@@ -211,8 +211,8 @@ fn an_unstable_kp_is_refused_where_eq_3_25_flies() {
     assert_eq!(flown_by(EQ_3_25, "kp = 0.05", &little_damped), Ok(()));
 }
 
-/// The whole reference vehicle, each field in turn left out: its stated value is read, or what its rule makes of the others,
-/// or the field is named as missing. The gains by rule are those of the reference.
+/// The whole reference vehicle without each field in turn. The reader uses the stated value, or the rule's
+/// value, or names the field as missing. The gains by rule are those of the reference.
 #[test]
 fn a_field_that_is_left_out_has_its_stated_value_or_is_missing() {
     let reference = vehicle(REFERENCE);
@@ -271,7 +271,8 @@ fn a_missing_table_is_named() {
     assert_eq!(message, "vehicle.toml: table [safety] is missing");
 }
 
-/// From nothing to a whole file: everything that is missing is told at once, and nothing that may be left out.
+/// From an empty to a whole file: the message names everything that is missing at once, and nothing that is
+/// optional.
 #[test]
 fn everything_that_is_missing_is_named_at_once() {
     let message = parse("my.toml", "[body]\nwheel_radius_m = 0.1\n")
@@ -294,7 +295,7 @@ fn everything_that_is_missing_is_named_at_once() {
     ] {
         assert!(!message.contains(part), "{part}: {message}");
     }
-    // Filled in with the values of a whole file, what it names makes one.
+    // With the values of a whole file, the named fields make a whole file.
     let mut text = String::new();
     let small: Table = include_str!("../../../vehicles/small.toml").parse().expect("TOML");
     let mut table = String::new();
@@ -307,7 +308,7 @@ fn everything_that_is_missing_is_named_at_once() {
         }
     }
     parse("my.toml", &text).expect("whole");
-    // An unknown name is told as such, though what it should be is missing too.
+    // An unknown name is reported as such, although the field that it should be is missing too.
     let message = parse("my.toml", "[body]\nwheel_diameter_m = 0.1\n")
         .expect_err("unknown")
         .to_string();

@@ -1,4 +1,4 @@
-//! Text files of bounded size: what a command reads, whatever the path it was given leads to.
+//! Reads text files of bounded size, whatever a command's path leads to.
 
 use std::fs::File;
 use std::io::Read as _;
@@ -6,23 +6,24 @@ use std::path::Path;
 
 use crate::place::TextPlace;
 
-/// Largest file that is read, in bytes: a vehicle file has about 3000, a scenario rarely more.
+/// Largest file that is read, in bytes. A vehicle file has about 3000 bytes, a scenario rarely more.
 pub const TEXT_MAX_BYTES: u64 = 1 << 20;
 
-/// Reads the regular file at `path`, which holds UTF-8 and at most [`TEXT_MAX_BYTES`].
+/// Reads the regular file at `path`, which must be UTF-8 and at most [`TEXT_MAX_BYTES`] long.
 ///
-/// Devices and pipes are refused before they are opened: reading one may never end, and opening a pipe
+/// Refuses devices and pipes before it opens them: reading a device may never end, and opening a pipe
 /// waits for its writer.
 ///
 /// # Errors
-/// Why the file is not read, without its name.
+/// The reason, without the file's name.
 pub fn read_text(path: &Path) -> Result<String, String> {
     let metadata = std::fs::metadata(path).map_err(|error| error.to_string())?;
     if !metadata.is_file() {
         return Err("not a regular file".to_owned());
     }
     let mut bytes = Vec::new();
-    // One byte more than allowed: a file that grows meanwhile is refused like one that was too long.
+    // One byte more than allowed: a file that grows meanwhile is refused like a file that is too
+    // long.
     File::open(path)
         .and_then(|file| file.take(TEXT_MAX_BYTES + 1).read_to_end(&mut bytes))
         .map_err(|error| error.to_string())?;

@@ -1,4 +1,4 @@
-//! The bridges' lines and the break's wire: what the timers put on the inputs of each bridge, and what trips them.
+//! The bridges' lines and the break wire: what the timers drive onto each bridge's inputs, and what trips the timers.
 
 use rigless::device::Level;
 use rigless::mcu::Mcu;
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::pins::{BridgeInput, BridgeOutput, MOTORS, pin};
 use crate::part::{Part, RippleSource};
 
-/// A pin: port's index, number, and the alternate function that connects it to its timer.
+/// A pin: its port's index, its number, and the alternate function that connects it to its timer.
 #[derive(Debug, Clone, Copy)]
 struct TimerPin {
     port: usize,
@@ -25,7 +25,7 @@ const fn timer_pin(port: usize, number: u8, function: u8) -> TimerPin {
     TimerPin { port, number, function }
 }
 
-/// Timer, as [`Part::with_bridge_timer`] numbers them, channel and pin of an input of a bridge.
+/// Source of a bridge's input: timer, numbered as in [`Part::with_bridge_timer`], channel and pin.
 type LineSource = (usize, u8, TimerPin);
 
 /// IN1 and IN2 of each bridge.
@@ -34,15 +34,15 @@ const LINES: [[LineSource; 2]; MOTORS] = [
     [(0, 3, timer_pin(4, 13, 1)), (0, 4, timer_pin(4, 14, 1))],
     [(1, 3, timer_pin(2, 8, 3)), (1, 4, timer_pin(2, 9, 3))],
 ];
-/// The break input of each of the bridges' timers: PE15, PA8.
+/// Break input of each bridge timer: PE15, PA8.
 const BREAKS: [(BreakInput, TimerPin); 2] = [
     (BreakInput::First, timer_pin(4, 15, 1)),
     (BreakInput::Second, timer_pin(0, 8, 3)),
 ];
 
-/// What the lines between board and bridges do beside what the timers ask for.
+/// Faults and states of the lines between board and bridges, in addition to what the timers drive.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[allow(clippy::struct_excessive_bools)] // Each is a wire of its own.
+#[allow(clippy::struct_excessive_bools)] // Each field is a separate wire.
 pub(super) struct BridgeWiring {
     /// The stop's second contact is open.
     pub(super) stop_pressed: bool,
@@ -52,20 +52,22 @@ pub(super) struct BridgeWiring {
     pub(super) driver_fault: bool,
     /// A bridge has shut itself down because it is too hot, and reports that as a fault.
     pub(super) driver_hot: bool,
-    /// The pin of each timer's break input is shorted to ground.
+    /// The pin of this timer's break input is shorted to ground.
     pub(super) grounded: [bool; BREAKS.len()],
     /// Broken lines: the bridge's pull-down holds the input low.
     pub(super) cut: [[bool; 2]; MOTORS],
 }
 
 impl BridgeWiring {
-    /// Level of the break's pin of a timer: high while the stop's second contact is open or a driver reports a fault.
+    /// Level at the pin of a timer's break input: high while the stop's second contact is open or a driver reports a
+    /// fault.
     fn break_level(self, nth: usize) -> Level {
         let wire = (self.stop_pressed && !self.second_contact_welded) || self.driver_fault || self.driver_hot;
         Level::from(wire && !self.grounded[nth])
     }
 
-    /// Puts the wire's level on the break inputs, of which those that differ from `before` are filtered anew.
+    /// Puts the wire's level on the break inputs. The filter of each input whose level differs from `before` starts
+    /// again.
     pub(super) fn drive_breaks(self, part: &mut Part, now: VirtualNanos, before: Self) {
         for (nth, (input, at)) in BREAKS.into_iter().enumerate() {
             let level = self.break_level(nth);
@@ -82,7 +84,7 @@ impl BridgeWiring {
         }
     }
 
-    /// Level that a timer sees on its break input: low until the pin is connected to it.
+    /// Level that a timer sees on its break input: low until the pin is connected to the timer.
     fn break_at_timer(self, part: &mut Part, nth: usize) -> Level {
         if connected(part, BREAKS[nth].1) {
             self.break_level(nth)
@@ -112,8 +114,8 @@ impl BridgeWiring {
     }
 }
 
-/// What makes the ripple of a motor's current at its sensor: `slope_uv_per_us` is the slope of the sensor's voltage under the
-/// whole supply.
+/// Source of the ripple of a motor's current at its sensor. `slope_uv_per_us` is the slope of the sensor's voltage
+/// under the whole supply.
 pub(super) fn ripple(motor: usize, slope_uv_per_us: u32) -> RippleSource {
     let [(timer, in1, _), (_, in2, _)] = LINES[motor];
     RippleSource {
@@ -123,7 +125,7 @@ pub(super) fn ripple(motor: usize, slope_uv_per_us: u32) -> RippleSource {
     }
 }
 
-/// What a timer puts on a bridge's input. A line that it does not drive is held low by the bridge's pull-down.
+/// What a timer drives onto a bridge's input. The bridge's pull-down keeps a line low that the timer does not drive.
 fn input(part: &mut Part, now: VirtualNanos, (timer, channel, _): LineSource) -> BridgeInput {
     let channel = Channel::new(channel).expect("a timer has six channels");
     part.with_bridge_timer(now, timer, |timer, registers, _| {
@@ -134,7 +136,7 @@ fn input(part: &mut Part, now: VirtualNanos, (timer, channel, _): LineSource) ->
     })
 }
 
-/// Whether every input of the bridges belongs to its timer; until it does, pull-downs hold it low.
+/// Whether every bridge input is connected to its timer. Until then pull-downs keep the input low.
 pub(super) fn all_connected(part: &mut Part) -> bool {
     LINES.into_iter().flatten().all(|(.., at)| connected(part, at))
 }

@@ -1,4 +1,4 @@
-//! The drive board: the part and what the firmware's wiring table connects to its pins.
+//! The drive board: the part, and what the firmware's wiring table connects to the part's pins.
 
 use std::num::{NonZeroU32, NonZeroU64};
 
@@ -18,8 +18,8 @@ use super::pins::{BridgeOutput, MOTORS, SensedAtPins, pin};
 use super::wire::LinkLine;
 use crate::part::{Part, PartSetup};
 
-/// Instructions the emulated core retires per second of virtual time, unless a run sets another rate: the
-/// 400 MHz core at one instruction in four cycles, a cautious figure for code in flash with the cache on.
+/// Instructions that the emulated core retires per second of virtual time, unless a run sets another rate. The
+/// 400 MHz core at one instruction per four cycles is a cautious figure for code in flash with the cache on.
 pub const INSTRUCTIONS_PER_SECOND: u64 = 100_000_000;
 
 const CORE_HZ: u64 = 400_000_000;
@@ -65,7 +65,7 @@ const PHASES: [(Level, Level); 4] = [
 pub struct DriveBoard {
     mcu: Part,
     instructions_per_second: u64,
-    /// Encoder positions, in counts, that the timers have been fed up to.
+    /// Encoder positions, in counts, up to which the timers have received edges.
     fed_counts: [i64; MOTORS],
     /// IMUs that do not answer.
     silent_imus: [bool; 2],
@@ -121,7 +121,7 @@ impl DriveBoard {
         self.wiring.outputs(&mut self.mcu, now)
     }
 
-    /// Whether the timers drive the bridges' pins; until they do, pull-downs hold them low.
+    /// Whether the timers drive the bridges' pins. Until then pull-downs keep the pins low.
     pub fn bridge_pins_connected(&mut self) -> bool {
         bridges::all_connected(&mut self.mcu)
     }
@@ -134,7 +134,7 @@ impl DriveBoard {
         })
     }
 
-    /// Puts what the vehicle's sensors see on the board's pins.
+    /// Puts what the vehicle's sensors measure on the board's pins.
     pub fn sense(&mut self, now: VirtualNanos, sensed: &SensedAtPins) {
         for n in 0..MOTORS {
             self.turn_encoder(now, n, sensed.encoder_counts[n]);
@@ -182,14 +182,14 @@ impl DriveBoard {
 
     /// Opens or closes the stop's first contact alone, which software reads.
     pub fn set_stop_contact(&mut self, now: VirtualNanos, open: bool) {
-        // A closed contact grounds the pin; an open one leaves it to its pull-up.
+        // A closed contact grounds the pin. An open contact leaves the pin to its pull-up.
         let level = (!open).then_some(Level::Low);
         self.mcu.h7.drive_port(now, at::PORT_G, |port, registers, context| {
             port.drive(pin(STOP_PIN), level, registers, context);
         });
     }
 
-    /// Presses or releases the board's button, whose line is high while it is pressed.
+    /// Presses or releases the board's button. Its line is high while the button is pressed.
     pub fn set_button(&mut self, now: VirtualNanos, pressed: bool) {
         let level = if pressed { Level::High } else { Level::Low };
         self.mcu.h7.drive_port(now, at::PORT_C, |port, registers, context| {
@@ -226,17 +226,17 @@ impl DriveBoard {
         &mut self.mcu
     }
 
-    /// Raises or clears the fault output of the bridges' drivers, which shares the break inputs' wire.
+    /// Sets or clears the fault output of the bridge drivers, which shares the wire of the break inputs.
     pub fn set_driver_fault(&mut self, now: VirtualNanos, fault: bool) {
         self.rewire(now, |wiring| wiring.driver_fault = fault);
     }
 
-    /// Shorts the break input of a bridges' timer to ground: that of TIM1 for 0, of TIM8 for 1.
+    /// Shorts the break input of a bridge timer to ground: TIM1 for 0, TIM8 for 1.
     pub fn ground_break(&mut self, now: VirtualNanos, nth: usize) {
         self.rewire(now, |wiring| wiring.grounded[nth] = true);
     }
 
-    /// Breaks a line to a bridge: IN1 for 0, IN2 for 1. The bridge's pull-down holds the input low from then on.
+    /// Breaks a line to a bridge: IN1 for 0, IN2 for 1. From then on the bridge's pull-down keeps the input low.
     pub fn cut_line(&mut self, motor: usize, input: usize) {
         self.wiring.cut[motor][input] = true;
     }
@@ -248,7 +248,7 @@ impl DriveBoard {
             .expect("the wire was attached when the board was built")
     }
 
-    /// Turns an encoder to a position in counts, edge by edge.
+    /// Turns an encoder to a position, in counts, edge by edge.
     fn turn_encoder(&mut self, now: VirtualNanos, nth: usize, counts: i64) {
         let fed = &mut self.fed_counts[nth];
         if *fed == counts {
@@ -270,7 +270,7 @@ impl DriveBoard {
         });
     }
 
-    /// Changes the wiring and puts the break's wire on the break inputs.
+    /// Changes the wiring and puts the break wire's new level on the break inputs.
     fn rewire(&mut self, now: VirtualNanos, change: impl FnOnce(&mut BridgeWiring)) {
         let before = self.wiring;
         change(&mut self.wiring);

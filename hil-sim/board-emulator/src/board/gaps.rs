@@ -1,14 +1,15 @@
-//! Places where the emulated part could not stand in for the real one, and which of them are known not to
-//! matter on this board.
+//! Places where the emulated part could not replace the real part, and which of these gaps are known not
+//! to matter on this board.
 
 use rigless::session::Session;
 
 use super::drive_board::DriveBoard;
 
-/// One such place.
+/// A place where the emulated part could not replace the real part.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Gap {
-    /// The kind of place: `unmapped`, `refused`, `unimplemented`, `undefined`, `unrouted`, `told`.
+    /// The kind of gap: `unmapped`, `refused`, `unimplemented`, `undefined`, `unrouted`, or `told`, the
+    /// emulator's word for a gap that a part's model reports itself.
     pub kind: &'static str,
     /// The instance and register, or the address.
     pub place: String,
@@ -21,7 +22,7 @@ pub struct Gap {
 pub struct Allowed {
     /// The gap's kind.
     pub kind: &'static str,
-    /// The gap's place.
+    /// Where the gap is.
     pub place: &'static str,
     /// Why the gap does not matter.
     pub reason: &'static str,

@@ -1,4 +1,4 @@
-//! An IMU on a bus of 16-bit frames.
+//! An IMU on a bus with 16-bit frames.
 
 use plant::icm42688p::registers as register;
 use rigless::chip::Timeline;
@@ -6,19 +6,19 @@ use rigless::chip::icm42688p::Icm42688p;
 use rigless::chip::spi::Peer;
 use rigless::time::EventId;
 
-/// The emulated ICM-42688-P. Its model transfers one byte at a time; this wrapper transfers frames of any whole
-/// number of bytes, which put the same bits on the wires.
+/// The emulated ICM-42688-P. Its model transfers one byte at a time. This wrapper transfers frames of any whole
+/// number of bytes, with the same bits on the wires.
 #[derive(Debug)]
 pub struct EmulatedImu {
     /// The part's model.
     pub chip: Icm42688p,
-    /// Register that the next byte of the transfer is written to; `None` before the address, and while reading.
+    /// Register to which the transfer's next byte is written. `None` before the address, and during a read.
     writes: Option<u8>,
-    /// The next byte is the transfer's address.
+    /// Whether the next byte is the transfer's address.
     address_next: bool,
-    /// Bank that the driver selected.
+    /// Register bank that the driver selected.
     bank: u8,
-    /// What the driver wrote to INTF_CONFIG1, which the part's model stores and does not act on.
+    /// What the driver wrote to INTF_CONFIG1. The part's model stores this register and does not act on it.
     intf_config1: u8,
 }
 
@@ -43,13 +43,13 @@ impl EmulatedImu {
         }
     }
 
-    /// INTF_CONFIG1 as the driver left it: it switches the adaptive full scale, whose stalls the plant's
-    /// sensor shows.
+    /// INTF_CONFIG1 as the driver left it. The register switches the adaptive full scale, whose stalls the
+    /// plant's sensor models.
     pub fn intf_config1(&self) -> u8 {
         self.intf_config1
     }
 
-    /// Follows what the driver writes, for the registers that the part's model does not act on.
+    /// Follows the driver's writes to the registers that the part's model does not act on.
     fn follow(&mut self, byte: u8) {
         if self.address_next {
             self.address_next = false;
@@ -72,7 +72,7 @@ impl EmulatedImu {
 impl Peer for EmulatedImu {
     fn transfer(&mut self, mosi: u32, bits: u8, context: &mut Timeline<'_, '_>) -> u32 {
         let bytes = usize::from(bits / 8);
-        // The first bit of a frame is its highest.
+        // A frame starts with its highest bit.
         let sent = mosi.to_be_bytes();
         sent.iter()
             .skip(sent.len().saturating_sub(bytes))

@@ -1,4 +1,4 @@
-//! What the board's pins give the vehicle and what the vehicle's sensors put on them.
+//! What the board's pins drive in the vehicle, and what the vehicle's sensors put on the pins.
 
 use model::analog::Analog;
 use rigless::device::Level;
@@ -12,14 +12,14 @@ pub(super) fn pin(number: u8) -> Pin {
     Pin::new(number).expect("a port has sixteen pins")
 }
 
-/// What a timer puts on an input of a bridge.
+/// What a timer drives onto an input of a bridge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum BridgeInput {
-    /// One level throughout.
+    /// A constant level.
     Level(Level),
-    /// High from the begin of each period on, or around it; every line of a timer alike.
+    /// High from the start of each period, or around the start. All lines of a timer are alike.
     Pulse {
-        /// Time for which it is high in each period, in ns.
+        /// Time for which the line is high in each period, in ns.
         high_ns: u64,
         /// The period in ns.
         period_ns: u64,
@@ -27,7 +27,7 @@ pub(super) enum BridgeInput {
 }
 
 impl BridgeInput {
-    /// Time for which it is high in a period of so many ns.
+    /// Time for which the line is high in a period of `period_ns`, in ns.
     fn high_ns(self, period_ns: u64) -> u64 {
         match self {
             Self::Level(Level::Low) => 0,
@@ -36,7 +36,7 @@ impl BridgeInput {
         }
     }
 
-    /// The period in ns, of a line that has one.
+    /// The period in ns of a line that pulses.
     fn period_ns(self) -> Option<u64> {
         match self {
             Self::Level(_) => None,
@@ -45,28 +45,29 @@ impl BridgeInput {
     }
 }
 
-/// State of a motor's bridge, a driver with two inputs: both low open, both high brake.
+/// State of a motor's bridge. The driver has two inputs: both low open the bridge, both high brake.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BridgeOutput {
     /// No transistor conducts.
     Open,
-    /// The bridge drives and brakes in turn. What the times leave of the period it is open; the firmware never leaves any.
+    /// The bridge drives and brakes in turn. For the rest of the period the bridge is open. The
+    /// firmware never leaves any rest.
     Switching {
-        /// Time for which it drives forward in each period, in ns.
+        /// Time for which the bridge drives forward in each period, in ns.
         forward_ns: u64,
-        /// Time for which it drives in reverse in each period, in ns.
+        /// Time for which the bridge drives in reverse in each period, in ns.
         reverse_ns: u64,
-        /// Time for which it brakes in each period, in ns.
+        /// Time for which the bridge brakes in each period, in ns.
         brake_ns: u64,
         /// The period in ns.
         period_ns: u64,
     },
-    /// It drives or brakes without switching. The firmware never commands this.
+    /// The bridge drives or brakes without switching. The firmware never commands this state.
     Held,
 }
 
 impl BridgeOutput {
-    /// What the driver's table makes of its two inputs, whose pulses begin together.
+    /// State that the driver's truth table gives for its two inputs. Their pulses begin together.
     pub(super) fn of(in1: BridgeInput, in2: BridgeInput) -> Self {
         match (in1, in2) {
             (BridgeInput::Level(Level::Low), BridgeInput::Level(Level::Low)) => Self::Open,
@@ -99,7 +100,7 @@ impl BridgeOutput {
         }
     }
 
-    /// Whether it drives and brakes in turn and is open at no time.
+    /// Whether the bridge drives and brakes in turn and is never open.
     pub fn never_open(self) -> bool {
         match self {
             Self::Open => false,
@@ -117,7 +118,7 @@ impl BridgeOutput {
 /// What an IMU measures, on its own axes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ImuSensed {
-    /// The IMU does not answer: its bus floats.
+    /// Whether the IMU is silent: its bus floats.
     pub silent: bool,
     /// Angular rate in thousandths of a degree per second.
     pub rate_mdeg_s: [i32; 3],
@@ -134,20 +135,21 @@ impl ImuSensed {
     };
 }
 
-/// What the vehicle puts on the board's sensor pins.
+/// What the vehicle's sensors put on the board's pins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SensedAtPins {
     /// Encoder positions in counts.
     pub encoder_counts: [i64; MOTORS],
     /// IMUs: arm, spar.
     pub imus: [ImuSensed; 2],
-    /// Outputs of the battery's divider and of the other sensors before the converter, in mV.
+    /// Outputs of the battery's divider and of the other analogue sensors, at the converter's input,
+    /// in mV.
     pub analog_mv: Analog<u32>,
-    /// Slope of each current sensor's voltage while the whole supply stands across its motor, in uV per us: the currents of
-    /// `analog_mv` are their means, around which they ripple with the PWM.
+    /// Slope of each current sensor's voltage with the whole supply across its motor, in uV per us.
+    /// The currents in `analog_mv` are means. The currents ripple around these means with the PWM.
     pub current_slope_uv_per_us: [u32; MOTORS],
-    /// The supply is too low for the board, which is held in reset.
+    /// The supply is too low for the board, which stays in reset.
     pub unpowered: bool,
-    /// A bridge has shut itself down because it is too hot, and pulls its fault output.
+    /// A bridge has shut itself down because it is too hot, and reports that at its fault output.
     pub bridge_shut_down: bool,
 }

@@ -1,4 +1,4 @@
-//! The host's end of the link's wire.
+//! The host's end of the link.
 
 use std::collections::VecDeque;
 
@@ -16,12 +16,13 @@ pub struct LinkLine {
 rigless::store!(LinkLine);
 
 impl LinkLine {
-    /// Queues bytes, which reach the board at the line's rate from the emulator's next stop on.
+    /// Queues bytes. They reach the board at the line's rate, starting at the emulator's next
+    /// stop.
     pub fn send(&mut self, bytes: &[u8]) {
         self.to_board.extend(bytes);
     }
 
-    /// Number of bytes that are queued and have not been sent.
+    /// Number of queued bytes that have not been sent.
     pub fn pending(&self) -> usize {
         self.to_board.len()
     }

@@ -8,8 +8,9 @@ use hil_elf::{ELF_VARIABLE, build_board};
 use super::firmware::Firmware;
 use crate::error::Error;
 
-/// The firmware that the environment variable `FIRMWARE_ELF` names, or the workspace's own, which is built if it
-/// is not up to date. Built once per process; cargo keeps other processes from building at the same time.
+/// The firmware that the environment variable `FIRMWARE_ELF` names, or the workspace's own firmware, which is
+/// built if it is not up to date. Each process builds the firmware once. Cargo keeps other processes from
+/// building at the same time.
 ///
 /// # Errors
 /// When the firmware cannot be built or read; the same error at every call.

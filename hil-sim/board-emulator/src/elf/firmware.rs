@@ -9,7 +9,7 @@ use rigless::image::Image;
 use super::log::{LogReader, table_of};
 use crate::error::Error;
 
-/// A firmware that can be run.
+/// A firmware that can run on the emulated board.
 #[derive(Debug)]
 pub struct Firmware {
     path: PathBuf,
@@ -25,10 +25,10 @@ pub struct Firmware {
 const LOADER: &str = "boot-loader";
 
 impl Firmware {
-    /// Reads an ELF, and the boot loader's beside it.
+    /// Reads an ELF, and the boot loader's ELF in the same folder.
     ///
     /// # Errors
-    /// When a file cannot be read or is no ELF, or the firmware has no RTT control block.
+    /// When a file cannot be read or is not an ELF, or the firmware has no RTT control block.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let read = |path: &Path| {
             std::fs::read(path).map_err(|source| Error::Read {
@@ -52,7 +52,7 @@ impl Firmware {
         Ok(firmware)
     }
 
-    /// The file that the firmware was read from.
+    /// The file from which the firmware was read.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -62,7 +62,7 @@ impl Firmware {
         vec![self.loader.clone(), self.image.clone()]
     }
 
-    /// The boot loader's image alone: a board whose firmware is what a test puts there.
+    /// The boot loader's image alone, for a board whose firmware the test supplies.
     pub fn loader(&self) -> Vec<Image> {
         vec![self.loader.clone()]
     }
@@ -86,7 +86,7 @@ impl Firmware {
             })
     }
 
-    /// A reader of the log of one run.
+    /// Returns a reader of one run's log.
     ///
     /// # Errors
     /// [`Error::Log`] when the ELF carries no log dictionary.

@@ -13,8 +13,8 @@ use crate::error::Error;
 /// Symbol of the record in the firmware.
 const SYMBOL: &str = "FLIGHT_RECORD";
 
-/// Length of a record in 32-bit words. Its layout is the same on the host and on the target: C's, with the same
-/// size and alignment of every field.
+/// Length of a record in 32-bit words. Its layout is the same on the host and on the board: C's layout, with
+/// the same size and alignment of every field.
 pub const WORDS: usize = size_of::<FlightRecord>() / 4;
 
 /// Address of the record in the firmware's RAM.
@@ -52,7 +52,7 @@ pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
             encoder_age_us: sample(offset_of!(Sample, encoder_age_us)).u32()?,
             arm_imu: sample(offset_of!(Sample, arm_imu)).imu()?,
             spar_imu: sample(offset_of!(Sample, spar_imu)).imu()?,
-            // C's layout of the inputs is an array of them.
+            // In C's layout the inputs form an array.
             analog: Analog::from_values(sample(offset_of!(Sample, analog)).each(2, |field| field.u16())?),
             analog_age_us: sample(offset_of!(Sample, analog_age_us)).u32()?,
             emergency_stop: sample(offset_of!(Sample, emergency_stop)).flag()?,
@@ -61,7 +61,7 @@ pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
             board_blockers: sample(offset_of!(Sample, board_blockers)).u32()?,
         },
         command: Command {
-            // C's layout of the quantities is an array of them.
+            // In C's layout the quantities form an array.
             drive: DriveCommand::from_values(
                 command(offset_of!(Command, drive)).each(4, |field| Ok(f32::from_bits(field.u32()?)))?,
             ),
@@ -80,7 +80,7 @@ pub fn decode(words: &[u32]) -> Result<FlightRecord, Error> {
     })
 }
 
-/// The fields of a record from an offset on.
+/// The fields of a record, starting at an offset.
 struct Fields<'a> {
     bytes: &'a [u8],
     offset: usize,

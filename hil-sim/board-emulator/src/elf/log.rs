@@ -1,10 +1,10 @@
-//! The firmware's log: drained the way a debug probe does, decoded by the dictionary in the ELF.
+//! The firmware's log: drained as a debug probe drains it, and decoded with the dictionary in the ELF.
 
 use defmt_decoder::{DecodeError, StreamDecoder, Table};
 use rigless::emulator::{self, Memory};
 use rigless::soc::Width;
 
-/// Offsets into the RTT control block of up-channel 0's fields: after the identifier (16 bytes), the two
+/// Offsets of up-channel 0's fields in the RTT control block: after the identifier (16 bytes), the two
 /// channel counts and the channel's name.
 const BUFFER: u64 = 28;
 const SIZE: u64 = 32;
@@ -12,7 +12,7 @@ const WRITE: u64 = 36;
 const READ: u64 = 40;
 
 /// Appends to `out` what the firmware has written since the last drain, and advances the channel's read
-/// offset. Drains nothing before the firmware has set the control block up.
+/// offset. Drains nothing before the firmware has set up the control block.
 pub(crate) fn drain(block: u64, memory: &mut (impl Memory + ?Sized), out: &mut Vec<u8>) -> Result<(), emulator::Error> {
     let write = memory.read(block + WRITE, Width::W32)?;
     let mut read = memory.read(block + READ, Width::W32)?;
@@ -31,20 +31,20 @@ pub(crate) fn drain(block: u64, memory: &mut (impl Memory + ?Sized), out: &mut V
     memory.write(block + READ, Width::W32, read)
 }
 
-/// The log of one run, decoded as it comes.
+/// The log of one run, decoded as it arrives.
 pub struct LogReader<'a> {
     decoder: Box<dyn StreamDecoder + Send + Sync + 'a>,
 }
 
 impl<'a> LogReader<'a> {
-    /// A reader by the dictionary of the ELF that writes the log.
+    /// A reader that uses the dictionary of the ELF that writes the log.
     pub(super) fn new(table: &'a Table) -> Self {
         Self {
             decoder: table.new_stream_decoder(),
         }
     }
 
-    /// The lines that these further bytes complete.
+    /// The lines that these bytes complete.
     pub fn lines(&mut self, rtt: &[u8]) -> Vec<String> {
         self.decoder.received(rtt);
         let mut lines = Vec::new();

@@ -1,4 +1,4 @@
-//! The firmware under test: how it is built and read, its log, its flight record.
+//! The firmware under test: its build, its ELF, its log and its flight record.
 
 pub mod build;
 mod firmware;

@@ -1,13 +1,14 @@
 //! TIM1 and TIM8, which switch the bridges, without the calls that nothing on this board needs.
 //!
-//! Neither timer moves data by DMA or follows another timer, so neither hears a request line but those that trip its break:
-//! the clock security system's, and the supply's detector, for which the part has no line ([`BridgeTimer::supply_fell`]).
+//! Neither timer moves data by DMA or follows another timer. Each timer therefore listens only to the request lines that
+//! trip its break: the line of the clock security system, and the supply detector, for which the part has no line
+//! ([`BridgeTimer::supply_fell`]).
 //!
-//! The part's model asks for control at every edge of every channel: tens of thousands of times per second for each timer at
-//! 20 kHz, most of what a run costs. The model knows the outputs' enables, breaks and locks, and catches up in one pass
-//! whenever it is accessed; edges within a period are [`PwmWaveform`]'s. The model's events are therefore dropped, except around
-//! a change of the break input, because they time the break's filter; whoever reads the outputs drives the break inputs
-//! first, which makes the models catch up.
+//! The part's model asks for control at every edge of every channel: tens of thousands of times per second and timer at
+//! 20 kHz. These calls would be most of a run's cost. The model knows the outputs' enables, breaks and locks, and catches
+//! up in one pass whenever it is accessed. [`PwmWaveform`] computes the edges within a period. The model's events are
+//! therefore dropped, except around a change of the break input, because these events time the break's filter. A reader
+//! of the outputs drives the break inputs first, which makes the models catch up.
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile, RequestChange};
 use rigless::soc::stm32h743::generated::tim1::{self, Register};
@@ -18,16 +19,16 @@ use rigless::time::{EventId, VirtualNanos};
 use super::setup::BridgeBreak;
 use super::waveform::{CHANNELS, PwmShape, PwmWaveform};
 
-/// How long after a change of the break input the model's events are let through, in ns: longer than any setting of the
+/// Time after a change of the break input for which the model's events pass, in ns: longer than any setting of the
 /// break's filter at this board's clock (15 samples of 32 periods of 5 ns: 2.4 us).
 const BREAK_FILTER_NS: u64 = 5_000;
 
 /// Instance whose request line trips the bridges' breaks when the external clock fails.
 const CLOCKS: &str = "RCC";
-/// The line that stands for the supply's detector: the power controller has fewer.
+/// The line that represents the supply detector. No line of the power controller has this index.
 const SUPPLY: (&str, usize) = ("PWR", usize::MAX);
 
-/// Clock until the clock tree sets the timer's own, before the firmware starts the timer.
+/// Clock until the clock tree sets the timer's clock, before the firmware starts the timer.
 const UNSET_CLOCK_HZ: u64 = 1;
 
 /// MMS2 that makes the sixth channel's reference the second trigger output, and the mode PWM 1 of a channel.
@@ -46,7 +47,8 @@ pub struct BridgeTimer {
     /// The last instant, in ns, at which an event reaches the model.
     events_until: u64,
     waveform: PwmWaveform,
-    /// Writes of a waiting compare value that the end of a period could have parted from the others.
+    /// Writes of a preloaded compare value that the end of a period could have separated from the writes of the other
+    /// values.
     pub unheld_writes: u64,
     /// Bits of EGR that do nothing.
     deaf: u64,
@@ -73,7 +75,7 @@ impl BridgeTimer {
         }
     }
 
-    /// What the timer puts on its channels, with its outputs as enabled as `registers` have them.
+    /// What the timer drives onto its channels, with the outputs enabled as `registers` say.
     pub fn waveform(&self, registers: &RegisterFile) -> PwmWaveform {
         let mut waveform = self.waveform;
         let shape = PwmShape {
@@ -84,8 +86,7 @@ impl BridgeTimer {
         waveform
     }
 
-    /// The pulse that a channel repeats, with the counter running and the outputs enabled: time for which it is high, and
-    /// period, in ns.
+    /// The pulse that a channel repeats while the counter runs and the outputs are enabled: high time and period, in ns.
     pub fn pulse(&self, channel: Channel, now: VirtualNanos, registers: &RegisterFile) -> Option<(u64, u64)> {
         self.model.output(channel, registers)?;
         let mut waveform = self.waveform(registers);
@@ -99,7 +100,7 @@ impl BridgeTimer {
         ))
     }
 
-    /// Lets the model's events through for as long as the break's filter can take.
+    /// Lets the model's events pass for the longest time that the break's filter can take.
     pub fn time_break_filter(&mut self, now: VirtualNanos) {
         self.events_until = now.0 + BREAK_FILTER_NS;
     }
@@ -115,7 +116,7 @@ impl BridgeTimer {
         self.model.on_request(change, registers, context);
     }
 
-    /// Puts a level on the pin of a break, which makes the model catch up.
+    /// Puts a level on the pin of a break input, which makes the model catch up.
     pub fn drive_break(
         &mut self,
         input: BreakInput,
@@ -128,9 +129,10 @@ impl BridgeTimer {
     }
 }
 
-/// What the registers make of the waveform.
+/// The waveform's shape according to the registers.
 fn shape(registers: &RegisterFile) -> PwmShape {
-    /// Compare values, and what says how their channels use them: register of the mode, lowest bit of the channel's half.
+    /// Compare register of each channel, the register of the channel's mode, and the lowest bit of the channel's half of
+    /// that register.
     const COMPARE: [(Register, Register, u32); CHANNELS] = [
         (Register::Ccr1, Register::Ccmr1Output, 0),
         (Register::Ccr2, Register::Ccmr1Output, 8),
@@ -189,7 +191,7 @@ impl Device for BridgeTimer {
         }
     }
 
-    /// The clocks' lines alone: no other request or acknowledge is wired to these timers.
+    /// Only the clocks' lines: no other request or acknowledge is wired to these timers.
     fn on_request(&mut self, change: RequestChange, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         if change.instance == CLOCKS {
             self.model.on_request(change, file, context);

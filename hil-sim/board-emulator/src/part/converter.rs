@@ -1,12 +1,14 @@
 //! ADC1: the part's model, started by the bridges' timer, with currents at its pins that ripple with the PWM.
 //!
-//! The part's model starts a sequence at software's word alone. Here the trigger is kept from it (EXTEN and EXTSEL of CFGR,
-//! and ADSTART while the converter waits), and each rising edge of TIM1's second trigger output starts the model's sequence
-//! as software would. No other trigger is connected: a firmware that chooses one waits for ever.
+//! The part's model starts a sequence only when software asks for one. This wrapper hides the trigger from
+//! the model (EXTEN and EXTSEL of CFGR, and ADSTART while the converter waits). Each rising edge of TIM1's
+//! second trigger output starts the model's sequence as software would. No other trigger is connected: a
+//! firmware that chooses another trigger waits for ever.
 //!
-//! A current's ripple follows from the bridge's lines in closed form, if the resistance's part of a period is left out: under
-//! the supply the current rises, under the brake it falls, in straight lines that cross the mean in the middle of each. The
-//! sensor's voltage is that of the mean, which the board gives, and of the ripple at the end of the sample.
+//! A current's ripple follows from the bridge's lines in closed form if the effect of the resistance within a
+//! period is neglected. Under the supply the current rises, under the brake it falls, in straight lines that
+//! cross the mean in the middle of each. The sensor's voltage is the sum of the mean, which the board gives,
+//! and of the ripple at the end of the sample.
 
 use rigless::device::{Device, DeviceContext, RegisterFile, RequestChange};
 use rigless::soc::stm32h743::generated::adc3::{Register, cfgr, cr};
@@ -23,24 +25,24 @@ pub const TIMERS: usize = 2;
 /// EXTSEL of TIM1's second trigger output, and EXTEN of its rising edge (RM0433 25.4.19).
 const TIM1_TRGO2: u64 = 10;
 const RISING: u64 = 1;
-/// Half cycles from the trigger to the begin of the sequence (DS12110: 1.5 to 2.5 cycles).
+/// Half cycles from the trigger to the start of the sequence (DS12110: 1.5 to 2.5 cycles).
 const LATENCY_HALF_CYCLES: u64 = 4;
 /// Bits of a conversion, by the code of RES.
 const BITS: [u64; 8] = [16, 14, 12, 10, 16, 14, 12, 8];
 
-/// A current's sensor: between which lines the motor lies, and how steeply its voltage rises.
+/// A current sensor: the lines between which the motor is connected, and the slope of the sensor's voltage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RippleSource {
     /// The timer of the lines: TIM1 for 0, TIM8 for 1.
     pub timer: usize,
-    /// Channels of the two inputs of the bridge, from 0: the first one drives forward.
+    /// Channels of the two inputs of the bridge, from 0. The first input drives forward.
     pub lines: [usize; 2],
-    /// Slope of the sensor's voltage while the whole supply stands across the motor, in uV per us.
+    /// Slope of the sensor's voltage with the whole supply across the motor, in uV per us.
     pub slope_uv_per_us: u32,
 }
 
 impl RippleSource {
-    /// What the ripple adds to the sensor's voltage at an instant in ns, in uV.
+    /// Contribution of the ripple to the sensor's voltage at an instant in ns, in uV.
     fn at(self, waveforms: &[PwmWaveform; TIMERS], at: u64) -> i64 {
         let mut waveform = waveforms[self.timer];
         waveform.catch_up(at);
@@ -54,11 +56,12 @@ impl RippleSource {
         }
         let (period, phase) = (i128::from(period), i128::from(phase));
         let (driven, brake) = (in1 - in2, in1.min(in2));
-        // The time since the middle of the brake: the lines are high around the zero of a counter that counts up and down, and
-        // from the begin of the period on otherwise.
+        // The time since the middle of the brake. The lines are high around the zero of a counter that counts
+        // up and down, and otherwise from the start of the period.
         let middle = if waveform.shape().up_and_down { 0 } else { brake / 2 };
         let since = (phase - middle + period / 2).rem_euclid(period) - period / 2;
-        // In uV per us, times ns: as many thousandths of uV. Of the supply the brake leaves the mean's share, the drive the rest.
+        // uV per us times ns gives thousandths of uV. The mean's share of the supply acts during the brake,
+        // the rest during the drive.
         let uv = |share: i128, ns: i128| share * ns * i128::from(self.slope_uv_per_us) / period / 1_000;
         let ripple = if 2 * since.abs() <= brake {
             uv(-driven, since)
@@ -77,18 +80,18 @@ pub struct TriggeredConverter {
     clock_hz: u64,
     /// The trigger's bits of CFGR.
     trigger: u64,
-    /// Software has started the converter, which waits for triggers.
+    /// Whether software has started the converter, which now waits for triggers.
     waits: bool,
-    /// The model converts.
+    /// Whether the model is converting.
     converting: bool,
     /// Software's word to stop does nothing.
     jammed: bool,
     /// When the sequence begins that the next trigger starts.
     begins: Option<EventId>,
-    /// Voltages of the pins, but for the ripple, in mV.
+    /// Voltages of the pins without the ripple, in mV.
     millivolts: [u32; CHANNELS],
     ripples: [Option<RippleSource>; CHANNELS],
-    /// What the bridges' timers do, as of the last access.
+    /// Waveforms of the bridge timers at the last access.
     waveforms: [PwmWaveform; TIMERS],
 }
 
@@ -101,7 +104,7 @@ rigless::store!(TriggeredConverter {
 });
 
 impl TriggeredConverter {
-    /// The converter out of reset, with nothing on its pins.
+    /// The converter in the reset state, with nothing on its pins.
     pub fn new() -> Self {
         Self {
             model: Adc::new(Converter::Adc1, 0),
@@ -117,12 +120,12 @@ impl TriggeredConverter {
         }
     }
 
-    /// The reference voltage in mV.
+    /// Sets the reference voltage in mV.
     pub fn set_reference(&mut self, millivolts: u32) {
         self.model.set_reference(millivolts);
     }
 
-    /// The voltage of a channel's pin but for the ripple, in mV, and what makes the ripple.
+    /// Sets the voltage of a channel's pin without the ripple, in mV, and the source of the ripple.
     pub fn set_input(&mut self, channel: u8, millivolts: u32, ripple: Option<RippleSource>) {
         self.millivolts[usize::from(channel)] = millivolts;
         self.ripples[usize::from(channel)] = ripple;
@@ -138,7 +141,7 @@ impl TriggeredConverter {
         self.waveforms = *waveforms;
     }
 
-    /// Whether a trigger starts the sequence, instead of software.
+    /// Whether a trigger, and not software, starts the sequence.
     fn is_triggered(&self) -> bool {
         cfgr::EXTEN.get(self.trigger) != 0
     }
@@ -147,7 +150,7 @@ impl TriggeredConverter {
         half_cycles * 1_000_000_000 / (2 * self.clock_hz.max(1))
     }
 
-    /// Waits for the next trigger, if the timer sends any.
+    /// Waits for the next trigger, if the timer sends triggers.
     fn await_trigger(&mut self, context: &mut DeviceContext<'_>) {
         self.begins = None;
         let connected = cfgr::EXTSEL.get(self.trigger) == TIM1_TRGO2 && cfgr::EXTEN.get(self.trigger) == RISING;
@@ -161,10 +164,10 @@ impl TriggeredConverter {
         }
     }
 
-    /// Puts on the pins what a conversion that ends now has sampled.
+    /// Puts on the pins the voltages that a conversion which ends now has sampled.
     fn present(&mut self, file: &RegisterFile, now: u64) {
         let bits = BITS[cfgr::RES.get(file.get(Register::Cfgr)) as usize];
-        // Half cycles of a conversion after its sample (RM0433 Table 214).
+        // A conversion takes this many half cycles after its sample (RM0433 Table 214).
         let sampled = now.saturating_sub(self.ns(bits + 1));
         for channel in 0..CHANNELS {
             let ripple_uv = self.ripples[channel].map_or(0, |ripple| ripple.at(&self.waveforms, sampled));
@@ -180,7 +183,7 @@ impl TriggeredConverter {
         self.converting = cr::ADSTART.is_set(file.get(Register::Cr));
     }
 
-    /// CR as written: the model hears of a start when a trigger comes.
+    /// Writes CR. The model sees a start only when a trigger comes.
     fn write_control(&mut self, value: u64, file: &mut RegisterFile, context: &mut DeviceContext<'_>) {
         let mut passed = value;
         if cr::ADSTP.is_set(value) && self.jammed {

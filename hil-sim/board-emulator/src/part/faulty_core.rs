@@ -1,8 +1,8 @@
-//! A core whose memory has gone bad, which the emulated memories never do.
+//! A core with bad memory. The emulator's own memories never go bad.
 //!
-//! The emulated core sends its accesses to chosen pages to its bus instead of to the memory. [`FaultyBus`] stands there
-//! and does what the part does: a word that the flash's error correction cannot restore raises the flag of its bank and
-//! fails on the bus; bits of the RAM that stick read as ones. Instructions are fetched as if nothing were wrong.
+//! The emulated core sends its accesses to chosen pages to its bus instead of to the memory. [`FaultyBus`] answers
+//! there as the part does. A word that the flash's error correction cannot restore sets the flag of its bank and fails
+//! on the bus. Stuck bits of the RAM read as ones. Instruction fetches are not affected.
 
 use std::sync::Arc;
 
@@ -18,9 +18,9 @@ use super::setup::MemoryFault;
 /// Status registers of the flash's banks, and the registers that clear their flags.
 const STATUS: [u64; 2] = [0x5200_2010, 0x5200_2110];
 const CLEAR: [u64; 2] = [0x5200_2014, 0x5200_2114];
-/// The flag of an uncorrectable error, in both registers.
+/// Flag of an uncorrectable error, in both registers.
 const UNCORRECTABLE: u64 = 1 << 26;
-/// Where the second bank begins.
+/// Start address of the second bank.
 const SECOND_BANK: u64 = 0x0810_0000;
 
 /// The constructor of a core with bad memory.
@@ -39,7 +39,7 @@ pub fn constructor(sound: ProcessorConstructor, fault: MemoryFault) -> Processor
 #[derive(Debug)]
 struct FaultyCore {
     core: Box<dyn Processor>,
-    /// The core sends its accesses to the bad words to the bus.
+    /// Whether the core sends its accesses to the bad words to the bus.
     routed: bool,
     fault: MemoryFault,
     /// Flags of the flash's banks.
@@ -150,7 +150,8 @@ impl Processor for FaultyCore {
 
     #[expect(unsafe_code, reason = "the trait has no other way to pass memory on")]
     unsafe fn map(&mut self, start: u64, length: u64, host: *mut u8, writable: bool) {
-        // SAFETY: the caller promises of the memory what the core within asks for, and that core is dropped with this one.
+        // SAFETY: the caller guarantees for the memory what the inner core requires, and the inner core is dropped
+        // together with this core.
         unsafe { self.core.map(start, length, host, writable) }
     }
 

@@ -1,9 +1,9 @@
 //! The microcontroller: the emulator's STM32H743 with a watchdog, without the models this firmware never uses.
 //!
-//! The emulated part offers every change of every request line to every model that might be wired to it, some
-//! hundred thousand times per second here. Therefore the models that this firmware never accesses are left out
-//! (their registers remain; the list of gaps would report a firmware that accessed one), the timers hear no
-//! request line, and DMAMUX1 drives only the lines that something on this board listens to.
+//! The emulated part offers every change of every request line to every model that might be wired to the line, here about
+//! a hundred thousand times per second. Three measures reduce this cost. The models that this firmware never accesses are
+//! left out; their registers remain, and the list of gaps would report a firmware that accessed one of them. The timers
+//! listen to no request line. DMAMUX1 drives only the lines to which something on this board listens.
 
 use rigless::device::{DeviceContext, ErasedDevice, RegisterFile, ResetCause};
 use rigless::emulator::CoreSpec;
@@ -21,7 +21,7 @@ use super::timer::GeneralTimer;
 use super::watchdog::IndependentWatchdog;
 use super::waveform::PwmWaveform;
 
-/// Instances left out: those that listen to request lines and that the firmware never accesses.
+/// Instances left out: they listen to request lines, and the firmware never accesses them.
 const LEFT_OUT: [&str; 17] = [
     "TIM6",
     "TIM7",
@@ -49,9 +49,9 @@ const TIMERS: [&str; 4] = ["TIM2", "TIM3", "TIM4", "TIM5"];
 /// The model that answers for a slot of the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Model {
-    /// The part's own.
+    /// The part's own model.
     Own,
-    /// No model: the registers alone.
+    /// No model, only the registers.
     LeftOut,
     Watchdog,
     BridgeTimer(usize),
@@ -63,7 +63,7 @@ enum Model {
 /// The emulated part.
 #[derive(Debug)]
 pub struct Part {
-    /// Every peripheral but those below.
+    /// Every peripheral except those below.
     pub h7: Stm32h743,
     /// TIM1 and TIM8.
     bridge_timers: [BridgeTimer; BRIDGE_TIMERS.len()],
@@ -140,26 +140,26 @@ impl Part {
     /// The external clock stops.
     pub fn fail_external_clock(&mut self, at: VirtualNanos) {
         let slot = self.clocks_slot;
-        // The model cannot be borrowed from the part together with the bus that it drives.
+        // The model and the bus that it drives cannot be borrowed from the part at the same time.
         let mut clocks = std::mem::take(&mut self.h7.rcc);
         let (registers, mut context) = self.h7.bus_mut().drive(at, slot);
         clocks.fail_hse(registers, &mut context);
         self.h7.rcc = clocks;
     }
 
-    /// Raises flags in the status register of a bank of the flash.
+    /// Sets flags in the status register of a flash bank.
     pub fn raise_flash_flags(&mut self, bank: usize, flags: u32) {
         let (_, registers) = self.h7.program();
         let register = status(bank);
         registers.set(register, registers.get(register) | u64::from(flags));
     }
 
-    /// Where the core finds its vectors after a reset.
+    /// Address from which the core reads its vectors after a reset.
     pub fn boot_address(&self) -> u32 {
         self.setup.boot_address
     }
 
-    /// A core as `spec` makes it, with the part's bad memory if it has any.
+    /// A core made by `spec`, with the part's bad memory, if any.
     pub fn with_memory_fault(&self, mut spec: CoreSpec) -> CoreSpec {
         if let Some(fault) = self.setup.memory_fault {
             spec.processor = faulty_core::constructor(spec.processor, fault);
@@ -167,7 +167,7 @@ impl Part {
         spec
     }
 
-    /// Acts on a bridges' timer from outside the part, at an instant: TIM1 for 0, TIM8 for 1.
+    /// Acts on a bridge timer from outside the part, at an instant: TIM1 for 0, TIM8 for 1.
     pub fn with_bridge_timer<T>(
         &mut self,
         at: VirtualNanos,
@@ -178,12 +178,13 @@ impl Part {
         action(&mut self.bridge_timers[nth], registers, &mut context)
     }
 
-    /// Writes of the bridges' compare values that the end of a period could have parted from the others.
+    /// Writes of the bridges' compare values that the end of a period could have separated from the writes of the other
+    /// values.
     pub fn unheld_writes(&self) -> u64 {
         self.bridge_timers.iter().map(|timer| timer.unheld_writes).sum()
     }
 
-    /// What the bridges' timers put on their channels: TIM1, TIM8.
+    /// What the bridge timers drive onto their channels: TIM1, TIM8.
     fn waveforms(&mut self) -> [PwmWaveform; BRIDGE_TIMERS.len()] {
         std::array::from_fn(|nth| {
             let slot = self.bridge_timer_slots[nth];
@@ -232,8 +233,8 @@ impl Mcu for Part {
         self.h7.reset(at, cause);
     }
 
-    /// Polls the link's model, the only one that something outside the part feeds. The part's own `poll` asks
-    /// all hundred models at every stop.
+    /// Polls the link's model, the only model with an input from outside the part. The part's own `poll` asks all hundred
+    /// models at every stop.
     fn poll(&mut self, now: VirtualNanos) {
         let slot = self.link_slot;
         if let (bus, Some(model)) = self.h7.split(slot) {

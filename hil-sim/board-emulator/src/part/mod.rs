@@ -1,4 +1,5 @@
-//! The emulated STM32H743 as this board needs it: the emulator's models, some replaced and some left out.
+//! The emulated STM32H743 as this board needs it: the emulator's models, some of them replaced and some
+//! left out.
 
 mod bridge_timer;
 mod converter;

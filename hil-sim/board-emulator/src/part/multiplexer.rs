@@ -1,8 +1,8 @@
-//! DMAMUX1, reduced to the lines that something on this board listens to.
+//! DMAMUX1, reduced to the lines to which something on this board listens.
 //!
-//! For each word moved the multiplexer's model changes lines six times: its channel's request, an event and an
+//! For each word moved, the multiplexer's model changes lines six times: its channel's request, an event and an
 //! acknowledge, each up and down. Events lead back to the multiplexer's own synchronisation and trigger inputs,
-//! which no channel of this firmware uses; acknowledges lead to the timers, none of which requests DMA. This
+//! which no channel of this firmware uses. Acknowledges lead to the timers, and no timer requests DMA. This
 //! wrapper keeps both off the part's lines, where every listener would see them.
 
 use rigless::device::{Device, DeviceContext, Level, RegisterFile, RequestChange};
@@ -22,7 +22,8 @@ const OVERRUN: usize = 0;
 #[derive(Debug)]
 pub struct RequestMultiplexer {
     model: Dmamux1,
-    /// A part without models: the multiplexer's model drives the lines of this part instead of the board's.
+    /// A part without models. The multiplexer's model drives the lines of this part instead of the lines of the
+    /// board's part.
     lines: Bare,
     slot: usize,
 }
@@ -34,7 +35,7 @@ rigless::store!(RequestMultiplexer {
 });
 
 impl RequestMultiplexer {
-    /// DMAMUX1, out of reset.
+    /// DMAMUX1 in the reset state.
     ///
     /// # Errors
     /// When the emulated part's own description is inconsistent.
@@ -48,7 +49,7 @@ impl RequestMultiplexer {
         })
     }
 
-    /// Acts on the model, and passes on its changes of the lines that something listens to.
+    /// Acts on the model, and passes on its changes of the lines to which something listens.
     fn call(&mut self, context: &mut DeviceContext<'_>, action: impl FnOnce(&mut Dmamux1, &mut DeviceContext<'_>)) {
         let (_, mut own) = self.lines.bus_mut().drive(context.now(), self.slot);
         action(&mut self.model, &mut own);

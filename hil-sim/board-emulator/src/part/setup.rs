@@ -1,4 +1,4 @@
-//! What a part is like before the firmware starts.
+//! State of a part before the firmware starts.
 
 use firmware::image_seal::FLASH_START;
 use rigless::device::RegisterFile;
@@ -8,28 +8,28 @@ use rigless::soc::stm32h743::peripherals::flash::{Flash, OptionBytes};
 /// Memory that has gone bad. Addresses are the part's, instants are ns of virtual time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MemoryFault {
-    /// Words of the flash with more wrong bits than its error correction restores.
+    /// Words of the flash with more wrong bits than the error correction can restore.
     Unreadable {
-        /// First byte.
+        /// Address of the first byte.
         first: u64,
-        /// Bytes, one at least.
+        /// Number of bytes, at least one.
         bytes: u64,
-        /// The instant from which on they cannot be read.
+        /// The instant from which the bytes cannot be read.
         since: u64,
-        /// The instant from which on they can be read again.
+        /// The instant from which the bytes can be read again.
         until: u64,
     },
-    /// Bits of a word of the RAM that read as ones, whatever was written.
+    /// Bits of a RAM word that read as ones, whatever was written.
     Stuck {
         /// Address of the 32-bit word.
         address: u64,
-        /// The bits.
+        /// The stuck bits.
         bits: u32,
     },
 }
 
 impl MemoryFault {
-    /// Bytes of the flash that never can be read.
+    /// Bytes of the flash that can never be read.
     pub const fn unreadable(first: u64, bytes: u64) -> Self {
         Self::Unreadable {
             first,
@@ -39,7 +39,7 @@ impl MemoryFault {
         }
     }
 
-    /// First byte of what is bad, and number of bytes.
+    /// Address of the first bad byte, and number of bad bytes.
     pub(super) const fn words(self) -> (u64, u64) {
         match self {
             Self::Unreadable { first, bytes, .. } => (first, bytes),
@@ -60,7 +60,7 @@ pub struct BridgeBreak {
 /// What a part is like before the firmware starts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PartSetup {
-    /// The external clock runs.
+    /// Whether the external clock runs.
     pub external_clock: bool,
     /// Brown-out level of the option bytes, 0 to 3.
     pub brown_out_level: u8,
@@ -70,8 +70,9 @@ pub struct PartSetup {
     pub deaf_break: Option<BridgeBreak>,
     /// The option bytes swap the banks. The emulated part tells so, and swaps nothing.
     pub banks_swapped: bool,
-    /// Where the core finds its vectors after a reset: the boot loader's, or the firmware's for a start without it. The option
-    /// bytes hold its upper half.
+    /// Address from which the core reads its vectors after a reset: the boot loader's, or the
+    /// firmware's for a start without the boot loader. The option bytes store the upper half of the
+    /// address.
     pub boot_address: u32,
     /// Silicon revision.
     pub revision: u16,
@@ -99,7 +100,7 @@ impl Default for PartSetup {
 const BROWN_OUT_SHIFT: u32 = 2;
 /// The bit of the option bytes that swaps the banks.
 const SWAP_SHIFT: u32 = 31;
-/// The half of the option bytes' boot word that holds where the core boots while the pin BOOT0 is low.
+/// The half of the option bytes' boot word that gives the boot address while the pin BOOT0 is low.
 const BOOT_PIN_LOW: u64 = 0xFFFF;
 /// Lowest bit of the revision in the identity code.
 const REVISION_SHIFT: u32 = 16;
@@ -118,7 +119,7 @@ impl PartSetup {
         flash.keep_options(options, registers);
     }
 
-    /// Marks the silicon.
+    /// Writes the silicon revision to the identity code.
     pub(super) fn mark(&self, registers: &mut RegisterFile) {
         let code = registers.get(dbgmcu::Register::Idc) & 0xFFFF;
         registers.set(dbgmcu::Register::Idc, code | u64::from(self.revision) << REVISION_SHIFT);

@@ -1,9 +1,11 @@
 //! TIM2 to TIM5, without the calls that nothing on this board needs.
 //!
-//! None of these timers moves data by DMA or follows another timer, so none of them hears a request line.
+//! None of these timers moves data by DMA or follows another timer, so none of them listens to a request
+//! line.
 //!
-//! The emulated encoders move all the edges of a step at one instant, which a filter would take for noise: the timers' inputs
-//! are not filtered, and what the firmware sets is kept beside the model.
+//! The emulated encoders produce all edges of a step at one instant. A filter would take these edges for
+//! noise. The timers' inputs are therefore not filtered, and the wrapper stores the filter that the
+//! firmware sets.
 
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::Layout;
@@ -11,11 +13,12 @@ use rigless::soc::stm32h743::generated::tim2::Register;
 use rigless::soc::stm32h743::peripherals::tim::{General, TIMERS, Tim};
 use rigless::time::{EventId, VirtualNanos};
 
-/// Offset of the register that configures channels 1 and 2, and its bits of the inputs' filters.
+/// Offset of the register that configures channels 1 and 2, and that register's bits for the input
+/// filters.
 const CHANNELS_1_AND_2: u32 = 0x18;
 const FILTERS: u64 = 0xF0F0;
 
-/// Clock until the clock tree sets the timer's own, before the firmware starts the timer.
+/// Clock until the clock tree sets the timer's clock, before the firmware starts the timer.
 const UNSET_CLOCK_HZ: u64 = 1;
 
 /// One of TIM2 to TIM5.
@@ -23,7 +26,7 @@ const UNSET_CLOCK_HZ: u64 = 1;
 pub struct GeneralTimer {
     /// The part's model.
     pub model: Tim<General>,
-    /// The inputs' filters as the firmware set them last.
+    /// The input filters as the firmware last set them.
     pub filters: u64,
 }
 
@@ -34,7 +37,7 @@ rigless::store!(GeneralTimer {
 });
 
 impl GeneralTimer {
-    /// TIM2 for 0, to TIM5 for 3, out of reset.
+    /// TIM2 for 0 to TIM5 for 3, in the reset state.
     pub fn new(nth: usize) -> Self {
         Self {
             model: Tim::with_clock(UNSET_CLOCK_HZ, TIMERS[nth]),
@@ -59,7 +62,8 @@ impl Device for GeneralTimer {
         if register.spec().offset == CHANNELS_1_AND_2 {
             self.filters = value & FILTERS;
             value &= !FILTERS;
-            // The model reads the filters from the file, where the bus has put what the firmware wrote.
+            // The model reads the filters from the register file, where the bus has put the firmware's
+            // value.
             file.set(register, value);
         }
         self.model.write(register, value, file, context);

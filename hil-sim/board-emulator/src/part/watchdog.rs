@@ -1,4 +1,4 @@
-//! The independent watchdog, for which the emulated part has registers but no model.
+//! Model of the independent watchdog, for which the emulated part has only registers.
 
 use rigless::device::{Device, DeviceContext, RegisterFile};
 use rigless::soc::stm32h743::generated::iwdg::Register;
@@ -12,8 +12,8 @@ const RELOAD: u64 = 0xAAAA;
 const UNLOCK: u64 = 0x5555;
 
 /// IWDG1: keys, prescaler, reload value, end of count. A change of the prescaler or the reload value takes
-/// effect at the next reload; on the part, within five cycles of the slow clock. A write to either register
-/// without the unlocking key changes nothing.
+/// effect at the next reload. On the real part it takes effect within five cycles of the slow clock. A
+/// write to either register without the unlocking key changes nothing.
 #[derive(Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct IndependentWatchdog {
     started: bool,
@@ -32,7 +32,7 @@ impl IndependentWatchdog {
         }
     }
 
-    /// Time from a reload to the reset in ns.
+    /// Time from a reload to the reset, in ns.
     fn period_ns(&self) -> u64 {
         (self.reload + 1) * (4 << self.prescaler.min(6)) * 1_000_000_000 / LSI_HZ
     }

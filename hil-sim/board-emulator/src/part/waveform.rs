@@ -1,8 +1,8 @@
-//! What a bridges' timer puts on its channels over time, from its registers: when each line is high within a period, and when
-//! the converter is triggered.
+//! What a bridge timer drives onto its channels over time, computed from its registers: when each line is high within
+//! a period, and when the timer triggers the converter.
 //!
-//! The part's model of a timer answers for a pulse's width only while it counts in one direction, and forgets where in its
-//! period it was a moment ago. The bridges' timers count up and down, and the currents ripple in step with them.
+//! The part's model of a timer gives a pulse's width only for a counter with one direction, and does not keep its
+//! earlier phase in the period. The bridge timers count up and down, and the currents ripple in step with them.
 
 use serde::{Deserialize, Serialize};
 
@@ -11,31 +11,31 @@ pub const CHANNELS: usize = 6;
 
 const NS_PER_S: u128 = 1_000_000_000;
 
-/// Registers of a timer, as far as they shape the waveform.
+/// Registers of a timer that shape the waveform.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[allow(clippy::struct_excessive_bools)] // Bits of registers, not the states of one thing.
+#[allow(clippy::struct_excessive_bools)] // These are bits of registers, not the states of one thing.
 pub struct PwmShape {
-    /// The counter runs.
+    /// Whether the counter runs.
     pub runs: bool,
-    /// The end of a period loads no values.
+    /// Whether the end of a period loads no values.
     pub held: bool,
-    /// It counts up and down, not up alone.
+    /// Whether the counter counts up and down, and not only up.
     pub up_and_down: bool,
     /// Prescaler.
     pub prescaler: u64,
     /// Largest count.
     pub top: u64,
-    /// Turns of the counter that pass without loading values.
+    /// Counter turns between two loads that load no values.
     pub skipped: u64,
     /// Compare values as written.
     pub compare: [u64; CHANNELS],
-    /// A write of the compare value waits for the next load.
+    /// Whether a write of the compare value waits for the next load.
     pub preloaded: [bool; CHANNELS],
-    /// The channel's reference is high while the counter is below the compare value (PWM mode 1).
+    /// Whether the channel's reference is high while the counter is below the compare value (PWM mode 1).
     pub high_below: [bool; CHANNELS],
-    /// The reference of the sixth channel is the timer's second trigger output.
+    /// Whether the reference of the sixth channel is the timer's second trigger output.
     pub triggers: bool,
-    /// The outputs are enabled.
+    /// Whether the outputs are enabled.
     pub enabled: bool,
 }
 
@@ -46,19 +46,19 @@ pub struct PwmWaveform {
     shape: PwmShape,
     /// Compare values in force.
     compare: [u64; CHANNELS],
-    /// When the counter began to count from zero, in ns, while it runs.
+    /// While the counter runs: the instant at which it started from zero, in ns.
     started: Option<u64>,
-    /// The instant up to which loads are accounted for, in ns.
+    /// The instant up to which loads have been applied, in ns.
     seen: u64,
 }
 
 impl PwmWaveform {
-    /// The timer's clock is another one.
+    /// Changes the timer's clock.
     pub fn set_clock(&mut self, hz: u64) {
         self.clock_hz = hz;
     }
 
-    /// Accounts for the loads up to an instant, before a register changes or the waveform is asked for.
+    /// Applies the loads up to an instant, before a register changes or the waveform is read.
     pub fn catch_up(&mut self, now: u64) {
         if let Some(started) = self.started
             && !self.shape.held
@@ -69,7 +69,7 @@ impl PwmWaveform {
         self.seen = now;
     }
 
-    /// The registers are others from now on. `restarted`: software started a period anew, with the values as written.
+    /// Changes the registers' values. `restarted`: software started a new period, with the values as written.
     pub fn reshape(&mut self, now: u64, shape: PwmShape, restarted: bool) {
         self.catch_up(now);
         let ran = self.started.is_some();
@@ -84,7 +84,7 @@ impl PwmWaveform {
         }
     }
 
-    /// A reset: nothing runs, and the clock stays.
+    /// Resets the timer: the counter stops, and the clock setting stays.
     pub fn stop(&mut self) {
         *self = Self {
             clock_hz: self.clock_hz,
@@ -92,7 +92,7 @@ impl PwmWaveform {
         };
     }
 
-    /// The instant up to which loads are accounted for, in ns.
+    /// The instant up to which loads have been applied, in ns.
     pub fn seen(&self) -> u64 {
         self.seen
     }
@@ -123,7 +123,7 @@ impl PwmWaveform {
         (period > 0).then_some(period)
     }
 
-    /// Time within a period for which a channel's line is high, in ns.
+    /// Time per period for which a channel's line is high, in ns.
     pub fn high_ns(&self, channel: usize) -> Option<u64> {
         if !self.shape.high_below[channel] {
             return None;
@@ -136,12 +136,13 @@ impl PwmWaveform {
         })
     }
 
-    /// Time since the begin of the period at an instant: of a counter that counts up and down since its zero.
+    /// Time from the start of the period to an instant. The period of a counter that counts up and down starts at its
+    /// zero.
     pub fn phase_ns(&self, at: u64) -> Option<u64> {
         Some(at.checked_sub(self.started?)? % self.period_ns()?)
     }
 
-    /// Loads of the values written from the counter's start up to an instant, had nothing held them.
+    /// Number of loads from the counter's start up to an instant, if nothing prevented a load.
     fn loads_by(&self, started: u64, at: u64) -> u64 {
         let turn = if self.shape.up_and_down {
             self.shape.top
@@ -152,7 +153,7 @@ impl PwmWaveform {
         at.saturating_sub(started).checked_div(load_ns).unwrap_or(0)
     }
 
-    /// The first instant after another at which the trigger rises.
+    /// The first instant after `after` at which the trigger rises.
     pub fn trigger_after(&self, after: u64) -> Option<u64> {
         let below = self.compare[CHANNELS - 1];
         if !self.shape.triggers || !self.shape.high_below[CHANNELS - 1] || below == 0 || below >= self.shape.top {
@@ -173,7 +174,7 @@ impl PwmWaveform {
 mod tests {
     use super::*;
 
-    /// The bridges' timer at 200 MHz: 20 kHz up and down.
+    /// A bridge timer at 200 MHz: 20 kHz, up and down.
     fn shape() -> PwmShape {
         PwmShape {
             runs: true,

@@ -1,4 +1,4 @@
-//! Scenarios on the emulated board: the same files, operator, trace and metrics as on the virtual board.
+//! Scenarios on the emulated board, with the same files, operator, trace and metrics as on the virtual board.
 
 use std::sync::mpsc::channel;
 
@@ -19,15 +19,15 @@ pub struct EmulatedBackend<'a> {
     firmware: &'a Firmware,
     emulation: Emulation,
     vehicle: VehicleAtPins,
-    /// Reads the log; none before it was first asked for.
+    /// Reader of the log. `None` before the log was first read.
     log_reader: Option<LogReader<'a>>,
-    /// Bytes of the log that it has been given.
+    /// Bytes of the log that the reader has received.
     log_bytes: usize,
-    /// When the board was switched on last, us since the start, as it was last observed.
+    /// Instant of the board's last start, us since the run's start, as last observed.
     booted_us: u64,
     /// The tick of the last record that [`Backend::take_records`] has returned.
     recorded_tick: u32,
-    /// Why the run ended early; time stands still from then on.
+    /// Why the run ended early. From then on time does not advance.
     failure: Option<Error>,
 }
 
@@ -40,7 +40,7 @@ impl<'a> EmulatedBackend<'a> {
         Self::power_on_with(firmware, plant, settings, &[])
     }
 
-    /// [`EmulatedBackend::power_on`] with further contents of the flash, as addresses and bytes.
+    /// [`EmulatedBackend::power_on`] with additional flash contents, as addresses and bytes.
     ///
     /// # Errors
     /// As [`Emulation::power_on`].
@@ -64,7 +64,7 @@ impl<'a> EmulatedBackend<'a> {
         })
     }
 
-    /// The run itself, for what a scenario does not need.
+    /// The run itself, for uses beyond a scenario.
     ///
     /// # Errors
     /// The error with which the run ended early, if it did.
@@ -75,7 +75,7 @@ impl<'a> EmulatedBackend<'a> {
         }
     }
 
-    /// The lines of the log that have come since the last call.
+    /// The lines of the log that have arrived since the last call.
     fn new_lines(&mut self) -> Result<Vec<String>, Error> {
         let from = self.log_bytes;
         let bytes = self.emulation.at(move |stopped| stopped.log_bytes(from))??;
@@ -119,7 +119,7 @@ impl Backend for EmulatedBackend<'_> {
                 bridges_on: stopped.bridges().iter().any(|bridge| bridge.duty().is_some()),
                 received: stopped.receive(),
             };
-            // The receiver lives until the run has arrived.
+            // The receiver exists until the run arrives.
             let _ = seen.send(observation);
         });
         self.note(result);
@@ -147,10 +147,11 @@ impl Backend for EmulatedBackend<'_> {
             let Some(record) = self.note(flight::decode(words).map(Some)) else {
                 break;
             };
-            // No tick has passed since the step before: the firmware is starting, or ticks lie further apart than steps.
+            // No tick has passed since the previous step: the firmware is starting, or ticks are further apart than
+            // steps.
             if record.tick != self.recorded_tick {
                 self.recorded_tick = record.tick;
-                // A board that has booted has none before its first tick.
+                // A board that has just started has no record before its first tick.
                 records.extend((record.tick > 0).then_some(record));
             }
         }

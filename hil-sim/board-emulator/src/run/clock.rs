@@ -1,4 +1,4 @@
-//! The clocks: where the ticks of the firmware's tasks lie (TIM5), and corrections of the models.
+//! The clocks: the instants of the ticks of the firmware's tasks (TIM5), and corrections of the models.
 
 use rigless::emulator::{Access, AccessKind};
 use rigless::mcu::Operate;
@@ -10,7 +10,7 @@ use crate::board::DriveBoard;
 use crate::error::Error;
 use crate::time::{MS, US};
 
-/// Control register, and its bit that lets the counter run.
+/// Control register, and its bit that enables the counter.
 const CONTROL: u64 = 0x4000_0C00;
 const RUNS: u64 = 1;
 /// Status register.
@@ -29,11 +29,12 @@ const COMPARE_FLAGS: u64 = 0x1E;
 /// Range of the counter's low 16 bits, which the firmware uses, in us.
 const RANGE_US: u64 = 1 << 16;
 
-/// Time in ns from a step of the plant to the firmware's tick: the tick senses the state of just before, and the
-/// plant moves with the bridges as the previous tick left them.
+/// Time in ns from a step of the plant to the firmware's tick. The tick senses the state just before it, and the plant
+/// moves with the bridges as the previous tick left them.
 const STEP_BEFORE_TICK: u64 = 20 * US;
 
-/// When the firmware's clock started, in ns, at the latest start of the board; `None` while the clock does not run yet.
+/// Instant at which the firmware's clock started after the board's last start, in ns. `None` while the clock does not
+/// run yet.
 pub(super) fn started_at(session: &mut Session<DriveBoard>, at: VirtualNanos) -> Result<Option<u64>, Error> {
     let started = session.resets().last().map_or(0, |reset| reset.at.0);
     match session.mcu().read(at, CONTROL, Width::W32) {
@@ -48,8 +49,8 @@ pub(super) fn started_at(session: &mut Session<DriveBoard>, at: VirtualNanos) ->
     Ok(Some(clock_start(at.0, count_us % RANGE_US, started)))
 }
 
-/// When a clock started that reads `count_us` at `now`, on a board that started at `started`. The clock is looked at within
-/// its range after it began to run, however long the boot loader took before that.
+/// Start of a clock that reads `count_us` at `now`, on a board that started at `started`. The clock is read within its
+/// range after it began to run, however long the boot loader took before.
 fn clock_start(now: u64, count_us: u64, started: u64) -> u64 {
     let elapsed_us = (now - started) / US;
     started + elapsed_us.saturating_sub(count_us) * US
@@ -61,9 +62,10 @@ pub(super) fn just_before_tick(now: u64, started: u64) -> u64 {
     before + now.saturating_sub(before).div_ceil(MS) * MS
 }
 
-/// Keeps an external clock that is not there from becoming ready after `access`.
+/// Keeps an absent external clock from becoming ready after `access`.
 ///
-/// The model of the clocks makes an oscillator with nothing on its pins ready, at no frequency; the part's never is.
+/// The model of the clocks reports an oscillator with nothing on its pins as ready, at no frequency. On the real part
+/// such an oscillator never becomes ready.
 pub(super) fn withhold_external(session: &mut Session<DriveBoard>, access: &Access) -> Result<(), Error> {
     if access.address != CLOCK_CONTROL || access.kind != AccessKind::Write || access.value & EXTERNAL_ON == 0 {
         return Ok(());
@@ -77,8 +79,8 @@ pub(super) fn withhold_external(session: &mut Session<DriveBoard>, access: &Acce
 
 /// Clears the compare flags that the clock's model sets wrongly after `access`.
 ///
-/// The model sets them on a software update event while the compare registers are zero. The part does not; the
-/// firmware's clock would take a flag for an elapsed half period.
+/// The model sets the flags on a software update event while the compare registers are zero. The real part does not
+/// set them. The firmware's clock would take such a flag for an elapsed half period.
 pub(super) fn correct_flags(session: &mut Session<DriveBoard>, access: &Access) -> Result<(), Error> {
     if access.address != EVENTS || access.kind != AccessKind::Write {
         return Ok(());

@@ -47,10 +47,10 @@ impl Conductor {
         self.state.outcome()
     }
 
-    /// Carries out orders until one lets the run go on; `None` when the run is to end.
+    /// Carries out orders until an order lets the run continue. `None` when the run is to end.
     fn take_orders(&mut self, session: &mut Session<DriveBoard>, stop: Stop, host: &mut dyn Host) -> Option<()> {
         loop {
-            // A caller that is gone can send no order to end the run.
+            // A caller that no longer exists cannot send an order to end the run.
             match self.orders.recv().unwrap_or(Errand::End) {
                 Errand::Do(task) => task(&mut Stopped {
                     session,
@@ -76,7 +76,7 @@ impl Driver<DriveBoard> for Conductor {
         match settled {
             Settled::Access { access, .. } => self.state.on_access(session, &access),
             Settled::Stop(_) => self.state.stops += 1,
-            // A hit cannot happen: no instruction is watched.
+            // A breakpoint hit cannot happen: no instruction is watched.
             _ => {}
         }
     }
@@ -101,7 +101,7 @@ impl Driver<DriveBoard> for Conductor {
                     digest: &self.digest,
                 });
             }
-            // No instant is left: the run has arrived.
+            // No instant is left: the run has reached the last instant of the order.
             let received = session.board_mut().wire().take();
             self.arrivals.send(Arrival { now, received }).ok()?;
             self.take_orders(session, stop, host)?;

@@ -1,6 +1,6 @@
-//! The caller's side of a run: orders to the emulated core, which runs on a thread of its own.
+//! The caller's side of a run: orders to the emulated core, which runs on its own thread.
 //!
-//! The two threads take turns, so a run is as deterministic as on a single thread.
+//! The two threads run alternately, so a run is as deterministic as on a single thread.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
@@ -33,7 +33,7 @@ pub struct Emulation {
 pub struct Frozen {
     snapshot: Snapshot,
     state: EmulationState,
-    /// Bytes that had come up the host link and had not been taken.
+    /// Bytes from the host link that the caller had not taken.
     received: Vec<u8>,
 }
 
@@ -50,7 +50,7 @@ impl Emulation {
         Self::power_on_with(firmware, plant, settings, &[])
     }
 
-    /// [`Emulation::power_on`] with further contents of the flash, as addresses and bytes.
+    /// [`Emulation::power_on`] with additional flash contents, as addresses and bytes.
     ///
     /// # Errors
     /// As [`Emulation::power_on`].
@@ -65,8 +65,8 @@ impl Emulation {
         Self::start(images, state, None)
     }
 
-    /// Powers the board up with the boot loader and, in place of the firmware, with these contents of the flash, as addresses
-    /// and bytes.
+    /// Powers the board up with the boot loader and, instead of the firmware, with these flash contents, as
+    /// addresses and bytes.
     ///
     /// # Errors
     /// As [`Emulation::power_on`].
@@ -135,8 +135,8 @@ impl Emulation {
         self.run_through([instant], |_| {})
     }
 
-    /// Runs through ascending instants in ns and calls `watch` at each. Cheaper than stopping at each: a stop and
-    /// a start each wake a thread, which costs as much as a good part of a simulated millisecond.
+    /// Runs through ascending instants in ns and calls `watch` at each instant. This is cheaper than a stop at
+    /// each instant: a stop and a start each wake a thread, which costs a good part of a simulated millisecond.
     ///
     /// # Errors
     /// When the run ends earlier.
@@ -152,7 +152,7 @@ impl Emulation {
         self.arrive()
     }
 
-    /// Carries out `task` where the run stands; returns its result.
+    /// Carries out `task` at the run's present instant; returns its result.
     ///
     /// # Errors
     /// When the run has ended.
@@ -180,7 +180,7 @@ impl Emulation {
         sent.map_err(|_| self.ended())
     }
 
-    /// Takes the bytes that came up the host link before the run stopped where it stands.
+    /// Takes the bytes from the host link that arrived before the run's present instant.
     pub fn receive(&mut self) -> Vec<u8> {
         std::mem::take(&mut self.arrived.received)
     }
@@ -193,7 +193,7 @@ impl Emulation {
         let received = self.arrived.received.clone();
         self.at(move |stopped| {
             let (taken, state) = stopped.freeze()?;
-            // The emulator reads snapshots only from files.
+            // The emulator reads snapshots from files only.
             let name = format!(
                 "board-emulator-{}-{:?}.snap",
                 std::process::id(),
@@ -218,7 +218,7 @@ impl Emulation {
     fn arrive(&mut self) -> Result<(), Error> {
         match self.arrivals.recv() {
             Ok(mut arrival) => {
-                // Bytes that have not been taken yet come before the new ones.
+                // Bytes that the caller has not taken yet precede the new bytes.
                 let mut received = self.receive();
                 received.append(&mut arrival.received);
                 self.arrived = Arrival { received, ..arrival };
@@ -238,7 +238,7 @@ impl Emulation {
     }
 }
 
-/// Adds contents of the flash to images.
+/// Adds flash contents to images.
 fn with_contents(
     mut images: Vec<image::Image>,
     firmware: &Firmware,
@@ -251,13 +251,13 @@ fn with_contents(
 }
 
 impl Frozen {
-    /// Starts a run that continues from here; `firmware` must be the one that the frozen run ran.
+    /// Starts a run that continues from the frozen state. `firmware` must be the frozen run's firmware.
     ///
     /// # Errors
     /// When it is another firmware.
     pub fn thaw(&self, firmware: &Firmware) -> Result<Emulation, Error> {
         let mut emulation = Emulation::start(firmware.images(), self.state.fork(), Some(&self.snapshot))?;
-        // The new run executed an instruction before it stopped, which may have received bytes of its own.
+        // Before its first stop the new run executed an instruction and may have received bytes of its own.
         emulation.arrived.received.splice(..0, self.received.iter().copied());
         Ok(emulation)
     }
@@ -265,7 +265,7 @@ impl Frozen {
 
 impl Drop for Emulation {
     fn drop(&mut self) {
-        // Nobody hears this if the run has already ended.
+        // If the run has already ended, nobody receives this order.
         let _ = self.orders.send(Errand::End);
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();

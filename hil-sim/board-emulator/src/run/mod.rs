@@ -1,7 +1,7 @@
 //! A run of the firmware in virtual time.
 //!
-//! The emulated core runs on a thread of its own ([`Emulation`] starts it); the caller's orders reach it through
-//! a channel, and the conductor carries them out between two instructions.
+//! The emulated core runs on its own thread, which [`Emulation`] starts. The caller's orders reach the thread
+//! through a channel, and the conductor carries them out between two instructions.
 
 mod backend;
 mod clock;

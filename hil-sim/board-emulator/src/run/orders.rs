@@ -4,29 +4,29 @@ use std::collections::VecDeque;
 
 use super::stopped::Stopped;
 
-/// An action where the run stands.
+/// An action at the run's present instant.
 pub(super) type Task = Box<dyn FnOnce(&mut Stopped<'_>) + Send>;
 
-/// An action at each instant that a run passes through.
+/// An action at each instant that a run passes.
 pub(super) type Watch = Box<dyn FnMut(&mut Stopped<'_>) + Send>;
 
-/// What the caller can order while the run stands still.
+/// What the caller can order while the run is stopped.
 pub(super) enum Errand {
-    /// Do this where the run stands.
+    /// Do this at the present instant.
     Do(Task),
     /// Send these bytes down the host link.
     Send(Vec<u8>),
-    /// Run through these instants, ascending and in ns, and do this at each.
+    /// Run through these ascending instants in ns, and do this at each instant.
     Run(VecDeque<u64>, Watch),
     /// End the run.
     End,
 }
 
-/// The error that the caller gets when the run has passed the last instant of an order.
+/// What the caller receives when the run has reached the last instant of an order.
 #[derive(Debug, Default)]
 pub(super) struct Arrival {
     /// Virtual time in ns.
     pub(super) now: u64,
-    /// Bytes that came up the host link since the last arrival.
+    /// Bytes from the host link since the last arrival.
     pub(super) received: Vec<u8>,
 }

@@ -13,7 +13,7 @@ pub struct EmulationSettings {
     pub instructions_per_second: u64,
     /// Virtual time between two drains of the log in ns.
     pub log_interval: u64,
-    /// What the part is like before the firmware starts.
+    /// State of the part before the firmware starts.
     pub part: PartSetup,
 }
 

@@ -1,4 +1,4 @@
-//! What a run keeps beside the board: the vehicle and when it is stepped, the log, what is recorded.
+//! State of a run outside the board: the vehicle and the schedule of its steps, the log, and the recordings.
 
 use rigless::emulator::{Access, AccessKind, Host, Stop};
 use rigless::session::Session;
@@ -15,7 +15,7 @@ use crate::vehicle::ClosedPlant;
 /// The core's cycle counter, which the firmware reads between the stages of a tick.
 const CYCLE_COUNTER: u64 = 0xE000_1004;
 
-/// Memory that is read at every step of the plant.
+/// A range of memory that is read at every step of the plant.
 #[derive(Debug)]
 pub(super) struct Probe {
     /// Address of the first word.
@@ -43,23 +43,24 @@ impl Probe {
     }
 }
 
-/// What a run keeps beside the board.
+/// State of a run outside the board.
 pub(super) struct EmulationState {
     plant: Box<dyn ClosedPlant>,
     settings: EmulationSettings,
     rtt_block: u64,
     stepped_at: u64,
-    /// When the plant is stepped next. Steps are an interval apart from here on: an instruction that runs past a
-    /// stop does not delay the steps after it.
+    /// Instant of the plant's next step. From this instant the steps are one interval apart: an instruction that runs
+    /// past a stop does not delay the following steps.
     next_step: u64,
-    /// When the firmware's clock started, in ns, once it runs after the last start: the steps are aligned with it.
+    /// Instant at which the firmware's clock started after the last start, in ns, once the clock runs. The steps are
+    /// aligned with this instant.
     clock_start: Option<u64>,
-    /// Restarts seen so far.
+    /// Number of restarts so far.
     resets: usize,
     next_drain: u64,
     log: Vec<u8>,
     pub(super) probe: Option<Probe>,
-    /// The reads of the cycle counter, while they are recorded.
+    /// Reads of the cycle counter, while they are recorded.
     pub(super) cycle_reads: Option<Vec<CycleRead>>,
     /// Accesses of the core to peripherals' registers.
     pub(super) accesses: u64,
@@ -74,12 +75,12 @@ pub(super) struct EmulationState {
 pub struct CycleRead {
     /// Instructions retired so far.
     pub instructions: u64,
-    /// Accesses to peripherals' registers so far, this one included. Between two reads that follow each other in code that
-    /// touches no peripheral there is one access more, unless an interrupt came between.
+    /// Accesses to peripherals' registers so far, this one included. Between two consecutive reads in code that accesses
+    /// no peripheral this count grows by one, unless an interrupt came between the reads.
     pub accesses: u64,
 }
 
-/// What the log's control block begins with.
+/// First bytes of the log's control block.
 const LOG_IDENTITY: &[u8] = b"SEGGER RTT";
 
 impl EmulationState {
@@ -107,7 +108,7 @@ impl EmulationState {
         &self.settings
     }
 
-    /// A copy for a second run from here on; nothing is recorded in it.
+    /// A copy for a second run from this state on. The copy records nothing.
     pub(super) fn fork(&self) -> Self {
         Self {
             plant: self.plant.fork(),
@@ -120,12 +121,12 @@ impl EmulationState {
         }
     }
 
-    /// When the plant is stepped next, in ns.
+    /// Instant of the plant's next step, in ns.
     pub(super) fn next_step(&self) -> u64 {
         self.next_step
     }
 
-    /// When the firmware's clock started, in ns, once it runs after the last start.
+    /// Instant at which the firmware's clock started after the last start, in ns, once the clock runs.
     pub(super) fn clock_start(&self) -> Option<u64> {
         self.clock_start
     }
@@ -167,12 +168,13 @@ impl EmulationState {
         }
     }
 
-    /// Steps the plant and drains the log where they are due.
+    /// Steps the plant and drains the log when they are due.
     pub(super) fn on_stop(&mut self, session: &mut Session<DriveBoard>, stop: Stop, host: &mut dyn Host) {
         let at = stop.at;
         if at.0 >= self.next_step {
             if !self.step_plant(session, at, host) {
-                // Held in reset from step to step: the part's own brown-out reset, as far as the board can tell.
+                // The part stays in reset from step to step. For the board this is the same as the part's own brown-out
+                // reset.
                 session.reset_by_pin(at, stop.instruction_count, host);
             }
             self.schedule_step(session, at);
@@ -192,8 +194,8 @@ impl EmulationState {
         Ok(())
     }
 
-    /// Whether the firmware has initialised its RAM since its start, as the log's block shows: until then the test of the
-    /// RAM leaves its patterns everywhere.
+    /// Whether the firmware has initialised its RAM since its start. The log's control block shows it: until then the RAM
+    /// test leaves its patterns everywhere.
     fn ram_is_initialised(&self, host: &mut dyn Host) -> Result<bool, Error> {
         for (at, byte) in (self.rtt_block..).zip(LOG_IDENTITY) {
             if host.read(at, Width::W8)? != u64::from(*byte) {
@@ -203,7 +205,7 @@ impl EmulationState {
         Ok(true)
     }
 
-    /// Lets the probe, if there is one, read its words.
+    /// Reads the probe's words, if a probe is set.
     fn read_probe(&mut self, host: &mut dyn Host) -> Result<(), Error> {
         if self.probe.is_some() && self.ram_is_initialised(host)? {
             self.probe.as_mut().map_or(Ok(()), |probe| probe.read(host))?;
@@ -211,13 +213,13 @@ impl EmulationState {
         Ok(())
     }
 
-    /// The log as far as it is drained, as encoded by the firmware.
+    /// The log drained so far, as the firmware encoded it.
     pub(super) fn log(&self) -> &[u8] {
         &self.log
     }
 
-    /// Steps the plant from its last step to now and puts what it senses on the pins; returns whether its
-    /// supply is enough for the board.
+    /// Steps the plant from its last step to now and puts its sensors' outputs on the pins; returns whether the supply is
+    /// enough for the board.
     fn step_plant(&mut self, session: &mut Session<DriveBoard>, at: VirtualNanos, host: &mut dyn Host) -> bool {
         let board = session.board_mut();
         let bridges = board.bridges(at);
@@ -231,8 +233,7 @@ impl EmulationState {
         !sensed.unpowered
     }
 
-    /// Schedules the step after the one just done: an interval later or, once after each start, just before a
-    /// tick of the firmware.
+    /// Schedules the next step: one interval later or, once after each start, just before a tick of the firmware.
     fn schedule_step(&mut self, session: &mut Session<DriveBoard>, at: VirtualNanos) {
         let interval = self.settings.plant_interval;
         // An instruction may have run past the instant at which the step was due.

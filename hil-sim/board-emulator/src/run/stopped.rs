@@ -1,4 +1,4 @@
-//! The board where a run stands: what a caller can read, change and record there.
+//! The board at the run's present instant: what a caller can read, change and record.
 
 use rigless::emulator::{Host, Stop};
 use rigless::mcu::Operate;
@@ -12,7 +12,7 @@ use crate::board::{BridgeOutput, DriveBoard, MOTORS};
 use crate::error::Error;
 use crate::time::Instant;
 
-/// What the emulator has done so far.
+/// Work that the emulator has done so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Work {
     /// Instructions retired.
@@ -23,7 +23,7 @@ pub struct Work {
     pub stops: u64,
 }
 
-/// The board where the run stands, between two instructions.
+/// The board at the run's present instant, between two instructions.
 pub struct Stopped<'a> {
     pub(super) session: &'a mut Session<DriveBoard>,
     pub(super) host: &'a mut dyn Host,
@@ -39,7 +39,7 @@ impl Stopped<'_> {
         self.session.board_mut()
     }
 
-    /// The board, and the instant at which the run stands.
+    /// The board, and the run's present instant.
     pub fn board_now(&mut self) -> (&mut DriveBoard, Instant) {
         (self.session.board_mut(), self.stop.at)
     }
@@ -54,7 +54,7 @@ impl Stopped<'_> {
         self.stop.instruction_count
     }
 
-    /// What the emulator has done so far.
+    /// Work that the emulator has done so far.
     pub fn work(&self) -> Work {
         Work {
             instructions: self.stop.instruction_count,
@@ -80,7 +80,7 @@ impl Stopped<'_> {
         self.session.board_mut().bridges(self.stop.at)
     }
 
-    /// Every place where the emulated part could not stand in for the real one.
+    /// Every place where the emulated part could not replace the real part.
     pub fn gaps(&self) -> Vec<Gap> {
         gaps::of(self.session)
     }
@@ -91,7 +91,7 @@ impl Stopped<'_> {
         self.session.reset_by_pin(at, instructions, self.host);
     }
 
-    /// Takes the bytes that came up the host link since the last arrival.
+    /// Takes the bytes from the host link since the last arrival.
     pub(super) fn receive(&mut self) -> Vec<u8> {
         self.board().wire().take()
     }
@@ -153,7 +153,7 @@ impl Stopped<'_> {
     /// Writes a register of a peripheral as the core would.
     ///
     /// # Errors
-    /// Where the bus takes no write.
+    /// When the bus does not accept the write.
     pub fn write_register(&mut self, address: u64, value: u32) -> Result<(), Error> {
         let at = self.stop.at;
         let written = self.session.mcu().write(at, address, Width::W32, u64::from(value));
@@ -163,7 +163,7 @@ impl Stopped<'_> {
     /// Reads a register of a peripheral as the core would.
     ///
     /// # Errors
-    /// Where the bus answers no read.
+    /// When the bus does not answer the read.
     pub fn register(&mut self, address: u64) -> Result<u32, Error> {
         let word = self.session.mcu().read(self.stop.at, address, Width::W32);
         word.map(|word| word as u32).map_err(|fault| Error::access(&fault))
@@ -205,7 +205,8 @@ impl Stopped<'_> {
     }
 }
 
-/// What a snapshot keeps of the run beside the board: nothing. [`super::Frozen`] keeps the state itself.
+/// What a snapshot stores of the run in addition to the board: nothing. [`super::Frozen`] stores the run's
+/// state itself.
 pub(super) struct NoDriver {}
 rigless::store!(NoDriver {
     values: [],

@@ -1,4 +1,4 @@
-//! A start of a firmware apart from the run that it is for.
+//! A trial start of a firmware, separate from the run.
 
 use super::emulation::Emulation;
 use super::settings::EmulationSettings;
@@ -7,15 +7,16 @@ use crate::error::Error;
 use crate::time::MS;
 use crate::vehicle::{BenchVehicle, stored};
 
-/// Battery voltage on the bench, V: any at which the board starts.
+/// Battery voltage on the bench, V: any voltage at which the board starts.
 const BATTERY_V: f64 = 24.0;
-/// Time within which a firmware has logged which parameters it flies, ns: boot loader, self-test and store take 105 ms.
+/// Time within which a firmware has logged which parameters it uses, ns. Boot loader, self-test and store take 105 ms.
 const STARTED: u64 = 400 * MS;
 
-/// Whether the firmware flies the parameters in these contents of the flash, as addresses and bytes, by a start on the bench.
+/// Checks with a start on the bench that the firmware uses the parameters in these flash contents, given as addresses
+/// and bytes.
 ///
 /// # Errors
-/// [`Error::Vehicle`] when it does not, as [`stored::was_taken`]; as [`Emulation::power_on`].
+/// [`Error::Vehicle`] when the firmware does not, as [`stored::was_taken`]; otherwise as [`Emulation::power_on`].
 pub fn takes_stored(firmware: &Firmware, contents: &[(u64, Vec<u8>)]) -> Result<(), Error> {
     let bench = Box::new(BenchVehicle::new(BATTERY_V));
     let mut emulation = Emulation::power_on_with(firmware, bench, EmulationSettings::default(), contents)?;

@@ -1,4 +1,4 @@
-//! A vehicle on a test bench, for tests that need no simulator.
+//! A vehicle on a test bench, for tests without the simulator.
 
 use firmware::drive_board::SCALES;
 use model::analog::Analog;
@@ -6,19 +6,20 @@ use model::analog::Analog;
 use super::closed_plant::{ClosedPlant, millivolts, slopes_uv_per_us};
 use crate::board::{BridgeOutput, MOTORS, SensedAtPins};
 
-/// A motor that moves its own and its wheel's inertia only, all referred to the motor's shaft.
+/// A motor whose only load is its own inertia and its wheel's inertia, referred to the motor's shaft.
 #[derive(Debug, Clone, Copy)]
 struct FreeMotor {
     constant_v_s: f64,
     resistance_ohm: f64,
-    /// Time constant of the speed under voltage: inertia times resistance over the constant squared.
+    /// Time constant of the speed under voltage: inertia times resistance divided by the square of the motor
+    /// constant.
     lag_s: f64,
     rate_rad_s: f64,
     angle_rad: f64,
 }
 
 impl FreeMotor {
-    /// Time constant of the speed with the bridge open: friction.
+    /// Time constant of the speed with the bridge open, from friction.
     const COASTING_LAG_S: f64 = 0.5;
     const COUNTS_PER_RAD: f64 = 1024.0 / std::f64::consts::TAU;
 
@@ -39,7 +40,7 @@ impl FreeMotor {
 }
 
 /// The reference vehicle on a bench with its wheels off the ground: upright and at rest, with noise on its
-/// sensors. For tests of the board that need no dynamics.
+/// sensors. For tests of the board without dynamics.
 #[derive(Debug, Clone)]
 pub struct BenchVehicle {
     motors: [FreeMotor; MOTORS],

@@ -1,4 +1,4 @@
-//! The seam between the emulated board and the vehicle around it.
+//! The interface between the emulated board and the vehicle around the board.
 
 use firmware::drive_board::SCALES;
 
@@ -7,13 +7,14 @@ use crate::board::{BridgeOutput, MOTORS, SensedAtPins};
 /// A vehicle around the board.
 pub trait ClosedPlant: Send + Sync {
     /// Advances the vehicle by `seconds` with the bridges in the given states; returns what its sensors then
-    /// show.
+    /// measure.
     fn step(&mut self, seconds: f64, bridges: &[BridgeOutput; MOTORS]) -> SensedAtPins;
 
-    /// What the drivers wrote to INTF_CONFIG1 of the IMUs (arm, spar), for a vehicle whose IMUs heed it.
+    /// Passes on what the drivers wrote to INTF_CONFIG1 of the IMUs (arm, spar), for a vehicle whose IMUs
+    /// use it.
     fn configure_imus(&mut self, _intf_config1: [u8; 2]) {}
 
-    /// A copy for a second run from here on.
+    /// A copy for a second run from this state on.
     fn fork(&self) -> Box<dyn ClosedPlant>;
 }
 
@@ -22,8 +23,8 @@ pub fn millivolts(count: f64) -> u32 {
     (count * 3300.0 / 65536.0).round().clamp(0.0, 3300.0) as u32
 }
 
-/// The slopes of the current sensors' voltages, in uV per us, while a supply in V stands across armatures of inductances in H:
-/// 0 where there is no inductance, and so no ripple to speak of.
+/// Slopes of the current sensors' voltages, in uV per us, with `supply_v` across armatures of inductances
+/// `windings_h`. The slope is 0 for an inductance of 0, which means a current without ripple.
 pub fn slopes_uv_per_us(supply_v: f64, windings_h: [f64; MOTORS]) -> [u32; MOTORS] {
     let scales = SCALES.analog.currents();
     std::array::from_fn(|motor| {

@@ -1,4 +1,4 @@
-//! What moves around the board, and the parameters by which the firmware knows it.
+//! The vehicle around the board, and the parameters with which the firmware describes it.
 
 mod bench;
 mod closed_plant;

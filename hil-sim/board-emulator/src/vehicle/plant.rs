@@ -10,7 +10,7 @@ use plant::{self, Plant};
 use super::closed_plant::{ClosedPlant, millivolts, slopes_uv_per_us};
 use crate::board::{BridgeOutput, ImuSensed, MOTORS, SensedAtPins};
 
-/// Register values that turn both sensors on, with the firmware's ranges, at 1 kHz.
+/// Register values that switch both sensors on, with the firmware's ranges, at 1 kHz.
 const SETTINGS: [(u8, u8); 3] = [
     (register::GYRO_CONFIG0, 0x26),
     (register::ACCEL_CONFIG0, 0x26),
@@ -29,9 +29,9 @@ fn inductances_h() -> [f64; MOTORS] {
 
 /// The plant at the board's pins. Clones share the plant.
 ///
-/// The plant's IMUs have a register model of their own, which the virtual board's driver talks to. On the
-/// emulated board the firmware talks to the emulator's independent model of the IMU; the plant's model is the
-/// sensor behind it and contributes noise and faults.
+/// The plant's IMUs have their own register model, which the virtual board's driver uses. On the emulated board
+/// the firmware uses the emulator's independent model of the IMU. There the plant's model is the sensor behind
+/// that model and contributes noise and faults.
 #[derive(Debug, Clone)]
 pub struct VehicleAtPins(Arc<Mutex<Plant>>);
 
@@ -59,7 +59,7 @@ impl ClosedPlant for VehicleAtPins {
         let mut plant = self.plant();
         let bridges = bridges.map(|bridge| match bridge {
             // A bridge that conducts without switching connects its motor to one of the supply's poles. The plant
-            // cannot tell which; it takes the full duty.
+            // does not know which pole and assumes the full duty.
             BridgeOutput::Held => plant::BridgeState::Duty(1.0),
             _ => bridge.duty().map_or(plant::BridgeState::Open, plant::BridgeState::Duty),
         });
@@ -93,7 +93,7 @@ impl ClosedPlant for VehicleAtPins {
     }
 }
 
-/// Reads out the plant's IMU, in the units that the emulator's IMU takes.
+/// Reads the plant's IMU, in the units of the emulator's IMU.
 fn sensed(imu: &Icm42688pModel) -> ImuSensed {
     let Some([_, accel @ .., gx, gy, gz]) = imu.data() else {
         return ImuSensed::SILENT;

@@ -1,4 +1,4 @@
-//! The firmware's stored parameters, written into its flash before it starts.
+//! The firmware's stored parameters, written into the flash before the firmware starts.
 
 use firmware::drive_board::{FLASH_SECTOR_BYTES, PARAMETER_SECTORS};
 use model::vehicle::Vehicle;
@@ -11,7 +11,7 @@ const FLASH_END: u64 = 0x0820_0000;
 /// Address of the parameter store: the last sectors of bank 2.
 pub const REGION: u64 = FLASH_END - (PARAMETER_SECTORS * FLASH_SECTOR_BYTES) as u64;
 
-/// Flash contents, as address and bytes, of a board on which `vehicle` was stored over the link.
+/// Flash contents, as address and bytes, of a board that received and stored `vehicle` over the link.
 ///
 /// # Errors
 /// [`Error::Vehicle`] when the vehicle is not consistent in single precision or does not fit the store.
@@ -23,10 +23,11 @@ pub fn set(vehicle: &Vehicle<f64>) -> Result<(u64, Vec<u8>), Error> {
     Ok((REGION, flash.contents()))
 }
 
-/// Checks in the firmware's log that it flies the set that was written into its flash.
+/// Checks in the firmware's log that the firmware uses the parameter set in its flash.
 ///
 /// # Errors
-/// [`Error::Vehicle`] when it does not: it is built for a vehicle with other parts, or from other sources.
+/// [`Error::Vehicle`] when the firmware does not: it was built for a vehicle with other parts, or from
+/// other sources.
 pub fn was_taken(log: &[String]) -> Result<(), Error> {
     if log.iter().any(|line| line.ends_with("parameters: stored set")) {
         return Ok(());

@@ -2,9 +2,9 @@
 
 use super::{REFERENCE, message, parse, vehicle};
 
-/// By hand, for the small vehicle: a free rotor follows in 14.27 ms, 0.49 of which is 34.35 rad/s. 0.03458 kg m^2 turn,
-/// 0.7477 N m/V turn them, so that they take 1.589 V s/rad; times 0.24 times 34.35 rad/s that is 13.2 V/rad with the rounded
-/// gain. 94 % of 12 V are 11.28 V.
+/// Calculated by hand for the small vehicle: a free rotor's time constant is 14.27 ms, and 0.49 divided by it is 34.35
+/// rad/s. The inertia of the turn is 0.03458 kg m^2 and the moment 0.7477 N m/V, which gives 1.589 V s/rad; times 0.24
+/// times 34.35 rad/s that is 13.2 V/rad with the rounded gain. 94 % of 12 V is 11.28 V.
 #[test]
 fn gains_that_are_left_out_follow_from_the_vehicle() {
     let small = include_str!("../../../../vehicles/small.toml");
@@ -18,11 +18,11 @@ fn gains_that_are_left_out_follow_from_the_vehicle() {
         [1.6, 13.0, 1.3]
     );
     assert_eq!(found.ballast_voltage_max_v, 11.0);
-    // What is given stays, whatever the rule would say: also 0, which is no gain.
+    // A given value is kept, whatever the rule gives: also 0, which means no gain.
     let given = control(&small.replace("[control]", "[control]\nyaw_ki_v_per_rad = 0\nheading_kp_per_s = 0.7"));
     assert_eq!((given.yaw_ki_v_per_rad, given.heading_kp_per_s), (0.0, 0.7));
     assert_eq!(given.yaw_kp_v_s_per_rad, 1.6);
-    // A file whose values are none tells them, not the gains that come of them.
+    // For a file with invalid values the message names these values, not the gains that follow from them.
     for (from, to, culprit) in [
         (
             "wheel_radius_m = 0.10",
@@ -44,7 +44,8 @@ fn gains_that_are_left_out_follow_from_the_vehicle() {
     }
 }
 
-/// What only a spar has a use for may be left out without one; given, it is in its range and changes nothing.
+/// A field that only a spar needs may be left out without a spar. If it is given, it must be in its range and changes
+/// nothing.
 #[test]
 fn a_vehicle_without_a_spar_needs_nothing_of_a_spar() {
     let (head, tail) = REFERENCE.split_once("[spar]").expect("table");
@@ -60,7 +61,7 @@ fn a_vehicle_without_a_spar_needs_nothing_of_a_spar() {
             parse("v.toml", &wrong).expect_err(&wrong).to_string().contains(field),
             "{value}"
         );
-        // With the spar it must be there.
+        // With the spar the field is required.
         let message = message(&format!("{given}\n"), "");
         assert!(message.contains(&format!("{field} is missing")), "{message}");
     }

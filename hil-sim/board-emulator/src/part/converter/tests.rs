@@ -18,26 +18,27 @@ fn waveform(in1: u64, in2: u64) -> PwmWaveform {
     waveform
 }
 
-/// 1 A per us under the whole supply, at 1 mV per A.
+/// A current slope of 1 A per us under the whole supply, at 1 mV per A.
 const SOURCE: RippleSource = RippleSource {
     timer: 0,
     lines: [0, 1],
     slope_uv_per_us: 1_000,
 };
 
-/// The ripple at each us of a period.
+/// The ripple at every us of a period.
 fn ripple(in1: u64, in2: u64) -> Vec<i64> {
     let waveforms = [waveform(in1, in2), PwmWaveform::default()];
     (0..50).map(|us| SOURCE.at(&waveforms, 1_000 * us)).collect()
 }
 
-/// The same ripple integrated step by step from the voltage across the motor, less its mean.
+/// The same ripple, integrated step by step from the voltage across the motor, minus its mean.
 fn integrated(in1: u64, in2: u64) -> Vec<f64> {
     const STEP_NS: u64 = 10;
     let waveform = waveform(in1, in2);
     let mean = (in1 as f64 - in2 as f64) / 5_000.0;
     let high = |channel, at: u64| {
-        // High while the counter, which is so far from its zero, is below the compare value.
+        // The line is high while the counter, at this distance from its zero, is below the compare
+        // value.
         let from_zero = at.min(50_000 - at);
         2 * from_zero < waveform.high_ns(channel).expect("it runs")
     };
@@ -62,7 +63,7 @@ fn the_closed_form_is_the_integral_of_the_voltage() {
         (5_000, 5_000),
     ] {
         for (us, (found, expected)) in ripple(in1, in2).iter().zip(integrated(in1, in2)).enumerate() {
-            // A step of the integral, and the closed form's uV.
+            // Tolerance: a step of the integral, and the closed form's resolution of 1 uV.
             assert!(
                 (*found as f64 - expected).abs() < 25.0,
                 "{in1}, {in2} at {us} us: {found}, not {expected}"
