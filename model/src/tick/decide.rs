@@ -19,7 +19,7 @@ use crate::supervise::codes::{BlockerSet, FaultSet, Limit, LimitSet};
 use crate::supervise::supervisor::Findings;
 use crate::vehicle::Vehicle;
 
-use super::estimate::Sines;
+use super::estimate::Estimated;
 
 /// Voltage that probes the drive motors' current sensors, V, up for two ticks and down for two: what a current sensor
 /// must follow, however quietly the laws hold the vehicle. It moves the current by 60 mA and the vehicle by nothing.
@@ -48,6 +48,8 @@ pub struct Decision {
     pub voltage_v: [f32; MOTORS],
     /// The ballast motor is switched off: it gets no voltage, whatever its encoder shows.
     pub ballast_off: bool,
+    /// Share of its current limit that each motor may use, 0 to 1.
+    pub motor_shares: [f32; MOTORS],
     /// Terms of the laws, before any limit; all 0 while disarmed.
     pub terms: Terms,
     /// Governed speed reference, m/s.
@@ -104,8 +106,7 @@ impl Laws {
         &mut self,
         verdict: Findings,
         sensed: &Sensed,
-        estimate: &Estimate,
-        sines: Sines,
+        Estimated { estimate, sines }: &Estimated,
         command: &Command,
     ) -> Wish {
         self.armed = verdict.mode != Mode::Disarmed;

@@ -1,7 +1,7 @@
 //! Stage 3: what the laws are asked for under each verdict, and each limit's flag, set and clear.
 
 use super::super::decide::{Laws, Wish};
-use super::super::estimate::Sines;
+use super::super::{Estimated, Sines};
 use super::{BoardScales, reference, sensed_at_rest, without_spar};
 use crate::command::{Command, DriveCommand};
 use crate::estimate::Estimate;
@@ -42,14 +42,15 @@ impl Bench {
 
     fn tick(&mut self, verdict: Findings) -> Wish {
         let (phi, sin_slope) = (self.estimate.phi_rad, self.estimate.sin_slope);
+        let estimate = self.estimate;
         let sines = Sines {
             phi: (phi.sin(), phi.cos()),
             slope: (sin_slope, (1.0 - sin_slope * sin_slope).sqrt()),
             roll: 0.0,
             slope_turn_per_s: 0.0,
         };
-        self.laws
-            .step(verdict, &self.sensed, &self.estimate, sines, &self.command)
+        let estimated = Estimated { estimate, sines };
+        self.laws.step(verdict, &self.sensed, &estimated, &self.command)
     }
 }
 
