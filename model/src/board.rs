@@ -63,7 +63,7 @@ impl SensorRanges {
             motor += 1;
         }
         Self {
-            battery_max_v: MEASURED_SHARE * u16::MAX as f32 * scales.battery.per_count,
+            battery_max_v: MEASURED_SHARE * u16::MAX as f32 * scales.battery_voltage.per_count,
             current_max_a,
         }
     }
@@ -78,7 +78,7 @@ impl BoardScales {
                 zero_count: 32768,
             };
             let mut analog = Analog::all(current);
-            analog.battery = AnalogScale {
+            analog.battery_voltage = AnalogScale {
                 per_count: 66.0 / 65536.0,
                 zero_count: 0,
             };

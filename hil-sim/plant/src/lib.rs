@@ -273,10 +273,10 @@ impl Plant {
     }
 
     #[inline]
-    fn convert(&mut self, battery: f64, currents: [f64; MOTORS]) -> Analog<u16> {
+    fn convert(&mut self, battery_voltage: f64, currents: [f64; MOTORS]) -> Analog<u16> {
         let [left_current, right_current, ballast_current] = currents;
         self.analog.convert(Analog {
-            battery,
+            battery_voltage,
             left_current,
             right_current,
             ballast_current,

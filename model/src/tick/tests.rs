@@ -33,7 +33,7 @@ fn resting() -> Sample {
     };
     let scales = BoardScales::EXAMPLE.analog;
     let mut analog = Analog::all(32768);
-    analog.battery = (25.0 / scales.battery.per_count) as u16;
+    analog.battery_voltage = (25.0 / scales.battery_voltage.per_count) as u16;
     Sample {
         time_us: 0,
         encoder_counts: [0; MOTORS],

@@ -147,12 +147,16 @@ macro_rules! remedied_codes {
 }
 
 /// Defines [`Fault`] as [`remedied_codes!`] does, each with its class, with what shows it, and within which time: the
-/// row of the safety page.
+/// row of the safety page. A debounced fault ends with the ticks in a row for which its cause must be present.
 macro_rules! faults {
     (
         $(#[doc = $doc:literal])* $code:ident;
         $(#[doc = $set_doc:literal])* $set:ident;
-        $( $(#[doc = $meaning:literal])+ $name:ident = $number:literal => $class:ident($by:literal, $bound:literal, $remedy:literal), )+
+        $(
+            $(#[doc = $meaning:literal])+
+            $name:ident = $number:literal => $class:ident($by:literal, $bound:literal, $remedy:literal)
+            $(for $ticks:literal ticks)?,
+        )+
     ) => {
         remedied_codes! {
             $(#[doc = $doc])* $code;
@@ -164,7 +168,31 @@ macro_rules! faults {
             /// Of each fault, in order: its class, what shows the fault, and the time from the cause to the bridges'
             /// reaction.
             pub const DETECTION: &'static [(FaultClass, &'static str, &'static str)] =
-                &[$((FaultClass::$class, $by, $bound)),+];
+                &[$((FaultClass::$class, concat!($by $(, " for ", $ticks, " ticks")?), $bound)),+];
+
+            /// Ticks in a row for which the fault's cause must be present: 1 but for a debounced fault.
+            pub const fn debounce_ticks(self) -> u16 {
+                match self { $(Self::$name => 1 $(* $ticks)?),+ }
+            }
+
+            /// Number of debounced faults.
+            pub const DEBOUNCED: usize = Self::debounced_before(Self::ALL.len());
+
+            /// The place of a debounced fault among those.
+            pub const fn debounce_place(self) -> usize {
+                match self { $(Self::$name => const { Self::debounced_before(Self::$name as usize) }),+ }
+            }
+
+            const fn debounced_before(number: usize) -> usize {
+                let (mut count, mut n) = (0, 0);
+                while n < number {
+                    if Self::ALL[n].debounce_ticks() > 1 {
+                        count += 1;
+                    }
+                    n += 1;
+                }
+                count
+            }
         }
     };
 }

@@ -74,7 +74,7 @@ fn analogue_counts_become_amperes_and_volts() {
         (sensed.battery_v - 25.0).abs() < 0.01,
         "the first reading counts in full"
     );
-    sample.analog.battery = (20.0 / BoardScales::EXAMPLE.analog.battery.per_count) as u16;
+    sample.analog.battery_voltage = (20.0 / BoardScales::EXAMPLE.analog.battery_voltage.per_count) as u16;
     let after: [f32; 5] = core::array::from_fn(|_| core.sense(&sample).battery_v);
     let expected = 20.0 + 5.0 * (-1.0_f32).exp();
     assert!((after[4] - expected).abs() < 0.01, "{} V after 5 ms", after[4]);
@@ -111,7 +111,7 @@ fn another_vehicle_takes_over_counts_and_supply() {
     let turned_rad = core.sense(&sample).ballast_turned_rad;
     core = core.with_vehicle(&reference());
     sample.encoder_counts = [140, -260, 9310];
-    sample.analog.battery = (20.0 / BoardScales::EXAMPLE.analog.battery.per_count) as u16;
+    sample.analog.battery_voltage = (20.0 / BoardScales::EXAMPLE.analog.battery_voltage.per_count) as u16;
     let sensed = core.sense(&sample);
     let rad_per_count = 2.0 * core::f32::consts::PI / (1024.0 * 43.0);
     for (found, counts) in sensed.relative_advance_rad.into_iter().zip([40.0, -60.0]) {

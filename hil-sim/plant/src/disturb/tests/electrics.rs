@@ -53,7 +53,7 @@ fn analogue_sensors_fail_and_the_motors_do_not() {
         },
     );
     plant.set_analog_fault(
-        "battery",
+        "battery_voltage",
         AnalogFault {
             following: Following::Dead,
             ..AnalogFault::default()
@@ -63,7 +63,7 @@ fn analogue_sensors_fail_and_the_motors_do_not() {
     let analog = plant.analog();
     let amperes = |count: u16| (f64::from(count) - 32768.0) * 120.0 / 65536.0;
     assert!((amperes(analog.left_current) - 5.0).abs() < 0.03 && amperes(analog.right_current).abs() < 0.03);
-    assert!(analog.battery < 20);
+    assert!(analog.battery_voltage < 20);
     assert_eq!(plant.truth().current_a, [0.0; MOTORS]);
 }
 

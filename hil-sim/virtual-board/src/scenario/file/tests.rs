@@ -75,6 +75,10 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
             vec!["unknown name `speed`; did you mean `speed_m_s`?"],
         ),
         (
+            &format!("{base}[[step]]\nat_s=1.0\naction=\"analog-fault\"\nsensor=\"batery-voltage\"\n"),
+            vec!["did you mean `battery-voltage`?", "left-current"],
+        ),
+        (
             &format!("{base}[[step]]\nat_s=1.0\naction=\"push\"\non=\"arm\"\nfor_s=0.1\nforward_n=2e4\n"),
             vec!["step[0].forward_n = 20000", "-10000 to 10000"],
         ),
