@@ -11,7 +11,7 @@
 //! period, 1.5 us: there the converter samples left and right. The ballast's sample ends 1.59 us after the middle, beyond that
 //! edge at the longest duty alone.
 
-use model::board::DUTY_MAX_PERCENT;
+use crate::drive_board::DUTY_MAX_PERCENT;
 
 /// Timer counts, of the half of a period in which the timer counts up, for which each input of a bridge is high: the first
 /// ones. The other half is its mirror image.

@@ -2,11 +2,6 @@
 
 use crate::analog::{Analog, AnalogScale};
 
-/// Largest duty of a bridge either way, in percent of the supply, with the drivers that the project is made for: the rest
-/// of each period brakes, so that the switching half of the bridge visits the low side and charges the capacitor of a
-/// bootstrapped high side. What has no board to ask, the analysis of a vehicle, reckons with this one too.
-pub const DUTY_MAX_PERCENT: u32 = 94;
-
 /// Scales of an IMU's registers at the ranges it is configured to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImuScales {
@@ -70,24 +65,24 @@ impl SensorRanges {
 }
 
 impl BoardScales {
-    /// Scales for tests and examples: numerically those of the first drive board.
+    /// Scales of no board, for tests and examples: round numbers, so that nothing passes because it knows a board's own.
     pub const EXAMPLE: Self = Self {
         analog: {
             let current = AnalogScale {
-                per_count: 120.0 / 65536.0,
-                zero_count: 32768,
+                per_count: 0.002,
+                zero_count: 32_000,
             };
             let mut analog = Analog::all(current);
             analog.battery_voltage = AnalogScale {
-                per_count: 66.0 / 65536.0,
+                per_count: 0.001,
                 zero_count: 0,
             };
             analog
         },
-        duty_max: DUTY_MAX_PERCENT as f32 / 100.0,
+        duty_max: 0.9,
         imu: ImuScales {
-            gyro_lsb_per_deg_s: 32.768,
-            accel_lsb_per_g: 4096.0,
+            gyro_lsb_per_deg_s: 30.0,
+            accel_lsb_per_g: 4000.0,
         },
     };
 }

@@ -124,7 +124,7 @@ mod tests {
     fn assert_reads(inputs: &mut AnalogConverter, truth: Analog<f64>, expected: Analog<f64>) {
         let found = mean(inputs, truth);
         for (found, expected) in found.values().iter().zip(expected.values()) {
-            // Half a count of the currents is 0.9 mA.
+            // Half a count of the currents is 1 mA.
             assert!((found - expected).abs() < 2e-3, "{found} against {expected}");
         }
     }

@@ -1,6 +1,5 @@
 //! The part over its bus.
 
-use super::super::tests::SCALES;
 use super::*;
 use crate::noise::Noise;
 
@@ -85,14 +84,16 @@ fn data_is_valid_only_after_the_start_up_times() {
 }
 
 #[test]
-fn readings_are_in_the_units_the_firmware_expects() {
+fn readings_have_the_units_of_the_ranges_that_the_firmware_sets() {
+    // +-1000 deg/s and +-8 g over a word of 16 bits, as the data sheet says.
+    const GYRO_LSB_PER_DEG_S: f64 = 32768.0 / 1000.0;
+    const ACCEL_LSB_PER_G: f64 = 32768.0 / 8.0;
     let mut c = running();
     let [_, ax, ay, az, gx, gy, gz] = burst(&mut c);
-    let scale = f64::from(SCALES.imu.gyro_lsb_per_deg_s);
     assert_eq!((ax, ay, gx), (0, 0, 0));
-    assert_eq!(f64::from(az), f64::from(SCALES.imu.accel_lsb_per_g));
-    assert_eq!(f64::from(gy), (-1.0_f64.to_degrees() * scale).round());
-    assert_eq!(f64::from(gz), (0.5_f64.to_degrees() * scale).round());
+    assert_eq!(f64::from(az), ACCEL_LSB_PER_G);
+    assert_eq!(f64::from(gy), (-1.0_f64.to_degrees() * GYRO_LSB_PER_DEG_S).round());
+    assert_eq!(f64::from(gz), (0.5_f64.to_degrees() * GYRO_LSB_PER_DEG_S).round());
 }
 
 #[test]

@@ -101,7 +101,7 @@ fn a_vehicle_that_turns_on_the_spot_is_not_as_slow_as_one_that_stands() {
     assert!((swing_damping_v(-0.8) / turns_v - 1.0).abs() < 1e-3);
 }
 
-/// Half of the supply at most is steering's: 0.94 of 25 V, halved. Driving has what steering leaves.
+/// Half of the supply at most is steering's: 0.9 of 25 V, halved. Driving has what steering leaves.
 #[test]
 fn steering_takes_half_of_the_supply_and_driving_the_rest() {
     let mut bench = Bench::new();

@@ -61,7 +61,7 @@ fn analogue_sensors_fail_and_the_motors_do_not() {
     );
     run(&mut plant, 10, OPEN);
     let analog = plant.analog();
-    let amperes = |count: u16| (f64::from(count) - 32768.0) * 120.0 / 65536.0;
+    let amperes = |count| SCALES.analog.left_current.value(count);
     assert!((amperes(analog.left_current) - 5.0).abs() < 0.03 && amperes(analog.right_current).abs() < 0.03);
     assert!(analog.battery_voltage < 20);
     assert_eq!(plant.truth().current_a, [0.0; MOTORS]);
