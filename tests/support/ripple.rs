@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
+use super::switching::{Modulation, SwitchedMotor};
 use model::vehicle::MotorParameters;
-use plant::switching::{Modulation, SwitchedMotor};
 
 /// Time from one current's sample to the next, s: a conversion of 17 cycles at 16 MHz.
 const CURRENT_STEP_S: f64 = 17.0 / 16e6;

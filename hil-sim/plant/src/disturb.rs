@@ -85,11 +85,6 @@ impl Plant {
         }
     }
 
-    /// The battery's charge as a share of its capacity, where it has one.
-    pub fn battery_charge(&self) -> Option<f64> {
-        self.supply.charge()
-    }
-
     /// Whether the supply is enough for the board to run; below, it is held in reset.
     pub fn powers_board(&self) -> bool {
         self.supply.powers_board(self.battery_v)

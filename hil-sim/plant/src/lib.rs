@@ -28,7 +28,6 @@ pub mod noise;
 mod ranges;
 pub mod settings;
 mod supply;
-pub mod switching;
 pub mod terrain;
 #[cfg(test)]
 mod tests;
@@ -110,11 +109,6 @@ impl Plant {
         let position = self.body.state_mut().0;
         position[LEFT] = joints[0] - phi;
         position[RIGHT] = joints[1] - phi;
-    }
-
-    /// Longest substep from now on, in s, as [`SUBSTEP_S`]: a shorter one for reference runs.
-    pub fn set_substep_s(&mut self, substep_s: f64) {
-        self.substep_s = substep_s;
     }
 
     /// Advances by `dt_s` seconds with the bridges held, in the order of [`model::sample::Motor`].

@@ -3,6 +3,7 @@
 use model::dynamics::coupled::{Bearing, Coupled, CoupledParameters};
 use model::dynamics::planar::{self, Planar, PlanarParameters};
 use model::dynamics::spatial::{self, Spatial, SpatialParameters};
+use model::integrate::rk4_step;
 
 use super::*;
 use crate::terrain::{Friction, Plane, Terrain};
@@ -106,7 +107,7 @@ fn turning_on_a_two_way_slope_it_is_the_spatial_vehicle() {
     let h = 1e-4;
     for _ in 0..30_000 {
         body.step(h, &ground, &joints);
-        x = reference.rk4(&x, u, h / scales.time_s);
+        x = rk4_step(&x, h / scales.time_s, |x| reference.rate(x, u));
     }
     let (q, v) = (body.position(), body.speed());
     let r = p.wheel_radius_m;
@@ -180,12 +181,8 @@ fn with_the_spar_it_is_the_coupled_vehicle_pivoted_on_the_arm() {
     let h = 1e-4;
     for _ in 0..20_000 {
         body.step(h, &ground, &[joint, joint, camera_joint]);
-        x = reference.rk4(
-            &x,
-            scales.voltage_from_si(volts),
-            camera_torque / torque,
-            h / scales.time_s,
-        );
+        let (drive, ballast) = (scales.voltage_from_si(volts), camera_torque / torque);
+        x = rk4_step(&x, h / scales.time_s, |x| reference.rate(x, drive, ballast));
     }
     let q = body.position();
     let found = [q[RIGHT], q[PHI] + beta, q[SPAR] + beta, q[BALLAST] - q[SPAR]];

@@ -90,7 +90,7 @@ fn the_battery_gives_what_flows_and_sags_with_its_charge() {
         plant.advance(1e-3, &[0.2, 0.2, 0.0].map(BridgeState::Duty));
         charge += plant.truth().battery_a * 1e-3;
     }
-    let left = plant.battery_charge().expect("it has one");
+    let left = plant.supply.charge().expect("it has one");
     assert!(
         (left - (0.9 - charge / 36.0)).abs() < 1e-9 && charge > 10.0,
         "{left}, {charge} A s"

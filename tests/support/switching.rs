@@ -1,4 +1,4 @@
-//! What a motor's current does within one period of the bridge's PWM, which [`super::motor`] averages over.
+//! What a motor's current does within one period of the bridge's PWM, which the plant's motors average over.
 //!
 //! Within a stretch of the period the bridge holds +1, 0 or -1 times the supply at the motor, or it is open. With the rate
 //! constant over the period the armature `L i' = V - R i - e` has the exact solution
@@ -30,7 +30,7 @@ pub enum Modulation {
 
 /// What a bridge does with its motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum BridgeHold {
+pub enum BridgeHold {
     /// Holds it at this share of the supply.
     At(f64),
     /// No transistor conducts.
@@ -38,7 +38,7 @@ enum BridgeHold {
 }
 
 /// Stretches of a period: share of the period, and state of the bridge.
-type Stretches = [(f64, BridgeHold); 4];
+pub type Stretches = [(f64, BridgeHold); 4];
 
 impl Modulation {
     /// Every modulation.
@@ -62,7 +62,7 @@ impl Modulation {
     }
 
     /// The stretches of a period for a duty of -1 to 1.
-    fn stretches(self, duty: f64) -> Stretches {
+    pub fn stretches(self, duty: f64) -> Stretches {
         const BRAKE: BridgeHold = BridgeHold::At(0.0);
         let (size, drive) = (duty.abs(), BridgeHold::At(duty.signum()));
         let nothing = (0.0, BRAKE);
@@ -102,6 +102,7 @@ pub struct SwitchedMotor {
 
 /// The current of one period, once every period is like the one before.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[allow(clippy::struct_field_names)] // The unit ends each name.
 pub struct PeriodicCurrent {
     /// Mean, which makes the torque, in A.
     pub mean_a: f64,
@@ -210,6 +211,3 @@ impl SwitchedMotor {
         period.most_a = period.most_a.max(period.current_a);
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -1,4 +1,10 @@
-use super::*;
+//! The current within a period of the PWM against the averaged motor, the textbook and a stepped solution.
+#![allow(dead_code)] // Of the shared helper it uses its part.
+
+#[path = "support/switching.rs"]
+mod switching;
+
+use switching::{BridgeHold, Modulation, SwitchedMotor};
 
 /// A drive motor of the reference vehicle at a full battery.
 const DRIVE: SwitchedMotor = SwitchedMotor {
