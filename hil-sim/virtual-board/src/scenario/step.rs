@@ -5,10 +5,11 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::nearest::nearest;
-use super::sensor::{FaultName, Sensor};
+use super::sensor::Sensor;
 use super::wire::LinkStep;
 use super::world::{MotorName, WorldStep};
 use plant::body::PushedBody;
+use plant::fault::SensorFault;
 
 /// Something that happens at a time.
 #[derive(Debug, Clone, PartialEq)]
@@ -162,7 +163,7 @@ pub enum Action {
         /// Which.
         sensor: Sensor,
         /// How.
-        fault: FaultName,
+        fault: SensorFault,
     },
     /// The battery's open-circuit voltage changes.
     Battery {

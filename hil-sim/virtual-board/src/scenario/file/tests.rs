@@ -68,7 +68,7 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
         ),
         (
             &format!("{base}[[step]]\nat_s=1.0\naction=\"sensor-fault\"\nsensor=\"arm-imu\"\nfault=\"sad\"\n"),
-            vec!["unknown fault `sad`", "stuck"],
+            vec!["step[0].fault = \"sad\" is unknown", "stuck"],
         ),
         (
             &format!("{base}[[step]]\nat_s = 1.0\naction = \"drive\"\nspeed = 1.0\n"),
