@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 mod files;
 #[path = "support/imports.rs"]
 mod imports;
+#[path = "support/sides.rs"]
+mod sides;
 
 use files::files;
 use imports::Crate;
@@ -57,6 +59,12 @@ const SHARED_CONSTANTS: &[(&str, &[&str], &str)] = &[
         &["FIGURES"],
         "the figures of a chapter, in its module",
     ),
+];
+
+/// Files that may have right before left, with the reason.
+const RIGHT_FIRST: &[(&str, &str)] = &[
+    ("model/src/dynamics/spatial.rs", "the order of the thesis's ch. 6"),
+    ("hil-sim/theory/src/analysis/spatial.rs", "the state of that model"),
 ];
 
 fn root() -> PathBuf {
@@ -174,6 +182,26 @@ fn no_two_constants_of_a_package_have_one_name() {
     assert!(twice.is_empty(), "{twice:#?}");
 }
 
+/// The glossary's rule: where both sides have a value, left stands first.
+#[test]
+fn left_stands_before_right() {
+    let mut found = Vec::new();
+    let (mut pairs, mut needed) = (0, [false; RIGHT_FIRST.len()]);
+    for (place, source) in sources() {
+        let sides = sides::Sides::of(&source);
+        pairs += sides.left_first;
+        match RIGHT_FIRST.iter().position(|(file, _)| *file == place) {
+            Some(n) => needed[n] |= !sides.right_first.is_empty(),
+            None => found.extend(sides.right_first.iter().map(|names| format!("{place}: {names}"))),
+        }
+    }
+    assert!(found.is_empty(), "{found:#?}");
+    for (known, needed) in RIGHT_FIRST.iter().zip(needed) {
+        assert!(needed, "{known:?} has left before right: take it out of the list");
+    }
+    assert!(pairs > 50, "{pairs} pairs found");
+}
+
 #[test]
 fn no_modules_import_each_other_in_a_circle() {
     let mut found = Vec::new();
@@ -240,7 +268,9 @@ fn every_dependency_has_its_reason() {
         let short = package.trim_start_matches("vehicle-");
         for name in dependencies(&manifest) {
             found += 1;
-            let row = rows.iter().find(|row| row.len() > 3 && row[1].split(", ").any(|listed| listed == name));
+            let row = rows
+                .iter()
+                .find(|row| row.len() > 3 && row[1].split(", ").any(|listed| listed == name));
             let users = row.unwrap_or_else(|| panic!("{package}: {name} has no row"))[2];
             let named = users.contains(package) || users.contains(short);
             let all = users.starts_with("every package") || users.starts_with("tests");

@@ -95,7 +95,7 @@ pub struct Plant {
 impl Plant {
     /// Counters start at zero wherever the joints stand.
     fn rest_encoders(&mut self) {
-        for index in [RIGHT, LEFT] {
+        for index in [LEFT, RIGHT] {
             self.body.state_mut().0[index] = -self.body.position()[PHI];
         }
     }

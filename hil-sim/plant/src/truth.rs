@@ -67,7 +67,7 @@ pub struct Glance {
     /// Positions, with angles from the plane's normal, and speeds, by the indices of [`super::body`].
     pub(crate) position: [f64; 9],
     pub(crate) speed: [f64; 9],
-    /// Right and left.
+    /// Left and right.
     pub(crate) wheels: [WheelContact; 2],
     pub(crate) path_slopes: [f64; 2],
     pub(crate) gravity: Gravity,
@@ -83,11 +83,11 @@ impl Glance {
     /// The truth that was seen.
     pub fn truth(&self) -> Truth {
         let (q, u) = (&self.position, &self.speed);
-        let [right, left] = &self.wheels;
-        let [slope_right, slope_left] = self.path_slopes;
+        let [left, right] = &self.wheels;
+        let [slope_left, slope_right] = self.path_slopes;
         let vertical = libm::atan2(self.gravity.along, self.gravity.normal);
         // Nearly always a plane.
-        let path_slope = 0.5 * (slope_right + slope_left);
+        let path_slope = 0.5 * (slope_left + slope_right);
         let path_rad = if path_slope == 0.0 { 0.0 } else { libm::atan(path_slope) };
         let (spar_rad, spar_rate_rad_s) = if self.has_spar {
             (q[SPAR] + vertical, u[SPAR])

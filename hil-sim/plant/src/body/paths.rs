@@ -4,10 +4,10 @@ use super::ldl::Speeds;
 use super::{Body, FORWARD, LEFT, LIFT, RIGHT, SIDE, YAW};
 use crate::terrain::Ground;
 
-/// Right and left: index of the wheel, and which way the yaw rate moves it.
-const SIDES: [(usize, f64); 2] = [(RIGHT, 1.0), (LEFT, -1.0)];
+/// Left and right: index of the wheel, and which way the yaw rate moves it.
+const SIDES: [(usize, f64); 2] = [(LEFT, -1.0), (RIGHT, 1.0)];
 
-/// Geometry of the contacts in one substep, of right and left.
+/// Geometry of the contacts in one substep, of left and right.
 pub(super) struct Contacts {
     /// Rise of each path along the heading, the cosine of its angle and the cosine's reciprocal.
     tangent: [f64; 2],
@@ -50,7 +50,7 @@ impl Contacts {
 
     /// Speed of the axle off its path over the speeds.
     pub(super) fn normal(&self) -> [(usize, f64); 4] {
-        let [right, left] = self.tangent;
+        let [left, right] = self.tangent;
         [
             (FORWARD, -0.5 * (right + left)),
             (SIDE, self.side),
@@ -69,7 +69,7 @@ impl Body {
         let x = self.position[FORWARD] + h * (u[FORWARD] * cos - u[SIDE] * sin);
         // Heading at the end, to first order in the turn.
         let reach = d * (sin + 0.5 * h * u[YAW] * cos);
-        let wheel_x = [x + reach, x - reach];
+        let wheel_x = [x - reach, x + reach];
         let paths = wheel_x.map(|x| ground.wheel(x));
         let tangent = paths.map(|path| path.slope * cos);
         let level = paths.iter().all(|path| path.slope == 0.0);
@@ -87,10 +87,10 @@ impl Body {
             side: 0.5 * (paths[0].slope + paths[1].slope) * sin,
             half_track: d,
             radii: [
-                self.inertia.radius - half_difference,
                 self.inertia.radius + half_difference,
+                self.inertia.radius - half_difference,
             ],
-            friction: [ground.friction_right(wheel_x[0]), ground.friction_left(wheel_x[1])],
+            friction: [ground.friction_left(wheel_x[0]), ground.friction_right(wheel_x[1])],
             height: 0.5 * (paths[0].height_m + paths[1].height_m),
             level,
         }
