@@ -163,7 +163,7 @@ fn what_is_wrong_is_told_by_its_step() {
             };
             bench
                 .board
-                .world(|world| world.plant.set_analog_fault("battery", fault));
+                .world(|world| world.plant.set_analog_fault("battery_voltage", fault));
         }),
         ("armed", false, |bench, _| {
             bench

@@ -14,7 +14,7 @@ use model::supervise::codes::{Blocker, Fault, FaultSet, Limit};
 use plant::fault::SensorFault;
 use plant::settings::{BoardSettings, DriveSettings, ImuSettings, Setting};
 use virtual_board::scenario::wire::LinkStep;
-use virtual_board::scenario::world::WorldStep;
+use virtual_board::scenario::world::{AnalogSensor, WorldStep};
 use virtual_board::scenario::{Action, Scenario, metrics};
 
 #[path = "support/boards.rs"]
@@ -108,8 +108,9 @@ fn the_scenarios_page_lists_every_scenario() {
 fn the_scenarios_page_explains_every_metric_and_fault() {
     let page = page("scenarios.md");
     assert_eq!(page.first_cells("## Metrics"), metrics::NAMES);
-    let faults: Vec<&str> = SensorFault::ALL.iter().map(|fault| fault.name()).collect();
-    assert_eq!(page.first_cells("### Sensor faults"), faults);
+    let faults = page.first_cells("### Sensor faults").into_iter();
+    let faults = faults.map(|name| serde_json::from_value(name.into()).expect("a fault"));
+    assert_eq!(faults.collect::<Vec<SensorFault>>(), SensorFault::ALL);
     let examples = page.fenced("toml");
     assert!(!examples.is_empty());
     for example in examples {
@@ -120,7 +121,12 @@ fn the_scenarios_page_explains_every_metric_and_fault() {
 #[test]
 fn the_scenarios_page_explains_every_step() {
     let steps = [&Action::NAMES[..], &WorldStep::NAMES, &LinkStep::NAMES].concat();
-    assert_eq!(page("scenarios.md").first_cells("## Steps"), steps);
+    let page = page("scenarios.md");
+    assert_eq!(page.first_cells("## Steps"), steps);
+    let row = page.text.lines().find(|line| line.starts_with("| `analog-fault` |"));
+    for sensor in AnalogSensor::names() {
+        assert!(row.is_some_and(|row| row.contains(&format!("`{sensor}`"))), "{sensor}");
+    }
     for step in steps {
         // A step whose fields are missing is refused for them, not for its name.
         let text = format!("title = \"t\"\nduration_s = 1.0\n[[step]]\nat_s = 0.5\naction = \"{step}\"\n");
@@ -266,7 +272,7 @@ fn the_adding_page_counts_its_places() {
     for (what, places, lists) in [
         ("parameter", 2, 1),
         ("fault", 2, 1),
-        ("sensor", 4, 1),
+        ("sensor", 5, 1),
         ("command", 2, 2),
     ] {
         let claim = format!("| [a {what}](#a-{what})");

@@ -9,6 +9,8 @@ use std::path::{Path, PathBuf};
 mod files;
 #[path = "support/imports.rs"]
 mod imports;
+#[path = "support/sides.rs"]
+mod sides;
 
 use files::files;
 use imports::Crate;
@@ -57,6 +59,12 @@ const SHARED_CONSTANTS: &[(&str, &[&str], &str)] = &[
         &["FIGURES"],
         "the figures of a chapter, in its module",
     ),
+];
+
+/// Files that may have right before left, with the reason.
+const RIGHT_FIRST: &[(&str, &str)] = &[
+    ("model/src/dynamics/spatial.rs", "the order of the thesis's ch. 6"),
+    ("hil-sim/theory/src/analysis/spatial.rs", "the state of that model"),
 ];
 
 fn root() -> PathBuf {
@@ -174,6 +182,26 @@ fn no_two_constants_of_a_package_have_one_name() {
     assert!(twice.is_empty(), "{twice:#?}");
 }
 
+/// The glossary's rule: where both sides have a value, left stands first.
+#[test]
+fn left_stands_before_right() {
+    let mut found = Vec::new();
+    let (mut pairs, mut needed) = (0, [false; RIGHT_FIRST.len()]);
+    for (place, source) in sources() {
+        let sides = sides::Sides::of(&source);
+        pairs += sides.left_first;
+        match RIGHT_FIRST.iter().position(|(file, _)| *file == place) {
+            Some(n) => needed[n] |= !sides.right_first.is_empty(),
+            None => found.extend(sides.right_first.iter().map(|names| format!("{place}: {names}"))),
+        }
+    }
+    assert!(found.is_empty(), "{found:#?}");
+    for (known, needed) in RIGHT_FIRST.iter().zip(needed) {
+        assert!(needed, "{known:?} has left before right: take it out of the list");
+    }
+    assert!(pairs > 50, "{pairs} pairs found");
+}
+
 #[test]
 fn no_modules_import_each_other_in_a_circle() {
     let mut found = Vec::new();
@@ -198,6 +226,58 @@ fn no_modules_import_each_other_in_a_circle() {
         assert!(needed, "{known:?} is no circle any more: take it out of the list");
     }
     assert!(modules > 150, "{modules} modules found");
+}
+
+#[test]
+fn paths_in_macros_are_seen() {
+    let tokens = r##"a , crate :: b :: C ("d :: e \" f :: g", 'x', '"', '\'') $crate::h::i < 'a , j :: k > r#"l :: "m"# n :: o :"##;
+    let found: Vec<String> = imports::paths_in(tokens).iter().map(|path| path.join("::")).collect();
+    assert_eq!(found, ["crate::b::C", "crate::h::i", "j::k", "n::o"]);
+}
+
+/// The external crates that a manifest names: those with a version, of the package itself, its tests and its build.
+fn dependencies(manifest: &toml::Table) -> Vec<String> {
+    let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
+    let targets = manifest.get("target").and_then(toml::Value::as_table);
+    let tables = targets.into_iter().flat_map(|targets| targets.values());
+    let tables = tables.filter_map(toml::Value::as_table).chain([manifest]);
+    let listed = tables.flat_map(|table| kinds.iter().filter_map(|kind| table.get(*kind)));
+    listed
+        .filter_map(toml::Value::as_table)
+        .flatten()
+        .filter(|(_, wanted)| wanted.get("path").is_none())
+        .map(|(name, _)| name.clone())
+        .collect()
+}
+
+/// Every crate that any package depends on has a row in the table of dependencies, and the row names the package.
+#[test]
+fn every_dependency_has_its_reason() {
+    let page = fs::read_to_string(root().join("docs/architecture.md")).expect("the page is readable");
+    let rows = page.lines().skip_while(|line| *line != "## Dependencies");
+    let rows: Vec<Vec<&str>> = rows.map(|row| row.split('|').map(str::trim).collect()).collect();
+    let manifests = files(&root(), &["toml"]);
+    let mut found = 0;
+    for file in manifests.iter().filter(|path| path.ends_with("Cargo.toml")) {
+        let text = fs::read_to_string(file).expect("a manifest is readable");
+        let manifest: toml::Table = text.parse().expect("a manifest");
+        let Some(package) = manifest.get("package").and_then(|package| package.get("name")) else {
+            continue;
+        };
+        let package = package.as_str().expect("a name");
+        let short = package.trim_start_matches("vehicle-");
+        for name in dependencies(&manifest) {
+            found += 1;
+            let row = rows
+                .iter()
+                .find(|row| row.len() > 3 && row[1].split(", ").any(|listed| listed == name));
+            let users = row.unwrap_or_else(|| panic!("{package}: {name} has no row"))[2];
+            let named = users.contains(package) || users.contains(short);
+            let all = users.starts_with("every package") || users.starts_with("tests");
+            assert!(named || all, "{package} uses {name}: `{users}`");
+        }
+    }
+    assert!(found > 80, "{found} dependencies found");
 }
 
 #[test]

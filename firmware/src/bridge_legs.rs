@@ -11,7 +11,7 @@
 //! than 3 % of the period, 1.5 us; the converter samples the left and the right current there. The ballast's sample ends
 //! 1.59 us after the middle, which is beyond the edge only at the largest duty.
 
-use model::board::DUTY_MAX_PERCENT;
+use crate::drive_board::DUTY_MAX_PERCENT;
 
 /// Number of timer counts for which each input of a bridge is high, from the start of the half period in which the timer
 /// counts up. The other half is the mirror image.

@@ -116,11 +116,11 @@ where
         }
         let sensed = core.sense(&record.sample);
         let after_sense = counter.cycles();
-        let estimate = core.estimate(&sensed);
+        let estimated = core.estimate(&sensed);
         let after_estimate = counter.cycles();
-        let decision = core.decide(&sensed, &estimate, &record.command);
+        let decision = core.decide(&sensed, &estimated, &record.command);
         let after_decide = counter.cycles();
-        let output = core.actuate(&sensed, &estimate, decision);
+        let output = core.actuate(&sensed, &estimated.estimate, decision);
         bridges.apply(&output.actuation);
         let after_actuate = counter.cycles();
 

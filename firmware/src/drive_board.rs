@@ -5,7 +5,6 @@
 //! tools and tests use the first board.
 
 use model::board::BoardScales;
-pub use model::board::DUTY_MAX_PERCENT;
 
 use crate::image::ImageHome;
 use crate::image_seal::FLASH_START;
@@ -16,9 +15,9 @@ pub mod nucleo_f767zi;
 pub mod nucleo_h743zi;
 
 #[cfg(feature = "nucleo-f767zi")]
-pub use nucleo_f767zi::{FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, memory};
+pub use nucleo_f767zi::{DUTY_MAX_PERCENT, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, memory};
 #[cfg(feature = "nucleo-h743zi")]
-pub use nucleo_h743zi::{FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, memory};
+pub use nucleo_h743zi::{DUTY_MAX_PERCENT, FLASH_WORD_BYTES, SECTORS_PER_BANK, WATCHDOG_US, analog, memory};
 
 #[cfg(all(feature = "nucleo-h743zi", feature = "nucleo-f767zi"))]
 compile_error!("a firmware is built for one board: leave the default features out");

@@ -100,7 +100,7 @@ macro_rules! analog_inputs {
 
 analog_inputs! {
     /// Battery voltage, V.
-    battery,
+    battery_voltage,
     /// Current of the left motor, A.
     left_current,
     /// Current of the right motor, A.

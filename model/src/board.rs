@@ -2,12 +2,7 @@
 
 use crate::analog::{Analog, AnalogScale};
 
-/// Largest duty of a bridge in either direction, in percent of the supply, for the drivers that the project uses. In the
-/// rest of each period the bridge brakes: its switching half connects to the low side and charges the capacitor of a
-/// bootstrapped high side. The analysis of a vehicle, which has no board to ask, uses this value too.
-pub const DUTY_MAX_PERCENT: u32 = 94;
-
-/// Scales of an IMU's registers at its configured ranges.
+/// Scales of an IMU's registers at the ranges it is configured to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImuScales {
     /// Counts per deg/s of angular rate, > 0.
@@ -64,31 +59,31 @@ impl SensorRanges {
             motor += 1;
         }
         Self {
-            battery_max_v: MEASURED_SHARE * u16::MAX as f32 * scales.battery.per_count,
+            battery_max_v: MEASURED_SHARE * u16::MAX as f32 * scales.battery_voltage.per_count,
             current_max_a,
         }
     }
 }
 
 impl BoardScales {
-    /// Scales for tests and examples: numerically those of the first drive board.
+    /// Scales of no board, for tests and examples: round numbers, so that nothing passes because it knows a board's own.
     pub const EXAMPLE: Self = Self {
         analog: {
             let current = AnalogScale {
-                per_count: 120.0 / 65536.0,
-                zero_count: 32768,
+                per_count: 0.002,
+                zero_count: 32_000,
             };
             let mut analog = Analog::all(current);
-            analog.battery = AnalogScale {
-                per_count: 66.0 / 65536.0,
+            analog.battery_voltage = AnalogScale {
+                per_count: 0.001,
                 zero_count: 0,
             };
             analog
         },
-        duty_max: DUTY_MAX_PERCENT as f32 / 100.0,
+        duty_max: 0.9,
         imu: ImuScales {
-            gyro_lsb_per_deg_s: 32.768,
-            accel_lsb_per_g: 4096.0,
+            gyro_lsb_per_deg_s: 30.0,
+            accel_lsb_per_g: 4000.0,
         },
     };
 }

@@ -26,6 +26,7 @@ mod sense;
 pub use decide::Decision;
 use decide::Laws;
 use estimate::Estimator;
+pub use estimate::{Estimated, Sines};
 use sense::Sensing;
 
 /// The result of one tick.
@@ -95,9 +96,9 @@ impl VehicleCore {
     /// One tick: all stages.
     pub fn step(&mut self, sample: &Sample, command: &Command) -> Output {
         let sensed = self.sense(sample);
-        let estimate = self.estimate(&sensed);
-        let decision = self.decide(&sensed, &estimate, command);
-        self.actuate(&sensed, &estimate, decision)
+        let estimated = self.estimate(&sensed);
+        let decision = self.decide(&sensed, &estimated, command);
+        self.actuate(&sensed, &estimated.estimate, decision)
     }
 
     /// Stage 1: raw counts to SI units.
@@ -106,18 +107,22 @@ impl VehicleCore {
     }
 
     /// Stage 2: angles, rates, slope, pose.
-    pub fn estimate(&mut self, sensed: &Sensed) -> Estimate {
+    pub fn estimate(&mut self, sensed: &Sensed) -> Estimated {
         let disarmed = self.mode() == Mode::Disarmed;
-        self.estimator
-            .step(sensed, self.supervisor.believed(), disarmed, self.laws.intent())
+        let estimate = self
+            .estimator
+            .step(sensed, self.supervisor.believed(), disarmed, self.laws.intent());
+        Estimated {
+            estimate,
+            sines: self.estimator.sines(),
+        }
     }
 
     /// Stage 3: supervision, then the control laws.
-    pub fn decide(&mut self, sensed: &Sensed, estimate: &Estimate, command: &Command) -> Decision {
+    pub fn decide(&mut self, sensed: &Sensed, estimated: &Estimated, command: &Command) -> Decision {
+        let estimate = &estimated.estimate;
         let verdict = self.supervisor.step(sensed, estimate, command, self.applied);
-        let wish = self
-            .laws
-            .step(verdict, sensed, estimate, self.estimator.sines(), command);
+        let wish = self.laws.step(verdict, sensed, estimated, command);
         if self.laws.refuses_slope() {
             self.supervisor.stop(Fault::SteepSlope);
         }
@@ -130,6 +135,7 @@ impl VehicleCore {
             limits: wish.limits,
             voltage_v: wish.voltage_v,
             ballast_off: wish.ballast_off,
+            motor_shares: self.supervisor.motor_shares(),
             terms: wish.terms,
             speed_reference_m_s: self.laws.speed_reference_m_s(),
             yaw_rate_reference_rad_s: self.laws.yaw_rate_reference_rad_s(),
@@ -143,6 +149,7 @@ impl VehicleCore {
             mut faults,
             mut limits,
             mut voltage_v,
+            motor_shares: shares,
             ..
         } = decision;
         let supply_v = sensed.supply_v;
@@ -150,7 +157,6 @@ impl VehicleCore {
         if mode != Mode::Disarmed {
             let [left_v, right_v, ballast_v] = voltage_v;
             let [left_rad_s, right_rad_s, ballast_rad_s] = sensed.relative_rate_rad_s;
-            let shares = self.supervisor.motor_shares();
             let mut motor_limits = self.motor_limits;
             for (limits, share) in motor_limits.iter_mut().zip(shares) {
                 *limits = limits.with_share(share);

@@ -206,8 +206,10 @@ fn f32_follows_f64() {
     let (mut a, mut b) = ([0.0; 9], [0.0_f32; 9]);
     for k in 0..4000 {
         let turn = if k < 2000 { 0.1 } else { -0.05 };
-        a = wide.rk4(&a, [0.5 + turn, 0.5 - turn], 0.005);
-        b = narrow.rk4(&b, [(0.5 + turn) as f32, (0.5 - turn) as f32], 0.005);
+        a = rk4_step(&a, 0.005, |x| wide.rate(x, [0.5 + turn, 0.5 - turn]));
+        b = rk4_step(&b, 0.005, |x| {
+            narrow.rate(x, [0.5 + turn, 0.5 - turn].map(|u| u as f32))
+        });
     }
     for (wide, narrow) in a.iter().zip(b) {
         assert!((wide - f64::from(narrow)).abs() < 1e-3, "{a:?} {b:?}");
@@ -260,7 +262,7 @@ fn a_run_of_ten_agrees_with_the_multiplier_form() {
     let mut reduced = start;
     for _ in 0..4000 {
         full = rk4_step(&full, 0.0025, full_rate);
-        reduced = model.rk4(&reduced, u, 0.0025);
+        reduced = rk4_step(&reduced, 0.0025, |x| model.rate(x, u));
     }
     let (q, rates) = coordinates(&model, &reduced);
     for i in 0..6 {

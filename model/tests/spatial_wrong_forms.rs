@@ -22,7 +22,7 @@ fn reference() -> SpatialParameters<f64> {
 /// x, y, psi at t = 10 by the right equations.
 fn right(p: &SpatialParameters<f64>, u: [f64; 2], state: SpatialState<f64>) -> [f64; 3] {
     let model = Spatial::new(*p);
-    let end = (0..STEPS).fold(state, |x, _| model.rk4(&x, u, SPAN / STEPS as f64));
+    let end = (0..STEPS).fold(state, |x, _| rk4_step(&x, SPAN / STEPS as f64, |x| model.rate(x, u)));
     [end[0], end[1], end[2]]
 }
 

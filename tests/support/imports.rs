@@ -1,4 +1,4 @@
-//! The modules of one crate, and which of them import from which. Paths inside a macro's call are not seen.
+//! The modules of one crate, and which of them import from which.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -261,8 +261,67 @@ impl<'a> Visit<'a> for Reader<'a> {
         visit::visit_path(self, path);
     }
 
+    /// What a macro is called with, or is made of, is no syntax yet: its paths are those of its text.
+    fn visit_macro(&mut self, call: &'a syn::Macro) {
+        self.paths.extend(paths_in(&call.tokens.to_string()));
+        visit::visit_macro(self, call);
+    }
+
     // `pub(super)` imports nothing.
     fn visit_visibility(&mut self, _: &'a Visibility) {}
+}
+
+/// The paths of two names or more in the text of a macro's tokens; what stands in quotes is none.
+pub fn paths_in(tokens: &str) -> Vec<Place> {
+    let characters: Vec<char> = tokens.chars().collect();
+    let at = |n: usize| characters.get(n).copied().unwrap_or('\0');
+    let in_name = |letter: char| letter.is_alphanumeric() || letter == '_';
+    let (mut paths, mut path, mut joins, mut n) = (Vec::new(), Place::new(), false, 0);
+    while n < characters.len() {
+        let begin = n;
+        if in_name(at(n)) {
+            while in_name(at(n)) {
+                n += 1;
+            }
+            if !joins {
+                paths.push(std::mem::take(&mut path));
+            }
+            path.push(characters[begin..n].iter().collect());
+            joins = false;
+            continue;
+        }
+        n += match (at(n), at(n + 1)) {
+            (':', ':') => 2,
+            ('"', _) => quoted(&characters[n..], begin > 0 && at(begin - 1) == '#'),
+            // A letter in quotes, and no lifetime.
+            ('\'', '\\') => 4,
+            ('\'', _) if at(n + 2) == '\'' => 3,
+            _ => 1,
+        };
+        if at(begin) == ':' && n == begin + 2 {
+            joins = !path.is_empty();
+        } else if !at(begin).is_whitespace() {
+            paths.push(std::mem::take(&mut path));
+            joins = false;
+        }
+    }
+    paths.push(path);
+    paths.retain(|path| path.len() > 1);
+    paths
+}
+
+/// The length of the text in quotes that `characters` begins with; one that is `raw` ends with its `#`.
+fn quoted(characters: &[char], raw: bool) -> usize {
+    let mut n = 1;
+    while let Some(character) = characters.get(n) {
+        match character {
+            '\\' if !raw => n += 1,
+            '"' if !raw || characters.get(n + 1) == Some(&'#') => return n + 1,
+            _ => {}
+        }
+        n += 1;
+    }
+    n
 }
 
 fn is_test(attribute: &Attribute) -> bool {

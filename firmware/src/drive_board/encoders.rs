@@ -1,7 +1,5 @@
 //! The filter at the encoders' inputs: long enough for the motors' noise, short enough for the fastest motor.
 
-use model::vehicle::MotorParameters;
-
 use super::nucleo_h743zi;
 
 /// Consecutive samples that must agree before the timer accepts a level: the longest filter of every board's timers.
@@ -17,22 +15,24 @@ pub const fn filter_ns(clock_hz: u32, divider: u32) -> u32 {
 /// Shortest pulse that passes the filter of the NUCLEO-H743ZI2, ns.
 pub const FILTER_NS: u32 = filter_ns(nucleo_h743zi::ENCODER_CLOCK_HZ, nucleo_h743zi::ENCODER_DIVIDER);
 
-/// Time between two edges of a motor's encoder at its no-load speed, ns. A level of one channel lasts for two of these.
-///
-/// The counts per turn are four edges of one period: the rate of the edges is `V / K / (2 pi) x counts`.
-pub fn edge_interval_ns(motor: &MotorParameters<f32>, supply_max_v: f32) -> f32 {
-    let turns_per_s = supply_max_v / motor.back_emf_constant_v_s_per_rad / (2.0 * core::f32::consts::PI);
-    1e9 / (turns_per_s * motor.encoder_counts_per_rev)
-}
-
 #[cfg(test)]
 mod tests {
+    use model::vehicle::MotorParameters;
+
     use super::super::nucleo_f767zi;
     use super::*;
     use crate::built_in::PARAMETERS;
 
-    /// At twice the no-load speed, beyond which the supervisor reports a jump, a level still lasts for twice the
-    /// filter's time. Half of that time is a margin for encoders with unequal channels.
+    /// Time between two edges of a motor's encoder at its no-load speed, ns. A level of one channel lasts for two of these.
+    ///
+    /// The counts per turn are four edges of one period: the rate of the edges is `V / K / (2 pi) x counts`.
+    fn edge_interval_ns(motor: &MotorParameters<f32>, supply_max_v: f32) -> f32 {
+        let turns_per_s = supply_max_v / motor.back_emf_constant_v_s_per_rad / (2.0 * core::f32::consts::PI);
+        1e9 / (turns_per_s * motor.encoder_counts_per_rev)
+    }
+
+    /// At twice the no-load speed, beyond which the supervisor calls a count a jump, a level still lasts for twice the
+    /// filter's time: half of it is left for an encoder whose channels are unequal.
     #[test]
     fn the_fastest_encoder_passes_the_filter() {
         let f767zi = filter_ns(nucleo_f767zi::ENCODER_CLOCK_HZ, nucleo_f767zi::ENCODER_DIVIDER);

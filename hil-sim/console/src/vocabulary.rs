@@ -32,7 +32,7 @@ pub struct Vocabulary {
     blockers: Vec<CodeWords>,
     limits: Vec<CodeWords>,
     /// Faults of a sensor that the simulation has.
-    sensor_faults: Vec<&'static str>,
+    sensor_faults: [SensorFault; SensorFault::ALL.len()],
     /// The shipped scenarios.
     scenarios: Vec<&'static str>,
 }
@@ -53,7 +53,7 @@ impl Vocabulary {
                 .iter()
                 .map(|limit| words(*limit as u8, limit.name(), limit.meaning(), "", ""))
                 .collect(),
-            sensor_faults: SensorFault::ALL.iter().map(|fault| fault.name()).collect(),
+            sensor_faults: SensorFault::ALL,
             scenarios: shipped::names().collect(),
         }
     }

@@ -126,7 +126,7 @@ mod tests {
     fn assert_reads(inputs: &mut AnalogConverter, truth: Analog<f64>, expected: Analog<f64>) {
         let found = mean(inputs, truth);
         for (found, expected) in found.values().iter().zip(expected.values()) {
-            // Half a count of the currents is 0.9 mA.
+            // Half a count of the currents is 1 mA.
             assert!((found - expected).abs() < 2e-3, "{found} against {expected}");
         }
     }
@@ -136,7 +136,7 @@ mod tests {
         values.left_current = left;
         values.right_current = right;
         values.ballast_current = ballast;
-        values.battery = battery;
+        values.battery_voltage = battery;
         values
     }
 
@@ -152,7 +152,7 @@ mod tests {
         };
         inputs.set_fault("left_current", fault(1.0, 5.0));
         inputs.set_fault("right_current", fault(0.5, -1.0));
-        inputs.set_fault("battery", fault(1.1, 0.0));
+        inputs.set_fault("battery_voltage", fault(1.1, 0.0));
         assert_reads(&mut inputs, truth, values(9.0, -4.0, 1.0, 26.4));
         let following = |following| AnalogFault {
             following,
@@ -160,7 +160,7 @@ mod tests {
         };
         inputs.set_fault("left_current", following(Following::Dead));
         inputs.set_fault("right_current", following(Following::Stuck));
-        inputs.set_fault("battery", following(Following::Works));
+        inputs.set_fault("battery_voltage", following(Following::Works));
         assert_reads(&mut inputs, truth, values(0.0, -6.0, 1.0, 24.0));
         assert_reads(&mut inputs, values(-4.0, 2.0, 3.0, 20.0), values(0.0, -6.0, 3.0, 20.0));
         inputs.set_fault("right_current", AnalogFault::default());
@@ -178,7 +178,7 @@ mod tests {
             },
         );
         let read = inputs.convert(values(0.0, -100.0, 0.0, 200.0));
-        let ends = [read.battery, read.left_current, read.right_current];
+        let ends = [read.battery_voltage, read.left_current, read.right_current];
         assert_eq!(ends, [u16::MAX, u16::MAX, 0]);
     }
 }

@@ -86,13 +86,7 @@ impl Plant {
         }
     }
 
-    /// The battery's charge as a share of its capacity; `None` for a battery without a capacity.
-    pub fn battery_charge(&self) -> Option<f64> {
-        self.supply.charge()
-    }
-
-    /// Whether the supply is high enough for the board to run. With a lower supply the board is
-    /// held in reset.
+    /// Whether the supply is enough for the board to run; below, it is held in reset.
     pub fn powers_board(&self) -> bool {
         self.supply.powers_board(self.battery_v)
     }

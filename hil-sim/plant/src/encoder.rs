@@ -152,12 +152,7 @@ impl Encoder {
         edges.signum() * (edges.unsigned_abs() - now).cast_signed()
     }
 
-    /// Counts through which the joint has really turned.
-    pub fn true_counts(&self) -> i64 {
-        self.truth
-    }
-
-    /// Counts that the counter has registered, faults included, before it wraps.
+    /// What the counter has counted, faults included, before it wraps.
     pub fn counted(&self) -> i64 {
         match self.fault {
             SensorFault::Delayed => self.history[self.oldest],
@@ -193,7 +188,7 @@ mod tests {
     fn one_turn_of_the_wheel_is_the_gear_ratio_in_turns_of_the_motor() {
         let mut e = encoder();
         e.advance(TAU + 1e-9, 1e-3);
-        assert_eq!(e.true_counts(), 1024 * 43);
+        assert_eq!(e.truth, 1024 * 43);
         assert_eq!(e.counter(), 1024 * 43);
         e.advance(-1.5 / e.counts_per_rad(), 2e-3);
         assert_eq!(
@@ -261,6 +256,6 @@ mod tests {
         turn(&mut e, 200, 10.0);
         e.set_fault(SensorFault::None);
         assert_eq!(turn(&mut e, 400, 10.0), 2000);
-        assert_eq!((e.counted(), e.true_counts()), (4000, 6000));
+        assert_eq!((e.counted(), e.truth), (4000, 6000));
     }
 }

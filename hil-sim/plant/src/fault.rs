@@ -1,7 +1,10 @@
 //! Faults of a sensor.
 
-/// A fault of one sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+use serde::{Deserialize, Serialize};
+
+/// A fault of one sensor, with a name of small letters and hyphens in files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum SensorFault {
     /// The sensor works.
     #[default]
@@ -45,27 +48,7 @@ impl SensorFault {
         Self::NoForce,
     ];
 
-    /// The name in scenario files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Off => "off",
-            Self::Stuck => "stuck",
-            Self::Garbage => "garbage",
-            Self::WrongSign => "wrong-sign",
-            Self::Slow => "slow",
-            Self::Delayed => "delayed",
-            Self::Intermittent => "intermittent",
-            Self::NoForce => "no-force",
-        }
-    }
-
-    /// The fault called `name`.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|fault| fault.name() == name)
-    }
-
-    /// Whether the sensor is dead at `time_ms`: [`SensorFault::Off`], or the off phase of
+    /// Whether the sensor is dead at `time_ms`: [`SensorFault::Off`], or the off turn of
     /// [`SensorFault::Intermittent`].
     pub fn is_dead_at(self, time_ms: u64) -> bool {
         match self {

@@ -137,11 +137,6 @@ impl Butterworth {
         self.step_s = 0.0;
     }
 
-    /// Group delay at low frequency, in s: sqrt(2) over the corner's angular frequency.
-    pub fn group_delay_s(&self) -> f64 {
-        SQRT_2 / (2.0 * PI * self.corner_hz)
-    }
-
     /// One step of `h` seconds with the mean `input` over it: the filtered channels at its end.
     #[inline]
     pub fn advance(&mut self, h: f64, input: &[f64; 6]) -> [f64; 6] {

@@ -96,7 +96,7 @@ pub struct Plant {
 impl Plant {
     /// The counters start at zero, whatever the joints' angles.
     fn rest_encoders(&mut self) {
-        for index in [RIGHT, LEFT] {
+        for index in [LEFT, RIGHT] {
             self.body.state_mut().0[index] = -self.body.position()[PHI];
         }
     }
@@ -112,12 +112,7 @@ impl Plant {
         position[RIGHT] = joints[1] - phi;
     }
 
-    /// Sets the longest substep, in s, in place of [`SUBSTEP_S`]; reference runs use a shorter substep.
-    pub fn set_substep_s(&mut self, substep_s: f64) {
-        self.substep_s = substep_s;
-    }
-
-    /// Advances by `dt_s` seconds with constant `bridges`, in the order of [`model::sample::Motor`].
+    /// Advances by `dt_s` seconds with the bridges held, in the order of [`model::sample::Motor`].
     #[inline]
     pub fn advance(&mut self, dt_s: f64, bridges: &[BridgeState; MOTORS]) {
         if dt_s <= 0.0 || self.invalid.is_some() {
@@ -273,10 +268,10 @@ impl Plant {
     }
 
     #[inline]
-    fn convert(&mut self, battery: f64, currents: [f64; MOTORS]) -> Analog<u16> {
+    fn convert(&mut self, battery_voltage: f64, currents: [f64; MOTORS]) -> Analog<u16> {
         let [left_current, right_current, ballast_current] = currents;
         self.analog.convert(Analog {
-            battery,
+            battery_voltage,
             left_current,
             right_current,
             ballast_current,

@@ -94,7 +94,8 @@ impl Supply {
         }
     }
 
-    /// The charge as a share of the capacity; `None` for a battery without a capacity.
+    /// The charge as a share of the capacity, of a battery that has one.
+    #[cfg(test)]
     pub(crate) fn charge(&self) -> Option<f64> {
         self.charged.as_ref().map(|charged| charged.charge)
     }

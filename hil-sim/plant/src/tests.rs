@@ -100,8 +100,9 @@ fn on_the_level_it_stands_and_its_sensors_say_so() {
         assert!(words[3..].iter().any(|w| *w != 0), "a real gyro is never quite zero");
     }
     let analog = plant.analog();
-    assert!((f64::from(analog.battery) * 66.0 / 65536.0 - 25.188).abs() < 0.015);
-    assert!(analog.currents().iter().all(|c| c.abs_diff(32768) < 12));
+    let (battery, current) = (SCALES.analog.battery_voltage, SCALES.analog.left_current);
+    assert!((battery.value(analog.battery_voltage) - 25.188).abs() < 0.015);
+    assert!(analog.currents().iter().all(|c| c.abs_diff(current.zero_count) < 12));
     let weight: f64 = truth.normal_n.iter().sum();
     assert!((weight - (13.6 + 0.51 + 1.53 + 2.04) * 9.81).abs() < 1e-3, "{weight} N");
 }

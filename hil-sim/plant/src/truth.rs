@@ -85,11 +85,11 @@ impl Glance {
     /// Computes the truth from the glance.
     pub fn truth(&self) -> Truth {
         let (q, u) = (&self.position, &self.speed);
-        let [right, left] = &self.wheels;
-        let [slope_right, slope_left] = self.path_slopes;
+        let [left, right] = &self.wheels;
+        let [slope_left, slope_right] = self.path_slopes;
         let vertical = libm::atan2(self.gravity.along, self.gravity.normal);
-        // The usual case: a plane.
-        let path_slope = 0.5 * (slope_right + slope_left);
+        // Nearly always a plane.
+        let path_slope = 0.5 * (slope_left + slope_right);
         let path_rad = if path_slope == 0.0 { 0.0 } else { libm::atan(path_slope) };
         let (spar_rad, spar_rate_rad_s) = if self.has_spar {
             (q[SPAR] + vertical, u[SPAR])

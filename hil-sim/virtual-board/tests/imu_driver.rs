@@ -126,11 +126,12 @@ fn run<F: Future>(future: F) -> (F::Output, u64) {
         match future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
             Poll::Ready(output) => return (output, time.now_us()),
             Poll::Pending => {
-                let next_us = time.next_alarm_us();
+                time.take_due();
+                let next_us = time.next_us();
                 assert_ne!(next_us, u64::MAX, "the driver waits for the clock only");
                 time.advance_to(next_us);
-                // Removes the expired alarm from the queue.
-                time.next_alarm_us();
+                // Takes the alarm that is over out of the queue.
+                time.take_due();
             }
         }
     }

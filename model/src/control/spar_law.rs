@@ -13,13 +13,6 @@ pub struct SparLaw<T> {
     pub gains: [T; 4],
 }
 
-/// The optimal gains of the thesis's spar for Q = diag(10000, 100, 0, 0), r = 1.
-///
-/// (7.21), corrected: `g = (1/r) b^T P` with `v = -g . x`. The printed vector [92.06, 6.84, -49.14, -6.96]
-/// lacks the sign of its first element and misprints 6.496 as 6.96; it is unstable with either sign of v
-/// (erratum E28).
-pub const THESIS_SPAR_GAINS: [f32; 4] = [-92.06057, 6.84090, -49.14485, -6.49598];
-
 impl<T: Real> SparLaw<T> {
     /// The four products of Eq. 7.19, `-g_i x_i`, for the measured angles (rad) and rates.
     #[inline]
@@ -38,11 +31,11 @@ impl<T: Real> SparLaw<T> {
     /// The motor voltage for the measured angles (rad) and rates.
     ///
     /// ```
-    /// use model::control::spar_law::{SparLaw, THESIS_SPAR_GAINS};
+    /// use model::control::spar_law::SparLaw;
     /// // A spar turned anticlockwise (its camera leaning back) is righted by swinging the ballast forward.
-    /// let law = SparLaw { gains: THESIS_SPAR_GAINS };
+    /// let law = SparLaw { gains: [-92.06, 6.84, -49.14, -6.50] };
     /// let v = law.voltage(0.01, 0.0, 0.0, 0.0);
-    /// assert!((v - 0.920_605_7).abs() < 1e-6);
+    /// assert!((v - 0.9206_f32).abs() < 1e-6);
     /// ```
     #[inline]
     pub fn voltage(&self, spar: T, ballast: T, spar_rate: T, ballast_rate: T) -> T {

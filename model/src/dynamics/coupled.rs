@@ -13,7 +13,6 @@
 
 use crate::dynamics::camera::{CameraParameters, SparCoefficients};
 use crate::dynamics::planar::PlanarParameters;
-use crate::integrate::rk4_step;
 use crate::linear::solve_symmetric;
 use crate::real::Real;
 
@@ -270,12 +269,6 @@ impl<T: Real> Coupled<T> {
     pub fn rate(&self, x: &CoupledState<T>, u: T, v: T) -> CoupledState<T> {
         let [a, b, c, d] = self.accelerations(x, u, v);
         [x[THETA_RATE], x[PHI_RATE], x[PSI_RATE], x[GAMMA_RATE], a, b, c, d]
-    }
-
-    /// One fixed RK4 step of length `h` (in time units) with constant `u` and `v`.
-    #[inline]
-    pub fn rk4(&self, x: &CoupledState<T>, u: T, v: T, h: T) -> CoupledState<T> {
-        rk4_step(x, h, |x| self.rate(x, u, v))
     }
 
     /// Kinetic and potential energy over `(M+m) g r`: (8.1), corrected (M, not M/2, erratum E32), and

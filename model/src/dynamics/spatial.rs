@@ -18,7 +18,6 @@
 //! Lengths are over the wheel radius R, masses over mt = 2M + m, time over 1/w.
 
 use crate::dynamics::planar::PlanarParameters;
-use crate::integrate::rk4_step;
 use crate::real::Real;
 
 /// The nondimensional vehicle on an inclined plane.
@@ -267,12 +266,6 @@ impl<T: Real> Spatial<T> {
             left,
             phi,
         ]
-    }
-
-    /// One fixed RK4 step of length `h` (in time units) with constant `u`.
-    #[inline]
-    pub fn rk4(&self, x: &SpatialState<T>, u: [T; 2], h: T) -> SpatialState<T> {
-        rk4_step(x, h, |x| self.rate(x, u))
     }
 
     /// Kinetic and potential energy over `mt g R`: (6.3), corrected for `j0`, and (6.4) with (6.6).

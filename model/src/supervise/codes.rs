@@ -59,22 +59,22 @@ faults! {
     ),
     /// A drive motor's current exceeded the largest allowed.
     Overcurrent = 6 => Opens(
-        "the current of either drive motor beyond `overcurrent_a` for 3 ticks (`OVERCURRENT_TICKS`)",
+        "the current of either drive motor beyond `overcurrent_a`",
         "3 ticks; a bridge that reports a fault of its own acts through the break",
         "Check the motor and its leads for a short, and free a blocked wheel."
-    ),
+    ) for 3 ticks,
     /// The battery is below its lowest voltage.
     BatteryLow = 7 => Stops(
-        "filtered supply (5 ms) below `minimum_v` for 50 ticks (`BATTERY_TICKS`)",
+        "filtered supply (5 ms) below `minimum_v`",
         "the stop begins within 300 ms",
         "Charge or change the battery; check its contacts."
-    ),
+    ) for 50 ticks,
     /// The battery is above its highest voltage.
     BatteryHigh = 8 => Opens(
-        "the same above `maximum_v`",
+        "filtered supply (5 ms) above `maximum_v`",
         "150 ms",
         "Use a battery within `battery.maximum_v`; brake less on long descents."
-    ),
+    ) for 50 ticks,
     /// The analogue inputs gave no reading in time.
     AnalogStale = 9 => Stops(
         "reading older than `sensor_timeout_s` (5 ms)",
@@ -131,10 +131,10 @@ faults! {
     ),
     /// The ballast motor's current exceeded the largest allowed: the ballast motor is off.
     BallastOvercurrent = 18 => Spar(
-        "as Overcurrent",
+        "the ballast motor's current beyond `overcurrent_a`",
         "3 ticks",
         "Free the ballast; check its motor and leads for a short."
-    ),
+    ) for 3 ticks,
     /// No current follows the ballast motor's voltage: a lead is open, and the ballast motor is off.
     BallastMotorOpen = 19 => Spar(
         "as LeftMotorOpen",
@@ -165,12 +165,14 @@ faults! {
         "the stop begins within 1 s from a stand to 2 m/s (630 ms found); not found while the voltage rests at a limit",
         "Check the drive motors' current sensors."
     ),
+    // The ticks: longer than the contacts of one button take to follow each other, and than a pulse on the break's wire
+    // lasts.
     /// The emergency stop's two contacts disagree.
     StopContacts = 24 => Opens(
-        "first contact and break input differ for 100 ticks (`CONTACTS_TICKS`)",
+        "first contact and break input differ",
         "100 ms; the contact that did open has opened the bridges before",
         "Check both contacts of the emergency stop and their wires."
-    ),
+    ) for 100 ticks,
     /// The vehicle was armed on a slope on which it cannot stand.
     SteepSlope = 25 => Stops(
         "not commanded to drive since it was armed, the slope is beyond what the arm's weight carries or `grip_mu` holds: excess of its sine over 0.06 time units (`EXCESS_TIME`)",

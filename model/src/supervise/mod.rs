@@ -7,6 +7,7 @@
 pub mod arming;
 mod blocking;
 pub mod codes;
+mod debounce;
 pub mod motor_watch;
 pub mod plausibility;
 pub mod supervisor;

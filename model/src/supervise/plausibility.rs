@@ -162,7 +162,7 @@ mod tests {
     fn noisy(k: i16) -> ImuSample {
         ImuSample {
             raw: ImuRaw {
-                accel: [k % 7, 3, 4096 + k % 5],
+                accel: [k % 7, 3, 4000 + k % 5],
                 gyro: [k % 3, 0, 1],
                 temperature: 0,
             },

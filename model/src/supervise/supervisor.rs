@@ -3,6 +3,7 @@
 use super::arming::{Arming, Conditions, Mode};
 use super::blocking::{ARM_IMU_FAULTS, ENCODER_FAULTS, blockers_of};
 use super::codes::{Blocker, BlockerSet, Fault, FaultSet};
+use super::debounce::Debounce;
 use super::motor_watch::{MotorHealth, MotorReading, MotorWatch};
 use super::plausibility::{ImuHealth, ImuWatch};
 use crate::board::BoardScales;
@@ -10,20 +11,14 @@ use crate::command::{Command, Request};
 use crate::control::motor::voltage;
 use crate::control::motor_guard::MotorGuard;
 use crate::estimate::Estimate;
-use crate::persistence::Persistence;
 use crate::sample::{Actuation, MOTORS, Motor, TICK_S};
 use crate::sensed::Sensed;
-use crate::vehicle::{MotorParameters, Vehicle};
+use crate::vehicle::{BatteryParameters, MotorParameters, SafetyParameters, Vehicle};
 
 /// A tick that begins later than this after the last tick counts as late.
 const LATE_US: u64 = 1500;
 /// A tick that begins later than this after the last tick is a fault.
 const MISSED_US: u64 = 5000;
-const OVERCURRENT_TICKS: u16 = 3;
-const BATTERY_TICKS: u16 = 50;
-/// Consecutive ticks for which the emergency stop's contacts must differ to count as disagreeing. This is longer than
-/// the delay between the two contacts of a button and longer than a pulse on the break's wire.
-const CONTACTS_TICKS: u16 = 100;
 
 /// The result of supervision in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,14 +51,11 @@ impl Believed {
     };
 }
 
-/// Fault limits in the units they are compared in.
+/// The vehicle's limits, and its largest ages in the unit that ages have.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Thresholds {
-    phi_max_rad: f32,
-    spar_max_rad: f32,
-    overcurrent_a: f32,
-    battery_min_v: f32,
-    battery_max_v: f32,
+    safety: SafetyParameters<f32>,
+    battery: BatteryParameters<f32>,
     sensor_timeout_us: u32,
     command_timeout_us: u32,
 }
@@ -77,14 +69,10 @@ pub struct Supervisor {
     spar_watch: Option<ImuWatch>,
     motor_watches: [MotorWatch; MOTORS],
     motor_guards: [MotorGuard; MOTORS],
-    overcurrent: Persistence,
-    ballast_overcurrent: Persistence,
-    /// A drive motor's current sensor showed a current while the bridges were last open.
+    debounce: Debounce,
+    /// A drive motor's current sensor showed a current when the bridges were last open.
     current_offset: bool,
-    battery_low: Persistence,
-    battery_high: Persistence,
-    contacts_differ: Persistence,
-    /// The emergency stop's contacts have disagreed since the faults were last cleared.
+    /// The emergency stop's contacts have disagreed since faults were last cleared.
     contacts_disagreed: bool,
     last_time_us: Option<u64>,
     late_ticks: u32,
@@ -116,11 +104,8 @@ impl Supervisor {
         Self {
             arming: Arming::new(stop_timeout_ticks(vehicle)),
             thresholds: Thresholds {
-                phi_max_rad: p.safety.phi_max_rad,
-                spar_max_rad: p.safety.spar_max_rad,
-                overcurrent_a: p.safety.overcurrent_a,
-                battery_min_v: p.battery.minimum_v,
-                battery_max_v: p.battery.maximum_v,
+                safety: p.safety,
+                battery: p.battery,
                 sensor_timeout_us,
                 command_timeout_us: us(p.safety.command_timeout_s),
             },
@@ -132,12 +117,8 @@ impl Supervisor {
                 MotorGuard::new(right, 1),
                 MotorGuard::new(ballast, 2),
             ],
-            overcurrent: Persistence::new(OVERCURRENT_TICKS),
-            ballast_overcurrent: Persistence::new(OVERCURRENT_TICKS),
+            debounce: Debounce::default(),
             current_offset: false,
-            battery_low: Persistence::new(BATTERY_TICKS),
-            battery_high: Persistence::new(BATTERY_TICKS),
-            contacts_differ: Persistence::new(CONTACTS_TICKS),
             contacts_disagreed: false,
             last_time_us: None,
             late_ticks: 0,
@@ -156,7 +137,7 @@ impl Supervisor {
         Self {
             motor_guards,
             arming: other.arming.with_stop_timeout(stop_timeout_ticks(vehicle)),
-            contacts_differ: other.contacts_differ,
+            debounce: self.debounce.with_run_of(Fault::StopContacts, other.debounce),
             contacts_disagreed: other.contacts_disagreed,
             last_time_us: other.last_time_us,
             late_ticks: other.late_ticks,
@@ -252,7 +233,8 @@ impl Supervisor {
         faults.insert_if(Fault::EmergencyStop, sensed.emergency_stop);
         faults.insert_if(Fault::BridgeBreak, sensed.bridge_break);
         // The finding is kept, because a contact that does not open shows only while somebody presses the stop.
-        self.contacts_disagreed |= self.contacts_differ.update(sensed.emergency_stop != sensed.break_input);
+        let differ = sensed.emergency_stop != sensed.break_input;
+        self.contacts_disagreed |= self.debounce.update(Fault::StopContacts, differ);
         faults.insert_if(Fault::StopContacts, self.contacts_disagreed);
 
         let arm = self.arm_watch.update(&sensed.arm_imu);
@@ -264,7 +246,10 @@ impl Supervisor {
         if let Some(watch) = &mut self.spar_watch {
             let good = watch.update(&sensed.spar_imu) == ImuHealth::Good;
             faults.insert_if(Fault::SparImu, !good || estimate.spar_contradicted);
-            faults.insert_if(Fault::SparAngle, estimate.spar_rad.abs() > self.thresholds.spar_max_rad);
+            faults.insert_if(
+                Fault::SparAngle,
+                estimate.spar_rad.abs() > self.thresholds.safety.spar_max_rad,
+            );
         }
 
         faults.insert_if(
@@ -272,20 +257,19 @@ impl Supervisor {
             sensed.encoder_age_us > self.thresholds.sensor_timeout_us,
         );
         faults = faults.union(self.motors(sensed, applied));
-        let low = self
-            .battery_low
-            .update(sensed.battery_v < self.thresholds.battery_min_v);
-        faults.insert_if(Fault::BatteryLow, low);
-        let high = self
-            .battery_high
-            .update(sensed.battery_v > self.thresholds.battery_max_v);
-        faults.insert_if(Fault::BatteryHigh, high);
+        let low = sensed.battery_v < self.thresholds.battery.minimum_v;
+        faults.insert_if(Fault::BatteryLow, self.debounce.update(Fault::BatteryLow, low));
+        let high = sensed.battery_v > self.thresholds.battery.maximum_v;
+        faults.insert_if(Fault::BatteryHigh, self.debounce.update(Fault::BatteryHigh, high));
         faults.insert_if(
             Fault::AnalogStale,
             sensed.analog_age_us > self.thresholds.sensor_timeout_us,
         );
 
-        faults.insert_if(Fault::ArmAngle, estimate.phi_rad.abs() > self.thresholds.phi_max_rad);
+        faults.insert_if(
+            Fault::ArmAngle,
+            estimate.phi_rad.abs() > self.thresholds.safety.phi_max_rad,
+        );
         faults.insert_if(Fault::NotFinite, !estimate.is_finite());
         faults.insert_if(
             Fault::CommandTimeout,
@@ -307,9 +291,11 @@ impl Supervisor {
         };
         self.current_offset = left.current_offset || right.current_offset;
         let [left_a, right_a, ballast_a] = sensed.current_a.map(f32::abs);
-        let limit_a = self.thresholds.overcurrent_a;
-        let over = self.overcurrent.update(left_a > limit_a || right_a > limit_a);
-        let ballast_over = self.ballast_overcurrent.update(with_ballast && ballast_a > limit_a);
+        let limit_a = self.thresholds.safety.overcurrent_a;
+        let over = left_a > limit_a || right_a > limit_a;
+        let over = self.debounce.update(Fault::Overcurrent, over);
+        let ballast_over = with_ballast && ballast_a > limit_a;
+        let ballast_over = self.debounce.update(Fault::BallastOvercurrent, ballast_over);
         let mut faults = FaultSet::EMPTY;
         let hot = self.motor_guards.iter().any(MotorGuard::is_overheated);
         if left.is_sound() && right.is_sound() && ballast.is_sound() && !(over || ballast_over || hot) {
@@ -374,7 +360,7 @@ impl Supervisor {
         blockers.insert_if(Blocker::NotCalibrated, !estimate.calibrated);
         blockers.insert_if(Blocker::NotAtRest, !estimate.at_rest);
         // Written so that a NaN in phi blocks.
-        let upright = estimate.phi_rad.abs() < 0.5 * self.thresholds.phi_max_rad;
+        let upright = estimate.phi_rad.abs() < 0.5 * self.thresholds.safety.phi_max_rad;
         blockers.insert_if(Blocker::ArmAngle, !upright);
         blockers.insert_if(Blocker::CommandNotNeutral, !command.drive.is_neutral());
         blockers.insert_if(Blocker::Parameters, command.parameters_pending);

@@ -20,7 +20,7 @@ use crate::supervise::codes::{BlockerSet, FaultSet, Limit, LimitSet};
 use crate::supervise::supervisor::Findings;
 use crate::vehicle::Vehicle;
 
-use super::estimate::Sines;
+use super::estimate::{Estimated, Sines};
 
 /// Voltage that probes the drive motors' current sensors, V: positive for two ticks and negative for two. A current
 /// sensor must follow the probe even while the laws hold the vehicle quietly. The probe changes the current by 60 mA
@@ -50,6 +50,8 @@ pub struct Decision {
     pub voltage_v: [f32; MOTORS],
     /// The ballast motor is switched off and gets no voltage, whatever its encoder shows.
     pub ballast_off: bool,
+    /// Share of its current limit that each motor may use, 0 to 1.
+    pub motor_shares: [f32; MOTORS],
     /// Terms of the laws, before any limit; all 0 while disarmed.
     pub terms: Terms,
     /// Governed speed reference, m/s.
@@ -106,8 +108,7 @@ impl Laws {
         &mut self,
         verdict: Findings,
         sensed: &Sensed,
-        estimate: &Estimate,
-        sines: Sines,
+        Estimated { estimate, sines }: &Estimated,
         command: &Command,
     ) -> Wish {
         self.armed = verdict.mode != Mode::Disarmed;

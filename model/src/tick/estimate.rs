@@ -61,13 +61,24 @@ pub(super) struct Estimator {
 
 /// Sines and cosines of the angles, which the laws also need.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Sines {
-    pub(super) phi: (f32, f32),
-    pub(super) slope: (f32, f32),
+pub struct Estimated {
+    /// What the vehicle believes of its own motion.
+    pub estimate: Estimate,
+    /// What the laws need of the same angles beside it.
+    pub sines: Sines,
+}
+
+/// Sines and cosines of the estimated angles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sines {
+    /// Sine and cosine of the arm's angle from the vertical.
+    pub phi: (f32, f32),
+    /// Sine and cosine of the slope.
+    pub slope: (f32, f32),
     /// Sine of the axle's roll: positive with its left end up.
-    pub(super) roll: f32,
-    /// Rate of the slope's sine due to the vehicle's own turn, 1/s.
-    pub(super) slope_turn_per_s: f32,
+    pub roll: f32,
+    /// Change of the slope's sine by the vehicle's own turn, 1/s.
+    pub slope_turn_per_s: f32,
 }
 
 /// The motion that gyro and encoders show in one tick.

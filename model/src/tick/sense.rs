@@ -68,11 +68,11 @@ impl Sensing {
         let analog = sample.analog.with(&self.analog, |raw, scale| scale.value(raw));
         let last = self.last_counts.unwrap_or_else(|| {
             self.ballast_start = counts[BALLAST];
-            self.battery.reset(analog.battery);
+            self.battery.reset(analog.battery_voltage);
             counts
         });
         self.last_counts = Some(counts);
-        self.battery.update(analog.battery);
+        self.battery.update(analog.battery_voltage);
         let mut relative_rate_rad_s = [0.0; MOTORS];
         let mut relative_advance_rad = [0.0; MOTORS];
         for (i, filter) in self.filters.iter_mut().enumerate().take(self.motors) {

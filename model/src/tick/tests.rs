@@ -25,15 +25,15 @@ use crate::vehicle::{G, Vehicle};
 fn resting() -> Sample {
     let imu = ImuSample {
         raw: ImuRaw {
-            accel: [0, 0, 4096],
+            accel: [0, 0, 4000],
             gyro: [0; 3],
             temperature: 0,
         },
         age_us: 300,
     };
     let scales = BoardScales::EXAMPLE.analog;
-    let mut analog = Analog::all(32768);
-    analog.battery = (25.0 / scales.battery.per_count) as u16;
+    let mut analog = Analog::all(scales.left_current.zero_count);
+    analog.battery_voltage = (25.0 / scales.battery_voltage.per_count) as u16;
     Sample {
         time_us: 0,
         encoder_counts: [0; MOTORS],

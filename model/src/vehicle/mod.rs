@@ -25,7 +25,7 @@ pub use parameters::{
 };
 pub use relations::{RELATIONS, Relation};
 pub use renamed::RENAMED;
-pub use rules::TurningDrive;
+pub use rules::{BRIDGE_SHARE, TurningDrive};
 pub use scales::{Scales, SparScales};
 
 /// The speed laws that a vehicle file can name.
@@ -266,10 +266,10 @@ mod tests {
         let reference = test_vehicle::reference();
         assert_eq!(reference.check_on(&ranges), Ok(()));
         let refused: [(&str, Change); 6] = [
-            ("maximum_v", |p| p.battery.maximum_v = 64.7),
+            ("maximum_v", |p| p.battery.maximum_v = 64.3),
             ("maximum_v", |p| p.battery.maximum_v = 75.0),
             ("maximum_v", |p| p.battery.maximum_v = 80.0),
-            ("overcurrent_a", |p| p.safety.overcurrent_a = 58.9),
+            ("overcurrent_a", |p| p.safety.overcurrent_a = 62.8),
             ("overcurrent_a", |p| p.safety.overcurrent_a = 200.0),
             ("overcurrent_a", |p| p.safety.overcurrent_a = 1000.0),
         ];
@@ -284,8 +284,8 @@ mod tests {
             );
         }
         let mut parameters = *reference.parameters();
-        parameters.battery.maximum_v = 64.6;
-        parameters.safety.overcurrent_a = 58.7;
+        parameters.battery.maximum_v = 64.2;
+        parameters.safety.overcurrent_a = 62.7;
         let vehicle = Vehicle::new(parameters).expect("valid");
         assert_eq!(vehicle.check_on(&ranges), Ok(()));
     }

@@ -7,11 +7,13 @@
 
 use super::fields::{LeftOut, Rule};
 use super::{Field, VehicleParameters};
-use crate::board::DUTY_MAX_PERCENT;
 
-/// Largest product of the crossover and the time constant of a free rotor, rad. Within the play of the gears a rotor
-/// follows the voltage with that time constant, and its encoder shows a wheel motion that does not exist. Beyond twice
-/// this product, the reference vehicle with 1 deg of play chatters between the flanks.
+/// Share of the supply that a bridge gives, where no board is there to ask: for a rule, and for the analysis of a vehicle. A
+/// board holds its bridges to its own ([`BoardScales::duty_max`](crate::board::BoardScales::duty_max)), whatever this says.
+pub const BRIDGE_SHARE: f64 = 0.94;
+/// Largest product of the crossover and the time constant of a free rotor, rad. In the play of the gears a rotor follows the
+/// voltage with that time constant, and its encoder shows a turn of the wheel that is none: beyond twice this, the reference
+/// vehicle with 1 deg of play chatters between the flanks.
 const YAW_PLAY_SHARE: f64 = 0.49;
 /// Lag of the yaw loop in addition to the motor's, s: 0.9 ms of the gyro's 250 Hz filter, half a tick of 1 ms for the age
 /// of its sample, one tick until the voltage reaches the bridge, and half a tick because the bridge holds the voltage for
@@ -94,7 +96,7 @@ impl VehicleParameters<f64> {
             Rule::YawGain => turning.crossover_rad_s() * turning.inertia_kg_m2 / turning.torque_per_volt_n_m_per_v,
             Rule::YawIntegral => INTEGRAL_SHARE * turning.crossover_with_rad_s(kp_v_s_per_rad) * kp_v_s_per_rad,
             Rule::HeadingGain => HEADING_SHARE * turning.crossover_with_rad_s(kp_v_s_per_rad),
-            Rule::BridgeVoltage => 0.01 * f64::from(DUTY_MAX_PERCENT) * self.battery.nominal_v,
+            Rule::BridgeVoltage => BRIDGE_SHARE * self.battery.nominal_v,
         }
     }
 }

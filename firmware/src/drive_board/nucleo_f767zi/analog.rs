@@ -12,7 +12,7 @@ const CURRENT: AnalogScale = AnalogScale {
 
 /// Channels of ADC1 and their scales.
 pub const INPUTS: Analog<AnalogInput> = Analog {
-    battery: AnalogInput {
+    battery_voltage: AnalogInput {
         channel: 3,
         // A 12-bit conversion, left-aligned in 16 bits; 0 to 3.3 V behind a 1:20 divider.
         scale: AnalogScale {

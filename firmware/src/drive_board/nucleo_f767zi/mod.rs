@@ -3,6 +3,10 @@
 pub mod analog;
 pub mod memory;
 
+/// Largest duty of a bridge either way, in percent of the supply: the rest of each period brakes, so that the switching half
+/// of the bridge visits the low side and charges the capacitor of a bootstrapped high side.
+pub const DUTY_MAX_PERCENT: u32 = 94;
+
 /// Time after which the watchdog resets a part that has not fed it, us, at its oscillator's 32 kHz. Within the
 /// oscillator's 17 to 47 kHz (data sheet) that is 8.2 to 22.6 ms: more than the 5 ms between two feeds, and, together
 /// with the 15 ms after which a hung control task stops the feeding, less than the 40 ms within which a hung part must

@@ -12,7 +12,7 @@ const CURRENT: AnalogScale = AnalogScale {
 
 /// Channels of ADC1 and their scales.
 pub const INPUTS: Analog<AnalogInput> = Analog {
-    battery: AnalogInput {
+    battery_voltage: AnalogInput {
         channel: 15,
         // A 16-bit conversion of 0 to 3.3 V behind a divider of 1:20.
         scale: AnalogScale {

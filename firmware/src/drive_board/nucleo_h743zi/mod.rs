@@ -3,6 +3,10 @@
 pub mod analog;
 pub mod memory;
 
+/// Largest duty of a bridge either way, in percent of the supply: the rest of each period brakes, so that the switching half
+/// of the bridge visits the low side and charges the capacitor of a bootstrapped high side.
+pub const DUTY_MAX_PERCENT: u32 = 94;
+
 /// Time after which the watchdog resets a part that has not fed it, us: long enough for a control task that is late
 /// by many ticks and, together with the reset, less than the 40 ms within which a hung part must be in its safe
 /// state.

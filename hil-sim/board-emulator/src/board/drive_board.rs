@@ -42,7 +42,7 @@ mod at {
 const IMU_SELECTS: [(&str, u8); 2] = [("GPIOD", 14), ("GPIOE", 4)];
 /// Converter channels of the analogue inputs.
 const ANALOG_CHANNELS: Analog<u8> = Analog {
-    battery: 15,
+    battery_voltage: 15,
     left_current: 10,
     right_current: 5,
     ballast_current: 18,

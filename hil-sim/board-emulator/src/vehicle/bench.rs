@@ -93,7 +93,7 @@ impl ClosedPlant for BenchVehicle {
         }
         let [left, right, ballast] = current_a;
         let mut values = Analog::all(0.0);
-        values.battery = self.battery_v;
+        values.battery_voltage = self.battery_v;
         values.left_current = left;
         values.right_current = right;
         values.ballast_current = ballast;

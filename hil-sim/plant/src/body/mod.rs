@@ -91,11 +91,12 @@ use tracked_angle::TrackedAngle;
 
 use super::terrain::Ground;
 
-// The order is that of elimination: speeds with few couplings come first (see `ldl`).
-/// Index of the right wheel.
-pub const RIGHT: usize = 0;
+// The order is that of elimination: speeds with few couplings come first (see `ldl`). Of the wheels, which do not couple to
+// each other, the right one is eliminated and summed first.
 /// Index of the left wheel.
-pub const LEFT: usize = 1;
+pub const LEFT: usize = 0;
+/// Index of the right wheel.
+pub const RIGHT: usize = 1;
 /// Index of the ballast (absolute).
 pub const BALLAST: usize = 2;
 /// Index of the spar.
@@ -110,8 +111,8 @@ pub const LIFT: usize = 6;
 pub const YAW: usize = 7;
 /// Index of the arm.
 pub const PHI: usize = 8;
-/// The angles: positions whose rates equal the speeds.
-const ANGLES: [usize; 6] = [RIGHT, LEFT, BALLAST, SPAR, YAW, PHI];
+/// The angles: positions whose rates are the speeds themselves.
+const ANGLES: [usize; 6] = [LEFT, RIGHT, BALLAST, SPAR, YAW, PHI];
 
 /// Rows of the joints over the speeds, in the order of [`model::sample::Motor`].
 const JOINTS: [[(usize, f64); 2]; MOTORS] = [
@@ -209,7 +210,7 @@ impl Body {
         self.acceleration = [0.0; SPEEDS];
         let (sin, cos) = Real::sin_cos(heading_rad);
         let reach = self.inertia.half_track * sin;
-        let paths = [ground.wheel(x_m + reach), ground.wheel(x_m - reach)];
+        let paths = [ground.wheel(x_m - reach), ground.wheel(x_m + reach)];
         self.position[LIFT] = 0.5 * (paths[0].height_m + paths[1].height_m);
         self.slope = [paths[0].slope * cos, paths[1].slope * cos];
         self.gravity = self.gravity_at(ground, (sin, cos), [paths[0].height_m, paths[1].height_m]);
@@ -293,12 +294,12 @@ impl Body {
         self.gravity
     }
 
-    /// Contacts of the right and left wheel.
+    /// Contacts of the left and right wheel.
     pub fn wheels(&self) -> &[WheelContact; 2] {
         &self.wheels
     }
 
-    /// Rise per metre along the heading of each wheel's path: right, left.
+    /// Rise per metre along the heading of each wheel's path: left, right.
     pub fn path_slopes(&self) -> [f64; 2] {
         self.slope
     }
@@ -360,8 +361,8 @@ impl Body {
     fn gravity_at(&self, ground: &Ground, (sin, cos): (f64, f64), heights: [f64; 2]) -> Gravity {
         let [n1, n2, n3] = ground.up_m_s2();
         let across = n2 * cos - n1 * sin;
-        let rise = (heights[1] - heights[0] + self.inertia.radius_difference) / (2.0 * self.inertia.half_track);
-        // With the left wheel higher, the axle's left end points up by `rise`.
+        let rise = (heights[0] - heights[1] + self.inertia.radius_difference) / (2.0 * self.inertia.half_track);
+        // Left wheel higher: the axle's left end points up by `rise`.
         let scale = 1.0 / (1.0 + rise * rise).sqrt();
         Gravity {
             along: n1 * cos + n2 * sin,

@@ -4,8 +4,8 @@ use super::ldl::Speeds;
 use super::{Body, FORWARD, LEFT, LIFT, RIGHT, SIDE, YAW};
 use crate::terrain::Ground;
 
-/// Right and left: index of the wheel, and the sign of its speed by the yaw rate.
-const SIDES: [(usize, f64); 2] = [(RIGHT, 1.0), (LEFT, -1.0)];
+/// Left and right: index of the wheel, and which way the yaw rate moves it.
+const SIDES: [(usize, f64); 2] = [(LEFT, -1.0), (RIGHT, 1.0)];
 
 /// Geometry of the right and the left contact in one substep.
 pub(super) struct Contacts {
@@ -51,7 +51,7 @@ impl Contacts {
 
     /// Row of the axle's speed off its path over the speeds.
     pub(super) fn normal(&self) -> [(usize, f64); 4] {
-        let [right, left] = self.tangent;
+        let [left, right] = self.tangent;
         [
             (FORWARD, -0.5 * (right + left)),
             (SIDE, self.side),
@@ -70,7 +70,7 @@ impl Body {
         let x = self.position[FORWARD] + h * (u[FORWARD] * cos - u[SIDE] * sin);
         // Heading at the end, to first order in the turn.
         let reach = d * (sin + 0.5 * h * u[YAW] * cos);
-        let wheel_x = [x + reach, x - reach];
+        let wheel_x = [x - reach, x + reach];
         let paths = wheel_x.map(|x| ground.wheel(x));
         let tangent = paths.map(|path| path.slope * cos);
         let level = paths.iter().all(|path| path.slope == 0.0);
@@ -88,10 +88,10 @@ impl Body {
             side: 0.5 * (paths[0].slope + paths[1].slope) * sin,
             half_track: d,
             radii: [
-                self.inertia.radius - half_difference,
                 self.inertia.radius + half_difference,
+                self.inertia.radius - half_difference,
             ],
-            friction: [ground.friction_right(wheel_x[0]), ground.friction_left(wheel_x[1])],
+            friction: [ground.friction_left(wheel_x[0]), ground.friction_right(wheel_x[1])],
             height: 0.5 * (paths[0].height_m + paths[1].height_m),
             level,
         }

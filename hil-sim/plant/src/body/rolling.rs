@@ -153,9 +153,9 @@ struct Load<'a> {
     joints: &'a [JointTerm; 3],
     /// The spar's bearing.
     bearing: JointTerm,
-    /// Stiffness of the right and the left wheel's contact on its slip, times the substep.
+    /// Stiffness of the left and the right wheel's contact on its slip, times the substep.
     grip: [f64; 2],
-    /// Radii of the right and the left wheel.
+    /// Radii of the left and the right wheel.
     radii: [f64; 2],
 }
 
@@ -180,9 +180,10 @@ fn solve(i: &Inertia, c: &Configuration, u: &Speeds, load: &Load<'_>) -> (Speeds
         };
         (wheel, grip * slip)
     };
-    let ([rotor_left, rotor_right], [grip_right, grip_left]) = (i.rotor, load.grip);
-    let (right, held_right) = wheel(RIGHT, 1.0, right_joint, rotor_right, grip_right, load.radii[0]);
-    let (left, held_left) = wheel(LEFT, -1.0, left_joint, rotor_left, grip_left, load.radii[1]);
+    let ([rotor_left, rotor_right], [grip_left, grip_right]) = (i.rotor, load.grip);
+    let [radius_left, radius_right] = load.radii;
+    let (right, held_right) = wheel(RIGHT, 1.0, right_joint, rotor_right, grip_right, radius_right);
+    let (left, held_left) = wheel(LEFT, -1.0, left_joint, rotor_left, grip_left, radius_left);
     let [inertia_right, arm_right, impulse_right] = right.on_contact(grip_right);
     let [inertia_left, arm_left, impulse_left] = left.on_contact(grip_left);
 

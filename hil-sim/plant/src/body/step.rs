@@ -283,7 +283,8 @@ impl Body {
             let normal = contacts.normal();
             add_outer(a, &normal, h * NORMAL_N_S_M);
             add_scaled(b, &normal, -h * NORMAL_N_S_M * dot(&normal, u));
-            for (i, found) in laws.iter_mut().enumerate() {
+            // The right wheel is summed first, as `rolling` does: to the bit the same.
+            for (i, found) in laws.iter_mut().enumerate().rev() {
                 let limit = contacts.friction[i] * assumed.normals[i];
                 let law = if secant {
                     assumed.wheels[i].secant(limit, WHEEL_BAND_M_S)
@@ -307,7 +308,7 @@ impl Body {
         laws
     }
 
-    /// Splits the total normal force `push` between right and left by the roll balance about the axle:
+    /// Splits the total normal force `push` between left and right by the roll balance about the axle:
     /// `d (N_l - N_r) + r F_lateral + g_l sum m b = H_1' - yaw H_2 + w p_3 - v_z p_2`.
     #[allow(clippy::too_many_arguments)] // One balance of all of these.
     #[inline(always)]
@@ -344,8 +345,8 @@ impl Body {
         let difference = (moment / i.half_track).max(-push).min(push);
         // The multiplier of the height constraint is the normal force's component along the plane's normal.
         [
-            0.5 * (push - difference) * contacts.secant[0],
-            0.5 * (push + difference) * contacts.secant[1],
+            0.5 * (push + difference) * contacts.secant[0],
+            0.5 * (push - difference) * contacts.secant[1],
         ]
     }
 

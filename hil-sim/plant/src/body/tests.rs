@@ -4,6 +4,7 @@
 use model::dynamics::coupled::{Bearing, Coupled, CoupledParameters};
 use model::dynamics::planar::{self, Planar, PlanarParameters};
 use model::dynamics::spatial::{self, Spatial, SpatialParameters};
+use model::integrate::rk4_step;
 
 use super::*;
 use crate::terrain::{Friction, Plane, Terrain};
@@ -108,7 +109,7 @@ fn turning_on_a_two_way_slope_it_is_the_spatial_vehicle() {
     let h = 1e-4;
     for _ in 0..30_000 {
         body.step(h, &ground, &joints);
-        x = reference.rk4(&x, u, h / scales.time_s);
+        x = rk4_step(&x, h / scales.time_s, |x| reference.rate(x, u));
     }
     let (q, v) = (body.position(), body.speed());
     let r = p.wheel_radius_m;
@@ -131,7 +132,7 @@ fn turning_on_a_two_way_slope_it_is_the_spatial_vehicle() {
         x[spatial::PSI] > 0.5 && x[spatial::Y] > 3.0,
         "it did turn and go: {x:?}"
     );
-    let [right, left] = *body.wheels();
+    let [left, right] = *body.wheels();
     assert!(!right.sliding && !left.sliding);
     // Total normal force of a body that hardly accelerates, within a few percent.
     let weight = p.total_mass_kg * body.gravity().normal;
@@ -182,12 +183,8 @@ fn with_the_spar_it_is_the_coupled_vehicle_pivoted_on_the_arm() {
     let h = 1e-4;
     for _ in 0..20_000 {
         body.step(h, &ground, &[joint, joint, camera_joint]);
-        x = reference.rk4(
-            &x,
-            scales.voltage_from_si(volts),
-            camera_torque / torque,
-            h / scales.time_s,
-        );
+        let (drive, ballast) = (scales.voltage_from_si(volts), camera_torque / torque);
+        x = rk4_step(&x, h / scales.time_s, |x| reference.rate(x, drive, ballast));
     }
     let q = body.position();
     let found = [q[RIGHT], q[PHI] + beta, q[SPAR] + beta, q[BALLAST] - q[SPAR]];
@@ -255,7 +252,7 @@ fn energy_is_kept_without_friction_and_lost_to_exactly_the_work_of_friction() {
         let after = *body.speed();
         let mean: Speeds = core::array::from_fn(|i| 0.5 * (before[i] + after[i]));
         let d = 0.25;
-        for (i, (wheel, sign)) in [(RIGHT, 1.0), (LEFT, -1.0)].into_iter().enumerate() {
+        for (i, (wheel, sign)) in [(LEFT, -1.0), (RIGHT, 1.0)].into_iter().enumerate() {
             let contact = body.wheels()[i];
             slid |= contact.sliding;
             let slip = mean[FORWARD] + sign * d * mean[YAW] - 0.25 * mean[wheel];
@@ -334,7 +331,7 @@ fn a_blocked_vehicle_slides_down_a_slope_steeper_than_its_friction() {
     let reached = expected * h * f64::from(steps);
     assert!((speed / reached - 1.0).abs() < 2e-3, "{speed} against {reached} m/s");
     assert!(body.speed()[RIGHT].abs() < 1e-6, "the wheels are blocked");
-    let [right, _] = *body.wheels();
+    let [_, right] = *body.wheels();
     assert!(right.sliding);
     assert!((right.longitudinal_n / (mu * right.normal_n) - 1.0).abs() < 1e-3);
     // On a slope less steep than the friction angle the vehicle stays, except for the regularisation's
@@ -363,7 +360,7 @@ fn left_and_right_share_the_weight_by_the_roll_balance() {
     for _ in 0..4000 {
         body.step(5e-4, &ground, &NO_TORQUE);
     }
-    let [right, left] = *body.wheels();
+    let [left, right] = *body.wheels();
     // Downhill is to the left (6.5): height of the centre of mass over the ground times the lateral pull.
     let height = p.wheel_radius_m - p.arm_mass_kg * p.arm_length_m / p.total_mass_kg;
     let g = model::vehicle::GRAVITY_M_S2;

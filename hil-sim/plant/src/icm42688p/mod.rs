@@ -119,12 +119,7 @@ impl Icm42688pModel {
         (!self.dead()).then(|| self.banks.words())
     }
 
-    /// Level of INT1 as the drive board uses it (data ready, cleared by reading INT_STATUS).
-    pub fn data_ready(&self) -> bool {
-        self.banks.get(0, reg::INT_STATUS) & reg::INT_STATUS_DATA_READY != 0 && !self.dead()
-    }
-
-    /// Follows the motion for `h` seconds and measures whenever a sample is due.
+    /// Follows the motion for `h` seconds, measuring whenever a data rate's time has come.
     #[inline]
     pub fn advance(&mut self, h: f64, motion: &Motion) {
         self.time_s += h;

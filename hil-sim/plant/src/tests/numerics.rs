@@ -43,7 +43,7 @@ fn steps_ten_times_shorter_change_little() {
     "#;
     let run = |substep: f64| {
         let mut plant = Plant::new(&reference_vehicle(), &SCALES, terrain(text), 1).unwrap();
-        plant.set_substep_s(substep);
+        plant.substep_s = substep;
         let mut log = Vec::new();
         let mut slid = false;
         for k in 0..4000 {

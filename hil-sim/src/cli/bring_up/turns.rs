@@ -84,7 +84,7 @@ impl Turns {
             // What the tick before decided acts until this one.
             let share = f64::from(before.actuation.duty[motor]) / f64::from(DUTY_FULL_SCALE);
             let drop_v = self.resistance_ohm * f64::from(analog.currents()[motor]);
-            let back_emf_v = share * f64::from(analog.battery) - drop_v;
+            let back_emf_v = share * f64::from(analog.battery_voltage) - drop_v;
             wheel.by_voltage += back_emf_v / self.back_emf_v_s_per_rad * dt_s;
             let counts = tick.sample.encoder_counts[motor].wrapping_sub(before.sample.encoder_counts[motor]);
             wheel.counted += counts as f64 / self.counts_per_rad;
@@ -119,7 +119,7 @@ mod tests {
         let current_a = 1.0;
         let voltage_v = rate_rad_s * found.back_emf_v_s_per_rad + current_a * found.resistance_ohm;
         let mut tick = FlightRecord::NONE;
-        tick.sample.analog.battery = SCALES.analog.battery.counts(battery_v) as u16;
+        tick.sample.analog.battery_voltage = SCALES.analog.battery_voltage.counts(battery_v) as u16;
         tick.sample.analog.left_current = SCALES.analog.left_current.counts(current_a) as u16;
         tick.sample.analog.right_current = SCALES.analog.right_current.counts(current_a) as u16;
         tick.actuation.enable = true;

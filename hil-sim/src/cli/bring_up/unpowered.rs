@@ -254,7 +254,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     /// The supply as the board reads it, V.
     pub(super) fn supply_v(&mut self) -> Result<f64, StepEnd> {
         Ok(mean(self.ticks()?.iter().map(|tick| {
-            f64::from(SCALES.analog.battery.value(tick.sample.analog.battery))
+            f64::from(SCALES.analog.battery_voltage.value(tick.sample.analog.battery_voltage))
         })))
     }
 }

@@ -1,7 +1,7 @@
 use super::*;
 use crate::analysis::lqr::{Weights, regulator};
-use model::control::spar_law::THESIS_SPAR_GAINS;
 use model::dynamics::coupled;
+use model::integrate::rk4_step;
 
 fn vehicle(kr: f64, bearing: Bearing) -> CoupledParameters<f64> {
     with_thesis_spar(PlanarParameters::thesis(), 1.0, kr, bearing)
@@ -132,7 +132,7 @@ fn the_same_weights_are_not_the_same_controller() {
         assert!(close(*got, want, 6e-3), "{redesigned:?}");
     }
     // On the vehicle in f32 it is the same law too.
-    let f32_gains = p.gains_in_vehicle_units(THESIS_SPAR_GAINS.map(f64::from));
+    let f32_gains = p.gains_in_vehicle_units(thesis_gains());
     assert!(same.iter().zip(f32_gains).all(|(a, b)| close(*a, b, 1e-6)));
 }
 
@@ -235,8 +235,8 @@ fn f32_follows_f64() {
         };
         let v = law.voltage(a[PSI], a[GAMMA], a[PSI_RATE], a[GAMMA_RATE]);
         let w = small.voltage(b[PSI], b[GAMMA], b[PSI_RATE], b[GAMMA_RATE]);
-        a = wide.rk4(&a, 1.0, v, 0.005);
-        b = narrow.rk4(&b, 1.0, w, 0.005);
+        a = rk4_step(&a, 0.005, |x| wide.rate(x, 1.0, v));
+        b = rk4_step(&b, 0.005, |x| narrow.rate(x, 1.0, w));
     }
     for (wide, narrow) in a.iter().zip(b) {
         assert!(close(*wide, f64::from(narrow), 2e-3), "{a:?} {b:?}");

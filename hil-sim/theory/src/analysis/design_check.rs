@@ -60,11 +60,6 @@ impl DesignCheck {
     pub fn number(&self, name: &str) -> Option<f64> {
         self.numbers.iter().find(|n| n.name == name).map(|n| n.value)
     }
-
-    /// Whether any finding is an error.
-    pub fn has_errors(&self) -> bool {
-        self.findings.iter().any(|finding| finding.severity == Severity::Error)
-    }
 }
 
 /// Torque and back-EMF constants that differ by more than this share cannot belong to one motor: they are the same

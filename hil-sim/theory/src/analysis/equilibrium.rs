@@ -54,15 +54,8 @@ pub fn saddle_growth(p: &PlanarParameters<f64>, law: Option<&SpeedLaw<f64>>) -> 
     }
 }
 
-/// The Routh determinant `a2 a1 - a3 a0` of the open loop, which is `zeta alpha l cos(phi) (1 + mu - alpha l
-/// cos(beta - phi))^2` without rotors: never negative, but zero where the bracket vanishes (erratum E7).
-pub fn routh_determinant(p: &PlanarParameters<f64>, phi: f64) -> f64 {
-    let [a0, a1, a2, a3] = characteristic_polynomial(p, phi, None);
-    a2 * a1 - a3 * a0
-}
-
-/// The sustained acceleration of the axle, in g, above which even a slow ramp makes the arm whirl: `(1 + mu) A +
-/// sin(beta) = alpha l sqrt(1 + 2 A sin(beta) + A^2)` (erratum E18). `None` beyond the static limit.
+/// The sustained acceleration of the axle, in g, above which no slow ramp keeps the arm from turning
+/// over: `(1 + mu) A + sin(beta) = alpha l sqrt(1 + 2 A sin(beta) + A^2)` (erratum E18). `None` beyond the static limit.
 pub fn sustained_acceleration_limit(p: &PlanarParameters<f64>) -> Option<f64> {
     static_phi(p)?;
     let (sin_beta, inertia, al2) = (p.beta.sin(), 1.0 + p.mu, (p.alpha * p.l).powi(2));

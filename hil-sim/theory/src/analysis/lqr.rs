@@ -64,12 +64,6 @@ pub fn regulator(camera: &CameraParameters<f64>, weights: &Weights) -> Result<Re
     })
 }
 
-/// The poles of the spar under `v = -g . x`; `None` if a number is not finite.
-pub fn closed_loop_poles(camera: &CameraParameters<f64>, gains: &[f64; 4]) -> Option<[[f64; 2]; 4]> {
-    let problem = Problem::new(camera, &Weights::THESIS);
-    eigenvalues(&problem.closed_loop(&Vector4::from(*gains)))
-}
-
 /// The spar near its level, `x' = A x + b v`, and the cost of its motion, `x^T Q x + r v^2`.
 #[derive(Debug, Clone, Copy)]
 struct Problem {

@@ -1,5 +1,17 @@
 use super::*;
-use model::control::spar_law::THESIS_SPAR_GAINS;
+
+/// The optimal gains of the thesis's spar for Q = diag(10000, 100, 0, 0), r = 1.
+///
+/// (7.21), corrected: `g = (1/r) b^T P` with `v = -g . x`. The printed vector [92.06, 6.84, -49.14, -6.96]
+/// has lost the sign of its first element and misprints 6.496 as 6.96; it is unstable with either sign
+/// of v (erratum E28).
+const THESIS_SPAR_GAINS: [f32; 4] = [-92.06057, 6.84090, -49.14485, -6.49598];
+
+/// The poles of the spar under `v = -g . x`; `None` if a number is not finite.
+fn closed_loop_poles(camera: &CameraParameters<f64>, gains: &[f64; 4]) -> Option<[[f64; 2]; 4]> {
+    let problem = Problem::new(camera, &Weights::THESIS);
+    eigenvalues(&problem.closed_loop(&Vector4::from(*gains)))
+}
 
 fn close(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() < tolerance

@@ -3,12 +3,11 @@
 //! A tick takes some microseconds, so a search can make a hundred thousand drives. The full plant (tyres, kerbs,
 //! sensors, the spar's own swing) is the virtual board's.
 
-use model::board::DUTY_MAX_PERCENT;
 use model::control::landing::{Balance, MotionByTorque};
 use model::control::speed::SpeedInput;
 use model::control::speed_controller::SpeedController;
 use model::sample::TICK_S;
-use model::vehicle::{Scales, Vehicle};
+use model::vehicle::{BRIDGE_SHARE, Scales, Vehicle};
 
 /// Arm angle, rad, beyond which the arm has turned over.
 pub const WHIRL_RAD: f64 = core::f64::consts::PI;
@@ -98,7 +97,7 @@ impl SampledPlant {
             torque_per_voltage: f.motor_constant / f.resistance,
             beta,
             torque_max: torque_limit * f.motor_constant / scales.torque_n_m,
-            voltage_max: scales.voltage_from_si(f64::from(DUTY_MAX_PERCENT) / 100.0 * p.battery.nominal_v),
+            voltage_max: scales.voltage_from_si(BRIDGE_SHARE * p.battery.nominal_v),
         }
     }
 

@@ -3,7 +3,7 @@
 use model::dynamics::planar::{Planar, PlanarParameters};
 
 use super::critical::{Direction, NoLimit, critical};
-use super::dop853::{MOST_STEPS, StepTooSmall, integrate};
+use super::dop853::{StepTooSmall, integrate};
 use super::equilibrium::static_phi;
 use super::input::Input;
 use super::response::{Fate, Judge};
@@ -55,12 +55,7 @@ pub enum NoSlipLimit {
 /// needs; infinite if the response lifts the wheel.
 ///
 /// # Errors
-/// [`NoSlipLimit`] beyond the static limit.
-pub fn required_by_step(p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlipLimit> {
-    required_within(&StepBudget::of(MOST_STEPS), p, u)
-}
-
-/// [`required_by_step`] with integration steps from `budget`.
+/// [`NoSlipLimit`] beyond the static limit, and where the steps of `budget` are spent.
 fn required_within(budget: &StepBudget, p: &PlanarParameters<f64>, u: f64) -> Result<f64, NoSlipLimit> {
     let phi = static_phi(p).ok_or(NoLimit::NoEquilibrium)?;
     let start = [0.0, phi, 0.0, 0.0];

@@ -3,10 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use model::board::DUTY_MAX_PERCENT;
 use model::control::landing::LandingLaw;
 use model::sample::TICK_S;
-use model::vehicle::Vehicle;
+use model::vehicle::{BRIDGE_SHARE, Vehicle};
 use serde::Serialize;
 use vehicle_file::VehicleFile;
 
@@ -41,8 +40,6 @@ Examples:
   hil-sim kernel --vehicle vehicles/reference.toml
   hil-sim kernel --vehicle vehicles/reference.toml --beta 0.2 --speed 1.5 --json";
 
-/// Largest share of the supply that the bridges give.
-const DUTY_MAX: f64 = DUTY_MAX_PERCENT as f64 / 100.0;
 /// Least and most points of the grid.
 const GRID: std::ops::RangeInclusive<usize> = 41..=321;
 
@@ -97,7 +94,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         balance: *law.balance(),
         zeta: single.planar(0.0).zeta,
         torque: law.barrier().torque(),
-        voltage: scales.voltage_from_si(DUTY_MAX * p.battery.nominal_v) as f32,
+        voltage: scales.voltage_from_si(BRIDGE_SHARE * p.battery.nominal_v) as f32,
         wheel_rate: (arguments.speed / scales.speed_m_s) as f32,
         beta: arguments.beta as f32,
         grip_mu: Some(single.parameters().control.grip_mu),

@@ -35,12 +35,12 @@ pub struct Arguments {
     /// Slope about the first axis in rad, positive downhill along the second [default: 0]
     #[arg(long, value_parser = finite, allow_hyphen_values = true)]
     slope_y: Option<f64>,
-    /// Nondimensional voltage of the right motor; the sum of both motors is the planar voltage
-    #[arg(long, default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
-    u_right: f64,
-    /// Nondimensional voltage of the left motor
+    /// Nondimensional voltage of the left motor; the sum of both motors is the planar voltage
     #[arg(long, default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
     u_left: f64,
+    /// Nondimensional voltage of the right motor
+    #[arg(long, default_value_t = 0.0, value_parser = finite, allow_hyphen_values = true)]
+    u_right: f64,
     /// State at the start: x,y,psi,theta_r,theta_l,phi,rate_r,rate_l,phi_rate (phi from the plane's normal)
     #[arg(long, value_name = "NINE NUMBERS", default_value = "0,0,0,0,0,0,0,0,0", value_parser = numbers::<9>, allow_hyphen_values = true)]
     state0: [f64; 9],
@@ -52,7 +52,7 @@ pub struct Arguments {
 
 const EXAMPLES: &str = "\
 Examples:
-  hil-sim spatial --u-right 1 --u-left 0.5
+  hil-sim spatial --u-left 0.5 --u-right 1
   hil-sim spatial --slope-x 0.1 --t-end 20 --out out/spatial";
 
 impl Arguments {

@@ -190,10 +190,10 @@ impl Scenario {
                 Action::Battery { open_circuit_v } => {
                     within(format!("step[{i}].open_circuit_v"), open_circuit_v, 0.0, 100.0)?;
                 }
-                Action::SensorFault { sensor, fault } if fault.0 == SensorFault::NoForce && !sensor.is_imu() => {
+                Action::SensorFault { sensor, fault } if fault == SensorFault::NoForce && !sensor.is_imu() => {
                     return Err(self.source.value(
                         &format!("step[{i}].fault"),
-                        &fault.0.name(),
+                        &"no-force",
                         "an encoder measures no force: allowed with arm-imu and spar-imu",
                     ));
                 }

@@ -300,7 +300,7 @@ pub fn happen(action: &Action, backend: &mut dyn Backend) {
     match *action {
         Action::EmergencyStop { pressed } => backend.set_emergency_stop(pressed),
         Action::SensorFault { sensor, fault } => {
-            backend.plant(&mut |plant| sensor.set_fault(plant, fault.0));
+            backend.plant(&mut |plant| sensor.set_fault(plant, fault));
         }
         Action::Battery { open_circuit_v } => {
             backend.plant(&mut |plant| plant.set_open_circuit_v(open_circuit_v));

@@ -44,19 +44,3 @@ impl Sensor {
         }
     }
 }
-
-/// A [`SensorFault`] by its name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "String")]
-pub struct FaultName(pub SensorFault);
-
-impl TryFrom<String> for FaultName {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        SensorFault::from_name(&name).map(Self).ok_or_else(|| {
-            let names: Vec<&str> = SensorFault::ALL.iter().map(|fault| fault.name()).collect();
-            format!("unknown fault `{name}`: allowed is {}", names.join(", "))
-        })
-    }
-}

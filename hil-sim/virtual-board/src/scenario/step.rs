@@ -5,10 +5,11 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::nearest::nearest;
-use super::sensor::{FaultName, Sensor};
+use super::sensor::Sensor;
 use super::wire::{LinkStep, WireDirection};
 use super::world::{MotorName, WorldStep};
 use plant::body::PushedBody;
+use plant::fault::SensorFault;
 
 /// Something that happens at a time.
 #[derive(Debug, Clone, PartialEq)]
@@ -162,8 +163,8 @@ pub enum Action {
     SensorFault {
         /// The sensor.
         sensor: Sensor,
-        /// The fault.
-        fault: FaultName,
+        /// How.
+        fault: SensorFault,
     },
     /// The battery's open-circuit voltage changes.
     Battery {

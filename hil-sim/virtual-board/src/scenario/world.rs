@@ -1,5 +1,6 @@
 //! Steps of a scenario that act on the plant alone, and so work equally on every board.
 
+use model::analog::Analog;
 use plant::Plant;
 use plant::analog::{AnalogFault, Following};
 use plant::body::{Payload, Push, PushedBody};
@@ -31,29 +32,33 @@ pub enum MotorName {
     Ballast,
 }
 
-/// An analogue sensor.
+/// An analogue sensor, by the number of its input in [`Analog`]. A file gives the input's name, with `-` for each `_`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum AnalogSensor {
-    /// Current of the left motor.
-    LeftCurrent,
-    /// Current of the right motor.
-    RightCurrent,
-    /// Current of the ballast motor.
-    BallastCurrent,
-    /// Voltage of the battery.
-    BatteryVoltage,
-}
+#[serde(try_from = "String")]
+pub struct AnalogSensor(usize);
 
 impl AnalogSensor {
-    /// The name of the sensor's input in [`model::analog::Analog`].
+    /// The names of the sensors, as in files.
+    pub fn names() -> impl Iterator<Item = String> {
+        Analog::<()>::NAMES.into_iter().map(|input| input.replace('_', "-"))
+    }
+
+    /// The name of its input.
     fn input(self) -> &'static str {
-        match self {
-            Self::LeftCurrent => "left_current",
-            Self::RightCurrent => "right_current",
-            Self::BallastCurrent => "ballast_current",
-            Self::BatteryVoltage => "battery",
-        }
+        Analog::<()>::NAMES.get(self.0).copied().unwrap_or_default()
+    }
+}
+
+impl TryFrom<String> for AnalogSensor {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        let number = Self::names().position(|known| known == name);
+        number.map(Self).ok_or_else(|| {
+            // As serde puts it, so that the reader adds the nearest of them.
+            let names: Vec<String> = Self::names().map(|known| format!("`{known}`")).collect();
+            format!("unknown variant `{name}`, expected one of {}", names.join(", "))
+        })
     }
 }
 

@@ -160,7 +160,11 @@ macro_rules! faults {
     (
         $(#[doc = $doc:literal])* $code:ident;
         $(#[doc = $set_doc:literal])* $set:ident;
-        $( $(#[doc = $meaning:literal])+ $name:ident = $number:literal => $class:ident($by:literal, $bound:literal, $remedy:literal), )+
+        $(
+            $(#[doc = $meaning:literal])+
+            $name:ident = $number:literal => $class:ident($by:literal, $bound:literal, $remedy:literal)
+            $(for $ticks:literal ticks)?,
+        )+
     ) => {
         remedied_codes! {
             $(#[doc = $doc])* $code;
@@ -172,7 +176,31 @@ macro_rules! faults {
             /// For each fault, in order: its class, how the vehicle detects it, and the time from the cause to the
             /// bridges' reaction.
             pub const DETECTION: &'static [(FaultClass, &'static str, &'static str)] =
-                &[$((FaultClass::$class, $by, $bound)),+];
+                &[$((FaultClass::$class, concat!($by $(, " for ", $ticks, " ticks")?), $bound)),+];
+
+            /// Ticks in a row for which the fault's cause must be present: 1 but for a debounced fault.
+            pub const fn debounce_ticks(self) -> u16 {
+                match self { $(Self::$name => 1 $(* $ticks)?),+ }
+            }
+
+            /// Number of debounced faults.
+            pub const DEBOUNCED: usize = Self::debounced_before(Self::ALL.len());
+
+            /// The place of a debounced fault among those.
+            pub const fn debounce_place(self) -> usize {
+                match self { $(Self::$name => const { Self::debounced_before(Self::$name as usize) }),+ }
+            }
+
+            const fn debounced_before(number: usize) -> usize {
+                let (mut count, mut n) = (0, 0);
+                while n < number {
+                    if Self::ALL[n].debounce_ticks() > 1 {
+                        count += 1;
+                    }
+                    n += 1;
+                }
+                count
+            }
         }
     };
 }

@@ -68,7 +68,7 @@ impl Bench {
         let k = (self.sensed.time_us / 1000 % 5) as i16;
         let living = |sample: &mut ImuSample| {
             sample.raw = ImuRaw {
-                accel: [k, 0, 4096],
+                accel: [k, 0, 4000],
                 gyro: [0, k, 0],
                 temperature: 0,
             };

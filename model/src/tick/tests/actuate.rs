@@ -22,6 +22,7 @@ fn driving(voltage_v: [f32; MOTORS]) -> Decision {
         limits: LimitSet::EMPTY,
         voltage_v,
         ballast_off: false,
+        motor_shares: [1.0; MOTORS],
         terms: Terms::default(),
         speed_reference_m_s: 0.5,
         yaw_rate_reference_rad_s: -0.25,

@@ -2,6 +2,7 @@
 
 use super::super::Decision;
 use super::{BoardScales, VehicleCore, reference, sensed_at_rest};
+use crate::command::Command;
 use crate::control::motor::voltage;
 use crate::estimate::Estimate;
 use crate::sample::MOTORS;
@@ -19,6 +20,7 @@ fn driving(voltage_v: [f32; MOTORS]) -> Decision {
         limits: LimitSet::EMPTY,
         voltage_v,
         ballast_off: false,
+        motor_shares: [1.0; MOTORS],
         terms: Terms::default(),
         speed_reference_m_s: 0.0,
         yaw_rate_reference_rad_s: 0.0,
@@ -57,11 +59,14 @@ fn the_measured_current_bounds_its_motor_too() {
     let wanted = driving([5.0, 1.0, 0.0]);
     let before = core.actuate(&sensed, &Estimate::default(), wanted).status;
     assert_eq!(before.voltage_v, [5.0, 1.0, 0.0]);
+    let estimated = core.estimate(&sensed);
+    let mut motor_shares = [1.0; MOTORS];
     for _ in 0..100 {
         sensed.time_us += 1000;
-        core.decide(&sensed, &Estimate::default(), &crate::command::Command::NONE);
+        motor_shares = core.decide(&sensed, &estimated, &Command::NONE).motor_shares;
     }
-    let after = core.actuate(&sensed, &Estimate::default(), wanted).status;
+    let bounded = Decision { motor_shares, ..wanted };
+    let after = core.actuate(&sensed, &Estimate::default(), bounded).status;
     let [left_v, right_v, _] = after.voltage_v;
     assert!(left_v < 3.5, "{left_v}");
     assert!((left_v + right_v - 6.0).abs() < 1e-4, "{left_v} {right_v}");

@@ -1,7 +1,7 @@
 //! Stage 3: what the laws are asked for under each verdict, and each limit's flag, set and clear.
 
 use super::super::decide::{Laws, Wish};
-use super::super::estimate::Sines;
+use super::super::{Estimated, Sines};
 use super::{BoardScales, reference, sensed_at_rest, without_spar};
 use crate::command::{Command, DriveCommand};
 use crate::estimate::Estimate;
@@ -42,14 +42,15 @@ impl Bench {
 
     fn tick(&mut self, verdict: Findings) -> Wish {
         let (phi, sin_slope) = (self.estimate.phi_rad, self.estimate.sin_slope);
+        let estimate = self.estimate;
         let sines = Sines {
             phi: (phi.sin(), phi.cos()),
             slope: (sin_slope, (1.0 - sin_slope * sin_slope).sqrt()),
             roll: 0.0,
             slope_turn_per_s: 0.0,
         };
-        self.laws
-            .step(verdict, &self.sensed, &self.estimate, sines, &self.command)
+        let estimated = Estimated { estimate, sines };
+        self.laws.step(verdict, &self.sensed, &estimated, &self.command)
     }
 }
 
@@ -100,7 +101,7 @@ fn a_vehicle_that_turns_on_the_spot_is_not_as_slow_as_one_that_stands() {
     assert!((swing_damping_v(-0.8) / turns_v - 1.0).abs() < 1e-3);
 }
 
-/// Half of the supply at most is steering's: 0.94 of 25 V, halved. Driving has what steering leaves.
+/// Half of the supply at most is steering's: 0.9 of 25 V, halved. Driving has what steering leaves.
 #[test]
 fn steering_takes_half_of_the_supply_and_driving_the_rest() {
     let mut bench = Bench::new();

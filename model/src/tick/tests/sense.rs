@@ -3,14 +3,14 @@
 use super::{BoardScales, G, VehicleCore, reference, resting, without_spar};
 use crate::sample::{ImuRaw, ImuSample, Motor};
 
-/// Registers: x forward, y left, z up; 4096 counts per g and 32.768 counts per deg/s.
+/// Registers: x forward, y left, z up; 4000 counts per g and 30 counts per deg/s.
 #[test]
 fn an_imus_counts_become_si_units_and_swinging_forward_is_positive() {
     let mut sample = resting();
     let raw = |factor: i16| ImuSample {
         raw: ImuRaw {
-            accel: [1024 * factor, -512 * factor, 4096 * factor],
-            gyro: [328 * factor, -655 * factor, 983 * factor],
+            accel: [1000 * factor, -500 * factor, 4000 * factor],
+            gyro: [300 * factor, -600 * factor, 900 * factor],
             temperature: 0,
         },
         age_us: 0,
@@ -18,16 +18,14 @@ fn an_imus_counts_become_si_units_and_swinging_forward_is_positive() {
     (sample.arm_imu, sample.spar_imu) = (raw(1), raw(2));
     let sensed = VehicleCore::new(&reference(), &BoardScales::EXAMPLE).sense(&sample);
     let near = |found: f32, expected: f32| assert!((found - expected).abs() < 1e-4, "{found} for {expected}");
-    // 328 counts are 10.01 deg/s.
-    let deg_s = 328.0_f32 / 32.768;
     for (tilt, factor) in [(sensed.arm, 1.0), (sensed.spar, 2.0)] {
-        near(tilt.rate_rad_s, factor * (655.0_f32 / 32.768).to_radians());
+        near(tilt.rate_rad_s, factor * 20.0_f32.to_radians());
         near(tilt.force_x_m_s2, factor * 0.25 * G);
         near(tilt.force_z_m_s2, factor * G);
     }
     near(sensed.arm_force_y_m_s2, -0.125 * G);
-    near(sensed.arm_gyro_xz_rad_s[0], deg_s.to_radians());
-    near(sensed.arm_gyro_xz_rad_s[1], (983.0_f32 / 32.768).to_radians());
+    near(sensed.arm_gyro_xz_rad_s[0], 10.0_f32.to_radians());
+    near(sensed.arm_gyro_xz_rad_s[1], 30.0_f32.to_radians());
 }
 
 /// A drive motor has 1024 counts per turn in front of a gearbox of 43, the ballast's of 28.
@@ -58,14 +56,14 @@ fn an_encoders_counts_become_angles_and_rates_at_the_output() {
     assert!((sensed.ballast_turned_rad / (1000.0 * per_count[2]) - 1.0).abs() < 1e-5);
 }
 
-/// 120 A over 65536 counts around the middle; a battery's step is followed with a time constant of 5 ms.
+/// 2 mA per count around 32,000; a battery's step is followed with a time constant of 5 ms.
 #[test]
 fn analogue_counts_become_amperes_and_volts() {
     let mut core = VehicleCore::new(&reference(), &BoardScales::EXAMPLE);
     let mut sample = resting();
-    sample.analog.left_current = 32768 + 5461;
-    sample.analog.right_current = 32768 - 5461;
-    sample.analog.ballast_current = 32768 + 546;
+    sample.analog.left_current = 32_000 + 5000;
+    sample.analog.right_current = 32_000 - 5000;
+    sample.analog.ballast_current = 32_000 + 500;
     let sensed = core.sense(&sample);
     for (found, expected) in sensed.current_a.into_iter().zip([10.0, -10.0, 1.0]) {
         assert!((found - expected).abs() < 0.01, "{found} A for {expected} A");
@@ -74,7 +72,7 @@ fn analogue_counts_become_amperes_and_volts() {
         (sensed.battery_v - 25.0).abs() < 0.01,
         "the first reading counts in full"
     );
-    sample.analog.battery = (20.0 / BoardScales::EXAMPLE.analog.battery.per_count) as u16;
+    sample.analog.battery_voltage = (20.0 / BoardScales::EXAMPLE.analog.battery_voltage.per_count) as u16;
     let after: [f32; 5] = core::array::from_fn(|_| core.sense(&sample).battery_v);
     let expected = 20.0 + 5.0 * (-1.0_f32).exp();
     assert!((after[4] - expected).abs() < 0.01, "{} V after 5 ms", after[4]);
@@ -111,7 +109,7 @@ fn another_vehicle_takes_over_counts_and_supply() {
     let turned_rad = core.sense(&sample).ballast_turned_rad;
     core = core.with_vehicle(&reference());
     sample.encoder_counts = [140, -260, 9310];
-    sample.analog.battery = (20.0 / BoardScales::EXAMPLE.analog.battery.per_count) as u16;
+    sample.analog.battery_voltage = (20.0 / BoardScales::EXAMPLE.analog.battery_voltage.per_count) as u16;
     let sensed = core.sense(&sample);
     let rad_per_count = 2.0 * core::f32::consts::PI / (1024.0 * 43.0);
     for (found, counts) in sensed.relative_advance_rad.into_iter().zip([40.0, -60.0]) {

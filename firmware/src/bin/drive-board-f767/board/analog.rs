@@ -10,11 +10,12 @@
 use embassy_stm32::Peri;
 use embassy_stm32::adc::{Adc, RxDma};
 use embassy_stm32::dma;
-use embassy_stm32::gpio::{AnyPin, Flex};
 use embassy_stm32::interrupt::typelevel::Binding;
 use embassy_stm32::pac::adc::vals::{Align, Dds, Exten, SampleTime};
+use embassy_stm32::pac::gpio::{Gpio, vals::Moder};
 use embassy_stm32::pac::{self};
 use embassy_stm32::peripherals::ADC1;
+use firmware::drive_board::analog::INPUTS;
 use firmware::hardware::AnalogInputs;
 use model::analog::{ANALOG_INPUTS, Analog};
 
@@ -44,8 +45,25 @@ pub struct LeftAlignedSequence {
     under_way: bool,
 }
 
-// One register of the sequence is enough.
-const _: () = assert!(ANALOG_INPUTS <= 6);
+/// Port and number of the pin of a channel of ADC1 (DS11532, pin definitions).
+const fn pin_of(channel: u8) -> (Gpio, usize) {
+    match channel {
+        0..=7 => (pac::GPIOA, channel as usize),
+        8..=9 => (pac::GPIOB, channel as usize - 8),
+        _ => (pac::GPIOC, channel as usize - 10),
+    }
+}
+
+// One register of the sequence is enough, and each channel has a pin: those from 16 on measure the part itself.
+const _: () = {
+    assert!(ANALOG_INPUTS <= 6);
+    let channels = INPUTS.channels();
+    let mut n = 0;
+    while n < ANALOG_INPUTS {
+        assert!(channels[n] < 16);
+        n += 1;
+    }
+};
 
 impl LeftAlignedSequence {
     /// Sets up the sequence. `channels` are the converter's channels in the order of [`Analog`]. A converter of this part
@@ -55,10 +73,9 @@ impl LeftAlignedSequence {
         dma: Peri<'static, D>,
         interrupts: impl Binding<D::Interrupt, dma::InterruptHandler<D>> + 'static,
         channels: [u8; ANALOG_INPUTS],
-        pins: [Peri<'static, AnyPin>; ANALOG_INPUTS],
     ) -> Self {
-        for pin in pins {
-            Flex::new(pin).set_as_analog();
+        for (port, pin) in channels.map(pin_of) {
+            port.moder().modify(|w| w.set_moder(pin, Moder::ANALOG));
         }
         let adc = Adc::new(adc);
         for (n, channel) in channels.map(usize::from).into_iter().enumerate() {

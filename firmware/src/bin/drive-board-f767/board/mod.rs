@@ -149,8 +149,7 @@ impl Board {
             ),
             Output::new(p.PE4, Level::High, Speed::VeryHigh),
         );
-        let pins = [p.PA3.into(), p.PC0.into(), p.PB1.into(), p.PA4.into()];
-        let analog = AnalogSequence::new(p.ADC1, p.DMA2_CH4, Interrupts, INPUTS.channels(), pins);
+        let analog = AnalogSequence::new(p.ADC1, p.DMA2_CH4, Interrupts, INPUTS.channels());
         let uart = Uart::new(
             p.USART3,
             p.PD9,

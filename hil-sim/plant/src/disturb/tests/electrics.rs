@@ -53,7 +53,7 @@ fn analogue_sensors_fail_and_the_motors_do_not() {
         },
     );
     plant.set_analog_fault(
-        "battery",
+        "battery_voltage",
         AnalogFault {
             following: Following::Dead,
             ..AnalogFault::default()
@@ -61,9 +61,9 @@ fn analogue_sensors_fail_and_the_motors_do_not() {
     );
     run(&mut plant, 10, OPEN);
     let analog = plant.analog();
-    let amperes = |count: u16| (f64::from(count) - 32768.0) * 120.0 / 65536.0;
+    let amperes = |count| SCALES.analog.left_current.value(count);
     assert!((amperes(analog.left_current) - 5.0).abs() < 0.03 && amperes(analog.right_current).abs() < 0.03);
-    assert!(analog.battery < 20);
+    assert!(analog.battery_voltage < 20);
     assert_eq!(plant.truth().current_a, [0.0; MOTORS]);
 }
 
@@ -90,7 +90,7 @@ fn the_battery_gives_what_flows_and_sags_with_its_charge() {
         plant.advance(1e-3, &[0.2, 0.2, 0.0].map(BridgeState::Duty));
         charge += plant.truth().battery_a * 1e-3;
     }
-    let left = plant.battery_charge().expect("it has one");
+    let left = plant.supply.charge().expect("it has one");
     assert!(
         (left - (0.9 - charge / 36.0)).abs() < 1e-9 && charge > 10.0,
         "{left}, {charge} A s"

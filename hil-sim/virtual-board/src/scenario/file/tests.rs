@@ -68,11 +68,15 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
         ),
         (
             &format!("{base}[[step]]\nat_s=1.0\naction=\"sensor-fault\"\nsensor=\"arm-imu\"\nfault=\"sad\"\n"),
-            vec!["unknown fault `sad`", "stuck"],
+            vec!["step[0].fault = \"sad\" is unknown", "stuck"],
         ),
         (
             &format!("{base}[[step]]\nat_s = 1.0\naction = \"drive\"\nspeed = 1.0\n"),
             vec!["unknown name `speed`; did you mean `speed_m_s`?"],
+        ),
+        (
+            &format!("{base}[[step]]\nat_s=1.0\naction=\"analog-fault\"\nsensor=\"batery-voltage\"\n"),
+            vec!["did you mean `battery-voltage`?", "left-current"],
         ),
         (
             &format!("{base}[[step]]\nat_s=1.0\naction=\"push\"\non=\"arm\"\nfor_s=0.1\nforward_n=2e4\n"),

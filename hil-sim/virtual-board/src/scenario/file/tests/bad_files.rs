@@ -135,7 +135,7 @@ const SCENARIOS: [(&str, &[&str]); 58] = [
     ),
     (
         "[[step]]\nat_s = 1\naction = \"sensor-fault\"\nsensor = \"arm-imu\"\nfault = ^\"sad\"",
-        &["step[0].fault", "`sad`", "stuck"],
+        &["step[0].fault", "fault = \"sad\" is unknown", "stuck"],
     ),
     (
         "[[step]]\nat_s = 1\naction = \"sensor-fault\"\nsensor = \"left-encoder\"\nfault = ^\"no-force\"",
