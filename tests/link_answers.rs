@@ -184,3 +184,26 @@ fn the_look_back_comes_whole_over_a_wire_that_loses() {
     assert!(recorded.lost == 0 && recorded.ticks > 2000, "{recorded:?}");
     assert!(recorded.blocks > 40, "{recorded:?}: two questions and more are lost");
 }
+
+/// A look back that is asked for at once goes on for 0.2 s yet: the tool waits for it.
+#[test]
+fn the_look_back_is_there_for_who_asks_as_soon_as_the_fault_is_told() {
+    let mut bench = Bench::driving(41, 1.0);
+    bench.board.world(|world| {
+        world.emergency_stop = true;
+        world.trip();
+    });
+    bench.run(30);
+    let mut link = Link::new(BoardWire::new(bench), 43, Arc::default());
+    link.identify().expect("answers");
+    let mut file = RecordWriter::new(RecordFormat::Frames, Vec::new());
+    let recorded = link.look_back(&mut file).expect("a fault");
+    assert!(recorded.lost == 0 && recorded.ticks > 2000, "{recorded:?}");
+    // None of a vehicle that drives.
+    drop(link);
+    let mut link = Link::new(BoardWire::new(Bench::driving(44, 1.0)), 45, Arc::default());
+    link.identify().expect("answers");
+    let mut file = RecordWriter::new(RecordFormat::Frames, Vec::new());
+    let error = link.look_back(&mut file).expect_err("no fault").to_string();
+    assert!(error.contains("no fault has occurred"), "{error}");
+}

@@ -323,3 +323,23 @@ fn what_the_wheels_come_past_is_told_where_it_stands() {
     let page = std::fs::read_to_string(out.join("index.html")).expect("the page");
     assert!(page.contains("come past what held them up"));
 }
+
+/// A sensor that is none is told with the sensors' names of today; those of old files are read, and not offered.
+#[test]
+fn an_unknown_sensor_is_told_with_the_names_of_today() {
+    let with = |sensor: &str| {
+        let name = format!("{sensor}.toml");
+        let text =
+            "title = \"s\"\nduration_s = 3.0\n[[step]]\nat_s = 2.0\naction = \"sensor-fault\"\nfault = \"off\"\n";
+        let path = file(&name, &format!("{text}sensor = \"{sensor}\"\n"));
+        hil_sim(&["drive", "--json", path.to_str().expect("utf-8")])
+    };
+    let output = with("left-imu");
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{message}");
+    assert!(
+        message.contains("allowed is arm-imu, spar-imu, left-encoder, right-encoder, ballast-encoder (line 7"),
+        "{message}"
+    );
+    assert_eq!(with("chassis-imu").status.code(), Some(0));
+}

@@ -4,6 +4,8 @@
 //! computes their consequences for the vehicle, and reports combinations that are impossible (an error) or doubtful (a
 //! warning).
 
+mod demands;
+
 use core::f64::consts::PI;
 
 use model::control::landing::Design;
@@ -105,6 +107,7 @@ pub fn check(vehicle: &Vehicle<f64>) -> DesignCheck {
     inspector.bodies();
     inspector.motors();
     inspector.drive();
+    inspector.demands();
     inspector.laws();
     checked.findings = inspector.found;
     checked

@@ -103,7 +103,7 @@ fn a_spar_weighs_as_much_as_anything_else_on_the_axle() {
 #[test]
 fn each_thing_that_is_wrong_is_told_at_its_field() {
     type Change = fn(&mut VehicleParameters<f64>);
-    let wrong: [(&str, Severity, Change); 17] = [
+    let wrong: [(&str, Severity, Change); 22] = [
         ("body.arm_length_m", Severity::Error, |p| p.body.arm_length_m = 0.25),
         ("body.arm_length_m", Severity::Warning, |p| p.body.arm_length_m = 0.24),
         ("body.wheels_inertia_kg_m2", Severity::Error, |p| {
@@ -144,6 +144,25 @@ fn each_thing_that_is_wrong_is_told_at_its_field() {
             p.drive_motor.current_limit_a = 2.0;
         }),
         ("control.grip_mu", Severity::Warning, |p| p.control.grip_mu = 1.2),
+        ("control.speed_max_m_s", Severity::Warning, |p| {
+            p.control.speed_max_m_s = 0.0;
+        }),
+        // Of arm, grip and current the least: 5.60, 5.89 and 9.51 m/s^2; then a grip of 0.3 and a limit of 8 A.
+        ("control.acceleration_max_m_s2", Severity::Warning, |p| {
+            p.control.acceleration_max_m_s2 = 5.65;
+        }),
+        ("control.acceleration_max_m_s2", Severity::Warning, |p| {
+            p.control.acceleration_max_m_s2 = 3.0;
+            p.control.grip_mu = 0.3;
+        }),
+        ("control.acceleration_max_m_s2", Severity::Warning, |p| {
+            p.control.acceleration_max_m_s2 = 4.6;
+            p.drive_motor.current_limit_a = 8.0;
+        }),
+        // Half of the supply keeps 8.84 rad/s.
+        ("control.yaw_rate_max_rad_s", Severity::Warning, |p| {
+            p.control.yaw_rate_max_rad_s = 9.0;
+        }),
         ("estimator.wheel_rate_time_constant_s", Severity::Error, |p| {
             p.estimator.wheel_rate_time_constant_s = 0.01;
             p.body.wheel_radius_m = 0.02;

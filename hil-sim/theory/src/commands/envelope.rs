@@ -134,19 +134,27 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
 }
 
 fn report<'a>(outcome: &'a EnvelopeJson, waveforms: &[Waveform], slopes: &[f64], si: Si) -> Report<'a, EnvelopeJson> {
-    let (first, last) = (slopes[0], slopes[slopes.len() - 1]);
-    let span = match (si.degrees(first), si.degrees(last)) {
-        (Some(from), Some(to)) => format!("critical voltage (V) at beta = {from:.2} .. {to:.2} deg"),
-        _ => format!("critical voltage at beta = {first:.4} .. {last:.4}"),
+    // As many as a line holds.
+    let shown = slopes.len().div_ceil(6);
+    let at: Vec<String> = { slopes.iter().step_by(shown) }
+        .map(|slope| {
+            si.degrees(*slope)
+                .map_or_else(|| format!("{slope:.4}"), |deg| format!("{deg:.2}"))
+        })
+        .collect();
+    let (numbers, unit) = match si.degrees(0.0) {
+        Some(_) => ("U (V)", "deg"),
+        None => ("U", "rad"),
     };
-    let mut report = Report::new("envelope", outcome).line("waveform", span);
+    let head = format!("critical {numbers} at beta = {} {unit}", at.join("  "));
+    let mut report = Report::new("envelope", outcome).line("waveform", head);
     let mut columns = Columns::new().with("beta", slopes);
     let mut chart = Chart::new("Whirl limits", "slope beta (rad)", "critical voltage U");
     for (waveform, rows) in waveforms.iter().zip(outcome.rows.chunks(slopes.len())) {
         let values: Vec<f64> = rows.iter().map(|r| r.point.critical.unwrap_or(f64::NAN)).collect();
         let few = values
             .iter()
-            .step_by(values.len().div_ceil(6))
+            .step_by(shown)
             .map(|v| match si.volts(*v) {
                 Some(volts) => format!("{v:.4} ({volts:.2})"),
                 None => format!("{v:.4}"),

@@ -9,6 +9,7 @@ use vehicle_file::place::{TextPlace, path_at, syntax_error};
 
 use super::error::ScenarioError;
 use super::nearest::nearest;
+use super::sensor::FORMER_NAMES;
 use super::step::{NoStep, Step};
 use super::tables::ScenarioFile;
 
@@ -124,7 +125,8 @@ impl ReadText<'_> {
                 known.join(", ")
             )
         } else if let Some(name) = between(message, "unknown variant `", "`") {
-            let known = names(message);
+            let mut known = names(message);
+            known.retain(|name| !FORMER_NAMES.contains(name));
             format!(
                 "{path} = {name:?} is unknown{}: allowed is {}",
                 nearest(name, &known),

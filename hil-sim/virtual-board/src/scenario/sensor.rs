@@ -5,6 +5,9 @@ use plant::Plant;
 use plant::fault::SensorFault;
 use serde::Deserialize;
 
+/// Names of sensors in files of version 0.1, which are still read and no longer offered.
+pub(super) const FORMER_NAMES: [&str; 2] = ["chassis-imu", "camera-encoder"];
+
 /// A sensor that can fail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
