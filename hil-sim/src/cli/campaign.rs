@@ -91,7 +91,7 @@ struct RunArguments {
 /// First and last seed of `FIRST:LAST`, or of a single one.
 ///
 /// # Errors
-/// What is allowed.
+/// The allowed values.
 pub fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
     let wrong = || "must be FIRST:LAST, two whole numbers, the first not above the last".to_owned();
     let (first, last) = text.split_once(':').unwrap_or((text, text));
@@ -102,7 +102,7 @@ pub fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
 /// A seed.
 ///
 /// # Errors
-/// What is allowed.
+/// The allowed values.
 pub fn seed(text: &str) -> Result<u64, String> {
     text.parse()
         .map_err(|_| format!("must be a whole number from 0 to {}", u64::MAX))
