@@ -41,9 +41,9 @@ Examples:
   hil-sim kernel --vehicle vehicles/reference.toml
   hil-sim kernel --vehicle vehicles/reference.toml --beta 0.2 --speed 1.5 --json";
 
-/// Largest share of the supply that the bridges give.
+/// Largest share of the supply that the bridges apply.
 const DUTY_MAX: f64 = DUTY_MAX_PERCENT as f64 / 100.0;
-/// Least and most points of the grid.
+/// Smallest and largest number of points of the grid.
 const GRID: std::ops::RangeInclusive<usize> = 41..=321;
 
 /// What the command prints with `--json`.
@@ -64,7 +64,7 @@ struct KernelJson {
 /// Runs the command.
 ///
 /// # Errors
-/// [`CommandError::Input`] on a file that is no whole vehicle, and on numbers out of range.
+/// [`CommandError::Input`] on a file without a whole vehicle, and on numbers out of range.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let file = arguments.vehicle.display();
     let vehicle = match vehicle_file::read(&arguments.vehicle) {
