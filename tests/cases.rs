@@ -173,7 +173,7 @@ fn files_that_never_end_are_refused() {
     let mut paths = vec![long, std::env::temp_dir()];
     if cfg!(unix) {
         paths.push("/dev/zero".into());
-        // Writing to a pipe that an earlier run left would wait for its reader.
+        // A write to a pipe that an earlier run left would wait for a reader.
         let pipe = own("beside-the-pipe", "").with_file_name("pipe");
         let _ = std::fs::remove_file(&pipe);
         let made = Command::new("mkfifo")

@@ -29,7 +29,7 @@ fn every_vehicle_that_is_shipped_is_sound() {
     assert!(vehicles >= 2);
 }
 
-/// The table tells poles of both laws, and of one that rings ever louder that it does.
+/// The table reports the poles of both laws, and reports that a law with growing oscillations is unstable.
 #[test]
 fn poles_and_limits_are_told_and_an_unstable_law_is_named() {
     let output = hil_sim(&["check", "vehicles/small.toml"]);
@@ -191,7 +191,7 @@ fn a_vehicle_in_the_palm_of_a_hand_drives() {
             metric["value"].as_f64().unwrap_or(f64::NAN)
         };
         assert_eq!((value("faults"), value("final_mode")), (0.0, 1.0), "{scenario}");
-        // It comes as far as its top speed allows, follows its reference, and stands.
+        // The vehicle comes as far as its top speed allows, follows its reference, and stops.
         assert!(value("distance_m") > 15.0, "{scenario}: {json}");
         assert!(
             value("speed_error_rms_m_s") < 0.05 && value("phi_peak_deg") < 45.0,
@@ -224,7 +224,8 @@ fn the_small_vehicle_drives_the_slope_and_the_eight() {
             (value("faults"), value("final_mode"), value("late_ticks")),
             (0.0, 1.0, 0.0)
         );
-        // As asked of the reference vehicle: it follows its reference, leans less than half way, and stands.
+        // The same requirements as for the reference vehicle: it follows its reference, leans less than half way,
+        // and stops.
         assert!(value("speed_error_rms_m_s") < 0.08, "{scenario}: {json}");
         assert!(
             value("phi_peak_deg") < 45.0 && value("hold_drift_m") < 0.05,

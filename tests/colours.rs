@@ -29,7 +29,8 @@ fn on_a_terminal(arguments: &[&str], variables: &[(&str, &str)]) -> String {
     String::from_utf8(text).expect("text")
 }
 
-/// Colours say what the words say too: a terminal shows them, unless `NO_COLOR` or its kind forbids; a pipe has none.
+/// Colours only repeat what the words say. A terminal shows colours unless `NO_COLOR` or the terminal's kind forbids
+/// them; a pipe has none.
 #[test]
 fn colours_are_for_terminals_that_want_them() {
     let arguments = ["check", "vehicles/missing.toml"];

@@ -61,7 +61,7 @@ fn the_comparison_of_another_vehicle_tells_the_laws_apart() {
     std::fs::remove_dir_all(folder).expect("removed");
 }
 
-/// The tool refuses a vehicle that is none, and a directory that is none, before anything flies.
+/// The tool refuses an invalid vehicle, and an invalid directory, before any drive.
 #[test]
 fn a_bad_file_and_a_bad_directory_are_told() {
     let run = |arguments: &[&str]| {

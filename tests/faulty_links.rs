@@ -1,5 +1,5 @@
-//! Scenarios whose link loses or delays what the board sends: the run is judged by what the board did, not by what its
-//! operator heard of it.
+//! Scenarios whose link loses or delays the board's messages: the run is judged by the board's behaviour, not by the
+//! messages that reached the operator.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::Fault;

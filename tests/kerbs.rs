@@ -12,7 +12,7 @@ use support::kerbs::{KerbDrive, drive_over};
 use support::reference;
 use support::slopes::{drive, from};
 
-/// Steps of a flight, and where the first one stands.
+/// Number of steps, and the place of the first step.
 const STEPS: usize = 8;
 const FIRST_M: f64 = 2.0;
 /// Speed over the command, beside what a fall from a step gives by itself, m/s: what is allowed behind one kerb, and a little

@@ -144,7 +144,7 @@ fn the_tool_writes_the_stream_as_the_frames_that_brought_it() {
     let recorded = link.record(2.0, &mut file).expect("records");
     let file = file.finish().expect("written");
     assert_eq!(recorded.lost, 0);
-    // The board has run for 1 s, all of which is still there.
+    // The board has run for 1 s, and still has all records of it.
     assert!((2900..=3100).contains(&recorded.ticks), "{recorded:?}");
     let messages = messages(&file);
     assert!(matches!(messages[0], BoardMessage::Identity(_)));
@@ -169,7 +169,8 @@ fn the_tool_writes_the_stream_as_the_frames_that_brought_it() {
     assert_eq!(link.look_back(&mut frames()).expect_err("none").exit_code(), 1);
 }
 
-/// An MCAP file has who the board is, its parameters, status, terms, log and events beside the same records.
+/// An MCAP file contains the board's identity, parameters, status, terms, log and events in addition to the same
+/// records.
 #[test]
 fn the_tool_records_everything_for_other_tools_too() {
     let mut bench = ready(39);

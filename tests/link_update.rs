@@ -205,7 +205,7 @@ fn pieces_that_are_missing_or_wrong_are_found() {
         ask(&mut bench, UpdateRequest::Install),
         refused(UpdateRefusal::NotBegun)
     );
-    // A host that comes again goes on.
+    // A host that returns continues the transfer.
     let next = 2 * UPDATE_BYTES as u32;
     assert_eq!(
         ask(&mut bench, UpdateRequest::Begin(announced)),

@@ -220,7 +220,7 @@ fn a_refused_set_leaves_no_trace() {
     assert_eq!(both(&mut bench, ki), [built_in_ki; 2]);
     bench.request(Request::Disarm);
     bench.run(20);
-    // Given up by whoever staged it.
+    // Abandoned by the host that staged it.
     write(&mut bench, speed, 9.0);
     assert_eq!(ask(&mut bench, ParameterRequest::Discard), ParameterAnswer::Discarded);
     assert_eq!(both(&mut bench, speed), [2.5; 2]);
@@ -243,7 +243,7 @@ fn changes_that_nobody_stores_are_dropped_after_10_s() {
     write(&mut bench, 0.04);
     bench.run(9000);
     assert_eq!(both(&mut bench, ki), [built_in, 0.04], "reading keeps nothing alive");
-    // Each further change takes the time anew.
+    // Each further change restarts the time.
     write(&mut bench, 0.05);
     bench.run(9000);
     assert_eq!(both(&mut bench, ki), [built_in, 0.05]);

@@ -1,5 +1,5 @@
-//! A sensor that fails for a while and works again: whatever it showed meanwhile, the vehicle knows itself again soon
-//! after it stands, can be armed, and drives.
+//! A sensor that fails for a while and works again: whatever it showed meanwhile, the vehicle's estimates are right
+//! again soon after it stands, and the vehicle can be armed and drives.
 
 use model::command::Request;
 use model::supervise::arming::Mode;
@@ -49,7 +49,7 @@ fn fails_and_returns(sensor: Sensor, fault: SensorFault, after_ms: u64, for_ms: 
     bench.set_fault(sensor, fault);
     bench.run(for_ms);
     bench.set_fault(sensor, SensorFault::None);
-    // What goes on driving stops by itself; what opened its bridges swings out.
+    // A vehicle that keeps driving stops by itself. After the bridges opened, the arm's swing decays.
     bench.run(1000);
     bench.request(Request::Disarm);
     bench.run(AGAIN_MS);

@@ -55,7 +55,7 @@ fn replay(file: &Path, more: &[&str]) -> (Option<i32>, serde_json::Value, String
     (output.status.code(), json, stderr(&output))
 }
 
-/// A record of another protocol is refused by its number: nothing in it is taken for what it is not.
+/// The tool refuses a record of another protocol version by its number, and does not guess the meaning of its content.
 #[test]
 fn a_record_of_another_protocol_is_told() {
     let vehicle = vehicle_file::reference().expect("good");
@@ -149,7 +149,7 @@ fn what_is_cut_missing_or_no_record_is_told() {
     );
     assert!(json["lost_blocks"].as_u64().expect("blocks") > 0);
 
-    // The middle of a drive alone: what the vehicle knew by then is not in it.
+    // Only the middle of a drive: the record lacks the vehicle's state at its begin.
     let late = path("late.records");
     std::fs::write(&late, &bytes[bytes.len() / 2..]).expect("writes");
     let (code, _, error) = replay(&late, &[]);
@@ -233,7 +233,8 @@ fn an_mcap_file_replays_with_its_own_vehicle_as_far_as_it_goes() {
     assert_eq!(replay(&file, &["--mcap", again.to_str().expect("utf-8")]).0, Some(2));
 }
 
-/// A board that loses its supply in a drive boots anew: the record has both boots, and each replays from its first tick.
+/// A board that loses its supply in a drive boots again. The record has both boots, and each replays from its first
+/// tick.
 #[test]
 fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
     const POWER_IS_BACK_S: f64 = 4.5;
@@ -279,7 +280,7 @@ fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
         let (code, _, error) = replay(&record, &["--as-test", "boots"]);
         assert!(code == Some(2) && error.contains("2 boots"), "{error}");
     }
-    // The file's time is the run's, and no boot's message stands among the other's.
+    // The file's time is the run's time, and the messages of the two boots do not mix.
     let bytes = std::fs::read(path("boots.mcap")).expect("reads");
     let messages = mcap::MessageStream::new(&bytes).expect("MCAP");
     let mut boots = Vec::new();
@@ -291,7 +292,7 @@ fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
             if text.contains("the board starts anew") {
                 restart_s = at_s;
             }
-            // A spell stands where it began, and is reported when it is over.
+            // A spell has the time of its start, and is reported at its end.
             continue;
         }
         boots.push(at_s >= POWER_IS_BACK_S);

@@ -177,7 +177,7 @@ fn every_link_command_works_on_a_pseudo_terminal() {
 #[test]
 fn a_board_at_another_rate_drives() {
     for rate in ["0.3", "0.97", "3"] {
-        // A machine that is busy with other work may make an operator fall silent, on each board anew.
+        // On a busy machine the operator may fall silent, so the test retries with a new board.
         let driven = (0..10).any(|_| {
             let served = Served::new(&["--tcp", "127.0.0.1:0", "--rate", rate]);
             served.wait_for("calibrated");

@@ -1,4 +1,4 @@
-//! Ground that gives less grip than the vehicle file says: the wheels slide, and no more than they must.
+//! Ground with less grip than the vehicle file says: the wheels slide no more than necessary.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::{FaultSet, Limit};

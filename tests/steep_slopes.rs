@@ -1,4 +1,4 @@
-//! Slopes near and beyond the steepest on which the vehicle stands: held, driven, refused.
+//! Slopes near and beyond the steepest slope on which the vehicle can stand: held, driven, refused.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Fault, FaultSet, Limit};

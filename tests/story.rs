@@ -1,4 +1,4 @@
-//! A run tells its story: what happened with time and reason, a verdict only where there are bounds, scenarios by name.
+//! Report of a run: events with time and reason, a verdict only with bounds, scenarios by name.
 
 use std::path::{Path, PathBuf};
 

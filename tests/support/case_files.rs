@@ -19,7 +19,7 @@ pub struct CaseFile {
 
 /// What a run changes of its file.
 pub struct Value {
-    /// Texts of the file and what stands in their place.
+    /// Texts of the file and their replacements.
     replaced: &'static [(&'static str, &'static str)],
     /// Tables in TOML that the file lacks.
     added: &'static str,
@@ -27,7 +27,7 @@ pub struct Value {
     speed_m_s: f64,
 }
 
-/// The file as it stands.
+/// The unchanged file.
 const fn as_it_stands(speed_m_s: f64) -> Value {
     Value {
         replaced: &[],

@@ -68,7 +68,7 @@ pub fn shown(what: &str, found: &str) {
     }
 }
 
-/// Whether the pages are to be written anew.
+/// Whether the test must renew the pages.
 fn updates() -> bool {
     std::env::var_os("UPDATE_DOCS").is_some_and(|value| value == "1")
 }

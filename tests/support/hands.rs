@@ -163,7 +163,7 @@ pub fn act(bench: &mut Bench, shared: &mut Shared) {
         };
         world.plant.set_chocked(matches!(shared.hands, Hands::Lean(_)));
         for motor in [Motor::Left, Motor::Right] {
-            // A current through the sensor is what an offset is.
+            // A current through the sensor acts like an offset.
             let fed_a = if shared.hands == Hands::Feed(motor) { FED_A } else { 0.0 };
             let gain = shared.current_gain[motor as usize];
             let name = ["left_current", "right_current"][motor as usize];

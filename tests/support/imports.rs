@@ -35,7 +35,7 @@ pub struct Crate {
 /// What one module names of its own crate.
 #[derive(Default)]
 struct Names {
-    /// Names that a `use` brings in, each with the place it stands for.
+    /// Names that a `use` imports, each with its place.
     aliases: BTreeMap<String, Place>,
     /// Other places that the module's code and its `use`s name.
     places: BTreeSet<Place>,
@@ -86,7 +86,7 @@ impl Crate {
         }
     }
 
-    /// The module that defines what stands at `place`; re-exports are followed.
+    /// The module that defines the item at `place`, through re-exports.
     fn home(&self, place: &[String]) -> Place {
         let mut module = Place::new();
         for (n, name) in place.iter().enumerate() {

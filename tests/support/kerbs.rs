@@ -19,7 +19,7 @@ const OVERSPEED_M_S: f64 = 0.5;
 /// The same beyond what the fall from a ledge gives by itself: to brake, the arm swings back, which pushes the wheels
 /// forward first.
 const PUSH_M_S: f64 = 0.2;
-/// Where the kerb stands, m.
+/// Place of the kerb, m.
 const KERB_M: f64 = 3.0;
 
 /// The largest change of the axle's speed within a quarter period of the ballast, m/s.

@@ -1,7 +1,8 @@
 //! The functions that the page calls.
 //!
-//! A function that takes bytes takes what the page has written to [`input`]'s address; one that returns a length has put
-//! that many bytes at [`output`]'s. JSON, text or bytes of the link: each function says which. Times are in us.
+//! A function that takes bytes takes the bytes that the page has written to [`input`]'s address. A function that returns
+//! a length has put that many bytes at [`output`]'s address. Each function says whether the bytes are JSON, text or bytes
+//! of the link. Times are in us.
 // The functions are exported by name.
 #![allow(unsafe_code)]
 
@@ -31,34 +32,34 @@ pub extern "C" fn input(length: usize) -> *mut u8 {
     input_room(length)
 }
 
-/// Where the bytes of the last answer begin.
+/// Address of the last answer's bytes.
 #[unsafe(no_mangle)]
 pub extern "C" fn output() -> *const u8 {
     output_start()
 }
 
-/// The firmware's words, as JSON.
+/// The firmware's vocabulary, as JSON.
 #[unsafe(no_mangle)]
 pub extern "C" fn vocabulary() -> usize {
     put_json(&Vocabulary::new())
 }
 
-/// Hash of the trace of the default drive; 0 if it could not be driven.
+/// Hash of the trace of the default drive; 0 if the drive failed.
 #[unsafe(no_mangle)]
 pub extern "C" fn trace_hash() -> u64 {
     default_drive_hash().unwrap_or(0)
 }
 
-/// Puts what went wrong, or nothing.
+/// Puts the error, or nothing, into the output.
 fn put_error(result: Result<(), String>) -> usize {
     put(result.err().unwrap_or_default().into_bytes())
 }
 
-/// Boots a board in the world that the input describes as JSON; the answer is what is wrong, as text.
+/// Boots a board in the world that the input describes as JSON; the answer is the error, as text.
 #[unsafe(no_mangle)]
 pub extern "C" fn board_boot() -> usize {
     let world = serde_json::from_slice(&take_input()).map_err(|error| error.to_string());
-    // The board before must be gone when the next one takes its clock.
+    // The previous board must be dropped before the next board takes the clock.
     BOARD.set(None);
     put_error(world.and_then(|world| {
         BOARD.set(Some(Simulation::boot(&world)?));
@@ -70,33 +71,33 @@ fn with_board<R: Default>(act: impl FnOnce(&mut Simulation) -> R) -> R {
     BOARD.with_borrow_mut(|board| board.as_mut().map(act).unwrap_or_default())
 }
 
-/// Runs the board some milliseconds; the answer is what it has said, bytes of the link.
+/// Runs the board for some milliseconds; the answer is the board's output, bytes of the link.
 #[unsafe(no_mangle)]
 pub extern "C" fn board_run(ms: u32) -> usize {
     put(with_board(|board| board.run(ms)))
 }
 
-/// Hands the input to the board, bytes of the link.
+/// Sends the input, bytes of the link, to the board.
 #[unsafe(no_mangle)]
 pub extern "C" fn board_send() {
     let bytes = take_input();
     with_board(|board| board.send(&bytes));
 }
 
-/// Lets a step of a scenario happen, as text without its time; the answer is what is wrong, as text.
+/// Carries out a step of a scenario, given as text without its time; the answer is the error, as text.
 #[unsafe(no_mangle)]
 pub extern "C" fn board_act() -> usize {
     let step = take_text();
     put_error(with_board(|board| Some(board.act(&step))).unwrap_or_else(|| Err("no board".to_owned())))
 }
 
-/// What is true of the simulated vehicle, as JSON.
+/// The simulated vehicle's true state, as JSON.
 #[unsafe(no_mangle)]
 pub extern "C" fn board_look() -> usize {
     put_json(&with_board(|board| Some(board.look())))
 }
 
-/// Hash of everything that the board has said.
+/// Hash of the board's whole output.
 #[unsafe(no_mangle)]
 pub extern "C" fn board_hash() -> u64 {
     with_board(|board| board.hash())
@@ -112,26 +113,26 @@ pub extern "C" fn link_begin(nonce: u32) {
     LINK.set(Some(OperatorLink::new(nonce)));
 }
 
-/// Gives orders from now on, or only listens (0).
+/// Lets this host give orders from now on, or only listen (0).
 #[unsafe(no_mangle)]
 pub extern "C" fn link_operate(operates: u32) {
     with_link(|link| link.operate(operates != 0));
 }
 
-/// Takes the input, bytes of the link; the answer is what they say, as JSON.
+/// Takes the input, bytes of the link; the answer is their content, as JSON.
 #[unsafe(no_mangle)]
 pub extern "C" fn link_receive(now_us: f64) -> usize {
     let bytes = take_input();
     put_json(&with_link(|link| Some(link.receive(now_us as u64, &bytes))))
 }
 
-/// Asks what is to be asked; the answer is the bytes for the board.
+/// Asks every question that is due; the answer is the bytes for the board.
 #[unsafe(no_mangle)]
 pub extern "C" fn link_poll(now_us: f64) -> usize {
     put(with_link(|link| link.poll(now_us as u64)))
 }
 
-/// Commands speed, m/s, and yaw rate, rad/s, to the left positive.
+/// Commands speed, m/s, and yaw rate, rad/s, positive to the left.
 #[unsafe(no_mangle)]
 pub extern "C" fn link_drive(now_us: f64, speed_m_s: f32, yaw_rate_rad_s: f32) {
     with_link(|link| link.drive(now_us as u64, speed_m_s, yaw_rate_rad_s));
@@ -169,7 +170,7 @@ pub extern "C" fn link_vehicle_file() -> usize {
 }
 
 /// Changes parameters, a JSON list of number and value, and stores the set; an empty list reads the set again. The answer
-/// is what is wrong with the list, as text.
+/// is the error in the list, as text.
 #[unsafe(no_mangle)]
 pub extern "C" fn link_change() -> usize {
     let changes: Result<Vec<(u16, f32)>, _> = serde_json::from_slice(&take_input());
@@ -178,17 +179,17 @@ pub extern "C" fn link_change() -> usize {
     }))
 }
 
-/// Goes back to the set that the firmware was built with.
+/// Restores the firmware's built-in set.
 #[unsafe(no_mangle)]
 pub extern "C" fn link_defaults() {
     with_link(OperatorLink::defaults);
 }
 
-/// What a vehicle file says differently from the set in force.
+/// Differences between a vehicle file and the set in force.
 #[derive(Debug, Default, Serialize)]
 struct Compared {
     error: Option<String>,
-    /// Number and the file's value.
+    /// Parameter number, and the file's value.
     differences: Vec<(u16, f32)>,
 }
 
@@ -225,8 +226,8 @@ pub extern "C" fn link_take_recording() -> usize {
     put(with_link(OperatorLink::take_recording))
 }
 
-/// Makes an MCAP file of a recording: the input is the text of the vehicle file of the set in force, `vehicle_length` bytes of
-/// it (0: not known), then the frames. The answer is what is wrong, as text; [`mcap_take`] takes the file.
+/// Converts a recording to an MCAP file. The input is the text of the vehicle file of the set in force, `vehicle_length`
+/// bytes (0: not known), then the frames. The answer is the error, as text; [`mcap_take`] takes the file.
 #[unsafe(no_mangle)]
 pub extern "C" fn mcap_make(vehicle_length: usize) -> usize {
     let input = take_input();
@@ -234,14 +235,14 @@ pub extern "C" fn mcap_make(vehicle_length: usize) -> usize {
     put_error(mcap(frames, &String::from_utf8_lossy(vehicle)).map(|file| MCAP.set(file)))
 }
 
-/// Takes the MCAP file that was made last.
+/// Takes the MCAP file of the last conversion.
 #[unsafe(no_mangle)]
 pub extern "C" fn mcap_take() -> usize {
     put(MCAP.take())
 }
 
-/// Opens the records of a file: the input is the text of a vehicle file, `vehicle_length` bytes of it (0: the reference
-/// vehicle), then the file. The answer is what is wrong, as text.
+/// Opens the records of a file. The input is the text of a vehicle file, `vehicle_length` bytes (0: the reference
+/// vehicle), then the file. The answer is the error, as text.
 #[unsafe(no_mangle)]
 pub extern "C" fn replay_open(vehicle_length: usize) -> usize {
     let input = take_input();
@@ -250,7 +251,7 @@ pub extern "C" fn replay_open(vehicle_length: usize) -> usize {
     put_error(opened.map(|opened| REPLAY.set(Some(opened))))
 }
 
-/// Replays up to `ticks` further ticks: their statuses, as JSON.
+/// Replays up to `ticks` further ticks; the answer is their statuses, as JSON.
 #[unsafe(no_mangle)]
 pub extern "C" fn replay_step(ticks: usize) -> usize {
     put_json(&REPLAY.with_borrow_mut(|replay| replay.as_mut().map(|replay| replay.step(ticks))))

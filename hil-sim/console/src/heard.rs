@@ -1,4 +1,4 @@
-//! What the page learns from some bytes of a board.
+//! The content of bytes from a board, for the page.
 
 use firmware::protocol::message::{BoardStatus, Identity};
 use serde::Serialize;
@@ -6,28 +6,28 @@ use virtual_board::link_client::LinkClient;
 
 use crate::recording::RecordingCounts;
 
-/// What the page learns from some bytes of the board.
+/// The content of bytes from the board, for the page.
 #[derive(Debug, Serialize)]
 pub struct Heard {
-    /// Firmware, build and parameters of the board; none before it has said who it is.
+    /// Firmware, build and parameters of the board; `None` before the board has sent its identity.
     pub board: Option<String>,
-    /// The protocol of a board of another version.
+    /// The protocol version of the board, if it differs from this host's.
     pub foreign: Option<u16>,
     /// The statuses, in order.
     pub statuses: Vec<BoardStatus>,
-    /// What a person should read.
+    /// Messages for the operator.
     pub told: Vec<String>,
     /// New lines of the board's log.
     pub log: Vec<String>,
-    /// This host gives orders.
+    /// Whether this host gives orders.
     pub operates: bool,
-    /// Share of the work on the parameters that is done; none if there is none.
+    /// Finished share of the work on the parameters; `None` without such work.
     pub parameter_work: Option<f64>,
-    /// How often the set was read whole.
+    /// Number of complete reads of the set.
     pub parameters_read: u32,
-    /// What is recorded; none if there is no recording.
+    /// Counts of the recording; `None` without a recording.
     pub recording: Option<RecordingCounts>,
-    /// How good the link is.
+    /// Quality of the link.
     pub quality: HostCounters,
 }
 
@@ -54,7 +54,7 @@ impl HostCounters {
     }
 }
 
-/// Which firmware a board runs, in words.
+/// A board's firmware, as text for people.
 pub fn board_words(identity: &Identity) -> String {
     let about = identity.about;
     let [major, minor, patch] = about.version;

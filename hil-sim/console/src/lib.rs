@@ -1,8 +1,9 @@
-//! The console's WebAssembly: what its page calls.
+//! The console's WebAssembly module, which the page calls.
 //!
 //! The page loads the module twice. One instance, in a worker, is a board with its simulated vehicle
-//! ([`simulation::Simulation`]); the other is the host's end of the link ([`operator_link::OperatorLink`]), whatever board
-//! its bytes come from. The page itself moves bytes and draws. [`exports`] are the functions that it calls.
+//! ([`simulation::Simulation`]). The other instance is the host's end of the link
+//! ([`operator_link::OperatorLink`]) to any board. The page itself only moves bytes and draws. [`exports`]
+//! has the functions that the page calls.
 // Not `forbid`: the functions are exported by name (exports).
 #![deny(unsafe_code)]
 

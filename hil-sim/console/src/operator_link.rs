@@ -1,4 +1,4 @@
-//! The operator's end of the link for the page: bytes in and out, whatever board they come from.
+//! The operator's end of the link for the page: bytes in and out, for any board.
 
 use firmware::protocol::message::{Answer, BoardStatus, Order, ParameterAnswer, Read, Reading, Refusal};
 use model::command::{DriveCommand, Request};
@@ -10,9 +10,9 @@ use crate::heard::{Heard, HostCounters, board_words};
 use crate::parameter_work::{ParameterWork, WorkProgress};
 use crate::recording::{Recording, newer};
 
-/// How often the log is read, us.
+/// Time between two reads of the log, us.
 const LOG_US: u64 = 400_000;
-/// Time within which the last lines of the log of a recording that has ended come, us.
+/// Time within which the log's last lines arrive after a recording has ended, us.
 const LAST_LINES_US: u64 = 1_000_000;
 
 /// An order that waits for its answer.
@@ -30,30 +30,32 @@ pub struct OperatorLink {
     outbox: Vec<u8>,
     identify_us: Option<u64>,
     boot: Option<u32>,
-    /// The boot whose board refused this host's session.
+    /// The boot in which the board refused this host's session.
     refused_boot: Option<u32>,
-    /// This host gives orders; otherwise it only listens, and may disarm.
+    /// Whether this host gives orders. Otherwise it only listens, and may disarm.
     operates: bool,
     given: Vec<Given>,
     log_next: u32,
     log_asked: Option<Given>,
     work: Option<ParameterWork>,
     parameters: Option<VehicleParameters<f32>>,
-    /// How often the set was read whole.
+    /// Number of complete reads of the set.
     parameters_read: u32,
     recording: Option<Recording>,
-    /// The stream of records is to be asked for: the board has booted while it was recorded.
+    /// Whether the stream of records must be requested again, because the board booted during the
+    /// recording.
     stream_unasked: bool,
     told: Vec<String>,
     log: Vec<String>,
 }
 
 impl OperatorLink {
-    /// An operator who has not spoken yet. `nonce` is a number that no host has used before on this board.
+    /// An operator who has not sent anything yet. `nonce` is a number that no host has used before on this
+    /// board.
     pub fn new(nonce: u32) -> Self {
         Self {
             client: LinkClient::new(nonce),
-            // A zero ends whatever stands half sent on the wire.
+            // A zero ends a half-sent frame on the wire.
             outbox: vec![0],
             identify_us: None,
             boot: None,
@@ -72,7 +74,7 @@ impl OperatorLink {
         }
     }
 
-    /// Gives orders from now on, or only listens.
+    /// Lets this host give orders from now on, or only listen.
     pub fn operate(&mut self, operates: bool) {
         self.operates = operates;
         self.refused_boot = None;
@@ -97,7 +99,7 @@ impl OperatorLink {
         self.heard(statuses)
     }
 
-    /// Records what has come. A recording that is full ends the stream, and is then saved or dropped.
+    /// Records the received frames. A full recording ends the stream, and is then saved or dropped.
     fn record_on(&mut self, now_us: u64, statuses: &[BoardStatus]) {
         let Some(recording) = &mut self.recording else { return };
         recording.take(&mut self.client.records, statuses);
@@ -197,7 +199,7 @@ impl OperatorLink {
             WorkProgress::GoesOn => {}
             WorkProgress::Failed(why) => {
                 self.told.push(format!("parameters: {why}"));
-                // What is in force is not known any more, but for the set as it was.
+                // The set in force is no longer known; the last known set remains.
                 self.parameters.get_or_insert(work.set());
                 self.work = None;
             }
@@ -269,7 +271,8 @@ impl OperatorLink {
         }
     }
 
-    /// The line of the log to read next: the page's, or an older one that a recording has not yet.
+    /// The next line of the log to read: the page's next line, or an older line that a recording still
+    /// needs.
     fn next_line(&self) -> u32 {
         let recorded = self.recording.as_ref().filter(|recording| !recording.counts.complete);
         recorded.map_or(self.log_next, |recording| recording.next_line.min(self.log_next))
@@ -285,23 +288,23 @@ impl OperatorLink {
         Some(sequence)
     }
 
-    /// Commands speed, m/s, and yaw rate, rad/s; nothing while this host only listens.
+    /// Commands speed, m/s, and yaw rate, rad/s. Does nothing while this host only listens.
     pub fn drive(&mut self, now_us: u64, speed_m_s: f32, yaw_rate_rad_s: f32) {
         if self.operates {
             self.order(now_us, Order::Drive(DriveCommand::driving(speed_m_s, yaw_rate_rad_s)));
         }
     }
 
-    /// Opens the bridges: whoever drives, and whatever the board has said.
+    /// Opens the bridges, whoever drives and whatever the board has sent.
     pub fn disarm(&mut self, now_us: u64) {
         let (sequence, frame) = self.client.disarm();
-        // A zero ends whatever stands half sent on the wire.
+        // A zero ends a half-sent frame on the wire.
         self.outbox.push(0);
         self.outbox.extend(frame);
         self.give(Some(sequence), "Disarm", now_us);
     }
 
-    /// Asks this of the arming state machine.
+    /// Sends this request to the arming state machine.
     pub fn request(&mut self, now_us: u64, request: Request) {
         let sequence = self.order(now_us, Order::Request(request));
         self.give(sequence, request.name(), now_us);
@@ -319,7 +322,7 @@ impl OperatorLink {
         self.parameters.as_ref()
     }
 
-    /// Changes these parameters in the board and stores the set; without any, reads the set again.
+    /// Changes these parameters in the board and stores the set. Without changes, reads the set again.
     pub fn change(&mut self, changes: &[(u16, f32)]) {
         self.begin_work(|set| {
             if changes.is_empty() {
@@ -330,7 +333,7 @@ impl OperatorLink {
         });
     }
 
-    /// Goes back to the set that the firmware was built with.
+    /// Restores the firmware's built-in set.
     pub fn defaults(&mut self) {
         self.begin_work(ParameterWork::defaults);
     }

@@ -1,4 +1,4 @@
-//! What page and module hand to each other: bytes in, bytes out.
+//! Memory through which page and module exchange bytes.
 
 use std::cell::RefCell;
 
@@ -18,22 +18,23 @@ pub fn input_room(length: usize) -> *mut u8 {
     })
 }
 
-/// Takes what the page has written.
+/// Takes the bytes that the page has written.
 pub fn take_input() -> Vec<u8> {
     INPUT.with_borrow_mut(std::mem::take)
 }
 
-/// Takes what the page has written, as text; what is no text is shown as such.
+/// Takes the bytes that the page has written, as text. Invalid bytes become replacement
+/// characters.
 pub fn take_text() -> String {
     String::from_utf8_lossy(&take_input()).into_owned()
 }
 
-/// Where the output begins.
+/// Address of the output.
 pub fn output_start() -> *const u8 {
     OUTPUT.with_borrow(Vec::as_ptr)
 }
 
-/// Hands `bytes` to the page and returns how many there are.
+/// Passes `bytes` to the page and returns their number.
 pub fn put(bytes: Vec<u8>) -> usize {
     OUTPUT.with_borrow_mut(|output| {
         *output = bytes;
@@ -41,8 +42,8 @@ pub fn put(bytes: Vec<u8>) -> usize {
     })
 }
 
-/// Hands a value to the page as JSON and returns the number of bytes.
+/// Passes a value to the page as JSON and returns the number of bytes.
 pub fn put_json(value: &impl Serialize) -> usize {
-    // Every value here is of numbers, names and lists, which JSON has.
+    // Every value here consists of numbers, names and lists, which JSON can represent.
     put(serde_json::to_vec(value).unwrap_or_default())
 }

@@ -1,4 +1,4 @@
-//! What the page does to the board's parameters: one question after the other, each answered before the next.
+//! The page's work on the board's parameters: one question after the other, each answered before the next.
 
 use std::collections::VecDeque;
 
@@ -10,7 +10,7 @@ use vehicle_file::diff;
 use virtual_board::link_client::{ANSWER_US, STORE_US};
 use virtual_board::words::not_changed_words;
 
-/// How often a question that only reads is asked again when its answer does not come.
+/// Number of repetitions of a read question whose answer does not come.
 const AGAIN_MAX: u32 = 5;
 
 /// A question that waits for its answer.
@@ -22,25 +22,25 @@ struct OpenQuestion {
     times: u32,
 }
 
-/// Questions to come, the one that waits, and the set as far as it is known.
+/// The questions to come, the question that waits for its answer, and the part of the set that is known.
 #[derive(Debug)]
 pub struct ParameterWork {
     set: VehicleParameters<f32>,
     questions: VecDeque<ParameterRequest>,
     asked: Option<OpenQuestion>,
     questions_at_first: usize,
-    /// A store was asked for, so the set in force has changed since it was last read.
+    /// Whether a store was requested, so that the set in force has changed since it was last read.
     stores: bool,
 }
 
-/// How the work goes on.
+/// Progress of the work.
 #[derive(Debug, PartialEq)]
 pub enum WorkProgress {
     /// There is more to do.
     GoesOn,
-    /// Everything was done; whether a set was stored.
+    /// Everything is done; whether a set was stored.
     Done(bool),
-    /// The board refused or did not answer; why.
+    /// The board refused or did not answer; the reason.
     Failed(String),
 }
 
@@ -60,12 +60,12 @@ impl ParameterWork {
         for &(number, value) in changes.iter().rev() {
             work.questions.push_front(ParameterRequest::Write { number, value });
         }
-        // What a host before this one staged and left must not be stored with them.
+        // Changes that an earlier host staged and abandoned must not be stored with these.
         work.questions.push_front(ParameterRequest::Discard);
         Self::of(kind, work.questions)
     }
 
-    /// Goes back to the built-in set and reads it.
+    /// Restores the built-in set and reads it.
     pub fn defaults(kind: &VehicleParameters<f32>) -> Self {
         let mut work = Self::reading(kind);
         work.questions.push_front(ParameterRequest::Store);
@@ -83,18 +83,18 @@ impl ParameterWork {
         }
     }
 
-    /// The set as it was read.
+    /// The set that was read.
     pub fn set(&self) -> VehicleParameters<f32> {
         self.set
     }
 
-    /// The share of the questions that are answered, 0 to 1.
+    /// The share of answered questions, 0 to 1.
     pub fn share(&self) -> f64 {
         let left = self.questions.len() + usize::from(self.asked.is_some());
         1.0 - left as f64 / self.questions_at_first.max(1) as f64
     }
 
-    /// The question to ask at `now_us`, if any; [`Self::was_asked`] says that it was.
+    /// The question to ask at `now_us`, if any. The caller confirms it with [`Self::was_asked`].
     pub fn question(&mut self, now_us: u64) -> Option<ParameterRequest> {
         match self.asked {
             None => self.questions.front().copied(),
@@ -117,7 +117,7 @@ impl ParameterWork {
         });
     }
 
-    /// The order whose answer is awaited.
+    /// The order that waits for its answer.
     pub fn awaited(&self) -> Option<u32> {
         self.asked.map(|asked| asked.sequence)
     }
@@ -159,7 +159,7 @@ impl ParameterWork {
         }
     }
 
-    /// Whether the board has not answered in time.
+    /// Checks whether the board has failed to answer in time.
     pub fn late(&self, now_us: u64) -> WorkProgress {
         match self.asked {
             Some(asked) if asked.overdue(now_us) && !asked.can_be_repeated() => {
@@ -187,7 +187,7 @@ impl OpenQuestion {
         now_us.saturating_sub(self.at_us) > within_us
     }
 
-    /// A question that only reads may be asked twice.
+    /// Whether the question may be repeated: it only reads.
     fn can_be_repeated(&self) -> bool {
         matches!(self.request, ParameterRequest::Read { .. }) && self.times < AGAIN_MAX
     }

@@ -1,4 +1,4 @@
-//! What a board says, kept while it is recorded, and the files that come of it.
+//! A recording of a board's messages, and the files made from it.
 
 use std::collections::VecDeque;
 
@@ -9,36 +9,37 @@ use firmware::records::codec::{RecordBlock, Records};
 use record_file::conversation::write_mcap;
 use serde::Serialize;
 
-/// Most bytes of a recording in the page's memory. Its file of frames has about as many, and as MCAP three times as many.
+/// Largest size of a recording in the page's memory, bytes. Its file of frames has about this size, its MCAP file three
+/// times this size.
 const RECORDING_MAX: usize = 64 << 20;
 
-/// A recording under way: the board's own frames in the order in which they came.
+/// A recording in progress: the board's own frames in the order of their arrival.
 #[derive(Debug)]
 pub struct Recording {
     frames: Vec<u8>,
     bytes_max: usize,
-    /// Number of the next block of records, once there has been one: what went before the first is no loss.
+    /// Number of the next block of records, once a block has arrived. Blocks before the first do not count as lost.
     next: Option<u32>,
     /// Number of the next line of the log.
     pub next_line: u32,
-    /// When the stream was to end, us; none while it goes on.
+    /// Instant at which the stream was ended, us; `None` while the stream continues.
     pub ended_us: Option<u64>,
-    /// What is recorded so far.
+    /// Counts of the recording so far.
     pub counts: RecordingCounts,
 }
 
-/// What is recorded.
+/// Counts of a recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct RecordingCounts {
     /// Ticks recorded.
     pub ticks: u64,
-    /// Blocks that the board made and that did not arrive.
+    /// Blocks that the board sent and that did not arrive.
     pub lost_blocks: u32,
-    /// Bytes kept.
+    /// Bytes stored.
     pub bytes: usize,
-    /// There was no room for more: the recording has ended by itself.
+    /// Whether the recording is full and has therefore ended by itself.
     pub full: bool,
-    /// The stream has ended, and the log up to then is recorded: this is all there will be.
+    /// Whether the recording is complete: the stream has ended, and the log up to then is recorded.
     pub complete: bool,
 }
 
@@ -61,7 +62,7 @@ impl Recording {
         recording
     }
 
-    /// The board has booted: its numbers begin anew.
+    /// Notes a boot of the board: its numbers start again.
     pub fn meet(&mut self, identity: &Identity) {
         self.next = None;
         self.next_line = 0;
@@ -73,8 +74,8 @@ impl Recording {
         self.ended_us.is_none()
     }
 
-    /// Takes the blocks and statuses that have come, until the recording ends. The first that finds no room ends it: a file
-    /// with a hole in it would replay no further.
+    /// Takes the received blocks and statuses until the recording ends. The first that does not fit ends the recording:
+    /// a file with a gap would not replay beyond it.
     pub fn take(&mut self, blocks: &mut VecDeque<RecordBlock>, statuses: &[BoardStatus]) {
         for block in blocks.drain(..) {
             if self.is_closed() {
@@ -93,14 +94,14 @@ impl Recording {
         }
     }
 
-    /// Takes a block of the log, without the lines that are known.
+    /// Takes a block of the log, without the lines that are already recorded.
     pub fn take_log(&mut self, block: &LogBlock) {
         let new = newer(block, self.next_line);
         if new.lines.is_empty() {
             return;
         }
         self.next_line = new.first.saturating_add(new.lines.len() as u32);
-        // Whose order it answered is of no concern in a file.
+        // Which order the block answered does not matter in a file.
         let id = OrderId {
             session: 0,
             sequence: 0,
@@ -109,19 +110,20 @@ impl Recording {
         self.write(&BoardMessage::Reading { id, reading });
     }
 
-    /// Whether nothing more is taken: it has ended, or there is no more room. The log, whose lines are few, has room still.
+    /// Whether the recording takes nothing more, because it has ended or is full. The log, which has few lines, still
+    /// fits.
     fn is_closed(&mut self) -> bool {
         self.counts.full |= self.frames.len() >= self.bytes_max;
         self.counts.full || !self.goes_on()
     }
 
-    /// The frames as far as they go: the file that `hil-sim replay` reads.
+    /// The frames recorded so far: the file that `hil-sim replay` reads.
     pub fn into_frames(self) -> Vec<u8> {
         self.frames
     }
 
     fn write(&mut self, message: &BoardMessage) {
-        // What came in a frame fits one.
+        // A message that came in a frame fits into a frame.
         if let Ok(frame) = encode(message) {
             self.frames.extend(&frame);
             self.counts.bytes = self.frames.len();
@@ -133,7 +135,7 @@ impl Recording {
 /// known.
 ///
 /// # Errors
-/// A message that MCAP does not take, in words.
+/// A message that cannot be written as MCAP, as text.
 pub fn mcap(frames: &[u8], vehicle: &str) -> Result<Vec<u8>, String> {
     let vehicle = (!vehicle.is_empty()).then(|| vehicle.to_owned());
     write_mcap(frames, vehicle, Vec::new()).map_err(|error| error.to_string())
@@ -192,7 +194,7 @@ mod tests {
             assert!(number < 1000, "it is never full");
         }
         let counts = recording.counts;
-        // Later blocks and statuses change nothing; what is there replays up to the last tick before the end.
+        // Later blocks and statuses change nothing. The recording replays up to the last tick before its end.
         let mut later = VecDeque::from([block(number), block(number + 1)]);
         recording.take(&mut later, &[status()]);
         assert_eq!(recording.counts, counts);

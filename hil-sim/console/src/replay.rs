@@ -1,4 +1,4 @@
-//! A file's records through the same step again.
+//! Replays a file's records through the same step.
 
 use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
@@ -8,11 +8,11 @@ use record_file::replay::{BootToReplay, Replay};
 use record_file::{ReadBoot, parse};
 use serde::Serialize;
 
-/// The records of a file, driven again by a vehicle that starts anew with each boot.
+/// A replay of a file's records, with a new core for each boot.
 pub struct PageReplay {
     replay: Replay<Vec<FlightRecord>>,
     done: usize,
-    /// Ticks of the boot under way.
+    /// Ticks of the present boot.
     done_of_boot: usize,
     boot: usize,
     differs: Option<String>,
@@ -20,27 +20,27 @@ pub struct PageReplay {
     unreadable: u32,
 }
 
-/// Some ticks of a replay, all of one boot.
+/// Consecutive ticks of a replay, all of one boot.
 #[derive(Debug, Serialize)]
 pub struct Replayed {
     /// Every tenth status.
     statuses: Vec<Status>,
-    /// Number of their boot in the file, from 1, and how many there are.
+    /// Number of the boot in the file, from 1, and the number of boots.
     boot: [usize; 2],
-    /// Ticks done and ticks of the file.
+    /// Replayed ticks, and ticks of the file.
     ticks: [usize; 2],
-    /// Where the replay drives otherwise than the record, or ends before it, in words.
+    /// Where the replay differs from the record, or ends before it, as text.
     differs: Option<String>,
     lost_blocks: u32,
     unreadable: u32,
 }
 
 impl PageReplay {
-    /// Opens the bytes of a file of frames or of an MCAP file; `vehicle` is the text of the vehicle file in force when it was
-    /// recorded, for a file that does not hold it itself.
+    /// Opens the bytes of a file of frames or of an MCAP file; `vehicle` is the text of the
+    /// vehicle file in force during the recording, for a file that does not contain it.
     ///
     /// # Errors
-    /// What is wrong with the file or the vehicle.
+    /// The error in the file or the vehicle.
     pub fn open(bytes: &[u8], vehicle: &str) -> Result<Self, String> {
         let read = parse(bytes).map_err(|error| error.to_string())?;
         let first = read.records().next().map_or(0, |first| first.tick);
@@ -65,7 +65,7 @@ impl PageReplay {
         })
     }
 
-    /// Drives up to `ticks` further ticks, as far as the boot goes.
+    /// Replays up to `ticks` further ticks, at most to the end of the boot.
     pub fn step(&mut self, ticks: usize) -> Replayed {
         let mut statuses = Vec::new();
         let boots = self.replay.ticks().len();

@@ -1,4 +1,5 @@
-//! A board with its simulated vehicle, for the page: bytes of the link in and out, the truth beside them.
+//! A board with its simulated vehicle, for the page: bytes of the link in and out, and the vehicle's true
+//! state.
 
 use firmware::drive_board::SCALES;
 use model::vehicle::Vehicle;
@@ -11,11 +12,11 @@ use virtual_board::scenario::{Action, Backend, Scenario, Step, VirtualBackend, r
 
 use crate::surface;
 
-/// What the page asks for.
+/// The world that the page requests.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PageWorld {
-    /// Name of a shipped scenario, whose ground and events the vehicle meets; level ground if empty.
+    /// Name of a shipped scenario with the ground and the events; level ground if empty.
     pub scenario: String,
     /// Text of the vehicle's file; the reference vehicle if empty.
     pub vehicle: String,
@@ -23,7 +24,7 @@ pub struct PageWorld {
     pub slope_rad: f64,
 }
 
-/// What is true of the simulated vehicle, beside what its board says of it.
+/// The simulated vehicle's true state, independent of its board's messages.
 #[derive(Debug, Serialize)]
 pub struct Seen {
     /// Time since the start, us.
@@ -33,11 +34,11 @@ pub struct Seen {
     emergency_stop: bool,
     /// Heights of the ground above the bare plane, m, along the heading, the axle above the middle one.
     ground_m: Vec<f32>,
-    /// From one height to the next, m.
+    /// Distance between two heights, m.
     ground_spacing_m: f64,
-    /// Inclination of the bare plane along the heading, rad, uphill positive.
+    /// Inclination of the bare plane along the heading, rad, positive uphill.
     plane_rad: f64,
-    /// The firmware's log since the last look.
+    /// Lines of the firmware's log since the last call.
     log: Vec<String>,
     /// Why the simulation ended: the plant's equations no longer hold.
     ended: Option<String>,
@@ -50,15 +51,15 @@ pub struct Simulation {
     next_step: usize,
     radius_m: f64,
     emergency_stop: bool,
-    /// Hash of everything that the board has said.
+    /// Hash of the board's whole output.
     said: Fnv1a,
 }
 
 impl Simulation {
-    /// Boots a board in this world.
+    /// Boots a board in this simulated world.
     ///
     /// # Errors
-    /// What is wrong with the world, in words.
+    /// The error in the world's description, as text.
     pub fn boot(world: &PageWorld) -> Result<Self, String> {
         let scenario = scenario(world)?;
         let vehicle = vehicle(&world.vehicle)?;
@@ -74,7 +75,7 @@ impl Simulation {
         })
     }
 
-    /// Runs some milliseconds and returns what the board has said.
+    /// Runs for some milliseconds and returns the board's output.
     pub fn run(&mut self, ms: u32) -> Vec<u8> {
         let start_us = self.backend.now_us();
         for instant_us in (1..=u64::from(ms)).map(|ms| start_us + ms * 1000) {
@@ -91,20 +92,20 @@ impl Simulation {
         said
     }
 
-    /// Hash of everything that the board has said: equal hashes are equal runs.
+    /// Hash of the board's whole output: equal hashes mean equal runs.
     pub fn hash(&self) -> u64 {
         self.said.0
     }
 
-    /// Hands bytes to the board.
+    /// Sends bytes to the board.
     pub fn send(&mut self, bytes: &[u8]) {
         self.backend.send(bytes);
     }
 
-    /// Lets something happen to the vehicle: the lines of one step of a scenario, without its time.
+    /// Carries out an event on the vehicle: the lines of one step of a scenario, without its time.
     ///
     /// # Errors
-    /// What is wrong with the step.
+    /// The error in the step.
     pub fn act(&mut self, step: &str) -> Result<(), String> {
         let text = format!("title = \"page\"\nduration_s = 1.0\n[[step]]\nat_s = 0.0\n{step}\n");
         let scenario = Scenario::parse("step", &text).map_err(|error| error.to_string())?;
@@ -117,7 +118,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// What is true now.
+    /// The true state now.
     pub fn look(&mut self) -> Seen {
         let radius_m = self.radius_m;
         let mut ended = None;
@@ -157,7 +158,7 @@ fn scenario(world: &PageWorld) -> Result<Scenario, String> {
     shipped::find(std::path::Path::new(&world.scenario)).map_err(|error| error.to_string())
 }
 
-/// The vehicle of a file's text.
+/// The vehicle that a file's text describes.
 fn vehicle(text: &str) -> Result<Vehicle<f64>, String> {
     if text.is_empty() {
         return vehicle_file::reference().map_err(|error| error.to_string());
@@ -165,7 +166,7 @@ fn vehicle(text: &str) -> Result<Vehicle<f64>, String> {
     vehicle_file::parse_vehicle_for("vehicle file", text, &SCALES.sensor_ranges()).map_err(|error| error.to_string())
 }
 
-/// Hash of the trace of the default scenario, driven here.
+/// Drives the default scenario and returns the hash of its trace.
 ///
 /// # Errors
 /// The scenario cannot be driven.

@@ -6,11 +6,12 @@ use plant::terrain::Ground;
 pub const POINTS: usize = 121;
 /// Length of the outline ahead of the axle and behind it, in radii.
 const REACH: f64 = 6.0;
-/// Places of the wheel that may touch a point of the surface, to either side.
+/// Positions of the wheel that may touch a point of the surface, on either side.
 const PLACES: i32 = 24;
 
 /// Heights of the surface above the bare plane at [`POINTS`] places along the heading, m, the axle above the middle one.
-/// A wheel's circle stands on the surface: the surface at a place is the lowest that any circle leaves there.
+/// The wheel's circle touches the surface from above, so the surface at a place is the lowest point of all circles
+/// there.
 pub fn outline(ground: &Ground, x_m: f64, heading_rad: f64, radius_m: f64) -> Vec<f32> {
     let along = heading_rad.cos();
     let spacing = 2.0 * REACH * radius_m / (POINTS - 1) as f64;
@@ -33,7 +34,7 @@ fn height(ground: &Ground, x_m: f64, radius_m: f64) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Where the outline's points are from one to the next, m.
+/// Distance between two points of the outline, m.
 pub fn spacing_m(radius_m: f64) -> f64 {
     2.0 * REACH * radius_m / (POINTS - 1) as f64
 }

@@ -1,4 +1,5 @@
-//! The firmware's own words for the page: codes with meaning and remedy, modes, steps of a scenario.
+//! The firmware's vocabulary for the page: codes with meaning and remedy, modes, steps of a
+//! scenario.
 
 use firmware::drive_board::LINK_BAUD;
 use firmware::protocol::message::{COMMAND_PERIOD_MS, PROTOCOL_VERSION};
@@ -14,19 +15,19 @@ pub struct CodeWords {
     number: u8,
     name: &'static str,
     meaning: &'static str,
-    /// What a fault leads to; empty for blockers and limits.
+    /// Effect of a fault; empty for blockers and limits.
     effect: &'static str,
-    /// What to do about it; empty for limits.
+    /// The operator's remedy; empty for limits.
     remedy: &'static str,
 }
 
-/// Everything that the page calls by the firmware's name.
+/// All names that the page takes from the firmware.
 #[derive(Debug, Serialize)]
 pub struct Vocabulary {
     protocol: u16,
     /// Bits per second of the board's serial link.
     link_baud: u32,
-    /// How often the operator repeats the command, ms.
+    /// Time between two repetitions of the operator's command, ms.
     command_period_ms: u64,
     faults: Vec<CodeWords>,
     blockers: Vec<CodeWords>,
@@ -38,7 +39,7 @@ pub struct Vocabulary {
 }
 
 impl Vocabulary {
-    /// As this module was built.
+    /// The vocabulary with which this module was built.
     pub fn new() -> Self {
         Self {
             protocol: PROTOCOL_VERSION,

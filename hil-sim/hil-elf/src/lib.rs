@@ -4,7 +4,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// The seal as the board's firmware has it: one file, so that this package needs no other one.
+/// The firmware's definition of the seal, included as one file so that this package depends on no other
+/// package.
 #[path = "../../../firmware/src/image_seal.rs"]
 pub mod image_seal;
 pub mod seal;
@@ -12,7 +13,7 @@ pub mod seal;
 /// Environment variable that names an ELF to test instead of building one.
 pub const ELF_VARIABLE: &str = "FIRMWARE_ELF";
 
-/// Starts of the names of the variables that cargo sets for a program of one package.
+/// Prefixes of the variables that cargo sets for a program of one package.
 const PACKAGE_VARIABLES: [&str; 5] = [
     "CARGO_PKG_",
     "CARGO_MANIFEST_",
@@ -26,8 +27,8 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Builds the firmware with the toolchain that is installed; returns the ELF's path, or `None` when the build
-/// failed. The reason is then on standard error, among others that the toolchain is missing.
+/// Builds the firmware with the installed toolchain; returns the ELF's path, or `None` when the build failed.
+/// The reason, for example a missing toolchain, is then on standard error.
 ///
 /// # Errors
 /// When `.ci/build-board` cannot be started.
@@ -40,8 +41,8 @@ pub fn build_board() -> io::Result<Option<PathBuf>> {
     Ok(output.status.success().then(|| root().join(path.trim())))
 }
 
-/// Why the firmware cannot be built: the line in which `.ci/build-board` names the remedy. `None` if there is a
-/// toolchain that builds the firmware. Builds nothing.
+/// Why the firmware cannot be built: the line in which `.ci/build-board` names the remedy. `None` if an
+/// installed toolchain can build the firmware. Builds nothing.
 ///
 /// # Errors
 /// When `.ci/build-board` cannot be started.
@@ -52,7 +53,8 @@ pub fn cannot_build_board() -> io::Result<Option<String>> {
     Ok((!output.status.success()).then(|| told.trim().to_owned()))
 }
 
-/// Removes the variables that cargo sets for a program of one package; they would mislead the build of another.
+/// Removes the variables that cargo sets for a program of one package, because they would mislead another
+/// package's build.
 pub fn without_package_variables(command: &mut Command) -> &mut Command {
     for (name, _) in std::env::vars_os() {
         let text = name.to_string_lossy();

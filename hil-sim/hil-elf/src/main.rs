@@ -1,7 +1,8 @@
 //! `cargo hil-elf`: builds the firmware, then tests its ELF on the emulated board.
 //!
-//! The firmware comes first because the emulator takes minutes to build: on a machine without the board's
-//! toolchain the command ends at once, with the one line in which `.ci/build-board` names the remedy.
+//! The firmware is built first because the emulator takes minutes to build. On a machine without the
+//! board's toolchain the command thus ends at once, with the line in which `.ci/build-board` names the
+//! remedy.
 
 use std::path::{self, Path};
 use std::process::{Command, ExitCode};
@@ -20,7 +21,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Builds and tests; returns whether both succeeded. What failed has printed the reason.
+/// Builds and tests; returns whether both succeeded. The failed step has printed its reason.
 fn run() -> io::Result<bool> {
     let elf = match env::var_os(ELF_VARIABLE) {
         Some(given) => {

@@ -4,38 +4,38 @@ use crate::image_seal::{
     BOARD_AT, BUILD_AT, ERASED, FLASH_START, IMAGE_MAX, MARKER, MISSING, NUMBERS_AT, NUMBERS_BYTES, VERSION_AT,
 };
 
-/// What an ELF for a 32-bit little-endian machine begins with.
+/// First bytes of an ELF for a 32-bit little-endian machine.
 const MAGIC: [u8; 6] = [0x7F, b'E', b'L', b'F', 1, 1];
-/// Places in the ELF's header: offset of the program headers, their size and their number.
+/// Offsets in the ELF's header: offset of the program headers, their size and their number.
 const PROGRAM_HEADERS: usize = 28;
 const PROGRAM_HEADER_BYTES: usize = 42;
 const PROGRAM_HEADER_COUNT: usize = 44;
-/// Places in a program header: type, offset in the file, address in the flash, bytes in the file.
+/// Offsets in a program header: type, offset in the file, address in the flash, bytes in the file.
 const TYPE: usize = 0;
 const OFFSET: usize = 4;
 const ADDRESS: usize = 12;
 const FILE_BYTES: usize = 16;
-/// Type of a segment that is loaded.
+/// Type of a loaded segment.
 const LOADED: u32 = 1;
 
-/// What a sealed image is.
+/// Description of a sealed image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SealedImage {
-    /// Number of the board that it is for.
+    /// Number of the image's board.
     pub board: u16,
     /// Version of the firmware: major, minor, patch.
     pub version: [u16; 3],
-    /// Hash of what the firmware was built from.
+    /// Hash of the firmware's sources.
     pub build: u32,
-    /// Where the ELF puts its first byte in the part's memory.
+    /// Address of the image's first byte in the part's memory.
     pub start: u32,
-    /// Bytes in the flash.
+    /// Number of bytes in the flash.
     pub length: u32,
     /// Checksum of those bytes.
     pub checksum: u32,
 }
 
-/// CRC-32C (ISCSI), a bit at a time.
+/// CRC-32C (ISCSI), computed bit by bit.
 pub fn checksum(bytes: &[u8]) -> u32 {
     /// The polynomial, lowest bit first.
     const POLYNOMIAL: u32 = 0x82F6_3B78;
@@ -53,12 +53,13 @@ fn half(bytes: &[u8], at: usize) -> Option<usize> {
     Some(usize::from(u16::from_le_bytes(bytes.get(at..at + 2)?.try_into().ok()?)))
 }
 
-/// What an ELF puts into the flash, from the first byte of it.
+/// The flash contents of an ELF.
 struct FlashImage {
-    /// Where the first byte belongs in the part's memory: whether that is the board's place is for whoever flashes it to say.
+    /// Address of the first byte in the part's memory. The flashing program checks whether that address is right
+    /// for the board.
     start: u32,
     bytes: Vec<u8>,
-    /// Where each piece of it stands: place in the image, place in the file, bytes.
+    /// Pieces of the image: offset in the image, offset in the file, number of bytes.
     pieces: Vec<(usize, usize, usize)>,
 }
 
@@ -101,7 +102,7 @@ impl FlashImage {
         Some(image)
     }
 
-    /// The place in the file of a place in the image.
+    /// The offset in the file of an offset in the image.
     fn in_file(&self, at: usize) -> Option<usize> {
         let piece = self
             .pieces
@@ -114,7 +115,7 @@ impl FlashImage {
 /// The image that a sealed ELF puts into the flash, and its bytes.
 ///
 /// # Errors
-/// As [`seal`]; the image is not sealed, or not the one that was sealed.
+/// As [`seal`]; the image is not sealed, or has changed since it was sealed.
 pub fn sealed_image(elf: &[u8]) -> Result<(SealedImage, Vec<u8>), &'static str> {
     let mut sealed = elf.to_vec();
     let image = seal(&mut sealed)?;
@@ -131,7 +132,7 @@ pub fn sealed_image(elf: &[u8]) -> Result<(SealedImage, Vec<u8>), &'static str> 
     Ok((image, bytes))
 }
 
-/// Where the seal of an image stands, and the image's bytes.
+/// Offset of an image's seal, and the image's bytes.
 fn seal_of(image: &FlashImage) -> Result<(usize, Vec<u8>), &'static str> {
     let marker = MARKER.map(u32::to_le_bytes).concat();
     let mut found = image
@@ -145,10 +146,11 @@ fn seal_of(image: &FlashImage) -> Result<(usize, Vec<u8>), &'static str> {
     Ok((at, image.bytes.clone()))
 }
 
-/// Writes the numbers of the seal into an ELF, and returns what was sealed; sealing it again changes nothing.
+/// Writes the seal's numbers into an ELF, and returns the description of the sealed image. Sealing an ELF again
+/// changes nothing.
 ///
 /// # Errors
-/// The bytes are no ELF of the board, or hold no seal, or more than one.
+/// The bytes are not an ELF of the board, or contain no seal, or more than one.
 pub fn seal(elf: &mut [u8]) -> Result<SealedImage, &'static str> {
     let mut image = FlashImage::read(elf).ok_or("no ELF of the board")?;
     let (at, _) = seal_of(&image)?;

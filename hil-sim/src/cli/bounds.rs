@@ -1,4 +1,4 @@
-//! `hil-sim bounds`: a scenario's bounds beside what its metrics come to over many seeds.
+//! `hil-sim bounds`: compares a scenario's bounds with the values of its metrics over many seeds.
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -66,7 +66,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     }
 }
 
-/// A `[metrics]` table of what was seen.
+/// A `[metrics]` table of the measured values.
 fn suggestion(spreads: &Spreads) -> String {
     let mut text = format!(
         "# Seen over seeds {} to {}, rounded outward to two digits. A bound is what a user would accept:\n\
@@ -80,7 +80,8 @@ fn suggestion(spreads: &Spreads) -> String {
     text
 }
 
-/// The line of one metric: measured numbers rounded outward, whole numbers as they are, and what has names by its names.
+/// The line of one metric. Measured numbers are rounded outward, whole numbers are unchanged, and values with names
+/// appear by name.
 fn line(spread: &Spread) -> String {
     let Spread {
         name,
@@ -95,7 +96,7 @@ fn line(spread: &Spread) -> String {
         }
         (_, [names]) => format!("{name} = {names:?}"),
         (_, []) => format!("{name} = [{least:?}, {most:?}]"),
-        // No bound allows these and nothing else: it would allow what was never seen.
+        // No bound allows exactly these values: it would also allow values that never occurred.
         (_, several) => {
             let several: Vec<String> = several.iter().map(|names| format!("{names:?}")).collect();
             format!(

@@ -1,5 +1,5 @@
 //! `hil-sim bring-up`: the first power-up of a board, step by step over the link.
-#![deny(clippy::print_stdout)] // A closed output is an error, not a panic: everything goes through the console.
+#![deny(clippy::print_stdout)] // A closed output is an error, not a panic: all output goes through the console.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     judge(&report)
 }
 
-/// Carries the procedure out over the port that `reopen` opens, now and whenever the port was gone.
+/// Carries out the procedure over the port that `reopen` opens, now and after every loss of the port.
 ///
 /// # Errors
 /// As [`Procedure::run`].
@@ -105,15 +105,15 @@ pub fn write(report: &BringUpReport, directory: &std::path::Path) -> Result<(), 
     Ok(())
 }
 
-/// Whether the board is fit to be driven.
+/// Whether the board is fit to drive the vehicle.
 ///
 /// # Errors
-/// [`CommandError::Checks`]: a step failed, or, on a board that is not simulated, was not shown.
+/// [`CommandError::Checks`]: a step failed, or, on a real board, was not shown.
 pub fn judge(report: &BringUpReport) -> Result<(), CommandError> {
     let open = |line: &&verdict::StepLine| match line.finding.verdict {
         StepVerdict::Passed => false,
         StepVerdict::Failed => true,
-        // Whatever a simulated board did not show, the board on the bench must.
+        // The board on the bench must show every step that a simulated board did not show.
         StepVerdict::NotShown => !report.simulated,
     };
     match report.steps.iter().find(open) {

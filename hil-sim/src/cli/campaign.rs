@@ -91,7 +91,7 @@ struct RunArguments {
 /// First and last seed of `FIRST:LAST`, or of a single one.
 ///
 /// # Errors
-/// What is allowed.
+/// The allowed values.
 pub fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
     let wrong = || "must be FIRST:LAST, two whole numbers, the first not above the last".to_owned();
     let (first, last) = text.split_once(':').unwrap_or((text, text));
@@ -102,13 +102,13 @@ pub fn seeds(text: &str) -> Result<RangeInclusive<u64>, String> {
 /// A seed.
 ///
 /// # Errors
-/// What is allowed.
+/// The allowed values.
 pub fn seed(text: &str) -> Result<u64, String> {
     text.parse()
         .map_err(|_| format!("must be a whole number from 0 to {}", u64::MAX))
 }
 
-/// The runs of one scenario with one set of overrides.
+/// Counts of the runs of one scenario with one set of overrides.
 #[derive(Debug, Clone, Default, Serialize)]
 struct SummaryGroup {
     runs: u64,
@@ -180,7 +180,7 @@ fn run_campaign(arguments: &RunArguments) -> Result<(), CommandError> {
     let started = Instant::now();
     let mut groups: BTreeMap<String, SummaryGroup> = BTreeMap::new();
     let mut simulated_s = 0.0;
-    // In batches, so that results are written in order and memory stays bounded.
+    // Batches keep the results in order and the memory bounded.
     for batch in batches(range, 64 * pool.current_num_threads() as u64) {
         let results: Result<Vec<RunResult>, _> = pool.install(|| {
             batch

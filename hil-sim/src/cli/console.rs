@@ -36,7 +36,7 @@ Examples:
 
 /// The target of the page's module.
 const WASM_TARGET: &str = "wasm32-unknown-unknown";
-/// The module's build profile: as the release, without what only a debugger reads.
+/// The module's build profile: release without debug information.
 const PROFILE: &str = "page";
 
 /// Serves the page until Ctrl-C.
@@ -57,10 +57,10 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let url = format!("http://{bound}/");
     print(&format!("console at {url}\n"))?;
     if arguments.open {
-        // Beside the server, which the browser asks for the page before the opener ends.
+        // In a separate thread, because the browser requests the page before the opener ends.
         std::thread::spawn(move || {
             if !open(&url) {
-                // A closed output is no reason to stop serving.
+                // The server keeps running if the output is closed.
                 let _ = print("no browser could be started: open the address yourself\n");
             }
         });
@@ -69,7 +69,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     Ok(())
 }
 
-/// Builds the module with the toolchain that is installed; the file.
+/// Builds the module with the installed toolchain; returns the file.
 fn build() -> Result<PathBuf, CommandError> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     if !has_target() {
@@ -99,7 +99,8 @@ fn build() -> Result<PathBuf, CommandError> {
     Ok(target.join(WASM_TARGET).join(PROFILE).join("vehicle_console.wasm"))
 }
 
-/// Whether the toolchain has the target's library. What cannot be asked is left to the build.
+/// Whether the toolchain has the target's library. If that cannot be determined, the build
+/// decides.
 fn has_target() -> bool {
     let asked = Command::new("rustc")
         .args(["--print", "sysroot"])
@@ -111,7 +112,7 @@ fn has_target() -> bool {
     })
 }
 
-/// Opens an address in the browser; whether one was started.
+/// Opens an address in the browser; returns whether a browser started.
 fn open(url: &str) -> bool {
     let opener: &[&str] = if cfg!(target_os = "macos") {
         &["open"]

@@ -1,4 +1,4 @@
-//! `hil-sim drive`: the vehicle, simulated, driven by the firmware's own tasks.
+//! `hil-sim drive`: the simulated vehicle, driven by the firmware's own tasks.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -93,10 +93,10 @@ pub enum BoardKind {
     Emulated,
 }
 
-/// Where the report goes unless `--out` says otherwise.
+/// Directory of the report without `--out`.
 const DEFAULT_OUT: &str = "out/drive";
 
-/// Most ticks that are replayed after the run, from its start on: 100 s.
+/// Largest number of ticks replayed after the run, from its start: 100 s.
 const REPLAY_TICKS_MAX: usize = 100_000;
 
 /// What `--json` prints.
@@ -106,7 +106,7 @@ struct Json<'a> {
     seed: u64,
     metrics: &'a [MetricValue],
     checks: &'a [Check],
-    /// Whether every bound holds; nothing of a run that is not judged.
+    /// Whether the run met every bound; `None` for a run that is not judged.
     ok: Option<bool>,
     verdict: RunVerdict,
     events: &'a [StoryEvent],
@@ -140,10 +140,10 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     }
 }
 
-/// Runs the command on the board that `boot` makes; `ended` looks at it after the run.
+/// Runs the command on the board that `boot` creates; `ended` inspects the board after the run.
 ///
 /// # Errors
-/// As [`run`], and what `boot` and `ended` say.
+/// As [`run`], and the errors of `boot` and `ended`.
 pub fn run_on<B: Backend>(
     arguments: &Arguments,
     boot: impl FnOnce(&Vehicle<f64>, Plant) -> Result<B, CommandError>,
@@ -165,7 +165,7 @@ pub fn run_on<B: Backend>(
         let out = arguments.out.clone().unwrap_or_else(|| PathBuf::from(DEFAULT_OUT));
         watched.report = Some(RunReport::create(out)?);
     }
-    // Last, so that a drive that cannot begin leaves no record behind.
+    // Last, so that a drive that cannot begin leaves no record file.
     let record = arguments.record.as_deref();
     let record = record.map(|path| RunRecord::begin(path, &vehicle_f32(&vehicle)?));
     watched.record = record.transpose()?;
@@ -185,9 +185,9 @@ pub fn run_on<B: Backend>(
         written,
         ..
     } = watched;
-    // What led to a run that could not go on is worth its record most.
+    // The record matters most for a run that could not continue.
     let last_lines = end.as_ref().map_or(&[][..], |end| &end.log);
-    // A disk that took no more of the record is no reason to keep quiet about the drive.
+    // The tool reports the drive even if the disk could not store the whole record.
     let (record, recorded) = match record.map(|record| record.ended(&story.under_way(), last_lines)) {
         Some(Ok(path)) => {
             let path = path.display().to_string();
@@ -253,7 +253,7 @@ pub fn run_on<B: Backend>(
     Ok(())
 }
 
-/// The metrics that are out of their bounds.
+/// The error that names the metrics out of bounds.
 fn failed(arguments: &Arguments, scenario: &Scenario, checks: &[Check]) -> CommandError {
     CommandError::Checks(format!(
         "{} (seed {}): {}",
@@ -272,7 +272,7 @@ fn file_name(arguments: &Arguments) -> std::path::Display<'_> {
         .display()
 }
 
-/// Where a run comes from, for its page.
+/// A run's origin, for its page.
 fn origin(arguments: &Arguments, scenario: &Scenario) -> RunOrigin {
     let named = [&arguments.plant_vehicle, &arguments.vehicle, &scenario.vehicle];
     let vehicle = named.into_iter().flatten().next();
@@ -286,8 +286,8 @@ fn origin(arguments: &Arguments, scenario: &Scenario) -> RunOrigin {
     }
 }
 
-/// The scenario that the flags name, the vehicle that the firmware is told of, and the simulated one. Of another vehicle than
-/// the scenario's the scenario asks only what it may ask of any.
+/// The scenario that the flags name, the firmware's vehicle, and the simulated vehicle. For another vehicle than the
+/// scenario's, only the bounds that apply to any vehicle remain.
 ///
 /// # Errors
 /// [`CommandError::Input`] on a bad file.
@@ -305,7 +305,7 @@ pub(super) fn load_run(arguments: &Arguments) -> Result<(Scenario, Vehicle<f64>,
     Ok((scenario, told, simulated))
 }
 
-/// The scenario that the flags name, with what else they say of it.
+/// The scenario that the flags name, with the changes that other flags make.
 ///
 /// # Errors
 /// [`CommandError::Input`] on a bad file.
@@ -334,8 +334,8 @@ pub fn load_vehicle(path: Option<&Path>) -> Result<Vehicle<f64>, CommandError> {
     vehicle.map_err(|error| CommandError::Input(error.to_string()))
 }
 
-/// The vehicle that the firmware is given, by `vehicle`, else by the scenario, and the simulated vehicle: the same,
-/// unless `plant_vehicle` names another.
+/// The firmware's vehicle, from `vehicle` or else from the scenario, and the simulated vehicle: the same, unless
+/// `plant_vehicle` names another.
 ///
 /// # Errors
 /// [`CommandError::Input`] on a bad file.
@@ -352,10 +352,10 @@ pub(super) fn load_vehicles(
     Ok((told, simulated))
 }
 
-/// The vehicle as the board computes with it.
+/// The vehicle in the board's single precision.
 ///
 /// # Errors
-/// [`CommandError::Other`]: it is none in single precision.
+/// [`CommandError::Other`]: the vehicle is not valid in single precision.
 pub(super) fn vehicle_f32(vehicle: &Vehicle<f64>) -> Result<Vehicle<f32>, CommandError> {
     Vehicle::new(vehicle.parameters().cast::<f32>()).map_err(|error| CommandError::Other(error.to_string()))
 }

@@ -1,7 +1,7 @@
 //! `hil-sim drive --board emulated` and `serve --board emulated`: the same command in the board emulator's own program.
 //!
-//! The emulator takes minutes to build, wants a build profile of its own, and its emulated part declares a newer Rust than
-//! it needs. It is therefore a package of its own, which cargo builds on first use.
+//! The emulator takes minutes to build, needs its own build profile, and its emulated part declares a newer Rust than
+//! it needs. The emulator is therefore a separate package, which cargo builds on first use.
 
 use std::fs::File;
 use std::io::{Read as _, Write as _};
@@ -11,7 +11,7 @@ use std::process::Command;
 use hil_elf::{ELF_VARIABLE, cannot_build_board, without_package_variables};
 use report::error::CommandError;
 
-/// The emulator's manifest, beside this package's.
+/// The emulator's manifest, in a folder of this package.
 const MANIFEST: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/board-emulator/Cargo.toml");
 /// The emulator's build directory, shared with `cargo hil-elf`.
 const TARGET: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../target/board-emulator");
@@ -21,7 +21,7 @@ const PROGRAM: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../target/board-emulator/release/emulated-board"
 );
-/// The flags of cargo that build it.
+/// The cargo flags for the build.
 const BUILD: [&str; 10] = [
     "build",
     "--release",
@@ -34,10 +34,10 @@ const BUILD: [&str; 10] = [
     "--bin",
     "emulated-board",
 ];
-/// What every ELF begins with.
+/// First bytes of every ELF.
 const ELF_MAGIC: [u8; 4] = *b"\x7fELF";
 
-/// Refuses at once what is no ELF: building the emulator only to refuse it then would take minutes.
+/// Refuses at once a file that is not an ELF, because a build of the emulator before the refusal would take minutes.
 fn check_elf(elf: &Path) -> Result<(), CommandError> {
     let wrong = |why: &dyn std::fmt::Display| CommandError::Input(format!("--firmware: {}: {why}", elf.display()));
     if !elf.is_file() {
@@ -54,16 +54,16 @@ fn check_elf(elf: &Path) -> Result<(), CommandError> {
     }
 }
 
-/// What `--firmware` says where no ELF runs.
+/// The error for `--firmware` with a board that runs no ELF.
 pub fn only_emulated() -> CommandError {
     CommandError::Input(
         "--firmware: the virtual board runs the tasks it was built with; an ELF runs with --board emulated".into(),
     )
 }
 
-/// Builds the emulator's program if it is not up to date, and passes this process's arguments on to it, the command's name
-/// first. `firmware` is the ELF that they name. Where the system can, the program takes this process's place: a signal then
-/// ends the board and not only its starter.
+/// Builds the emulator's program if it is not up to date, and passes this process's arguments on to it, the command's
+/// name first. `firmware` is the ELF in these arguments. If the system allows it, the program replaces this process, so
+/// that a signal ends the board and not only its starter.
 ///
 /// # Errors
 /// [`CommandError::Input`] at once without the emulator's sources, the ELF, or a toolchain that builds it; or if the
@@ -84,7 +84,7 @@ pub fn run(firmware: Option<&Path>) -> Result<(), CommandError> {
         }
     }
     if !Path::new(PROGRAM).exists() {
-        // Not `eprintln!`, which panics when nobody reads any more.
+        // Not `eprintln!`, which panics when the reader has closed the stream.
         let _ = writeln!(
             std::io::stderr(),
             "--board emulated: building the emulator, which takes minutes the first time"
@@ -101,7 +101,7 @@ pub fn run(firmware: Option<&Path>) -> Result<(), CommandError> {
     become_program(Command::new(PROGRAM).args(std::env::args_os().skip(1)))
 }
 
-/// Lets a program take this process's place. Returns only if it does not start.
+/// Replaces this process by a program. Returns only if the program does not start.
 #[cfg(unix)]
 fn become_program(program: &mut Command) -> Result<(), CommandError> {
     use std::os::unix::process::CommandExt as _;

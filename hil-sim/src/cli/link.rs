@@ -1,5 +1,5 @@
-//! `hil-sim link`: talks to a drive board over its serial port, or to a served one.
-#![deny(clippy::print_stdout)] // A closed output is an error, not a panic: everything goes through the console.
+//! `hil-sim link`: talks to a drive board over its serial port, or to a served board.
+#![deny(clippy::print_stdout)] // A closed output is an error, not a panic: all output goes through the console.
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -164,15 +164,15 @@ enum LinkCommand {
 /// Runs the command.
 ///
 /// # Errors
-/// [`CommandError::Input`] for a number, port, file or parameter that is not good, [`CommandError::Checks`] when the
-/// board refuses, reports a fault or falls silent, [`CommandError::Other`] when the output is closed.
+/// [`CommandError::Input`] for an invalid number, port, file or parameter, [`CommandError::Checks`] when the board
+/// refuses, reports a fault or falls silent, [`CommandError::Other`] when the output is closed.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let begin = |port: &str| Ok(Link::new(Port::open(port)?, nonce(), interrupts()?));
     run_on(arguments, begin, &mut Console(io::stdout()))
 }
 
-/// Runs the command in the conversation that `begin` begins at the port of the command line. The conversation's wire
-/// has the clock, and the console is the only output.
+/// Runs the command over the link that `begin` opens at the port of the command line. The link's wire provides the clock,
+/// and the console is the only output.
 ///
 /// # Errors
 /// As [`run`].
@@ -181,7 +181,7 @@ pub fn run_on<W: Wire, O: Write>(
     begin: impl FnOnce(&str) -> Result<Link<W>, CommandError>,
     console: &mut Console<O>,
 ) -> Result<(), CommandError> {
-    // The tool reports whatever is wrong with the command line before it opens the port.
+    // The tool reports errors in the command line before it opens the port.
     let port = arguments.port.as_deref().ok_or_else(|| {
         CommandError::Input(
             "--port is missing: a serial port, as /dev/ttyACM0, or a served tcp:HOST:PORT or ws://HOST:PORT".into(),
@@ -191,13 +191,13 @@ pub fn run_on<W: Wire, O: Write>(
     job.run(begin(port)?, console)
 }
 
-/// A number that no tool has used before on this board: of the time and the process.
+/// A number that no tool has used before on this board, made from the time and the process.
 pub(in crate::cli) fn nonce() -> u32 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     (since.as_micros() as u32) ^ std::process::id().rotate_left(16)
 }
 
-/// Counts how often the user asks to stop, instead of ending the program before its Disarm.
+/// Counts the user's requests to stop, so that they do not end the program before its Disarm.
 pub(in crate::cli) fn interrupts() -> Result<Arc<AtomicU32>, CommandError> {
     let count = Arc::new(AtomicU32::new(0));
     let counter = count.clone();
@@ -259,7 +259,7 @@ impl<'a> Job<'a> {
 
     fn run<W: Wire, O: Write>(self, mut link: Link<W>, console: &mut Console<O>) -> Result<(), CommandError> {
         if let Self::Disarm = self {
-            // Before anything else, and whoever the board is.
+            // Disarm comes before anything else, whichever board answers.
             link.disarm()?;
             return link
                 .client

@@ -1,4 +1,4 @@
-//! `hil-sim replay`: the recorded samples through the same step, bit for bit.
+//! `hil-sim replay`: runs the recorded samples through the same step, and compares bit for bit.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -62,9 +62,9 @@ Examples:
   hil-sim replay console.records --mcap console.mcap
   hil-sim replay fault.rec --csv fault.csv";
 
-/// The records that tests replay.
+/// Folder of the records that tests replay.
 const TESTS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/records");
-/// Most ticks of a record that becomes a test: 10 s, some 300 kB.
+/// Largest number of ticks of a record that becomes a test: 10 s, about 300 kB.
 const TEST_TICKS_MAX: usize = 10_000;
 
 fn seconds(text: &str) -> Result<f64, String> {
@@ -83,24 +83,24 @@ fn test_name(text: &str) -> Result<String, String> {
     }
 }
 
-/// The first tick whose replay drives otherwise.
+/// The first tick whose replayed actuation differs.
 #[derive(Debug, PartialEq, Serialize)]
 struct DifferenceJson {
-    /// Number of its boot, from 1.
+    /// Number of the boot, from 1.
     boot: usize,
     tick: u32,
     /// When, s since boot.
     at_s: f64,
-    /// What differs first.
+    /// The first field that differs.
     field: &'static str,
     recorded: i32,
     replayed: i32,
 }
 
-/// What `--json` says of a boot of the board.
+/// A boot of the board in the `--json` output.
 #[derive(Debug, Serialize)]
 struct BootJson {
-    /// Ticks that are replayed.
+    /// Number of replayed ticks.
     ticks: usize,
     /// Times of the first and the last record, s since the boot.
     from_s: f64,
@@ -110,7 +110,7 @@ struct BootJson {
 /// What `--json` prints.
 #[derive(Debug, Serialize)]
 struct ReplayJson {
-    /// Ticks that are replayed, of every boot.
+    /// Number of replayed ticks of all boots.
     ticks: usize,
     boots: Vec<BootJson>,
     lost_blocks: u32,
@@ -122,8 +122,8 @@ struct ReplayJson {
 /// Runs the command.
 ///
 /// # Errors
-/// [`CommandError::Input`] for a file that is none, or whose records do not begin with the board's boot;
-/// [`CommandError::Checks`] if the replay drives otherwise, or ticks are missing.
+/// [`CommandError::Input`] for a file without records, or whose records do not begin with the board's boot;
+/// [`CommandError::Checks`] if the replay differs, or ticks are missing.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     if let Some(path) = &arguments.mcap {
         refuse_existing("--mcap", path)?;
@@ -218,7 +218,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     }
 }
 
-/// The vehicle of each boot: that of `named`; else what the file says, or the reference vehicle.
+/// The vehicle of each boot: from `named`, else from the file, else the reference vehicle.
 fn vehicles(named: Option<&Path>, read: &ReadRecords) -> Result<Vec<Vehicle<f32>>, CommandError> {
     let named = named.map(|path| load_vehicle(Some(path))).transpose()?;
     let of_boot = |boot: &ReadBoot| match named.or(boot.vehicle) {
@@ -228,7 +228,7 @@ fn vehicles(named: Option<&Path>, read: &ReadRecords) -> Result<Vec<Vehicle<f32>
     read.boots.iter().map(of_boot).collect()
 }
 
-/// " of boot 2", where there are several.
+/// " of boot 2", if the file has several boots.
 fn of_boot(boot: usize, boots: usize) -> String {
     if boots > 1 {
         format!(" of boot {boot}")
@@ -237,13 +237,13 @@ fn of_boot(boot: usize, boots: usize) -> String {
     }
 }
 
-/// Writes the records as MCAP, with the statuses and events of the replay, and the log that was recorded.
+/// Writes the records as MCAP, with the statuses and events of the replay, and the recorded log.
 fn write_mcap(path: &Path, vehicles: &[Vehicle<f32>], read: &ReadRecords) -> Result<(), CommandError> {
     let out = RecordWriter::new(RecordFormat::Mcap, NewFile::create("--mcap", path)?);
     write_run(out, vehicles, &read.boots)?.finish().map(|_| ())
 }
 
-/// Makes a test of records that replay.
+/// Makes a test from records that replay.
 fn make_test(name: &str, vehicles: &[Vehicle<f32>], read: &ReadRecords) -> Result<(), CommandError> {
     let ticks = read.records().count();
     let (Some(vehicle), [_]) = (vehicles.first(), &read.boots[..]) else {

@@ -1,4 +1,4 @@
-//! `hil-sim serve`: a simulated board on a port, in real time, for everything that talks to a real one.
+//! `hil-sim serve`: a simulated board on a port, in real time, for every program that talks to a real board.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -78,9 +78,9 @@ Examples:
   hil-sim serve --board emulated
   hil-sim link --port tcp:127.0.0.1:5760 drive --speed-m-s 0.3 --seconds 5 --record drive.mcap";
 
-/// Where the board listens if nothing else is said.
+/// Default address of the board.
 const DEFAULT_TCP: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 5760);
-/// Least simulated time in one go, ms, of the virtual board: a client's bytes wait no longer for it.
+/// Shortest simulated time of a go of the virtual board, ms: a client's bytes wait no longer than a go.
 const VIRTUAL_GO_MS: u64 = 1;
 
 fn tcp_address(text: &str) -> Result<SocketAddr, String> {
@@ -116,11 +116,11 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     }
 }
 
-/// Serves the board that `boot` makes, which runs at least `go_ms` at a time. A board whose time stands still tells `check`
-/// why.
+/// Serves the board that `boot` creates, which runs for at least `go_ms` at a time. `check` reports why a board's time
+/// has stopped.
 ///
 /// # Errors
-/// As [`run`], and what `boot` and `check` say.
+/// As [`run`], and the errors of `boot` and `check`.
 pub fn run_on<B: Backend>(
     arguments: &Arguments,
     go_ms: u64,
@@ -180,7 +180,7 @@ fn addresses(arguments: &Arguments) -> impl Iterator<Item = (&'static str, Socke
         .filter_map(|(flag, address)| Some((flag, address?)))
 }
 
-/// Refuses an address that other machines reach, unless they are to.
+/// Refuses an address that other machines can reach, unless `--any-machine` allows it.
 fn check_addresses(arguments: &Arguments) -> Result<(), CommandError> {
     let open = addresses(arguments).find(|(_, address)| !address.ip().is_loopback() && !arguments.any_machine);
     open.map_or(Ok(()), |(flag, address)| {

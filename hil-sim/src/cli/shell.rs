@@ -1,4 +1,5 @@
-//! `hil-sim completions` and `hil-sim man`: what a shell and a manual know of the commands, from their own descriptions.
+//! `hil-sim completions` and `hil-sim man`: shell completions and manual pages, generated from the commands' own
+//! descriptions.
 
 use std::path::PathBuf;
 
@@ -52,7 +53,7 @@ pub fn complete(arguments: &CompletionArguments, command: &mut Command) -> Resul
 /// Writes the manual of `command`.
 ///
 /// # Errors
-/// [`CommandError`]: what cannot be written.
+/// [`CommandError`]: a page cannot be written.
 pub fn man(arguments: &ManArguments, command: Command) -> Result<(), CommandError> {
     if let Some(directory) = &arguments.out {
         create_directory(directory)?;

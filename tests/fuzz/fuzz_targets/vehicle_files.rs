@@ -1,4 +1,4 @@
-//! Any text as a vehicle file: it is refused or read, and what was read is written as a file that reads the same.
+//! Any text as a vehicle file: the reader refuses or reads it, and a written copy of the vehicle reads the same.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

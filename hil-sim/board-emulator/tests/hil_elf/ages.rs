@@ -21,7 +21,7 @@ fn the_samples_of_every_tick_are_as_old_as_the_design_says() {
     let plant = scenario.plant(&vehicle).expect("the terrain is drivable");
     let mut backend =
         EmulatedBackend::power_on(firmware(), plant, EmulationSettings::default()).expect("the board powers up");
-    // As a recorded drive takes them: while it goes on, and every tick once.
+    // As in a recorded drive: during the drive, and every tick once.
     backend.keep_records();
     let mut records = Vec::new();
     let take = |backend: &mut dyn Backend| records.extend(backend.take_records());

@@ -10,7 +10,7 @@ use crate::support::{firmware, ready};
 /// Budget of one tick, all stages, in instructions of its own: 60 us, 6 % of a tick, at the cycles that the emulated core
 /// counts.
 const TICK_INSTRUCTIONS_MAX: u32 = 6_000;
-/// The same with the interrupts that come meanwhile, each of which has a higher priority: a tenth of a tick.
+/// The same including interrupts, which all have a higher priority: a tenth of a tick.
 const INTERRUPTED_INSTRUCTIONS_MAX: u32 = 10_000;
 /// Of it the decision: law, governor, steering and levelling.
 const DECIDE_INSTRUCTIONS_MAX: u64 = 3_000;

@@ -26,7 +26,7 @@ fn fly(kind: u32) {
     assert_eq!(outcome.counts.unarmed_drive_ms, 0);
 }
 
-/// Flies a file of `tests/cases` as it stands, until what it is about has happened.
+/// Drives an unchanged file of `tests/cases` until the event that the file tests has happened.
 fn fly_file(name: &str) {
     let file = CASE_FILES.iter().find(|file| file.name == name).expect("a file");
     let as_it_stands = &file.values[0];

@@ -128,7 +128,7 @@ fn readings(before: impl FnOnce(&mut Operator)) -> Vec<Reading> {
     readings
 }
 
-/// The reading of which the error is the largest.
+/// The reading with the largest error.
 fn worst(readings: &[Reading]) -> Reading {
     let by_error = |a: &&Reading, b: &&Reading| a.error_a().abs().total_cmp(&b.error_a().abs());
     *readings.iter().max_by(by_error).expect("there are readings")

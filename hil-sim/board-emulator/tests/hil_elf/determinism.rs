@@ -41,6 +41,6 @@ fn two_runs_have_one_hash() {
     let (continued, instructions) = digest(ready());
     assert_eq!(first.0, continued, "and so has a run that continued from a snapshot");
     // The snapshot ends one block of the translated code and begins another: the emulator's count may differ by the
-    // instruction at that place, what the firmware does may not.
+    // instruction at that place, but the firmware's behaviour may not differ.
     assert!(first.1.abs_diff(instructions) <= 1, "{} and {instructions}", first.1);
 }

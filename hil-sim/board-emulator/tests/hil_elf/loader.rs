@@ -145,7 +145,7 @@ fn an_image_over_the_link_is_installed_comes_up_and_is_confirmed() {
     let changed = board.ask(ParameterRequest::Write { number: 0, value: 0.27 });
     assert!(matches!(changed, ParameterAnswer::Value { .. }), "{changed:?}");
     assert_eq!(board.ask(ParameterRequest::Store), ParameterAnswer::Stored);
-    // A new set calibrates anew.
+    // A new set starts a new calibration.
     board.run(800);
     board.arm();
     // A fault for the history: the stop is pressed, and let go.
@@ -255,8 +255,8 @@ fn an_ordered_image_that_has_changed_is_not_installed() {
     board.arm();
 }
 
-/// Power is cut at several instants of the installation, and again while it is made good: the next start goes on, and the
-/// image comes up.
+/// The power is cut at several instants of the installation, and again during the repair. The next start continues, and
+/// the image starts.
 #[test]
 fn an_installation_that_loses_its_power_goes_on() {
     let mut board = restarting(PartSetup::default(), &other(|_| {}));

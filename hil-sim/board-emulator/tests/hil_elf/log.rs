@@ -17,7 +17,7 @@ const MODE: u64 = 44;
 const BLOCK_IF_FULL: u32 = 2;
 /// How long the vehicle drives without a reader, in ms: a log line or two, each of which could block.
 const DRIVEN_MS: u64 = 1500;
-/// How far before the writer the reader stands, in bytes: no room, room for the beginning of a line, room for some lines.
+/// Distance of the reader ahead of the writer, in bytes: no room, room for the beginning of a line, room for some lines.
 const ROOMS: [u32; 3] = [1, 12, 100];
 
 /// A log reader attached, set the channel to block, and was unplugged: the buffer is full and nobody drains it. The

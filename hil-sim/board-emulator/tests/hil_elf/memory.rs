@@ -16,7 +16,7 @@ use virtual_board::link_client::LinkClient;
 
 use crate::support::{Operator, blocks_alone, firmware, open, powered_part};
 
-/// Where a text or a marker stands in the flash.
+/// Address of a text or a marker in the flash.
 fn place(board: &mut Operator, sought: &[u8]) -> u64 {
     let start = u64::from(IMAGE_START);
     let flash = board.emulation.at(move |stopped| stopped.read_block(start, 256 * 1024));
@@ -123,7 +123,7 @@ fn a_word_that_goes_bad_while_armed_opens_the_bridges() {
     const SINCE: u64 = 1200 * MS;
     let functions = firmware().functions(|name| name.contains("sincosf")).expect("an ELF");
     let (_, first, bytes) = functions.into_iter().next().expect("the control laws need it");
-    // The next tick needs the function's constants. They can be read again when the board starts the tasks anew.
+    // The next tick needs the function's constants. They can be read again when the board restarts the tasks.
     let mut board = with_fault(MemoryFault::Unreadable {
         first,
         bytes,

@@ -90,7 +90,7 @@ fn a_protected_sector_ends_in_an_answer() {
 
 /// Words of the store that cannot be read, all of them or one that holds something: the board starts, without a
 /// reset. It flies the stored set, if the word does not matter to the set, or it reports that it flies the built-in
-/// set, and does not arm. Unreadable words of the fault history keep nobody from driving.
+/// set, and does not arm. Unreadable words of the fault history do not keep the vehicle from driving.
 #[test]
 fn a_store_that_cannot_be_read_blocks_arming() {
     const WORD: u64 = FLASH_WORD_BYTES as u64;

@@ -156,7 +156,7 @@ fn a_served_elf_is_driven_over_every_kind_of_port() {
     let text = driven.expect("an operator that is heard");
     assert!(text.starts_with("armed: ") && text.contains(" 0 blocks lost"), "{text}");
     let read = record_file::parse(&std::fs::read(&recorded).expect("written")).expect("readable");
-    // It stands, drives for 1 s and stops in this record.
+    // In this record the vehicle stands, drives for 1 s and stops.
     assert!(read.records().count() > 1000, "{}", read.records().count());
     assert!(read.log().any(|line| line.text == "armed"), "{:?}", read.boots[0].log);
 
@@ -242,7 +242,7 @@ fn the_command_and_its_emulator_end_together() {
     }
 }
 
-/// An update goes the whole way that it goes on the drive board: sent, installed by the boot loader, confirmed.
+/// An update runs completely, as on the drive board: sent, installed by the boot loader, confirmed.
 #[test]
 fn a_served_elf_takes_an_update_and_comes_up_with_it() {
     // As fast as this machine can: nobody drives.

@@ -182,7 +182,7 @@ impl Operator {
         self.run(50);
     }
 
-    /// Acts on the board where the run stands.
+    /// Acts on the board at the run's present instant.
     pub fn act(&mut self, act: impl FnOnce(&mut DriveBoard, Instant) + Send + 'static) {
         let acted = self.emulation.at(move |stopped| {
             let (board, now) = stopped.board_now();
@@ -207,7 +207,7 @@ pub fn log_has(board: &mut Operator, text: &str) -> bool {
     board.log().iter().any(|line| line.contains(text))
 }
 
-/// The board boots, says what is wrong, and does not arm for this reason alone.
+/// The board boots, reports this blocker, and does not arm for this reason alone.
 pub fn blocks_alone(board: &mut Operator, blocker: Blocker) {
     board.command = Some((0.0, 0.0));
     board.run(800);

@@ -1,4 +1,4 @@
-//! The person at the bench: what they answer.
+//! The person at the bench, and the person's answers.
 
 use std::io::BufRead;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -6,12 +6,12 @@ use std::time::Duration;
 
 use report::error::CommandError;
 
-/// Who carries out what the tool asks for, and answers.
+/// A person who carries out the tool's requests and answers its questions.
 pub trait Person {
-    /// What the person says to `question`, if they have answered yet. Called again until they have.
+    /// The person's answer to `question`, if it has come. The tool calls this until the answer comes.
     ///
     /// # Errors
-    /// Nobody is there any more.
+    /// The person has left.
     fn reply(&mut self, question: &str) -> Result<Option<String>, CommandError>;
 }
 
@@ -21,21 +21,21 @@ impl<P: Person + ?Sized> Person for Box<P> {
     }
 }
 
-/// An answer, understood.
+/// A parsed answer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Reply {
     /// Done, or yes.
     Yes,
     /// No.
     No,
-    /// The step is left out.
+    /// Leave the step out.
     Skip,
     /// A measured value.
     Number(f64),
 }
 
 impl Reply {
-    /// Reads an answer; `None` if it is none.
+    /// Parses an answer; `None` if the text is not an answer.
     pub fn read(text: &str) -> Option<Self> {
         match text.trim() {
             "" | "y" | "yes" => Some(Self::Yes),
@@ -49,10 +49,11 @@ impl Reply {
     }
 }
 
-/// How long one look at the standard input takes at most.
+/// Longest wait of one read of the standard input.
 const KEY_PATIENCE: Duration = Duration::from_millis(20);
 
-/// The person at the terminal. A thread reads the lines, so that the tool hears the board and Ctrl-C meanwhile.
+/// The person at the terminal. A thread reads the lines, so that the tool can receive the board's messages and
+/// Ctrl-C meanwhile.
 #[derive(Debug)]
 pub struct Terminal(Receiver<String>);
 

@@ -1,4 +1,4 @@
-//! The steps with the bridges' supply on. Each arms for some seconds and disarms before it asks anything.
+//! The steps with the bridges' supply on. Each step arms for some seconds and disarms before it asks a question.
 
 use std::io::Write;
 
@@ -18,31 +18,32 @@ use super::verdict::Finding;
 use crate::cli::link::drive::DriveJob;
 use crate::cli::link::wire::Wire;
 
-/// How far meter and board may differ over the supply, as a share: the divider's resistors, and the reference.
+/// Largest difference of the supply between meter and board, as a share: tolerance of the divider's resistors and of
+/// the reference.
 const SUPPLY_ERROR_SHARE: f64 = 0.03;
-/// Largest current while nothing is asked of the motors, A.
+/// Largest current while the motors need no torque, A.
 const FREE_RUNNING_A: f64 = 2.0;
 /// Statuses of the 0.2 s over which a mean is taken.
 const MEAN_STATUSES: usize = STATUS_RATE_HZ as usize / 5;
-/// How long the vehicle is armed, s: for the tool, for a person with an oscilloscope.
+/// Time for which the vehicle is armed, s: for the tool, and for a person with an oscilloscope.
 const ARMED_S: f64 = 3.0;
 const LOOK_S: f64 = 20.0;
-/// Speed that is commanded, m/s: the governor reaches it within the time, and the arm hangs far from its largest angle.
+/// Commanded speed, m/s: the governor reaches this speed within the time, and the arm hangs far from its largest angle.
 const FORWARD_M_S: f32 = 0.5;
-/// Turn on the spot, rad/s, and for how long, s: short, because in the air nothing turns the vehicle, and the wheels run away from
-/// each other as long as they are told to.
+/// Turn on the spot, rad/s, and its duration, s. The turn is short: in the air the wheels do not turn the vehicle, and
+/// their speeds diverge as long as the turn is commanded.
 const TURN_RAD_S: f32 = 0.2;
 const TURN_S: f64 = 0.5;
-/// Budget of a tick, cycles of the core: a tenth of the tick's time. Nine tenths stay for the link, the log and the
-/// stores, and a voltage that comes a tenth of a tick late costs the law's fastest pole, its torque observer's at
-/// 94 rad/s, half a degree of phase.
+/// Budget of a tick, cycles of the core: a tenth of the tick's time. Nine tenths remain for the link, the log and the
+/// stores. A voltage that comes a tenth of a tick late costs half a degree of phase at the law's fastest pole, the
+/// torque observer's at 94 rad/s.
 const TICK_CYCLES: u32 = (nucleo_h743zi::CORE_CLOCK_HZ as u64 * TICK_US as u64 / 1_000_000 / 10) as u32;
-/// How long the vehicle may take to come to rest before it is armed, us, and how long it must stay at rest: an arm that
-/// swings is slow at each end.
+/// Longest time in which the vehicle must come to rest before it is armed, us, and time for which it must stay at rest:
+/// a swinging arm is slow at each end.
 const READY_US: u64 = 30_000_000;
 const REST_US: u64 = 1_500_000;
 
-/// What an oscilloscope shows on the left motor's lines while it drives forward a little.
+/// Oscilloscope picture of the left motor's lines at a small forward voltage.
 const PICTURE: &str = "\
          |<------------ 50 us ------------>|
 PE9   ''''''''''''''''''''''''''''''''''''''''''''
@@ -64,7 +65,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         ))
     }
 
-    /// Clears the faults and waits until nothing but the missing command keeps the vehicle from arming.
+    /// Clears the faults and waits until only the missing command keeps the vehicle from arming.
     fn ready(&mut self) -> Result<(), StepEnd> {
         self.link.order(Order::Request(Request::ClearFaults))?;
         let from_us = self.link.wire.now_us();
@@ -86,7 +87,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         }
     }
 
-    /// Arms and drives so for some seconds.
+    /// Arms and drives with this command for some seconds.
     fn drive(
         &mut self,
         speed_m_s: f32,
@@ -115,7 +116,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     pub(super) fn armed_look(&mut self, question: &str) -> Result<Finding, StepEnd> {
         self.tell(PICTURE)?;
         self.ask_to(&format!("Armed for {LOOK_S} s after Enter"))?;
-        // A stop that is pressed ends it, which is what one of the looks is for.
+        // A pressed stop ends the drive, which is the purpose of one of these steps.
         if let Err(error) = self.drive(0.0, LOOK_S, |_| {})?
             && !self.stopped_by_the_stop()?
         {
@@ -172,7 +173,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         Ok(Finding::of(turns.are_right(), turns.text()))
     }
 
-    /// What the wheels do at a speed and a yaw rate.
+    /// Checks the wheels at a speed and a yaw rate.
     fn turns(
         &mut self,
         (speed_m_s, yaw_rate_rad_s): (f32, f32),
@@ -198,7 +199,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     }
 }
 
-/// Whether ticks of at most `worst` cycles, of which `late` came late, leave the core the time that it needs.
+/// Whether ticks of at most `worst` cycles, with `late` late ticks, leave the core the time that it needs.
 fn ticks_within_budget(worst: u32, late: u32) -> Finding {
     if worst == 0 {
         return Finding::not_shown("this board counts no cycles");
@@ -224,7 +225,7 @@ impl Currents {
         }
     }
 
-    /// The largest mean over 0.2 s, either way, A.
+    /// The largest magnitude of a mean over 0.2 s, A.
     fn largest_a(&self, motor: Motor) -> f64 {
         let mean = |window: &[[f32; MOTORS]]| {
             let sum: f64 = window.iter().map(|currents| f64::from(currents[motor as usize])).sum();

@@ -1,4 +1,4 @@
-//! The procedure: step after step, with the questions to the person and the looks at the board that every step uses.
+//! The procedure: step after step, with the questions to the person and the reads from the board that the steps share.
 
 use std::io::Write;
 
@@ -18,43 +18,43 @@ use crate::cli::link::update::Update;
 use crate::cli::link::who;
 use crate::cli::link::wire::Wire;
 
-/// How often the tool looks for a board that is switched off before it gives up: some minutes.
+/// Number of times that the tool looks for a switched-off board before it gives up: some minutes.
 const BOOT_LOOKS: u32 = 3000;
-/// Between two looks at a port that is gone.
+/// Time between two attempts to open a lost port.
 const PORT_PAUSE: std::time::Duration = std::time::Duration::from_millis(50);
-/// How long a look at the board's records takes, us.
+/// Duration of a look at the board's records, us.
 const LOOK_US: u64 = 300_000;
-/// Longest wait for the end of a look, us: the board keeps 2 s of ticks, in 100 KiB that take 1.1 s on the link while more
-/// come.
+/// Longest wait for the end of a look, us. The board keeps 2 s of ticks, whose 100 KiB take 1.1 s on the link while
+/// more ticks arrive.
 const CATCH_UP_US: u64 = 5_000_000;
 
-/// What the procedure is given.
+/// Inputs of the procedure.
 #[derive(Debug, Clone)]
 pub struct BringUpExtent {
-    /// The board is a simulated one: what only a bench shows is not asked.
+    /// Whether the board is simulated. The tool then skips the questions that only a bench can answer.
     pub simulated: bool,
-    /// Starts of the supply.
+    /// Number of starts of the supply.
     pub cold_starts: u32,
-    /// Cuts of the supply while the board stores.
+    /// Number of supply cuts while the board stores.
     pub power_cuts: u32,
-    /// The firmware that is sent over the link.
+    /// The firmware to send over the link.
     pub firmware: Option<Update>,
 }
 
-/// The procedure under way.
+/// The procedure in progress.
 pub struct Procedure<'a, W, P, O: Write> {
     /// The conversation with the board.
     pub(super) link: Link<W>,
-    /// Opens the port anew, after it was gone.
+    /// Opens the port again after it was lost.
     reopen: &'a mut dyn FnMut() -> Result<Link<W>, CommandError>,
     person: P,
     pub(super) console: &'a mut Console<O>,
-    /// What the procedure was given.
+    /// Inputs of the procedure.
     pub(super) extent: BringUpExtent,
 }
 
 impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
-    /// A procedure that has not begun, over the port that `reopen` opens.
+    /// A new procedure over the port that `reopen` opens.
     ///
     /// # Errors
     /// The port does not open.
@@ -73,12 +73,13 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
         })
     }
 
-    /// Carries the steps out, up to the first one that fails. The bridges' supply is asked for, and the vehicle armed,
-    /// only after every step before has passed; of a simulated board, every step that it can show.
+    /// Carries out the steps up to the first failed step. The tool asks for the bridges' supply, and arms the vehicle,
+    /// only after every earlier step has passed. For a simulated board, only the steps that it can show must have
+    /// passed.
     ///
     /// # Errors
-    /// The output is closed, nobody answers, or the user asks to stop. The vehicle is disarmed then. Whatever the board
-    /// does is no error but a finding.
+    /// The output is closed, nobody answers, or the user asks to stop. The tool then disarms the vehicle. The board's
+    /// behaviour is never an error but a finding.
     pub fn run(mut self) -> Result<BringUpReport, CommandError> {
         let mut report = BringUpReport {
             board: "unknown".into(),
@@ -87,7 +88,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
         };
         let result = self.steps(&mut report);
         self.stop_records();
-        // Whatever happened, and whoever the board is.
+        // The tool disarms whatever happened, and whichever board answers.
         let disarmed = self.link.disarm();
         result?;
         if report
@@ -126,7 +127,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
         Ok(())
     }
 
-    /// Why a step is not carried out after those before it.
+    /// Why a step cannot follow the earlier steps.
     fn obstacle(&self, step: &BringUpStep, before: &[StepLine]) -> Option<&'static str> {
         if before.iter().any(|line| line.finding.verdict == StepVerdict::Failed) {
             return Some("not tried: a step before it failed");
@@ -177,7 +178,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
         };
         self.check_interrupt()?;
         match result {
-            // What the board does or does not do belongs to the step.
+            // The board's behaviour is the step's finding.
             Err(StepEnd::Board(CommandError::Checks(why))) => Ok(Finding::failed(why)),
             Err(StepEnd::Board(error) | StepEnd::Tool(error)) => Err(error),
             Err(StepEnd::Found(finding)) | Ok(finding) => Ok(finding),
@@ -196,7 +197,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
     /// Asks the person and waits for an answer; `each` sees every tick of the board meanwhile.
     ///
     /// # Errors
-    /// Nobody answers, or the user asks to stop. [`StepEnd::Found`]: the person leaves the step out.
+    /// Nobody answers, or the user asks to stop. [`StepEnd::Found`]: the person skips the step.
     pub(super) fn ask_watching(
         &mut self,
         question: &str,
@@ -249,7 +250,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
         }
     }
 
-    /// What the person sees.
+    /// Asks the person what they see.
     pub(super) fn look(&mut self, question: &str) -> Result<Finding, StepEnd> {
         Ok(match self.ask_watching(question, |_| {})? {
             Reply::Yes => Finding::passed("seen"),
@@ -272,7 +273,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
             .map_err(StepEnd::Tool)
     }
 
-    /// The ticks of the next moment.
+    /// The ticks of the next short time.
     ///
     /// # Errors
     /// The board is silent, or sends no records.
@@ -282,7 +283,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
         let from_us = self.link.wire.now_us();
         let mut ticks = Vec::new();
         let mut newest_us = 0;
-        // The board first sends what it has kept of the last seconds.
+        // The board first sends its stored ticks of the last seconds.
         while newest_us < since_us + LOOK_US && self.link.wire.now_us() - from_us < CATCH_UP_US {
             self.link.listen()?;
             self.drain(|tick| {
@@ -309,7 +310,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
     }
 
     pub(super) fn stop_records(&mut self) {
-        // A board that has lost its power streams nothing.
+        // A board without power sends no stream.
         let _ = self.link.give(Order::Recording { from: None });
     }
 
@@ -317,7 +318,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
         each_tick(&mut self.link.client, each);
     }
 
-    /// Waits until the board has booted since the boot of number `boot`.
+    /// Waits until the board has booted again after the boot number `boot`.
     ///
     /// # Errors
     /// The board does not come back, or the user asks to stop.
@@ -327,7 +328,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
             match self.link.other_boot(boot) {
                 Ok(Some(identity)) => return Ok(identity),
                 Ok(None) => {}
-                // A port that gets its supply from the board's cable goes with it.
+                // A port that is powered through the board's cable disappears with the board.
                 Err(_) => match (self.reopen)() {
                     Ok(link) => self.link = link,
                     Err(_) => std::thread::sleep(PORT_PAUSE),
@@ -338,7 +339,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
     }
 }
 
-/// Takes the ticks whose records have come.
+/// Takes the ticks whose records have arrived.
 pub(super) fn each_tick(client: &mut LinkClient, mut each: impl FnMut(&FlightRecord)) {
     while let Some(block) = client.records.pop_front() {
         Records::new(&block.bytes).flatten().for_each(|tick| each(&tick));
@@ -347,9 +348,9 @@ pub(super) fn each_tick(client: &mut LinkClient, mut each: impl FnMut(&FlightRec
 
 /// What ends a step early.
 pub enum StepEnd {
-    /// The verdict is there.
+    /// The step has a verdict.
     Found(Finding),
-    /// The board did not do what it must.
+    /// The board did not behave as required.
     Board(CommandError),
     /// The output is closed, nobody answers, or the user asks to stop.
     Tool(CommandError),
@@ -359,7 +360,7 @@ impl From<CommandError> for StepEnd {
     fn from(error: CommandError) -> Self {
         match error {
             CommandError::Checks(_) => Self::Board(error),
-            // An output that is closed, a bad port.
+            // A closed output, a bad port.
             CommandError::Input(_) | CommandError::Other(_) => Self::Tool(error),
         }
     }

@@ -1,4 +1,4 @@
-//! The steps in which the board starts anew, and those that store.
+//! The steps in which the board restarts, and the steps that store.
 
 use std::io::Write;
 
@@ -12,14 +12,15 @@ use super::procedure::{Procedure, StepEnd};
 use super::verdict::Finding;
 use crate::cli::link::wire::Wire;
 
-/// The parameter that is changed and put back, and by how much: a dead-man time that is a hundredth longer harms nobody.
+/// The parameter that is changed and restored, and by how much: a dead-man time one hundredth longer is harmless.
 const SAFETY_TABLE: &str = "safety";
 const NAME: &str = "command_timeout_s";
 const FACTOR: f32 = 1.01;
-/// Most stores between two cuts of the supply: some seconds' worth, a small part of what a sector endures.
+/// Largest number of stores between two supply cuts: the stores of some seconds, a small part of a sector's
+/// endurance.
 const STORES_MAX: u32 = 400;
 
-/// What the log of a boot says.
+/// Content of a boot's log.
 struct BootLog {
     cause: Option<ResetCause>,
     crashed: bool,
@@ -113,7 +114,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
              restarts, and switch it on again",
         )?;
         let boot = self.boot()?;
-        // The port may have gone with the supply; a firmware that had been started was rolled back.
+        // The port may have been lost with the supply. A firmware on trial was rolled back.
         let Err(ended) = self.link.update(&firmware, self.console) else {
             return Ok(Finding::not_shown("confirmed twice: the supply was not cut"));
         };
@@ -145,7 +146,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         let number = self.link.number_of(SAFETY_TABLE, NAME)?;
         let before = self.link.read(number)?;
         let values = [before, before * FACTOR];
-        // An empty store cannot distinguish a set that was lost from a set that never was complete.
+        // With an empty store, a lost set looks like a set that never was complete.
         self.store_value(before)?;
         let cuts = self.extent.power_cuts;
         for cut in 1..=cuts {

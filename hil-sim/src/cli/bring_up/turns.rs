@@ -1,8 +1,9 @@
-//! How far the wheels turned, beside how far their motors' voltages should have turned them.
+//! Compares the wheels' turns with the turns that their motors' voltages should have caused.
 //!
-//! With its wheels off the ground a vehicle is no balance that a law could hold: the law takes the turning wheels for a slide,
-//! and what it makes of them differs from board to board and from run to run. The armature equation holds whatever the law
-//! does: the voltage less the resistance's drop is the back-EMF, so a wheel turns by its integral over the constant.
+//! With its wheels off the ground the vehicle has no balance for a law to keep. The law takes the turning wheels for a
+//! slide, and its reaction differs between boards and runs. The armature equation applies whatever the law does: the
+//! voltage minus the resistance's drop is the back-EMF, so a wheel turns by the integral of the back-EMF divided by the
+//! motor constant.
 
 use core::f64::consts::TAU;
 
@@ -13,20 +14,20 @@ use model::control::motor::DUTY_FULL_SCALE;
 use model::sample::Motor;
 use model::vehicle::MotorParameters;
 
-/// Least turn that says something, rad: about twice what the offset of half an ampere, which a current sensor may have, makes of
-/// the reference vehicle's voltages in 3 s.
+/// Smallest significant turn, rad: about twice the turn that a current sensor's permitted offset of half an ampere adds
+/// with the reference vehicle's voltages in 3 s.
 const LEAST_RAD: f64 = TAU / 10.0;
-/// How far a wheel may be off from what its voltage tells, as a share. Back-EMF constants are within a tenth of their data sheet,
-/// the supply's reading within 3 %. In the air the resistance drops an eighth of the voltage: a winding that is 60 K warmer, a
-/// quarter more, is 3 % of it, and a sensor's offset 7 %. Motor leads that are exchanged are off by 2, a wheel that its motor does
-/// not drive by 1.
+/// Largest difference between a wheel's turn and the turn from its voltage, as a share. Back-EMF constants are within a
+/// tenth of their data sheet, the supply's reading within 3 %. In the air the resistance drops an eighth of the voltage:
+/// a winding 60 K warmer has a quarter more resistance, which is 3 % of the voltage, and a sensor's offset is 7 %.
+/// Exchanged motor leads are off by 2, a wheel that its motor does not drive by 1.
 const SHARE: f64 = 0.25;
 
-/// What the two wheels did under one command.
+/// Turns of the two wheels under one command.
 #[derive(Debug)]
 pub(super) struct Turns {
     command: DriveCommand,
-    /// Which way each wheel must turn: 1 forward, -1 backward.
+    /// Required direction of each wheel: 1 forward, -1 backward.
     directions: [f64; 2],
     counts_per_rad: f64,
     back_emf_v_s_per_rad: f64,
@@ -35,7 +36,7 @@ pub(super) struct Turns {
     wheels: [WheelTurn; 2],
 }
 
-/// How far a wheel turned, rad.
+/// Turn of a wheel, rad.
 #[derive(Debug, Clone, Copy, Default)]
 struct WheelTurn {
     counted: f64,
@@ -50,7 +51,7 @@ impl WheelTurn {
 }
 
 impl Turns {
-    /// Nothing yet of what the wheels of such motors do under `command`, left and right in `directions`.
+    /// An empty measurement of wheels with such motors under `command`; left and right must turn in `directions`.
     pub(super) fn new(motor: &MotorParameters<f32>, command: DriveCommand, directions: [f64; 2]) -> Self {
         let gear = f64::from(motor.gear_ratio);
         Self {
@@ -64,8 +65,8 @@ impl Turns {
         }
     }
 
-    /// Adds the time from the tick before to this one, if both were under the command: the stop at the end of a drive, which may
-    /// take the wheels back, does not count.
+    /// Adds the time from the previous tick to this tick, if both were under the command. The stop at the end of a
+    /// drive, which may turn the wheels back, does not count.
     pub(super) fn add(&mut self, tick: &FlightRecord) {
         let Some(before) = self.before.replace(*tick) else {
             return;
@@ -81,7 +82,7 @@ impl Turns {
             .iter_mut()
             .zip([Motor::Left, Motor::Right].map(|motor| motor as usize))
         {
-            // What the tick before decided acts until this one.
+            // The previous tick's decision acts until this tick.
             let share = f64::from(before.actuation.duty[motor]) / f64::from(DUTY_FULL_SCALE);
             let drop_v = self.resistance_ohm * f64::from(analog.currents()[motor]);
             let back_emf_v = share * f64::from(analog.battery_voltage) - drop_v;
@@ -91,13 +92,13 @@ impl Turns {
         }
     }
 
-    /// Whether both wheels turned the way they must, as far as their voltages tell.
+    /// Whether both wheels turned in the required direction, as far as their voltages should have turned them.
     pub(super) fn are_right(&self) -> bool {
         let mut wheels = self.wheels.iter().zip(self.directions);
         wheels.all(|(wheel, direction)| wheel.is_right(direction))
     }
 
-    /// What was seen.
+    /// The measurement as text.
     pub(super) fn text(&self) -> String {
         let [left, right] = self.wheels;
         format!(
@@ -111,8 +112,8 @@ impl Turns {
 mod tests {
     use super::*;
 
-    /// Three seconds in which a motor's voltage drives its wheel at a steady rate, rad/s, with 1 A; each wheel's encoder
-    /// counts `turns` times as far.
+    /// Three seconds in which a motor's voltage drives its wheel at a steady rate, rad/s, with 1 A. Each wheel's encoder
+    /// counts `turns` times that turn.
     fn driven(rate_rad_s: f64, turns: [f64; 2], speed_m_s: f32) -> Turns {
         let mut found = forward();
         let battery_v = 24.0;
@@ -144,14 +145,15 @@ mod tests {
         Turns::new(&motor, DriveCommand::driving(0.5, 0.0), [1.0; 2])
     }
 
-    /// A wheel that its own voltage drives the wrong way is as wrong as one that another's voltage drives the right way.
+    /// A wheel that its own voltage turns the wrong way is as wrong as a wheel that another motor's voltage turns the
+    /// right way.
     #[test]
     fn a_turn_needs_each_wheel_to_turn_its_own_way() {
         let wheel = |counted, by_voltage| WheelTurn { counted, by_voltage };
         for (wheels, right) in [
             ([wheel(-2.0, -2.1), wheel(2.0, 2.1)], true),
             ([wheel(2.0, 2.1), wheel(-2.0, -2.1)], false),
-            // Left and right motor exchanged.
+            // Left and right motors are exchanged.
             ([wheel(2.0, -2.1), wheel(-2.0, 2.1)], false),
             ([wheel(-2.0, 2.1), wheel(2.0, -2.1)], false),
         ] {
@@ -182,7 +184,8 @@ mod tests {
         }
     }
 
-    /// A voltage that drives a wheel backward is as wrong as a wheel that turns backward, and so is one that hardly drives it.
+    /// A voltage that drives a wheel backward is as wrong as a wheel that turns backward, and so is a voltage that
+    /// hardly drives the wheel.
     #[test]
     fn wheels_that_are_driven_backward_or_hardly_are_not_right() {
         for rate_rad_s in [-1.5, 0.1] {

@@ -16,7 +16,7 @@ use super::verdict::Finding;
 use crate::cli::link::who;
 use crate::cli::link::wire::Wire;
 
-/// What the board's self-test may find.
+/// Findings of the board's self-test.
 const SELF_TEST: [Blocker; 6] = [
     Blocker::BreakPath,
     Blocker::BoardOptions,
@@ -25,31 +25,31 @@ const SELF_TEST: [Blocker; 6] = [
     Blocker::Unsealed,
     Blocker::Ram,
 ];
-/// How long the clocks are compared, us, and how far they may differ: the board's own oscillator is within 1 %, and the
-/// host hears the board within some milliseconds.
+/// Duration of the clocks' comparison, us, and their largest difference. The board's internal oscillator is within 1 %,
+/// and the host receives the board's messages within some milliseconds.
 const CLOCK_US: u64 = 3_000_000;
 const CLOCK_SHARE: f64 = 0.01;
-/// Largest current at an open bridge, A, as the supervisor takes it for a wrong sensor.
+/// Largest current at an open bridge, A: beyond it the supervisor reports a wrong sensor.
 const ZERO_A: f64 = 0.5;
-/// Largest supply that counts as off, V, and how far meter and board may differ there.
+/// Largest supply that counts as off, V, and the largest difference between meter and board there.
 const OFF_V: f64 = 1.0;
 const OFF_DIFFERENCE_V: f64 = 0.5;
-/// Least current that says something about a gain, A, and how far meter and board may differ, as a share.
+/// Smallest current that determines a gain, A, and the largest difference between meter and board, as a share.
 const FED_MIN_A: f64 = 1.0;
 const FED_SHARE: f64 = 0.1;
-/// How far 1 g may be off, as a share: the part's scale and offset, and the mounting.
+/// Largest error of 1 g, as a share: the part's scale and offset, and the mounting.
 const GRAVITY_SHARE: f64 = 0.05;
-/// How far from the vertical the arm may hang, rad.
+/// Largest angle of the hanging arm from the vertical, rad.
 const HANGS_RAD: f64 = 0.26;
 /// Largest rate of a still gyro, rad/s: beyond it the board does not calibrate.
 const STILL_RAD_S: f64 = 0.1;
-/// Ticks after which a reading that repeats is a dead sensor's.
+/// Number of equal readings in a row that show a dead sensor.
 const REPEATED_TICKS: usize = 20;
-/// Least angle of a tilted arm, rad: 20 degrees less what a hand is off.
+/// Smallest angle of a tilted arm, rad: 20 degrees minus the error of a hand.
 const TILT_RAD: f64 = 0.26;
-/// How far gyro and accelerometer may differ, as a share of the angle.
+/// Largest difference between gyro and accelerometer, as a share of the angle.
 const TILT_SHARE: f64 = 1.0 / 3.0;
-/// How far a turn by hand may be off, as a share, and what the other wheel may move meanwhile.
+/// Largest error of a turn by hand, as a share, and largest movement of the other wheel meanwhile.
 const TURN_SHARE: f64 = 0.2;
 const OTHER_SHARE: f64 = 0.05;
 
@@ -239,7 +239,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
             .ok_or_else(|| StepEnd::Found(Finding::failed("no tick")))
     }
 
-    /// The mean currents as the board reads them, A.
+    /// The mean currents that the board reads, A.
     fn currents_a(&mut self) -> Result<[f64; MOTORS], StepEnd> {
         let ticks = self.ticks()?;
         let of = |motor: usize| {
@@ -251,7 +251,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         Ok(core::array::from_fn(of))
     }
 
-    /// The supply as the board reads it, V.
+    /// The supply that the board reads, V.
     pub(super) fn supply_v(&mut self) -> Result<f64, StepEnd> {
         Ok(mean(self.ticks()?.iter().map(|tick| {
             f64::from(SCALES.analog.battery_voltage.value(tick.sample.analog.battery_voltage))
@@ -259,7 +259,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     }
 }
 
-/// What the self-test found, of the blockers.
+/// The self-test's findings among the blockers.
 fn self_test_of(blockers: BlockerSet) -> BlockerSet {
     let mut found = BlockerSet::EMPTY;
     for blocker in SELF_TEST {
@@ -278,7 +278,7 @@ struct Rest {
     angle_rad: f64,
     /// Largest mean rate of an axis, rad/s.
     rate_rad_s: f64,
-    /// How often in a row one reading was repeated.
+    /// Largest number of repetitions of one reading in a row.
     repeated: usize,
 }
 
@@ -310,7 +310,7 @@ impl Rest {
     }
 }
 
-/// The arm's rate, rad/s, forward positive: swinging forward is turning about -y.
+/// The arm's rate, rad/s, forward positive: a forward swing is a rotation about -y.
 fn rate_rad_s(raw: &ImuRaw) -> f64 {
     -(f64::from(raw.gyro[1]) / f64::from(SCALES.imu.gyro_lsb_per_deg_s)).to_radians()
 }

@@ -1,19 +1,19 @@
-//! What became of the steps, as text and as JSON.
+//! Results of the steps, as text and as JSON.
 
 use std::fmt::Write as _;
 
 use report::colour::{bad, doubtful, good};
 use serde::Serialize;
 
-/// What became of one step.
+/// Result of one step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StepVerdict {
-    /// What must be seen was seen.
+    /// The required result was seen.
     Passed,
-    /// Something else was seen.
+    /// Another result was seen.
     Failed,
-    /// Nothing was seen: skipped, not tried, or not to be seen on this board.
+    /// No result: the step was skipped, not tried, or cannot be shown on this board.
     NotShown,
 }
 
@@ -27,7 +27,7 @@ impl StepVerdict {
         }
     }
 
-    /// The verdict in words, and in the colour of its meaning.
+    /// The verdict in words, in its colour.
     pub fn coloured(self) -> String {
         match self {
             Self::Passed => good(self.name()),
@@ -37,7 +37,7 @@ impl StepVerdict {
     }
 }
 
-/// A verdict, and what it rests on.
+/// A verdict, and its basis.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Finding {
     /// The verdict.
@@ -62,7 +62,7 @@ impl Finding {
         Self::new(StepVerdict::NotShown, why)
     }
 
-    /// Passed if `good`, else failed.
+    /// Passed if `good`, otherwise failed.
     pub fn of(good: bool, seen: impl Into<String>) -> Self {
         if good { Self::passed(seen) } else { Self::failed(seen) }
     }
@@ -82,7 +82,7 @@ pub struct StepLine {
     pub number: usize,
     /// A few words.
     pub title: &'static str,
-    /// What became of it.
+    /// The step's result.
     #[serde(flatten)]
     pub finding: Finding,
 }
@@ -90,16 +90,16 @@ pub struct StepLine {
 /// The whole procedure.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct BringUpReport {
-    /// Which firmware; empty if no board has said who it is.
+    /// The firmware; empty if no board has sent its identity.
     pub board: String,
-    /// The board is a simulated one.
+    /// Whether the board is simulated.
     pub simulated: bool,
     /// The steps, in order.
     pub steps: Vec<StepLine>,
 }
 
 impl BringUpReport {
-    /// How many steps had this verdict.
+    /// Number of steps with this verdict.
     pub fn count(&self, verdict: StepVerdict) -> usize {
         let of = |line: &&StepLine| line.finding.verdict == verdict;
         self.steps.iter().filter(of).count()

@@ -1,4 +1,4 @@
-//! `hil-sim campaign merge`: the results of shards, joined.
+//! `hil-sim campaign merge`: joins the results of shards.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
@@ -24,7 +24,7 @@ pub(super) struct MergeArguments {
     out: PathBuf,
 }
 
-/// A file of results, its first line read.
+/// A file of results whose first line has been read.
 struct ResultsPart {
     name: String,
     header: Header,
@@ -48,7 +48,7 @@ fn part(path: &Path) -> Result<ResultsPart, CommandError> {
 /// Joins the results of all shards.
 ///
 /// # Errors
-/// [`CommandError::Input`] naming the file that is missing, given twice, cut off, or of another campaign.
+/// [`CommandError::Input`] with the file that is missing, given twice, cut off, or of another campaign.
 pub(super) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
     let mut parts = arguments
         .shards
@@ -129,7 +129,7 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<(), CommandError> {
     }
 }
 
-/// A result's line as far as a merge reads it.
+/// The fields of a result's line that a merge reads.
 #[derive(Debug, Deserialize)]
 struct RunNumber {
     run: u64,

@@ -1,4 +1,4 @@
-//! Files of results: what their lines hold.
+//! Files of results: the contents of their lines.
 
 use std::io::Write as _;
 
@@ -13,7 +13,7 @@ use virtual_board::campaign::CampaignIdentity;
 pub(super) struct Header {
     /// What was run.
     pub(super) campaign: CampaignKind,
-    /// Range of run numbers: the first is included, the second is not.
+    /// Range of run numbers; the end is excluded.
     pub(super) range: [u64; 2],
 }
 
@@ -23,7 +23,7 @@ pub(super) fn write_line(file: &mut NewFile, value: &impl Serialize) -> Result<(
     Ok(writeln!(file, "{text}")?)
 }
 
-/// What was run: the two have no field in common but `version`, `files` and `runs`.
+/// Kind of the campaign. The two kinds share only the fields `version`, `files` and `runs`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub(super) enum CampaignKind {
@@ -34,7 +34,7 @@ pub(super) enum CampaignKind {
 }
 
 impl CampaignKind {
-    /// Number of lines that follow the first.
+    /// Number of lines after the first.
     pub(super) fn runs(&self) -> u64 {
         match self {
             Self::Scenarios(campaign) => campaign.runs,
@@ -43,7 +43,7 @@ impl CampaignKind {
     }
 }
 
-/// What makes two searches the same.
+/// Identity of a search: two searches with equal values are the same.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct SearchIdentity {
     /// Version of the program.
@@ -58,10 +58,10 @@ pub(super) struct SearchIdentity {
     pub(super) first_seed: u64,
     /// Random drives.
     pub(super) drives: u64,
-    /// Climbs of each thousand.
+    /// Climbs per thousand drives.
     pub(super) climbs: u16,
-    /// Vehicles of +-20 %.
+    /// Vehicles with parameters up to 20 % off.
     pub(super) plants: u64,
-    /// Thousands.
+    /// Number of lines, one per thousand drives.
     pub(super) runs: u64,
 }

@@ -68,7 +68,7 @@ Examples:
   hil-sim campaign search --drives 1000000 --shard 3/8 --out part-3.jsonl
   hil-sim campaign merge part-*.jsonl --out whole.jsonl";
 
-/// Most drives of a search.
+/// Largest number of drives of a search.
 const COUNT_MAX: u64 = 100_000_000;
 
 /// The laws, by name.
@@ -109,7 +109,7 @@ pub(super) fn search(arguments: &SearchArguments) -> Result<(), CommandError> {
     let bar = progress_bar((range.end - range.start) as usize, "thousands of drives");
     let started = Instant::now();
     let mut totals = SearchTotals::default();
-    // In batches, so that results are written in order and memory stays bounded.
+    // Batches keep the results in order and the memory bounded.
     for batch in batches(range, 4 * pool.current_num_threads() as u64) {
         let groups: Vec<SearchGroup> = pool.install(|| {
             let searched = batch.into_par_iter().map(|run| {
@@ -150,7 +150,7 @@ pub(super) fn search(arguments: &SearchArguments) -> Result<(), CommandError> {
     }
 }
 
-/// The search of these flags, and what makes it the same as another.
+/// The search of these flags, and its identity.
 fn prepare(arguments: &SearchArguments) -> Result<(LawSearch, SearchIdentity), CommandError> {
     let (name, text) = match &arguments.vehicle {
         None => (
@@ -188,14 +188,14 @@ fn prepare(arguments: &SearchArguments) -> Result<(LawSearch, SearchIdentity), C
     Ok((search, identity))
 }
 
-/// Which file the results are in, as a line.
+/// A line that names the file of the results.
 pub(super) fn results(out: Option<&Path>) -> String {
     out.map_or(String::new(), |out| {
         format!("results {}\n", visible_line(&out.display().to_string()))
     })
 }
 
-/// What a search shows, as text.
+/// The search's result as text.
 pub(super) fn table(totals: &SearchTotals) -> String {
     let mut text = String::new();
     for (what, counts) in [("random drives", &totals.random), ("optimised", &totals.climbed)] {

@@ -1,4 +1,4 @@
-//! A part of numbered runs, and the batches in which it runs.
+//! A part of numbered runs, and its batches.
 
 use std::ops::Range;
 
@@ -13,16 +13,16 @@ pub(super) struct Shard {
 }
 
 impl Shard {
-    /// Everything.
+    /// All runs.
     pub(super) const WHOLE: Self = Self { index: 1, count: 1 };
 
-    /// The numbers of its runs, of `runs`.
+    /// The numbers of this part's runs, out of `runs`.
     pub(super) fn of(self, runs: u64) -> Range<u64> {
         part(runs, self.index, self.count)
     }
 }
 
-/// A part of `I/N`.
+/// Parses a part from `I/N`.
 pub(super) fn shard(text: &str) -> Result<Shard, String> {
     let parts = text
         .split_once('/')
@@ -33,7 +33,7 @@ pub(super) fn shard(text: &str) -> Result<Shard, String> {
     }
 }
 
-/// `jobs` threads; as many as the machine has cores if left out.
+/// A pool of `jobs` threads; without `jobs`, one thread per core.
 pub(super) fn threads(jobs: Option<u16>) -> Result<rayon::ThreadPool, CommandError> {
     rayon::ThreadPoolBuilder::new()
         .num_threads(jobs.map_or(0, usize::from))

@@ -1,22 +1,22 @@
-//! The laws that are compared: vehicle files that differ in the law that they give the firmware.
+//! The compared laws, as vehicle files that differ in the firmware's law.
 
 use model::vehicle::{SpeedLawChoice, Vehicle, VehicleParameters};
 
-/// A law, as the firmware is given it.
+/// A law, as the firmware's vehicle file selects it.
 #[derive(Debug, Clone)]
 pub struct Contender {
     /// Its name.
     pub name: &'static str,
-    /// What makes it.
+    /// How the law is set.
     pub how: String,
-    /// The file that the firmware flies; the simulated vehicle is not it.
+    /// The firmware's vehicle; the simulated vehicle may be another.
     pub told: Vehicle<f64>,
 }
 
-/// How a contender's parameters come from the file's.
+/// Change from the file's parameters to a contender's parameters.
 type Change = fn(&mut VehicleParameters<f64>);
 
-/// Name, what makes it, and how.
+/// Name, setting as text, and change.
 const CONTENDERS: [(&str, &str, Change); 4] = [
     (
         "Eq. 3.25 alone",
@@ -51,18 +51,18 @@ const CONTENDERS: [(&str, &str, Change); 4] = [
     }),
 ];
 
-/// Numbers of the laws in the parameters.
+/// Number of Eq. 3.25 in the parameter.
 const EQ_3_25: f64 = SpeedLawChoice::SwingDamped as u8 as f64;
 const LANDING: f64 = SpeedLawChoice::Landing as u8 as f64;
-/// The thesis's kp over the total damping of its vehicle: 0.8 over 2.2.
+/// The thesis's kp divided by the total damping of its vehicle: 0.8 / 2.2.
 const KP_SHARE: f64 = 0.8 / 2.2;
-/// A ramp that no speed takes time for, m/s^2.
+/// A speed ramp so steep that it is a step, m/s^2.
 const STEP_M_S2: f64 = 20.0;
 
-/// The laws for the vehicle of a file, in the order of the table.
+/// The laws for a file's vehicle, in the order of the table.
 ///
 /// # Errors
-/// The name of a law that the vehicle cannot take, and why.
+/// The name of a law that does not fit the vehicle, and the reason.
 pub fn contenders(vehicle: &Vehicle<f64>) -> Result<Vec<Contender>, String> {
     CONTENDERS
         .iter()
@@ -72,7 +72,7 @@ pub fn contenders(vehicle: &Vehicle<f64>) -> Result<Vec<Contender>, String> {
             let mut how = (*how).to_owned();
             let zeta = vehicle.planar(0.0).zeta;
             if parameters.control.law == EQ_3_25 && parameters.control.kp >= zeta {
-                // A file whose vehicle flies the landing law need not state a kp that Eq. 3.25 could fly with.
+                // A file that selects the landing law need not contain a kp with which Eq. 3.25 is stable.
                 let (own, stable) = (parameters.control.kp, KP_SHARE * zeta);
                 how = format!("{how}, kp {stable:.2}: with its own, {own}, Eq. 3.25 is unstable");
                 parameters.control.kp = stable;
@@ -87,7 +87,7 @@ pub fn contenders(vehicle: &Vehicle<f64>) -> Result<Vec<Contender>, String> {
 mod tests {
     use super::*;
 
-    /// A vehicle that Eq. 3.25 cannot fly with the file's kp flies it with another, and the table says so.
+    /// If Eq. 3.25 is unstable with the file's kp, the comparison uses another kp, and the table says so.
     #[test]
     fn eq_3_25_flies_with_a_kp_that_is_stable() {
         let reference = vehicle_file::reference().expect("good");

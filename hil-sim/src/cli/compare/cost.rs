@@ -1,4 +1,5 @@
-//! What a tick costs under each law: a ratio of times that one run measures on its host, which no JSON holds.
+//! Cost of a tick under each law: a ratio of times measured on the host, which is therefore not in the JSON
+//! output.
 
 use std::time::Instant;
 
@@ -13,7 +14,8 @@ use super::contenders::Contender;
 use super::courses::Course;
 use crate::cli::drive::vehicle_f32;
 
-/// Ticks that are replayed, and how often: the least time of all replays is the one that nothing else on the host disturbed.
+/// Number of replayed ticks, and number of replays. The shortest replay is the one with the least
+/// disturbance from the host.
 const TICKS: usize = 12_000;
 const REPLAYS: usize = 15;
 
@@ -24,11 +26,12 @@ struct RecordedDrive {
     least_s: f64,
 }
 
-/// The cost of a tick under each law over that under the first, replaying `course` as each of them drove it. The laws take
-/// turns, so that what the host does besides meets all of them.
+/// The cost of a tick under each law, divided by the cost under the first law, from replays of each law's
+/// own drive of `course`. The replays of the laws alternate, so that other work of the host affects all
+/// laws.
 ///
 /// # Errors
-/// The course's ground or the board refuses the vehicle.
+/// The course's ground or the board does not accept the vehicle.
 pub fn costs(course: &Course, laws: &[Contender]) -> Result<Vec<f64>, CommandError> {
     let mut drives = laws
         .iter()
@@ -55,7 +58,7 @@ fn recorded(course: &Course, law: &Contender) -> Result<RecordedDrive, CommandEr
         .map_err(|error| CommandError::Other(format!("{}: {error}", course.name)))?;
     let mut backend = VirtualBackend::boot(&law.told, plant).map_err(|error| CommandError::Other(error.to_string()))?;
     backend.keep_records();
-    // A drive that ends early is recorded until then.
+    // A drive that ends early is recorded up to its end.
     let _ended = run_into(&course.scenario, &mut backend, |_| {}, |_| {});
     let mut records = backend.take_records();
     records.truncate(TICKS);

@@ -1,9 +1,9 @@
-//! The drives that every law is put through, scaled to the vehicle.
+//! The drives of the comparison, scaled to the vehicle.
 
 use model::vehicle::{Vehicle, VehicleParameters};
 use virtual_board::scenario::Scenario;
 
-/// When the vehicle is armed, is commanded, and the drive ends, s.
+/// Instants of arming, of the command, and of the drive's end, s.
 const ARM_AT_S: f64 = 2.0;
 pub const COMMAND_AT_S: f64 = 8.0;
 const END_S: f64 = 20.0;
@@ -15,13 +15,13 @@ pub struct Course {
     pub name: String,
     /// The scenario.
     pub scenario: Scenario,
-    /// The vehicle as it is, where it differs from its file.
+    /// The simulated vehicle, which may differ from the file.
     pub simulated: Vehicle<f64>,
-    /// The speed before and after [`COMMAND_AT_S`], where the drive is a step that settles.
+    /// The speed before and after [`COMMAND_AT_S`], if the drive is a step that settles.
     pub step: Option<[f64; 2]>,
 }
 
-/// What a course is made of.
+/// Description of a course.
 struct Plan {
     name: String,
     slope_rad: f64,
@@ -34,17 +34,17 @@ struct Plan {
 /// Shares of the largest speed.
 const SLOW: f64 = 0.3;
 const MIDDLE: f64 = 0.6;
-/// Shares of the steepest slope that arm and grip carry.
+/// Slopes as shares of the steepest slope that arm and grip allow.
 const SLOPES: [f64; 3] = [0.3, -0.3, 0.6];
-/// Kerbs over the wheel's radius, up and down.
+/// Kerb heights as shares of the wheel's radius, up and down.
 const KERBS: [f64; 2] = [0.08, -0.08];
 /// The friction of ice, and its length in wheel radii.
 const ICE_MU: f64 = 0.1;
 const ICE_RADII: f64 = 4.0;
-/// A push changes the speed of what it hits by this share of the largest speed, within 0.1 s.
+/// A push changes the speed of the pushed body by this share of the largest speed, within 0.1 s.
 const PUSH_SHARE: f64 = 0.2;
 const PUSH_S: f64 = 0.1;
-/// Signs by which arm's mass, arm's length, motor constant and resistance differ from the file, by 20 %.
+/// Signs of the 20 % deviations of arm mass, arm length, motor constant and resistance from the file.
 const CORNERS: [[f64; 4]; 4] = [
     [1.0, 1.0, 1.0, -1.0],
     [1.0, 1.0, -1.0, 1.0],
@@ -63,7 +63,7 @@ pub fn steepest_rad(vehicle: &Vehicle<f64>) -> f64 {
 /// The drives of a vehicle.
 ///
 /// # Errors
-/// Why one of them is none.
+/// Why a drive cannot be made.
 pub fn courses(vehicle: &Vehicle<f64>) -> Result<Vec<Course>, String> {
     plans(vehicle)?.into_iter().map(Plan::course).collect()
 }
@@ -156,7 +156,7 @@ fn corner(p: &mut VehicleParameters<f64>, signs: [f64; 4]) {
     p.body.arm_length_m *= length;
     p.drive_motor.torque_constant_n_m_per_a *= constant;
     p.drive_motor.resistance_ohm *= resistance;
-    // Gains must fit their vehicle, and the simulated one has no law.
+    // Gains must fit their vehicle, and the simulated vehicle has no law.
     p.control.kp = 0.0;
 }
 

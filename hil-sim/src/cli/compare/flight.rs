@@ -1,4 +1,4 @@
-//! One law on one course: flown by the firmware's tasks, and measured.
+//! One law on one course: driven by the firmware's tasks, and measured.
 
 use model::supervise::arming::Mode;
 use serde::Serialize;
@@ -9,41 +9,41 @@ use virtual_board::scenario::{VirtualBackend, run_into};
 use super::contenders::Contender;
 use super::courses::{COMMAND_AT_S, Course};
 
-/// What a law made of a course. Quantities are the true ones.
+/// A law's result on a course. All quantities are true values of the plant.
 #[derive(Debug, Clone, Serialize)]
 pub struct Flight {
     /// The law.
     pub law: &'static str,
     /// The course.
     pub course: String,
-    /// How the step of the speed ends, s; none where the course is no step.
+    /// Settling of the speed step, s; `None` if the course is not a step.
     pub settling: Option<Settling>,
-    /// How far the vehicle rolls back before the first command, m.
+    /// Distance that the vehicle rolls back before the first command, m.
     pub roll_back_m: f64,
-    /// Distance from where the vehicle stood to where it ends, forward positive, m.
+    /// Distance from the vehicle's start to its end, forward positive, m.
     pub drives_m: f64,
-    /// Speed beyond the one commanded, either way, from the command on, m/s.
+    /// Largest speed beyond the commanded speed, in either direction, from the command on, m/s.
     pub overspeed_m_s: f64,
     /// Largest angle of the arm, deg.
     pub arm_peak_deg: f64,
-    /// Largest angle of the spar from the command on, deg; none without a spar.
+    /// Largest angle of the spar from the command on, deg; `None` without a spar.
     pub spar_peak_deg: Option<f64>,
     /// Time in which a wheel slides, s.
     pub sliding_s: f64,
-    /// Energy from the battery over the whole drive, J; what is fed back counts against it.
+    /// Net energy from the battery over the whole drive, J; regenerated energy is subtracted.
     pub energy_j: f64,
     /// Faults that were latched.
     pub faults: String,
-    /// The drive ended armed, without a fault that stops or opens it.
+    /// Whether the drive ended armed, without a fault that stops the vehicle or opens the bridges.
     pub finished: bool,
-    /// Why the run could not be simulated to its end.
+    /// Why the simulation of the run ended early.
     pub stopped: Option<String>,
     /// Time, s, and speed, m/s, from a second before the command on.
     #[serde(skip)]
     pub speed: (Vec<f64>, Vec<f64>),
 }
 
-/// Flies `course` under `law`.
+/// Drives `course` under `law`.
 ///
 /// # Errors
 /// The course's ground or the board refuses the vehicle.

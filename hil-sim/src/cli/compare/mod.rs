@@ -1,4 +1,4 @@
-//! `hil-sim compare`: the laws side by side, on the planar vehicle and on the whole one.
+//! `hil-sim compare`: the laws side by side, on the planar and on the whole vehicle.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! The step on the planar vehicle: every law without sensors' noise, beside the best step that a search finds.
+//! The step on the planar vehicle: every law without sensor noise, compared with the best step that a search finds.
 
 use model::vehicle::Vehicle;
 use plant::noise::Noise;
@@ -13,27 +13,28 @@ use super::courses::steepest_rad;
 /// One step.
 #[derive(Debug, Clone, Serialize)]
 pub struct PlanarStep {
-    /// Who flew it.
+    /// The law.
     pub law: &'static str,
-    /// How it ends, in time units of the vehicle and shares of the step.
+    /// Settling, in time units of the vehicle and shares of the step.
     pub settling: Settling,
     /// Largest angle of the arm, deg.
     pub arm_peak_deg: f64,
-    /// Largest friction over the normal force: the grip that it needs. Infinite where the wheels would leave the ground.
+    /// Largest ratio of friction to normal force: the grip that the step needs. Infinite if the wheels would leave the
+    /// ground.
     pub grip_needed: f64,
-    /// The arm turned over.
+    /// Whether the arm turned over.
     pub whirled: bool,
     /// Time, in time units, and speed, in speed units.
     #[serde(skip)]
     pub speed: (Vec<f64>, Vec<f64>),
 }
 
-/// The steps, and what they are measured against.
+/// The steps, and the references for them.
 #[derive(Debug, Clone, Serialize)]
 pub struct PlanarSteps {
     /// Slope, rad.
     pub slope_rad: f64,
-    /// Speed to be reached from rest, m/s.
+    /// Final speed of the step from rest, m/s.
     pub target_m_s: f64,
     /// The vehicle's time unit, s.
     pub time_unit_s: f64,
@@ -44,17 +45,17 @@ pub struct PlanarSteps {
     pub steps: Vec<PlanarStep>,
 }
 
-/// Slope of the thesis's step, rad; less where the vehicle cannot climb it with a margin.
+/// Slope of the thesis's step, rad; less if the vehicle cannot climb this slope with a margin.
 const SLOPE_RAD: f64 = 0.0873;
 const COURSE_SLOPE_SHARE: f64 = 0.5;
 /// Length, in time units.
 const DURATION: f64 = 80.0;
-/// Share of the largest speed that is asked for at most; else one speed unit.
+/// Largest share of the vehicle's largest speed for the step; otherwise one speed unit.
 const SPEED_SHARE: f64 = 0.8;
-/// Ticks until a command acts.
+/// Delay of a command, ticks.
 const DELAY: usize = 1;
 
-/// Flies the step.
+/// Drives the step.
 pub fn steps(vehicle: &Vehicle<f64>, laws: &[Contender]) -> PlanarSteps {
     let scales = vehicle.scales();
     let slope_rad = SLOPE_RAD.min(COURSE_SLOPE_SHARE * steepest_rad(vehicle));
@@ -86,7 +87,7 @@ pub fn steps(vehicle: &Vehicle<f64>, laws: &[Contender]) -> PlanarSteps {
         };
         steps.push(measure(law.name, target, |see| drive.run(|| 0.0, see)));
     }
-    // The voltage that holds the speed on this slope, switched on at once.
+    // The hold voltage of the speed on this slope, switched on at once.
     let holding = (plant.zeta * target + plant.balance.mass * libm::sin(slope_rad)) / plant.torque_per_voltage;
     let open_v = scales.voltage_to_si(holding.min(plant.voltage_max)) as f32;
     steps.push(measure("open loop", target, |see| {
@@ -110,7 +111,7 @@ pub fn steps(vehicle: &Vehicle<f64>, laws: &[Contender]) -> PlanarSteps {
     }
 }
 
-/// Measures what `fly` shows.
+/// Measures the rows that `fly` produces.
 fn measure(law: &'static str, target: f64, fly: impl FnOnce(&mut dyn FnMut(&SampledRow) -> bool)) -> PlanarStep {
     let mut rows: Vec<SampledRow> = Vec::new();
     fly(&mut |row| {

@@ -105,7 +105,7 @@ fn flight_row(flight: &Flight) -> Vec<String> {
     ]
 }
 
-/// What the tables stand on.
+/// Notes on the basis of the tables.
 fn notes(planar: &PlanarSteps) -> String {
     let least = planar.least_to_rest.map_or("no time".to_owned(), |time| {
         format!("{time:.2} time units of {:.4} s", planar.time_unit_s)
@@ -154,7 +154,7 @@ pub fn text(laws: &[Contender], planar: &PlanarSteps, flights: &[Flight]) -> Str
     text
 }
 
-/// What a tick costs under each law, over what it costs under the first, for the terminal.
+/// The cost of a tick under each law relative to the first law, for the terminal.
 pub fn costs(laws: &[Contender], costs: &[f64]) -> String {
     let mut text = format!(
         "\nWhat a whole tick costs on this host, over that of {} (least of some replays in this run)\n",

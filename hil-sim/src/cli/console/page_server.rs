@@ -1,4 +1,4 @@
-//! The page's files over HTTP, to this machine alone: a fixed list, read anew at each question.
+//! Serves the page's files over HTTP, only to this machine: a fixed list, read again at each request.
 
 use std::fs;
 use std::io::{self, Read, Write};
@@ -37,13 +37,14 @@ const FILES: [(&str, &str); 16] = [
     ("vendor/uPlot.min.css", STYLE),
 ];
 
-/// What the page may do: its own scripts and module, and WebSockets to boards. Nothing from elsewhere.
+/// The page's permissions: its own scripts and module, and WebSockets to boards. Nothing from other
+/// origins.
 const POLICY: &str = "default-src 'none'; script-src 'self' 'wasm-unsafe-eval'; style-src 'self'; img-src 'self' data:; \
                       connect-src 'self' ws: wss:; worker-src 'self'; base-uri 'none'; form-action 'none'; \
                       frame-ancestors 'none'";
-/// Most bytes of a question.
+/// Largest size of a request, bytes.
 const QUESTION_MAX: usize = 8192;
-/// Time within which a browser asks its question, and takes each part of the answer.
+/// Time within which a browser must send its request, and take each part of the answer.
 const CLIENT_PATIENCE: Duration = Duration::from_secs(5);
 
 /// The files of the page.
@@ -60,7 +61,7 @@ impl PageServer {
     /// Serves the files of `page` and the module.
     ///
     /// # Errors
-    /// [`CommandError::Input`]: one of them is not there.
+    /// [`CommandError::Input`]: a file is missing.
     pub fn new(page: PathBuf, module: PathBuf) -> Result<Self, CommandError> {
         let server = Self { page, module };
         let names = FILES.iter().map(|(name, _)| *name).chain([MODULE]);
@@ -70,7 +71,7 @@ impl PageServer {
         Ok(server)
     }
 
-    /// Where the file of this name is, and its type; none for what is not on the list.
+    /// Path and type of the file with this name; `None` if the list does not contain the name.
     fn file(&self, name: &str) -> Option<(PathBuf, &'static str)> {
         if name == MODULE {
             return Some((self.module.clone(), "application/wasm"));
@@ -79,13 +80,13 @@ impl PageServer {
         Some((self.page.join(name), kind))
     }
 
-    /// Answers every browser that comes.
+    /// Answers every browser that connects.
     pub fn serve(self, listener: &TcpListener) {
         let server = Arc::new(self);
         for stream in listener.incoming().flatten() {
             let server = server.clone();
             thread::spawn(move || {
-                // A browser that leaves in the middle is no concern of anybody's.
+                // A browser that disconnects during the answer is ignored.
                 let _ = server.answer_one(stream);
             });
         }
@@ -124,7 +125,8 @@ impl PageServer {
         let (Some(method), Some(target)) = (words.next(), words.next()) else {
             return refused("400 Bad Request", "no question");
         };
-        // A page from elsewhere that calls this machine by another name is none of this server's.
+        // A page from another origin that calls this machine by another name does not belong to this
+        // server.
         let mut fields = question.lines().skip(1).filter_map(|line| line.split_once(':'));
         let host = fields.find(|(name, _)| name.eq_ignore_ascii_case("host"));
         if !host.is_some_and(|(_, host)| is_local_host(host.trim())) {

@@ -11,7 +11,7 @@ use virtual_board::scenario::trace::TraceRow;
 use super::page::{self, RunSummary};
 use super::rows::{self, ChartRows};
 
-/// The files of a run, of which the trace is written while the run goes on.
+/// The files of a run. The trace is written during the run.
 pub struct RunReport {
     directory: PathBuf,
     trace: NewFile,
@@ -47,10 +47,10 @@ impl RunReport {
         address(&self.directory, file)
     }
 
-    /// Begins the files in `directory`, which is made if there is none.
+    /// Begins the files in `directory`, and creates the directory if needed.
     ///
     /// # Errors
-    /// [`CommandError::Input`] naming what cannot be written.
+    /// [`CommandError::Input`] with the file that cannot be written.
     pub fn create(directory: PathBuf) -> Result<Self, CommandError> {
         create_directory(&directory)?;
         let mut trace = NewFile::replace("--out", &directory.join("trace.csv"))?;
@@ -65,16 +65,16 @@ impl RunReport {
     /// Takes the next row of the run.
     ///
     /// # Errors
-    /// What the disk says.
+    /// The operating system's error.
     pub fn add(&mut self, row: &TraceRow) -> Result<(), CommandError> {
         self.charts.add(row);
         Ok(rows::write_row(&mut self.trace, row)?)
     }
 
-    /// Completes the files; the directory they lie in.
+    /// Completes the files; returns their directory.
     ///
     /// # Errors
-    /// [`CommandError`]: what cannot be written or drawn.
+    /// [`CommandError`]: a file or a chart cannot be written.
     pub fn finish(self, summary: &RunSummary<'_>) -> Result<PathBuf, CommandError> {
         let out = self.directory;
         self.trace.finish()?;

@@ -1,4 +1,4 @@
-//! The page of a run: what it was judged by, its plots, the firmware's log.
+//! The page of a run: its bounds and metrics, its plots, the firmware's log.
 
 use std::fmt::Write as _;
 
@@ -13,7 +13,7 @@ use virtual_board::scenario::{BoundsOf, Check, GAP_S, MetricValue, RunStory, Run
 use super::rows::ChartRows;
 use super::terms::{SPAR_TERMS, SPEED_TERMS, STEERING_TERMS};
 
-/// The files and the command of a run, as a person would name them.
+/// The files and the command of a run, in a form for people.
 #[derive(Debug, Clone)]
 pub struct RunOrigin {
     /// The scenario's file or name.
@@ -24,14 +24,14 @@ pub struct RunOrigin {
     pub command: String,
 }
 
-/// What a run came to.
+/// Summary of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct RunSummary<'a> {
-    /// What ran.
+    /// The scenario.
     pub scenario: &'a Scenario,
-    /// The vehicle that was simulated.
+    /// The simulated vehicle.
     pub vehicle: &'a Vehicle<f64>,
-    /// Where it comes from.
+    /// The run's origin.
     pub origin: &'a RunOrigin,
     /// Every metric.
     pub values: &'a [MetricValue],
@@ -57,7 +57,7 @@ impl RunSummary<'_> {
     }
 }
 
-/// The page of a run, drawn from the rows kept.
+/// The page of a run, drawn from the stored rows.
 ///
 /// # Errors
 /// The encoder's message.
@@ -70,7 +70,7 @@ pub fn page(summary: &RunSummary<'_>, rows: &ChartRows) -> Result<String, String
         time: trace.values(TraceRow::time_s),
         events: told.events.iter().map(strip_event).chain(limits(rows)).collect(),
         scene: Some(scene(summary.vehicle, trace)),
-        // The path is one of the two views.
+        // The path is part of the two views.
         charts: drawn(summary, trace)
             .filter(|(name, _)| *name != "path")
             .map(|(_, chart)| chart)
@@ -119,7 +119,7 @@ fn head(summary: &RunSummary<'_>, stride: usize) -> String {
     head
 }
 
-/// What happened, what it was judged by, what else was measured, and the log.
+/// Events, judged metrics, other metrics, and the log.
 fn tail(summary: &RunSummary<'_>) -> String {
     let RunSummary {
         scenario,
@@ -188,7 +188,7 @@ fn strip_event(event: &StoryEvent) -> StripEvent {
 /// When each limit was in force, except the limits that the story reports as events.
 fn limits(rows: &ChartRows) -> impl Iterator<Item = StripEvent> {
     let trace = &rows.trace;
-    // Of a long run every stride-th row is there.
+    // For a long run only every stride-th row is stored.
     let apart_s = match trace.rows.as_slice() {
         [first, second, ..] => second.time_s() - first.time_s(),
         _ => 0.0,
@@ -218,7 +218,7 @@ fn limits(rows: &ChartRows) -> impl Iterator<Item = StripEvent> {
     })
 }
 
-/// The vehicle's sizes and its motion.
+/// The vehicle's dimensions and its motion.
 fn scene(vehicle: &Vehicle<f64>, trace: &Trace) -> Scene {
     let p = vehicle.parameters();
     let spar = p.spar.as_ref().map(|(spar, _)| spar);
@@ -240,7 +240,7 @@ fn scene(vehicle: &Vehicle<f64>, trace: &Trace) -> Scene {
     }
 }
 
-/// The table of what happened.
+/// The table of events.
 fn events(told: &RunStory) -> String {
     if told.events.is_empty() {
         return "<p>Nothing.</p>\n".to_owned();
@@ -375,7 +375,8 @@ mod tests {
     use super::super::rows::tests::row;
     use super::*;
 
-    /// In force in every row but a short gap, it is one spell, also where only every 32nd row is kept; a long gap parts it.
+    /// A limit in force in every row except a short gap is one spell, also if only every 32nd row is
+    /// stored. A long gap splits the spell.
     #[test]
     fn a_limit_is_one_spell_at_any_stride() {
         for apart_ms in [10, 320] {

@@ -18,22 +18,22 @@ use virtual_board::scenario::StoryEvent;
 
 use super::vehicle_f32;
 
-/// Time from one reading of the firmware's log to the next while a run is recorded, ms: the file gets it as the run goes.
+/// Time between two reads of the firmware's log while a run is recorded, ms. The file receives the log during the run.
 const LOG_PERIOD_MS: u64 = 500;
 
-/// The recording of a run under way: the file of `--record`. It grows with the run, and what is written stays whatever
+/// The recording of a run: the file of `--record`. The file grows with the run, and everything written stays, whatever
 /// ends the run.
 pub struct RunRecord {
     writer: RunWriter<GrowingFile>,
     log_read_ms: u64,
     last_tick: u32,
-    /// The disk's first refusal, after which nothing more is written.
+    /// The first write error, after which nothing more is written.
     written: Result<(), CommandError>,
 }
 
 impl RunRecord {
-    /// Begins the file, before the run, so that the tool reports at once a file that it cannot write. The board was
-    /// given `vehicle`.
+    /// Begins the file before the run, so that the tool reports at once a file that it cannot write. `vehicle` is the
+    /// board's vehicle.
     ///
     /// # Errors
     /// [`CommandError`]: the file cannot be written.
@@ -48,12 +48,12 @@ impl RunRecord {
         })
     }
 
-    /// Takes what happened next.
+    /// Takes the next events.
     pub fn events(&mut self, events: &[StoryEvent]) {
         self.write(|writer| events.iter().try_for_each(|event| writer.event(event)));
     }
 
-    /// Takes the records of the next ticks, of a board that was switched on `booted_us` after the start.
+    /// Takes the records of the next ticks of a board that was switched on at `booted_us`, us since the start.
     pub fn records(&mut self, records: &[FlightRecord], booted_us: u64) {
         self.write(|writer| {
             writer.booted_at(booted_us);
@@ -61,8 +61,8 @@ impl RunRecord {
         });
     }
 
-    /// Whether the log is to be read before these records are taken, at `now_ms` since the start: from time to time, and at the
-    /// end of a boot, whose last lines stand before the records of the next one.
+    /// Whether the log must be read before these records are taken, at `now_ms` since the start: periodically, and at
+    /// the end of a boot, whose last lines precede the next boot's records.
     pub fn wants_log(&mut self, now_ms: u64, records: &[FlightRecord]) -> bool {
         let boots = records.iter().fold((self.last_tick, false), |(last, boots), record| {
             (record.tick, boots || record.tick <= last)
@@ -80,10 +80,11 @@ impl RunRecord {
         self.write(|writer| lines.iter().try_for_each(|line| writer.log(&LogLine::printed(line))));
     }
 
-    /// Takes what was under way at the end of the run and the last lines of the log, and completes the file; its name.
+    /// Takes the events in progress at the end of the run and the log's last lines, and completes the file; returns
+    /// its name.
     ///
     /// # Errors
-    /// [`CommandError`]: what could not be written. What a full disk took is kept.
+    /// [`CommandError`]: the file could not be written completely. Everything written before stays.
     pub fn ended(mut self, under_way: &[StoryEvent], log: &[String]) -> Result<PathBuf, CommandError> {
         self.events(under_way);
         self.log(log);
@@ -98,11 +99,11 @@ impl RunRecord {
     }
 }
 
-/// Replays the recorded ticks through the pure step: its mean cost on this host, ns, and the proof that
-/// it repeats every actuation bit for bit.
+/// Replays the recorded ticks through the pure step and checks that the step repeats every actuation bit for bit;
+/// returns the step's mean cost on this host, ns.
 ///
 /// # Errors
-/// [`CommandError::Checks`]: the replay drives otherwise.
+/// [`CommandError::Checks`]: a replayed actuation differs.
 pub fn replay_ns(vehicle: &Vehicle<f64>, records: &[FlightRecord]) -> Result<f64, CommandError> {
     let vehicle = vehicle_f32(vehicle)?;
     let started = Instant::now();

@@ -1,4 +1,4 @@
-//! The rows of a run: the trace as CSV, and those that the charts are drawn from.
+//! The rows of a run: the trace as CSV, and the rows for the charts.
 
 use std::io;
 
@@ -7,7 +7,7 @@ use virtual_board::scenario::trace::{COLUMNS, Trace, TraceRow};
 /// Writes the first line of a trace as CSV: the columns' names.
 ///
 /// # Errors
-/// Those of `out`.
+/// The errors of `out`.
 pub fn write_header(out: &mut impl io::Write) -> io::Result<()> {
     let names: Vec<&str> = COLUMNS.iter().map(|(name, _)| *name).collect();
     writeln!(out, "{}", names.join(","))
@@ -16,7 +16,7 @@ pub fn write_header(out: &mut impl io::Write) -> io::Result<()> {
 /// Writes one row of a trace as CSV, every number with all its digits.
 ///
 /// # Errors
-/// Those of `out`.
+/// The errors of `out`.
 pub fn write_row(out: &mut impl io::Write, row: &TraceRow) -> io::Result<()> {
     for (i, (_, value)) in COLUMNS.iter().enumerate() {
         let separator = if i == 0 { "" } else { "," };
@@ -25,16 +25,16 @@ pub fn write_row(out: &mut impl io::Write, row: &TraceRow) -> io::Result<()> {
     writeln!(out)
 }
 
-/// Most rows that the charts are drawn from.
+/// Largest number of rows for the charts.
 const CHART_ROWS_MAX: usize = 16_384;
 
-/// The rows that the charts are drawn from: all of them up to `CHART_ROWS_MAX`, which is 160 s; of a longer run every
-/// second, fourth, ... row, so that memory does not grow with the run.
+/// The rows for the charts: all rows up to `CHART_ROWS_MAX`, which is 160 s; for a longer run every second, fourth,
+/// ... row, so that the memory does not grow with the run.
 #[derive(Debug)]
 pub struct ChartRows {
-    /// The rows kept.
+    /// The stored rows.
     pub trace: Trace,
-    /// One of this many is kept.
+    /// One of this many rows is stored.
     pub stride: usize,
     seen: usize,
 }

@@ -1,4 +1,4 @@
-//! One scenario with many seeds: what its metrics spread over.
+//! One scenario with many seeds: the spread of its metrics.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
@@ -13,30 +13,30 @@ use virtual_board::scenario::{self, JudgedRun, RunVerdict, VirtualBackend, run_j
 
 use super::{Arguments, file_name, load_run};
 
-/// Most seeds of one call; more are a campaign.
+/// Largest number of seeds of one call; a campaign takes more.
 const SEEDS_MAX: u64 = 10_000;
 
-/// What a metric came to over all seeds.
+/// A metric's values over all seeds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Spread {
     /// The metric.
     pub name: &'static str,
-    /// Its least value.
+    /// Smallest value.
     pub least: f64,
-    /// The value in the middle.
+    /// Median value.
     pub median: f64,
-    /// Its largest value.
+    /// Largest value.
     pub most: f64,
-    /// Of a metric whose values have names: those of each value that was seen, once.
+    /// For a metric whose values have names: the names of each value that occurred, once.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub named: Vec<Vec<&'static str>>,
-    /// The scenario's bounds, if it has any for this metric.
+    /// The scenario's bounds of this metric, if any.
     pub bounds: Option<[f64; 2]>,
     /// Number of runs beyond the bounds.
     pub out_of_bounds: u64,
 }
 
-/// What all runs came to.
+/// Summary of all runs.
 #[derive(Debug, Serialize)]
 pub struct Spreads {
     /// The scenario's title.
@@ -45,11 +45,11 @@ pub struct Spreads {
     pub seeds: [u64; 2],
     /// Number of runs.
     pub runs: u64,
-    /// Of these, how many passed.
+    /// Number of runs that passed.
     pub passed: u64,
-    /// How many left their bounds.
+    /// Number of runs that left their bounds.
     pub failed: u64,
-    /// How many the plant could not simulate to their end.
+    /// Number of runs that the plant could not simulate to their end.
     pub stopped: u64,
     /// Seed and reasons of each run that failed or stopped.
     pub failures: Vec<(u64, Vec<String>)>,
@@ -135,7 +135,7 @@ pub fn spreads(arguments: &Arguments, seeds: RangeInclusive<u64>) -> Result<Spre
     })
 }
 
-/// What the `values` of a metric spread over; `None` if none is a number.
+/// The spread of a metric's `values`; `None` if no value is a number.
 fn spread(name: &'static str, mut values: Vec<f64>, bounds: Option<[f64; 2]>) -> Option<Spread> {
     let within = |value: f64, [least, most]: [f64; 2]| least <= value && value <= most;
     let out_of_bounds = bounds.map_or(0, |bounds| {
@@ -224,7 +224,7 @@ mod tests {
         let values = vec![3.0, f64::NAN, 1.0, 2.0, 10.0];
         let spread = spread("armed_s", values, Some([1.5, 5.0])).expect("numbers");
         assert_eq!((spread.least, spread.median, spread.most), (1.0, 2.5, 10.0));
-        // 1 and 10, and what is no number.
+        // The values 1 and 10, and the NaN.
         assert_eq!(spread.out_of_bounds, 3);
         assert_eq!(super::spread("armed_s", vec![f64::NAN], None), None);
     }

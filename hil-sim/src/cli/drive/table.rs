@@ -1,4 +1,4 @@
-//! What a run came to, in the terminal.
+//! Summary of a run for the terminal.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use virtual_board::scenario::{BoundsOf, Check, EventKind, RunVerdict, shown};
 
 use super::page::RunSummary;
 
-/// Most lines of what happened; the page has them all.
+/// Largest number of events in the terminal; the page shows all events.
 const EVENTS_SHOWN: usize = 24;
 
 /// Quantities of the short table: label and metric.
@@ -23,7 +23,7 @@ const TABLE: &[(&str, &str)] = &[
     ("dead-reckoning drift    m", "dead_reckoning_drift_m"),
 ];
 
-/// The table of a run: its metrics with their bounds, the verdict, and what happened.
+/// The table of a run: its metrics with their bounds, the verdict, and the events.
 pub fn table(summary: &RunSummary<'_>) -> String {
     let RunSummary {
         scenario,
@@ -74,7 +74,7 @@ pub fn table(summary: &RunSummary<'_>) -> String {
     text
 }
 
-/// The verdict in words, and in the colour of its meaning.
+/// The verdict in words, in its colour.
 fn coloured(verdict: RunVerdict) -> String {
     match verdict {
         RunVerdict::Passed => good(verdict.name()),

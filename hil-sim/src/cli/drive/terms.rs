@@ -1,4 +1,4 @@
-//! The laws' terms as curves, each with their sum: errors of a sum become visible beside what it is made of.
+//! The laws' terms as curves, each group with its sum: errors of a sum become visible next to its terms.
 
 use virtual_board::scenario::trace::Value;
 

@@ -1,4 +1,4 @@
-//! What is kept of a run while it goes on.
+//! The data of a run that are collected during the run.
 
 use std::cell::RefCell;
 
@@ -11,23 +11,23 @@ use virtual_board::scenario::{self, Backend, Metrics, RunEnd, RunError, Scenario
 use super::files::RunReport;
 use super::record::RunRecord;
 
-/// What is kept of a run while it goes on.
+/// The data of a run that are collected during the run.
 pub struct Watched {
-    /// The run's numbers.
+    /// The run's metrics.
     pub measured: Metrics,
-    /// What happened.
+    /// The run's events.
     pub story: Story,
-    /// The files of `--out`, if they are asked for.
+    /// The files of `--out`, if requested.
     pub report: Option<RunReport>,
-    /// The file of `--record`, if it is asked for.
+    /// The file of `--record`, if requested.
     pub record: Option<RunRecord>,
     /// The first ticks, at most `replayed_max`, for the replay after the run.
     pub first_records: Vec<FlightRecord>,
-    /// Most ticks that are replayed.
+    /// Largest number of replayed ticks.
     pub replayed_max: usize,
-    /// The log as far as it was read for the record.
+    /// The part of the log that was read for the record.
     pub log: Vec<String>,
-    /// Whether the report's files took everything.
+    /// Whether everything was written to the report's files.
     pub written: Result<(), CommandError>,
 }
 
@@ -47,10 +47,10 @@ impl Default for Watched {
 }
 
 impl Watched {
-    /// Runs the scenario with a bar of its progress.
+    /// Runs the scenario with a progress bar.
     ///
     /// # Errors
-    /// [`RunError`]: the run could not go on.
+    /// [`RunError`]: the run could not continue.
     pub fn drive(&mut self, scenario: &Scenario, backend: &mut dyn Backend) -> Result<RunEnd, RunError> {
         if self.replayed_max > 0 || self.record.is_some() {
             backend.keep_records();

@@ -1,4 +1,4 @@
-//! Where the link tool's lines go: one writer that is checked, so that a closed pipe is an error and no panic.
+//! Output of the link tool: one checked writer, so that a closed pipe is an error and not a panic.
 
 use std::io::{ErrorKind, Write};
 
@@ -10,7 +10,7 @@ use report::visible::visible_line;
 pub struct Console<O>(pub O);
 
 impl<O: Write> Console<O> {
-    /// Writes one line; what a board or a file says acts on no terminal.
+    /// Writes one line. Text from a board or a file cannot act on the terminal.
     ///
     /// # Errors
     /// The output is closed or full.
@@ -18,7 +18,8 @@ impl<O: Write> Console<O> {
         self.coloured_line(&visible_line(text))
     }
 
-    /// Writes one line of the tool's own with its colours: what a board or a file says must have been made visible.
+    /// Writes one line of the tool's own, with colours. Text from a board or a file must have been made visible
+    /// before.
     ///
     /// # Errors
     /// The output is closed or full.

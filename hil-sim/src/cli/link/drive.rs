@@ -19,22 +19,22 @@ use super::session::{Link, refused};
 use super::status::{SHOW_US, line};
 use super::wire::Wire;
 
-/// Longest drive and longest look, s.
+/// Longest drive, and longest display of the status, s.
 pub const SECONDS_MAX: f64 = 3600.0;
 
-/// How long the tool commands standstill before it arms, us: the vehicle arms only under a fresh command of 0.
+/// Time for which the tool commands standstill before it arms, us: the vehicle arms only under a fresh command of 0.
 const NEUTRAL_US: u64 = 100_000;
-/// How long the tool waits for gyros that are still being calibrated, us: half a second after a boot at rest.
+/// Longest wait for the calibration of the gyros, us. At rest the calibration takes half a second after a boot.
 const CALIBRATION_US: u64 = 2_000_000;
-/// How long a drive waits for the first record and the parameters, us; a board without records drives all the same.
+/// Longest wait of a drive for the first record and the parameters, us. A board without records can still drive.
 const RECORD_BEGINS_US: u64 = 1_000_000;
 /// Longest time that a stop at the end of a drive may take, us.
 const STOP_US: u64 = 4_000_000;
-/// Speed below which the vehicle counts as stopped, m/s, and for how long it must be below it, us.
+/// Speed below which the vehicle counts as stopped, m/s, and the time for which it must stay below, us.
 const STOPPED_M_S: f32 = 0.05;
 const STOPPED_US: u64 = 500_000;
 
-/// What to drive, checked.
+/// A checked drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DriveJob {
     speed_m_s: f32,
@@ -57,10 +57,10 @@ pub fn check_seconds(seconds: f64) -> Result<f64, CommandError> {
 }
 
 impl DriveJob {
-    /// Checks the numbers before anything else happens.
+    /// Checks the numbers before any other step.
     ///
     /// # Errors
-    /// [`CommandError::Input`] names the number and what is allowed.
+    /// [`CommandError::Input`] names the number and its allowed range.
     pub fn new(speed_m_s: f32, yaw_rate_rad_s: f32, seconds: f64) -> Result<Self, CommandError> {
         let largest = DriveCommand::largest();
         within("--speed-m-s", speed_m_s, largest.speed_m_s)?;
@@ -74,7 +74,7 @@ impl DriveJob {
     }
 }
 
-/// Checks that `value` is a number within `max` either way.
+/// Checks that `value` is a number from `-max` to `max`.
 fn within(flag: &str, value: f32, max: f32) -> Result<(), CommandError> {
     if value.abs() <= max {
         Ok(())
@@ -88,9 +88,9 @@ fn within(flag: &str, value: f32, max: f32) -> Result<(), CommandError> {
 
 /// Why the vehicle is not armed.
 enum NotArmed {
-    /// The board takes no orders of this host: if somebody drives it, it is another one, whose vehicle stays as it is.
+    /// The board does not take this host's orders. Another host may be driving, and its vehicle must not be disturbed.
     Stranger(CommandError),
-    /// Anything else; the vehicle may be armed all the same.
+    /// Any other reason; the vehicle may be armed nevertheless.
     Failed(CommandError),
 }
 
@@ -126,8 +126,8 @@ impl<'a, O: Write> Lines<'a, O> {
 }
 
 impl<W: Wire> Link<W> {
-    /// Arms, drives, stops, and shows the status all the while. Whatever happens to a vehicle that this host may have
-    /// armed, a Disarm is the last thing sent, and the board must confirm it.
+    /// Arms, drives and stops, and shows the status meanwhile. Whatever happens to a vehicle that this host may have
+    /// armed, the last order is a Disarm, which the board must confirm.
     ///
     /// # Errors
     /// A speed beyond the vehicle's largest; the board refuses to arm, falls silent, or leaves the armed state; the
@@ -141,11 +141,11 @@ impl<W: Wire> Link<W> {
         lines.end(&status, self.client.status.as_ref())
     }
 
-    /// As [`Link::drive`], and writes the record of every tick to `out`, from the oldest that the board still has. An
-    /// output that takes no more stops the vehicle.
+    /// As [`Link::drive`], and writes the record of every tick to `out`, from the oldest record that the board still
+    /// has. A write error stops the vehicle.
     ///
     /// # Errors
-    /// As [`Link::drive`]; `out` takes no more.
+    /// As [`Link::drive`]; `out` cannot be written.
     pub fn drive_recorded<R: Write, O: Write>(
         &mut self,
         drive: &DriveJob,
@@ -158,7 +158,7 @@ impl<W: Wire> Link<W> {
         };
         let mut recorder = LinkRecording::default();
         recorder.begin(self, identity)?;
-        // To ask for the parameters takes its time, in which no command would be sent: it is done before the vehicle arms.
+        // The tool reads the parameters before the vehicle arms, because it sends no commands during the read.
         let from_us = self.wire.now_us();
         while !recorder.is_under_way() && self.wire.now_us() - from_us < RECORD_BEGINS_US {
             self.listen()?;
@@ -185,8 +185,8 @@ impl<W: Wire> Link<W> {
         recorded
     }
 
-    /// As [`Link::drive`] without a word; `watch` sees the client, with the newest status and the records that have come, all
-    /// the while that the vehicle is armed. Returns the last status before the Disarm.
+    /// As [`Link::drive`] without output. While the vehicle is armed, `watch` is called with the client, its newest
+    /// status and its new records. Returns the last status before the Disarm.
     ///
     /// # Errors
     /// As [`Link::drive`].
@@ -201,7 +201,7 @@ impl<W: Wire> Link<W> {
         })
     }
 
-    /// As [`Link::drive`]; `attend` is called all the while that the vehicle is armed, and may end the drive by a
+    /// As [`Link::drive`]. `attend` is called repeatedly while the vehicle is armed, and may end the drive with a
     /// controlled stop. Returns the last status before the Disarm.
     fn drive_attended(
         &mut self,
@@ -223,7 +223,7 @@ impl<W: Wire> Link<W> {
     /// Commands standstill, and arms.
     fn arm(&mut self, drive: &DriveJob, sent_us: &mut Option<u64>) -> Result<(), NotArmed> {
         if let Err(error) = self.prepare(drive, sent_us) {
-            // The client forgets a board that does not know it.
+            // The client forgets a board that does not know the client.
             return Err(match self.client.identity() {
                 None => NotArmed::Stranger(error),
                 Some(_) => NotArmed::Failed(error),
@@ -237,7 +237,7 @@ impl<W: Wire> Link<W> {
         }
     }
 
-    /// Everything before the wish to arm.
+    /// Everything before the Arm request.
     fn prepare(&mut self, drive: &DriveJob, sent_us: &mut Option<u64>) -> Result<(), CommandError> {
         self.check_limits(drive)?;
         let from_us = self.wire.now_us();
@@ -262,7 +262,7 @@ impl<W: Wire> Link<W> {
         sent_us: &mut Option<u64>,
         mut attend: impl FnMut(&mut Self) -> ControlFlow<()>,
     ) -> Result<BoardStatus, CommandError> {
-        // What the board said before it armed is over.
+        // A status from before the arming no longer counts.
         self.client.status = None;
         let from_us = self.wire.now_us();
         let drive_us = (drive.seconds * 1e6) as u64;
@@ -279,7 +279,7 @@ impl<W: Wire> Link<W> {
         self.fresh_status()
     }
 
-    /// A controlled stop, which a second wish to stop cuts short.
+    /// A controlled stop, which a second request to stop ends early.
     fn stop(
         &mut self,
         sent_us: &mut Option<u64>,
@@ -294,7 +294,7 @@ impl<W: Wire> Link<W> {
             }
             self.command(0.0, 0.0, sent_us)?;
             self.listen()?;
-            // The vehicle stops already.
+            // The vehicle is already stopping.
             let _ = attend(self);
             self.check_armed()?;
             let stopped = self
@@ -308,7 +308,7 @@ impl<W: Wire> Link<W> {
         Ok(())
     }
 
-    /// Repeats the drive command, if it is time to.
+    /// Repeats the drive command if it is due.
     fn command(&mut self, speed_m_s: f32, yaw_rate_rad_s: f32, sent_us: &mut Option<u64>) -> Result<(), CommandError> {
         let now_us = self.wire.now_us();
         if sent_us.is_none_or(|at| now_us - at >= COMMAND_PERIOD_MS * 1000) {
@@ -318,7 +318,7 @@ impl<W: Wire> Link<W> {
         Ok(())
     }
 
-    /// The vehicle must still be armed, as far as it has reported since the board confirmed that it is.
+    /// Checks that the vehicle is still armed, by its reports since the board confirmed the arming.
     fn check_armed(&mut self) -> Result<(), CommandError> {
         let Some(status) = self.client.status else {
             return Ok(());
@@ -335,7 +335,7 @@ impl<W: Wire> Link<W> {
         }))
     }
 
-    /// The vehicle's own limits must allow the drive.
+    /// Checks that the vehicle's own limits allow the drive.
     fn check_limits(&mut self, drive: &DriveJob) -> Result<(), CommandError> {
         for (flag, name, value) in [
             ("--speed-m-s", "speed_max_m_s", drive.speed_m_s),

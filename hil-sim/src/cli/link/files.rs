@@ -1,4 +1,4 @@
-//! Files that grow while the board speaks, and keep what they have when the board falls silent.
+//! Files that grow while the board sends, and keep their content when the board falls silent.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use record_file::writer::{RecordFormat, RecordWriter};
 use report::error::CommandError;
 use report::files::GrowingFile;
 
-/// Records into a file that must not exist yet. A recording that ended early is completed as far as it got.
+/// Records into a file that must not exist yet. A recording that ended early is completed with what it has.
 ///
 /// # Errors
 /// As [`into_new_file`].
@@ -25,12 +25,12 @@ pub fn into_new_record<R>(
     })
 }
 
-/// Writes into a file that must not exist yet, and makes sure that it is there. What was written before the board fell
-/// silent stays; a file into which nothing was written does not, so that the command can be given again.
+/// Writes into a file that must not exist yet, and flushes it to the disk. Everything written before the board fell
+/// silent stays. An empty file is removed, so that the command can be repeated.
 ///
 /// # Errors
-/// [`CommandError::Input`]: there is such a file, or it cannot be written; [`CommandError::Other`]: the disk is full; what
-/// `write` says.
+/// [`CommandError::Input`]: the file exists or cannot be written; [`CommandError::Other`]: the disk is full; the
+/// errors of `write`.
 pub fn into_new_file<R>(
     flag: &'static str,
     path: &Path,

@@ -1,4 +1,4 @@
-//! What the board remembers: its log and its faults.
+//! Reads the board's memory: its log and its faults.
 
 use std::io::Write;
 
@@ -12,12 +12,12 @@ use super::console::Console;
 use super::session::{Link, refused};
 use super::wire::Wire;
 
-/// How often a question is asked before the link counts as lost.
+/// Number of times that a question is asked before the link counts as lost.
 const READ_ATTEMPTS: u32 = 3;
 
 impl<W: Wire> Link<W> {
-    /// Asks the board to read something of its memory: again if question or answer was lost, as a long reading is not to
-    /// fail for one frame of hundreds.
+    /// Asks the board for a part of its memory. Asks again if the question or the answer was lost, so that a long read
+    /// does not fail because of one frame of hundreds.
     pub(super) fn read_memory(&mut self, read: Read) -> Result<Reading, CommandError> {
         for _ in 0..READ_ATTEMPTS {
             if let Some(found) = self.ask_memory(read)? {
@@ -29,7 +29,7 @@ impl<W: Wire> Link<W> {
         ))
     }
 
-    /// Asks once; nothing if no answer came in time.
+    /// Asks once; `None` if no answer came in time.
     fn ask_memory(&mut self, read: Read) -> Result<Option<Reading>, CommandError> {
         let mut found = None;
         let sequence = self.give(Order::Read(read))?;
@@ -57,10 +57,10 @@ impl<W: Wire> Link<W> {
         })
     }
 
-    /// Reads the board's log: `each` gets every block of lines, and how many lines before it are gone.
+    /// Reads the board's log. `each` receives every block of lines, and the number of lost lines before the block.
     ///
     /// # Errors
-    /// Silence, or what `each` finds.
+    /// Silence, or an error of `each`.
     pub(in crate::cli) fn log(
         &mut self,
         each: impl FnMut(&LogBlock, u32) -> Result<(), CommandError>,
@@ -68,7 +68,7 @@ impl<W: Wire> Link<W> {
         self.log_from(0, each)
     }
 
-    /// As [`Link::log`], from the line of number `from` on.
+    /// As [`Link::log`], starting at line number `from`.
     ///
     /// # Errors
     /// As [`Link::log`].
@@ -95,7 +95,7 @@ impl<W: Wire> Link<W> {
 }
 
 impl<W: Wire> Link<W> {
-    /// Shows the last faults, of this boot and of those before.
+    /// Shows the last faults, of this boot and of earlier boots.
     ///
     /// # Errors
     /// Silence, or the output is closed.
@@ -133,7 +133,7 @@ impl<W: Wire> Link<W> {
     }
 }
 
-/// The number behind `number`, if that is at least `from`: whatever a board answers, reading its memory ends.
+/// The number after `number`, if it is at least `from`. This check ends the read whatever a board answers.
 pub(super) fn beyond(number: u32, from: u32) -> Option<u32> {
     if number < from { None } else { number.checked_add(1) }
 }

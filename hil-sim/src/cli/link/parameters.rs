@@ -12,10 +12,10 @@ use super::session::{Link, not_changed};
 use super::wire::Wire;
 
 impl<W: Wire> Link<W> {
-    /// The kind of vehicle that the board's parameters are of.
+    /// The kind of vehicle that the board's parameters describe.
     ///
     /// # Errors
-    /// The board has not said who it is, or has other parameters than this tool.
+    /// The board has not sent its identity, or has other parameters than this tool.
     fn kind(&self) -> Result<VehicleParameters<f32>, CommandError> {
         let schema = self
             .client
@@ -52,7 +52,7 @@ impl<W: Wire> Link<W> {
         }
     }
 
-    /// Stages one change; the board must echo number and value.
+    /// Stages one change. The board must return the same number and value.
     fn write(&mut self, number: u16, value: f32) -> Result<(), CommandError> {
         match self.ask(ParameterRequest::Write { number, value })? {
             ParameterAnswer::Value {
@@ -85,7 +85,7 @@ impl<W: Wire> Link<W> {
     /// Changes parameters, `table.name=value` each, and stores the set.
     ///
     /// # Errors
-    /// An unknown name or a bad value (nothing is changed then), or the board refuses.
+    /// An unknown name or an invalid value (then nothing is changed), or the board refuses.
     pub fn set(&mut self, assignments: &[String]) -> Result<(), CommandError> {
         let kind = self.kind()?;
         let mut changes = Vec::new();
@@ -111,8 +111,9 @@ impl<W: Wire> Link<W> {
         self.change(&changes)
     }
 
-    /// Changes every parameter that differs from `wanted`, and stores the set: also if none differs, because the board
-    /// may have lost its stored set. Returns what differed. `file` is where `wanted` comes from, for messages.
+    /// Changes every parameter that differs from `wanted`, and stores the set, even if no parameter differs, because
+    /// the board may have lost its stored set. Returns the differences. `file` is the source of `wanted`, for
+    /// messages.
     ///
     /// # Errors
     /// The vehicle is of another kind, or the board refuses.
@@ -129,7 +130,7 @@ impl<W: Wire> Link<W> {
         Ok(differences)
     }
 
-    /// Every parameter in which the board's set in force differs from `wanted`, which comes from `file`.
+    /// Every parameter in which the board's set in force differs from `wanted`, the set of `file`.
     ///
     /// # Errors
     /// The vehicle is of another kind, or no answer.
@@ -152,9 +153,9 @@ impl<W: Wire> Link<W> {
         Ok(diff(&self.parameters()?, wanted))
     }
 
-    /// Stages these changes and no others, and stores the set.
+    /// Stages only these changes, and stores the set.
     fn change(&mut self, changes: &[(u16, f32)]) -> Result<(), CommandError> {
-        // What a host before this one staged and left must not be stored with them.
+        // Changes that an earlier host staged and abandoned must not be stored with these.
         match self.ask(ParameterRequest::Discard)? {
             ParameterAnswer::Discarded => {}
             other => return Err(not_changed(&other)),
@@ -165,7 +166,7 @@ impl<W: Wire> Link<W> {
         self.store()
     }
 
-    /// Goes back to the built-in set.
+    /// Restores the built-in set.
     ///
     /// # Errors
     /// The board refuses.

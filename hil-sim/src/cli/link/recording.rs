@@ -1,4 +1,4 @@
-//! The stream of records, and the look back after a fault, into a file.
+//! Writes the stream of records, and the look back after a fault, to a file.
 
 use std::io::Write;
 
@@ -18,14 +18,14 @@ const FREEZES_US: u64 = 1_500_000;
 /// How often the board is asked for the new lines of its log, us.
 const LOG_US: u64 = 500_000;
 
-/// What was recorded.
+/// Counts of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Recorded {
     /// Blocks written.
     pub blocks: u32,
-    /// Ticks in them.
+    /// Ticks in these blocks.
     pub ticks: u64,
-    /// Blocks that the board made and that did not arrive.
+    /// Blocks that the board sent and that did not arrive.
     pub lost: u32,
 }
 
@@ -44,18 +44,18 @@ impl Recorded {
     }
 }
 
-/// The board's log, asked for while something else goes on.
+/// The board's log, read in parallel with other work.
 #[derive(Debug, Default)]
 struct LogFollower {
     /// The number of the next line.
     from: u32,
-    /// The number of the question that is not answered yet, and when the last one was asked, us.
+    /// The number of the unanswered question, and the time of the last question, us.
     asked: Option<u32>,
     asked_us: u64,
 }
 
 impl LogFollower {
-    /// Asks for new lines if it is time to, and writes those that have come.
+    /// Asks for new lines if a question is due, and writes the lines that have arrived.
     fn follow<W: Wire, O: Write>(&mut self, link: &mut Link<W>, out: &mut RecordWriter<O>) -> Result<(), CommandError> {
         let now_us = link.wire.now_us();
         if let Some(sequence) = self.asked
@@ -67,7 +67,7 @@ impl LogFollower {
             };
             self.write(&block, out)?;
         }
-        // A question whose answer got lost is asked again.
+        // A question whose answer was lost is asked again.
         if now_us - self.asked_us >= LOG_US {
             self.asked = Some(link.give(Order::Read(Read::Log { from: self.from }))?);
             self.asked_us = now_us;
@@ -76,7 +76,7 @@ impl LogFollower {
     }
 
     fn write<O: Write>(&mut self, block: &LogBlock, out: &mut RecordWriter<O>) -> Result<(), CommandError> {
-        // Whatever a board answers, no line is written twice.
+        // No line is written twice, whatever a board answers.
         let known = self.from.saturating_sub(block.first);
         let new = LogBlock {
             first: block.first.saturating_add(known),
@@ -89,26 +89,27 @@ impl LogFollower {
     }
 }
 
-/// A recording under way: what of the board's words goes into the file, and what is still to be written there.
+/// A recording in progress: selects the board's messages for the file, and tracks what must still be written.
 #[derive(Debug, Default)]
 pub(super) struct LinkRecording {
     recorded: Recorded,
     story: StatusStory,
     log: LogFollower,
-    /// Who the board is stands in front of its records; a file without a record stays empty.
+    /// The board's identity, which precedes its records in the file. A file without a record stays empty.
     unwritten: Option<Identity>,
-    /// The parameters in force go behind it.
+    /// Whether the parameters in force must still be written after the identity.
     untold_vehicle: bool,
-    /// Number of the next block, once there has been one: what went before the first is no loss.
+    /// Number of the next block, once a block has arrived. Blocks before the first do not count as lost.
     next: Option<u32>,
-    /// The boot that was recorded last.
+    /// The last recorded boot.
     boot: Option<u32>,
     /// Boot and number of the last status written.
     last_status: Option<(u32, u32)>,
 }
 
 impl LinkRecording {
-    /// Asks the board that has just said who it is for its records, from the oldest that it still has.
+    /// Asks the board that has just sent its identity for its records, from the oldest record that it still
+    /// has.
     ///
     /// # Errors
     /// The board refuses, or is silent.
@@ -121,15 +122,15 @@ impl LinkRecording {
         Ok(())
     }
 
-    /// Whether a record has come, and all that must stand before the next one.
+    /// Whether a record has arrived, and everything that must precede the next record has been written.
     pub(super) fn is_under_way(&self) -> bool {
         self.unwritten.is_none() && !self.untold_vehicle
     }
 
-    /// Writes what has come since the last time.
+    /// Writes everything that has arrived since the last call.
     ///
     /// # Errors
-    /// `out` takes no more.
+    /// `out` cannot be written.
     pub(super) fn take<W: Wire, O: Write>(
         &mut self,
         link: &mut Link<W>,
@@ -145,7 +146,8 @@ impl LinkRecording {
             self.recorded.write(block, out)?;
         }
         if std::mem::take(&mut self.untold_vehicle) {
-            // Meanwhile the client keeps the blocks. A board of other parameters is recorded without them.
+            // Meanwhile the client keeps the blocks. A board with other parameters than the tool's is
+            // recorded without parameters.
             if let Ok(parameters) = link.parameters() {
                 out.vehicle(vehicle_file::to_toml(&parameters))?;
             }
@@ -153,7 +155,7 @@ impl LinkRecording {
         if self.unwritten.is_some() || link.client.identity().is_none() {
             return Ok(());
         }
-        // The status stays where it is: others look at it too.
+        // The status stays in the client, because other code reads it too.
         if out.keeps_all()
             && let Some(status) = link.client.status
             && self.last_status.replace((status.boot, status.sequence)) != Some((status.boot, status.sequence))
@@ -167,7 +169,7 @@ impl LinkRecording {
         self.log.follow(link, out)
     }
 
-    /// Writes who the board is, and that it starts anew if it has been recorded in another boot.
+    /// Writes the board's identity, and a new boot if the board has already been recorded in another boot.
     fn meet<O: Write>(&mut self, identity: &Identity, out: &mut RecordWriter<O>) -> Result<(), CommandError> {
         let boot = identity.about.boot;
         let boots = self.boot.replace(boot).is_some_and(|known| known != boot);
@@ -181,10 +183,10 @@ impl LinkRecording {
         Ok(())
     }
 
-    /// Tells the board to send no more records, and writes the last lines of its log.
+    /// Ends the board's stream of records, and writes the last lines of its log.
     ///
     /// # Errors
-    /// The board refuses or is silent, or `out` takes no more.
+    /// The board refuses or is silent, or `out` cannot be written.
     pub(super) fn end<W: Wire, O: Write>(
         mut self,
         link: &mut Link<W>,
@@ -200,12 +202,12 @@ impl LinkRecording {
 }
 
 impl<W: Wire> Link<W> {
-    /// Writes the stream of records and the log to `out`, behind the board's identity, for `seconds` or until the user asks
-    /// to stop; beside them, where the file keeps them, parameters, statuses and events. A board that boots meanwhile is asked
-    /// for its records from the first tick on.
+    /// Writes the board's identity, then the stream of records and the log to `out`, for `seconds` or until
+    /// the user asks to stop. A file that can store them also receives parameters, statuses and events. If
+    /// the board boots meanwhile, the tool asks for its records from the first tick.
     ///
     /// # Errors
-    /// Silence, or `out` takes no more.
+    /// Silence, or `out` cannot be written.
     pub fn record<O: Write>(&mut self, seconds: f64, out: &mut RecordWriter<O>) -> Result<Recorded, CommandError> {
         let from_us = self.wire.now_us();
         let length_us = (seconds * 1e6) as u64;
@@ -227,10 +229,11 @@ impl<W: Wire> Link<W> {
         recorder.end(self, out)
     }
 
-    /// Writes the look back to `out`, behind the board's identity.
+    /// Writes the board's identity and the look back to `out`.
     ///
     /// # Errors
-    /// There is none: no fault has occurred since the vehicle was last armed. Silence, or `out` takes no more.
+    /// There is none: no fault has occurred since the vehicle was last armed. Silence, or `out` cannot be
+    /// written.
     pub fn look_back<O: Write>(&mut self, out: &mut RecordWriter<O>) -> Result<Recorded, CommandError> {
         let mut unwritten = self.client.identity().copied();
         let mut recorded = Recorded::default();

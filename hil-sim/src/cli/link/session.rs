@@ -1,4 +1,4 @@
-//! A conversation with the board over one wire: who the board is, orders and their answers, silence.
+//! A conversation with the board over one wire: the board's identity, orders and their answers, silence.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -13,22 +13,22 @@ use virtual_board::words::{not_changed_words, refusal_words};
 
 use super::wire::Wire;
 
-/// Time without a word from the board after which the board counts as silent, us.
+/// Time without a message from the board after which the board counts as silent, us.
 pub const SILENCE_US: u64 = 300_000;
 
 /// A conversation over one wire.
 pub struct Link<W> {
     pub(in crate::cli) wire: W,
     pub(in crate::cli) client: LinkClient,
-    /// How often the user has asked to stop (Ctrl-C).
+    /// Number of the user's requests to stop (Ctrl-C).
     interrupts: Arc<AtomicU32>,
-    /// Since when the tool waits for the board's first word, us.
+    /// Time since which the tool waits for the board's first message, us.
     since_us: u64,
 }
 
 impl<W: Wire> Link<W> {
     /// A conversation over `wire`. `nonce` is a number that no host has used before on this board; `interrupts` counts
-    /// how often the user has asked to stop.
+    /// the user's requests to stop.
     pub fn new(wire: W, nonce: u32, interrupts: Arc<AtomicU32>) -> Self {
         let since_us = wire.now_us();
         Self {
@@ -39,15 +39,15 @@ impl<W: Wire> Link<W> {
         }
     }
 
-    /// How often the user has asked to stop.
+    /// Number of the user's requests to stop.
     pub(in crate::cli) fn interrupts(&self) -> u32 {
         self.interrupts.load(Ordering::Relaxed)
     }
 
-    /// Takes what has come, and finds out whether the board still speaks.
+    /// Takes the bytes that have arrived, and checks whether the board still sends.
     ///
     /// # Errors
-    /// The wire is gone, or the board is silent.
+    /// The wire is lost, or the board is silent.
     pub(in crate::cli) fn listen(&mut self) -> Result<(), CommandError> {
         let mut bytes = [0; 4096];
         let length = self.wire.receive(&mut bytes)?;
@@ -64,12 +64,12 @@ impl<W: Wire> Link<W> {
         }))
     }
 
-    /// Asks who is there.
+    /// Asks for the board's identity.
     ///
     /// # Errors
-    /// No answer, or a firmware of another protocol.
+    /// No answer, or a firmware with another protocol version.
     pub fn identify(&mut self) -> Result<Identity, CommandError> {
-        // A zero ends whatever stands half sent on the wire.
+        // A zero ends a half-sent frame on the wire.
         self.wire.send(&[0])?;
         self.since_us = self.wire.now_us();
         let mut asked_us = None;
@@ -88,7 +88,7 @@ impl<W: Wire> Link<W> {
         }
     }
 
-    /// Asks the board who it is, if it is time to.
+    /// Asks for the board's identity if a question is due.
     fn ask_again(&mut self, asked_us: &mut Option<u64>) -> Result<(), CommandError> {
         let now_us = self.wire.now_us();
         if self.client.identity().is_none() && asked_us.is_none_or(|at| now_us - at >= AGAIN_US) {
@@ -101,7 +101,7 @@ impl<W: Wire> Link<W> {
     /// Gives an order and returns its number.
     ///
     /// # Errors
-    /// The board has booted since it said who it is, or another host has taken over.
+    /// The board has booted since it sent its identity, or another host has taken over.
     pub(in crate::cli) fn give(&mut self, order: Order) -> Result<u32, CommandError> {
         let (sequence, frame) = self
             .client
@@ -111,10 +111,10 @@ impl<W: Wire> Link<W> {
         Ok(sequence)
     }
 
-    /// Gives an order and waits for its answer; `meanwhile` runs while it waits.
+    /// Gives an order and waits for its answer; `meanwhile` runs during the wait.
     ///
     /// # Errors
-    /// No answer in time, silence, or what `meanwhile` finds.
+    /// No answer in time, silence, or an error of `meanwhile`.
     pub(in crate::cli) fn ask_while(
         &mut self,
         order: Order,
@@ -157,10 +157,10 @@ impl<W: Wire> Link<W> {
         }
     }
 
-    /// Asks one thing of the parameters.
+    /// Sends one parameter request.
     ///
     /// # Errors
-    /// No answer, or none that fits the question.
+    /// No answer, or an answer that does not fit the request.
     pub fn ask(&mut self, request: ParameterRequest) -> Result<ParameterAnswer, CommandError> {
         match self.ask_while(Order::Parameters(request), |_| Ok(()))? {
             Answer::Parameters(answer) => Ok(answer),
@@ -183,11 +183,11 @@ impl<W: Wire> Link<W> {
         }
     }
 
-    /// Asks for some time who the board is; returns its identity once it is in another boot than that of number `boot`.
-    /// A board without power is silent, which is no error here.
+    /// Asks for the board's identity for some time; returns the identity once the board is in another boot than number
+    /// `boot`. A board without power is silent, which is not an error here.
     ///
     /// # Errors
-    /// The wire is gone.
+    /// The wire is lost.
     pub(in crate::cli) fn other_boot(&mut self, boot: u32) -> Result<Option<Identity>, CommandError> {
         self.wire.send(&[0])?;
         self.wire.send(&self.client.identify())?;
@@ -199,7 +199,7 @@ impl<W: Wire> Link<W> {
             if let Some(identity) = self.client.identity()
                 && identity.about.boot != boot
             {
-                // The silence before it counts no more.
+                // The silence before the identity no longer counts.
                 self.since_us = self.wire.now_us();
                 return Ok(Some(*identity));
             }
@@ -207,13 +207,13 @@ impl<W: Wire> Link<W> {
         Ok(None)
     }
 
-    /// Opens the bridges: sends Disarm first, whatever the board says or does not say, and then waits until the board
-    /// confirms that it is disarmed.
+    /// Opens the bridges: first sends Disarm, whatever the board has sent, and then waits until the board confirms
+    /// that it is disarmed.
     ///
     /// # Errors
     /// The Disarm has been sent, and the board did not confirm it.
     pub fn disarm(&mut self) -> Result<(), CommandError> {
-        // A zero ends whatever stands half sent on the wire.
+        // A zero ends a half-sent frame on the wire.
         self.wire.send(&[0])?;
         let since_us = self.wire.now_us();
         self.since_us = since_us;
@@ -248,7 +248,7 @@ impl<W: Wire> Link<W> {
     }
 }
 
-/// An order as messages call it.
+/// Name of an order in messages.
 fn name(order: &Order) -> &'static str {
     match order {
         Order::Drive(_) => "Drive",
@@ -261,12 +261,12 @@ fn name(order: &Order) -> &'static str {
     }
 }
 
-/// What a refusal means to the user.
+/// The error that explains a refusal to the user.
 pub(super) fn refused(refusal: Refusal) -> CommandError {
     CommandError::Checks(refusal_words(refusal))
 }
 
-/// What the board says to a change of parameters that it does not make.
+/// The error for a parameter change that the board did not make.
 pub(super) fn not_changed(answer: &ParameterAnswer) -> CommandError {
     CommandError::Checks(not_changed_words(answer))
 }

@@ -14,10 +14,10 @@ use super::console::Console;
 use super::session::Link;
 use super::wire::Wire;
 
-/// How often the status is shown, us.
+/// Time between two displays of the status, us.
 pub(super) const SHOW_US: u64 = 500_000;
 
-/// How much of the status is shown.
+/// Extent of the displayed status.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StatusDetail {
     /// One line.
@@ -56,7 +56,7 @@ impl<W: Wire> Link<W> {
     }
 }
 
-/// One line that says who the board is.
+/// One line with the board's identity.
 pub(in crate::cli) fn who(identity: &Identity) -> String {
     let about = identity.about;
     let [major, minor, patch] = about.version;
@@ -111,7 +111,7 @@ fn link_line(link: &LinkCounters) -> String {
     line
 }
 
-/// What blocks arming, where there is something to block: of a vehicle that is armed the blockers say nothing.
+/// The blockers of a vehicle that is not armed. For an armed vehicle the blockers have no meaning.
 fn blockers(vehicle: &Status) -> String {
     match (vehicle.mode, vehicle.blockers.is_empty()) {
         (Mode::Armed | Mode::Stopping, _) => String::new(),
@@ -120,7 +120,7 @@ fn blockers(vehicle: &Status) -> String {
     }
 }
 
-/// What else the vehicle reports, a line for each group.
+/// The other reports of the vehicle, one line per group.
 fn more_lines(status: &BoardStatus) -> Vec<String> {
     let vehicle = &status.vehicle;
     let estimate = &vehicle.estimate;

@@ -15,15 +15,16 @@ use super::console::Console;
 use super::session::{Link, refused};
 use super::wire::Wire;
 
-/// How often a piece is sent again before the link counts as lost.
+/// Number of repetitions of a piece before the link counts as lost.
 const PIECE_ATTEMPTS: u32 = 5;
-/// Time within which a board that restarts into an update is heard again, us: the boot loader keeps one image and installs
-/// another, two sectors each (4 s at most for an erasure) and 8192 words each (600 us at most), 26 s; a new image that hangs
-/// is ended by the loader's watchdog, after 33 s at most; and the kept one is restored, in another 13 s.
+/// Time within which a board that restarts into an update sends again, us. The boot loader backs up one image and
+/// installs another: two sectors each (at most 4 s per erasure) and 8192 words each (at most 600 us), 26 s in all. The
+/// loader's watchdog ends a new image that hangs after at most 33 s. The loader then restores the backup in another 13
+/// s.
 const INSTALLED_WITHIN_US: u64 = 100_000_000;
 /// Time within which a new firmware confirms itself or is rolled back, us.
 const SETTLED_WITHIN_US: u64 = 60_000_000;
-/// Between two questions whether it has, us.
+/// Time between two questions about the result, us.
 const ASK_EVERY_US: u64 = 500_000;
 
 /// A firmware to send.
@@ -37,7 +38,7 @@ impl Update {
     /// Reads a sealed ELF.
     ///
     /// # Errors
-    /// [`CommandError::Input`]: the file cannot be read, or holds no sealed firmware.
+    /// [`CommandError::Input`]: the file cannot be read, or contains no sealed firmware.
     pub fn read(file: &Path) -> Result<Self, CommandError> {
         let wrong = |why: &dyn std::fmt::Display| CommandError::Input(format!("{}: {why}", file.display()));
         let elf = std::fs::read(file).map_err(|error| wrong(&error))?;
@@ -47,10 +48,11 @@ impl Update {
     /// The firmware of a sealed ELF.
     ///
     /// # Errors
-    /// The bytes are no ELF of the board, or not sealed, or not what was sealed, or linked for another place.
+    /// The bytes are not an ELF of the board, are not sealed, have changed since they were sealed, or are linked for
+    /// another address.
     pub fn of(elf: &[u8]) -> Result<Self, &'static str> {
         let (sealed, bytes) = sealed_image(elf)?;
-        // The board refuses an image of another one itself.
+        // The board itself refuses an image for another board.
         if sealed.board == BOARD && sealed.start != IMAGE_START {
             return Err(
                 "the image is not linked for where the board's begins, behind its boot loader: build it anew with `.ci/build-board`",
@@ -66,23 +68,23 @@ impl Update {
         Ok(Self { image, bytes })
     }
 
-    /// What the firmware's seal states.
+    /// Description of the image from the firmware's seal.
     pub fn image(&self) -> Image {
         self.image
     }
 
-    /// What is to lie in the flash.
+    /// The bytes for the flash.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 }
 
 impl<W: Wire> Link<W> {
-    /// Sends a firmware, has it installed, and waits until it has come up.
+    /// Sends a firmware, orders its installation, and waits until the firmware has started.
     ///
     /// # Errors
-    /// The board refuses, the link is lost, or the firmware was rolled back. Sent again, the transfer goes on where it
-    /// stood, or begins anew if the board has restarted.
+    /// The board refuses, the link is lost, or the firmware was rolled back. A repeated transfer continues where the
+    /// last one stopped, or starts again if the board has restarted.
     pub fn update<O: Write>(&mut self, update: &Update, console: &mut Console<O>) -> Result<(), CommandError> {
         let Image {
             build,
@@ -122,7 +124,7 @@ impl<W: Wire> Link<W> {
                     next = next_of(&answer)?;
                     failures = 0;
                 }
-                // The piece or its answer was lost: the board answers where it stands.
+                // The piece or its answer was lost: the board answers with its position.
                 Err(error) if failures < PIECE_ATTEMPTS && self.listen().is_ok() => {
                     failures += 1;
                     let again = self.ask_update(UpdateRequest::Begin(update.image));
@@ -135,7 +137,7 @@ impl<W: Wire> Link<W> {
         Ok(())
     }
 
-    /// Waits until the board speaks again in another boot.
+    /// Waits until the board sends again in another boot.
     fn after_restart(&mut self, before: u32) -> Result<Identity, CommandError> {
         let since_us = self.wire.now_us();
         while self.wire.now_us() - since_us < INSTALLED_WITHIN_US {
@@ -182,7 +184,7 @@ impl<W: Wire> Link<W> {
                     UpdateState::None | UpdateState::Ordered | UpdateState::OnTrial => {}
                 },
                 Ok(other) => return Err(strange(&other)),
-                // It may have restarted once more.
+                // The board may have restarted once more.
                 Err(_) => {
                     if let Some(identity) = self.other_boot(boot)? {
                         boot = identity.about.boot;
@@ -197,7 +199,7 @@ impl<W: Wire> Link<W> {
         ))
     }
 
-    /// Asks one thing of the update.
+    /// Sends one update request.
     fn ask_update(&mut self, request: UpdateRequest) -> Result<UpdateAnswer, CommandError> {
         match self.ask_while(Order::Update(request), |_| Ok(()))? {
             Answer::Update(UpdateAnswer::Refused(UpdateRefusal::OutOfOrder { next })) => {

@@ -1,4 +1,4 @@
-//! A served board's WebSocket as a stream of bytes, as its TCP port is one.
+//! A served board's WebSocket as a stream of bytes, like its TCP port.
 
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
@@ -10,19 +10,20 @@ use tungstenite::error::ProtocolError;
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, HandshakeError, Message, WebSocket};
 
-/// Time within which the other end greets.
+/// Time within which the other end must complete the handshake.
 const GREETING_TIME: Duration = Duration::from_secs(5);
-/// Most bytes of one message of a board: it says some ten kilobytes in a go.
+/// Largest message from a board, bytes: a board sends some ten kilobytes in a go.
 const BOARD_MESSAGE_MAX: usize = 1 << 20;
-/// Most bytes that wait for a board that does not read. A second of orders is a tenth of it, and what is older helps nobody.
+/// Most bytes that wait for a board that does not read. A second of orders is a tenth of this size, and older orders
+/// are useless.
 const HOST_OUTPUT_MAX: usize = 1 << 16;
 
 /// The conversation with a served board.
 pub struct WebSocketStream<S = TcpStream> {
     socket: WebSocket<S>,
-    /// What has come and has not been read yet.
+    /// Bytes that have arrived and have not been read yet.
     said: VecDeque<u8>,
-    /// Whether the connection had no room for the end of what was written.
+    /// Whether the connection had no room for the end of the written bytes.
     unwritten: bool,
 }
 
@@ -52,7 +53,7 @@ impl WebSocketStream {
     }
 }
 
-/// Bounds of what a board says at once, and of what waits for it.
+/// Limits of a board's message, and of the bytes that wait for the board.
 fn config() -> WebSocketConfig {
     WebSocketConfig::default()
         .write_buffer_size(0)
@@ -73,7 +74,7 @@ impl<S: Read + Write> WebSocketStream<S> {
 
 impl<S: Read + Write> Read for WebSocketStream<S> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        // What waits goes out whether or not more is written. A connection that has no room yet is read all the same.
+        // Waiting bytes are sent even if nothing more is written. A connection without room is still read.
         match self.flush() {
             Err(error) if !is_passing(&error) => return Err(error),
             _ => {}
@@ -95,7 +96,7 @@ impl<S: Read + Write> Read for WebSocketStream<S> {
             }
         }
         match self.said.read(bytes)? {
-            // Nothing yet, which is not the end.
+            // No bytes yet, which is not the end of the stream.
             0 => Err(ErrorKind::WouldBlock.into()),
             length => Ok(length),
         }
@@ -103,9 +104,10 @@ impl<S: Read + Write> Read for WebSocketStream<S> {
 }
 
 impl<S: Read + Write> Write for WebSocketStream<S> {
-    /// Takes bytes whole, as one message: what the connection has no room for yet goes out with the next flush, read or write.
+    /// Takes all bytes as one message. The next flush, read or write sends the bytes for which the connection had no
+    /// room.
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        // A full buffer takes nothing and writes nothing by itself.
+        // A full buffer accepts nothing and does not write by itself.
         let _ = self.flush();
         match self.socket.send(Message::binary(bytes.to_vec())) {
             Ok(()) => Ok(bytes.len()),
@@ -120,7 +122,7 @@ impl<S: Read + Write> Write for WebSocketStream<S> {
         }
     }
 
-    /// Writes what waits, as far as the connection has room.
+    /// Writes the waiting bytes, as far as the connection has room.
     fn flush(&mut self) -> io::Result<()> {
         if self.unwritten {
             self.socket.flush().map_err(in_io)?;
@@ -130,7 +132,7 @@ impl<S: Read + Write> Write for WebSocketStream<S> {
     }
 }
 
-/// A failed access in the system's words.
+/// A failed access as an I/O error.
 fn in_io(error: Error) -> io::Error {
     match error {
         Error::Io(error) => error,
@@ -139,7 +141,7 @@ fn in_io(error: Error) -> io::Error {
     }
 }
 
-/// Whether an access only took too long.
+/// Whether an access only timed out.
 fn is_passing(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
 }
@@ -150,7 +152,7 @@ mod tests {
 
     use super::*;
 
-    /// A connection that takes so many bytes more, and has nothing to say.
+    /// A connection that accepts this many more bytes, and sends nothing.
     struct Narrow {
         room: usize,
         taken: Vec<u8>,
@@ -187,7 +189,7 @@ mod tests {
         ))
     }
 
-    /// What the other end has heard.
+    /// The messages that the other end has received.
     fn heard(stream: &WebSocketStream<Narrow>) -> Vec<Vec<u8>> {
         let taken = io::Cursor::new(stream.socket.get_ref().taken.clone());
         let mut other = WebSocket::from_raw_socket(taken, Role::Server, None);

@@ -1,4 +1,4 @@
-//! What the link tool runs on: a wire with the board at its end, and a clock.
+//! The link tool's environment: a wire to the board, and a clock.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::TcpStream;
@@ -10,30 +10,30 @@ use serialport::ClearBuffer;
 
 use super::websocket::WebSocketStream;
 
-/// A wire with the board at its end, and the host's clock.
+/// A wire to the board, and the host's clock.
 pub trait Wire {
     /// Sends bytes.
     ///
     /// # Errors
-    /// The wire is gone.
+    /// The wire is lost.
     fn send(&mut self, bytes: &[u8]) -> io::Result<()>;
-    /// Receives what has come, waiting some milliseconds at most; returns its length.
+    /// Receives the bytes that have arrived, and waits for some milliseconds at most; returns their number.
     ///
     /// # Errors
-    /// The wire is gone.
+    /// The wire is lost.
     fn receive(&mut self, bytes: &mut [u8]) -> io::Result<usize>;
     /// The host's time, us from any fixed start.
     fn now_us(&self) -> u64;
 }
 
-/// How long a read waits for bytes, and a write for room.
+/// Longest wait of a read for bytes, and of a write for room.
 const WIRE_PATIENCE: Duration = Duration::from_millis(5);
 
 /// Bytes both ways.
 trait Stream: Read + Write {}
 impl<T: Read + Write> Stream for T {}
 
-/// How the ports of a served board begin: `tcp:127.0.0.1:5760`, `ws://127.0.0.1:5761`.
+/// Prefixes of a served board's ports: `tcp:127.0.0.1:5760`, `ws://127.0.0.1:5761`.
 const TCP_SCHEME: &str = "tcp:";
 const WEBSOCKET_SCHEME: &str = "ws:";
 
@@ -47,7 +47,7 @@ impl Port {
     /// Opens a port by its name, or connects to the board that `hil-sim serve` serves at `tcp:ADDRESS` or `ws://ADDRESS`.
     ///
     /// # Errors
-    /// [`CommandError::Input`]: there is no such port, or it is taken.
+    /// [`CommandError::Input`]: the port does not exist, or is in use.
     pub fn open(name: &str) -> Result<Self, CommandError> {
         let wrong = |why: &str| CommandError::Input(format!("--port {name}: {why}"));
         let port: Box<dyn Stream> = if let Some(address) = name.strip_prefix(TCP_SCHEME) {
@@ -73,7 +73,7 @@ impl Port {
                 .timeout(WIRE_PATIENCE)
                 .open()
                 .map_err(|error| wrong(&not_opened(name, &error)))?;
-            // What came before the tool did is old.
+            // Bytes from before the tool's start are old.
             port.clear(ClearBuffer::Input)
                 .map_err(|error| wrong(&error.to_string()))?;
             Box::new(port)
@@ -85,7 +85,7 @@ impl Port {
     }
 }
 
-/// Connects to whoever listens at HOST:PORT.
+/// Connects to the listener at HOST:PORT.
 fn connect(address: &str) -> Result<TcpStream, String> {
     let stream = TcpStream::connect(address).map_err(|error| match error.kind() {
         ErrorKind::ConnectionRefused => {
@@ -97,12 +97,12 @@ fn connect(address: &str) -> Result<TcpStream, String> {
     Ok(stream)
 }
 
-/// Why a name is no port that opens, and what to do about it.
+/// Why a port cannot be opened, and the remedy.
 fn not_opened(name: &str, error: &serialport::Error) -> String {
     if name.starts_with("wss:") {
         return "no encrypted WebSocket is spoken; a served board is ws://HOST:PORT".into();
     }
-    // What the system says of a thing that is no terminal ("Not a typewriter") helps nobody.
+    // The system's message about a file that is not a terminal ("Not a typewriter") does not help.
     if std::fs::metadata(name).is_ok() {
         return match error.kind() {
             serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
@@ -133,7 +133,7 @@ fn is_host_and_port(address: &str) -> bool {
         .is_some_and(|(host, port)| !host.is_empty() && !host.contains('/') && port.parse::<u16>().is_ok())
 }
 
-/// Whether an access only took too long.
+/// Whether an access only timed out.
 fn is_passing(error: &io::Error) -> bool {
     matches!(
         error.kind(),
@@ -141,10 +141,10 @@ fn is_passing(error: &io::Error) -> bool {
     )
 }
 
-/// What a connection's end means.
+/// Meaning of a connection's end.
 const CLOSED: &str = "the other end has closed the connection: is a board served at this port?";
 
-/// What the system says of a port that is no more ("Broken pipe"), and what it means. Only a connection is reset.
+/// Adds the meaning to the system's message about a lost port ("Broken pipe"). Only a connection can be reset.
 fn gone(error: &io::Error) -> io::Error {
     let meaning = match error.kind() {
         ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted => CLOSED.to_owned(),
@@ -156,7 +156,7 @@ fn gone(error: &io::Error) -> io::Error {
 impl Wire for Port {
     fn send(&mut self, bytes: &[u8]) -> io::Result<()> {
         match self.port.write_all(bytes) {
-            // A wire that takes nothing loses the frame; the board's silence then shows what that means.
+            // A wire that accepts nothing loses the frame. The board's silence then shows the consequence.
             Err(error) if is_passing(&error) => Ok(()),
             result => result.map_err(|error| gone(&error)),
         }
@@ -165,7 +165,7 @@ impl Wire for Port {
     fn receive(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         match self.port.read(bytes) {
             Err(error) if is_passing(&error) => Ok(0),
-            // A port that is read without waiting has nothing; a connection that has nothing to give is closed.
+            // A serial port returns no bytes when none have arrived. A connection that returns no bytes is closed.
             Ok(0) => Err(io::Error::new(ErrorKind::UnexpectedEof, CLOSED)),
             result => result.map_err(|error| gone(&error)),
         }

@@ -1,14 +1,14 @@
-//! Who of several clients of one board drives, and what each may say to it.
+//! Decides which client of a board drives, and what each client may send to the board.
 
 use std::collections::BTreeMap;
 
 use firmware::protocol::frame::{Decoder, Received, encode};
 use firmware::protocol::message::{Answer, BoardMessage, HostMessage, Refusal};
 
-/// Number of a client, in the order of coming.
+/// Number of a client, in the order of connection.
 pub type ClientId = u64;
 
-/// What a client's bytes lead to.
+/// Result of a client's bytes.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Outcome {
     /// Bytes for the board.
@@ -19,8 +19,8 @@ pub struct Outcome {
     pub became_operator: bool,
 }
 
-/// The clients of one board. The first one that gives an order is the operator until it leaves; every other one may ask
-/// who the board is, hear what the board says, and disarm.
+/// The clients of one board. The first client that gives an order is the operator until it leaves. Every other client
+/// may ask for the board's identity, receive the board's messages, and disarm.
 #[derive(Debug, Default)]
 pub struct Hub {
     clients: BTreeMap<ClientId, Decoder>,
@@ -34,7 +34,7 @@ impl Hub {
         self.operator
     }
 
-    /// A client is gone; whether it was the operator. To the board it is an operator who fell silent.
+    /// Removes a client; returns whether it was the operator. For the board, the operator has fallen silent.
     pub fn leave(&mut self, client: ClientId) -> bool {
         self.clients.remove(&client);
         let was = self.operator == Some(client);
@@ -49,7 +49,7 @@ impl Hub {
         let mut outcome = Outcome::default();
         let decoder = self.clients.entry(client).or_default();
         for byte in bytes {
-            // What is no message is nobody's business: on one wire for all it would spoil another client's frame.
+            // Bytes that are not a message are dropped: on the shared wire they would damage another client's frame.
             let Received::Message(message) = decoder.push::<HostMessage>(*byte) else {
                 continue;
             };
@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(hub.operator(), None);
         assert!(hub.take(2, &order(1)).became_operator);
         assert_eq!(hub.operator(), Some(2));
-        // The other one is refused by name, and the board hears nothing of it.
+        // The other client receives a refusal with the reason, and the board receives nothing.
         let outcome = hub.take(1, &order(5));
         assert!(outcome.to_board.is_empty() && !outcome.became_operator);
         let mut decoder = Decoder::new();
@@ -131,7 +131,7 @@ mod tests {
         }));
         assert_eq!(hub.take(2, &disarm).to_board, disarm);
         assert_eq!(hub.take(3, &[0, 1, 2, 3, 0, 255, 0]), Outcome::default());
-        // Half a frame of one client does not mix with another's.
+        // Half a frame of one client does not mix with another client's bytes.
         let whole = frame(&HostMessage::Identify { nonce: 9 });
         let (head, rest) = whole.split_at(3);
         assert!(hub.take(2, head).to_board.is_empty());

@@ -1,12 +1,12 @@
-//! How much of the board's time is due, and how fast it really passes.
+//! Computes how much simulated time is due, and measures the reached pace.
 
-/// Time of the host that a go is to take at most, us, and that it makes up for: clients are heard in between.
+/// Longest host time of a go, us, and longest backlog that a go makes up for. Clients are served between goes.
 const GO_MAX_US: u64 = 10_000;
-/// Longest first go, ms: how fast the board runs is not known yet.
+/// Longest first go, ms, because the board's speed is not known yet.
 const FIRST_GO_MS: f64 = 10.0;
-/// Most of the host's time that a board makes up for, us: a machine that slept does not let it hurry.
+/// Largest backlog of host time that a board makes up for, us: after the machine slept, the board does not hurry.
 const BACKLOG_MAX_US: f64 = 100_000.0;
-/// Over which time of the host the pace is measured, us.
+/// Host time over which the pace is measured, us.
 const WINDOW_US: u64 = 3_000_000;
 /// The server reports a pace that is this share below the requested pace, and reports each further change of this size.
 const SHORTFALL: f64 = 0.1;
@@ -14,17 +14,17 @@ const SHORTFALL: f64 = 0.1;
 /// The board's time against the host's. Times of the host are in us from any fixed start.
 #[derive(Debug)]
 pub struct Pace {
-    /// Simulated seconds per second that were asked for.
+    /// Requested simulated seconds per second.
     rate: f64,
-    /// Least simulated time in one go, ms.
+    /// Shortest simulated time of a go, ms.
     go_ms: u64,
-    /// Most simulated time in one go, ms: as much as the board runs while the clients can wait.
+    /// Longest simulated time of a go, ms: the time that the board can run while the clients wait.
     go_max_ms: f64,
-    /// Simulated time that is to pass, us.
+    /// Simulated time that is due, us.
     due_us: f64,
-    /// When the host's clock was read last.
+    /// Last reading of the host's clock.
     read_us: Option<u64>,
-    /// Since when the window lasts, and how much simulated time has passed in it, ms.
+    /// Start of the window, and simulated time in the window, ms.
     window: Option<(u64, u64)>,
     /// The share of the rate that was reported last.
     told: f64,
@@ -44,14 +44,14 @@ impl Pace {
         }
     }
 
-    /// The host's clock has come to `now_us` without the board: it is not on.
+    /// Notes that the host's clock has reached `now_us` while the board is off.
     pub fn rest(&mut self, now_us: u64) {
         self.due_us = 0.0;
         self.read_us = Some(now_us);
         self.window = None;
     }
 
-    /// The host's clock has come to `now_us`: how long the board runs now, ms.
+    /// Notes that the host's clock has reached `now_us`; returns how long the board runs now, ms.
     pub fn go(&mut self, now_us: u64) -> u64 {
         let passed_us = now_us.saturating_sub(self.read_us.unwrap_or(now_us));
         self.read_us = Some(now_us);
@@ -67,7 +67,7 @@ impl Pace {
         go_ms
     }
 
-    /// The board has run `go_ms`, which has taken `took_us` of the host's time.
+    /// Notes that the board has run for `go_ms`, which took `took_us` of host time.
     pub fn ran(&mut self, go_ms: u64, took_us: u64) {
         let most_ms = GO_MAX_US as f64 / 1000.0 * self.rate.max(1.0);
         if took_us > GO_MAX_US {
@@ -77,12 +77,12 @@ impl Pace {
         }
     }
 
-    /// Whether there is enough for a go already: nothing is to be waited for.
+    /// Whether enough simulated time is due for a go, so that the server need not wait.
     pub fn is_due(&self) -> bool {
         self.due_us >= (self.go_ms * 1000) as f64
     }
 
-    /// The pace reached up to `now_us`, where a person should know it: too slow, or not any more.
+    /// A message about the pace up to `now_us`, if a person should know it: too slow, or no longer too slow.
     pub fn word(&mut self, now_us: u64) -> Option<String> {
         let (since_us, passed_ms) = self.window?;
         let span_us = now_us.saturating_sub(since_us);

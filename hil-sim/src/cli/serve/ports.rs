@@ -1,4 +1,4 @@
-//! The ports at which clients come: each has threads of its own, so that a client that does not read holds up nobody.
+//! The ports for clients. Each client has its own threads, so that a client that does not read delays nobody.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -16,39 +16,39 @@ use report::error::CommandError;
 
 use super::hub::ClientId;
 
-/// Pieces of output that wait for a client that does not read; further ones are lost to it.
+/// Largest number of pieces of output that wait for a client that does not read. The client loses further pieces.
 pub(super) const WAITING_MAX: usize = 256;
 
-/// Things that happened and that the server has not taken yet; clients that say more wait.
+/// Largest number of events that the server has not taken yet. Clients that send more wait.
 pub const HAPPENED_MAX: usize = 256;
 
-/// What happens at a port.
+/// An event at a port.
 pub enum PortEvent {
-    /// A client came; its name, and where its bytes go.
+    /// A client connected: its name, and its output.
     Came(ClientId, String, ClientOutput),
     /// A client sent something.
     Said(ClientId, Vec<u8>),
-    /// A client is gone.
+    /// A client disconnected.
     Left(ClientId),
 }
 
-/// The way to one client.
+/// Output to one client.
 #[derive(Debug, Clone)]
 pub struct ClientOutput(SyncSender<Vec<u8>>);
 
 impl ClientOutput {
-    /// What is sent waits in `output` for the thread that writes it.
+    /// Sent bytes wait in `output` for the thread that writes them.
     pub(super) fn new(output: SyncSender<Vec<u8>>) -> Self {
         Self(output)
     }
 
-    /// Sends bytes; a client that does not read loses them. Whether the client is still there.
+    /// Sends bytes, which a client that does not read loses; returns whether the client is still connected.
     pub fn send(&self, bytes: &[u8]) -> bool {
         !matches!(self.0.try_send(bytes.to_vec()), Err(TrySendError::Disconnected(_)))
     }
 }
 
-/// Numbers clients in the order of coming.
+/// Numbers clients in the order of connection.
 static CLIENTS: AtomicU64 = AtomicU64::new(1);
 
 /// The number of the next client.
@@ -56,7 +56,7 @@ pub(super) fn next_client() -> ClientId {
     CLIENTS.fetch_add(1, Ordering::Relaxed)
 }
 
-/// Writes what waits for a client until the client or the server is gone.
+/// Writes the waiting output of a client until the client or the server ends.
 fn write_all(waiting: &Receiver<Vec<u8>>, mut to: impl Write) {
     while let Ok(bytes) = waiting.recv() {
         if to.write_all(&bytes).is_err() {
@@ -65,7 +65,7 @@ fn write_all(waiting: &Receiver<Vec<u8>>, mut to: impl Write) {
     }
 }
 
-/// Reads what a client says until it or the server is gone.
+/// Reads a client's bytes until the client or the server ends.
 fn read_all(client: ClientId, mut from: impl Read, events: &SyncSender<PortEvent>) {
     let mut bytes = [0; 1024];
     loop {
@@ -83,14 +83,14 @@ fn read_all(client: ClientId, mut from: impl Read, events: &SyncSender<PortEvent
     let _ = events.send(PortEvent::Left(client));
 }
 
-/// Begins to serve one client.
+/// Starts to serve one client.
 pub type Serve = fn(TcpStream, SyncSender<PortEvent>) -> std::io::Result<()>;
 
-/// Listens at the address that `flag` names, lets `serve` begin with each client, and returns the address, with the port
-/// that the system chose for port 0.
+/// Listens at the address that `flag` names, calls `serve` for each client, and returns the address, with the port that
+/// the system chose for port 0.
 ///
 /// # Errors
-/// [`CommandError::Input`]: the address is taken, or not of this machine.
+/// [`CommandError::Input`]: the address is in use, or does not belong to this machine.
 pub fn listen(
     flag: &str,
     address: SocketAddr,
@@ -115,7 +115,7 @@ pub fn listen(
 /// Starts the two threads of a TCP client.
 ///
 /// # Errors
-/// Those of the socket.
+/// The socket's errors.
 pub fn serve_tcp(stream: TcpStream, events: SyncSender<PortEvent>) -> std::io::Result<()> {
     stream.set_nodelay(true)?;
     let name = format!("tcp {}", stream.peer_addr()?);
@@ -131,7 +131,7 @@ pub fn serve_tcp(stream: TcpStream, events: SyncSender<PortEvent>) -> std::io::R
 /// Opens a pseudo-terminal and returns the name of its other end, which a client opens like a serial port.
 ///
 /// # Errors
-/// [`CommandError::Other`]: the system gives none.
+/// [`CommandError::Other`]: the system provides no pseudo-terminal.
 #[cfg(unix)]
 pub fn open_pty(events: SyncSender<PortEvent>) -> Result<String, CommandError> {
     use serialport::{SerialPort, TTYPort};
@@ -140,18 +140,18 @@ pub fn open_pty(events: SyncSender<PortEvent>) -> Result<String, CommandError> {
     let (mut board, other) = TTYPort::pair().map_err(failed)?;
     board.set_timeout(LOOK).map_err(failed)?;
     let name = other.name().unwrap_or_default();
-    // Closed, so that the board's end shows whether a client is there.
+    // Closed, so that the board's end shows whether a client is connected.
     drop(other);
     let client_name = format!("pty {name}");
     thread::spawn(move || serve_pty(board, &client_name, &events));
     Ok(name)
 }
 
-/// Between two looks whether somebody has opened a pseudo-terminal's other end.
+/// Time between two checks whether a client has opened the pseudo-terminal's other end.
 #[cfg(unix)]
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Serves one client of the pseudo-terminal after the other, until the server is gone.
+/// Serves one client of the pseudo-terminal after the other, until the server ends.
 #[cfg(unix)]
 fn serve_pty(mut board: serialport::TTYPort, name: &str, events: &SyncSender<PortEvent>) {
     let mut bytes = [0; 1024];
@@ -163,7 +163,7 @@ fn serve_pty(mut board: serialport::TTYPort, name: &str, events: &SyncSender<Por
             Err(error) => matches!(error.kind(), ErrorKind::Interrupted | ErrorKind::TimedOut),
         };
         if !there {
-            // Nobody has the other end open.
+            // No client has the other end open.
             if let Some((gone, open)) = client.take() {
                 open.store(false, Ordering::Relaxed);
                 if events.send(PortEvent::Left(gone)).is_err() {
@@ -195,16 +195,16 @@ fn serve_pty(mut board: serialport::TTYPort, name: &str, events: &SyncSender<Por
     }
 }
 
-/// Writes what waits for a client of the pseudo-terminal until the client or the server is gone.
+/// Writes the waiting output of a client of the pseudo-terminal until the client or the server ends.
 #[cfg(unix)]
 fn write_pty(waiting: &Receiver<Vec<u8>>, mut to: serialport::TTYPort, still: &AtomicBool) {
     while let Ok(bytes) = waiting.recv() {
-        // What a client that has left would have read is nobody's.
+        // Output for a client that has left is dropped.
         if !still.load(Ordering::Relaxed) {
             return;
         }
         match to.write_all(&bytes) {
-            // The client does not read: it loses this.
+            // The client does not read and loses this output.
             Err(error) if error.kind() == ErrorKind::TimedOut => {}
             Err(_) => return,
             Ok(()) => {}
@@ -234,14 +234,14 @@ mod tests {
     use super::super::websocket::serve_websocket;
     use super::*;
 
-    /// After this time a test gives up instead of hanging; nothing is measured by it.
+    /// After this time a test fails instead of hanging. It is not a measured bound.
     const GIVE_UP: Duration = Duration::from_mins(1);
     const PIECE: usize = 16 << 10;
     /// Pieces that are sent to a client that does not read, 64 MB: more than the system keeps for a connection, some MB on
     /// each side of it, and more than waits in the server.
     const PIECES: u32 = 4096;
 
-    /// A port, and what happens there.
+    /// A port, and its events.
     fn port(serve: Serve) -> (SocketAddr, Receiver<PortEvent>) {
         let (events, happened) = sync_channel(HAPPENED_MAX);
         let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
@@ -255,11 +255,11 @@ mod tests {
         }
     }
 
-    /// Sends numbered pieces while nobody reads. That this ends shows that nobody waits for the client.
+    /// Sends numbered pieces while nobody reads. The test's end shows that nobody waits for the client.
     fn send_all(output: &ClientOutput) {
         for number in 0..PIECES {
             assert!(output.send(&piece(number)), "the client is there");
-            // As a board does, which leaves the port's thread time to fill whatever room there is.
+            // A board pauses too, which gives the port's thread time to fill all available room.
             thread::sleep(Duration::from_micros(100));
         }
     }
@@ -270,7 +270,8 @@ mod tests {
         piece
     }
 
-    /// Sends the last piece until the client, which reads again, has it: how many pieces the client has heard by then.
+    /// Sends the last piece until the client, which reads again, has received it; returns the number of pieces received
+    /// by then.
     fn heard_again(output: &ClientOutput, mut hear: impl FnMut() -> Vec<u8> + Send + 'static) -> usize {
         let (told, heard) = std::sync::mpsc::channel();
         thread::spawn(move || {
@@ -295,7 +296,7 @@ mod tests {
         }
     }
 
-    /// A client that does not read holds up nobody and takes bounded room; when it reads again, it hears what is new.
+    /// A client that does not read delays nobody and takes bounded room. When it reads again, it receives new output.
     #[test]
     fn a_client_that_does_not_read_loses_what_there_is_no_room_for() {
         let (address, happened) = port(serve_tcp);

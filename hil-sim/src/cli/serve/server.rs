@@ -1,4 +1,4 @@
-//! The board that is served, and its clients.
+//! The served board, and its clients.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,28 +14,29 @@ use super::hub::{ClientId, Hub};
 use super::pace::Pace;
 use super::ports::{ClientOutput, HAPPENED_MAX, PortEvent};
 
-/// How long the server waits for a client's bytes before the board goes on.
+/// Longest wait for a client's bytes before the board continues.
 const TURN_PATIENCE: Duration = Duration::from_millis(1);
-/// How often the board's log is read, ms of its time.
+/// Time between two reads of the board's log, ms of the board's time.
 const LOG_LOOK_MS: u64 = 20;
 
 /// The board and its clients.
 pub struct Server<B, C> {
     backend: B,
-    /// Why the board's time stands still.
+    /// Reports why the board's time has stopped.
     check: C,
     scenario: Scenario,
     next_step: usize,
     hub: Hub,
     outputs: BTreeMap<ClientId, (String, ClientOutput)>,
-    /// The board has not booted yet: it waits for the first client.
+    /// Whether the board has not booted yet and waits for the first client.
     off: bool,
-    /// Time since the log was read, ms of the board's.
+    /// Time since the log was last read, ms of the board's time.
     log_age_ms: u64,
 }
 
 impl<B: Backend, C: FnMut(&mut B) -> Result<(), CommandError>> Server<B, C> {
-    /// A board in the world of a scenario, whose steps happen to it; `off` until the first client comes.
+    /// A board in a scenario's simulated world, with the scenario's steps; `off` until the first client
+    /// connects.
     pub fn new(backend: B, scenario: Scenario, check: C, off: bool) -> Self {
         Self {
             backend,
@@ -52,8 +53,8 @@ impl<B: Backend, C: FnMut(&mut B) -> Result<(), CommandError>> Server<B, C> {
     /// Serves until `ended`, and prints the board's log to its last line, whatever ends the board.
     ///
     /// # Errors
-    /// The board cannot go on, the vehicle has left the range in which the plant's equations hold, every port is closed, or
-    /// nobody takes what is printed.
+    /// The board cannot continue, the vehicle has left the range of the plant's equations, every port
+    /// is closed, or the output is closed.
     pub fn serve(&mut self, events: &Receiver<PortEvent>, pace: Pace, ended: &AtomicBool) -> Result<(), CommandError> {
         let served = self.serve_on(events, pace, ended);
         let printed = self.print_log();
@@ -68,7 +69,7 @@ impl<B: Backend, C: FnMut(&mut B) -> Result<(), CommandError>> Server<B, C> {
     ) -> Result<(), CommandError> {
         let begun = Instant::now();
         if self.scenario.chocked_until_armed {
-            // Nobody pulls them here.
+            // The server has no operator who could pull the chocks.
             print("the scenario's chocks are not put in place\n")?;
         }
         while !ended.load(Ordering::Relaxed) {
@@ -80,7 +81,8 @@ impl<B: Backend, C: FnMut(&mut B) -> Result<(), CommandError>> Server<B, C> {
                     return Err(CommandError::Other("every port is closed".into()));
                 }
             }
-            // No more in a turn than can wait: the board's time goes on, however much a client says.
+            // At most as many events per turn as the queue holds, so that the board's time advances
+            // however much a client sends.
             for event in events.try_iter().take(HAPPENED_MAX) {
                 self.take(event)?;
             }
@@ -101,7 +103,7 @@ impl<B: Backend, C: FnMut(&mut B) -> Result<(), CommandError>> Server<B, C> {
         Ok(())
     }
 
-    /// Runs the board for some milliseconds, and sends the clients what the board says.
+    /// Runs the board for some milliseconds, and sends the board's output to the clients.
     fn advance(&mut self, ms: u64) -> Result<(), CommandError> {
         let start_us = self.backend.now_us();
         let (mut said, mut instants) = (Vec::new(), Vec::new());

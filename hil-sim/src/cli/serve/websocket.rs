@@ -1,4 +1,4 @@
-//! Clients over WebSockets: their binary messages are a stream of bytes, as over TCP.
+//! Clients over WebSockets. Their binary messages form a stream of bytes, as over TCP.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, Ipv6Addr, TcpStream};
@@ -13,31 +13,31 @@ use tungstenite::{Error, HandshakeError, Message, WebSocket, accept_hdr_with_con
 
 use super::ports::{ClientOutput, PortEvent, WAITING_MAX, next_client};
 
-/// Time within which a client asks its question.
+/// Time within which a client must send its request.
 const QUESTION_TIME: Duration = Duration::from_secs(5);
-/// How long a client's thread waits for the client's bytes, and for room for the board's, before it turns to the other
-/// way.
+/// Longest wait of a client's thread for the client's bytes, or for room for the board's bytes, before the thread
+/// serves the other direction.
 const READ_PATIENCE: Duration = Duration::from_millis(2);
-/// Most bytes of one message of a client: orders are short.
+/// Largest message from a client, bytes: orders are short.
 const MESSAGE_MAX: usize = 65_536;
 /// Most bytes that wait for a client that does not read.
 const OUTPUT_MAX: usize = 1 << 20;
 
-/// The answer to a question that is no WebSocket's.
+/// The answer to a request that is not for a WebSocket.
 const NOT_A_WEBSOCKET: &str = "HTTP/1.1 400 Bad Request\r\nContent-Type: text/plain\r\nConnection: close\r\n\r\n\
                                a WebSocket of version 13 is served here\n";
 
-/// Serves one client from its question on, in a thread of its own.
+/// Serves one client in its own thread, starting with the request.
 ///
 /// # Errors
-/// Those of the socket.
+/// The socket's errors.
 pub fn serve_websocket(stream: TcpStream, events: SyncSender<PortEvent>) -> io::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(QUESTION_TIME))?;
     let name = format!("websocket {}", stream.peer_addr()?);
     let mut refusal = stream.try_clone()?;
     thread::spawn(move || {
-        // A client that asks wrongly gets an answer that says so; a client that leaves is gone.
+        // A client with a wrong request receives an error answer. A client that has left needs none.
         if let Some(socket) = greet(stream, &mut refusal) {
             let _ = converse(socket, name, &events);
         }
@@ -45,8 +45,8 @@ pub fn serve_websocket(stream: TcpStream, events: SyncSender<PortEvent>) -> io::
     Ok(())
 }
 
-/// Answers a client's question. Returns the conversation, if the question asks for a WebSocket. Writes a refusal to
-/// `refusal` for any other question.
+/// Answers a client's request. Returns the conversation if the request is for a WebSocket. Writes a refusal to
+/// `refusal` for any other request.
 fn greet<S: Read + Write>(stream: S, refusal: &mut impl Write) -> Option<WebSocket<S>> {
     let config = WebSocketConfig::default()
         .read_buffer_size(4096)
@@ -56,17 +56,17 @@ fn greet<S: Read + Write>(stream: S, refusal: &mut impl Write) -> Option<WebSock
         .max_frame_size(Some(MESSAGE_MAX));
     match accept_hdr_with_config(stream, only_local_pages, Some(config)) {
         Ok(socket) => Some(socket),
-        // A page from elsewhere has its answer; who asks nothing in time gets none.
+        // A page from another machine already has its answer. A client that sends no request in time gets none.
         Err(HandshakeError::Failure(Error::Http(_) | Error::Io(_)) | HandshakeError::Interrupted(_)) => None,
         Err(HandshakeError::Failure(_)) => {
-            // Whoever it was may be gone.
+            // The client may have left.
             let _ = refusal.write_all(NOT_A_WEBSOCKET.as_bytes());
             None
         }
     }
 }
 
-/// Refuses a page that is not from this machine. What is no page has no origin.
+/// Refuses a page that is not from this machine. A client that is not a page has no origin.
 #[allow(clippy::result_large_err)] // The library's type.
 fn only_local_pages(request: &Request, response: Response) -> Result<Response, ErrorResponse> {
     let origin = request.headers().get(header::ORIGIN);
@@ -109,7 +109,7 @@ pub fn is_local_host(host: &str) -> bool {
             .is_some_and(|address| address.is_loopback())
 }
 
-/// Carries bytes both ways until client or server is gone.
+/// Carries bytes in both directions until client or server ends.
 fn converse(mut socket: WebSocket<TcpStream>, name: String, events: &SyncSender<PortEvent>) -> io::Result<()> {
     socket.get_ref().set_read_timeout(Some(READ_PATIENCE))?;
     socket.get_ref().set_write_timeout(Some(READ_PATIENCE))?;
@@ -128,11 +128,12 @@ fn converse(mut socket: WebSocket<TcpStream>, name: String, events: &SyncSender<
     Ok(())
 }
 
-/// Writes what waits for a client, as far as the client takes it; whether client and server are still there. What a client
-/// that does not read has no room for waits on, in bounded room, and goes first when the client reads again.
+/// Writes the waiting output of a client, as far as the client accepts it; returns whether client and server are
+/// still connected. Output for which the client has no room keeps waiting, in bounded room, and is sent first
+/// when the client reads again.
 fn write_waiting<S: Read + Write>(socket: &mut WebSocket<S>, waiting: &Receiver<Vec<u8>>) -> bool {
     loop {
-        // A full buffer takes nothing and writes nothing by itself.
+        // A full buffer accepts nothing and does not write by itself.
         match socket.flush() {
             Ok(()) => {}
             Err(error) if is_passing(&error) => return true,
@@ -144,7 +145,7 @@ fn write_waiting<S: Read + Write>(socket: &mut WebSocket<S>, waiting: &Receiver<
             Err(TryRecvError::Disconnected) => return false,
         };
         match socket.send(Message::binary(bytes)) {
-            // A go that is larger than the buffer is lost.
+            // Output of a go that is larger than the buffer is lost.
             Ok(()) | Err(Error::WriteBufferFull(_)) => {}
             Err(error) if is_passing(&error) => {}
             Err(_) => return false,
@@ -152,12 +153,12 @@ fn write_waiting<S: Read + Write>(socket: &mut WebSocket<S>, waiting: &Receiver<
     }
 }
 
-/// What a client said in its turn.
+/// A client's input in its turn.
 #[derive(Debug, PartialEq, Eq)]
 enum Said {
     Bytes(Vec<u8>),
     Nothing,
-    /// It is gone, or speaks what this server does not.
+    /// The client has left, or uses another protocol.
     Goodbye,
 }
 
@@ -171,7 +172,7 @@ fn read<S: Read + Write>(socket: &mut WebSocket<S>) -> Said {
     }
 }
 
-/// Whether an access only took too long.
+/// Whether an access only timed out.
 fn is_passing(error: &Error) -> bool {
     matches!(error, Error::Io(error)
         if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted))
@@ -206,7 +207,7 @@ mod tests {
         }
     }
 
-    /// The question of RFC 6455, section 1.2, with this origin.
+    /// The request of RFC 6455, section 1.2, with this origin.
     fn question(origin: &str) -> String {
         format!(
             "GET /chat HTTP/1.1\r\nHost: 127.0.0.1:5761\r\nUpgrade: websocket\r\nConnection: keep-alive, Upgrade\r\n\
@@ -214,7 +215,7 @@ mod tests {
         )
     }
 
-    /// The answer to a question, and whether a conversation begins.
+    /// The answer to a request, and whether a conversation begins.
     fn answer(question: &str) -> (String, bool) {
         let mut wire = MemoryWire {
             said: io::Cursor::new(question.as_bytes().to_vec()),
@@ -273,7 +274,7 @@ mod tests {
         }
     }
 
-    /// What the server hears of a client's bytes, as far as they go.
+    /// The server's inputs from a client's bytes.
     fn heard(bytes: &[u8]) -> Vec<Said> {
         let mut wire = MemoryWire {
             said: io::Cursor::new(question("").into_bytes()),
@@ -314,7 +315,7 @@ mod tests {
             unmasked,
             masked(Message::text("no bytes")),
             masked(Message::binary(vec![0; MESSAGE_MAX + 1])),
-            // A length that nobody can have is refused before there is room for it.
+            // An impossible length is refused before memory is reserved for it.
             vec![0x82, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0, 0, 0, 0],
         ] {
             assert_eq!(heard(&bytes), [Said::Goodbye], "{bytes:?}");

@@ -45,7 +45,7 @@ impl BodyArguments {
         })
     }
 
-    /// The numbers of the thesis's vehicle, `thesis`, that stand for the flags not given.
+    /// The numbers of the thesis's vehicle, `thesis`, for the flags not given.
     pub fn taken(&self, thesis: &PlanarParameters<f64>) -> Vec<Taken> {
         [
             ("--l", self.l, thesis.l),

@@ -48,7 +48,7 @@ Examples:
   hil-sim camera --vehicle vehicles/reference.toml --ax 0.1 --ay 0.1
   hil-sim camera --v-max 10 --tilt0-deg 39 --out out/camera";
 
-/// Where the gains come from.
+/// Source of the gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Gains {
     Optimal,
@@ -93,7 +93,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     };
     let result = experiment.run(t_end, sample);
     let reached = result.t.last().copied().unwrap_or(0.0);
-    // Only a ballast that runs away may end a run early.
+    // Only a runaway ballast may end a run early.
     let turned_over = result.phi.iter().any(|phi| phi.abs() >= std::f64::consts::TAU);
     if !turned_over && reached < t_end - 1.001 * sample {
         return Err(CommandError::Other(format!(

@@ -59,7 +59,7 @@ impl SlopeRange {
     }
 }
 
-/// The most slopes of one envelope.
+/// Largest number of slopes of one envelope.
 const MOST_SLOPES: usize = 1000;
 
 fn slope_range(text: &str) -> Result<SlopeRange, String> {
@@ -81,7 +81,7 @@ struct EnvelopeJson {
     rows: Vec<EnvelopeRow>,
 }
 
-/// A point, with what it is in SI where a vehicle is given.
+/// A point, with its SI values if a vehicle is given.
 #[derive(Debug, Serialize)]
 struct EnvelopeRow {
     #[serde(flatten)]
@@ -99,7 +99,7 @@ struct EnvelopeRow {
 /// # Errors
 /// [`CommandError::Input`] on bad parameters.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
-    // The slopes stand in for --beta and for the slope of a [planar] file.
+    // The slopes replace --beta and the slope of a [planar] file.
     let vehicle = PlanarArguments {
         beta: Some(0.0),
         ..arguments.vehicle.clone()

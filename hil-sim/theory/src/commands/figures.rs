@@ -29,7 +29,7 @@ Examples:
 /// What the command prints with `--json`.
 #[derive(Debug, Serialize)]
 struct FiguresJson {
-    /// As it can be shown: a path need not be text.
+    /// In printable form: a path need not be valid text.
     page: String,
     figures: Vec<FigureLine>,
 }

@@ -61,7 +61,7 @@ struct KernelJson {
 /// Runs the command.
 ///
 /// # Errors
-/// [`CommandError::Input`] on a file that is no whole vehicle, and on numbers out of range.
+/// [`CommandError::Input`] on a file without a whole vehicle, and on numbers out of range.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let file = arguments.vehicle.display();
     let vehicle = match vehicle_file::read(&arguments.vehicle) {

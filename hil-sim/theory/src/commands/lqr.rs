@@ -55,14 +55,14 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
         poles_per_s: poles_per_s.as_deref(),
     };
     let mut report = Report::new("lqr", &outcome);
-    // Under the names of the vehicle file, so that the lines can be copied there.
+    // With the vehicle file's names, so that the lines can be copied there.
     for (name, gain) in ["spar_gain", "ballast_gain", "spar_rate_gain", "ballast_rate_gain"]
         .iter()
         .zip(result.gains)
     {
         report = report.line(*name, format!("{gain:.6}"));
     }
-    // The lines above are to be copied as they are; what they are in SI follows in lines of their own.
+    // The user copies the lines above unchanged; separate lines give the SI values.
     for (place, gain_v) in gains_v.into_iter().flatten().enumerate() {
         let (name, unit) = [
             ("spar", "V/rad"),

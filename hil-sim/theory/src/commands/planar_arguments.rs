@@ -33,7 +33,7 @@ pub struct PlanarArguments {
 pub struct PlanarVehicle {
     /// The parameters.
     pub parameters: PlanarParameters<f64>,
-    /// Where the parameters come from that no flag gives.
+    /// Source of the parameters that no flag gives.
     pub source: Source,
     /// The slope's name in messages: the flag, or the field of the vehicle file.
     pub beta_name: String,
@@ -42,8 +42,8 @@ pub struct PlanarVehicle {
 }
 
 impl PlanarArguments {
-    /// The vehicle these flags describe, every range checked. It carries the mass of its camera spar, if it has one, and all
-    /// its numbers are over the whole mass.
+    /// The vehicle these flags describe, every range checked. The vehicle includes the mass of its camera
+    /// spar, if any, and all its numbers are divided by the whole mass.
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the file and field or the flag, the value and the allowed range.
@@ -55,8 +55,8 @@ impl PlanarArguments {
         })
     }
 
-    /// As [`PlanarArguments::resolve`], for a command that has the spar in its own equations: all numbers are over the mass
-    /// of wheels and arm.
+    /// As [`PlanarArguments::resolve`], for a command whose equations include the spar: all numbers are
+    /// divided by the mass of wheels and arm.
     ///
     /// # Errors
     /// As [`PlanarArguments::resolve`].
@@ -85,7 +85,7 @@ impl PlanarArguments {
 }
 
 impl PlanarVehicle {
-    /// What the numbers of a vehicle that carries its spar are in SI.
+    /// SI scales of a vehicle that carries its spar.
     pub fn si(&self) -> Si {
         Si::of(&self.source).carrying(self.source.whole_mass())
     }
@@ -178,7 +178,7 @@ pub struct StartArguments {
 }
 
 impl StartArguments {
-    /// phi at the start: as given, or the static equilibrium, which then must exist.
+    /// phi at the start: the given value, or the static equilibrium, which then must exist.
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the slope and its limit.

@@ -6,8 +6,8 @@ use serde::Serialize;
 use crate::commands::taken::Taken;
 use crate::commands::vehicle_argument::Source;
 
-/// The scales of a whole vehicle; without one, there is nothing to say in SI. No flag that overrides a nondimensional
-/// parameter changes them: they are those of radius, mass and motors (3.10), (3.11).
+/// The scales of a whole vehicle; without a vehicle there are no SI values. The scales follow from radius, mass and
+/// motors (3.10), (3.11). A flag that overrides a nondimensional parameter does not change them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Si(Option<Scales<f64>>);
 
@@ -17,7 +17,7 @@ impl Si {
         Self(source.whole_vehicle().map(Vehicle::scales))
     }
 
-    /// The same of a vehicle that has `mass` times its own mass, all its numbers over the whole of it.
+    /// The scales of a vehicle with `mass` times its own mass, whose numbers are all divided by the whole mass.
     pub fn carrying(self, mass: f64) -> Self {
         Self(self.0.map(|scales| Scales {
             torque_n_m: mass * scales.torque_n_m,
@@ -26,7 +26,7 @@ impl Si {
         }))
     }
 
-    /// A nondimensional voltage as that of both drive motors, V.
+    /// A nondimensional voltage as the voltage of both drive motors, V.
     pub fn volts(self, voltage: f64) -> Option<f64> {
         self.0.map(|scales| scales.voltage_to_si(voltage))
     }
@@ -51,7 +51,7 @@ impl Si {
         self.0.map(|scales| rate / scales.time_s)
     }
 
-    /// An angle in degrees, where anything is said in SI.
+    /// An angle in degrees, if the output has SI values.
     pub fn degrees(self, angle: f64) -> Option<f64> {
         self.0.map(|_| angle.to_degrees())
     }
@@ -75,7 +75,7 @@ fn per_s(poles: &[[f64; 2]], time_s: f64) -> Vec<[f64; 2]> {
     poles.iter().map(|pole| pole.map(|part| part / time_s)).collect()
 }
 
-/// The scales of a whole vehicle's camera spar (ch. 7); without one, there is nothing to say in SI.
+/// The scales of a whole vehicle's camera spar (ch. 7); without a spar there are no SI values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SparSi(Option<SparScales<f64>>);
 
@@ -85,7 +85,7 @@ impl SparSi {
         Self(source.whole_vehicle().and_then(Vehicle::spar_scales))
     }
 
-    /// The gains of v = -g . x as those of the ballast motor's voltage: on two angles, V/rad, and two rates, V s/rad.
+    /// The gains of v = -g . x as gains of the ballast motor's voltage: on two angles, V/rad, and two rates, V s/rad.
     pub fn gains_v(self, gains: [f64; 4]) -> Option<[f64; 4]> {
         let [spar, ballast, spar_rate, ballast_rate] =
             gains.map(|gain| self.0.map(|scales| scales.voltage_to_si(gain)));
@@ -140,7 +140,7 @@ pub struct SiUnits {
     voltage_unit_v: f64,
 }
 
-/// A result with the units of its numbers, where they are known.
+/// A result with the units of its numbers, if known.
 #[derive(Debug, Serialize)]
 pub struct WithUnits<'a, R, U = SiUnits> {
     /// The result.

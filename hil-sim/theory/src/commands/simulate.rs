@@ -16,7 +16,8 @@ use report::error::CommandError;
 use report::output::{OutputArguments, Report};
 use report::plot::{Chart, Columns, Series};
 
-/// The most fixed steps of a run: the longest run in the vehicle's own ticks, and seconds of work.
+/// Largest number of fixed steps of a run: the longest run in the vehicle's own ticks, which takes
+/// seconds to compute.
 const MOST_FIXED_STEPS: f64 = 2e7;
 
 /// Flags of `simulate`.

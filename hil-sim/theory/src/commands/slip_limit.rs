@@ -1,4 +1,4 @@
-//! `hil-sim slip-limit`: how large a voltage step the grip allows, against the whirl limit.
+//! `hil-sim slip-limit`: the largest voltage step that the grip allows, compared with the whirl limit.
 
 use clap::Args;
 use serde::Serialize;
@@ -30,7 +30,8 @@ Examples:
   hil-sim slip-limit --mu-s 0.8 --beta 0
   hil-sim slip-limit --vehicle vehicles/reference.toml --beta 0.1";
 
-/// The friction coefficient of rubber on dry concrete, where neither the flag nor a whole vehicle gives one.
+/// The friction coefficient of rubber on dry concrete, if neither the flag nor a whole vehicle gives a
+/// coefficient.
 const DRY_CONCRETE: f64 = 0.8;
 
 /// What the command prints with `--json`.

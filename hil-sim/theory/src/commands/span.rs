@@ -5,12 +5,12 @@ use clap::Args;
 use crate::commands::values::{finite, positive, require};
 use report::error::CommandError;
 
-/// The most samples of a run. With its columns, its charts and its JSON a sample of the widest run, that of `spatial`, takes
-/// 700 bytes: a run stays within 400 MB, whatever is typed.
+/// Largest number of samples of a run. With columns, charts and JSON, a sample of the widest run (`spatial`) takes 700
+/// bytes, so a run stays within 400 MB for any input.
 const MOST_SAMPLES: f64 = 500_000.0;
 /// The longest run, in time units: hours of driving.
 const LONGEST: f64 = 1e5;
-/// Time between samples where none is given, in time units; longer where a run would have too many.
+/// Default time between samples, in time units; longer if a run would have too many samples.
 const PRINTED_SAMPLE: f64 = 0.05;
 
 /// How long to run and how often to sample.
@@ -25,7 +25,8 @@ pub struct SpanArguments {
 }
 
 impl SpanArguments {
-    /// Length and sample time, checked; where not given, `t_end`, and `PRINTED_SAMPLE` or what makes the most samples.
+    /// Checked length and sample time. The defaults are `t_end`, and `PRINTED_SAMPLE` or the time that gives the
+    /// largest number of samples.
     ///
     /// # Errors
     /// [`CommandError::Input`] naming the flag, the value and the allowed range.

@@ -91,7 +91,7 @@ impl Arguments {
 /// Runs the command.
 ///
 /// # Errors
-/// [`CommandError::Input`] on bad parameters, [`CommandError::Other`] where the motion cannot be followed.
+/// [`CommandError::Input`] on bad parameters, [`CommandError::Other`] when the motion cannot be integrated.
 pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let (parameters, si) = arguments.resolve()?;
     let (t_end, sample) = arguments.span.resolve(10.0)?;

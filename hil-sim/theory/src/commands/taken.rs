@@ -1,26 +1,26 @@
-//! The numbers that a command took because neither a flag nor the vehicle file gives them.
+//! The default numbers that a command used because neither a flag nor the vehicle file gives them.
 
 use std::fmt;
 
 use report::output::Report;
 use serde::Serialize;
 
-/// Where a number of the thesis's vehicle comes from.
+/// Source of a number of the thesis's vehicle.
 pub const THESIS: &str = "the thesis's vehicle";
 
-/// A number that nobody gave.
+/// A number that the user did not give.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Taken {
     /// The flag that gives it.
     pub flag: &'static str,
-    /// What was taken.
+    /// The value used.
     pub value: f64,
-    /// Where it comes from.
+    /// The value's source.
     pub from: String,
 }
 
 impl Taken {
-    /// `value`, which the flag would have given, from elsewhere.
+    /// The `value` for the flag, from another source.
     pub fn new(flag: &'static str, value: f64, from: impl Into<String>) -> Self {
         let from = from.into();
         Self { flag, value, from }
@@ -33,7 +33,7 @@ impl fmt::Display for Taken {
     }
 }
 
-/// The report with a line for the numbers that nobody gave, if there are any.
+/// The report with a line for the numbers that the user did not give, if any.
 #[must_use]
 pub fn told<'a, R: Serialize>(report: Report<'a, R>, taken: &[Taken]) -> Report<'a, R> {
     if taken.is_empty() {

@@ -1,11 +1,11 @@
-//! Checks of the values that the user typed: each message names the flag, the value and what is allowed.
+//! Checks of the user's values: each message names the flag, the value and the allowed range.
 
 use report::error::CommandError;
 
 /// Parses a finite number: the value parser of every numeric flag.
 ///
 /// # Errors
-/// What is allowed (clap adds the flag and the value).
+/// The allowed values (clap adds the flag and the value).
 pub fn finite(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() => Ok(value),
@@ -13,7 +13,7 @@ pub fn finite(text: &str) -> Result<f64, String> {
     }
 }
 
-/// `value` of `flag` if `ok`, else the message that says what is `allowed`.
+/// `value` of `flag` if `ok`, else the message with the `allowed` range.
 ///
 /// # Errors
 /// [`CommandError::Input`]; NaN and infinities never pass.
@@ -28,9 +28,9 @@ pub fn require(flag: &str, value: f64, ok: bool, allowed: &str) -> Result<f64, C
 /// The largest parameter, gain or friction coefficient: a larger one is a typing mistake and would overflow
 /// the arithmetic.
 const LARGEST: f64 = 1e6;
-/// The largest voltage, reference speed or acceleration either way.
+/// The largest magnitude of a voltage, reference speed or acceleration.
 pub const LARGEST_INPUT: f64 = 1e5;
-/// The largest angle (rad) or angular rate at the start of a run, either way.
+/// The largest magnitude of an angle (rad) or angular rate at the start of a run.
 pub const LARGEST_START: f64 = 1e3;
 
 /// `value` if it is positive and at most the largest parameter.
@@ -59,7 +59,7 @@ pub fn within(flag: &str, value: f64, most: f64) -> Result<f64, CommandError> {
     require(flag, value, value.abs() <= most, &format!("between -{most} and {most}"))
 }
 
-/// The voltage available either way, given with `flag`; infinite if the flag is not given.
+/// The available voltage in either direction, given with `flag`; infinite without the flag.
 ///
 /// # Errors
 /// [`CommandError::Input`] naming the flag.
@@ -87,7 +87,7 @@ pub fn gain(flag: &str, value: f64) -> Result<f64, CommandError> {
 /// Parses `N` finite numbers separated by commas.
 ///
 /// # Errors
-/// What is allowed (clap adds the flag and the value).
+/// The allowed values (clap adds the flag and the value).
 pub fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
     let allowed = || format!("must be {N} finite numbers separated by commas");
     let values: Vec<f64> = text

@@ -1,4 +1,4 @@
-//! `--vehicle FILE.toml`: the vehicle whose numbers stand in for the flags not given.
+//! `--vehicle FILE.toml`: the vehicle that supplies the numbers of the flags not given.
 
 use std::path::{Path, PathBuf};
 
@@ -27,7 +27,7 @@ pub struct VehicleArgument {
     pub vehicle: Option<PathBuf>,
 }
 
-/// The flag that names a vehicle file, where only a whole vehicle will do.
+/// The flag that names a vehicle file, for commands that need a whole vehicle.
 #[derive(Debug, Clone, Default, Args)]
 pub struct SparVehicleArgument {
     /// Vehicle file: a whole vehicle with a camera spar, in SI units. Gives the parameters of the spar; each flag
@@ -46,7 +46,7 @@ impl SparVehicleArgument {
     }
 }
 
-/// Where the parameters come from that no flag gives.
+/// Source of the parameters that no flag gives.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Source {
     /// No file: the thesis's vehicle.
@@ -82,13 +82,13 @@ impl Source {
         }
     }
 
-    /// The whole mass, camera spar included, over that of wheels and arm.
+    /// The whole mass, camera spar included, divided by the mass of wheels and arm.
     pub fn whole_mass(&self) -> f64 {
         self.whole_vehicle()
             .map_or(1.0, |vehicle| 1.0 + vehicle.spar_mass_ratio())
     }
 
-    /// Whether the file says on which slope the vehicle stands.
+    /// Whether the file gives the vehicle's slope.
     pub fn has_slope(&self) -> bool {
         matches!(self, Self::File(_, VehicleFile::Planar(_)))
     }
@@ -102,7 +102,7 @@ impl Source {
         }
     }
 
-    /// The planar vehicle. A whole vehicle's file has no slope, and the vehicle stands on the thesis's.
+    /// The planar vehicle. A whole vehicle's file has no slope; the vehicle then stands on the thesis's slope.
     pub fn planar(&self) -> PlanarParameters<f64> {
         let thesis = PlanarParameters::thesis();
         match self {
