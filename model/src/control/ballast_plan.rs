@@ -1,4 +1,4 @@
-//! Where the ballast must be so that the spar stays level while the axle accelerates and turns.
+//! Plans the ballast's angle that keeps the spar level while the axle accelerates and turns.
 //!
 //! For a spar that is level and at rest, Eq. 7.12 (with the far side of the bearing on the arm, and the axle
 //! accelerating at `a` g up a slope beta) reduces to an equation for the ballast's angle gamma:
@@ -10,21 +10,21 @@
 //!
 //! The motor then gives `m2 gamma'' + k2 [...] + xi gamma'`.
 //!
-//! On a slope a vehicle that turns changes the slope along its heading. Its plane, which carries the bearing, tips by
+//! A vehicle that turns on a slope changes the slope along its heading. The plane, which carries the bearing, tilts by
 //!
 //! ```text
 //! beta'  = psi' sin(roll)
 //! beta'' = psi'' sin(roll) - psi'^2 sin(beta) cos(beta)
 //! ```
 //!
-//! to the first order in the roll and without the ballast's own throw, and a spar that stays level turns back by as much against the plane: its inertia adds `(m1 + m2 + 2 m3) beta''` to the
-//! equation, and `-(m2 + m3) beta''` to what the motor gives. A level spar leans by beta against the axis of the turn, which
-//! throws it outwards: that adds as much as psi' gives to beta''. The arm's rate against the spar is the one against
-//! the vertical, so that beta' is part of it.
+//! to the first order in the roll. A level spar turns back against the plane by the same amount. Its inertia adds
+//! `(m1 + m2 + 2 m3) beta''` to the equation, and `-(m2 + m3) beta''` to the motor's torque. A level spar leans by beta
+//! from the axis of the turn, whose centrifugal force adds `-psi'^2 sin(beta) cos(beta)` to beta''; the plan neglects the
+//! force on the ballast's own angle. The arm's rate against the spar includes beta'.
 //!
-//! The plan follows this equation. By itself it is an undamped
-//! pendulum: a step of the acceleration would swing the ballast for ever, and a second one might swing it over. The plan
-//! damps the pendulum, at the cost of a small error of the spar's level.
+//! The plan follows this equation. The equation alone describes an undamped pendulum: after a step of the acceleration the
+//! ballast would swing for ever, and a second step might swing the ballast over. The plan therefore damps the pendulum,
+//! at the cost of a small error in the spar's level.
 
 use crate::bounded::Bounded;
 use crate::dynamics::camera::SparCoefficients;
@@ -70,7 +70,7 @@ pub struct Pivot {
     pub sin_slope: f32,
     /// Cosine of the slope.
     pub cos_slope: f32,
-    /// Rate of the arm as its gyro shows it, which the turn of a plane is no part of, rad/s. The arm carries the far side of the
+    /// Rate of the arm as its gyro shows it, without the plane's tilt in a turn, rad/s. The arm carries the far side of the
     /// spar's bearing.
     pub arm_rate_rad_s: f32,
     /// Yaw rate, rad/s, anticlockwise positive.
