@@ -6,7 +6,7 @@ use model::status::Status;
 use model::supervise::arming::Mode;
 
 use crate::protocol::message::{Answer, OrderId, Refusal};
-use crate::topics::{Answered, DisarmBy, Topics};
+use crate::topics::{DisarmBy, Topics};
 
 /// What the operator wants of the arming state machine in one tick.
 ///
@@ -45,12 +45,9 @@ impl Orders {
         }
     }
 
-    /// Answers every order of the tick that led to `status`. An answer that finds no room is dropped: the tick waits
-    /// for nobody.
+    /// Answers every order of the tick that led to `status`.
     pub fn answer<M: RawMutex>(&self, topics: &Topics<M>, status: &Status) {
-        let answer = |id: OrderId, answer: Answer| {
-            let _ = topics.answers.try_send(Answered { id, answer });
-        };
+        let answer = |id: OrderId, answer: Answer| topics.answer_of_the_tick(id, answer);
         if let Some(DisarmBy::Host(id)) = self.disarm {
             answer(id, Answer::Done);
         }

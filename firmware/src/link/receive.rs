@@ -62,7 +62,7 @@ impl<M: RawMutex> Receiver<'_, M> {
                 match message {
                     // First, and whatever else is known of the sender.
                     HostMessage::Disarm(id) => {
-                        self.topics.disarm.put(DisarmBy::Host(id));
+                        self.topics.ask_to_disarm(DisarmBy::Host(id));
                         self.sessions.note(id);
                     }
                     HostMessage::Identify { nonce } => self.identify(nonce, now),
@@ -116,7 +116,7 @@ impl<M: RawMutex> Receiver<'_, M> {
             }
             // As the message of that name: however late.
             Order::Request(Request::Disarm) => {
-                self.topics.disarm.put(DisarmBy::Host(id));
+                self.topics.ask_to_disarm(DisarmBy::Host(id));
             }
             Order::Request(Request::None) => self.answer(id, Answer::Done),
             Order::Request(_) if late => self.refuse(id, Refusal::Late),

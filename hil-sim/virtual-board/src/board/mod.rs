@@ -281,7 +281,7 @@ impl VirtualBoard {
 
     /// Presses the board's own button once: disarm.
     pub fn press_button(&mut self) {
-        self.topics.disarm.put(DisarmBy::Button);
+        self.topics.ask_to_disarm(DisarmBy::Button);
     }
 
     /// Sends bytes to the board's UART.
