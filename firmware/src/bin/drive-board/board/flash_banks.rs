@@ -10,7 +10,8 @@ const CCR_BFHFNMIGN: u32 = 1 << 8;
 /// Bits of the system control block's `CFSR` that report bus faults.
 const CFSR_BUS_FAULTS: u32 = 0x0000_FF00;
 
-/// A word has two bit errors or more, as a power cut during a write can leave.
+/// A word cannot be read: it has two bit errors or more, as a power cut during a write can leave, or its bank is busy with an
+/// erasure that was given up.
 pub struct DamagedWord;
 
 /// Clears the error flags of both banks and empties their write buffers.
@@ -55,6 +56,10 @@ pub fn bank_of(address: usize) -> pac::flash::Bank {
 /// would end every boot anew; this function masks the bus fault and returns an error.
 pub fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), DamagedWord> {
     let bank = bank_of(address);
+    // The read would stall the core until the bank is done, with every interrupt but one off.
+    if bank.sr().read().bsy() {
+        return Err(DamagedWord);
+    }
     bank.ccr().write(|w| w.set_clr_dbeccerr(true));
     // SAFETY: the system control block is a device of the core, and nothing else in this program writes
     // CCR after start-up nor reads CFSR outside a fault handler, which cannot run while FAULTMASK is set.
