@@ -31,6 +31,7 @@ pub fn clean_up() {
             w.set_clr_operr(true);
             w.set_clr_rdperr(true);
             w.set_clr_rdserr(true);
+            w.set_clr_crcrderr(true);
             w.set_clr_sneccerr(true);
             w.set_clr_dbeccerr(true);
         });

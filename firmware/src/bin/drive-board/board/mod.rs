@@ -200,7 +200,7 @@ fn break_input(pin: Peri<'static, AnyPin>, function: u8) -> Flex<'static> {
     input
 }
 
-/// Makes a locked-up core, uncorrectable errors of the memory and a supply below 2.85 V trip the hardware break: they
+/// Makes a locked-up core, uncorrectable errors of the memory and a supply below 2.76 V (level 6 of the detector, falling) trip the hardware break: they
 /// would leave the bridges driven with nothing in control. The clock security system needs no switch. A debugger that
 /// halts the core stops TIM1 and TIM8, which switches their outputs off, and the watchdog.
 fn guard_outputs() {
