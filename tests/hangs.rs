@@ -3,6 +3,7 @@
 use firmware::drive_board::WATCHDOG_US;
 use model::supervise::arming::Mode;
 use model::supervise::codes::Fault;
+use virtual_board::board::VirtualBoard;
 
 mod support;
 use support::Bench;
@@ -43,5 +44,38 @@ fn a_hung_thread_executor_ends_in_a_controlled_stop_and_a_reset() {
             bitten.is_some_and(|ms| expected.contains(&ms)),
             "reset after {bitten:?} ms, expected {expected:?}"
         );
+    }
+}
+
+/// The tasks of the control executor that are not the control task: each may be silent for 100 ms, then nobody feeds the
+/// watchdog any more.
+#[test]
+fn a_hung_task_of_the_inputs_ends_in_open_bridges_and_a_reset() {
+    let hangs: [(&str, fn(&mut VirtualBoard)); 2] = [
+        ("arm IMU", VirtualBoard::hang_arm_imu_task),
+        ("analogue inputs", VirtualBoard::hang_analog_task),
+    ];
+    for (name, hang) in hangs {
+        // The hang at several places in the watchdog task's period.
+        for wait_ms in [0, 2, 4] {
+            let mut bench = Bench::driving(22, 1.0);
+            bench.run(wait_ms);
+            hang(&mut bench.board);
+            let (mut ms, mut bitten) = (0, None);
+            bench.run_watching(200, |bench| {
+                ms += 1;
+                if bench.board.watchdog_bitten() {
+                    bitten.get_or_insert(ms);
+                    assert!(!bench.bridges_on());
+                }
+            });
+            let reset_ms = u64::from(WATCHDOG_US) / 1000;
+            // The last check-in is up to a tick old.
+            let expected = 100 - 1 + reset_ms - LOOK_MS..=100 + LOOK_MS + reset_ms + 1;
+            assert!(
+                bitten.is_some_and(|ms| expected.contains(&ms)),
+                "{name}: reset after {bitten:?} ms, expected {expected:?}"
+            );
+        }
     }
 }

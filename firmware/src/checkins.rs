@@ -72,3 +72,52 @@ impl<M: RawMutex> Default for Checkins<M> {
         Self::new()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+
+    /// The tasks with the silences that docs/safety.md allows them, us.
+    const ALLOWED_US: [(Critical, u64); TASKS] = [
+        (Critical::Drive, 10_000),
+        (Critical::ArmImu, 100_000),
+        (Critical::Analog, 100_000),
+        (Critical::Link, 1_000_000),
+    ];
+    /// By when each must have checked in first, us.
+    const START_UP_US: u64 = 1_000_000;
+
+    fn checkins(last_us: [Option<u64>; TASKS]) -> Checkins<NoopRawMutex> {
+        let checkins = Checkins::new();
+        checkins
+            .last
+            .lock(|cell| cell.set(last_us.map(|us| us.map(Instant::from_micros))));
+        checkins
+    }
+
+    #[test]
+    fn each_task_may_be_silent_for_its_own_time_and_no_longer() {
+        let now_us = 5_000_000;
+        for (task, silence_us) in ALLOWED_US {
+            for (silent_us, alive) in [(silence_us, true), (silence_us + 1, false)] {
+                let mut last_us = [Some(now_us); TASKS];
+                last_us[task as usize] = Some(now_us - silent_us);
+                let found = checkins(last_us).all_alive(Instant::from_micros(now_us));
+                assert_eq!(found, alive, "{task:?} silent for {silent_us} us");
+            }
+        }
+    }
+
+    #[test]
+    fn each_task_has_its_time_to_start() {
+        for (task, _) in ALLOWED_US {
+            for (now_us, alive) in [(START_UP_US, true), (START_UP_US + 1, false)] {
+                let mut last_us = [Some(now_us); TASKS];
+                last_us[task as usize] = None;
+                let found = checkins(last_us).all_alive(Instant::from_micros(now_us));
+                assert_eq!(found, alive, "{task:?} not yet there at {now_us} us");
+            }
+        }
+    }
+}

@@ -6,7 +6,7 @@ use model::status::Status;
 use model::supervise::arming::Mode;
 
 use crate::protocol::message::{Answer, OrderId, Refusal};
-use crate::topics::{Answered, DisarmBy, Topics};
+use crate::topics::{DisarmBy, Topics};
 
 /// The operator's request to the arming state machine in one tick.
 ///
@@ -48,9 +48,7 @@ impl Orders {
     /// Answers every order of the tick that led to `status`. An answer without room in the channel is dropped,
     /// because the tick never waits.
     pub fn answer<M: RawMutex>(&self, topics: &Topics<M>, status: &Status) {
-        let answer = |id: OrderId, answer: Answer| {
-            let _ = topics.answers.try_send(Answered { id, answer });
-        };
+        let answer = |id: OrderId, answer: Answer| topics.answer_of_the_tick(id, answer);
         if let Some(DisarmBy::Host(id)) = self.disarm {
             answer(id, Answer::Done);
         }

@@ -110,8 +110,12 @@ impl<M: RawMutex, T: Copy> Slot<M, T> {
 
     /// Stores a value. Returns whether it replaces a value that was not taken.
     pub fn put(&self, value: T) -> bool {
-        let before = self.held.lock(|cell| cell.replace(Held::Value(value)));
-        before.value().is_some()
+        self.replace(value).is_some()
+    }
+
+    /// Leaves a value. Returns the one that it replaces, which nobody has taken.
+    pub fn replace(&self, value: T) -> Option<T> {
+        self.held.lock(|cell| cell.replace(Held::Value(value))).value()
     }
 
     /// Takes the value, if any.
@@ -244,6 +248,8 @@ pub struct Topics<M: RawMutex> {
     pub blockers: TaskBlockers,
     /// Answers to the host's orders, in order of their sending.
     pub answers: Channel<M, Answered, 8>,
+    /// Answers that the control task dropped, since boot: [`Topics::answer_of_the_tick`].
+    pub dropped_answers: AtomicU32,
     /// Whether a changed set is about to come into force: the vehicle must not arm meanwhile.
     pub parameters_pending: Topic<M, bool>,
     /// A new set of parameters, in force from the next disarmed tick on.
@@ -289,6 +295,7 @@ impl<M: RawMutex> Topics<M> {
             update_requests: Channel::new(),
             blockers: TaskBlockers::new(),
             answers: Channel::new(),
+            dropped_answers: AtomicU32::new(0),
             parameters_pending: Topic::new(),
             new_vehicle: Slot::new(),
             identity: Signal::new(),
@@ -304,6 +311,31 @@ impl<M: RawMutex> Topics<M> {
             link: Topic::new(),
             checkins: Checkins::new(),
         }
+    }
+}
+
+impl<M: RawMutex> Topics<M> {
+    /// Leaves an answer to the sending task. One that finds no room is dropped and counted: a tick waits for nobody.
+    pub fn answer_of_the_tick(&self, id: OrderId, answer: Answer) {
+        if self.answers.try_send(Answered { id, answer }).is_err() {
+            self.dropped_answers.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Leaves the wish to open the bridges. A host's wish that another one replaces before the tick has it is carried out
+    /// with it, and its answer is dropped and counted.
+    pub fn ask_to_disarm(&self, by: DisarmBy) {
+        if let Some(DisarmBy::Host(_)) = self.disarm.replace(by) {
+            self.dropped_answers.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// The counters of the link's input, with the answers that the control task has dropped.
+    pub fn link_counters(&self) -> LinkCounters {
+        let mut counters = self.link.latest().map(|link| link.value).unwrap_or_default();
+        let dropped = self.dropped_answers.load(Ordering::Relaxed);
+        counters.dropped_answers = counters.dropped_answers.wrapping_add(dropped);
+        counters
     }
 }
 

@@ -62,7 +62,7 @@ impl<M: RawMutex> Receiver<'_, M> {
                 match message {
                     // Disarm comes first, whoever the sender is.
                     HostMessage::Disarm(id) => {
-                        self.topics.disarm.put(DisarmBy::Host(id));
+                        self.topics.ask_to_disarm(DisarmBy::Host(id));
                         self.sessions.note(id);
                     }
                     HostMessage::Identify { nonce } => self.identify(nonce, now),
@@ -117,7 +117,7 @@ impl<M: RawMutex> Receiver<'_, M> {
             }
             // Treated like the message Disarm, however late it is.
             Order::Request(Request::Disarm) => {
-                self.topics.disarm.put(DisarmBy::Host(id));
+                self.topics.ask_to_disarm(DisarmBy::Host(id));
             }
             Order::Request(Request::None) => self.answer(id, Answer::Done),
             Order::Request(_) if late => self.refuse(id, Refusal::Late),

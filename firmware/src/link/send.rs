@@ -63,7 +63,7 @@ pub async fn run<M: RawMutex>(topics: &Topics<M>, mut uart: impl Write, boot: u3
                         boot,
                         sequence,
                         vehicle: vehicle.value,
-                        link: topics.link.latest().map(|l| l.value).unwrap_or_default(),
+                        link: topics.link_counters(),
                         cycles: topics.cycles.latest().map(|c| c.value).unwrap_or_default(),
                         clock,
                     };

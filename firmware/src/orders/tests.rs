@@ -4,9 +4,11 @@ use std::boxed::Box;
 use std::vec::Vec;
 
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use embassy_time::Instant;
 use model::supervise::codes::{Blocker, BlockerSet};
 
 use super::*;
+use crate::protocol::message::LinkCounters;
 
 fn topics() -> Box<Topics<NoopRawMutex>> {
     Box::new(Topics::new())
@@ -100,4 +102,33 @@ fn an_order_to_arm_is_told_what_became_of_it() {
         let (request, answers) = tick(&topics, Mode::Disarmed, &in_mode(after));
         assert_eq!((request, answers), (Request::Arm, std::vec![(id(1), answer)]));
     }
+}
+
+/// Answers that find no room, and those of a Disarm that another one replaces, count in the status.
+#[test]
+fn every_answer_that_is_dropped_counts() {
+    let topics = topics();
+    let room = topics.answers.free_capacity();
+    for n in 0..room as u32 + 3 {
+        topics.ask_to_disarm(DisarmBy::Host(id(n)));
+        Orders::take(&topics, Mode::Disarmed).answer(&topics, &in_mode(Mode::Disarmed));
+    }
+    assert_eq!(topics.link_counters().dropped_answers, 3);
+    // With those of the receiving task.
+    let link = LinkCounters {
+        dropped_answers: 10,
+        ..LinkCounters::default()
+    };
+    topics.link.publish(Instant::MIN, link);
+    assert_eq!(topics.link_counters().dropped_answers, 13);
+    topics.ask_to_disarm(DisarmBy::Host(id(90)));
+    topics.ask_to_disarm(DisarmBy::Host(id(91)));
+    assert_eq!(topics.link_counters().dropped_answers, 14);
+    topics.ask_to_disarm(DisarmBy::Button);
+    topics.ask_to_disarm(DisarmBy::Button);
+    assert_eq!(
+        topics.link_counters().dropped_answers,
+        15,
+        "nobody waits for an answer to the button"
+    );
 }

@@ -41,7 +41,7 @@ pub struct LinkCounters {
     pub foreign_frames: u32,
     /// Orders, including drive commands, that were too old or from the board's future.
     pub late_orders: u32,
-    /// Answers dropped because too many were waiting.
+    /// Answers dropped because too many were waiting, or because another Disarm came in the same tick.
     pub dropped_answers: u32,
 }
 

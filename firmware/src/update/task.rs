@@ -108,7 +108,7 @@ pub async fn run<M: RawMutex, F: NorFlash, R: Restart>(
 }
 
 /// Confirms a firmware on trial, or ends its trial. Returns whether the firmware is still on trial. Does nothing while
-/// the vehicle is armed.
+/// the vehicle is armed, and keeps it from arming meanwhile.
 async fn confirm<M: RawMutex, F: NorFlash, R: Restart>(
     topics: &Topics<M>,
     store: &mut UpdateStore<F>,
@@ -122,18 +122,23 @@ async fn confirm<M: RawMutex, F: NorFlash, R: Restart>(
     if !disarmed {
         return true;
     }
-    if self_test_passed {
-        if store.confirm().await.is_ok() {
-            info!("update: this firmware has come up and is confirmed");
-            return false;
-        }
-        warning!("update: the flash failed, this firmware is not confirmed");
+    let withheld = withhold(topics, Blocker::Update, || topics.blockers.set(Blocker::Update, true)).await;
+    if withheld == Withheld::No {
+        topics.blockers.set(Blocker::Update, false);
         return true;
     }
+    if self_test_passed {
+        let confirmed = store.confirm().await.is_ok();
+        topics.blockers.set(Blocker::Update, false);
+        if confirmed {
+            info!("update: this firmware has come up and is confirmed");
+        } else {
+            warning!("update: the flash failed, this firmware is not confirmed");
+        }
+        return !confirmed;
+    }
     warning!("update: the self-test failed, this firmware is rolled back");
-    if withhold(topics, Blocker::Update, || topics.blockers.set(Blocker::Update, true)).await == Withheld::Yes
-        && let Some(restart) = restart
-    {
+    if let Some(restart) = restart {
         restart.restart();
     }
     true

@@ -158,7 +158,7 @@ async fn button_task(button: UserButton) {
     loop {
         ticker.next().await;
         if button.is_pressed() {
-            TOPICS.disarm.put(DisarmBy::Button);
+            TOPICS.ask_to_disarm(DisarmBy::Button);
         }
     }
 }

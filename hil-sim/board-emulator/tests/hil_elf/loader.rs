@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use board_emulator::board::{PartSetup, gaps};
+use board_emulator::elf::flight;
 use board_emulator::run::{Emulation, EmulationSettings};
 use board_emulator::time::MS;
 use board_emulator::vehicle::BenchVehicle;
@@ -19,6 +20,7 @@ use hil_elf::seal::seal;
 use hil_sim::cli::link::console::Console;
 use hil_sim::cli::link::session::Link;
 use hil_sim::cli::link::update::Update;
+use model::supervise::codes::{Blocker, BlockerSet};
 use virtual_board::board::flash::VirtualFlash;
 use virtual_board::link_client::LinkClient;
 
@@ -198,6 +200,34 @@ fn an_image_over_the_link_is_installed_comes_up_and_is_confirmed() {
     board.arm();
     let found = board.emulation.at(|stopped| stopped.gaps()).expect("it runs");
     assert_eq!(gaps::unexpected(&found), []);
+}
+
+/// While a new firmware writes that it has come up nobody arms the vehicle, which is free again afterwards.
+#[test]
+fn a_firmware_that_confirms_itself_keeps_the_vehicle_from_arming() {
+    let mut board = restarting(PartSetup::default(), &other(|_| {}));
+    // The installation takes 6.6 s; 3 s later the firmware confirms itself.
+    runs_open(&mut board, 8_000);
+    let record = flight::address(firmware()).expect("the record is the host's");
+    let probed = board
+        .emulation
+        .at(move |stopped| stopped.probe(record, flight::WORDS as u64));
+    probed.expect("it runs");
+    runs_open(&mut board, 4_500);
+    let words = board.emulation.at(|stopped| stopped.take_probe()).expect("it runs");
+    let kept: Vec<bool> = words
+        .chunks(flight::WORDS)
+        .map(|words| flight::decode(words).expect("a record").sample.board_blockers)
+        .map(|blockers| BlockerSet::from_bits(blockers).contains(Blocker::Update))
+        .collect();
+    assert!(kept.contains(&true), "{} ticks", kept.len());
+    assert_eq!((kept.first(), kept.last()), (Some(&false), Some(&false)));
+    assert_eq!(
+        (version(&mut board), state(&mut board)),
+        (OTHER, UpdateState::Confirmed)
+    );
+    board.run(100);
+    board.arm();
 }
 
 /// Thumb: `movw r0, #0xED0C; movt r0, #0xE000; movw r1, #4; movt r1, #0x05FA; str r1, [r0]; b .`: resets the part.

@@ -102,9 +102,10 @@ fn without_the_external_clock_the_board_runs_from_its_own() {
     ));
     assert_eq!(board.status().clock, ClockSource::Internal);
     let before = board.status().vehicle.tick;
-    board.run(1000);
+    board.run(3000);
     let ticks = board.status().vehicle.tick - before;
-    assert!((940..=1060).contains(&ticks), "{ticks} ticks in a second");
+    // The emulated part's own oscillator is exact; a status comes every 10 ms.
+    assert!((2989..=3011).contains(&ticks), "{ticks} ticks in 3 s");
     board.arm();
 }
 

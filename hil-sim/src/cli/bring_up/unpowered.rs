@@ -88,7 +88,11 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
             ("Press the emergency stop and hold it", true, true),
             ("Release the emergency stop", false, false),
             ("Open the first contact alone (PG2)", true, false),
-            ("Close it, and open the second contact alone (PE15)", false, true),
+            (
+                "Close it, and open the second contact alone (PE15 and PA8)",
+                false,
+                true,
+            ),
             ("Close both contacts", false, false),
         ] {
             self.ask_to(what)?;
@@ -96,7 +100,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
             let name = |open: bool| if open { "open" } else { "closed" };
             for (input, is, expected) in [
                 ("first contact (PG2)", last.emergency_stop, first),
-                ("second contact (PE15)", last.break_input, second),
+                ("second contact (PE15 and PA8)", last.break_input, second),
             ] {
                 if is != expected {
                     let seen = format!("{what}: the {input} reads {}, not {}", name(is), name(expected));

@@ -85,8 +85,14 @@ impl Executor {
         }
     }
 
-    /// Polls the tasks at the places `due` (one bit per task) and all ready tasks, in rounds, until no task is
-    /// ready.
+    /// Never polls the task at a place again: it hangs.
+    pub fn hang(&mut self, place: usize) {
+        if let Some(task) = self.tasks.get_mut(place) {
+            task.ended = true;
+        }
+    }
+
+    /// Polls the tasks at the places `due`, a bit for each, and what is ready, in rounds, until no task is.
     pub fn run_until_stalled(&mut self, due: u64) {
         let mut due = due;
         loop {

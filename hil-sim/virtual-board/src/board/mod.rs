@@ -280,9 +280,19 @@ impl VirtualBoard {
         self.executor.hang_from(self.first_thread_task);
     }
 
-    /// Presses the board's own button once, which disarms.
+    /// Lets the task of the arm IMU hang, which starts first.
+    pub fn hang_arm_imu_task(&mut self) {
+        self.executor.hang(0);
+    }
+
+    /// Lets the task of the analogue inputs hang, the last one that runs on the control executor.
+    pub fn hang_analog_task(&mut self) {
+        self.executor.hang(self.first_thread_task.saturating_sub(1));
+    }
+
+    /// Presses the board's own button once: disarm.
     pub fn press_button(&mut self) {
-        self.topics.disarm.put(DisarmBy::Button);
+        self.topics.ask_to_disarm(DisarmBy::Button);
     }
 
     /// Sends bytes to the board's UART.

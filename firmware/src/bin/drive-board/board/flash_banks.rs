@@ -30,6 +30,7 @@ pub fn clean_up() {
             w.set_clr_operr(true);
             w.set_clr_rdperr(true);
             w.set_clr_rdserr(true);
+            w.set_clr_crcrderr(true);
             w.set_clr_sneccerr(true);
             w.set_clr_dbeccerr(true);
         });
@@ -55,6 +56,10 @@ pub fn bank_of(address: usize) -> pac::flash::Bank {
 /// every boot. This function masks the bus fault and returns an error.
 pub fn read_guarded(address: usize, bytes: &mut [u8]) -> Result<(), DamagedWord> {
     let bank = bank_of(address);
+    // The read would stall the core until the bank is done, with every interrupt but one off.
+    if bank.sr().read().bsy() {
+        return Err(DamagedWord);
+    }
     bank.ccr().write(|w| w.set_clr_dbeccerr(true));
     // SAFETY: the system control block is a device of the core, and nothing else in this program writes
     // CCR after start-up nor reads CFSR outside a fault handler, which cannot run while FAULTMASK is set.
