@@ -59,6 +59,14 @@ impl SpeedController {
         }
     }
 
+    /// Whether the wheels have just come past what had held them up; Eq. 3.25 does not look.
+    pub fn is_just_free(&self) -> bool {
+        match self {
+            Self::SwingDamped(_) => false,
+            Self::Landing(law) => law.is_just_free(),
+        }
+    }
+
     /// Whether the slope is steeper than the arm's weight can balance or the configured grip can hold.
     pub fn slope_limited(&self) -> bool {
         match self {
@@ -85,7 +93,7 @@ impl SpeedController {
         }
     }
 
-    /// Acceleration of the axle in the most recently decided tick, g, for the spar's controller. Eq. 3.25 does not know it.
+    /// Acceleration of the axle in the tick decided last, g, for the spar on it. Eq. 3.25 does not know it.
     pub fn acceleration_g(&self) -> Option<f32> {
         match self {
             Self::SwingDamped(_) => None,
