@@ -14,7 +14,7 @@ pub enum SensorFault {
     Garbage,
     /// Mounted or wired the wrong way round.
     WrongSign,
-    /// Too slow: an encoder loses every other edge, an IMU measures at a sixteenth of its rate.
+    /// Too slow: an encoder loses every other edge, an IMU measures every 16 ms.
     Slow,
     /// What it says is [`DELAY_MS`] old.
     Delayed,
