@@ -8,6 +8,9 @@ use virtual_board::board::VirtualBoard;
 mod support;
 use support::Bench;
 
+/// Lets a task hang.
+type Hang = fn(&mut VirtualBoard);
+
 /// How often the watchdog's task looks, ms.
 const LOOK_MS: u64 = 5;
 
@@ -51,7 +54,7 @@ fn a_hung_thread_executor_ends_in_a_controlled_stop_and_a_reset() {
 /// watchdog any more.
 #[test]
 fn a_hung_task_of_the_inputs_ends_in_open_bridges_and_a_reset() {
-    let hangs: [(&str, fn(&mut VirtualBoard)); 2] = [
+    let hangs: [(&str, Hang); 2] = [
         ("arm IMU", VirtualBoard::hang_arm_imu_task),
         ("analogue inputs", VirtualBoard::hang_analog_task),
     ];

@@ -16,6 +16,7 @@ use model::supervise::arming::Mode;
 use model::vehicle::Vehicle;
 use plant::Plant;
 use plant::fault::SensorFault;
+use plant::settings::PlantSettings;
 use plant::terrain::Terrain;
 use virtual_board::board::VirtualBoard;
 use virtual_board::board::flash::VirtualFlash;
@@ -58,8 +59,14 @@ impl Bench {
 
     /// With what an earlier run left in the flashes of the parameters and of the fault history.
     pub fn with_history(seed: u64, flash: VirtualFlash, history: VirtualFlash) -> Self {
+        Self::with_settings(seed, flash, history, &PlantSettings::default())
+    }
+
+    /// With a vehicle that differs from its file.
+    pub fn with_settings(seed: u64, flash: VirtualFlash, history: VirtualFlash, settings: &PlantSettings) -> Self {
         let vehicle = reference();
-        let plant = Plant::new(&vehicle, &SCALES, Terrain::default(), seed).expect("level ground");
+        let ground = Terrain::default();
+        let plant = Plant::with_settings(&vehicle, &SCALES, ground, seed, settings).expect("level ground");
         let board = VirtualBoard::boot_with_history(&vehicle, plant, flash, history).expect("boots");
         Self {
             board,

@@ -19,7 +19,8 @@ fn main() {
                 plant.spar_imu()
             };
             if let Some(chip) = chip {
-                chip.transfer(&mut [0x4f, 0x26, 0x26]);
+                chip.transfer(&mut [0x4f, 0x25, 0x25]);
+                chip.transfer(&mut [0x52, 0x33]);
                 chip.transfer(&mut [0x4e, 0x0f]);
             }
         }

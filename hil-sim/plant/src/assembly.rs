@@ -150,8 +150,8 @@ impl Plant {
             substep_s: SUBSTEP_S,
             invalid: None,
         };
-        plant.arm_imu.sensor_mut().mount(&settings.arm_imu);
-        plant.spar_imu.sensor_mut().mount(&settings.spar_imu);
+        plant.arm_imu.mount(&settings.arm_imu);
+        plant.spar_imu.mount(&settings.spar_imu);
         let radii = drives.map(|side| p.body.wheel_radius_m * side.wheel_radius_factor);
         let inertia = plant.body.inertia_mut();
         inertia.radius = 0.5 * (radii[0] + radii[1]);

@@ -17,7 +17,7 @@ pub enum SensorFault {
     Garbage,
     /// The sensor is mounted or wired the wrong way round.
     WrongSign,
-    /// Too slow: an encoder loses every other edge, an IMU measures at a sixteenth of its rate.
+    /// Too slow: an encoder loses every other edge, an IMU measures every 16 ms.
     Slow,
     /// The data are [`DELAY_MS`] old.
     Delayed,

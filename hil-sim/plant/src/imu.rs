@@ -251,11 +251,11 @@ impl ImuSensor {
     /// sample.
     #[inline]
     pub fn sample(&mut self, now_s: f64) -> Option<ImuChannels> {
-        if self.faults.skips() {
+        if self.faults.skips(now_s) {
             return None;
         }
         let measured = self.measure(now_s);
-        Some(self.faults.give(measured, &mut self.noise))
+        Some(self.faults.give(now_s, measured, &mut self.noise))
     }
 
     /// The drawn biases.

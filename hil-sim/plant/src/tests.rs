@@ -61,7 +61,8 @@ fn drive(left: f64, right: f64, camera: f64) -> [BridgeState; MOTORS] {
 
 /// Switches an IMU on in the same way as the firmware.
 fn start_imu(chip: &mut Icm42688pModel) {
-    chip.transfer(&mut [0x4f, 0x26, 0x26]);
+    chip.transfer(&mut [0x4f, 0x25, 0x25]);
+    chip.transfer(&mut [0x52, 0x33]);
     chip.transfer(&mut [0x4e, 0x0f]);
 }
 

@@ -20,6 +20,7 @@ const INTF_CONFIG1: u8 = 0x4D;
 const PWR_MGMT0: u8 = 0x4E;
 const GYRO_CONFIG0: u8 = 0x4F;
 const ACCEL_CONFIG0: u8 = 0x50;
+const GYRO_ACCEL_CONFIG0: u8 = 0x52;
 const WHO_AM_I: u8 = 0x75;
 const REG_BANK_SEL: u8 = 0x76;
 const READ: u8 = 0x80;
@@ -143,11 +144,12 @@ fn start(device: &Device) -> Result<(), ImuError<Infallible>> {
 }
 
 /// Every setting, with the bits that it sets and their value.
-const SETTINGS: [(u8, u8, u8); 5] = [
+const SETTINGS: [(u8, u8, u8); 6] = [
     (INTF_CONFIG0, 0x13, 0x13),
     (INTF_CONFIG1, 0xC0, 0x40),
-    (GYRO_CONFIG0, 0xEF, 0x26),
-    (ACCEL_CONFIG0, 0xEF, 0x26),
+    (GYRO_ACCEL_CONFIG0, 0xFF, 0x33),
+    (GYRO_CONFIG0, 0xEF, 0x25),
+    (ACCEL_CONFIG0, 0xEF, 0x25),
     (PWR_MGMT0, 0x3F, 0x0F),
 ];
 
@@ -165,6 +167,7 @@ fn bank_and_interface_come_first_and_other_bits_stay_as_reset() {
             REG_BANK_SEL,
             INTF_CONFIG0,
             INTF_CONFIG1,
+            GYRO_ACCEL_CONFIG0,
             GYRO_CONFIG0,
             ACCEL_CONFIG0,
             PWR_MGMT0
@@ -173,8 +176,10 @@ fn bank_and_interface_come_first_and_other_bits_stay_as_reset() {
     // The reset values are 0x30 and 0x91; the clock selection (bit 0) must be kept.
     assert_eq!(bus.read(INTF_CONFIG0), 0x33);
     assert_eq!(bus.read(INTF_CONFIG1), 0x51, "the adaptive full scale is off");
-    assert_eq!(bus.read(GYRO_CONFIG0), 0x26);
-    assert_eq!(bus.read(ACCEL_CONFIG0), 0x26);
+    assert_eq!(bus.read(GYRO_CONFIG0), 0x25);
+    assert_eq!(bus.read(ACCEL_CONFIG0), 0x25);
+    let corner_hz = bus.part.sensor().filter().corner_hz();
+    assert_eq!((corner_hz, bus.read(GYRO_ACCEL_CONFIG0)), (250.0, 0x33));
     assert_eq!(bus.read(PWR_MGMT0), 0x0F);
 }
 
@@ -186,7 +191,7 @@ fn a_part_left_in_any_bank_by_an_earlier_run_starts_with_bank_0_reset() {
             let mut bus = device.0.borrow_mut();
             // Registers that a reset must bring back, and the bank.
             bus.write(INTF_CONFIG1, 0x82);
-            bus.write(0x52, 0x77);
+            bus.write(0x53, 0x77);
             bus.write(REG_BANK_SEL, bank);
         }
         assert_eq!(start(&device), Ok(()), "bank {bank}");
@@ -194,7 +199,7 @@ fn a_part_left_in_any_bank_by_an_earlier_run_starts_with_bank_0_reset() {
         assert_eq!(bus.read(REG_BANK_SEL), 0, "bank {bank}");
         assert_eq!(bus.read(WHO_AM_I), 0x47, "bank {bank}");
         assert_eq!(bus.read(INTF_CONFIG1), 0x51, "bank {bank}");
-        assert_eq!(bus.read(0x52), 0x11, "bank {bank}: the filters are as reset");
+        assert_eq!(bus.read(0x53), 0x0D, "bank {bank}: the filter's order is as reset");
     }
 }
 

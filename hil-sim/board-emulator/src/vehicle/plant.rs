@@ -10,10 +10,11 @@ use plant::{self, Plant};
 use super::closed_plant::{ClosedPlant, millivolts, slopes_uv_per_us};
 use crate::board::{BridgeOutput, ImuSensed, MOTORS, SensedAtPins};
 
-/// Register values that switch both sensors on, with the firmware's ranges, at 1 kHz.
-const SETTINGS: [(u8, u8); 3] = [
-    (register::GYRO_CONFIG0, 0x26),
-    (register::ACCEL_CONFIG0, 0x26),
+/// Register values that turn both sensors on, with the firmware's ranges, rates and filters.
+const SETTINGS: [(u8, u8); 4] = [
+    (register::GYRO_ACCEL_CONFIG0, 0x33),
+    (register::GYRO_CONFIG0, 0x25),
+    (register::ACCEL_CONFIG0, 0x25),
     (register::PWR_MGMT0, 0x0F),
 ];
 

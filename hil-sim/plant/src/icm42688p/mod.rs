@@ -9,6 +9,7 @@
 use model::vehicle::GRAVITY_M_S2;
 
 use super::fault::SensorFault;
+use super::imu::imperfection::ImuSettings;
 use super::imu::{ImuErrors, ImuSensor, Motion};
 use super::noise::Noise;
 
@@ -41,6 +42,17 @@ struct Channel {
 }
 
 impl Channel {
+    /// The clock's last tick until `end_s` that has not been served, if there is one; the clock stands there then.
+    fn last_until(&mut self, end_s: f64) -> Option<f64> {
+        // A nanosecond of slack: the steps' lengths are rounded.
+        let passed_s = end_s + 1e-9 - self.next_s;
+        if !self.on || passed_s < 0.0 {
+            return None;
+        }
+        self.next_s += self.period_s * libm::floor(passed_s / self.period_s);
+        Some(self.next_s.min(end_s))
+    }
+
     /// The clock has ticked at `now_s`.
     fn tick(&mut self, now_s: f64) {
         self.next_s += self.period_s;
@@ -67,7 +79,14 @@ pub struct Icm42688pModel {
     transfer: Transfer,
     /// A sample that arrived during a burst read.
     pending: Option<Words>,
+    /// Error of the part's clock, share; `None` where it measures in step with whoever reads it.
+    clock_error: Option<f64>,
+    /// When the part last measured.
+    measured_s: f64,
 }
+
+/// Least time between two samples that the model works out of a part in step with the ticks, s: nobody sees those in between.
+const UNSEEN_S: f64 = 1e-3;
 
 impl Icm42688pModel {
     /// A part that has just been powered: its sensors are off.
@@ -84,6 +103,8 @@ impl Icm42688pModel {
             temperature: (25.0, 0),
             transfer: Transfer::Deselected,
             pending: None,
+            clock_error: Some(0.0),
+            measured_s: 0.0,
         };
         chip.reset();
         chip
@@ -109,7 +130,19 @@ impl Icm42688pModel {
         &mut self.sensor
     }
 
-    /// Brings the part to the temperature `to_c` within `over_s` seconds.
+    /// Mounts the part as `settings` say. Without an error of its clock it then measures in step with the ticks of who reads it.
+    pub fn mount(&mut self, settings: &ImuSettings) {
+        self.sensor.mount(settings);
+        self.clock_error = (settings.clock_error != 0.0).then_some(settings.clock_error);
+        self.configure();
+    }
+
+    /// How long ago the part measured what it last measured, in s.
+    pub fn sample_age_s(&self) -> f64 {
+        self.time_s - self.measured_s
+    }
+
+    /// Warms or cools the part from now on.
     pub fn heat(&mut self, to_c: f64, over_s: f64) {
         self.sensor.heat(self.time_s, to_c, over_s);
     }
@@ -122,6 +155,10 @@ impl Icm42688pModel {
     /// Follows the motion for `h` seconds, measuring whenever a data rate's time has come.
     #[inline]
     pub fn advance(&mut self, h: f64, motion: &Motion) {
+        if self.clock_error.is_some() {
+            self.advance_by_its_clock(h, motion);
+            return;
+        }
         self.time_s += h;
         self.sensor.advance(h, motion);
         // A nanosecond of slack, because the steps' lengths are rounded.
@@ -130,6 +167,28 @@ impl Icm42688pModel {
         let gyro_due = self.gyro.on && due >= self.gyro.next_s;
         if accel_due || gyro_due {
             self.sample(accel_due, gyro_due);
+        }
+    }
+
+    /// As [`Self::advance`], stopping where the part's clock has a sensor measure for the last time within the step: nobody sees
+    /// the samples before that. Apart, because few vehicles have a part with a clock of its own.
+    #[inline(never)]
+    fn advance_by_its_clock(&mut self, h: f64, motion: &Motion) {
+        let end_s = self.time_s + h;
+        let mut due = [&mut self.accel, &mut self.gyro].map(|channel| channel.last_until(end_s));
+        loop {
+            let next_s = due.iter().flatten().copied().reduce(f64::min);
+            let to_s = next_s.unwrap_or(end_s);
+            if to_s > self.time_s {
+                self.sensor.advance(to_s - self.time_s, motion);
+                self.time_s = to_s;
+            }
+            if next_s.is_none() {
+                return;
+            }
+            let [accel_due, gyro_due] = due.map(|at_s| at_s == next_s);
+            self.sample(accel_due, gyro_due);
+            due = due.map(|at_s| at_s.filter(|_| at_s != next_s));
         }
     }
 
@@ -155,7 +214,7 @@ impl Icm42688pModel {
             let on = on && rate_hz.is_some();
             if on && !channel.on {
                 channel.valid_from_s = now + start_up_s;
-                channel.next_s = now + 1.0 / rate_hz.unwrap_or(1.0);
+                channel.next_s = now + channel.period_s;
             }
             channel.on = on;
         };
@@ -185,8 +244,12 @@ impl Icm42688pModel {
     /// Applies a new rate, full scale or bandwidth.
     fn configure(&mut self) {
         let (accel_rate, gyro_rate) = self.rates();
-        self.accel.period_s = 1.0 / accel_rate.unwrap_or(1.0);
-        self.gyro.period_s = 1.0 / gyro_rate.unwrap_or(1.0);
+        let (factor, least_s) = self
+            .clock_error
+            .map_or((1.0, UNSEEN_S), |error| (1.0 / (1.0 + error), 0.0));
+        let period_s = |rate: Option<f64>| (factor / rate.unwrap_or(1.0)).max(least_s);
+        self.accel.period_s = period_s(accel_rate);
+        self.gyro.period_s = period_s(gyro_rate);
         self.accel.counts_per_unit = reg::accel_lsb_per_g(self.banks.get(0, reg::ACCEL_CONFIG0)) / GRAVITY_M_S2;
         self.gyro.counts_per_unit = reg::gyro_lsb_per_deg_s(self.banks.get(0, reg::GYRO_CONFIG0)).to_degrees();
         // The model uses the gyro's corner for both sensors, because the control loop feels the gyro's delay.
@@ -199,7 +262,9 @@ impl Icm42688pModel {
     }
 
     /// One tick of a data rate.
-    #[inline]
+    // Both callers have it to themselves: shared, each simulated millisecond would pay for two calls.
+    #[allow(clippy::inline_always)]
+    #[inline(always)]
     fn sample(&mut self, accel_due: bool, gyro_due: bool) {
         if accel_due {
             self.accel.tick(self.time_s);
@@ -210,6 +275,7 @@ impl Icm42688pModel {
         let Some(measured) = self.sensor.sample(self.time_s) else {
             return;
         };
+        self.measured_s = self.time_s;
         let now = self.time_s + 1e-9;
         let new_accel = accel_due && now >= self.accel.valid_from_s;
         let new_gyro = gyro_due && now >= self.gyro.valid_from_s && !self.gyro_stalls(&measured);

@@ -45,8 +45,9 @@ fn run(chip: &mut Icm42688pModel, seconds: f64, motion: &Motion) {
 /// A part that is configured as by the firmware and has started up.
 fn running() -> Icm42688pModel {
     let mut c = chip();
-    // +-1000 deg/s and +-8 g, both at 1 kHz; two registers in one burst.
-    c.transfer(&mut [reg::GYRO_CONFIG0, 0x26, 0x26]);
+    // +-1000 deg/s and +-8 g, both at 2 kHz, two registers in one burst; filters at an eighth of it.
+    c.transfer(&mut [reg::GYRO_CONFIG0, 0x25, 0x25]);
+    write(&mut c, reg::GYRO_ACCEL_CONFIG0, 0x33);
     write(&mut c, reg::PWR_MGMT0, 0x0f);
     run(&mut c, 0.05, &STILL);
     c
@@ -121,7 +122,7 @@ fn full_scale_is_honoured_and_saturates() {
 
 #[test]
 fn data_comes_at_the_rate_that_was_asked_for() {
-    for (code, hertz) in [(0x06, 1000), (0x0f, 500), (0x07, 200), (0x08, 100)] {
+    for (code, hertz) in [(0x05, 2000), (0x06, 1000), (0x0f, 500), (0x07, 200), (0x08, 100)] {
         let mut c = chip();
         c.transfer(&mut [reg::GYRO_CONFIG0, 0x20 | code, 0x20 | code]);
         write(&mut c, reg::PWR_MGMT0, 0x0f);
@@ -140,12 +141,14 @@ fn data_comes_at_the_rate_that_was_asked_for() {
 
 #[test]
 fn the_filter_follows_its_register() {
+    let corner_hz = |c: &Icm42688pModel| c.sensor().filter().corner_hz();
+    assert_eq!(corner_hz(&chip()), 250.0, "a quarter of 1 kHz, as reset");
     let mut c = running();
-    assert_eq!(c.sensor().filter().corner_hz(), 250.0, "as reset");
+    assert_eq!(corner_hz(&c), 250.0, "an eighth of 2 kHz");
     write(&mut c, reg::GYRO_ACCEL_CONFIG0, 0x06);
-    assert_eq!(c.sensor().filter().corner_hz(), 50.0);
+    assert_eq!(corner_hz(&c), 100.0);
     write(&mut c, reg::GYRO_ACCEL_CONFIG0, 0x00);
-    assert_eq!(c.sensor().filter().corner_hz(), 500.0);
+    assert_eq!(corner_hz(&c), 1000.0);
 }
 
 #[test]
@@ -252,4 +255,55 @@ fn every_fault_shows_on_the_bus_as_it_must() {
         }
     }
     assert_eq!(samples, 10);
+}
+
+/// A part whose clock is fast or slow measures at its own instants, whatever the length of the steps: what it gives is the
+/// ramp's value at the end of the step, less the filter's delay and the sample's age.
+#[test]
+fn a_part_with_its_own_clock_measures_at_its_own_instants() {
+    const RAMP_RAD_S2: f64 = 20.0;
+    for (clock_error, h) in [(0.01, 1e-3), (-0.01, 1e-3), (0.01, 2.5e-4), (-0.05, 5e-4)] {
+        let mut c = chip();
+        c.mount(&ImuSettings {
+            clock_error,
+            ..ImuSettings::default()
+        });
+        c.transfer(&mut [reg::GYRO_CONFIG0, 0x25, 0x25]);
+        write(&mut c, reg::GYRO_ACCEL_CONFIG0, 0x33);
+        write(&mut c, reg::PWR_MGMT0, 0x0f);
+        let period_s = 5e-4 / (1.0 + clock_error);
+        let (mut oldest_s, mut steps) = (0.0_f64, 0);
+        let mut at_s = 0.0;
+        while at_s < 0.7 {
+            let rate = RAMP_RAD_S2 * (at_s + 0.5 * h);
+            c.advance(
+                h,
+                &Motion {
+                    rate: [rate, 0.0, 0.0],
+                    ..STILL
+                },
+            );
+            at_s += h;
+            if at_s < 0.1 {
+                continue;
+            }
+            let age_s = c.sample_age_s();
+            oldest_s = oldest_s.max(age_s);
+            let delay_s = c.sensor().filter().group_delay_s();
+            let expected = RAMP_RAD_S2 * (at_s - age_s - delay_s);
+            let found = f64::from(burst(&mut c)[4]) / f64::from(SCALES.imu.gyro_lsb_per_deg_s);
+            // Half a count, and what the step's mean in place of the ramp does at most: half a step early the ramp is half a step
+            // further on, which the filter (y'' = w^2 of the difference) sums up to w^2 h^3 / 12.
+            let w = core::f64::consts::TAU * c.sensor().filter().corner_hz();
+            let bound = 3e-4 + RAMP_RAD_S2 * (w * w * h * h * h / 12.0 + 1e-5);
+            let error = found.to_radians() - expected;
+            assert!(error.abs() < bound, "{clock_error}, {h}: {error} at {at_s}");
+            steps += 1;
+        }
+        assert!(steps > 500);
+        assert!(
+            oldest_s > 0.9 * period_s && oldest_s < period_s + 1e-9,
+            "{clock_error}, {h}: {oldest_s} s"
+        );
+    }
 }

@@ -3,10 +3,12 @@
 use crate::fault::{DELAY_MS, SensorFault};
 use crate::noise::Noise;
 
-/// Samples kept for [`SensorFault::Delayed`], at 1 kHz.
+/// Samples kept for [`SensorFault::Delayed`], one for each millisecond.
 const DELAYED_SAMPLES: usize = DELAY_MS as usize;
-/// A [`SensorFault::Slow`] part takes one of this many samples.
-const SLOW: u32 = 16;
+/// Time between two of them, s.
+const DELAYED_PERIOD_S: f64 = 1e-3;
+/// Time between two samples of a [`SensorFault::Slow`] part, s.
+const SLOW_PERIOD_S: f64 = 16e-3;
 /// Magnitude of the garbage: the part's whole range, 16 g and 2000 deg/s.
 const GARBAGE: [f64; 2] = [16.0 * model::vehicle::GRAVITY_M_S2, 34.9];
 
@@ -17,8 +19,9 @@ pub type ImuChannels = [f64; 6];
 #[derive(Debug, Clone)]
 pub(super) struct Faults {
     fault: SensorFault,
-    ticks: u32,
-    /// The sensor's last sample.
+    /// When a slow part next takes a sample, or a delayed one keeps one, s.
+    next_s: f64,
+    /// What the sensor last gave.
     last: ImuChannels,
     /// The last samples of a delayed sensor, the oldest first.
     history: [ImuChannels; DELAYED_SAMPLES],
@@ -28,7 +31,7 @@ impl Faults {
     pub(super) fn new() -> Self {
         Self {
             fault: SensorFault::None,
-            ticks: 0,
+            next_s: 0.0,
             last: [0.0; 6],
             history: [[0.0; 6]; DELAYED_SAMPLES],
         }
@@ -43,15 +46,26 @@ impl Faults {
         self.fault
     }
 
-    /// Whether the sensor takes no sample at this tick of its clock.
-    pub(super) fn skips(&mut self) -> bool {
-        self.ticks = self.ticks.wrapping_add(1);
-        self.fault == SensorFault::Slow && !self.ticks.is_multiple_of(SLOW)
+    /// Whether the sensor takes no sample at the tick of its clock at `now_s`.
+    #[inline]
+    pub(super) fn skips(&mut self, now_s: f64) -> bool {
+        self.fault == SensorFault::Slow && !self.is_due(now_s, SLOW_PERIOD_S)
     }
 
-    /// The sample that the faulty sensor gives instead of `measured`.
+    /// Whether the next of the instants that come every `period_s` has come.
+    fn is_due(&mut self, now_s: f64, period_s: f64) -> bool {
+        // A nanosecond of slack: the steps' lengths are rounded.
+        let late_s = now_s + 1e-9 - self.next_s;
+        if late_s < 0.0 {
+            return false;
+        }
+        self.next_s = period_s + if late_s > period_s { now_s } else { self.next_s };
+        true
+    }
+
+    /// What the sensor gives at `now_s` where it should give `measured`.
     #[inline]
-    pub(super) fn give(&mut self, measured: ImuChannels, noise: &mut Noise) -> ImuChannels {
+    pub(super) fn give(&mut self, now_s: f64, measured: ImuChannels, noise: &mut Noise) -> ImuChannels {
         if self.fault == SensorFault::None {
             self.last = measured;
             return measured;
@@ -65,9 +79,12 @@ impl Faults {
             }),
             SensorFault::WrongSign => measured.map(|value| -value),
             SensorFault::Delayed => {
-                self.history.rotate_left(1);
-                let [old, .., newest] = &mut self.history;
-                *newest = measured;
+                if self.is_due(now_s, DELAYED_PERIOD_S) {
+                    self.history.rotate_left(1);
+                    let [.., newest] = &mut self.history;
+                    *newest = measured;
+                }
+                let [old, ..] = &self.history;
                 *old
             }
             SensorFault::NoForce => {

@@ -43,6 +43,8 @@ settings_table! {
         gyro_drift_deg_s_per_k: -1.0 to 1.0 = 0.0,
         /// Temperature of the part at the start, C
         temperature_c: -40.0 to 85.0 = 30.0,
+        /// Error of the part's clock, share; with 0 the part measures in step with the board's ticks
+        clock_error: -0.05 to 0.05 = 0.0,
     }
 }
 

@@ -304,7 +304,8 @@ fn the_arm_imu_turns_with_the_arm_not_with_its_centre_of_mass() {
         below_m: 0.2,
     });
     let chip = plant.arm_imu();
-    chip.transfer(&mut [0x4f, 0x26, 0x26]);
+    chip.transfer(&mut [0x4f, 0x25, 0x25]);
+    chip.transfer(&mut [0x52, 0x33]);
     chip.transfer(&mut [0x4e, 0x0f]);
     plant.set_chocked(true);
     run(&mut plant, 20_000, OPEN);
