@@ -53,7 +53,7 @@ faults! {
     ),
     /// A wheel's encoder contradicts its motor's voltage and current, or jumped.
     EncoderImplausible = 5 => Opens(
-        "a tick's advance beyond twice the no-load speed; or voltage less resistance drop less back-EMF beyond 0.35 V plus half the drop plus a quarter of the back-EMF (`RESIDUAL_V`, `RESIDUAL_SHARE`, `BACK_EMF_SHARE`) for 250 ticks (`RESIDUAL_TICKS`) while the current follows the voltage",
+        "a tick's advance beyond twice the no-load speed; or voltage less resistance drop less back-EMF beyond 0.35 V plus half the drop plus a quarter of the back-EMF (`RESIDUAL_V`, `RESIDUAL_SHARE`, `BACK_EMF_SHARE`) for 250 ticks (`RESIDUAL_TICKS`) while the current follows the voltage. A supply that reads less than `minimum_v` may be as low as it reads or as high as `maximum_v`: then every voltage in between must contradict",
         "noise 100 ms; dead, stuck or reversed 600 ms from 0.15 m/s to 2.5 m/s (260 ms found); not found while the wheel stands",
         "Check the encoder's cable, its direction, and that its disc sits tight."
     ),
@@ -175,7 +175,7 @@ faults! {
     ) for 100 ticks,
     /// The vehicle was armed on a slope on which it cannot stand.
     SteepSlope = 25 => Stops(
-        "not commanded to drive since it was armed, the slope is beyond what the arm's weight carries or `grip_mu` holds: excess of its sine over 0.06 time units (`EXCESS_TIME`)",
+        "not commanded to drive since it was armed, the slope is beyond what the arm's weight carries or `grip_mu` holds: excess of its sine over 0.06 time units (`EXCESS_TIME`); once it has stood on a gentle slope, beyond the limit for 40 time units (`PUSHED_TIME`)",
         "the stop begins within 1 s of its wheels being let go; until then a hanging arm shows no slope",
         "Arm the vehicle on a gentler slope; keep chocks at hand when it stops."
     ),

@@ -20,6 +20,9 @@ pub struct MotorReading {
     pub count: i32,
     /// Voltage applied since the last tick, V; `None` while the bridge is open.
     pub applied_v: Option<f32>,
+    /// Least and largest share of `applied_v` that the bridge may have applied; `None` while the supply's reading is
+    /// believed, so that the share is 1.
+    pub applied_shares: Option<[f32; 2]>,
     /// The measured current, A, halfway between the last tick and this tick.
     pub current_a: f32,
     /// The filtered rate of the output, rad/s.
@@ -132,6 +135,7 @@ impl MotorWatch {
         let MotorReading {
             count,
             applied_v,
+            applied_shares,
             current_a,
             rate_rad_s,
         } = *reading;
@@ -150,6 +154,9 @@ impl MotorWatch {
             };
         };
         let answer = self.follower.update(voltage_v, current_a);
+        let voltage_v = applied_shares.map_or(voltage_v, |shares| {
+            self.likeliest_v(shares.map(|share| share * voltage_v), current_a, rate_rad_s)
+        });
         // If the current does not respond, the encoder is not the cause.
         let contradicts = answer != CurrentResponse::Dead && self.contradicts_encoder(voltage_v, current_a, rate_rad_s);
         let turned_rad = self.certainly_turned_rad(voltage_v, current_a);
@@ -160,6 +167,20 @@ impl MotorWatch {
             current_sensor: self.dead.update(answer == CurrentResponse::Dead),
             current_offset,
             open: self.open.update(open),
+        }
+    }
+
+    /// Of the voltages that may have been applied, the one that current and encoder explain best, V: only what contradicts
+    /// all of them is a finding.
+    // Out of line: a supply below its minimum is rare.
+    #[cold]
+    #[inline(never)]
+    fn likeliest_v(&self, [one_v, other_v]: [f32; 2], current_a: f32, rate_rad_s: f32) -> f32 {
+        let explained_v = self.limits.drop_v(current_a) + self.limits.back_emf_v(rate_rad_s);
+        if one_v < other_v {
+            explained_v.bounded(one_v, other_v)
+        } else {
+            explained_v.bounded(other_v, one_v)
         }
     }
 

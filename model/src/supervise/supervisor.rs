@@ -341,10 +341,14 @@ impl Supervisor {
         if sensed.analog_age_us <= self.thresholds.sensor_timeout_us {
             self.motor_guards[i].update(sensed.current_a[i]);
         }
+        // A reading below `minimum_v` is true or false.
+        let applied_shares = (sensed.battery_v < sensed.supply_v)
+            .then(|| [sensed.battery_v, self.thresholds.battery_max_v].map(|v| v / sensed.supply_v));
         self.motor_watches[i].update(&MotorReading {
             count: sensed.encoder_counts[i] as i32,
             // The ballast motor's idle bridge holds 0 V, which is as good a test as any other voltage.
             applied_v: applied.enable.then(|| voltage(applied.duty[i], sensed.supply_v)),
+            applied_shares,
             current_a: sensed.current_a[i],
             rate_rad_s: sensed.relative_rate_rad_s[i],
         })

@@ -14,6 +14,10 @@ const LEARNT_TIME: f32 = 20.0;
 const STANDS_SPEED: f32 = 0.02;
 const STANDS_EXCESS: f32 = -0.15;
 const STANDS_TIME: f32 = 6.0;
+/// Time units for which the slope must stay beyond the limit to be a slope once the vehicle has stood for that time on a
+/// gentle one: the observer takes a push for a slope too, and nobody pushes for so long, 6.4 s with a wheel radius of 0.25 m
+/// and 4 s with 0.1 m.
+const PUSHED_TIME: f32 = 40.0;
 
 /// Decides whether the law refuses a vehicle that was armed where it cannot stand.
 ///
@@ -30,6 +34,10 @@ pub(super) struct SlopeRefusal {
     /// Time since the vehicle was armed, and time for which it has stood, in time units.
     age: f32,
     stood: f32,
+    /// Time for which the vehicle has stood on a gentle slope or was held by hand, and time for which
+    /// the slope has been beyond the limit since, in time units.
+    rested: f32,
+    beyond: f32,
     refuses: bool,
 }
 
@@ -44,14 +52,21 @@ impl SlopeRefusal {
         }
         let slow = landing.abs() < STANDS_SPEED;
         if slow && excess <= STANDS_EXCESS {
-            // The vehicle stands on a shallow slope, or is held by hand and has not learnt its slope: standing proves
-            // nothing.
+            // The vehicle stands on a shallow slope, or is held by hand and has not learnt its slope: standing does not
+            // prove that it can stand here.
             self.stood = 0.0;
+            self.rested += tick;
+            self.beyond = 0.0;
             return;
         }
         self.stood = if slow { self.stood + tick } else { 0.0 };
         if self.stood > STANDS_TIME {
             self.driven = true;
+            return;
+        }
+        if self.rested >= STANDS_TIME {
+            self.beyond = if excess > 0.0 { self.beyond + tick } else { 0.0 };
+            self.refuses = self.beyond > PUSHED_TIME;
             return;
         }
         self.age += tick;
@@ -90,7 +105,7 @@ mod tests {
 
     /// Time units until the law refuses `excess`; `None` if it never does.
     fn refused_after(refusal: &mut SlopeRefusal, excess: impl Fn(f32) -> f32, drives: bool) -> Option<f32> {
-        (0..5000).map(|k| k as f32 * TICK).find(|time| {
+        (0..10_000).map(|k| k as f32 * TICK).find(|time| {
             refusal.update(excess(*time), ROLLS, drives, TICK);
             refusal.refuses()
         })
@@ -146,6 +161,25 @@ mod tests {
         refused_after(&mut refused, |_| 0.1, false).expect("refused");
         refused.update(-1.0, ROLLS, false, 10.0);
         assert!(refused.refuses());
+    }
+
+    /// What pushes a vehicle that stands on the level looks like a slope of `excess` for as long as it lasts.
+    #[test]
+    fn a_push_at_a_standing_vehicle_is_no_slope_and_a_slope_that_lasts_is_one() {
+        for excess in [0.003, 0.06, 0.3] {
+            for (pushed, refused) in [(5.0, false), (20.0, false), (38.0, false), (42.0, true), (60.0, true)] {
+                let mut refusal = SlopeRefusal::default();
+                for _ in 0..2 {
+                    for _ in 0..(7.0 / TICK) as u32 {
+                        refusal.update(-0.5, 0.0, false, TICK);
+                    }
+                    for _ in 0..(pushed / TICK) as u32 {
+                        refusal.update(excess, ROLLS, false, TICK);
+                    }
+                }
+                assert_eq!(refusal.refuses(), refused, "{excess}, {pushed}");
+            }
+        }
     }
 
     /// A vehicle that is held by hand without having learnt its slope has not stood. Neither has a vehicle that stops

@@ -77,6 +77,7 @@ impl Bench {
         self.watch.update(&MotorReading {
             count: (self.turned_rad / rad_per_count) as i32,
             applied_v: Some(voltage_v),
+            applied_shares: None,
             current_a: measured_a,
             rate_rad_s: shown_rad_s,
         })
@@ -181,6 +182,7 @@ fn a_current_at_an_open_bridge_is_an_offset_beyond_half_an_ampere() {
             health = bench.watch.update(&MotorReading {
                 count: 0,
                 applied_v: None,
+                applied_shares: None,
                 current_a,
                 rate_rad_s: 0.0,
             });

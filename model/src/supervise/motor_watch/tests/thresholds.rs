@@ -15,6 +15,7 @@ fn steady(applied_v: f32, current_a: f32, rate_rad_s: f32) -> MotorReading {
     MotorReading {
         count: 0,
         applied_v: Some(applied_v),
+        applied_shares: None,
         current_a,
         rate_rad_s,
     }
@@ -38,6 +39,7 @@ fn an_encoder_jumps_beyond_its_largest_advance_whatever_the_bridge_does() {
                 let mut reading = MotorReading {
                     count: start,
                     applied_v,
+                    applied_shares: None,
                     current_a: 0.0,
                     rate_rad_s: 0.0,
                 };
@@ -55,6 +57,7 @@ fn an_encoder_jumps_beyond_its_largest_advance_whatever_the_bridge_does() {
 fn an_offset_is_found_once_the_bridge_has_been_open_for_a_while() {
     let open = |current_a| MotorReading {
         applied_v: None,
+        applied_shares: None,
         ..steady(0.0, current_a, 0.0)
     };
     let mut watch = watch();
@@ -160,6 +163,7 @@ fn a_lead_is_open_when_much_should_flow_and_nothing_does() {
             !watch
                 .update(&MotorReading {
                     applied_v: None,
+                    applied_shares: None,
                     ..reading
                 })
                 .open
@@ -262,6 +266,7 @@ fn a_sensor_is_dead_after_150_ticks() {
     }
     watch.update(&MotorReading {
         applied_v: None,
+        applied_shares: None,
         ..reading(0)
     });
     let again = first(&mut watch, reading, dead);

@@ -1,0 +1,79 @@
+//! What happens to a sound vehicle and must not be reported as a fault of something else.
+
+use model::supervise::arming::Mode;
+use model::supervise::codes::{Fault, FaultSet};
+use model::vehicle::Vehicle;
+use virtual_board::scenario::DriveOutcome;
+
+mod support;
+use support::flights::{first, last, only};
+use support::reference;
+use support::slopes::{drive, small};
+
+/// A drive from 4 s on at `speed_m_s`, on which `event` happens at 8 s.
+fn fly(vehicle: &Vehicle<f64>, seed: u64, slope_deg: f64, speed_m_s: f64, event: &str) -> DriveOutcome {
+    let steps = format!("{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?} }}, {event}");
+    drive(vehicle, 14.0, slope_deg, &format!("seed = {seed}"), &steps)
+}
+
+/// The faults of the whole drive, without that of a stop that takes longer than its time: the fault under test decides
+/// what is stopped, the slope and the speed decide for how long.
+fn faults(outcome: &DriveOutcome) -> FaultSet {
+    let mut faults = last(outcome).status.faults;
+    faults.set(Fault::StopTimeout, false);
+    faults
+}
+
+/// A string of cells opens: the supply falls to about half. The bridges then apply less than the laws asked for, which
+/// is the fault of no encoder.
+#[test]
+fn a_supply_that_falls_below_its_minimum_is_a_low_battery_and_nothing_else() {
+    let halves = [
+        (reference(), [9.0, 11.0, 13.0], [0.5, 1.0, -1.6]),
+        (small(), [4.8, 5.5, 6.5], [0.3, 0.6, -0.8]),
+    ];
+    for (vehicle, supplies, speeds) in halves {
+        for supply_v in supplies {
+            for (speed_m_s, seed) in speeds.into_iter().zip([1, 11, 21]) {
+                for slope_deg in [0.0, 10.0] {
+                    let event = format!("{{ at_s = 8.0, action = 'battery', open_circuit_v = {supply_v:?} }}");
+                    let outcome = fly(&vehicle, seed, slope_deg, speed_m_s, &event);
+                    let story = format!("{supply_v} V at {speed_m_s} m/s on {slope_deg} deg, seed {seed}");
+                    let stops_s = first(&outcome, 8.0, |row| row.status.mode == Mode::Stopping);
+                    assert!(stops_s.is_some_and(|s| s < 0.3), "{story}: {:?}", outcome.log);
+                    assert_eq!(
+                        faults(&outcome),
+                        only(&[Fault::BatteryLow]),
+                        "{story}: {:?}",
+                        outcome.log
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Somebody pushes a vehicle that stands on the level, seconds after it was armed. The observer takes the push for a slope.
+#[test]
+fn a_push_at_a_vehicle_that_stands_is_no_slope_on_which_it_was_armed() {
+    let pushes = [
+        (reference(), [15.0, 90.0, 120.0, -150.0]),
+        (small(), [5.0, 15.0, 20.0, -25.0]),
+    ];
+    for (vehicle, pushes_n) in pushes {
+        for push_n in pushes_n {
+            for (for_s, seed) in [(1.0, 1), (2.0, 11), (3.0, 21)] {
+                let event = format!(
+                    "{{ at_s = 8.0, action = 'push', on = 'axle', forward_n = {push_n:?}, for_s = {for_s:?} }}"
+                );
+                let outcome = fly(&vehicle, seed, 0.0, 0.0, &event);
+                let story = format!("{push_n} N for {for_s} s, seed {seed}");
+                assert!(
+                    !faults(&outcome).contains(Fault::SteepSlope),
+                    "{story}: {:?}",
+                    outcome.log
+                );
+            }
+        }
+    }
+}
