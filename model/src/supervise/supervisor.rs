@@ -343,7 +343,7 @@ impl Supervisor {
         }
         // A reading below `minimum_v` is true or false.
         let applied_shares = (sensed.battery_v < sensed.supply_v)
-            .then(|| [sensed.battery_v, self.thresholds.battery_max_v].map(|v| v / sensed.supply_v));
+            .then(|| [sensed.battery_v, self.thresholds.battery.maximum_v].map(|v| v / sensed.supply_v));
         self.motor_watches[i].update(&MotorReading {
             count: sensed.encoder_counts[i] as i32,
             // The ballast motor's idle bridge holds 0 V, which is as good a test as any other voltage.
