@@ -8,6 +8,8 @@ const STILL: Motion = Motion {
     rate: [0.0, -1.0, 0.5],
 };
 const H: f64 = 5e-4;
+/// Counts per deg/s at the full scale that the firmware sets.
+const GYRO_LSB_PER_DEG_S: f64 = 32768.0 / 1000.0;
 
 fn chip() -> Icm42688pModel {
     Icm42688pModel::new(ImuErrors::NONE, Noise::new(1, 0))
@@ -92,7 +94,6 @@ fn data_is_valid_only_after_the_start_up_times() {
 #[test]
 fn readings_have_the_units_of_the_ranges_that_the_firmware_sets() {
     // +-1000 deg/s and +-8 g over a word of 16 bits, as the data sheet says.
-    const GYRO_LSB_PER_DEG_S: f64 = 32768.0 / 1000.0;
     const ACCEL_LSB_PER_G: f64 = 32768.0 / 8.0;
     let mut c = running();
     let [_, ax, ay, az, gx, gy, gz] = burst(&mut c);
@@ -289,12 +290,13 @@ fn a_part_with_its_own_clock_measures_at_its_own_instants() {
             }
             let age_s = c.sample_age_s();
             oldest_s = oldest_s.max(age_s);
-            let delay_s = c.sensor().filter().group_delay_s();
+            // Sqrt(2) over the corner's angular frequency.
+            let w = core::f64::consts::TAU * c.sensor().filter().corner_hz();
+            let delay_s = core::f64::consts::SQRT_2 / w;
             let expected = RAMP_RAD_S2 * (at_s - age_s - delay_s);
-            let found = f64::from(burst(&mut c)[4]) / f64::from(SCALES.imu.gyro_lsb_per_deg_s);
+            let found = f64::from(burst(&mut c)[4]) / GYRO_LSB_PER_DEG_S;
             // Half a count, and what the step's mean in place of the ramp does at most: half a step early the ramp is half a step
             // further on, which the filter (y'' = w^2 of the difference) sums up to w^2 h^3 / 12.
-            let w = core::f64::consts::TAU * c.sensor().filter().corner_hz();
             let bound = 3e-4 + RAMP_RAD_S2 * (w * w * h * h * h / 12.0 + 1e-5);
             let error = found.to_radians() - expected;
             assert!(error.abs() < bound, "{clock_error}, {h}: {error} at {at_s}");
