@@ -11,6 +11,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use firmware::protocol::message::{HostMessage, Order};
 use hil_sim::cli::bring_up::person::Person;
 use hil_sim::cli::bring_up::procedure::BringUpExtent;
+use hil_sim::cli::bring_up::step::StepKind;
 use hil_sim::cli::bring_up::steps::STEPS;
 use hil_sim::cli::bring_up::verdict::{BringUpReport, StepVerdict};
 use hil_sim::cli::bring_up::{carry_out, judge, write};
@@ -38,10 +39,16 @@ struct Done {
     arms: usize,
     console: String,
     last_is_disarm: bool,
+    /// The questions, and whether the vehicle was armed before the next question.
+    asked: Vec<(String, bool)>,
 }
 
 /// The whole procedure on a board that `wrong` has been done to.
-fn bring_up(wrong: impl FnOnce(&mut Bench, &mut Shared), otherwise: Otherwise, simulated: bool) -> Done {
+fn bring_up(
+    wrong: impl FnOnce(&mut Bench, &mut Shared),
+    otherwise: Otherwise,
+    (simulated, at_a_bench): (bool, bool),
+) -> Done {
     let mut bench = ready(31);
     let mut shared = Shared {
         hands: Hands::Nothing,
@@ -51,6 +58,8 @@ fn bring_up(wrong: impl FnOnce(&mut Bench, &mut Shared), otherwise: Otherwise, s
         welded: false,
         current_gain: [1.0; 2],
         current_offset_a: [0.0; 2],
+        waits: false,
+        asked: Vec::new(),
     };
     wrong(&mut bench, &mut shared);
     let shared = Rc::new(RefCell::new(shared));
@@ -68,13 +77,13 @@ fn bring_up(wrong: impl FnOnce(&mut Bench, &mut Shared), otherwise: Otherwise, s
     let mut console = Console(Vec::new());
     let extent = BringUpExtent {
         simulated,
+        at_a_bench,
         cold_starts: 2,
         power_cuts: 1,
         firmware: None,
     };
     let person = Script {
-        shared,
-        asked: Vec::new(),
+        shared: shared.clone(),
         looks: 0,
         otherwise,
     };
@@ -94,6 +103,7 @@ fn bring_up(wrong: impl FnOnce(&mut Bench, &mut Shared), otherwise: Otherwise, s
         arms: messages.iter().filter(is_arm).count(),
         console: String::from_utf8(console.0).expect("text"),
         last_is_disarm: last_is_disarm(&messages),
+        asked: std::mem::take(&mut shared.borrow_mut().asked),
     }
 }
 
@@ -103,6 +113,9 @@ fn last_is_disarm(messages: &[HostMessage]) -> bool {
     let last = orders.find(|message| !matches!(message, HostMessage::Identify { .. }));
     matches!(last, Some(HostMessage::Disarm(_)))
 }
+
+/// A simulated board, without a bench.
+const SIMULATED: (bool, bool) = (true, false);
 
 fn good(_: &str) -> Option<&'static str> {
     None
@@ -115,11 +128,10 @@ fn verdict(report: &BringUpReport, title: &str) -> StepVerdict {
 
 #[test]
 fn a_good_board_passes_every_step_that_it_can_show() {
-    let done = bring_up(|_, _| {}, good, true);
+    let done = bring_up(|_, _| {}, good, SIMULATED);
     let report = done.report.expect("carried out");
     for (line, step) in report.steps.iter().zip(STEPS) {
-        // The virtual board counts no cycles.
-        let expected = if step.bench_only || line.title == "tick cost" {
+        let expected = if step.bench_only {
             StepVerdict::NotShown
         } else {
             StepVerdict::Passed
@@ -172,7 +184,7 @@ fn what_is_wrong_is_told_by_its_step() {
         }),
     ];
     for (title, unarmed, wrong) in cases {
-        let done = bring_up(wrong, good, true);
+        let done = bring_up(wrong, good, SIMULATED);
         let report = done.report.expect("carried out");
         assert_eq!(
             verdict(&report, title),
@@ -204,7 +216,7 @@ fn a_step_left_out_keeps_a_board_from_being_armed() {
         }
         _ => None,
     };
-    let done = bring_up(|_, _| {}, otherwise, false);
+    let done = bring_up(|_, _| {}, otherwise, (false, true));
     let report = done.report.expect("carried out");
     assert_eq!(verdict(&report, "3.3 V"), StepVerdict::Passed, "{}", report.text());
     assert_eq!(verdict(&report, "power cuts"), StepVerdict::Passed, "{}", report.text());
@@ -222,6 +234,88 @@ fn a_step_left_out_keeps_a_board_from_being_armed() {
     assert_eq!(json["steps"][1]["verdict"], "passed");
     let text = std::fs::read_to_string(folder.join("bring-up.txt")).expect("readable");
     assert!(text.contains("reset button: not shown: left out"), "{text}");
+}
+
+/// What a bench answers otherwise than a person without tools, of a virtual board.
+fn at_a_bench(question: &str) -> Option<&'static str> {
+    match question {
+        question if question.contains("3.3 V at") => Some("3.31"),
+        // No hand reaches these of the virtual board.
+        question
+            if ["reset button", "supply, V, which is off", "clock away"]
+                .iter()
+                .any(|q| question.contains(q)) =>
+        {
+            Some("s")
+        }
+        _ => None,
+    }
+}
+
+/// The tool holds the serial port, so a step that needs an armed vehicle must arm the vehicle itself.
+#[test]
+fn the_tool_arms_for_every_look_at_an_armed_board() {
+    let done = bring_up(|_, _| {}, at_a_bench, (true, true));
+    let report = done.report.expect("carried out");
+    for step in STEPS {
+        let StepKind::ArmedLook(look) = step.kind else {
+            continue;
+        };
+        let (_, armed) = done
+            .asked
+            .iter()
+            .find(|(question, _)| question.contains(look.act))
+            .unwrap_or_else(|| panic!("{}: not asked\n{}\n{}", step.title, report.text(), done.console));
+        assert!(armed, "{}: not armed\n{}", step.title, report.text());
+        // The virtual board's only restart is by its supply, as of a board that feeds on the debugger's plug.
+        let expected = if step.title == "clock stops" {
+            StepVerdict::Failed
+        } else {
+            StepVerdict::Passed
+        };
+        assert_eq!(
+            verdict(&report, step.title),
+            expected,
+            "{}\n{}",
+            report.text(),
+            done.console
+        );
+    }
+    for title in ["currents in step", "supply ramped down", "halted core", "clock stops"] {
+        let step = STEPS.iter().find(|step| step.title == title).expect(title);
+        assert!(matches!(step.kind, StepKind::ArmedLook(_)), "{title}");
+    }
+    assert!(done.console.contains("reset by brown-out"), "{}", done.console);
+    assert!(done.last_is_disarm);
+    for told in STEPS
+        .iter()
+        .map(|step| step.does)
+        .chain(done.asked.iter().map(|(question, _)| question.as_str()))
+    {
+        assert!(!told.contains("hil-sim link"), "the port is taken: {told}");
+    }
+}
+
+/// A look at an armed board fails if the person's act does not open the bridges.
+#[test]
+fn a_board_that_stays_armed_fails_its_look() {
+    let otherwise: Otherwise = |question| {
+        if question.contains("then ramp") {
+            Some("")
+        } else {
+            at_a_bench(question)
+        }
+    };
+    let done = bring_up(|_, _| {}, otherwise, (true, true));
+    let report = done.report.expect("carried out");
+    let line = report
+        .steps
+        .iter()
+        .find(|line| line.title == "supply ramped down")
+        .expect("a step");
+    assert_eq!(line.finding.verdict, StepVerdict::Failed, "{}", report.text());
+    assert!(line.finding.seen.contains("still armed"), "{}", line.finding.seen);
+    assert!(done.last_is_disarm);
 }
 
 /// Nobody answers: the procedure ends with a Disarm, as it does for a user who asks to stop.
@@ -257,6 +351,7 @@ fn a_person_who_leaves_ends_it_with_a_disarm() {
         };
         let extent = BringUpExtent {
             simulated: true,
+            at_a_bench: false,
             cold_starts: 1,
             power_cuts: 1,
             firmware: None,

@@ -25,6 +25,14 @@ fn swing_deg(rows: &[TraceRow]) -> f64 {
     0.5 * (highest - lowest).to_degrees()
 }
 
+/// Each flight is flown with these two seeds.
+const SEEDS: [u64; 2] = [1, 11];
+
+/// Every value with each seed.
+fn seeded<T: Copy>(values: impl IntoIterator<Item = T>) -> impl Iterator<Item = (T, u64)> {
+    values.into_iter().flat_map(|value| SEEDS.map(|seed| (value, seed)))
+}
+
 fn assert_armed(outcome: &DriveOutcome, story: &str) {
     let status = last(outcome).status;
     assert_eq!((status.mode, status.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
@@ -38,7 +46,7 @@ fn play_of_the_gears_keeps_no_swing_going() {
     // Rms current at rest on the level and there after a drive, A, and the arm's swing in every case, deg.
     let [mut rest_a, mut after_a, mut worst_deg] = [0.0_f64; 3];
     let drive = "{ at_s = 4.0, action = 'drive', speed_m_s = 0.5 }, { at_s = 8.0, action = 'drive' }";
-    for (play_deg, slope_rad, steps) in [
+    for ((play_deg, slope_rad, steps), seed) in seeded([
         (0.3, 0.0, ""),
         (0.6, 0.0, ""),
         (1.0, 0.0, ""),
@@ -47,15 +55,15 @@ fn play_of_the_gears_keeps_no_swing_going() {
         (1.0, 0.0, drive),
         (0.3, 0.035, ""),
         (1.0, 0.035, ""),
-    ] {
+    ]) {
         let gear = format!("{{ backlash_deg = {play_deg:?}, gear_stiffness_n_m_per_rad = 3000.0 }}");
         let tables = format!(
             "chocked_until_armed = true\nterrain.plane.slope_x_rad = {slope_rad:?}\nplant.left = {gear}\nplant.right = {gear}"
         );
-        let outcome = fly(24.0, 1, &tables, steps);
+        let outcome = fly(24.0, seed, &tables, steps);
         let rows = from(&outcome, 14.0);
         let (current_a, swing_deg) = (current_rms_a(rows), swing_deg(rows));
-        let story = format!("{play_deg} deg of play on {slope_rad} rad, steps {steps:?}");
+        let story = format!("{play_deg} deg of play on {slope_rad} rad, steps {steps:?}, seed {seed}");
         println!("{story}: {current_a:.3} A rms, arm swings by {swing_deg:.3} deg");
         assert_armed(&outcome, &story);
         // The weight on 2 deg takes 0.6 A of each motor.
@@ -88,13 +96,15 @@ fn play_of_the_gears_lets_no_drive_run_away() {
             let tables = format!(
                 "chocked_until_armed = true\nterrain.plane.slope_x_rad = {slope_rad:?}\nplant.left = {gear}\nplant.right = {gear}"
             );
-            for (speed_m_s, yaw_rad_s) in [(0.05, 0.0), (0.2, 0.6), (0.5, 1.0), (1.0, 0.0)] {
+            for ((speed_m_s, yaw_rad_s), seed) in seeded([(0.05, 0.0), (0.2, 0.6), (0.5, 1.0), (1.0, 0.0)]) {
                 let steps = format!(
                     "{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?}, yaw_rate_rad_s = {yaw_rad_s:?} }}"
                 );
-                let outcome = fly(14.0, 1, &tables, &steps);
+                let outcome = fly(14.0, seed, &tables, &steps);
                 let fast_m_s = most(from(&outcome, 5.0), |row| row.truth.speed_m_s.abs() - speed_m_s);
-                let story = format!("{play_deg} deg of play on {slope_rad} rad, {speed_m_s} m/s, {yaw_rad_s} rad/s");
+                let story = format!(
+                    "{play_deg} deg of play on {slope_rad} rad, {speed_m_s} m/s, {yaw_rad_s} rad/s, seed {seed}"
+                );
                 assert_armed(&outcome, &story);
                 assert!(fast_m_s <= 0.2, "{story}: {fast_m_s} m/s too fast");
                 worst_m_s = worst_m_s.max(fast_m_s);
@@ -115,9 +125,9 @@ fn a_mounting_error_does_not_make_a_turn_creep() {
     let turn = "{ at_s = 6.0, action = 'drive', yaw_rate_rad_s = 1.0 }";
     let mut worst_m = 0.0_f64;
     for axis in ["x", "y", "z"] {
-        for degrees in [-2.0, 2.0] {
+        for (degrees, seed) in seeded([-2.0, 2.0]) {
             let tables = format!("plant.arm_imu.misalignment_{axis}_deg = {degrees:?}");
-            let outcome = fly(7.0 + 3.0 * turn_s, 1, &tables, turn);
+            let outcome = fly(7.0 + 3.0 * turn_s, seed, &tables, turn);
             let place = |time_s: f64| {
                 let truth = &from(&outcome, time_s)[0].truth;
                 (truth.x_m, truth.y_m, truth.heading_rad)
@@ -128,13 +138,11 @@ fn a_mounting_error_does_not_make_a_turn_creep() {
                 .windows(2)
                 .map(|pair| (pair[1].0 - pair[0].0).hypot(pair[1].1 - pair[0].1))
                 .collect();
-            println!("{axis} {degrees} deg: {creeps_m:.3?} m a turn");
-            assert_armed(&outcome, axis);
+            let story = format!("{axis} {degrees} deg, seed {seed}");
+            println!("{story}: {creeps_m:.3?} m a turn");
+            assert_armed(&outcome, &story);
             assert!(places[3].2 - places[0].2 > 5.5 * std::f64::consts::PI, "it turns");
-            assert!(
-                creeps_m.iter().all(|creep_m| *creep_m < 0.05),
-                "{axis} {degrees}: {creeps_m:?}"
-            );
+            assert!(creeps_m.iter().all(|creep_m| *creep_m < 0.05), "{story}: {creeps_m:?}");
             worst_m = creeps_m.iter().copied().fold(worst_m, f64::max);
         }
     }
@@ -152,15 +160,15 @@ fn a_mounting_error_does_not_make_a_turn_creep() {
 #[test]
 fn turning_on_a_slope_does_not_make_the_vehicle_creep() {
     let mut worst_m = [0.0_f64; 2];
-    for (slope_deg, yaw_rad_s) in [(5.0_f64, 1.0_f64), (5.0, -1.9), (10.0, 0.5), (-10.0, 1.5)] {
+    for ((slope_deg, yaw_rad_s), seed) in seeded([(5.0_f64, 1.0_f64), (5.0, -1.9), (10.0, 0.5), (-10.0, 1.5)]) {
         let turn_s = 2.0 * std::f64::consts::PI / yaw_rad_s.abs();
         let steps = format!("{{ at_s = 6.0, action = 'drive', yaw_rate_rad_s = {yaw_rad_s:?} }}");
         let tables = format!(
             "chocked_until_armed = true\nterrain.plane.slope_x_rad = {:?}",
             slope_deg.to_radians()
         );
-        let outcome = fly(7.0 + 3.0 * turn_s, 1, &tables, &steps);
-        let story = format!("{slope_deg} deg, {yaw_rad_s} rad/s");
+        let outcome = fly(7.0 + 3.0 * turn_s, seed, &tables, &steps);
+        let story = format!("{slope_deg} deg, {yaw_rad_s} rad/s, seed {seed}");
         assert_armed(&outcome, &story);
         let place = |turns: f64| {
             let truth = &from(&outcome, 6.5 + turns * turn_s)[0].truth;

@@ -5,6 +5,7 @@ use std::rc::Rc;
 
 use hil_sim::cli::bring_up::person::Person;
 use model::sample::Motor;
+use model::supervise::arming::Mode;
 use plant::analog::{AnalogFault, Following};
 use plant::body::{Push, PushedBody};
 use plant::fault::SensorFault;
@@ -20,6 +21,8 @@ pub enum Hands {
     Nothing,
     /// Hold the rims and lean on the arm with so many newtons.
     Lean(f64),
+    /// Hold the rims and brake the arm.
+    Steady,
     /// Roll the vehicle to this place, m, while one encoder is held still.
     RollTo(f64, Motor),
     /// Press the stop, once after so many looks.
@@ -48,6 +51,10 @@ pub struct Shared {
     /// Gains and offsets of the drive motors' current sensors.
     pub current_gain: [f64; 2],
     pub current_offset_a: [f64; 2],
+    /// The hands wait until the vehicle is armed.
+    pub waits: bool,
+    /// The questions, and whether the vehicle was armed before the next question.
+    pub asked: Vec<(String, bool)>,
 }
 
 /// A question, by a part of it, and who answers it otherwise than a person with a good board.
@@ -55,7 +62,6 @@ pub type Otherwise = fn(&str) -> Option<&'static str>;
 
 pub struct Script {
     pub shared: Rc<RefCell<Shared>>,
-    pub asked: Vec<String>,
     pub looks: u32,
     pub otherwise: Otherwise,
 }
@@ -73,16 +79,25 @@ impl Script {
             (Hands::Contacts(false, true), 20, yes)
         } else if has("Press the emergency stop and hold") {
             (Hands::Contacts(true, true), 20, yes)
-        } else if has("Close both") || has("Release the emergency stop") {
+        } else if has("Close both") || has("Release the emergency stop") || has("let the core run again") {
             (Hands::Contacts(false, false), 20, yes)
-        } else if has("press the emergency stop, within") {
+        } else if has("press the emergency stop, ") {
             (Hands::PressAfter(seconds(2)), 0, yes)
         } else if has("blue button, within") {
             (Hands::ButtonAfter(seconds(2)), 0, yes)
+        } else if has("then halt the core") {
+            // The virtual part has no debugger; the stop's break ends the armed state as a halt does.
+            (Hands::PressAfter(seconds(2)), 0, yes)
+        } else if has("then ramp") || has("then pull the debugger's plug") {
+            (Hands::SupplyOff(seconds(2), seconds(1)), 0, yes)
+        } else if has("Ramp 3.3 V up again") || has("Put the plug back") {
+            (Hands::SupplyOff(0, 20), 40, yes)
         } else if has("off for 1 s") {
             (Hands::SupplyOff(0, seconds(1)), seconds(2), yes)
         } else if has("cut its supply meanwhile") {
             (Hands::SupplyOff(seconds(1), seconds(1)), 0, yes)
+        } else if has("steady the arm") {
+            (Hands::Steady, seconds(8), yes)
         } else if has("hang still") {
             (Hands::Nothing, seconds(6), yes)
         } else if has("Tilt the arm forward") {
@@ -110,14 +125,16 @@ pub const TURN_M: f64 = 2.0 * std::f64::consts::PI * 0.25;
 
 impl Person for Script {
     fn reply(&mut self, question: &str) -> Result<Option<String>, CommandError> {
-        if self.asked.last().is_none_or(|last| last != question) || self.looks == 0 {
-            self.asked.push(question.to_owned());
+        let is_new = |shared: &Shared| shared.asked.last().is_none_or(|(last, _)| last != question);
+        if is_new(&self.shared.borrow()) || self.looks == 0 {
+            self.shared.borrow_mut().asked.push((question.to_owned(), false));
             if let Some(answer) = (self.otherwise)(question) {
                 return Ok(Some(answer.to_owned()));
             }
             let (hands, looks, answer) = self.act(question);
             self.shared.borrow_mut().hands = hands;
             self.shared.borrow_mut().looks = 0;
+            self.shared.borrow_mut().waits = question.contains("Armed ");
             self.looks = looks;
             if looks > 0 {
                 return Ok(None);
@@ -146,8 +163,13 @@ fn put_contacts(world: &mut World, welded: bool, first: bool, second: bool) {
 
 /// Lets the hands act on the bench.
 pub fn act(bench: &mut Bench, shared: &mut Shared) {
-    shared.looks += 1;
+    let armed = bench.board.status().is_some_and(|status| status.mode == Mode::Armed);
+    shared.waits &= !armed;
+    shared.looks += u32::from(!shared.waits);
     let looks = shared.looks;
+    if let Some((_, was_armed)) = shared.asked.last_mut() {
+        *was_armed |= armed;
+    }
     if shared.hands == Hands::ButtonAfter(looks) {
         bench.board.press_button();
     }
@@ -161,7 +183,9 @@ pub fn act(bench: &mut Bench, shared: &mut Shared) {
             left_n: 0.0,
             up_n: 0.0,
         };
-        world.plant.set_chocked(matches!(shared.hands, Hands::Lean(_)));
+        world
+            .plant
+            .set_chocked(matches!(shared.hands, Hands::Lean(_) | Hands::Steady));
         for motor in [Motor::Left, Motor::Right] {
             // A current through the sensor acts like an offset.
             let fed_a = if shared.hands == Hands::Feed(motor) { FED_A } else { 0.0 };
@@ -183,6 +207,10 @@ pub fn act(bench: &mut Bench, shared: &mut Shared) {
         }
         match shared.hands {
             Hands::Lean(newtons) => world.plant.push(push(PushedBody::Arm, newtons), 1.0),
+            Hands::Steady => {
+                let newtons = (-50.0 * truth.phi_rate_rad_s).clamp(-50.0, 50.0);
+                world.plant.push(push(PushedBody::Arm, newtons), 1.0);
+            }
             Hands::RollTo(to_m, _) => {
                 let newtons = (60.0 * (to_m - truth.x_m)).clamp(-30.0, 30.0);
                 world.plant.push(push(PushedBody::Axle, newtons), 1.0);

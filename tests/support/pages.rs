@@ -48,7 +48,7 @@ impl Page {
     }
 
     /// The text without its fenced blocks.
-    fn prose(&self) -> String {
+    pub fn prose(&self) -> String {
         self.text.split("```").step_by(2).collect()
     }
 

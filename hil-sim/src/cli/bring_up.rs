@@ -15,13 +15,17 @@ use super::link::update::Update;
 use super::link::wire::{Port, Wire};
 use super::link::{interrupts, nonce};
 
+mod looks;
 pub mod person;
 mod powered;
+mod powered_steps;
 pub mod procedure;
 mod restarts;
+pub mod step;
 pub mod steps;
 mod turns;
 mod unpowered;
+mod unpowered_steps;
 pub mod verdict;
 
 use person::{Person, Terminal};
@@ -68,6 +72,7 @@ pub fn run(arguments: &Arguments) -> Result<(), CommandError> {
     let mut console = Console(io::stdout());
     let extent = BringUpExtent {
         simulated: arguments.simulated,
+        at_a_bench: !arguments.simulated,
         cold_starts: arguments.cold_starts,
         power_cuts: arguments.power_cuts,
         firmware: arguments.firmware.as_deref().map(Update::read).transpose()?,

@@ -34,6 +34,7 @@ fn the_bring_up_procedure_runs_on_the_board() {
     };
     let extent = BringUpExtent {
         simulated: true,
+        at_a_bench: false,
         cold_starts: 1,
         power_cuts: 1,
         firmware: None,

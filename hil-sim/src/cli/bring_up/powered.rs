@@ -27,7 +27,7 @@ const FREE_RUNNING_A: f64 = 2.0;
 const MEAN_STATUSES: usize = STATUS_RATE_HZ as usize / 5;
 /// Time for which the vehicle is armed, s: for the tool, and for a person with an oscilloscope.
 const ARMED_S: f64 = 3.0;
-const LOOK_S: f64 = 20.0;
+pub(super) const LOOK_S: f64 = 20.0;
 /// Commanded speed, m/s: the governor reaches this speed within the time, and the arm hangs far from its largest angle.
 const FORWARD_M_S: f32 = 0.5;
 /// Turn on the spot, rad/s, and its duration, s. The turn is short: in the air the wheels do not turn the vehicle, and
@@ -42,14 +42,6 @@ const TICK_CYCLES: u32 = (nucleo_h743zi::CORE_CLOCK_HZ as u64 * TICK_US as u64 /
 /// a swinging arm is slow at each end.
 const READY_US: u64 = 30_000_000;
 const REST_US: u64 = 1_500_000;
-
-/// Oscilloscope picture of the left motor's lines at a small forward voltage.
-const PICTURE: &str = "\
-         |<------------ 50 us ------------>|
-PE9   ''''''''''''''''''''''''''''''''''''''''''''
-PE11  ___/'''''''''''''''''''''''''''\\_____/''''''
-         |<---- both high: brake --->|<--->| drive
-                       ^ the converter samples: the current at PC0, which falls, crosses its mean";
 
 impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     pub(super) fn supply_on(&mut self) -> Result<Finding, StepEnd> {
@@ -66,7 +58,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     }
 
     /// Clears the faults and waits until only the missing command keeps the vehicle from arming.
-    fn ready(&mut self) -> Result<(), StepEnd> {
+    pub(super) fn ready(&mut self) -> Result<(), StepEnd> {
         self.link.order(Order::Request(Request::ClearFaults))?;
         let from_us = self.link.wire.now_us();
         let mut allowed = BlockerSet::EMPTY;
@@ -113,19 +105,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         ))
     }
 
-    pub(super) fn armed_look(&mut self, question: &str) -> Result<Finding, StepEnd> {
-        self.tell(PICTURE)?;
-        self.ask_to(&format!("Armed for {LOOK_S} s after Enter"))?;
-        // A pressed stop ends the drive, which is the purpose of one of these steps.
-        if let Err(error) = self.drive(0.0, LOOK_S, |_| {})?
-            && !self.stopped_by_the_stop()?
-        {
-            return Err(error.into());
-        }
-        self.look(question)
-    }
-
-    fn stopped_by_the_stop(&mut self) -> Result<bool, StepEnd> {
+    pub(super) fn stopped_by_the_stop(&mut self) -> Result<bool, StepEnd> {
         let faults = self.link.fresh_status()?.vehicle.faults;
         Ok(faults.contains(Fault::EmergencyStop) && faults.contains(Fault::BridgeBreak))
     }
@@ -240,7 +220,8 @@ impl Currents {
 
 #[cfg(test)]
 mod tests {
-    use super::super::steps::{STEPS, StepKind};
+    use super::super::step::StepKind;
+    use super::super::steps::STEPS;
     use super::super::verdict::StepVerdict;
     use super::*;
 

@@ -10,7 +10,8 @@ use report::visible::visible_line;
 use virtual_board::link_client::LinkClient;
 
 use super::person::{Person, Reply};
-use super::steps::{BringUpStep, STEPS, StepKind};
+use super::step::{BringUpStep, StepKind};
+use super::steps::STEPS;
 use super::verdict::{BringUpReport, Finding, StepLine, StepVerdict};
 use crate::cli::link::console::Console;
 use crate::cli::link::session::Link;
@@ -31,8 +32,10 @@ const CATCH_UP_US: u64 = 5_000_000;
 /// Inputs of the procedure.
 #[derive(Debug, Clone)]
 pub struct BringUpExtent {
-    /// Whether the board is simulated. The tool then skips the questions that only a bench can answer.
+    /// Whether the board is simulated: the steps that only a bench shows then block no other step.
     pub simulated: bool,
+    /// Whether somebody stands at a bench. Without one the tool skips the steps that only a bench can show.
+    pub at_a_bench: bool,
     /// Number of starts of the supply.
     pub cold_starts: u32,
     /// Number of supply cuts while the board stores.
@@ -132,7 +135,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
         if before.iter().any(|line| line.finding.verdict == StepVerdict::Failed) {
             return Some("not tried: a step before it failed");
         }
-        if step.bench_only && self.extent.simulated {
+        if step.bench_only && !self.extent.at_a_bench {
             return Some("a simulated board cannot show it");
         }
         let missing = |(line, step): (&StepLine, &BringUpStep)| {
@@ -169,7 +172,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
             StepKind::Update => self.update(),
             StepKind::SupplyOn => self.supply_on(),
             StepKind::Armed => self.armed(),
-            StepKind::ArmedLook(question) => self.armed_look(question),
+            StepKind::ArmedLook(look) => self.armed_look(&look),
             StepKind::StopArmed => self.stop_armed(),
             StepKind::ButtonArmed => self.button_armed(),
             StepKind::Forward => self.forward(),
@@ -205,7 +208,8 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
     ) -> Result<Reply, StepEnd> {
         self.console
             .line(&format!(" > {question} [Enter or y, n, s to skip, or a number]"))?;
-        self.start_records()?;
+        // A board that has restarted, or whose port is lost, sends none. The step's next look at the board shows that.
+        let _ = self.start_records();
         let reply = loop {
             if self.check_interrupt().is_err() {
                 return Err(StepEnd::Tool(CommandError::Checks("interrupted: disarmed".into())));

@@ -21,22 +21,24 @@ const FACTOR: f32 = 1.01;
 const STORES_MAX: u32 = 400;
 
 /// Content of a boot's log.
-struct BootLog {
-    cause: Option<ResetCause>,
+pub(super) struct BootLog {
+    /// What reset the board.
+    pub(super) cause: Option<ResetCause>,
     crashed: bool,
     set_lost: bool,
 }
 
 impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     /// The number of the board's present boot.
-    fn boot(&mut self) -> Result<u32, StepEnd> {
+    pub(super) fn boot(&mut self) -> Result<u32, StepEnd> {
         Ok(match self.link.client.identity() {
             Some(identity) => identity.about.boot,
             None => self.link.identify()?.about.boot,
         })
     }
 
-    fn boot_log(&mut self) -> Result<BootLog, StepEnd> {
+    /// What the log of the present boot says.
+    pub(super) fn boot_log(&mut self) -> Result<BootLog, StepEnd> {
         let mut log = BootLog {
             cause: None,
             crashed: false,
