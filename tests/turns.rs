@@ -151,3 +151,155 @@ fn wheels_that_grip_again_do_not_make_a_sound_imu_implausible() {
             assert_eq!((status.mode, status.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
         });
 }
+
+/// Slip, along or across, m/s, that the law allows itself while it knows of a slide; a drive of wheels that slip more is told
+/// as a slide.
+const ALLOWED_SLIP_M_S: f64 = 0.3;
+
+/// Slip along the wheels or across them, m/s.
+fn slides_m_s(row: &TraceRow) -> f64 {
+    slips_m_s(row).max(row.truth.side_speed_m_s.abs())
+}
+
+/// Turns for which level ice gives too little, and stops in them: the slide is told within half a second, it is no fault of a
+/// sensor, the estimate follows the vehicle and not its wheels, and it comes to rest.
+#[test]
+fn slides_in_turns_on_ice_are_told_and_followed() {
+    let mut drives = Vec::new();
+    for told in [(1.0, 2.0), (1.0, -1.5), (2.5, 1.0), (2.5, -2.0)] {
+        for mu in [0.06, 0.09, 0.12] {
+            for stops_s in [8.0, 11.0] {
+                drives.push((reference(), mu, told, stops_s));
+            }
+        }
+    }
+    for told in [(0.8, 2.0), (1.2, -1.5)] {
+        for mu in [0.06, 0.09, 0.12] {
+            drives.push((small(), mu, told, 10.0));
+        }
+    }
+    let seeds = 1_u64..;
+    let drives: Vec<_> = drives.into_iter().zip(seeds).collect();
+    let worst: Vec<[f64; 3]> = drives
+        .into_par_iter()
+        .map(|((vehicle, mu, told, stops_s), seed)| sliding(&vehicle, mu, told, stops_s, seed))
+        .collect();
+    let [untold_s, heading_deg, tilt_deg] =
+        [0, 1, 2].map(|which| worst.iter().map(|found| found[which]).fold(0.0, f64::max));
+    shown(
+        "turns and stops on level ice of friction 0.06 to 0.12, both vehicles",
+        &format!(
+            "no slide of more than 0.3 m/s is untold for longer than {untold_s:.2} s, heading {heading_deg:.1} deg and arm {tilt_deg:.1} deg off at most; no fault; at rest"
+        ),
+    );
+}
+
+/// How long at most a slide stays untold, s, and how far heading and arm are off at most, deg.
+fn sliding(vehicle: &Vehicle<f64>, mu: f64, (speed_m_s, yaw_rad_s): (f64, f64), stops_s: f64, seed: u64) -> [f64; 3] {
+    // What friction takes to stop the vehicle, and as long for what remains.
+    let rests_s = stops_s + speed_m_s / (9.81 * mu) + 5.0;
+    let outcome = drive(
+        vehicle,
+        rests_s + 1.0,
+        0.0,
+        &format!("seed = {seed}\nterrain.friction = {{ left = {mu:?}, right = {mu:?} }}"),
+        &format!(
+            "{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?}, yaw_rate_rad_s = {yaw_rad_s:?} }},
+             {{ at_s = {stops_s:?}, action = 'drive' }}"
+        ),
+    );
+    let story = format!("mu {mu}, {speed_m_s} m/s, {yaw_rad_s} rad/s, stop at {stops_s} s, seed {seed}");
+    let status = last(&outcome).status;
+    assert_eq!((status.mode, status.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
+    let rows = from(&outcome, 4.0);
+    assert!(
+        most(rows, slides_m_s) > SLIDES_M_S,
+        "{story}: the ground holds this turn"
+    );
+    let (mut untold_s, mut longest_s) = (0.0, 0.0_f64);
+    for pair in rows.windows(2) {
+        let untold = slides_m_s(&pair[1]) > ALLOWED_SLIP_M_S && !pair[1].status.limits.contains(Limit::Slip);
+        untold_s = if untold {
+            untold_s + pair[1].time_s() - pair[0].time_s()
+        } else {
+            0.0
+        };
+        longest_s = longest_s.max(untold_s);
+    }
+    assert!(longest_s < 0.5, "{story}: untold for {longest_s} s");
+    let off_deg = |value: &dyn Fn(&TraceRow) -> f64| most(rows, |row| value(row).abs().to_degrees());
+    let heading_deg = off_deg(&|row| row.truth.heading_rad - f64::from(row.status.estimate.heading_rad));
+    let tilt_deg = off_deg(&|row| row.truth.phi_rad - f64::from(row.status.estimate.phi_rad));
+    assert!(heading_deg < 2.0, "{story}: heading {heading_deg} deg off");
+    assert!(tilt_deg < 2.0, "{story}: arm {tilt_deg} deg off");
+    let rests = from(&outcome, rests_s);
+    let (speed_m_s, aside_m_s) = (
+        most(rests, |row| row.truth.speed_m_s.abs()),
+        most(rests, |row| row.truth.side_speed_m_s.abs()),
+    );
+    assert!(
+        speed_m_s < 0.05 && aside_m_s < 0.05,
+        "{story}: goes on at {speed_m_s} m/s, {aside_m_s} m/s aside"
+    );
+    [longest_s, heading_deg, tilt_deg]
+}
+
+/// Wheels whose radii differ by up to a tenth, an IMU that is mounted 2 deg off about any axis, worn gears and slopes: turns and
+/// reversals in which nothing slides, and nothing is told to.
+#[test]
+fn turns_of_wheels_that_roll_are_no_slide() {
+    let mut plants = Vec::new();
+    for share in [0.005, 0.02, 0.05, 0.1, -0.1] {
+        let [left, right] = [1.0 + 0.5 * share, 1.0 - 0.5 * share];
+        plants.push((
+            0.0,
+            format!("plant.left.wheel_radius_factor = {left:?}\nplant.right.wheel_radius_factor = {right:?}"),
+        ));
+    }
+    for axis in ["x", "y", "z"] {
+        plants.push((0.0, format!("plant.arm_imu.misalignment_{axis}_deg = -2.0")));
+    }
+    plants.push((
+        0.0,
+        "plant.left.backlash_deg = 1.0\nplant.right.backlash_deg = 1.0".to_owned(),
+    ));
+    plants.push((10.0, String::new()));
+    plants.push((0.0, "terrain.plane.slope_y_rad = 0.15".to_owned()));
+    let drives: Vec<_> = plants
+        .into_iter()
+        .flat_map(|plant| [(2.5, 2.0), (1.0, 2.0), (1.0, 1.0), (2.5, 0.0)].map(|told| (plant.clone(), told)))
+        .flat_map(|drive| [(reference(), drive.clone()), (small(), drive)])
+        .zip(1_u64..)
+        .collect();
+    drives
+        .into_par_iter()
+        .for_each(|((vehicle, ((slope_deg, plant), (speed_m_s, yaw_rad_s))), seed)| {
+            let speed_m_s = f64::min(speed_m_s, vehicle.parameters().control.speed_max_m_s);
+            let outcome = drive(
+                &vehicle,
+                18.0,
+                slope_deg,
+                &format!("seed = {seed}\n{plant}"),
+                &format!(
+                    "{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?}, yaw_rate_rad_s = {yaw_rad_s:?} }},
+                     {{ at_s = 8.0, action = 'drive', speed_m_s = -{speed_m_s:?}, yaw_rate_rad_s = -{yaw_rad_s:?} }},
+                     {{ at_s = 13.0, action = 'drive' }}"
+                ),
+            );
+            let story = format!("{slope_deg} deg, {plant}, {speed_m_s} m/s, {yaw_rad_s} rad/s, seed {seed}");
+            let slip_m_s = most(from(&outcome, 4.0), slips_m_s);
+            assert!(slip_m_s < SLIDES_M_S, "{story}: it slides, {slip_m_s} m/s");
+            let told = from(&outcome, 4.0)
+                .iter()
+                .find(|row| row.status.limits.contains(Limit::Slip));
+            assert!(
+                told.is_none(),
+                "{story}: a slide told at {} s",
+                told.map_or(0.0, TraceRow::time_s)
+            );
+            let status = last(&outcome).status;
+            assert_eq!((status.mode, status.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
+            let rests_m_s = last(&outcome).truth.speed_m_s.abs();
+            assert!(rests_m_s < 0.05, "{story}: goes on at {rests_m_s} m/s");
+        });
+}

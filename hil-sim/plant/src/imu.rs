@@ -11,7 +11,7 @@ mod tests;
 
 use core::f64::consts::{PI, SQRT_2};
 
-use super::body::{FORWARD, Gravity, LIFT, SIDE, Swing, YAW};
+use super::body::{AxleRoll, FORWARD, Gravity, LIFT, SIDE, Swing, YAW};
 use super::fault::SensorFault;
 use super::noise::Noise;
 use fault::Faults;
@@ -40,6 +40,7 @@ pub fn motion_at(
     speeds: &[f64; 9],
     accelerations: &[f64; 9],
     gravity: &Gravity,
+    roll: AxleRoll,
 ) -> Motion {
     let (sin, cos) = swing.sin_cos;
     let yaw = speeds[YAW];
@@ -54,7 +55,12 @@ pub fn motion_at(
     let up = accelerations[LIFT] + above_acceleration + gravity.normal;
     Motion {
         specific_force: [cos * forward + sin * up, left, cos * up - sin * forward],
-        rate: [sin * yaw, -swing.rate, cos * yaw],
+        // The axle turns with its heading, and about it as the roll changes; rolled, it points a part of the turn along itself.
+        rate: [
+            sin * yaw + cos * roll.rate,
+            roll.sin * yaw - swing.rate,
+            cos * yaw - sin * roll.rate,
+        ],
     }
 }
 

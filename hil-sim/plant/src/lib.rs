@@ -213,11 +213,12 @@ impl Plant {
     #[inline]
     fn feel(&mut self, h: f64) {
         let (u, a, gravity) = (self.body.mean_speed(), self.body.acceleration(), self.body.gravity());
-        let arm = motion_at(self.arm_radius_m, &self.body.arm_swing(), u, a, &gravity);
+        let roll = self.body.axle_roll();
+        let arm = motion_at(self.arm_radius_m, &self.body.arm_swing(), u, a, &gravity, roll);
         self.arm_imu.advance(h, &arm);
         if self.has_spar {
             // The spar's angle is that of its lower end, and the spar IMU is above the axle.
-            let spar = motion_at(-self.spar_radius_m, &self.body.spar_swing(), u, a, &gravity);
+            let spar = motion_at(-self.spar_radius_m, &self.body.spar_swing(), u, a, &gravity, roll);
             self.spar_imu.advance(h, &spar);
         }
     }

@@ -21,6 +21,8 @@
 //! The watch filters steady errors out of both, because the angle is known only to some degrees. A vehicle in the air
 //! gives no evidence: its motors slow the wheels and its landing spins them up, but neither accelerates the axle.
 //!
+//! A mirrored IMU looks like a slide, so the watch judges slides too, until the IMU has shown that it faces forward.
+//!
 //! For an IMU that is also upside down, `e` is the sine of an angle of 180 degrees: 0. The vertical component shows this
 //! case, because the ground pushes the vehicle up and a falling vehicle feels no force
 //! (`tick/estimate/contradiction.rs`).
@@ -70,6 +72,9 @@ pub struct Facing {
     /// Mean square of the sideways component, over g.
     sideways: f32,
     mirrored: Persistence,
+    upright: Persistence,
+    /// The IMU has shown that it faces forward. Its mounting does not change before the vehicle is disarmed.
+    faces_forward: bool,
     /// Intervals since the wheels gripped again, up to [`REGAINS_INTERVALS`].
     regained: u8,
 }
@@ -113,6 +118,8 @@ impl Facing {
             backward: 0.0,
             sideways: 0.0,
             mirrored: Persistence::new(MIRRORED_INTERVALS),
+            upright: Persistence::new(MIRRORED_INTERVALS),
+            faces_forward: false,
             regained: REGAINS_INTERVALS,
         }
     }
@@ -123,7 +130,7 @@ impl Facing {
         let [forward, backward] = [shown.unexplained, shown.unexplained + 2.0 * relative];
         let sideways = shown.sideways_m_s2 / G;
         let paused = self.regained < REGAINS_INTERVALS;
-        self.regained = if shown.slides && shown.unexplained.abs() > REGAINS {
+        self.regained = if shown.slides && (self.faces_forward || shown.unexplained.abs() > REGAINS) {
             0
         } else {
             (self.regained + 1).min(REGAINS_INTERVALS)
@@ -148,11 +155,11 @@ impl Facing {
             let sideways = sideways - self.steady_sideways.value();
             self.sideways += MEAN_GAIN * (sideways * sideways - self.sideways);
         }
-        self.mirrored.update(
-            self.forward > UNEXPLAINED_MIN
-                && self.backward < MIRRORED_SHARE * self.forward
-                && self.sideways < SIDEWAYS_SHARE * self.forward,
-        )
+        self.faces_forward |= self
+            .upright
+            .update(explains(self.forward, self.backward, self.sideways));
+        self.mirrored
+            .update(explains(self.backward, self.forward, self.sideways))
     }
 
     /// Restarts the watch with standing wheels, when nothing drives them or the IMU is not believed. The accelerometer
@@ -164,8 +171,15 @@ impl Facing {
         self.steady_sideways.reset(sideways_m_s2 / G);
         [self.forward, self.backward, self.sideways] = [0.0; 3];
         self.mirrored.update(false);
+        self.upright.update(false);
+        self.faces_forward = false;
         self.regained = REGAINS_INTERVALS;
     }
+}
+
+/// Whether one hypothesis explains a motion that the other one does not, by their errors' mean squares.
+fn explains(error: f32, other: f32, sideways: f32) -> bool {
+    other > UNEXPLAINED_MIN && error < MIRRORED_SHARE * other && sideways < SIDEWAYS_SHARE * other
 }
 
 #[cfg(test)]
@@ -343,6 +357,22 @@ mod tests {
             let told = bench.told(amplitude_m_s2, -2.0, 110);
             assert_eq!(told.is_some(), expected, "{amplitude_m_s2}, {slides}");
         }
+    }
+
+    /// An IMU that has shown that it faces forward is not blamed for a slide, until the vehicle has been disarmed.
+    #[test]
+    fn an_imu_that_faces_forward_is_not_blamed_for_a_slide() {
+        let mut bench = Bench::new();
+        assert_eq!(bench.told(4.0, 0.0, 500), None);
+        bench.slides = true;
+        assert_eq!(bench.told(2.0, -2.0, 3000), None);
+        bench.facing.reset(0.0);
+        assert!(bench.told(2.0, -2.0, 500).is_some());
+        // Motion that is too little to show a mirrored IMU does not show the other either.
+        let mut bench = Bench::new();
+        assert_eq!(bench.told(0.8, 0.0, 3000), None);
+        bench.slides = true;
+        assert!(bench.told(2.0, -2.0, 500).is_some());
     }
 
     /// A motion that shakes the IMU sideways as much as forward is a vibration. A steady side force, as in a bend, is

@@ -9,10 +9,12 @@
 pub mod alignment;
 pub mod exchanged;
 pub mod facing;
+pub mod ground_speed;
 pub mod heading;
 pub mod odometry;
 pub mod rate_filter;
 mod result;
+pub mod roll;
 pub mod slope;
 pub mod spar_facing;
 pub mod stall;

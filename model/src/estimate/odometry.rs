@@ -15,7 +15,8 @@ pub struct Odometry {
 }
 
 impl Odometry {
-    /// Advances by the axle's travel `advance_m` at `heading_rad` (the mean over the advance).
+    /// Advances by the axle's travel `advance_m` at `heading_rad` (the mean over the advance), and by `left_m` to the left of it,
+    /// which only wheels that slide do.
     ///
     /// ```
     /// use model::estimate::odometry::Odometry;
@@ -23,14 +24,14 @@ impl Odometry {
     /// // A quarter turn to the left on a circle of 1 m.
     /// for k in 0..1000 {
     ///     let heading = (k as f32 + 0.5) / 1000.0 * core::f32::consts::FRAC_PI_2;
-    ///     odometry.advance(core::f32::consts::FRAC_PI_2 / 1000.0, heading);
+    ///     odometry.advance(core::f32::consts::FRAC_PI_2 / 1000.0, 0.0, heading);
     /// }
     /// assert!((odometry.x_m() - 1.0).abs() < 1e-5 && (odometry.y_m() - 1.0).abs() < 1e-5);
     /// ```
-    pub fn advance(&mut self, advance_m: f32, heading_rad: f32) {
+    pub fn advance(&mut self, advance_m: f32, left_m: f32, heading_rad: f32) {
         let (sin, cos) = libm::sincosf(heading_rad);
-        add(&mut self.x_m, &mut self.carry_x_m, advance_m * cos);
-        add(&mut self.y_m, &mut self.carry_y_m, advance_m * sin);
+        add(&mut self.x_m, &mut self.carry_x_m, advance_m * cos - left_m * sin);
+        add(&mut self.y_m, &mut self.carry_y_m, advance_m * sin + left_m * cos);
         add(&mut self.distance_m, &mut self.carry_distance_m, advance_m);
     }
 
@@ -66,7 +67,7 @@ mod tests {
     fn a_kilometre_in_millimetres_is_a_kilometre() {
         let mut odometry = Odometry::default();
         for _ in 0..1_000_000 {
-            odometry.advance(0.001, 0.0);
+            odometry.advance(0.001, 0.0, 0.0);
         }
         assert!((odometry.x_m() - 1000.0).abs() < 0.002, "{}", odometry.x_m());
         assert!((odometry.distance_m() - 1000.0).abs() < 0.002);

@@ -1,15 +1,16 @@
 //! Detects sliding wheels by comparing the wheels' motion with the accelerometer and the gyro.
 //!
-//! Rolling wheels and the accelerometer agree on the axle's acceleration, and the difference of the wheels agrees with
-//! the gyro's yaw rate (6.12). Sliding wheels violate one of the two. During a slide the speed over the ground follows
-//! from the acceleration alone. This speed is exact at the start of the slide and drifts by 0.02 m/s^2 per tenth of a
-//! degree of error in the arm's angle.
+//! Rolling wheels and the accelerometer agree on the axle's acceleration, along the heading and, as `v psi'`, across it, and
+//! the difference of the wheels agrees with the gyro's yaw rate (6.12). Sliding wheels violate one of the three. During a
+//! slide the speed over the ground follows from the accelerations alone. This speed is exact at the start of the slide and
+//! drifts by 0.02 m/s^2 per tenth of a degree of error in the arm's angle or the axle's roll.
 //!
 //! Near the limit of grip the wheels hunt: they slip and grip again some times per second. The filters' lags leave larger
 //! errors of these accelerations than the slide itself causes. But the lag errors have the mean 0, and the ground takes
 //! speed from the vehicle at `g (sin(beta) - mu cos(beta))` all the time, so means over half a second show the slide.
 
 use super::facing::INTERVAL_S;
+use super::ground_speed::{GroundSpeed, UnequalRadii};
 use super::rate_filter::LowPass;
 use crate::bounded::Bounded;
 use crate::vehicle::G;
@@ -26,6 +27,8 @@ pub struct Evidence {
     /// Magnitude of the IMU's further acceleration: its distance from the axle times the arm's angular acceleration,
     /// m/s^2.
     pub swing_m_s2: f32,
+    /// What the accelerometer feels to the left beyond the axle's roll and the turn of rolling wheels, m/s^2.
+    pub sideways_m_s2: f32,
     /// The gyro's yaw rate, rad/s.
     pub yaw_rate_rad_s: f32,
     /// The wheels' yaw rate, rad/s.
@@ -45,17 +48,22 @@ pub struct Traction {
     difference: LowPass,
     motion: LowPass,
     yaw_difference: LowPass,
+    sideways: LowPass,
+    radii: UnequalRadii,
     slow_difference: LowPass,
     slow_wheels: LowPass,
     slow_intervals: u8,
-    /// Ticks for which the wheels have contradicted the other sensors, and for which they have agreed since.
+    /// Ticks for which the wheels have contradicted the other sensors, along or in yaw and across, and for which they have agreed since.
     apart_ticks: u16,
+    aside_ticks: u16,
     agreed_ticks: u16,
     sliding_ticks: u16,
+    /// Ticks of a slide without anything that would begin one.
+    quiet_ticks: u16,
     /// Ticks since the last slide.
     rolling_ticks: u16,
     sliding: bool,
-    speed_m_s: f32,
+    speed: GroundSpeed,
 }
 
 /// Time constant of the differences' filters.
@@ -63,7 +71,7 @@ const DIFFERENCE_TIME_CONSTANT_S: f32 = 0.05;
 /// Time constant of the slow means, and intervals for which they must differ: 0.2 s.
 const SLOW_TIME_CONSTANT_S: f32 = 0.5;
 const SLOW_INTERVALS: u8 = 40;
-/// Difference of the accelerations, m/s^2, beyond which the wheels slide, and below which they roll again.
+/// Difference of the accelerations along, m/s^2, beyond which the wheels slide, and below which they roll again.
 const SLIDES_M_S2: f32 = 0.25;
 const ROLLS_M_S2: f32 = 0.12;
 /// Share of the accelerations themselves by which they may differ besides: filters lag, and the arm's angle is known to a
@@ -88,13 +96,20 @@ const DRIFT_M_S2: f32 = 0.06;
 const STEADY_SLIP_MAX_M_S: f32 = 0.45;
 /// Ticks after which wheels with less slip than that count as rolling, too.
 const ROLLS_ANYWAY_TICKS: u16 = 1000;
+/// Ticks without anything that would begin a slide, after which the wheels count as rolling though the sensors do not quite agree:
+/// what an arm's angle that a slide has left wrong by a degree leaves between the two thresholds.
+const QUIET_TICKS: u16 = 2000;
 /// Ticks after which the watch attributes a slide to a wrong angle of the arm.
 const SLIDE_MAX_TICKS: u16 = 10_000;
 /// Ticks for which a slide counts as recent: where the wheels have slipped once, they may slip again.
 const LATELY_TICKS: u16 = 2000;
-/// Yaw rate above which the accelerations are no evidence, rad/s: a roll of the axle, or of the IMU on the arm, adds to
-/// them.
-const TURNS_RAD_S: f32 = 0.5;
+/// Difference of the accelerations across, m/s^2, beyond which the wheels slide. Neither motors nor the arm's swing act there, so
+/// that it may be less than along.
+const SLIDES_SIDEWAYS_M_S2: f32 = 0.2;
+/// Shares of the turn's acceleration by which the accelerations may differ besides: across, and along, where `MOTION_SHARE`
+/// counts it. The wheels' radii are known to some percent.
+const TURN_ACROSS_SHARE: f32 = 0.06;
+const TURN_ALONG_SHARE: f32 = 0.25;
 
 impl Traction {
     /// A watch called every `dt_s` seconds, for wheels `2 half_track_m` apart.
@@ -105,32 +120,38 @@ impl Traction {
             difference: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
             motion: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
             yaw_difference: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
+            sideways: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
+            radii: UnequalRadii::new(dt_s, half_track_m),
             slow_difference: LowPass::new(INTERVAL_S, SLOW_TIME_CONSTANT_S),
             slow_wheels: LowPass::new(INTERVAL_S, SLOW_TIME_CONSTANT_S),
             slow_intervals: 0,
             apart_ticks: 0,
+            aside_ticks: 0,
             agreed_ticks: 0,
             sliding_ticks: 0,
+            quiet_ticks: 0,
             rolling_ticks: u16::MAX,
             sliding: false,
-            speed_m_s: 0.0,
+            speed: GroundSpeed::default(),
         }
     }
 
-    /// Updates the watch with one tick's evidence. Without weight, and in a turn, the accelerations give no evidence.
+    /// Updates the watch with one tick's evidence. Without weight the accelerations give no evidence.
     #[inline]
     pub fn update(&mut self, evidence: &Evidence) {
-        let straight = evidence.yaw_rate_rad_s.abs() < TURNS_RAD_S;
-        let difference_m_s2 = if evidence.weighs && straight {
-            G * evidence.tilt_error
+        let turn_m_s2 = (evidence.wheels_m_s * evidence.yaw_rate_rad_s).abs();
+        let [difference_m_s2, sideways_m_s2] = if evidence.weighs {
+            [G * evidence.tilt_error, evidence.sideways_m_s2]
         } else {
-            0.0
+            [0.0; 2]
         };
         self.difference.update(difference_m_s2);
-        self.yaw_difference
-            .update(evidence.yaw_rate_rad_s - evidence.wheels_yaw_rad_s);
+        self.sideways.update(sideways_m_s2);
+        let radii_rad_s = self.radii.yaw_rad_s(evidence.wheels_m_s);
+        let yaw_rad_s = evidence.yaw_rate_rad_s - evidence.wheels_yaw_rad_s - radii_rad_s;
+        self.yaw_difference.update(yaw_rad_s);
         self.motion
-            .update(evidence.wheels_m_s2.abs() + evidence.swing_m_s2.abs());
+            .update(evidence.wheels_m_s2.abs() + evidence.swing_m_s2.abs() + TURN_ALONG_SHARE * turn_m_s2);
         let along = self.difference.value().abs() - MOTION_SHARE * self.motion.value();
         if evidence.slow {
             // The filtered difference, because a vibration in the intervals' rhythm would look steady.
@@ -145,31 +166,48 @@ impl Traction {
         let hunts = self.slow_intervals >= SLOW_INTERVALS;
         let yaw = self.yaw_difference.value().abs();
         let yaw_max = SLIDES_RAD_S + RADIUS_SHARE * evidence.wheels_m_s.abs() / (2.0 * self.half_track_m);
+        let sideways = self.sideways.value().abs();
+        let sideways_max = SLIDES_SIDEWAYS_M_S2 + TURN_ACROSS_SHARE * turn_m_s2;
         let apart = along > SLIDES_M_S2 || yaw > yaw_max;
+        let aside = sideways > sideways_max;
         let sliding_s = f32::from(self.sliding_ticks) * self.dt_s;
-        let slip_m_s = (self.speed_m_s - evidence.wheels_m_s).abs();
+        let slip_m_s = self.speed.slip_m_s(evidence.wheels_m_s);
         let regained = slip_m_s < REGAINED_M_S + DRIFT_M_S2 * sliding_s || slip_m_s > STEADY_SLIP_MAX_M_S;
-        let agreed = along < ROLLS_M_S2 && !hunts && yaw < 0.5 * yaw_max;
+        let agreed = along < ROLLS_M_S2 && !hunts && yaw < 0.5 * yaw_max && sideways < 0.5 * sideways_max;
         self.apart_ticks = if apart { self.apart_ticks.saturating_add(1) } else { 0 };
+        // Apart from the others, because a vibration crosses zero along and across at different times.
+        self.aside_ticks = if aside { self.aside_ticks.saturating_add(1) } else { 0 };
         self.agreed_ticks = if agreed { self.agreed_ticks.saturating_add(1) } else { 0 };
         if self.sliding {
             self.sliding_ticks = self.sliding_ticks.saturating_add(1);
             self.rolling_ticks = 0;
-            self.sliding = self.agreed_ticks < if regained { ROLLS_TICKS } else { ROLLS_ANYWAY_TICKS };
+            self.quiet_ticks = if apart || aside || hunts {
+                0
+            } else {
+                self.quiet_ticks.saturating_add(1)
+            };
+            self.sliding = self.agreed_ticks < if regained { ROLLS_TICKS } else { ROLLS_ANYWAY_TICKS }
+                && self.quiet_ticks < QUIET_TICKS;
             if self.sliding_ticks >= SLIDE_MAX_TICKS {
                 // The same evidence must not start another slide at once.
                 self.stand();
             }
         } else {
             self.sliding_ticks = 0;
+            self.quiet_ticks = 0;
             self.rolling_ticks = self.rolling_ticks.saturating_add(1);
-            self.sliding = hunts || self.apart_ticks >= SLIDES_TICKS;
+            self.sliding = hunts || self.apart_ticks.max(self.aside_ticks) >= SLIDES_TICKS;
         }
         // The integration of the speed begins with the first sign of a slide.
-        if self.sliding || self.apart_ticks > 0 {
-            self.speed_m_s += self.dt_s * (evidence.wheels_m_s2 + difference_m_s2);
+        if self.sliding || self.apart_ticks > 0 || self.aside_ticks > 0 {
+            let ground_m_s2 = [
+                evidence.wheels_m_s2 + difference_m_s2,
+                sideways_m_s2 + evidence.wheels_m_s * evidence.yaw_rate_rad_s,
+            ];
+            self.speed.update(self.dt_s, evidence.yaw_rate_rad_s, ground_m_s2);
         } else {
-            self.speed_m_s = evidence.wheels_m_s;
+            self.speed = GroundSpeed::of_wheels(evidence.wheels_m_s);
+            self.radii.learn(yaw_rad_s, evidence.wheels_m_s);
         }
     }
 
@@ -180,7 +218,10 @@ impl Traction {
 
     /// Ends a slide, because the vehicle stands.
     pub fn stand(&mut self) {
-        *self = Self::new(self.dt_s, self.half_track_m);
+        *self = Self {
+            radii: self.radii,
+            ..Self::new(self.dt_s, self.half_track_m)
+        };
     }
 
     /// The wheels slide.
@@ -195,7 +236,12 @@ impl Traction {
 
     /// Speed over the ground: the wheels' speed or, during a slide, the speed integrated from the accelerations, m/s.
     pub fn speed_m_s(&self) -> f32 {
-        self.speed_m_s
+        self.speed.forward_m_s
+    }
+
+    /// Speed over the ground to the left: none of wheels that roll, m/s.
+    pub fn sideways_m_s(&self) -> f32 {
+        self.speed.left_m_s
     }
 
     /// Acceleration of the axle: the wheels' acceleration, corrected during a slide, m/s^2.
@@ -209,186 +255,4 @@ impl Traction {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const ROLLING: Evidence = Evidence {
-        wheels_m_s: 1.0,
-        wheels_m_s2: 0.0,
-        swing_m_s2: 0.0,
-        tilt_error: 0.0,
-        yaw_rate_rad_s: 0.0,
-        wheels_yaw_rad_s: 0.0,
-        weighs: true,
-        slow: false,
-    };
-
-    fn after(evidence: &Evidence, ticks: usize) -> Traction {
-        let mut traction = Traction::new(0.001, 0.25);
-        for _ in 0..ticks {
-            traction.update(evidence);
-        }
-        traction
-    }
-
-    /// Wheels that slip and grip again 4 times per second: a difference of `difference_m_s2` under a swing of 3 m/s^2, of
-    /// which a lag leaves a third. Returns the ticks until the watch reports a slide.
-    fn hunting(difference_m_s2: f32) -> Option<u16> {
-        let mut traction = Traction::new(0.001, 0.25);
-        (0..3000_u16).find(|k| {
-            let angle = 2.0 * core::f32::consts::PI * 4.0 * 0.001 * f32::from(*k);
-            traction.update(&Evidence {
-                wheels_m_s2: 3.0 * libm::sinf(angle),
-                swing_m_s2: 1.0,
-                tilt_error: (difference_m_s2 + libm::cosf(angle)) / G,
-                slow: k.is_multiple_of(u16::from(super::super::facing::INTERVAL_TICKS)),
-                ..ROLLING
-            });
-            traction.slides()
-        })
-    }
-
-    /// The watch reports, within 0.8 s, the difference that friction 0.06 short of the slope causes, but not the
-    /// difference that a degree of the arm's angle causes.
-    #[test]
-    fn wheels_that_hunt_at_the_limit_of_grip_are_told_by_their_mean() {
-        for (difference_m_s2, expected) in [(0.59, true), (-0.59, true), (0.17, false), (-0.2, false), (0.0, false)] {
-            let told = hunting(difference_m_s2);
-            assert_eq!(told.is_some(), expected, "{difference_m_s2}: {told:?}");
-            assert!(
-                told.is_none_or(|ticks| (300..800).contains(&ticks)),
-                "{difference_m_s2}: {told:?}"
-            );
-        }
-    }
-
-    #[test]
-    fn rolling_wheels_are_believed() {
-        for evidence in [
-            ROLLING,
-            Evidence {
-                tilt_error: 0.02,
-                ..ROLLING
-            },
-            // A wheel that is 2 % larger than the other.
-            Evidence {
-                wheels_m_s: 2.5,
-                wheels_yaw_rad_s: 0.1,
-                ..ROLLING
-            },
-            // The vehicle turns, with an axle that rolls.
-            Evidence {
-                tilt_error: 0.05,
-                yaw_rate_rad_s: 1.9,
-                wheels_yaw_rad_s: 1.9,
-                ..ROLLING
-            },
-            // The vehicle falls.
-            Evidence {
-                tilt_error: 0.5,
-                weighs: false,
-                ..ROLLING
-            },
-        ] {
-            let traction = after(&evidence, 2000);
-            assert!(!traction.slides(), "{evidence:?}");
-            assert_eq!(traction.speed_m_s(), evidence.wheels_m_s);
-        }
-        let blow = Evidence {
-            tilt_error: 0.5,
-            ..ROLLING
-        };
-        assert!(!after(&blow, 100).slides(), "a blow is no slide");
-    }
-
-    #[test]
-    fn a_slide_is_told_and_its_speed_followed_until_the_wheels_roll_again() {
-        for (tilt_error, speed_m_s) in [(-0.037, 0.637), (0.05, 1.49), (-0.1, 0.02)] {
-            let sliding = Evidence { tilt_error, ..ROLLING };
-            let mut traction = after(&sliding, 1000);
-            assert!(traction.slides());
-            assert!(
-                (traction.speed_m_s() - speed_m_s).abs() < 0.08,
-                "{}",
-                traction.speed_m_s()
-            );
-            assert!((traction.acceleration_m_s2(0.0) - G * tilt_error).abs() < 0.01);
-            let slip_m_s = (traction.speed_m_s() - ROLLING.wheels_m_s).abs();
-            for _ in 0..1000 {
-                traction.update(&ROLLING);
-            }
-            // The wheels turn at another speed than the vehicle moves, unless the difference is larger than sliding
-            // wheels can have.
-            assert_eq!(traction.slides(), slip_m_s < STEADY_SLIP_MAX_M_S, "{slip_m_s} m/s");
-            let caught = Evidence {
-                wheels_m_s: traction.speed_m_s() + 0.1,
-                ..ROLLING
-            };
-            for _ in 0..600 {
-                traction.update(&caught);
-            }
-            assert!(!traction.slides());
-            assert_eq!(traction.speed_m_s(), caught.wheels_m_s);
-        }
-    }
-
-    /// Only the integral's remaining error still contradicts the wheels.
-    #[test]
-    fn wheels_that_agree_for_a_second_are_believed_whatever_the_integral_says() {
-        for tilt_error in [-0.5, -0.037, 0.037, 0.5] {
-            let mut traction = after(&Evidence { tilt_error, ..ROLLING }, 1000);
-            assert!(traction.slides());
-            for _ in 0..1300 {
-                traction.update(&ROLLING);
-            }
-            assert!(!traction.slides(), "{tilt_error}");
-            assert_eq!(traction.speed_m_s(), ROLLING.wheels_m_s);
-        }
-    }
-
-    #[test]
-    fn a_slide_without_end_is_a_wrong_angle_and_does_not_go_on_in_the_next_tick() {
-        let wrong = Evidence {
-            tilt_error: 0.1,
-            ..ROLLING
-        };
-        let mut traction = after(&wrong, usize::from(SLIDE_MAX_TICKS));
-        assert!(traction.slides());
-        let ends = (0..300).position(|_| {
-            traction.update(&wrong);
-            !traction.slides()
-        });
-        assert!(ends.is_some());
-        for _ in 0..SLIDES_TICKS {
-            assert_eq!(traction.speed_m_s() - ROLLING.wheels_m_s, 0.0);
-            assert!(!traction.slides());
-            traction.update(&ROLLING);
-        }
-    }
-
-    #[test]
-    fn a_slide_ends_where_the_vehicle_stands() {
-        let mut traction = after(
-            &Evidence {
-                tilt_error: 0.1,
-                ..ROLLING
-            },
-            2000,
-        );
-        assert!(traction.slides() && traction.speed_m_s() > 2.0);
-        traction.stand();
-        assert!(!traction.slides());
-        assert_eq!(traction.speed_m_s(), 0.0);
-    }
-
-    #[test]
-    fn one_sliding_wheel_shows_in_the_yaw_rate() {
-        for wheels_yaw_rad_s in [0.3, -0.3, 2.0] {
-            let evidence = Evidence {
-                wheels_yaw_rad_s,
-                ..ROLLING
-            };
-            assert!(after(&evidence, 400).slides(), "{wheels_yaw_rad_s}");
-        }
-    }
-}
+mod tests;

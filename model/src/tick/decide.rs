@@ -161,7 +161,7 @@ impl Laws {
             voltage_max_v: drive_max_v,
         };
         let drive = self.speed.step(&input);
-        let level = self.level(estimate, &sines, supply_v);
+        let level = self.level(estimate, sines, supply_v);
         let probe_v = self.probe_v();
         let mut limits = LimitSet::EMPTY;
         limits.insert_if(Limit::Voltage, drive.voltage_v.abs() >= drive_max_v);

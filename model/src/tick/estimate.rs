@@ -1,11 +1,11 @@
 //! Stage 2: the vehicle's estimate of its own motion.
 
-use crate::bounded::Bounded;
 use crate::estimate::Estimate;
 use crate::estimate::alignment::Alignment;
 use crate::estimate::heading::{HeadingEstimator, YawReading};
 use crate::estimate::odometry::Odometry;
 use crate::estimate::rate_filter::LowPass;
+use crate::estimate::roll::RollEstimator;
 use crate::estimate::slope::SlopeEstimator;
 use crate::estimate::stall::{Intent, Stall};
 use crate::estimate::tilt::{Disturbance, TiltEstimator, TiltReading};
@@ -15,7 +15,7 @@ use crate::persistence::Persistence;
 use crate::sample::{Motor, TICK_S};
 use crate::sensed::Sensed;
 use crate::supervise::supervisor::Believed;
-use crate::vehicle::{G, Scales, Vehicle};
+use crate::vehicle::{Scales, Vehicle};
 
 mod calibration;
 mod contradiction;
@@ -47,7 +47,7 @@ pub(super) struct Estimator {
     free_sin_slope: f32,
     trail: Trail,
     theta_acceleration: LowPass,
-    roll: LowPass,
+    roll: RollEstimator,
     weighs: Persistence,
     standing: Standing,
     /// The arm IMU was lost in the last tick, or has not yet given a reading.
@@ -101,8 +101,6 @@ const STOPPED_M_S: f32 = 0.05;
 const STOPPED_ARM_RAD_S: f32 = 0.2;
 /// Time constant of the axle acceleration's filter.
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
-/// Time constant of the axle's roll.
-const ROLL_TIME_CONSTANT_S: f32 = 0.2;
 /// Ticks for which the accelerometer must feel the vehicle's weight before it is trusted again: the wheels rebound.
 const WEIGHT_TICKS: u16 = 30;
 /// The same before the accelerometer may show a slide or its mounting: most of a period of 3 Hz. Under a vibration of
@@ -146,7 +144,7 @@ impl Estimator {
             trail: Trail::default(),
             weighs: Persistence::new(STEADY_WEIGHT_TICKS),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
-            roll: LowPass::new(TICK_S, ROLL_TIME_CONSTANT_S),
+            roll: RollEstimator::new(TICK_S, times.tilt_time_constant_s),
             standing: Standing::default(),
             arm_lost: true,
             spar_lost: true,
@@ -179,7 +177,7 @@ impl Estimator {
 
     /// Sine of the axle's roll: positive with its left end up.
     fn sin_roll(&self) -> f32 {
-        self.roll.value() - self.alignment.sin_roll()
+        self.roll.sin() - self.alignment.sin_roll()
     }
 
     /// One tick. `disarmed` means that no motor is driven: only then does the ballast hang freely. `intent` is the
@@ -199,12 +197,15 @@ impl Estimator {
             // is not yet known as a bias of the gyro and as motion. Nor is it known how the arm turned while its IMU
             // was lost.
             self.arm.align(&sensed.arm);
+            self.roll.align(sensed.arm_force_y_m_s2);
             self.slope.align(self.arm.sin());
         }
         self.arm_lost = !believed.arm_imu;
 
-        let motion = self.turn(sensed, believed, posture);
-        self.tilt(sensed, believed, &motion, posture);
+        let weighs_steadily = self.weighs.update(sensed.arm.weighs() && believed.arm_imu);
+        let trust = self.trust(posture);
+        let motion = self.turn(sensed, believed, posture, trust);
+        self.tilt(sensed, believed, &motion, trust, weighs_steadily);
         if posture.idle || !self.standing.is_calibrated() {
             // An angle that is not yet known looks like a slide.
             self.traction.stand();
@@ -258,8 +259,8 @@ impl Estimator {
         }
     }
 
-    /// Heading and wheel rate, which the gyro and the encoders show without delay.
-    fn turn(&mut self, sensed: &Sensed, believed: Believed, posture: Posture) -> MeasuredMotion {
+    /// Heading and wheel rate, which the gyro and the encoders show without delay, and the axle's roll.
+    fn turn(&mut self, sensed: &Sensed, believed: Believed, posture: Posture, trust: Trust) -> MeasuredMotion {
         let [left, right, _] = sensed.relative_rate_rad_s;
         let r = self.scales.length_m;
         // The plane's normal in the arm's axes: turned by phi - beta from the arm's z axis.
@@ -293,16 +294,11 @@ impl Estimator {
             self.theta_acceleration.reset(theta_rate_rad_s);
         }
         let wheels_m_s = theta_rate_rad_s * r;
-        // Roll of the axle: the component of gravity along the axle, after the acceleration of the turn has been
-        // subtracted. A turn on a plane converts slope into roll; the filter follows this conversion, so it does not
-        // lag in a turn on the spot.
-        let turned = yaw_rate_rad_s * TICK_S * self.slope.sin();
-        self.roll.reset(self.roll.value() - turned);
-        let lateral_m_s2 = sensed.arm_force_y_m_s2 - wheels_m_s * yaw_rate_rad_s;
-        self.roll.update((lateral_m_s2 / G).bounded(-1.0, 1.0));
-        let sin_roll = self.roll.value();
+        if believed.arm_imu {
+            self.roll(sensed, phi_rate_rad_s, wheels_m_s, trust);
+        }
         self.alignment
-            .update(TICK_S, yaw_rate_rad_s, swing_rad_s, sin_roll, wheels_m_s);
+            .update(TICK_S, yaw_rate_rad_s, swing_rad_s, self.roll.sin(), wheels_m_s);
         MeasuredMotion {
             phi_rate_rad_s,
             theta_rate_rad_s,
@@ -315,22 +311,20 @@ impl Estimator {
     }
 
     /// Estimates the angles of arm and spar, and whether the wheels roll.
-    fn tilt(&mut self, sensed: &Sensed, believed: Believed, motion: &MeasuredMotion, posture: Posture) {
+    fn tilt(
+        &mut self,
+        sensed: &Sensed,
+        believed: Believed,
+        motion: &MeasuredMotion,
+        trust: Trust,
+        weighs_steadily: bool,
+    ) {
         self.slope.turn(motion.yaw_rate_rad_s * motion.sin_roll * TICK_S);
         let disturbance = Disturbance {
             axle_acceleration_m_s2: motion.wheels_m_s2,
             cos_slope: self.slope.cos(),
             yaw_rate_rad_s: motion.yaw_rate_rad_s,
             sin_roll: motion.sin_roll,
-        };
-        let weighs_steadily = self.weighs.update(sensed.arm.weighs() && believed.arm_imu);
-        let weighs = self.weighs.lasts(WEIGHT_TICKS);
-        let trust = match (weighs, self.traction.slides()) {
-            _ if posture.settled => Trust::AtRest,
-            _ if posture.idle => Trust::Settling,
-            (false, _) => Trust::None,
-            (true, true) => Trust::Little,
-            (true, false) => Trust::Driving,
         };
         let aligned = TiltReading {
             rate_rad_s: sensed.arm.rate_rad_s - self.alignment.swing_rad_s(motion.yaw_rate_rad_s),
@@ -346,6 +340,7 @@ impl Estimator {
             wheels_m_s2: motion.wheels_m_s2,
             swing_m_s2: self.arm_radius_m * self.arm.acceleration_rad_s2(),
             tilt_error: self.arm.error(),
+            sideways_m_s2: self.roll.unexplained_m_s2(),
             yaw_rate_rad_s: motion.yaw_rate_rad_s,
             wheels_yaw_rad_s: motion.wheels_yaw_rad_s,
             weighs: weighs_steadily,
@@ -362,16 +357,19 @@ impl Estimator {
 
     /// Advances the pose by the mean advance of the wheels, or of the sliding vehicle, at the mean heading of the tick.
     fn advance(&mut self, sensed: &Sensed, motion: &MeasuredMotion) {
-        let advance_m = if self.traction.slides() {
-            self.traction.speed_m_s() * TICK_S
+        let [advance_m, left_m] = if self.traction.slides() {
+            [
+                self.traction.speed_m_s() * TICK_S,
+                self.traction.sideways_m_s() * TICK_S,
+            ]
         } else {
             let advance = sensed.relative_advance_rad;
             let relative = 0.5 * (advance[Motor::Left as usize] + advance[Motor::Right as usize]);
-            (relative - motion.phi_rate_rad_s * TICK_S) * self.scales.length_m
+            [(relative - motion.phi_rate_rad_s * TICK_S) * self.scales.length_m, 0.0]
         };
         let heading = self.heading.heading_rad();
         self.odometry
-            .advance(advance_m, 0.5 * (heading + self.last_heading_rad));
+            .advance(advance_m, left_m, 0.5 * (heading + self.last_heading_rad));
         self.last_heading_rad = heading;
     }
 

@@ -83,7 +83,7 @@ use model::real::Real;
 use model::sample::MOTORS;
 use model::vehicle::Vehicle;
 use motion::Configuration;
-pub use motion::Gravity;
+pub use motion::{AxleRoll, Gravity};
 use outside::Outside;
 pub use outside::{Push, PushedBody};
 pub use payload::Payload;
@@ -159,6 +159,7 @@ pub struct Body {
     mean_speed: Speeds,
     acceleration: Speeds,
     gravity: Gravity,
+    axle_roll: AxleRoll,
     /// Contacts of the right and the left wheel.
     wheels: [WheelContact; 2],
     wheel_modes: [ContactMode; 2],
@@ -185,6 +186,7 @@ impl Body {
             mean_speed: [0.0; SPEEDS],
             acceleration: [0.0; SPEEDS],
             gravity: Gravity::default(),
+            axle_roll: AxleRoll::default(),
             wheels: [WheelContact::default(); 2],
             wheel_modes: [ContactMode::Stick; 2],
             gear_modes: [GearMode::Stick; MOTORS],
@@ -213,7 +215,9 @@ impl Body {
         let paths = [ground.wheel(x_m - reach), ground.wheel(x_m + reach)];
         self.position[LIFT] = 0.5 * (paths[0].height_m + paths[1].height_m);
         self.slope = [paths[0].slope * cos, paths[1].slope * cos];
-        self.gravity = self.gravity_at(ground, (sin, cos), [paths[0].height_m, paths[1].height_m]);
+        let heights = [paths[0].height_m, paths[1].height_m];
+        (self.gravity, self.axle_roll.sin) = self.gravity_at(ground, (sin, cos), heights);
+        self.axle_roll.rate = 0.0;
         let vertical = self.vertical_rad();
         for index in [PHI, SPAR, BALLAST] {
             self.position[index] = -vertical;
@@ -294,6 +298,11 @@ impl Body {
         self.gravity
     }
 
+    /// How the axle is rolled out of the plane.
+    pub fn axle_roll(&self) -> AxleRoll {
+        self.axle_roll
+    }
+
     /// Contacts of the left and right wheel.
     pub fn wheels(&self) -> &[WheelContact; 2] {
         &self.wheels
@@ -357,17 +366,18 @@ impl Body {
             + c.above * n3
     }
 
-    /// Gravity in the heading's axes, with the plane rolled by the paths' difference in height.
-    fn gravity_at(&self, ground: &Ground, (sin, cos): (f64, f64), heights: [f64; 2]) -> Gravity {
+    /// Gravity in the heading's axes, the plane rolled by the paths' difference in height, and the sine of that roll.
+    fn gravity_at(&self, ground: &Ground, (sin, cos): (f64, f64), heights: [f64; 2]) -> (Gravity, f64) {
         let [n1, n2, n3] = ground.up_m_s2();
         let across = n2 * cos - n1 * sin;
         let rise = (heights[0] - heights[1] + self.inertia.radius_difference) / (2.0 * self.inertia.half_track);
         // Left wheel higher: the axle's left end points up by `rise`.
         let scale = 1.0 / (1.0 + rise * rise).sqrt();
-        Gravity {
+        let gravity = Gravity {
             along: n1 * cos + n2 * sin,
             across: (across + n3 * rise) * scale,
             normal: (n3 - across * rise) * scale,
-        }
+        };
+        (gravity, rise * scale)
     }
 }

@@ -17,6 +17,15 @@ pub struct Gravity {
     pub normal: f64,
 }
 
+/// How the axle is rolled out of the plane, by wheels on paths of different height or of different radii.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AxleRoll {
+    /// Its sine: positive with the left end up.
+    pub sin: f64,
+    /// Its rate, rad/s.
+    pub rate: f64,
+}
+
 /// The bodies that swing about the axle, in the order of the arrays of [`Configuration`].
 const SWINGING: [usize; 3] = [PHI, SPAR, BALLAST];
 

@@ -1,7 +1,7 @@
 //! The wheels' paths over the ground: positions and directions of the contacts.
 
 use super::ldl::Speeds;
-use super::{Body, FORWARD, LEFT, LIFT, RIGHT, SIDE, YAW};
+use super::{AxleRoll, Body, FORWARD, LEFT, LIFT, RIGHT, SIDE, YAW};
 use crate::terrain::Ground;
 
 /// Left and right: index of the wheel, and which way the yaw rate moves it.
@@ -80,7 +80,12 @@ impl Body {
             tangent.map(|tangent| (1.0 + tangent * tangent).sqrt())
         };
         self.slope = tangent;
-        self.gravity = self.gravity_at(ground, (sin, cos), paths.map(|path| path.height_m));
+        let (gravity, sin_roll) = self.gravity_at(ground, (sin, cos), paths.map(|path| path.height_m));
+        self.gravity = gravity;
+        self.axle_roll = AxleRoll {
+            sin: sin_roll,
+            rate: (sin_roll - self.axle_roll.sin) / h,
+        };
         Contacts {
             tangent,
             cosine: secant.map(|secant| 1.0 / secant),

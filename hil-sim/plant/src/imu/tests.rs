@@ -69,7 +69,7 @@ fn the_felt_motion_is_that_of_its_place() {
         rate: speeds[PHI],
         acceleration: accelerations[PHI],
     };
-    let found = motion_at(RADIUS, &swing, &speeds, &accelerations, &gravity);
+    let found = motion_at(RADIUS, &swing, &speeds, &accelerations, &gravity, AxleRoll::default());
 
     let acceleration = derivative(|t| derivative(place, t), t);
     let axes_now = axes(t);
@@ -91,6 +91,50 @@ fn the_felt_motion_is_that_of_its_place() {
         assert!((found - expected).abs() < 1e-6, "rate {i}: {found} against {expected}");
     }
     assert!(found.rate.iter().all(|w| w.abs() > 0.05), "every axis is exercised");
+}
+
+/// A turn with an axle that is rolled, and rolls: the direction up, in the body's axes, turns as the rates say.
+#[test]
+fn a_rolled_axle_shows_its_part_of_the_turn() {
+    let (yaw, swing_rate) = (1.3, -0.4);
+    let roll_at = |t: f64| AxleRoll {
+        sin: 0.05 * (2.0 * t).sin(),
+        rate: 0.1 * (2.0 * t).cos(),
+    };
+    let motion = |t: f64| {
+        let (roll, angle) = (roll_at(t), 0.2 + swing_rate * t);
+        let swing = Swing {
+            sin_cos: angle.sin_cos(),
+            rate: swing_rate,
+            acceleration: 0.0,
+        };
+        let mut speeds = [0.0; 9];
+        speeds[YAW] = yaw;
+        let level = (1.0 - roll.sin * roll.sin).sqrt();
+        let gravity = Gravity {
+            along: 0.0,
+            across: 9.81 * roll.sin,
+            normal: 9.81 * level,
+        };
+        motion_at(0.0, &swing, &speeds, &[0.0; 9], &gravity, roll)
+    };
+    for t in [0.0, 0.3, 0.7] {
+        let Motion {
+            specific_force: f,
+            rate,
+        } = motion(t);
+        let turned = derivative(|t| motion(t).specific_force, t);
+        // d(up)/dt = up x omega; the roll's angle is taken for its sine.
+        for (i, turned) in turned.iter().enumerate() {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            let expected = f[j] * rate[k] - f[k] * rate[j];
+            assert!(
+                (turned - expected).abs() < 0.01,
+                "{t} s, axis {i}: {turned} against {expected}"
+            );
+        }
+        assert!(t == 0.0 || (rate[1] + swing_rate).abs() > 0.03, "the axle is rolled");
+    }
 }
 
 #[test]

@@ -1,8 +1,13 @@
-//! The ground under the wheels: its slope, and whether something blocks the vehicle.
+//! The ground under the wheels: its slope, the roll of the axle on it, how far the accelerometers can be trusted, and
+//! whether something blocks the vehicle.
 
+use super::standing::Posture;
 use super::{Estimator, MeasuredMotion, WEIGHT_TICKS};
 use crate::bounded::Bounded;
+use crate::estimate::roll::RollReading;
 use crate::estimate::stall::{Intent, Progress};
+use crate::estimate::trust::Trust;
+use crate::sensed::Sensed;
 
 /// Distance after which the estimator stores the slope again, m.
 const TRAIL_M: f32 = 0.05;
@@ -21,6 +26,34 @@ pub(super) struct Trail {
 }
 
 impl Estimator {
+    /// How far the accelerometers show where down is.
+    pub(super) fn trust(&self, posture: Posture) -> Trust {
+        match (self.weighs.lasts(WEIGHT_TICKS), self.traction.slides()) {
+            _ if posture.settled => Trust::AtRest,
+            _ if posture.idle => Trust::Settling,
+            (false, _) => Trust::None,
+            (true, true) => Trust::Little,
+            (true, false) => Trust::Driving,
+        }
+    }
+
+    /// Estimates the roll of the axle of a vehicle whose wheels show `wheels_m_s`.
+    #[inline]
+    pub(super) fn roll(&mut self, sensed: &Sensed, phi_rate_rad_s: f32, wheels_m_s: f32, trust: Trust) {
+        let ([x, z], [bias_x, bias_z]) = (sensed.arm_gyro_xz_rad_s, self.heading.bias_rad_s());
+        let (sin, cos) = (self.arm.sin(), self.arm.cos());
+        let cos_normal = cos * self.slope.cos() + sin * self.slope.sin();
+        let yaw_rate_rad_s = self.heading.yaw_rate_rad_s();
+        // The IMU is below the axle: while it swings forward, the turn accelerates it to the left (Coriolis).
+        let coriolis_m_s2 = 2.0 * self.arm_radius_m * cos_normal * phi_rate_rad_s * yaw_rate_rad_s;
+        let reading = RollReading {
+            gyro_xz_rad_s: [x - bias_x, z - bias_z],
+            phi_sin_cos: [sin, cos],
+            force_m_s2: sensed.arm_force_y_m_s2 - wheels_m_s * yaw_rate_rad_s - coriolis_m_s2,
+        };
+        self.roll.update(&reading, trust);
+    }
+
     /// Estimates the slope and whether an obstacle blocks the vehicle.
     pub(super) fn climb(&mut self, motion: &MeasuredMotion, disarmed: bool, intent: Intent) -> bool {
         let stuck = self.progress(disarmed, intent, motion.wheels_m_s) == Progress::Stuck;

@@ -48,12 +48,17 @@ struct Ride {
 impl Ride {
     /// Stands at `motion` until the gyros are calibrated.
     fn from(motion: Motion) -> Self {
+        Self::mounted(motion, 0.0)
+    }
+
+    /// The same with an IMU that is turned by `mounted_rad` about its x axis.
+    fn mounted(motion: Motion, mounted_rad: f64) -> Self {
         let vehicle = without_spar();
         let mut ride = Self {
             vehicle,
             estimator: Estimator::new(&vehicle),
             sensed: sensed_at_rest(),
-            mounted_rad: 0.0,
+            mounted_rad,
             mirrored: false,
             turned_rad: [0.0; 2],
         };
@@ -122,9 +127,11 @@ impl Ride {
                 + a * (slope_rad - phi_rad).sin()
                 + radius * (swing_rad_s * swing_rad_s + turn * sin)) as f32,
         };
-        // Gravity along the axle, and what a turn at speed needs.
-        self.sensed.arm_force_y_m_s2 = (g * (motion.sin_roll + askew) + motion.speed_m_s * yaw) as f32;
         let normal = phi_rad - slope_rad;
+        // Gravity along the axle, and what a turn at speed needs, with the Coriolis acceleration of the swinging IMU.
+        let ahead_m_s = radius * normal.cos() * swing_rad_s;
+        self.sensed.arm_force_y_m_s2 =
+            (g * (motion.sin_roll + askew) + (motion.speed_m_s + 2.0 * ahead_m_s) * yaw) as f32;
         self.sensed.arm_gyro_xz_rad_s = [
             (yaw * normal.sin() + x_bias) as f32,
             (yaw * normal.cos() + z_bias) as f32,
@@ -289,8 +296,7 @@ fn turning_on_an_incline_changes_the_slope_along_the_heading() {
 #[test]
 fn an_imu_mounted_askew_is_known_after_a_turn() {
     for yaw_rate_rad_s in [1.0, -1.0] {
-        let mut ride = Ride::from(Motion::default());
-        ride.mounted_rad = 0.035;
+        let mut ride = Ride::mounted(Motion::default(), 0.035);
         let motion = Motion {
             yaw_rate_rad_s,
             ..Motion::default()

@@ -366,6 +366,8 @@ fn an_estimator_takes_over_the_pose_of_another_one() {
     bench.sensed.relative_rate_rad_s = [3.0, 5.0, 0.0];
     bench.sensed.relative_advance_rad = [0.003, 0.005, 0.0];
     bench.sensed.arm_gyro_xz_rad_s = [0.0, 1.0];
+    // 1 m/s times 1 rad/s: the ground holds the turn.
+    bench.sensed.arm_force_y_m_s2 = 1.0;
     let before = bench.ticks(500);
     assert!(
         before.x_m > 0.3 && before.y_m > 0.1 && before.heading_rad > 0.4,
@@ -375,6 +377,7 @@ fn an_estimator_takes_over_the_pose_of_another_one() {
     bench.sensed.relative_rate_rad_s = [0.0; 3];
     bench.sensed.relative_advance_rad = [0.0; 3];
     bench.sensed.arm_gyro_xz_rad_s = [0.0; 2];
+    bench.sensed.arm_force_y_m_s2 = 0.0;
     bench.disarmed = true;
     let after = bench.tick();
     assert_eq!(

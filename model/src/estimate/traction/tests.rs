@@ -1,0 +1,247 @@
+//! Sliding wheels and rolling wheels.
+
+use super::*;
+
+const ROLLING: Evidence = Evidence {
+    wheels_m_s: 1.0,
+    wheels_m_s2: 0.0,
+    swing_m_s2: 0.0,
+    tilt_error: 0.0,
+    sideways_m_s2: 0.0,
+    yaw_rate_rad_s: 0.0,
+    wheels_yaw_rad_s: 0.0,
+    weighs: true,
+    slow: false,
+};
+
+fn after(evidence: &Evidence, ticks: usize) -> Traction {
+    let mut traction = Traction::new(0.001, 0.25);
+    for _ in 0..ticks {
+        traction.update(evidence);
+    }
+    traction
+}
+
+/// Wheels that slip and grip again 4 times per second: a difference of `difference_m_s2` under a swing of 3 m/s^2, of
+/// which a lag leaves a third. Returns the ticks until the watch reports a slide.
+fn hunting(difference_m_s2: f32) -> Option<u16> {
+    let mut traction = Traction::new(0.001, 0.25);
+    (0..3000_u16).find(|k| {
+        let angle = 2.0 * core::f32::consts::PI * 4.0 * 0.001 * f32::from(*k);
+        traction.update(&Evidence {
+            wheels_m_s2: 3.0 * libm::sinf(angle),
+            swing_m_s2: 1.0,
+            tilt_error: (difference_m_s2 + libm::cosf(angle)) / G,
+            slow: k.is_multiple_of(u16::from(super::super::facing::INTERVAL_TICKS)),
+            ..ROLLING
+        });
+        traction.slides()
+    })
+}
+
+/// The watch reports, within 0.8 s, the difference that friction 0.06 short of the slope causes, but not the
+/// difference that a degree of the arm's angle causes.
+#[test]
+fn wheels_that_hunt_at_the_limit_of_grip_are_told_by_their_mean() {
+    for (difference_m_s2, expected) in [(0.59, true), (-0.59, true), (0.17, false), (-0.2, false), (0.0, false)] {
+        let told = hunting(difference_m_s2);
+        assert_eq!(told.is_some(), expected, "{difference_m_s2}: {told:?}");
+        assert!(
+            told.is_none_or(|ticks| (300..800).contains(&ticks)),
+            "{difference_m_s2}: {told:?}"
+        );
+    }
+}
+
+#[test]
+fn rolling_wheels_are_believed() {
+    for evidence in [
+        ROLLING,
+        Evidence {
+            tilt_error: 0.02,
+            ..ROLLING
+        },
+        // A wheel that is 2 % larger than the other.
+        Evidence {
+            wheels_m_s: 2.5,
+            wheels_yaw_rad_s: 0.1,
+            ..ROLLING
+        },
+        // The vehicle turns at 1.9 m/s^2 on wheels that are 8 % larger than in its file.
+        Evidence {
+            sideways_m_s2: 0.15,
+            yaw_rate_rad_s: 1.9,
+            wheels_yaw_rad_s: 1.9,
+            ..ROLLING
+        },
+        // The vehicle falls.
+        Evidence {
+            tilt_error: 0.5,
+            weighs: false,
+            ..ROLLING
+        },
+    ] {
+        let traction = after(&evidence, 2000);
+        assert!(!traction.slides(), "{evidence:?}");
+        assert_eq!(traction.speed_m_s(), evidence.wheels_m_s);
+    }
+    let blow = Evidence {
+        tilt_error: 0.5,
+        ..ROLLING
+    };
+    assert!(!after(&blow, 100).slides(), "a blow is no slide");
+}
+
+#[test]
+fn a_slide_is_told_and_its_speed_followed_until_the_wheels_roll_again() {
+    for (tilt_error, speed_m_s) in [(-0.037, 0.637), (0.05, 1.49), (-0.1, 0.02)] {
+        let sliding = Evidence { tilt_error, ..ROLLING };
+        let mut traction = after(&sliding, 1000);
+        assert!(traction.slides());
+        assert!(
+            (traction.speed_m_s() - speed_m_s).abs() < 0.08,
+            "{}",
+            traction.speed_m_s()
+        );
+        assert!((traction.acceleration_m_s2(0.0) - G * tilt_error).abs() < 0.01);
+        let slip_m_s = (traction.speed_m_s() - ROLLING.wheels_m_s).abs();
+        for _ in 0..1000 {
+            traction.update(&ROLLING);
+        }
+        // The wheels turn at another speed than the vehicle moves, unless the difference is larger than sliding
+        // wheels can have.
+        assert_eq!(traction.slides(), slip_m_s < STEADY_SLIP_MAX_M_S, "{slip_m_s} m/s");
+        let caught = Evidence {
+            wheels_m_s: traction.speed_m_s() + 0.1,
+            ..ROLLING
+        };
+        for _ in 0..600 {
+            traction.update(&caught);
+        }
+        assert!(!traction.slides());
+        assert_eq!(traction.speed_m_s(), caught.wheels_m_s);
+    }
+}
+
+/// Only the integral's remaining error still contradicts the wheels.
+#[test]
+fn wheels_that_agree_for_a_second_are_believed_whatever_the_integral_says() {
+    for tilt_error in [-0.5, -0.037, 0.037, 0.5] {
+        let mut traction = after(&Evidence { tilt_error, ..ROLLING }, 1000);
+        assert!(traction.slides());
+        for _ in 0..1300 {
+            traction.update(&ROLLING);
+        }
+        assert!(!traction.slides(), "{tilt_error}");
+        assert_eq!(traction.speed_m_s(), ROLLING.wheels_m_s);
+    }
+}
+
+#[test]
+fn a_slide_without_end_is_a_wrong_angle_and_does_not_go_on_in_the_next_tick() {
+    let wrong = Evidence {
+        tilt_error: 0.1,
+        ..ROLLING
+    };
+    let mut traction = after(&wrong, usize::from(SLIDE_MAX_TICKS));
+    assert!(traction.slides());
+    let ends = (0..300).position(|_| {
+        traction.update(&wrong);
+        !traction.slides()
+    });
+    assert!(ends.is_some());
+    for _ in 0..SLIDES_TICKS {
+        assert_eq!(traction.speed_m_s() - ROLLING.wheels_m_s, 0.0);
+        assert!(!traction.slides());
+        traction.update(&ROLLING);
+    }
+}
+
+#[test]
+fn a_slide_ends_where_the_vehicle_stands() {
+    let mut traction = after(
+        &Evidence {
+            tilt_error: 0.1,
+            ..ROLLING
+        },
+        2000,
+    );
+    assert!(traction.slides() && traction.speed_m_s() > 2.0);
+    traction.stand();
+    assert!(!traction.slides());
+    assert_eq!(traction.speed_m_s(), 0.0);
+}
+
+/// A turn that the ground does not hold, either way: it does not press the vehicle aside as much as rolling wheels ask for. The
+/// speed that is lost of the turn's is followed.
+#[test]
+fn a_slide_across_the_heading_is_told() {
+    for (yaw_rate_rad_s, sideways_m_s2, expected) in [
+        (2.0, -0.5, true),
+        (-2.0, 0.5, true),
+        (0.0, 0.3, true),
+        (2.0, -0.3, false),
+        (0.0, -0.17, false),
+    ] {
+        let evidence = Evidence {
+            yaw_rate_rad_s,
+            wheels_yaw_rad_s: yaw_rate_rad_s,
+            sideways_m_s2,
+            ..ROLLING
+        };
+        let found = after(&evidence, 400).slides();
+        assert_eq!(found, expected, "{yaw_rate_rad_s} rad/s, {sideways_m_s2} m/s^2");
+    }
+    let outward = Evidence {
+        yaw_rate_rad_s: 1.0,
+        wheels_yaw_rad_s: 1.0,
+        sideways_m_s2: -1.0,
+        ..ROLLING
+    };
+    let traction = after(&outward, 1000);
+    // Without any force the speed turns to the right of the heading as the vehicle turns left.
+    let [forward_m_s, left_m_s] = [traction.speed_m_s(), traction.sideways_m_s()];
+    assert!((forward_m_s - libm::cosf(1.0)).abs() < 0.06, "{forward_m_s}");
+    assert!((left_m_s + libm::sinf(1.0)).abs() < 0.06, "{left_m_s}");
+}
+
+/// Wheels whose radii differ by up to a tenth speed up at 2 m/s^2, on a wide track and a narrow one; then one of them slides.
+#[test]
+fn unequal_radii_are_no_slide_and_hide_none() {
+    for half_track_m in [0.25, 0.12] {
+        for share in [0.005, 0.02, 0.05, -0.1, 0.1] {
+            let mut traction = Traction::new(0.001, half_track_m);
+            let rolling = |tick: u16| {
+                let wheels_m_s = (0.002 * f32::from(tick)).min(1.2);
+                Evidence {
+                    wheels_m_s,
+                    yaw_rate_rad_s: share * wheels_m_s / (2.0 * half_track_m),
+                    ..ROLLING
+                }
+            };
+            for tick in 0..3000 {
+                traction.update(&rolling(tick));
+                assert!(!traction.slides(), "{share} of a track of {half_track_m} m, {tick} ms");
+            }
+            let sliding = Evidence {
+                wheels_yaw_rad_s: 0.15 / half_track_m,
+                ..rolling(3000)
+            };
+            for _ in 0..400 {
+                traction.update(&sliding);
+            }
+            assert!(traction.slides(), "{share} of a track of {half_track_m} m");
+        }
+    }
+}
+
+#[test]
+fn one_sliding_wheel_shows_in_the_yaw_rate() {
+    for wheels_yaw_rad_s in [0.3, -0.3, 2.0] {
+        let evidence = Evidence {
+            wheels_yaw_rad_s,
+            ..ROLLING
+        };
+        assert!(after(&evidence, 400).slides(), "{wheels_yaw_rad_s}");
+    }
+}
