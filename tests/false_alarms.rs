@@ -77,3 +77,54 @@ fn a_push_at_a_vehicle_that_stands_is_no_slope_on_which_it_was_armed() {
         }
     }
 }
+
+/// A current sensor dies, or goes on showing its last value, while the current is large: on a slope. Its motor still has its
+/// torque, so nothing else is wrong; the vehicle comes to a controlled stop.
+#[test]
+fn a_current_sensor_that_fails_on_a_slope_is_no_open_lead_and_no_encoder() {
+    for vehicle in [reference(), small()] {
+        for slope_deg in [7.0, -10.0, 16.0, 24.0] {
+            for (speed_m_s, seed) in [(0.0, 1), (0.0, 11), (0.6, 21)] {
+                for reads in ["dead", "stuck"] {
+                    let event = format!(
+                        "{{ at_s = 8.0, action = 'analog-fault', sensor = 'left-current', reads = '{reads}' }}"
+                    );
+                    let outcome = fly(&vehicle, seed, slope_deg, speed_m_s, &event);
+                    let story = format!("{reads} at {speed_m_s} m/s on {slope_deg} deg, seed {seed}");
+                    let stops_s = first(&outcome, 8.0, |row| row.status.mode == Mode::Stopping);
+                    println!("{story}: {stops_s:?} s");
+                    assert!(stops_s.is_some_and(|s| s < 1.0), "{story}: {:?}", outcome.log);
+                    assert_eq!(
+                        faults(&outcome),
+                        only(&[Fault::CurrentSensor]),
+                        "{story}: {:?}",
+                        outcome.log
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// A lead that opens at hold on a slope takes the motor's torque, which the wheel shows.
+#[test]
+fn a_lead_that_opens_on_a_slope_is_an_open_lead() {
+    for (vehicle, slopes) in [(reference(), [20.0, 24.0, -24.0]), (small(), [16.0, 20.0, 24.0])] {
+        for slope_deg in slopes {
+            for (speed_m_s, seed) in [(0.0, 1), (0.0, 11), (0.6, 21)] {
+                let event = "{ at_s = 8.0, action = 'motor-leads', motor = 'right', leads = 'open' }";
+                let outcome = fly(&vehicle, seed, slope_deg, speed_m_s, event);
+                let story = format!("at {speed_m_s} m/s on {slope_deg} deg, seed {seed}");
+                let opens_s = first(&outcome, 8.0, |row| row.status.mode == Mode::Disarmed);
+                println!("{story}: {opens_s:?} s");
+                assert!(opens_s.is_some_and(|s| s < 0.4), "{story}: {:?}", outcome.log);
+                assert_eq!(
+                    faults(&outcome),
+                    only(&[Fault::RightMotorOpen]),
+                    "{story}: {:?}",
+                    outcome.log
+                );
+            }
+        }
+    }
+}
