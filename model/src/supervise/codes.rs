@@ -149,7 +149,7 @@ faults! {
     ),
     /// No current follows the left motor's voltage: a lead is open.
     LeftMotorOpen = 21 => Opens(
-        "the voltage should drive 40 % of `current_limit_a` (`OPEN_SHARE`), less than a tenth of that flows, the current does not follow the voltage, and the output has fallen behind by 0.1 rad/s since current last flowed (`OPEN_BEHIND_RAD_S`), for 100 ticks (`OPEN_TICKS`); not after CurrentSensor",
+        "the voltage should drive 40 % of `current_limit_a` (`OPEN_SHARE`), less than a tenth of that flows, and the current does not follow the voltage, for 100 ticks (`OPEN_TICKS`)",
         "400 ms while driving (180 ms found); a vehicle that stands still on the level shows CurrentSensor instead",
         "Check the left motor's leads and plug."
     ),

@@ -76,11 +76,7 @@ pub struct MotorWatch {
     contradicted: Suspicion,
     silent: Silence,
     dead: Persistence,
-    /// The current sensor has died since the bridge was closed: what it shows is evidence of nothing else.
-    died: bool,
     open: Persistence,
-    /// Rate of the output when the current last flowed, rad/s.
-    flowing_rad_s: f32,
 }
 
 /// Largest armature voltage, V, that current and back-EMF may leave unexplained while the watch believes the encoder. Two
@@ -110,8 +106,6 @@ const DEAD_TICKS: u16 = 150;
 const OPEN_SHARE: f32 = 0.4;
 const OPEN_CURRENT_SHARE: f32 = 0.1;
 const OPEN_TICKS: u16 = 100;
-/// Rate by which the output then falls behind, rad/s: without 0.4 of the current limit it does so in some 20 ms.
-const OPEN_BEHIND_RAD_S: f32 = 0.1;
 
 impl MotorWatch {
     /// A watch for the motor with these parameters, whose encoder cannot move by more than `jump_counts` in a tick.
@@ -129,9 +123,7 @@ impl MotorWatch {
             contradicted: Suspicion::even(RESIDUAL_TICKS),
             silent: Silence::default(),
             dead: Persistence::new(DEAD_TICKS),
-            died: false,
             open: Persistence::new(OPEN_TICKS),
-            flowing_rad_s: 0.0,
         }
     }
 
@@ -154,7 +146,6 @@ impl MotorWatch {
         let Some(voltage_v) = applied_v else {
             self.follower.reset();
             self.silent = Silence::default();
-            self.died = false;
             return MotorHealth {
                 encoder: self.contradicted.update(false) || jumped,
                 current_sensor: self.dead.update(false),
@@ -167,23 +158,23 @@ impl MotorWatch {
             self.likeliest_v(shares.map(|share| share * voltage_v), current_a, rate_rad_s)
         });
         // If the current does not respond, the encoder is not the cause.
-        let evidence = answer != CurrentResponse::Dead && !self.died;
-        let contradicts = evidence && self.contradicts_encoder(voltage_v, current_a, rate_rad_s);
+        let contradicts = answer != CurrentResponse::Dead && self.contradicts_encoder(voltage_v, current_a, rate_rad_s);
         let turned_rad = self.certainly_turned_rad(voltage_v, current_a);
         let silent = self.silent.update(count, turned_rad, answer);
-        let open = self.lacks_torque(answer, voltage_v, current_a, rate_rad_s) && !self.died;
-        let dead = self.dead.update(answer == CurrentResponse::Dead);
-        self.died |= dead;
+        let open = answer != CurrentResponse::Follows && self.lacks_current(voltage_v, current_a, rate_rad_s);
         MotorHealth {
             encoder: self.contradicted.update(contradicts) || silent || jumped,
-            current_sensor: dead,
+            current_sensor: self.dead.update(answer == CurrentResponse::Dead),
             current_offset,
             open: self.open.update(open),
         }
     }
 
-    /// Of the voltages that may have been applied, the one that current and encoder explain best, V.
+    /// Of the voltages that may have been applied, the one that current and encoder explain best, V: only what contradicts
+    /// all of them is a finding.
+    // Out of line: a supply below its minimum is rare.
     #[cold]
+    #[inline(never)]
     fn likeliest_v(&self, [one_v, other_v]: [f32; 2], current_a: f32, rate_rad_s: f32) -> f32 {
         let explained_v = self.limits.drop_v(current_a) + self.limits.back_emf_v(rate_rad_s);
         if one_v < other_v {
@@ -222,18 +213,11 @@ impl MotorWatch {
         certain_v * self.rad_s_per_v * TICK_S
     }
 
-    /// Whether the voltage should drive a large current but hardly any current flows, and the output has fallen behind the
-    /// voltage since then. With a dead current sensor it has its torque: it stands or goes on as before.
+    /// Whether the voltage should drive a large current but hardly any current flows.
     #[inline]
-    fn lacks_torque(&mut self, answer: CurrentResponse, voltage_v: f32, current_a: f32, rate_rad_s: f32) -> bool {
-        let driving_a = self.limits.current_a(voltage_v, rate_rad_s);
-        let much_a = driving_a.abs();
-        let lacks = much_a > self.open_from_a && current_a.abs() < OPEN_CURRENT_SHARE * much_a;
-        if answer == CurrentResponse::Follows || !lacks {
-            self.flowing_rad_s = rate_rad_s;
-            return false;
-        }
-        (self.flowing_rad_s - rate_rad_s) * driving_a > OPEN_BEHIND_RAD_S * much_a
+    fn lacks_current(&self, voltage_v: f32, current_a: f32, rate_rad_s: f32) -> bool {
+        let driving_a = self.limits.current_a(voltage_v, rate_rad_s).abs();
+        driving_a > self.open_from_a && current_a.abs() < OPEN_CURRENT_SHARE * driving_a
     }
 
     /// Whether the sensor showed a current while the bridge was last open for some time.

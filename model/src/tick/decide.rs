@@ -22,10 +22,10 @@ use crate::vehicle::Vehicle;
 
 use super::estimate::{Estimated, Sines};
 
-/// Current by which the laws probe the drive motors' current sensors, A: up for two ticks and down for two. A current
-/// sensor must follow the probe even while the laws hold the vehicle quietly: three times what the watch of a motor needs
-/// in every tick, and what 20 mV drive through 0.316 ohm. The probe does not move the vehicle.
-const PROBE_A: f32 = 0.02 / 0.316;
+/// Voltage that probes the drive motors' current sensors, V: positive for two ticks and negative for two. A current
+/// sensor must follow the probe even while the laws hold the vehicle quietly. The probe changes the current by 60 mA
+/// and does not move the vehicle.
+const PROBE_V: f32 = 0.02;
 /// Distance of the governed reference from the commanded speed, m/s, up to which the command counts as reached.
 const REFERENCE_REACHED_M_S: f32 = 0.01;
 /// The same for the yaw rate, rad/s.
@@ -81,8 +81,7 @@ pub(super) struct Laws {
     /// The speed that the law was to reach in the last tick, before the governor, m/s.
     target_m_s: f32,
     duty_max: f32,
-    /// The probe's voltage, V, and the tick within its period of four.
-    probe_v: f32,
+    /// Tick within the probe's period of four.
     probe_ticks: u8,
     /// Whether the laws drove the motors in the last tick.
     armed: bool,
@@ -99,7 +98,6 @@ impl Laws {
             spar_off: false,
             target_m_s: 0.0,
             duty_max,
-            probe_v: PROBE_A * vehicle.parameters().drive_motor.resistance_ohm,
             probe_ticks: 0,
             armed: false,
         }
@@ -194,11 +192,7 @@ impl Laws {
     /// The probe of the current sensors in this tick, V.
     fn probe_v(&mut self) -> f32 {
         self.probe_ticks = (self.probe_ticks + 1) & 3;
-        if self.probe_ticks < 2 {
-            self.probe_v
-        } else {
-            -self.probe_v
-        }
+        if self.probe_ticks < 2 { PROBE_V } else { -PROBE_V }
     }
 
     /// What the spar law asks for; nothing without a spar or after a spar fault.

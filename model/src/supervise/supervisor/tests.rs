@@ -264,10 +264,6 @@ fn an_encoder_that_denies_its_motors_voltage_is_implausible() {
     ] {
         let mut bench = Bench::new();
         bench.applied.enable = true;
-        // The output has fallen behind since current last flowed.
-        bench.sensed.relative_rate_rad_s[motor] = 1.0;
-        bench.tick();
-        bench.sensed.relative_rate_rad_s[motor] = 0.0;
         bench.applied.duty[motor] = 16384;
         assert_eq!(bench.ticks_until(fault, 400), Some(100));
         let mut only = FaultSet::EMPTY;

@@ -54,7 +54,7 @@ impl Bench {
     }
 }
 
-/// The probe is up for two ticks and down for two, 0.02 V through 0.316 ohm, alike for both drive motors, and nothing for the ballast's.
+/// The probe is up for two ticks and down for two, 0.02 V, alike for both drive motors, and nothing for the ballast's.
 #[test]
 fn a_vehicle_that_stands_gets_the_probe_and_nothing_else() {
     let mut bench = Bench::new();

@@ -148,26 +148,14 @@ fn a_lead_is_open_when_much_should_flow_and_nothing_does() {
         (2.17 - EMF_V_S, 0.0, -1.0, true),
     ] {
         let reading = steady(voltage_v, current_a, rate_rad_s);
-        for (behind_rad_s, falls_behind) in [(0.0, false), (0.09, false), (0.11, true), (1.0, true), (-1.0, false)] {
-            let mut watch = watch();
-            // Before, current flowed at a rate that the voltage drives on.
-            let before_rad_s = rate_rad_s + f32::copysign(behind_rad_s, voltage_v - EMF_V_S * rate_rad_s);
-            let before_rad_s = if behind_rad_s < 0.0 {
-                2.0 * rate_rad_s - before_rad_s
-            } else {
-                before_rad_s
-            };
-            watch.update(&steady(EMF_V_S * before_rad_s, 0.0, before_rad_s));
-            let found = first(&mut watch, |_| reading, |health| health.open);
-            assert_eq!(
-                found,
-                (open && falls_behind).then_some(100),
-                "{voltage_v} V, {current_a} A, {rate_rad_s} rad/s, {behind_rad_s} rad/s behind"
-            );
-        }
+        let found = first(&mut watch(), |_| reading, |health| health.open);
+        assert_eq!(
+            found,
+            open.then_some(100),
+            "{voltage_v} V, {current_a} A, {rate_rad_s} rad/s"
+        );
         // A bridge that opens says nothing of its leads.
         let mut watch = watch();
-        watch.update(&steady(0.0, 0.0, rate_rad_s + f32::copysign(1.0, voltage_v)));
         for _ in 0..99 {
             watch.update(&reading);
         }
