@@ -8,7 +8,7 @@ use virtual_board::scenario::DriveOutcome;
 mod support;
 use support::flights::{first, last, only};
 use support::reference;
-use support::slopes::{drive, small};
+use support::slopes::{drive, from, most, small};
 
 /// A drive from 4 s on at `speed_m_s`, on which `event` happens at 8 s.
 fn fly(vehicle: &Vehicle<f64>, seed: u64, slope_deg: f64, speed_m_s: f64, event: &str) -> DriveOutcome {
@@ -73,6 +73,35 @@ fn a_push_at_a_vehicle_that_stands_is_no_slope_on_which_it_was_armed() {
                     "{story}: {:?}",
                     outcome.log
                 );
+            }
+        }
+    }
+}
+
+/// 15 to 20 mg of offset along the axle, which the accelerometer's data sheet allows, look like a roll of the plane but turn with
+/// the vehicle. Nothing slides, and a vehicle that is told to stand stands.
+#[test]
+fn an_offset_of_the_accelerometer_along_the_axle_is_no_slide() {
+    for vehicle in [reference(), small()] {
+        for bias_m_s2 in [-0.2, -0.15, 0.17, 0.2] {
+            for (yaw_rate_rad_s, seed) in [(1.0, 1), (-0.45, 11)] {
+                let tables = format!("seed = {seed}\nplant.arm_imu.accel_bias_y_m_s2 = {bias_m_s2:?}");
+                let steps = format!(
+                    "{{ at_s = 4.0, action = 'drive', speed_m_s = 0.8, yaw_rate_rad_s = {yaw_rate_rad_s:?} }},
+                     {{ at_s = 14.0, action = 'drive' }}"
+                );
+                let outcome = drive(&vehicle, 20.0, 0.0, &tables, &steps);
+                let story = format!("{bias_m_s2} m/s^2, {yaw_rate_rad_s} rad/s, seed {seed}");
+                let rows = &outcome.trace.rows;
+                let off_m_s = most(rows, |row| {
+                    (f64::from(row.status.estimate.speed_m_s) - row.truth.speed_m_s).abs()
+                });
+                // Sliding wheels are reported from a difference of 0.25 m/s^2 that lasts; 0.1 m/s is what remains at rest.
+                assert!(off_m_s < 0.1, "{story}: {off_m_s} m/s");
+                assert!(rows.iter().all(|row| !row.status.estimate.sliding), "{story}");
+                assert_eq!(last(&outcome).status.faults, FaultSet::EMPTY, "{story}");
+                let end_m_s = most(from(&outcome, 19.0), |row| row.truth.speed_m_s.abs());
+                assert!(end_m_s < 0.05, "{story}: {end_m_s} m/s");
             }
         }
     }

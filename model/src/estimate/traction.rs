@@ -104,8 +104,8 @@ const SLIDE_MAX_TICKS: u16 = 10_000;
 /// Ticks for which a slide counts as recent: where the wheels have slipped once, they may slip again.
 const LATELY_TICKS: u16 = 2000;
 /// Difference of the accelerations across, m/s^2, beyond which the wheels slide. Neither motors nor the arm's swing act there, so
-/// that it may be less than along.
-const SLIDES_SIDEWAYS_M_S2: f32 = 0.2;
+/// that it may be less than along; but the accelerometer's offset does, of up to 20 mg by its data sheet.
+const SLIDES_SIDEWAYS_M_S2: f32 = 0.25;
 /// Shares of the turn's acceleration by which the accelerations may differ besides: across, and along, where `MOTION_SHARE`
 /// counts it. The wheels' radii are known to some percent.
 const TURN_ACROSS_SHARE: f32 = 0.06;
