@@ -40,7 +40,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         self.ask_to(&format!("Armed for {seconds} s after Enter: then {}", look.act))?;
         self.ready()?;
         let job = DriveJob::new(look.speed_m_s, 0.0, seconds)?;
-        let mut shown = Shown::default();
+        let mut shown = WatchedLook::default();
         let (link, console) = (&mut self.link, &mut *self.console);
         let driven = link.drive_watching(&job, |client| {
             if let Some(status) = &client.status {
@@ -102,7 +102,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
 
 /// What the tool shows while a person looks at an armed board: the left motor's mean current, each second.
 #[derive(Debug)]
-struct Shown {
+struct WatchedLook {
     armed: bool,
     last: Option<u32>,
     sum_a: f64,
@@ -110,7 +110,7 @@ struct Shown {
     written: Result<(), CommandError>,
 }
 
-impl Default for Shown {
+impl Default for WatchedLook {
     fn default() -> Self {
         Self {
             armed: false,
@@ -122,7 +122,7 @@ impl Default for Shown {
     }
 }
 
-impl Shown {
+impl WatchedLook {
     /// Takes a status, which may be the last one again.
     fn show<O: Write>(&mut self, status: &BoardStatus, console: &mut Console<O>) {
         self.armed |= status.vehicle.mode == Mode::Armed;
