@@ -1,11 +1,15 @@
-//! IMUs that are mounted the wrong way round, and those that are only shaken: in scenarios on the virtual board, each kind at
+//! IMUs that are mounted the wrong way round, those that are only shaken, and those whose clock drifts: in scenarios on the virtual board, each kind at
 //! several values and seeds.
 
+use model::command::Request;
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Blocker, Fault, FaultSet};
+use plant::settings::PlantSettings;
+use virtual_board::board::flash::VirtualFlash;
 use virtual_board::scenario::DriveOutcome;
 
 mod support;
+use support::Bench;
 use support::flights::{at_speed, first, fly, last, only};
 
 /// Half of the angle at which fault ArmAngle opens the bridges, rad: the arm is not thrown.
@@ -213,6 +217,39 @@ fn a_vibration_is_no_fault_and_no_slide() {
                 let most_m_s = 0.25 * amplitude_m_s2 / 10.0;
                 assert!(error_m_s.abs() < most_m_s, "{story}: {error_m_s} m/s");
             }
+        }
+    }
+}
+
+/// The IMUs' clocks are their own. Whatever they drift, the registers that a tick reads hold a sample of the last half
+/// millisecond: a period of 2 kHz, by a clock that is slow by a percent.
+#[test]
+fn no_tick_reads_an_imu_sample_older_than_half_a_millisecond() {
+    const PERIOD_S: f64 = 0.5e-3;
+    for clock_error in [[0.01, -0.01], [-0.01, 0.01]] {
+        let mut settings = PlantSettings::default();
+        [settings.arm_imu.clock_error, settings.spar_imu.clock_error] = clock_error;
+        let erased = VirtualFlash::erased;
+        let mut bench = Bench::with_settings(31, erased(), erased(), &settings);
+        bench.run(1000);
+        bench.request(Request::Arm);
+        bench.run(20);
+        bench.drive = Some([1.0, 0.5]);
+        let mut oldest_s = [0.0_f64; 2];
+        bench.run_watching(5000, |bench| {
+            let ages_s = bench.board.world(|world| {
+                let arm = world.plant.arm_imu().sample_age_s();
+                [arm, world.plant.spar_imu().expect("has a spar").sample_age_s()]
+            });
+            for (oldest, age) in oldest_s.iter_mut().zip(ages_s) {
+                *oldest = oldest.max(age);
+            }
+        });
+        assert_eq!(bench.mode(), Mode::Armed);
+        let expected = clock_error.map(|error| PERIOD_S / (1.0 + error));
+        for (oldest, most) in oldest_s.into_iter().zip(expected) {
+            // Their clocks drift through every age.
+            assert!(oldest <= most + 1e-9 && oldest > 0.9 * most, "{oldest} s of {most}");
         }
     }
 }

@@ -54,7 +54,7 @@ fn the_middle_of_a_drive_is_a_table_of_what_was_recorded() {
         assert_eq!(number("enable"), f64::from(record.actuation.enable));
         assert_eq!(number("left_duty"), f64::from(record.actuation.duty[0]) / 32767.0);
         // A battery of 24 V, and an arm that weighs down: by the data sheets' scales.
-        assert!((20.0..26.0).contains(&number("battery_v")), "{row:?}");
+        assert!((20.0..26.0).contains(&number("battery_voltage_v")), "{row:?}");
     }
     let mean_force = |axis: &str| {
         let name = format!("arm_force_{axis}_m_s2");
