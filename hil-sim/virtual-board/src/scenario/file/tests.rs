@@ -75,7 +75,7 @@ fn bad_scenarios_are_refused_with_file_field_and_range() {
             vec!["unknown name `speed`; did you mean `speed_m_s`?"],
         ),
         (
-            &format!("{base}[[step]]\nat_s=1.0\naction=\"analog-fault\"\nsensor=\"batery-voltage\"\n"),
+            &format!("{base}[[step]]\nat_s=1.0\naction=\"analog-fault\"\nsensor=\"battery-voltages\"\n"),
             vec!["did you mean `battery-voltage`?", "left-current"],
         ),
         (
