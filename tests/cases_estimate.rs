@@ -1,17 +1,13 @@
 //! What the vehicle believes of its own motion, where comparable machines have failed: in scenarios on the virtual board,
 //! each kind at several values and seeds.
 
-use model::command::Request;
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Fault, FaultSet, Limit};
-use plant::settings::PlantSettings;
 use virtual_board::ages;
-use virtual_board::board::flash::VirtualFlash;
 use virtual_board::scenario::Scenario;
 use virtual_board::scenario::trace::TraceRow;
 
 mod support;
-use support::Bench;
 use support::flights::{at_speed, drive, first, fly, last, recorded};
 
 fn heading_error_deg(row: &TraceRow) -> f64 {
