@@ -1,5 +1,17 @@
 //! Debounces a condition: it must persist before it counts.
 
+/// Counts in `run` the bad ticks in a row, with one tick's verdict. Returns true once there are `limit` of them.
+#[inline]
+pub fn persists(run: &mut u16, bad: bool, limit: u16) -> bool {
+    // The usual case: one branch costs less than counting.
+    if !bad {
+        *run = 0;
+        return false;
+    }
+    *run = run.saturating_add(1);
+    *run >= limit
+}
+
 /// Counts consecutive bad ticks: a single glitch is no fault, a run of bad ticks is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Persistence {
@@ -17,13 +29,7 @@ impl Persistence {
     /// enough.
     #[inline]
     pub fn update(&mut self, bad: bool) -> bool {
-        // The usual case: one branch costs less than counting.
-        if !bad {
-            self.bad = 0;
-            return false;
-        }
-        self.bad = self.bad.saturating_add(1);
-        self.stands()
+        persists(&mut self.bad, bad, self.limit)
     }
 
     /// Whether the run of bad ticks is at least `ticks` long, whatever the limit.

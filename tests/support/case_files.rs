@@ -5,6 +5,10 @@ use model::supervise::codes::{Fault, FaultSet};
 use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{DriveOutcome, Scenario};
 
+#[path = "outcomes.rs"]
+mod outcomes;
+use outcomes::{last, sound, unless};
+
 /// A file, the values at which it is flown, and what is wrong about an outcome.
 pub struct CaseFile {
     /// Name in `tests/cases`, without `.toml`.
@@ -62,25 +66,10 @@ impl CaseFile {
     }
 }
 
-fn last(outcome: &DriveOutcome) -> &TraceRow {
-    outcome.trace.rows.last().expect("rows")
-}
-
-/// Nothing if it is so, else what was found.
-fn unless<T: core::fmt::Debug>(right: bool, what: &str, found: T) -> Option<String> {
-    (!right).then(|| format!("{what}: {found:?}"))
-}
-
 /// Armed at the end, with no fault, and the bridges on ever since the vehicle was armed at 2 s.
-fn sound(outcome: &DriveOutcome) -> Option<String> {
-    let status = &last(outcome).status;
+fn undisturbed(outcome: &DriveOutcome) -> Option<String> {
     let mut driven = outcome.trace.rows.iter().filter(|row| row.time_s() > 2.1);
-    unless(
-        (status.mode, status.faults) == (Mode::Armed, FaultSet::EMPTY),
-        "not armed and sound",
-        (status.mode, status.faults),
-    )
-    .or_else(|| {
+    sound(outcome).or_else(|| {
         let opened_s = driven.find(|row| !row.bridges_on).map(TraceRow::time_s);
         unless(opened_s.is_none(), "a bridge opens, s", opened_s)
     })
@@ -187,7 +176,7 @@ pub const CASE_FILES: &[CaseFile] = &[
             let came_m = came_m.fold(0.0, f64::max);
             unless(excess_m_s <= 0.5, "too fast by, m/s", excess_m_s)
                 .or_else(|| unless(came_m > 1.75, "comes to the kerb, m", came_m))
-                .or_else(|| sound(outcome))
+                .or_else(|| undisturbed(outcome))
         },
     },
     CaseFile {
@@ -209,7 +198,7 @@ pub const CASE_FILES: &[CaseFile] = &[
         shorter: &[("duration_s=20.0", "duration_s=8.0")],
         wrong: |_, outcome| {
             let x_m = last(outcome).truth.x_m;
-            unless(x_m > 4.3, "beyond the ledge, m", x_m).or_else(|| sound(outcome))
+            unless(x_m > 4.3, "beyond the ledge, m", x_m).or_else(|| undisturbed(outcome))
         },
     },
     CaseFile {
@@ -237,7 +226,7 @@ pub const CASE_FILES: &[CaseFile] = &[
             let turned_rad = last(outcome).truth.heading_rad.abs();
             unless(worst_deg < 0.5, "heading error, deg", worst_deg)
                 .or_else(|| unless(turned_rad > 30.0, "turned, rad", turned_rad))
-                .or_else(|| sound(outcome))
+                .or_else(|| undisturbed(outcome))
         },
     },
     CaseFile {
@@ -277,7 +266,7 @@ pub const CASE_FILES: &[CaseFile] = &[
                 })
                 .or_else(|| unless(off_m < 0.02 * way_m, "position off, way, m", (off_m, way_m)))
                 .or_else(|| unless(way_m > 20.0, "way, m", way_m))
-                .or_else(|| sound(outcome))
+                .or_else(|| undisturbed(outcome))
         },
     },
     CaseFile {
@@ -310,7 +299,7 @@ pub const CASE_FILES: &[CaseFile] = &[
             unless((0.6..1.0).contains(&place_m), "stands at the wall, m", place_m)
                 .or_else(|| unless(backs_s.is_some_and(|s| s <= 1.5), "backs off after, s", backs_s))
                 .or_else(|| unless(fastest_m_s <= value.speed_m_s.abs() + 0.2, "speed, m/s", fastest_m_s))
-                .or_else(|| sound(outcome))
+                .or_else(|| undisturbed(outcome))
         },
     },
 ];

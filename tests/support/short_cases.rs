@@ -1,12 +1,15 @@
 //! Kinds of faults in a few simulated seconds each, for the virtual board and for the flashed ELF alike.
 
 use model::supervise::arming::Mode;
-use model::supervise::codes::{Fault, FaultSet, Limit};
+use model::supervise::codes::{Fault, Limit};
 use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{DriveOutcome, Scenario};
 
 #[path = "heat.rs"]
 mod heat;
+#[path = "outcomes.rs"]
+mod outcomes;
+use outcomes::{last, sound, unless};
 
 /// One case: what happens, and what is wrong about its outcome.
 pub struct ShortCase {
@@ -32,26 +35,10 @@ impl ShortCase {
     }
 }
 
-fn last(outcome: &DriveOutcome) -> &TraceRow {
-    outcome.trace.rows.last().expect("rows")
-}
-
 /// The time after `from_s` of the first row that shows what is asked for, s.
 fn first(outcome: &DriveOutcome, from_s: f64, shows: impl Fn(&TraceRow) -> bool) -> Option<f64> {
     let mut rows = outcome.trace.rows.iter().filter(|row| row.time_s() >= from_s);
     rows.find(|row| shows(row)).map(|row| row.time_s() - from_s)
-}
-
-/// Nothing if it is so, else what was found.
-fn unless<T: core::fmt::Debug>(right: bool, what: &str, found: T) -> Option<String> {
-    (!right).then(|| format!("{what}: {found:?}"))
-}
-
-/// Armed without a fault at the end.
-fn sound(outcome: &DriveOutcome) -> Option<String> {
-    let status = &last(outcome).status;
-    let sound = (status.mode, status.faults) == (Mode::Armed, FaultSet::EMPTY);
-    unless(sound, "not armed and sound", (status.mode, status.faults))
 }
 
 /// The largest speed either way, m/s, from `from_s` on.

@@ -13,6 +13,7 @@ use super::facing::INTERVAL_S;
 use super::ground_speed::{GroundSpeed, UnequalRadii};
 use super::rate_filter::LowPass;
 use crate::bounded::Bounded;
+use crate::persistence::Persistence;
 use crate::vehicle::G;
 
 /// One tick's evidence.
@@ -52,14 +53,15 @@ pub struct Traction {
     radii: UnequalRadii,
     slow_difference: LowPass,
     slow_wheels: LowPass,
-    slow_intervals: u8,
-    /// Ticks for which the wheels have contradicted the other sensors, along or in yaw and across, and for which they have agreed since.
-    apart_ticks: u16,
-    aside_ticks: u16,
-    agreed_ticks: u16,
+    /// Whether the slow means differ, in intervals.
+    hunts: Persistence,
+    /// Whether the wheels contradict the other sensors, along or in yaw, and across, and whether they have agreed since.
+    apart: Persistence,
+    aside: Persistence,
+    agrees: Persistence,
     sliding_ticks: u16,
-    /// Ticks of a slide without anything that would begin one.
-    quiet_ticks: u16,
+    /// Whether a slide has nothing that would begin one.
+    quiet: Persistence,
     /// Ticks since the last slide.
     rolling_ticks: u16,
     sliding: bool,
@@ -70,7 +72,7 @@ pub struct Traction {
 const DIFFERENCE_TIME_CONSTANT_S: f32 = 0.05;
 /// Time constant of the slow means, and intervals for which they must differ: 0.2 s.
 const SLOW_TIME_CONSTANT_S: f32 = 0.5;
-const SLOW_INTERVALS: u8 = 40;
+const SLOW_INTERVALS: u16 = 40;
 /// Difference of the accelerations along, m/s^2, beyond which the wheels slide, and below which they roll again.
 const SLIDES_M_S2: f32 = 0.25;
 const ROLLS_M_S2: f32 = 0.12;
@@ -124,12 +126,12 @@ impl Traction {
             radii: UnequalRadii::new(dt_s, half_track_m),
             slow_difference: LowPass::new(INTERVAL_S, SLOW_TIME_CONSTANT_S),
             slow_wheels: LowPass::new(INTERVAL_S, SLOW_TIME_CONSTANT_S),
-            slow_intervals: 0,
-            apart_ticks: 0,
-            aside_ticks: 0,
-            agreed_ticks: 0,
+            hunts: Persistence::new(SLOW_INTERVALS),
+            apart: Persistence::new(SLIDES_TICKS),
+            aside: Persistence::new(SLIDES_TICKS),
+            agrees: Persistence::new(ROLLS_TICKS),
             sliding_ticks: 0,
-            quiet_ticks: 0,
+            quiet: Persistence::new(QUIET_TICKS),
             rolling_ticks: u16::MAX,
             sliding: false,
             speed: GroundSpeed::default(),
@@ -157,13 +159,9 @@ impl Traction {
             // The filtered difference, because a vibration in the intervals' rhythm would look steady.
             self.slow_difference.update(self.difference.value());
             self.slow_wheels.update(evidence.wheels_m_s2);
-            self.slow_intervals = if self.slow_along() > SLIDES_M_S2 {
-                self.slow_intervals.saturating_add(1)
-            } else {
-                0
-            };
+            self.hunts.update(self.slow_along() > SLIDES_M_S2);
         }
-        let hunts = self.slow_intervals >= SLOW_INTERVALS;
+        let hunts = self.hunts.stands();
         let yaw = self.yaw_difference.value().abs();
         let yaw_max = SLIDES_RAD_S + RADIUS_SHARE * evidence.wheels_m_s.abs() / (2.0 * self.half_track_m);
         let sideways = self.sideways.value().abs();
@@ -174,32 +172,28 @@ impl Traction {
         let slip_m_s = self.speed.slip_m_s(evidence.wheels_m_s);
         let regained = slip_m_s < REGAINED_M_S + DRIFT_M_S2 * sliding_s || slip_m_s > STEADY_SLIP_MAX_M_S;
         let agreed = along < ROLLS_M_S2 && !hunts && yaw < 0.5 * yaw_max && sideways < 0.5 * sideways_max;
-        self.apart_ticks = if apart { self.apart_ticks.saturating_add(1) } else { 0 };
+        self.apart.update(apart);
         // Apart from the others, because a vibration crosses zero along and across at different times.
-        self.aside_ticks = if aside { self.aside_ticks.saturating_add(1) } else { 0 };
-        self.agreed_ticks = if agreed { self.agreed_ticks.saturating_add(1) } else { 0 };
+        self.aside.update(aside);
+        self.agrees.update(agreed);
         if self.sliding {
             self.sliding_ticks = self.sliding_ticks.saturating_add(1);
             self.rolling_ticks = 0;
-            self.quiet_ticks = if apart || aside || hunts {
-                0
-            } else {
-                self.quiet_ticks.saturating_add(1)
-            };
-            self.sliding = self.agreed_ticks < if regained { ROLLS_TICKS } else { ROLLS_ANYWAY_TICKS }
-                && self.quiet_ticks < QUIET_TICKS;
+            let quiet = self.quiet.update(!(apart || aside || hunts));
+            let rolls_ticks = if regained { ROLLS_TICKS } else { ROLLS_ANYWAY_TICKS };
+            self.sliding = !self.agrees.lasts(rolls_ticks) && !quiet;
             if self.sliding_ticks >= SLIDE_MAX_TICKS {
                 // The same evidence must not start another slide at once.
                 self.stand();
             }
         } else {
             self.sliding_ticks = 0;
-            self.quiet_ticks = 0;
+            self.quiet.update(false);
             self.rolling_ticks = self.rolling_ticks.saturating_add(1);
-            self.sliding = hunts || self.apart_ticks.max(self.aside_ticks) >= SLIDES_TICKS;
+            self.sliding = hunts || self.apart.stands() || self.aside.stands();
         }
         // The integration of the speed begins with the first sign of a slide.
-        if self.sliding || self.apart_ticks > 0 || self.aside_ticks > 0 {
+        if self.sliding || self.apart.lasts(1) || self.aside.lasts(1) {
             let ground_m_s2 = [
                 evidence.wheels_m_s2 + difference_m_s2,
                 sideways_m_s2 + evidence.wheels_m_s * evidence.yaw_rate_rad_s,

@@ -1,6 +1,7 @@
 //! Faults whose cause must be present for some ticks in a row.
 
 use super::codes::Fault;
+use crate::persistence::persists;
 
 /// For how many ticks in a row the cause of each debounced fault has been present.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -14,13 +15,7 @@ impl Debounce {
     #[inline]
     pub fn update(&mut self, fault: Fault, present: bool) -> bool {
         let Some(run) = self.run(fault) else { return present };
-        // As nearly always: one branch costs less than counting nothing.
-        if !present {
-            *run = 0;
-            return false;
-        }
-        *run = run.saturating_add(1);
-        *run >= fault.debounce_ticks()
+        persists(run, present, fault.debounce_ticks())
     }
 
     /// This, with the run of one fault's cause as `other` has it.

@@ -67,7 +67,7 @@ fn columns() -> Vec<Column> {
         }));
     }
     for (input, name) in Analog::<u16>::NAMES.into_iter().enumerate() {
-        let unit = if name == "battery_voltage" { "v" } else { "a" };
+        let unit = if name.ends_with("_voltage") { "v" } else { "a" };
         columns.push(column(format!("{name}_{unit}"), move |r| {
             f64::from(SCALES.analog.values()[input].value(r.sample.analog.values()[input]))
         }));
