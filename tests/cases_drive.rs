@@ -5,6 +5,8 @@ use model::supervise::arming::Mode;
 use model::supervise::codes::FaultSet;
 use virtual_board::scenario::trace::TraceRow;
 
+#[path = "support/outcomes.rs"]
+mod outcomes;
 #[path = "support/short_cases.rs"]
 mod short_cases;
 mod support;

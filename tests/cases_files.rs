@@ -5,6 +5,8 @@ use std::path::Path;
 
 #[path = "support/case_files.rs"]
 mod case_files;
+#[path = "support/outcomes.rs"]
+mod outcomes;
 mod support;
 use case_files::{CASE_FILES, CaseFile};
 use support::flights::drive;

@@ -1,13 +1,10 @@
 //! The scenario files of `tests/cases` as the virtual board and the flashed ELF fly them: as they stand, and at other values.
 
+use super::outcomes::{last, sound, unless};
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Fault, FaultSet};
 use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{DriveOutcome, Scenario};
-
-#[path = "outcomes.rs"]
-mod outcomes;
-use outcomes::{last, sound, unless};
 
 /// A file, the values at which it is flown, and what is wrong about an outcome.
 pub struct CaseFile {

@@ -1,5 +1,6 @@
 //! Kinds of faults in a few simulated seconds each, for the virtual board and for the flashed ELF alike.
 
+use super::outcomes::{last, sound, unless};
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Fault, Limit};
 use virtual_board::scenario::trace::TraceRow;
@@ -7,9 +8,6 @@ use virtual_board::scenario::{DriveOutcome, Scenario};
 
 #[path = "heat.rs"]
 mod heat;
-#[path = "outcomes.rs"]
-mod outcomes;
-use outcomes::{last, sound, unless};
 
 /// One case: what happens, and what is wrong about its outcome.
 pub struct ShortCase {

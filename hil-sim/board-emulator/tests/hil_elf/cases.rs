@@ -11,6 +11,8 @@ use crate::support::firmware;
 
 #[path = "../../../../tests/support/case_files.rs"]
 mod case_files;
+#[path = "../../../../tests/support/outcomes.rs"]
+mod outcomes;
 #[path = "../../../../tests/support/short_cases.rs"]
 mod short_cases;
 use case_files::CASE_FILES;
