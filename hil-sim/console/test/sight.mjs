@@ -43,8 +43,9 @@ const MISPLACED = `(() => {
  */
 const PALE = `(() => {
   const pen = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
-  const colour = (text) => {
+  const colour = (text, filter = "none") => {
     pen.clearRect(0, 0, 1, 1);
+    pen.filter = filter;
     pen.fillStyle = text;
     pen.fillRect(0, 0, 1, 1);
     const [r, g, b, a] = pen.getImageData(0, 0, 1, 1).data;
@@ -55,6 +56,17 @@ const PALE = `(() => {
     if (!e) return [255, 255, 255];
     const own = colour(getComputedStyle(e).backgroundColor);
     return own[3] === 1 ? own.slice(0, 3) : over(own, ground(e.parentElement));
+  };
+  /** The colours of an element's text and of what lies below it. A chart may have paper of its own, and a filter over both. */
+  const inkAndGround = (e, style) => {
+    if (!(e instanceof SVGElement)) return [colour(style.color), ground(e)];
+    const drawing = e.ownerSVGElement ?? e;
+    const filter = getComputedStyle(drawing).filter;
+    const [first, whole] = [drawing.firstElementChild, drawing.getBoundingClientRect()];
+    const sheet = first?.tagName === "rect" && first !== e ? first.getBoundingClientRect() : null;
+    const covers = sheet && sheet.width >= whole.width - 2 && sheet.height >= whole.height - 2;
+    const own = covers ? colour(getComputedStyle(first).fill, filter) : [0, 0, 0, 0];
+    return [colour(style.fill, filter), over(own, ground(drawing))];
   };
   const light = (rgb) => {
     const [r, g, b] = rgb.map((each) => each / 255).map((c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4));
@@ -78,8 +90,8 @@ const PALE = `(() => {
       const size = parseFloat(style.fontSize) * Math.hypot(a, b);
       if (size < SMALLEST_PX) found.add(name + " is " + size.toFixed(1) + " px high");
       const least = size >= 24 || (size >= 18.66 && Number(style.fontWeight) >= 700) ? 3 : 4.5;
-      const paper = drawn ? ground(e.ownerSVGElement ?? e) : ground(e);
-      judge(name, ratio(over(colour(drawn ? style.fill : style.color), paper), paper), least);
+      const [ink, paper] = inkAndGround(e, style);
+      judge(name, ratio(over(ink, paper), paper), least);
       if (e.placeholder) judge(name + " placeholder", ratio(over(colour(getComputedStyle(e, "::placeholder").color), paper), paper), 4.5);
     }
     // A legend's marker, but for that of the axis, which has none.
