@@ -15,6 +15,7 @@ pub mod odometry;
 pub mod rate_filter;
 mod result;
 pub mod roll;
+pub mod rolling_yaw;
 pub mod slope;
 pub mod spar_facing;
 pub mod stall;

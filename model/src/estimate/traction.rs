@@ -10,8 +10,9 @@
 //! speed from the vehicle at `g (sin(beta) - mu cos(beta))` all the time, so means over half a second show the slide.
 
 use super::facing::INTERVAL_S;
-use super::ground_speed::{GroundSpeed, UnequalRadii};
+use super::ground_speed::GroundSpeed;
 use super::rate_filter::LowPass;
+use super::rolling_yaw::RollingYaw;
 use crate::bounded::Bounded;
 use crate::persistence::Persistence;
 use crate::vehicle::G;
@@ -50,7 +51,7 @@ pub struct Traction {
     motion: LowPass,
     yaw_difference: LowPass,
     sideways: LowPass,
-    radii: UnequalRadii,
+    rolling_yaw: RollingYaw,
     slow_difference: LowPass,
     slow_wheels: LowPass,
     /// Whether the slow means differ, in intervals.
@@ -79,10 +80,12 @@ const ROLLS_M_S2: f32 = 0.12;
 /// Share of the accelerations themselves by which they may differ besides: filters lag, and the arm's angle is known to a
 /// degree.
 const MOTION_SHARE: f32 = 0.2;
-/// Difference of the yaw rates, rad/s, beyond which a wheel slides, and the relative difference of the wheels' radii that
-/// is no slide.
+/// Difference of the yaw rates, rad/s, beyond which a wheel slides, and what is no slide besides: the relative difference of the
+/// wheels' radii, and the share of the turn by which a radius and a track that are each a tenth other than the file's change it,
+/// until it is learnt.
 const SLIDES_RAD_S: f32 = 0.1;
 const RADIUS_SHARE: f32 = 0.03;
+const TURN_SHARE: f32 = 0.22;
 /// Ticks for which the sensors must differ, or agree, before the watch accepts the result: longer than the blow of a kerb
 /// or a joint.
 const SLIDES_TICKS: u16 = 150;
@@ -123,7 +126,7 @@ impl Traction {
             motion: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
             yaw_difference: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
             sideways: LowPass::new(dt_s, DIFFERENCE_TIME_CONSTANT_S),
-            radii: UnequalRadii::new(dt_s, half_track_m),
+            rolling_yaw: RollingYaw::new(dt_s, half_track_m),
             slow_difference: LowPass::new(INTERVAL_S, SLOW_TIME_CONSTANT_S),
             slow_wheels: LowPass::new(INTERVAL_S, SLOW_TIME_CONSTANT_S),
             hunts: Persistence::new(SLOW_INTERVALS),
@@ -149,8 +152,10 @@ impl Traction {
         };
         self.difference.update(difference_m_s2);
         self.sideways.update(sideways_m_s2);
-        let radii_rad_s = self.radii.yaw_rad_s(evidence.wheels_m_s);
-        let yaw_rad_s = evidence.yaw_rate_rad_s - evidence.wheels_yaw_rad_s - radii_rad_s;
+        let wheels_yaw_rad_s = evidence.wheels_yaw_rad_s;
+        let yaw_rad_s = evidence.yaw_rate_rad_s
+            - wheels_yaw_rad_s
+            - self.rolling_yaw.difference_rad_s(evidence.wheels_m_s, wheels_yaw_rad_s);
         self.yaw_difference.update(yaw_rad_s);
         self.motion
             .update(evidence.wheels_m_s2.abs() + evidence.swing_m_s2.abs() + TURN_ALONG_SHARE * turn_m_s2);
@@ -163,7 +168,11 @@ impl Traction {
         }
         let hunts = self.hunts.stands();
         let yaw = self.yaw_difference.value().abs();
-        let yaw_max = SLIDES_RAD_S + RADIUS_SHARE * evidence.wheels_m_s.abs() / (2.0 * self.half_track_m);
+        // The lesser of the two: wheels that turn a vehicle which does not turn slide, and the other way about.
+        let turn_rad_s = wheels_yaw_rad_s.abs().min(evidence.yaw_rate_rad_s.abs());
+        let yaw_max = SLIDES_RAD_S
+            + RADIUS_SHARE * evidence.wheels_m_s.abs() / (2.0 * self.half_track_m)
+            + TURN_SHARE * turn_rad_s;
         let sideways = self.sideways.value().abs();
         let sideways_max = SLIDES_SIDEWAYS_M_S2 + TURN_ACROSS_SHARE * turn_m_s2;
         let apart = along > SLIDES_M_S2 || yaw > yaw_max;
@@ -201,7 +210,11 @@ impl Traction {
             self.speed.update(self.dt_s, evidence.yaw_rate_rad_s, ground_m_s2);
         } else {
             self.speed = GroundSpeed::of_wheels(evidence.wheels_m_s);
-            self.radii.learn(yaw_rad_s, evidence.wheels_m_s);
+            // Not at once beyond the limit: a wheel that begins to slide must not pass for one of another radius.
+            if yaw_rad_s.abs() < yaw_max {
+                self.rolling_yaw
+                    .learn(yaw_rad_s, evidence.wheels_m_s, wheels_yaw_rad_s);
+            }
         }
     }
 
@@ -213,7 +226,7 @@ impl Traction {
     /// Ends a slide, because the vehicle stands.
     pub fn stand(&mut self) {
         *self = Self {
-            radii: self.radii,
+            rolling_yaw: self.rolling_yaw,
             ..Self::new(self.dt_s, self.half_track_m)
         };
     }

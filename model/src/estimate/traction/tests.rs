@@ -235,6 +235,43 @@ fn unequal_radii_are_no_slide_and_hide_none() {
     }
 }
 
+/// A radius and a track that are each up to a tenth other than the file's, in a turn that grows at 4 rad/s^2 to 2 rad/s, on the spot
+/// and at 1 m/s: no slide. Then the wheels spin half as fast again as they turn the vehicle, or the vehicle spins on by itself: a slide.
+#[test]
+fn a_track_other_than_the_files_is_no_slide_and_hides_none() {
+    for wheels_m_s in [0.0, 1.0] {
+        for share in [-0.18, -0.1, -0.06, 0.06, 0.1, 0.22] {
+            for direction in [-2.0, 2.0] {
+                let mut traction = Traction::new(0.001, 0.25);
+                let rolling = |tick: u16| {
+                    let wheels_yaw_rad_s = direction * (0.002 * f32::from(tick)).min(1.0);
+                    Evidence {
+                        wheels_m_s,
+                        wheels_yaw_rad_s,
+                        yaw_rate_rad_s: (1.0 + share) * wheels_yaw_rad_s,
+                        ..ROLLING
+                    }
+                };
+                for tick in 0..5000 {
+                    traction.update(&rolling(tick));
+                    assert!(!traction.slides(), "{share} of {direction} rad/s, {wheels_m_s} m/s, {tick} ms");
+                }
+                for factor in [1.5, 0.5] {
+                    let mut sliding = traction;
+                    let evidence = rolling(5000);
+                    for _ in 0..400 {
+                        sliding.update(&Evidence {
+                            wheels_yaw_rad_s: factor * evidence.wheels_yaw_rad_s,
+                            ..evidence
+                        });
+                    }
+                    assert!(sliding.slides(), "{share} of {direction} rad/s, {factor} times as fast");
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn one_sliding_wheel_shows_in_the_yaw_rate() {
     for wheels_yaw_rad_s in [0.3, -0.3, 2.0] {
