@@ -152,7 +152,7 @@ fn a_mounting_error_does_not_make_a_turn_creep() {
     shown(
         "arm IMU turned by +-2 deg",
         &format!(
-            "creeps by at most {:.1} cm a turn, from the first turn on",
+            "creeps by at most {:.1} cm per turn, from the first turn on",
             100.0 * worst_m
         ),
     );
@@ -196,6 +196,6 @@ fn turning_on_a_slope_does_not_make_the_vehicle_creep() {
     let [on_5_cm, on_10_cm] = worst_m.map(|creep_m| 100.0 * creep_m);
     shown(
         "turning on the spot on slopes",
-        &format!("creeps by at most {on_5_cm:.1} cm a turn on 5 deg, {on_10_cm:.1} cm on 10"),
+        &format!("creeps by at most {on_5_cm:.1} cm per turn on 5 deg, {on_10_cm:.1} cm on 10"),
     );
 }

@@ -207,7 +207,7 @@ fn parking_takes_no_more_current_than_the_slope() {
     shown(
         "parks on slopes of up to 28 deg",
         &format!(
-            "takes what the vehicle's weight does ({last_a:.1} A on 28 deg), give or take {worst_a:.2} A that the gears' friction carries"
+            "takes the current of the vehicle's weight ({last_a:.1} A on 28 deg), give or take {worst_a:.2} A that the gears' friction carries"
         ),
     );
 }
@@ -311,7 +311,7 @@ fn stuck_at_a_wall_on_a_hill_it_does_not_bounce() {
     shown(
         "driven onto hills of -10 to 15 deg",
         &format!(
-            "once it has given up to push hard, {push_a:.1} A at most beside what the hill takes; moves with {bounce_m_s:.2} m/s at most; reverses within \
+            "once it has given up pushing hard, {push_a:.1} A at most beside what the hill takes; moves at {bounce_m_s:.2} m/s at most; reverses within \
              {reverses_s:.2} s, at most {excess_m_s:.2} m/s too fast"
         ),
     );

@@ -1,5 +1,5 @@
 //! What the pages point at exists: the target of every link, and the test for every number of the table "What is shown".
-#![allow(dead_code)] // Of the shared helpers it uses its part.
+#![allow(dead_code)] // This binary uses part of the shared helpers.
 
 #[path = "support/files.rs"]
 mod files;
