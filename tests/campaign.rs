@@ -13,7 +13,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Six short runs: two scenarios' texts, one of them with three values, one seed more than one.
+/// Writes a scenario of one second, in which the vehicle arms, with these bounds; returns its path.
 fn scenario(folder: &Path, name: &str, bounds: &str) -> String {
     let path = folder.join(name);
     let text =
@@ -70,7 +70,7 @@ fn shards_merge_to_exactly_what_one_run_of_the_whole_writes() {
     assert_eq!(read("merged.jsonl"), read("whole.jsonl"));
     assert_eq!(read("whole.jsonl").lines().count(), 1 + 12);
 
-    // The tool names a shard that is missing, given twice, of another campaign, or cut off, and writes nothing.
+    // If a shard is missing, given twice, cut off, or from another campaign, the tool says which and writes nothing.
     std::fs::remove_file(folder.join("merged.jsonl")).expect("there");
     let mut twice = parts.clone();
     twice.push(parts[0].clone());
@@ -121,7 +121,7 @@ fn a_run_out_of_bounds_ends_with_1_and_tells_seed_and_reason() {
     assert_eq!((&summary["passed"], &summary["not_judged"]), (&0.into(), &2.into()));
 }
 
-/// Ends with 2, and says why.
+/// Asserts that the command ends with exit code 2 and a message.
 fn refused(arguments: &[&str]) {
     let output = hil_sim(arguments);
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", stderr(&output));
@@ -159,8 +159,8 @@ fn what_cannot_run_is_refused_before_the_first_run() {
     }
 }
 
-/// Three thousands of drives, the last not full, under the law that turns arms over: the file is the same from one thread and
-/// from shards of two threads, and the exit code and the summary show the whirls.
+/// 2,100 drives, in three blocks of up to a thousand, under the law that lets arms whirl. One thread and shards with two threads
+/// each write the same file, and exit code and summary report the whirls.
 #[test]
 fn a_search_tells_its_whirls_and_is_the_same_from_any_threads_and_shards() {
     let folder = folder("search");
@@ -202,8 +202,8 @@ fn a_search_tells_its_whirls_and_is_the_same_from_any_threads_and_shards() {
     assert_eq!(read("whole.jsonl").lines().count(), 1 + 3);
 }
 
-/// The tool names file and number of a line that is no result of a search, and writes nothing; a drive alone is the one
-/// that it was among others, and the optimiser takes it no less far.
+/// A seed searched alone gives the same drive as among other seeds, and the optimiser makes the arm swing at least as far. If a
+/// line is no result of a search, the tool names the line's number and writes nothing.
 #[test]
 fn one_seed_of_a_search_drives_alone_as_among_others() {
     let folder = folder("one-seed");

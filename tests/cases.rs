@@ -11,7 +11,7 @@ fn case(name: &str) -> String {
     std::fs::read_to_string(Path::new(WORKSPACE).join("tests/cases").join(name)).expect("a case")
 }
 
-/// A file of this test binary's own.
+/// Writes a file into this test binary's own folder.
 fn own(name: &str, text: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cases");
     std::fs::create_dir_all(&folder).expect("a folder");
@@ -20,7 +20,7 @@ fn own(name: &str, text: &str) -> PathBuf {
     path
 }
 
-/// A vehicle file of this test binary's own: the numbers of `text`, and every other one of the reference vehicle.
+/// Writes a vehicle file into this test binary's own folder: the values of `text`, and the reference vehicle's for all others.
 fn own_vehicle(name: &str, text: &str) -> PathBuf {
     let mut whole: toml::Table = vehicle_file::REFERENCE.parse().expect("the reference vehicle");
     for (table, given) in text.parse::<toml::Table>().expect("the case") {
@@ -119,13 +119,13 @@ fn a_vehicle_that_is_no_number_ends_the_run_with_its_reason() {
         ]);
         let message = stderr(&output);
         assert_eq!(output.status.code(), Some(1), "{to}: {message}");
-        assert!(output.stdout.is_empty(), "{to}: no result is made up");
+        assert!(output.stdout.is_empty(), "{to}: the tool prints a result all the same");
         assert!(
             message.contains("left the plant's validity") && message.contains("nan-passes.toml (seed 1)"),
             "{to}: {message}"
         );
     }
-    // The same bounds hold for a vehicle that is one.
+    // The reference vehicle, whose state stays finite, keeps the same bounds.
     let output = hil_sim(&["drive", "tests/cases/nan-passes.toml", "--json"]);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
 }
@@ -173,7 +173,7 @@ fn files_that_never_end_are_refused() {
     let mut paths = vec![long, std::env::temp_dir()];
     if cfg!(unix) {
         paths.push("/dev/zero".into());
-        // A write to a pipe that an earlier run left would wait for a reader.
+        // An earlier run may have left the pipe: writing to the pipe would wait for a reader.
         let pipe = own("beside-the-pipe", "").with_file_name("pipe");
         let _ = std::fs::remove_file(&pipe);
         let made = Command::new("mkfifo")
@@ -237,7 +237,7 @@ fn what_a_file_says_acts_on_no_terminal_and_on_no_page() {
     let value: serde_json::Value = serde_json::from_slice(&json.stdout).expect("one object");
     assert!(value["scenario"].as_str().expect("a title").contains('\u{1b}'));
 
-    // Names and values that a file may hold, a path, and a file that is not TOML.
+    // Escapes in names and values, and in a file that is not TOML.
     let texts = [
         "title = \"x\"\nduration_s = 1.0\n\"\\u001b[2J\" = 1",
         "title = \"x\"\nduration_s = 1.0\n[metrics]\n\"\\u001b[2J\" = [0.0, 1.0]",

@@ -1,4 +1,4 @@
-//! What wear and assembly do to standing and turning: play of the gears, and an arm IMU that is mounted askew.
+//! Standing, driving and turning with wear and assembly errors: play in the gears, and an arm IMU that is mounted askew.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::FaultSet;
@@ -10,13 +10,13 @@ use support::flights::{fly, last};
 use support::generated::shown;
 use support::slopes::{from, most};
 
-/// Root mean square of the larger current of the two motors in each row, A.
+/// Root mean square, over the rows, of the larger of the two drive motors' currents, A.
 fn current_rms_a(rows: &[TraceRow]) -> f64 {
     let larger = |row: &TraceRow| row.truth.current_a[0].abs().max(row.truth.current_a[1].abs());
     (rows.iter().map(|row| larger(row).powi(2)).sum::<f64>() / rows.len() as f64).sqrt()
 }
 
-/// Half of the distance between the largest and the least angle of the arm, deg.
+/// Half of the difference between the arm's largest and smallest angle, deg.
 fn swing_deg(rows: &[TraceRow]) -> f64 {
     let (highest, lowest) = (
         most(rows, |row| row.truth.phi_rad),
@@ -38,12 +38,12 @@ fn assert_armed(outcome: &DriveOutcome, story: &str) {
     assert_eq!((status.mode, status.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
 }
 
-/// Gears with 0.3 to 1.5 deg of play at the output and 3000 N m/rad, on level ground and, where the weight hardly holds
-/// their flanks together, on 2 deg; let go there, or after a drive: the vehicle comes to rest. On level ground its motors
-/// take 0.3 A rms at most, and the arm swings by no more than 0.05 deg.
+/// Gears with 0.3 to 1.5 deg of play at the output and 3000 N m/rad, on level ground and on 2 deg, where the weight barely holds
+/// the gears' flanks together. The vehicle comes to rest after its release and after a drive. On level ground its motors take
+/// 0.3 A rms at most, and on both the arm swings by no more than 0.05 deg.
 #[test]
 fn play_of_the_gears_keeps_no_swing_going() {
-    // Rms current at rest on the level and there after a drive, A, and the arm's swing in every case, deg.
+    // Largest rms current on level ground after the release and after a drive, A, and largest swing of the arm in any case, deg.
     let [mut rest_a, mut after_a, mut worst_deg] = [0.0_f64; 3];
     let drive = "{ at_s = 4.0, action = 'drive', speed_m_s = 0.5 }, { at_s = 8.0, action = 'drive' }";
     for ((play_deg, slope_rad, steps), seed) in seeded([
@@ -84,9 +84,9 @@ fn play_of_the_gears_keeps_no_swing_going() {
     );
 }
 
-/// The same play while the vehicle drives slowly, level and down gentle slopes, straight and in turns, where its gears carry
-/// little torque: it is nowhere more than 0.2 m/s too fast, which is what the reverse from a wall is allowed, and no encoder is
-/// blamed.
+/// Gears with 0.6 to 1.5 deg of play, which carry little torque while the vehicle drives slowly, on the level and down a gentle
+/// slope, straight and in turns. The vehicle is never more than 0.2 m/s too fast, the excess that the reverse from a wall is
+/// allowed, and the board reports no fault of an encoder.
 #[test]
 fn play_of_the_gears_lets_no_drive_run_away() {
     let mut worst_m_s = 0.0_f64;
@@ -117,8 +117,8 @@ fn play_of_the_gears_lets_no_drive_run_away() {
     );
 }
 
-/// The arm IMU turned by 2 deg about each of its axes, both ways: turning on the spot at 1 rad/s, the vehicle creeps by
-/// less than 5 cm a turn, from the first turn on.
+/// The arm IMU is turned by 2 deg about each of its axes, both ways. Turning on the spot at 1 rad/s, the vehicle creeps by less
+/// than 5 cm per turn, from the first turn on.
 #[test]
 fn a_mounting_error_does_not_make_a_turn_creep() {
     let turn_s = 2.0 * std::f64::consts::PI;
@@ -132,7 +132,7 @@ fn a_mounting_error_does_not_make_a_turn_creep() {
                 let truth = &from(&outcome, time_s)[0].truth;
                 (truth.x_m, truth.y_m, truth.heading_rad)
             };
-            // The yaw rate takes 0.25 s to come up, which delays every turn by half of that.
+            // The yaw rate takes 0.25 s to reach its command, which delays every turn by half of that.
             let places: Vec<_> = (0..4).map(|k| place(6.0 + f64::from(k) * turn_s)).collect();
             let creeps_m: Vec<f64> = places
                 .windows(2)
@@ -141,7 +141,10 @@ fn a_mounting_error_does_not_make_a_turn_creep() {
             let story = format!("{axis} {degrees} deg, seed {seed}");
             println!("{story}: {creeps_m:.3?} m a turn");
             assert_armed(&outcome, &story);
-            assert!(places[3].2 - places[0].2 > 5.5 * std::f64::consts::PI, "it turns");
+            assert!(
+                places[3].2 - places[0].2 > 5.5 * std::f64::consts::PI,
+                "{story}: the vehicle does not turn"
+            );
             assert!(creeps_m.iter().all(|creep_m| *creep_m < 0.05), "{story}: {creeps_m:?}");
             worst_m = creeps_m.iter().copied().fold(worst_m, f64::max);
         }
@@ -149,14 +152,14 @@ fn a_mounting_error_does_not_make_a_turn_creep() {
     shown(
         "arm IMU turned by +-2 deg",
         &format!(
-            "creeps by at most {:.1} cm a turn, from the first turn on",
+            "creeps by at most {:.1} cm per turn, from the first turn on",
             100.0 * worst_m
         ),
     );
 }
 
-/// Turning on the spot on a slope, forward and backward of which change places: the vehicle creeps by less than 5 cm a turn,
-/// and its slope is right while it turns.
+/// While the vehicle turns on the spot on a slope, uphill and downhill change places. The vehicle creeps by less than 5 cm per
+/// turn, and its estimate of the slope stays right.
 #[test]
 fn turning_on_a_slope_does_not_make_the_vehicle_creep() {
     let mut worst_m = [0.0_f64; 2];
@@ -185,7 +188,7 @@ fn turning_on_a_slope_does_not_make_the_vehicle_creep() {
         });
         println!("{story}: {creeps_m:.3?} m a turn, slope within {error_deg:.2} deg");
         assert!(creeps_m.iter().all(|m| *m < 0.05), "{story}: {creeps_m:?} m");
-        // The accelerometer's bias alone is 0.27 deg of tilt, which (1 + S) / alpha L make 0.15 deg of slope.
+        // The accelerometer's bias alone makes 0.27 deg of tilt, and by alpha L / (1 + S) 0.15 deg of slope.
         assert!(error_deg < 0.5, "{story}: {error_deg} deg");
         let worst_m = &mut worst_m[usize::from(slope_deg.abs() > 7.5)];
         *worst_m = creeps_m.into_iter().fold(*worst_m, f64::max);
@@ -193,6 +196,6 @@ fn turning_on_a_slope_does_not_make_the_vehicle_creep() {
     let [on_5_cm, on_10_cm] = worst_m.map(|creep_m| 100.0 * creep_m);
     shown(
         "turning on the spot on slopes",
-        &format!("creeps by at most {on_5_cm:.1} cm a turn on 5 deg, {on_10_cm:.1} cm on 10"),
+        &format!("creeps by at most {on_5_cm:.1} cm per turn on 5 deg, {on_10_cm:.1} cm on 10"),
     );
 }

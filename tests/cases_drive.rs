@@ -1,5 +1,5 @@
-//! What the vehicle does at obstacles where comparable machines have run away or pushed on: in scenarios on the virtual
-//! board, each kind at several values and seeds. Other values, and slopes: `tests/control.rs`.
+//! Obstacles at which comparable machines have run away or kept pushing: scenarios on the virtual board, each kind at several
+//! values and seeds. `tests/control.rs` tries further values and slopes.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::FaultSet;
@@ -13,7 +13,7 @@ mod support;
 use short_cases::SHORT_CASES;
 use support::flights::{at_speed, drive, first, fly, last};
 
-/// Those that the flashed ELF flies too.
+/// The cases that the flashed ELF flies, too.
 #[test]
 fn the_short_cases_end_as_they_must() {
     for case in SHORT_CASES {
@@ -23,7 +23,7 @@ fn the_short_cases_end_as_they_must() {
     }
 }
 
-/// A step of the ground at 1.5 m on the way of a vehicle at `speed_m_s`, up by `height_m` as that vehicle meets it.
+/// A step in the ground, 1.5 m ahead of a vehicle that drives at `speed_m_s`, which rises by `height_m` as the vehicle meets it.
 fn kerb(height_m: f64, speed_m_s: f64) -> String {
     let way = f64::signum(speed_m_s);
     let (at_m, rise_m) = (1.5 * way, height_m * way);
@@ -52,7 +52,10 @@ fn behind_a_kerb_the_vehicle_is_no_more_than_half_a_metre_per_second_too_fast() 
             assert_eq!((status.mode, status.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
             let furthest = |row: &TraceRow| row.truth.x_m.abs();
             let came_m = outcome.trace.rows.iter().map(furthest).fold(0.0, f64::max);
-            assert!(came_m > 1.25, "{story}: it comes to the kerb: {came_m} m");
+            assert!(
+                came_m > 1.25,
+                "{story}: the vehicle does not reach the kerb: {came_m} m"
+            );
         }
     }
 }
@@ -79,7 +82,7 @@ fn a_vehicle_at_a_wall_backs_off_within_1_5_s_of_the_order() {
             let place_m = way * before.expect("rows").truth.x_m;
             assert!(
                 place_m > 1.1 && place_m < 1.5,
-                "{story}: it stands at the wall: {place_m} m"
+                "{story}: the vehicle does not stand at the wall: {place_m} m"
             );
             let backs_s = first(&outcome, told_s, |row| row.truth.speed_m_s / speed_m_s < -0.5);
             let back = outcome.trace.rows.iter().filter(|row| row.time_s() >= told_s);

@@ -1,4 +1,4 @@
-//! What the vehicle believes of its own motion, where comparable machines have failed: in scenarios on the virtual board,
+//! What the vehicle estimates about its own motion where comparable machines have been wrong: scenarios on the virtual board,
 //! each kind at several values and seeds.
 
 use model::supervise::arming::Mode;
@@ -14,7 +14,7 @@ fn heading_error_deg(row: &TraceRow) -> f64 {
     (f64::from(row.status.estimate.heading_rad) - row.truth.heading_rad).to_degrees()
 }
 
-/// The age of every sample in every tick is what the design says, not what the order of polling makes it.
+/// The age of every sample in every tick is the age that the design states, whatever the order in which tasks are polled.
 #[test]
 fn the_samples_of_every_tick_are_as_old_as_the_design_says() {
     for (name, seed) in [("slope-drive", 1), ("figure-of-eight", 2), ("kerb", 3)] {
@@ -29,7 +29,7 @@ fn the_samples_of_every_tick_are_as_old_as_the_design_says() {
             if let Err(wrong) = ages::check(record, true) {
                 panic!("{name}: {wrong}");
             }
-            // On the virtual board nothing takes time.
+            // On the virtual board no computation takes time.
             let sample = &record.sample;
             assert_eq!(sample.time_us % 1000, 0);
             assert_eq!(
@@ -60,7 +60,7 @@ fn half_a_minute_of_spinning_leaves_the_heading_within_half_a_degree() {
             if straight_on_s > 0.0 {
                 steps += ", { at_s = 34.0, action = \"drive\", speed_m_s = 1.0 }";
             }
-            // The bias that the data sheet allows beside the one that the seed draws, to the side that adds up.
+            // The seed draws a bias; this is the data sheet's largest bias on top, against the sense of the turn.
             let bias_deg_s = -0.5 * f64::signum(yaw_rate);
             let tables = format!("plant.arm_imu.gyro_bias_z_deg_s = {bias_deg_s:?}");
             let outcome = fly(34.0 + straight_on_s, seed, &tables, &steps);
@@ -78,7 +78,7 @@ fn half_a_minute_of_spinning_leaves_the_heading_within_half_a_degree() {
     }
 }
 
-/// Half a second's average of a gyro with 2.8 mdps/sqrt(Hz) is known to 0.0028 deg/s, whatever its bias.
+/// Averaging a gyro with 2.8 mdps/sqrt(Hz) of noise for half a second gives its bias to 0.0028 deg/s, however large the bias is.
 #[test]
 fn at_rest_the_gyros_are_calibrated_to_their_noise_and_the_heading_stays() {
     for bias_deg_s in [0.5, -0.5, 2.0] {
@@ -93,14 +93,14 @@ fn at_rest_the_gyros_are_calibrated_to_their_noise_and_the_heading_stays() {
             let story =
                 format!("{bias_deg_s} deg/s, seed {seed}: {calibrated_deg:.4} deg, then {drift_deg_s:.4} deg/s");
             println!("{story}");
-            // Half a second of such a bias would turn it by 0.25 deg and more.
+            // Half a second of such a bias, uncalibrated, would turn the heading by 0.25 deg or more.
             assert!(calibrated_deg.abs() < 0.02, "{story}");
             assert!(drift_deg_s.abs() < 4.0 * 0.0028, "{story}");
         }
     }
 }
 
-/// What the gyro alone makes of the heading is a straight line, whatever the wheels' radii.
+/// Steered by the gyro alone, the vehicle drives a straight line, whatever the wheels' radii.
 #[test]
 fn wheels_of_unequal_radius_do_not_turn_the_heading() {
     for (side, factor, speed_m_s, seeds) in [
@@ -136,13 +136,16 @@ fn a_fall_over_a_ledge_is_no_fault() {
     for height_m in [0.01, 0.02, 0.04] {
         for (speed_m_s, seeds) in [(0.3, [1, 11]), (1.0, [2, 12]), (-2.0, [3, 13]), (2.5, [4, 14])] {
             for seed in seeds {
-                // Backward, the ledge down is a kerb up.
+                // A vehicle that drives backward meets a step of the other sign as a ledge.
                 let (at_m, rise_m) = (3.0 * f64::signum(speed_m_s), -height_m * f64::signum(speed_m_s));
                 let tables =
                     format!("terrain.profile = [{{ kind = \"step\", at_m = {at_m:?}, height_m = {rise_m:?} }}]");
                 let outcome = fly(8.0 + 3.6 / f64::abs(speed_m_s), seed, &tables, &at_speed(speed_m_s));
                 let story = format!("{height_m} m at {speed_m_s} m/s, seed {seed}");
-                assert!(last(&outcome).truth.x_m.abs() > 3.2, "{story}: it must get there");
+                assert!(
+                    last(&outcome).truth.x_m.abs() > 3.2,
+                    "{story}: the vehicle does not reach the ledge"
+                );
                 assert_eq!(last(&outcome).status.mode, Mode::Armed, "{story}: {:?}", outcome.log);
                 assert_eq!(last(&outcome).status.faults, FaultSet::EMPTY, "{story}");
                 let armed = outcome.trace.rows.iter().filter(|row| row.time_s() > 2.5);
@@ -176,7 +179,7 @@ fn a_blocked_vehicle_tells_so_takes_the_wall_for_no_hill_and_lowers_its_arm_befo
         assert!(pushing().count() > 50);
         assert!(
             pushing().all(|row| row.status.limits.contains(Limit::Stall)),
-            "{story}: a stall is told"
+            "{story}: the status does not report the stall"
         );
         let steepest = pushing()
             .map(|row| row.status.estimate.slope_rad.to_degrees().abs())
@@ -185,14 +188,14 @@ fn a_blocked_vehicle_tells_so_takes_the_wall_for_no_hill_and_lowers_its_arm_befo
         assert_eq!(last(&outcome).status.mode, Mode::Disarmed, "{story}");
         assert!(
             !last(&outcome).status.faults.contains(Fault::StopTimeout),
-            "{story}: the stop ends by itself"
+            "{story}: the stop ends only by its time-out"
         );
         let furthest = rows.iter().map(|row| row.truth.x_m).fold(0.0, f64::max);
         let recoil_m = furthest - last(&outcome).truth.x_m;
         println!("{story}: slope {steepest:.2} deg, recoil {recoil_m:.3} m");
         assert!(recoil_m < 0.1, "{story}: {recoil_m} m");
     }
-    // A start, a hill, a stop: no stall.
+    // A start, a hill and a stop are no stall.
     for (slope_rad, speed_m_s) in [(0.0, 0.3), (0.0873, 0.8), (-0.0873, 2.0)] {
         let tables = format!("chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}");
         let steps = format!("{}, {{ at_s = 10.0, action = \"drive\" }}", at_speed(speed_m_s));
@@ -232,7 +235,7 @@ fn sliding_wheels_are_told_and_rolling_ones_are_not() {
             );
             let story = format!("{friction} on {slope_rad} rad, seed {seed}");
             println!("{story}: {told} of {sliding} rows");
-            assert!(sliding > 300, "{story}: it must slide: {sliding}");
+            assert!(sliding > 300, "{story}: the wheels hardly slide: {sliding} rows");
             assert!(told * 10 > sliding * 8, "{story}: {told} of {sliding}");
         }
     }
@@ -256,11 +259,11 @@ fn sliding_wheels_are_told_and_rolling_ones_are_not() {
     }
 }
 
-/// Time from the first slide of a vehicle that drives onto ground of this friction until the slide is reported, s; and
-/// which drive it was.
+/// Time from the first slide of a vehicle that drives onto ground of this friction until the status reports the slide, s; and
+/// the drive's description.
 fn slide_told_after(friction: f64, slope_deg: f64, speed_m_s: f64, seed: u64) -> (Option<f64>, String) {
     let slope_rad = slope_deg.to_radians();
-    // Behind the way that the start takes.
+    // The ice begins beyond the distance that the start takes.
     let from_m = 1.0 + 2.0 * speed_m_s;
     let tables = format!(
         "chocked_until_armed = true\nterrain.plane = {{ slope_x_rad = {slope_rad:?} }}\n\
@@ -268,21 +271,21 @@ fn slide_told_after(friction: f64, slope_deg: f64, speed_m_s: f64, seed: u64) ->
     );
     let outcome = fly(8.0 + from_m / speed_m_s, seed, &tables, &at_speed(speed_m_s));
     let rows = &outcome.trace.rows;
-    // A wheel that lets go for a moment at the start is no slide.
+    // A wheel that slips for a moment during the start is no slide.
     let slides = |rows: &[TraceRow]| rows.iter().all(|row| row.truth.sliding.contains(&true));
     let began = rows
         .windows(10)
         .position(slides)
         .map(|at| rows[at].time_s())
-        .expect("it slides");
+        .expect("a slide");
     let told = first(&outcome, began, |row| row.status.limits.contains(Limit::Slip));
     let story = format!("{friction:.3} on {slope_deg} deg at {speed_m_s} m/s, seed {seed}");
     println!("{story}: after {told:.2?} s");
     (told, story)
 }
 
-/// On ice that carries half of the slope's weight at most, the status reports the slide within a quarter of a second:
-/// 0.15 s for which the sensors must differ, and what their filters take.
+/// On ice that holds at most half of the vehicle's weight along the slope, the status reports the slide within a quarter of a
+/// second: 0.15 s for which the sensors must disagree, and the delay of their filters.
 #[test]
 fn a_slide_is_told_within_a_quarter_of_a_second() {
     for slope_deg in [5.0_f64, -5.0, 10.0, -10.0, 15.0, -15.0, 20.0, -20.0] {
@@ -297,8 +300,8 @@ fn a_slide_is_told_within_a_quarter_of_a_second() {
     }
 }
 
-/// Where the ground carries most of the slope's weight the wheels hunt. What it lacks slows the vehicle, or speeds it up, by
-/// `g (sin(beta) - mu cos(beta))`: 0.59 m/s^2 with a friction of 0.3 on 20 degrees.
+/// Where the ground holds most of the vehicle's weight along the slope, the wheels hunt. The missing force slows the vehicle, or
+/// speeds it up, by `g (sin(beta) - mu cos(beta))`: 0.59 m/s^2 with a friction of 0.3 on 20 deg.
 #[test]
 fn a_slide_near_the_limit_of_grip_is_told_within_a_second() {
     for (friction, slope_deg) in [(0.3, 20.0_f64), (0.3, -20.0), (0.2, 15.0), (0.2, -15.0)] {
@@ -314,8 +317,8 @@ fn a_slide_near_the_limit_of_grip_is_told_within_a_second() {
     }
 }
 
-/// Two degrees of mounting error are learnt in the first turn on the spot; once what they did has faded, the vehicle stays
-/// where it is. Taken for a swing of the arm, they would roll the wheels by 2 pi r sin 2 deg in every turn, 5.5 cm, on a
+/// The vehicle learns 2 deg of mounting error in the first turn on the spot; once the error's effect has faded, the vehicle stays
+/// in its place. Mistaken for a swing of the arm, the error would roll the wheels by 2 pi r sin 2 deg, 5.5 cm, per turn, on a
 /// circle that ends where it began.
 #[test]
 fn an_imu_mounted_two_degrees_rolled_lets_the_vehicle_creep_less_than_5_cm_per_turn_once_it_has_turned() {
@@ -333,7 +336,7 @@ fn an_imu_mounted_two_degrees_rolled_lets_the_vehicle_creep_less_than_5_cm_per_t
         let steps = format!("{{ at_s = 4.0, action = \"drive\", yaw_rate_rad_s = {yaw_rate:?} }}");
         let outcome = fly(60.0, seed, &tables, &steps);
         let turn = |row: &TraceRow| (row.truth.heading_rad / (2.0 * std::f64::consts::PI)).abs();
-        // Four turns to learn and to settle; then one displacement for each whole turn.
+        // Four turns to learn and to settle; then the displacement over each whole turn.
         let at = |turns: f64| {
             outcome
                 .trace
@@ -364,7 +367,7 @@ fn an_imu_mounted_two_degrees_rolled_lets_the_vehicle_creep_less_than_5_cm_per_t
         );
         assert!(
             rolled_m < 0.05,
-            "{misalignment_deg} {yaw_rate}, seed {seed}: {rolled_m} m rolled in a turn"
+            "{misalignment_deg} {yaw_rate}, seed {seed}: {rolled_m} m rolled per turn"
         );
         assert_eq!(last(&outcome).status.faults, FaultSet::EMPTY);
     }

@@ -1,5 +1,5 @@
-//! The scenario files of `tests/cases`, each as it stands and at other values, with two seeds each. The flashed ELF flies
-//! them as they stand: `hil_elf/cases.rs`.
+//! The scenario files of `tests/cases`, each unchanged and at other values, with two seeds. `hil_elf/cases.rs` flies them
+//! unchanged on the flashed ELF.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ mod support;
 use case_files::{CASE_FILES, CaseFile};
 use support::flights::drive;
 
-/// Files that are no drive of the reference vehicle: what the tool must refuse or end, in `tests/cases.rs`.
+/// Files that are no drive of the reference vehicle: `tests/cases.rs` gives them to the tool.
 const OF_THE_TOOL: [&str; 5] = [
     "link-noise-4g",
     "nan-passes",
@@ -38,7 +38,7 @@ fn every_file_is_flown_or_one_of_the_tools() {
 fn fly(name: &str) {
     let file: &CaseFile = CASE_FILES.iter().find(|file| file.name == name).expect("a file");
     assert!(file.values.len() >= 3, "{name}: at least three values");
-    // What the flashed ELF flies, here too.
+    // The shorter drive of the flashed ELF, on the virtual board.
     let short = file.scenario(&file.values[0], 7, file.shorter);
     file.check(&file.values[0], 7, &drive(&short));
     for value in file.values {

@@ -1,5 +1,5 @@
-//! IMUs that are mounted the wrong way round, those that are only shaken, and those whose clock drifts: in scenarios on the virtual board, each kind at
-//! several values and seeds.
+//! IMUs that are mounted the wrong way round, IMUs that are only shaken, and IMUs whose clock drifts: scenarios on the virtual
+//! board, each kind at several values and seeds.
 
 use model::command::Request;
 use model::supervise::arming::Mode;
@@ -12,7 +12,7 @@ mod support;
 use support::Bench;
 use support::flights::{at_speed, first, fly, last, only};
 
-/// Half of the angle at which fault ArmAngle opens the bridges, rad: the arm is not thrown.
+/// Half of the angle at which fault ArmAngle opens the bridges, rad. An arm that stays below has not been thrown.
 const NOT_THROWN_RAD: f64 = 0.7;
 
 /// The arm's largest angle while a bridge was on, rad.
@@ -21,7 +21,7 @@ fn thrown_rad(outcome: &DriveOutcome) -> f64 {
     rows.map(|row| row.truth.phi_rad.abs()).fold(0.0, f64::max)
 }
 
-/// Opened by ImuImplausible, and only by it, within `limit_s` of `from_s`, with the arm not thrown.
+/// Asserts that fault ImuImplausible, and no other, opens the bridges within `limit_s` of `from_s`, before the arm is thrown.
 fn judged_by_its_imu(outcome: &DriveOutcome, from_s: f64, limit_s: f64, story: &str) {
     let opened = first(outcome, from_s, |row| !row.bridges_on);
     println!("{story}: {opened:?} s");
@@ -56,8 +56,8 @@ fn an_imu_that_turns_over_is_found_in_50_ms_whatever_the_vehicle_does() {
     }
 }
 
-/// Mounted half a turn about its z axis, the IMU agrees with itself from the boot on, and nothing blocks arming. On a slope
-/// the arm must move as soon as the vehicle is armed; on the level it does when the vehicle is commanded to drive. A
+/// An IMU that is mounted half a turn about its z axis is consistent in itself from the boot on, and nothing blocks arming. On a
+/// slope the arm must move as soon as the vehicle is armed; on the level it moves when the vehicle is commanded to drive. A
 /// vehicle that stands on the level does not move its arm, and then a mirrored IMU does no harm.
 #[test]
 fn a_mirrored_imu_is_found_in_300_ms_of_the_first_motion() {
@@ -80,8 +80,8 @@ fn a_mirrored_imu_is_found_in_300_ms_of_the_first_motion() {
     }
 }
 
-/// Gravity shows an IMU that is upside down, on its side or on an end before anything is armed: nothing arms with the arm's,
-/// and the spar's takes the levelling in the first tick, with the ballast where it hung.
+/// Gravity shows an IMU that is upside down, on its side or on an end before the vehicle arms. With such an arm IMU the vehicle
+/// does not arm; with such a spar IMU the levelling ends in the first tick, while the ballast still hangs.
 #[test]
 fn an_imu_that_gravity_shows_to_be_mounted_wrong_is_told_before_a_motor_turns() {
     for (axis, angles_deg) in [("x", [90.0, -90.0, 180.0]), ("y", [90.0, -90.0, 180.0])] {
@@ -115,8 +115,8 @@ fn an_imu_that_gravity_shows_to_be_mounted_wrong_is_told_before_a_motor_turns() 
     }
 }
 
-/// Mounted a quarter of a turn about its z axis, the arm IMU shows an arm that stands still. The vehicle reports it
-/// before the arm has swung out: on the level once the vehicle drives off, on a slope once the wheels are let go.
+/// An arm IMU that is mounted a quarter of a turn about its z axis shows an arm that stands still. The vehicle reports this
+/// before the arm has swung out: on the level once the vehicle drives off, on a slope once the wheels are released.
 #[test]
 fn an_arm_imu_a_quarter_of_a_turn_aside_is_found_in_300_ms_of_the_first_motion() {
     for (angle_deg, seed) in [(90.0, 1), (-90.0, 2)] {
@@ -145,7 +145,7 @@ fn a_spar_imu_that_is_mounted_wrong_is_found_before_the_ballast_swings_over() {
         let ballast_rad = ballast_rad.fold(0.0, f64::max);
         println!("{story}: {found:?} s, ballast {ballast_rad:.2} rad");
         assert!(found.is_some_and(|s| s <= limit_s), "{story}: {found:?}");
-        // Beyond a quarter turn it would not come back by itself.
+        // Beyond a quarter turn the ballast would not return by itself.
         assert!(ballast_rad < 1.5, "{story}: {ballast_rad} rad");
         assert_eq!(last(outcome).status.mode, Mode::Armed, "{story}: {:?}", outcome.log);
     };
@@ -179,7 +179,7 @@ fn a_spar_imu_that_is_mounted_wrong_is_found_before_the_ballast_swings_over() {
     }
 }
 
-/// What shakes the IMUs is neither a slide nor a wrong mounting: up to 10 m/s^2 from 5 Hz on, with a little of it in the gyros.
+/// Vibration is neither a slide nor a wrong mounting: up to 10 m/s^2 at 5 Hz and more, and up to 0.05 rad/s in the gyros.
 #[test]
 fn a_vibration_is_no_fault_and_no_slide() {
     for (frequency_hz, slope_rad) in [
@@ -212,8 +212,8 @@ fn a_vibration_is_no_fault_and_no_slide() {
                 let slides = outcome.trace.rows.iter().any(|row| row.status.estimate.sliding);
                 assert!(!slides, "{story}");
                 let error_m_s = row.truth.speed_m_s - speed_m_s;
-                // Shaken by its own weight the accelerometer is off its range half of the time; what drives at a walking pace may be
-                // off it by a quarter then, and by half of that at half of the shaking.
+                // A vibration as strong as gravity makes the accelerometer's direction useless half of the time. The speed of a
+                // vehicle at a walking pace may then be wrong by a quarter, and by half of that at half the amplitude.
                 let most_m_s = 0.25 * amplitude_m_s2 / 10.0;
                 assert!(error_m_s.abs() < most_m_s, "{story}: {error_m_s} m/s");
             }
@@ -221,8 +221,8 @@ fn a_vibration_is_no_fault_and_no_slide() {
     }
 }
 
-/// The IMUs' clocks are their own. Whatever they drift, the registers that a tick reads hold a sample of the last half
-/// millisecond: a period of 2 kHz, by a clock that is slow by a percent.
+/// Each IMU has its own clock. However the clocks drift, the registers that a tick reads hold a sample of the last half
+/// millisecond: a period of 2 kHz by a clock that may be slow by one per cent.
 #[test]
 fn no_tick_reads_an_imu_sample_older_than_half_a_millisecond() {
     const PERIOD_S: f64 = 0.5e-3;
@@ -248,7 +248,7 @@ fn no_tick_reads_an_imu_sample_older_than_half_a_millisecond() {
         assert_eq!(bench.mode(), Mode::Armed);
         let expected = clock_error.map(|error| PERIOD_S / (1.0 + error));
         for (oldest, most) in oldest_s.into_iter().zip(expected) {
-            // Their clocks drift through every age.
+            // The clocks drift through every age.
             assert!(oldest <= most + 1e-9 && oldest > 0.9 * most, "{oldest} s of {most}");
         }
     }

@@ -1,5 +1,5 @@
-//! Sensors, motors and wiring that fail, where comparable machines have not noticed: in scenarios on the virtual board,
-//! each kind at several values and seeds.
+//! Failures of sensors, motors and wiring that comparable machines have not noticed: scenarios on the virtual board, each kind at
+//! several values and seeds.
 
 use firmware::drive_board::SCALES;
 use model::supervise::arming::Mode;
@@ -21,7 +21,7 @@ fn a_current_sensor_that_shows_a_current_at_rest_blocks_arming() {
         for seed in [1, 11] {
             let offset =
                 format!("{{ at_s = 0.5, action = \"analog-fault\", sensor = \"{sensor}\", offset = {offset_a:?} }}");
-            // The steps stand in order of time.
+            // A scenario lists its steps in order of time, so that the fault comes before the arming.
             let text = format!(
                 "title = \"t\"\nduration_s = 4.0\nseed = {seed}\nstep = [{offset}, {{ at_s = 2.0, action = \"arm\" }}]\n"
             );
@@ -85,8 +85,8 @@ fn an_open_lead_is_named_by_its_motor() {
     }
 }
 
-/// Above the file's `minimum_v` the duties are made for what the sensor reads, below for `minimum_v`: the bridges give at most
-/// the battery's share of it, 1.33, too much.
+/// The board computes the duties for the sensor's reading, and for the file's `minimum_v` if the reading is lower. The bridges
+/// therefore apply at most 25.2 V / 19 V = 1.33 times the wanted voltage.
 #[test]
 fn a_supply_sensor_that_reads_too_low_brings_a_controlled_stop_at_the_speed_told() {
     for (speed_m_s, reads) in [
@@ -112,7 +112,7 @@ fn a_supply_sensor_that_reads_too_low_brings_a_controlled_stop_at_the_speed_told
                 speed_peak_m_s < f64::abs(speed_m_s) + 0.1,
                 "{story}: {speed_peak_m_s} m/s"
             );
-            // The current limit of 17 A and its share.
+            // The current limit of 17 A, exceeded by the ratio of the voltages.
             let current_peak_a = after().map(|row| row.truth.current_a[0].abs()).fold(0.0, f64::max);
             assert!(current_peak_a < 17.0 * 1.33, "{story}: {current_peak_a} A");
         }
@@ -126,7 +126,7 @@ fn a_supply_sensor_that_reads_too_low_brings_a_controlled_stop_at_the_speed_told
     }
 }
 
-/// What fails at the spar takes the levelling, never the drive.
+/// A failure at the spar may end the levelling, never the drive.
 #[test]
 fn no_failure_of_the_spar_ends_the_drive() {
     let sensor = |sensor: &str, fault: &str| {
@@ -224,7 +224,7 @@ fn a_gyro_that_crosses_100_degrees_per_second_goes_on_measuring() {
             let crossings: Vec<_> = words.windows(16).filter(crosses).collect();
             assert!(
                 !crossings.is_empty(),
-                "{yaw_rate}, seed {seed}: it must cross 100 deg/s"
+                "{yaw_rate}, seed {seed}: the gyro does not cross 100 deg/s"
             );
             for window in crossings {
                 let repeated = window.windows(2).filter(|pair| pair[0] == pair[1]).count();
@@ -241,7 +241,7 @@ fn a_vehicle_without_a_spar_takes_no_fault_from_its_inputs() {
     parameters.spar = None;
     let vehicle = model::vehicle::Vehicle::new(parameters).expect("valid");
     for (failure, seed) in [
-        // An input with nothing at it, from the boot on: no step names the encoder of a motor that is not there.
+        // The encoder input is open from the boot on: no step can name the encoder of a motor that does not exist.
         ("action = \"speak\"", 1),
         (
             "action = \"analog-fault\", sensor = \"ballast-current\", offset = 50.0",
@@ -267,11 +267,11 @@ fn a_vehicle_without_a_spar_takes_no_fault_from_its_inputs() {
         );
         assert_eq!(status.current_a[2], 0.0, "{failure}");
         let about_spar = outcome.log.iter().find(|line| line.contains("spar IMU"));
-        assert_eq!(about_spar, None, "nobody looks for its IMU");
+        assert_eq!(about_spar, None, "the board looks for a spar IMU");
     }
 }
 
-/// A limit that the sensors cannot measure would never be found crossed.
+/// A vehicle would never notice that it crosses a limit beyond the range of its sensors.
 #[test]
 fn a_limit_beyond_the_sensors_is_refused_by_the_file_reader_and_by_the_board() {
     for (changes, name) in [

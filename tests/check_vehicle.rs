@@ -1,4 +1,4 @@
-//! `hil-sim check` from outside, and a small vehicle from its file to driving.
+//! `hil-sim check` from outside, and small vehicles from their files to their drives.
 
 use std::path::{Path, PathBuf};
 
@@ -29,7 +29,7 @@ fn every_vehicle_that_is_shipped_is_sound() {
     assert!(vehicles >= 2);
 }
 
-/// The table reports the poles of both laws, and reports that a law with growing oscillations is unstable.
+/// The table lists the poles of both laws, and calls a law whose oscillations grow unstable.
 #[test]
 fn poles_and_limits_are_told_and_an_unstable_law_is_named() {
     let output = hil_sim(&["check", "vehicles/small.toml"]);
@@ -44,7 +44,8 @@ fn poles_and_limits_are_told_and_an_unstable_law_is_named() {
         assert!(table.contains(told), "{told}: {table}");
     }
     assert!(!table.contains("unstable"), "{table}");
-    // Eq. 3.25's gains do not follow from the vehicle: with the reference's, a bearing that drags little leaves it unstable.
+    // The gains of Eq. 3.25 do not follow from the vehicle: with the reference vehicle's gains, bearings without drag and motors
+    // of twice the resistance make it unstable.
     let free = changed(
         "free.toml",
         "bearing_damping_n_m_s = 0.02",
@@ -61,7 +62,7 @@ fn poles_and_limits_are_told_and_an_unstable_law_is_named() {
         .find(|line| line.starts_with("poles of Eq. 3.25"))
         .expect("the poles");
     assert!(line.ends_with("unstable"), "{line}");
-    assert_eq!(output.status.code(), Some(0), "the landing law flies it: {table}");
+    assert_eq!(output.status.code(), Some(0), "the landing law is stable: {table}");
 }
 
 #[test]
@@ -139,8 +140,8 @@ fn the_hold_that_check_tells_is_the_one_that_the_vehicle_needs() {
     assert!((mean_a / hold_a - 1.0).abs() < 0.03, "{mean_a} A for {hold_a} A");
 }
 
-/// A robot for the palm of a hand: wheels of 30 mm, 0.5 kg, 6 V, two gearmotors that bear 0.4 A. It has nothing that `check`
-/// doubts, arms, and drives; nothing that its board has not measured yet has warmed its motors.
+/// A robot for the palm of a hand: wheels of 30 mm, 0.5 kg, 6 V, two gearmotors with a continuous current of 0.4 A. `check` finds
+/// nothing to doubt; the robot arms, because only measured currents heat the model of its motors, and drives.
 #[test]
 fn a_vehicle_in_the_palm_of_a_hand_drives() {
     let mut text = std::fs::read_to_string(Path::new(WORKSPACE).join("vehicles/small.toml")).expect("reads");
@@ -191,7 +192,7 @@ fn a_vehicle_in_the_palm_of_a_hand_drives() {
             metric["value"].as_f64().unwrap_or(f64::NAN)
         };
         assert_eq!((value("faults"), value("final_mode")), (0.0, 1.0), "{scenario}");
-        // The vehicle comes as far as its top speed allows, follows its reference, and stops.
+        // The vehicle drives as far as its top speed allows, follows its reference, and stops.
         assert!(value("distance_m") > 15.0, "{scenario}: {json}");
         assert!(
             value("speed_error_rms_m_s") < 0.05 && value("phi_peak_deg") < 45.0,
@@ -224,8 +225,8 @@ fn the_small_vehicle_drives_the_slope_and_the_eight() {
             (value("faults"), value("final_mode"), value("late_ticks")),
             (0.0, 1.0, 0.0)
         );
-        // The same requirements as for the reference vehicle: it follows its reference, leans less than half way,
-        // and stops.
+        // The requirements on the reference vehicle: the vehicle follows its reference, its arm swings less than half way to the
+        // horizontal, and the vehicle stops.
         assert!(value("speed_error_rms_m_s") < 0.08, "{scenario}: {json}");
         assert!(
             value("phi_peak_deg") < 45.0 && value("hold_drift_m") < 0.05,

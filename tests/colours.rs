@@ -29,8 +29,8 @@ fn on_a_terminal(arguments: &[&str], variables: &[(&str, &str)]) -> String {
     String::from_utf8(text).expect("text")
 }
 
-/// Colours only repeat what the words say. A terminal shows colours unless `NO_COLOR` or the terminal's kind forbids
-/// them; a pipe has none.
+/// Colours only repeat what the words say. The tool colours its output on a terminal, unless `NO_COLOR` or the terminal's kind
+/// forbids colours; into a pipe it writes none.
 #[test]
 fn colours_are_for_terminals_that_want_them() {
     let arguments = ["check", "vehicles/missing.toml"];
@@ -46,8 +46,8 @@ fn colours_are_for_terminals_that_want_them() {
     assert!(stderr(&hil_sim(&arguments)).starts_with("error: "));
 }
 
-/// The value of the custom property `name` in the `number`-th block of a style sheet that has it: the first is for a light
-/// ground, the second for a dark one.
+/// The value of the custom property `name` in the `number`-th block of a style sheet that defines it: the first block is for a
+/// light ground, the second for a dark ground.
 fn property<'a>(style: &'a str, name: &str, number: usize) -> &'a str {
     let place = style.match_indices(&format!("{name}: ")).nth(number);
     let (at, found) = place.unwrap_or_else(|| panic!("{name}"));
@@ -55,8 +55,8 @@ fn property<'a>(style: &'a str, name: &str, number: usize) -> &'a str {
     rest.split(';').next().expect("ends")
 }
 
-/// What is commanded, aimed at, estimated and true has one colour and one line each on the console, on the page of a run and
-/// in its charts; no two of them have the same.
+/// Commanded, aimed, estimated and true values each have one colour and one line style on the console, on the page of a run and in
+/// its charts; no two of the four share a colour or a line style.
 #[test]
 fn one_meaning_has_one_colour_and_one_line_everywhere() {
     let read = |path: &str| std::fs::read_to_string(format!("{WORKSPACE}/{path}")).expect(path);
@@ -70,7 +70,7 @@ fn one_meaning_has_one_colour_and_one_line_everywhere() {
     );
     let mut seen = Vec::new();
     for meaning in ["commanded", "reference", "estimated", "true"] {
-        // On the console: of every curve of this name, or of a quantity with this word behind it.
+        // The console's curves with this name, or with this word after a quantity's name.
         let named = format!("{meaning}\", \"");
         let curves: Vec<(&str, &str)> = { plots.match_indices(&named) }
             .map(|(at, _)| {
@@ -79,7 +79,7 @@ fn one_meaning_has_one_colour_and_one_line_everywhere() {
                 let (colour, line) = (parts.next().expect("a colour"), parts.next().expect("a line"));
                 (colour.trim_matches('"'), line)
             })
-            // Slip has a side of the vehicle for its meaning: all of it is true.
+            // The curves of slip tell the sides of the vehicle apart by colour: all of them are true values.
             .filter(|(colour, _)| meaning != "true" || *colour == "--c4")
             .collect();
         let (variable, line) = curves[0];

@@ -14,7 +14,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// A report in a folder of the scenario's name does not hide the scenario.
+/// A folder with the name of a scenario, as a report leaves, does not hide the scenario.
 #[test]
 fn a_folder_is_no_scenario() {
     let place = folder("a-folder-is-no-scenario");
@@ -210,7 +210,7 @@ fn messages_name_the_flag_and_what_is_allowed() {
     }
 }
 
-/// Runs a program as on a machine without the board's toolchain, where cargo must not be asked for anything either.
+/// Runs a program as on a machine without the board's toolchain; a program that calls cargo fails.
 #[cfg(unix)]
 fn without_toolchain(name: &str, program: &str, arguments: &[&str]) -> std::process::Output {
     use std::os::unix::fs::PermissionsExt as _;
@@ -297,8 +297,8 @@ fn every_shell_gets_completions_and_every_command_a_page() {
     assert!(page.contains(".TH hil-sim 1"), "{page}");
 }
 
-/// As in `serve | head -1`: once its address is told, nobody needs to read on. The board goes on for its clients, and Ctrl-C ends
-/// it without a word of trouble.
+/// As in `serve | head -1`: after the address nobody reads on. The board keeps serving its clients, and Ctrl-C ends the server
+/// without a message.
 #[cfg(unix)]
 #[test]
 fn a_server_whose_words_nobody_reads_goes_on() {
@@ -312,10 +312,10 @@ fn a_server_whose_words_nobody_reads_goes_on() {
         .expect("it starts");
     let mut line = String::new();
     let words = server.stdout.take().expect("piped");
-    // Dropped with what it reads from: the pipe is closed.
+    // `read_line` is the reader's last call: dropping the reader closes the pipe.
     BufReader::new(words).read_line(&mut line).expect("its address");
     let port = line.trim().strip_prefix("board at ").unwrap_or(&line);
-    // Each client that comes and goes is a word to nobody.
+    // The server reports each client that comes and goes, into the closed pipe.
     let answers = [(); 2].map(|()| hil_sim(&["link", "--port", port, "status", "--seconds", "0.5"]));
     let goes_on = server.try_wait().expect("waits").is_none();
     let stopped = Command::new("kill").args(["-INT", &server.id().to_string()]).status();

@@ -6,8 +6,8 @@ use serde_json::Value;
 mod tool;
 use tool::hil_sim;
 
-/// The landing law settles every step and never faults; the best step found is the fastest and keeps to its grip; no step
-/// of the search beats it, and Eq. 3.25 alone is the slowest of all.
+/// The best step found settles before every law and keeps within its grip, and the landing law settles before Eq. 3.25 with its
+/// swing damped. On the whole vehicle the landing law finishes every course without a fault.
 #[test]
 fn the_comparison_of_another_vehicle_tells_the_laws_apart() {
     let folder = std::env::temp_dir().join(format!("compare-{}", std::process::id()));
@@ -61,7 +61,7 @@ fn the_comparison_of_another_vehicle_tells_the_laws_apart() {
     std::fs::remove_dir_all(folder).expect("removed");
 }
 
-/// The tool refuses an invalid vehicle, and an invalid directory, before any drive.
+/// The tool refuses a missing vehicle file and an impossible directory before any drive.
 #[test]
 fn a_bad_file_and_a_bad_directory_are_told() {
     let run = |arguments: &[&str]| {

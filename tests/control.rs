@@ -11,8 +11,8 @@ use support::generated::shown;
 use support::reference;
 use support::slopes::{changed, drive, from, most};
 
-/// In a steady ramp the arm stands where the equilibrium says that it must, and the vehicle knows it: the angle
-/// commanded, the angle estimated and the true angle agree. Under both laws.
+/// In a steady ramp the commanded, the estimated and the true angle of the arm agree, under both laws: the arm stands where the
+/// equilibrium puts it, and the vehicle knows that.
 #[test]
 fn in_a_steady_ramp_the_arm_is_where_it_is_commanded_to_be() {
     let mut worst_deg = [0.0_f64; 2];
@@ -31,8 +31,8 @@ fn in_a_steady_ramp_the_arm_is_where_it_is_commanded_to_be() {
             let steps = "{ at_s = 10.0, action = 'drive', speed_m_s = -2.4 },
                          { at_s = 18.0, action = 'drive', speed_m_s = 2.4 }";
             let outcome = drive(&vehicle, ends_s, slope_deg, "", steps);
-            // Means over the last part of the ramp, because the sensors are noisy; and over a second at rest before, for
-            // the angle by which this IMU's accelerometer is off.
+            // Means, because the sensors are noisy: over the last part of the ramp, and over a second at rest before it, which
+            // gives the error of this IMU's accelerometer.
             let rows = &outcome.trace.rows;
             let (rest, ramp) = (&rows[850..950], from(&outcome, ends_s - 0.8));
             let mean = |rows: &[TraceRow], value: &dyn Fn(&TraceRow) -> f64| {
@@ -76,8 +76,8 @@ fn in_a_steady_ramp_the_arm_is_where_it_is_commanded_to_be() {
     );
 }
 
-/// Steps of 0.3 to 2.5 m/s on slopes of up to 20 deg, forward and backward: into 2 % within 1.5 s median and 4 s worst,
-/// overshoot 5 % at most. At 2 m/s^2 a step to 2.5 m/s takes 1.25 s, so that less than the least time is a mistake.
+/// Steps of 0.3 to 2.5 m/s on slopes of up to 20 deg, forward and backward, settle into 2 % within 1.5 s median and 4 s worst, and
+/// overshoot by 5 % at most. At 2 m/s^2 a step takes at least speed / 2 m/s^2: settling sooner would be a mistake.
 #[test]
 fn steps_on_slopes_land_without_overshoot() {
     let mut settling = Vec::new();
@@ -103,7 +103,7 @@ fn steps_on_slopes_land_without_overshoot() {
         let last = rows
             .iter()
             .rposition(|row| error(row).abs() > 0.02)
-            .expect("it starts at rest");
+            .expect("a start at rest");
         assert!(last + 1 < rows.len(), "{speed_m_s} {slope_deg}: never settles");
         let settles_s = rows[last + 1].time_s() - 8.0;
         let (over, under) = (most(rows, error), most(rows, |row| -1.0 - error(row)));
@@ -130,12 +130,17 @@ fn steps_on_slopes_land_without_overshoot() {
     );
 }
 
-/// Let go with its arm hanging, the vehicle rolls back until its arm is up: with the grip of 0.6 at least 0.018, 0.050 and
-/// 0.149 m on 5, 10 and 20 deg. Then it stands where it was let go, or returns there, at 0.15 m/s at most.
+/// Released with its arm hanging, the vehicle rolls back until its arm is up: with a grip of 0.6 by at least 0.018, 0.050 and
+/// 0.149 m on 5, 10 and 20 deg. Then it returns to where it was released.
 #[test]
 fn let_go_on_a_slope_it_rolls_back_little_and_returns() {
     let mut found = Vec::new();
-    for (slope_deg, allowed_m) in [(5.0, 0.10), (10.0, 0.20), (20.0, 0.60), (-10.0, 0.20)] {
+    for (slope_deg, least_m, allowed_m) in [
+        (5.0, 0.018, 0.10),
+        (10.0, 0.050, 0.20),
+        (20.0, 0.149, 0.60),
+        (-10.0, 0.050, 0.20),
+    ] {
         let outcome = drive(&reference(), 14.0, slope_deg, "", "");
         let back_m = most(&outcome.trace.rows, |row| -f64::signum(slope_deg) * row.truth.x_m);
         let last = &outcome.trace.rows[outcome.trace.rows.len() - 1];
@@ -144,7 +149,7 @@ fn let_go_on_a_slope_it_rolls_back_little_and_returns() {
             "{slope_deg} deg: rolls back {back_m:.3} m, ends at {:.3} m",
             last.truth.x_m
         );
-        assert!(back_m > 0.018 && back_m <= allowed_m, "{slope_deg} deg: {back_m} m");
+        assert!(back_m > least_m && back_m <= allowed_m, "{slope_deg} deg: {back_m} m");
         assert!(
             last.truth.speed_m_s.abs() < 0.005,
             "{slope_deg}: {} m/s",
@@ -166,11 +171,11 @@ fn let_go_on_a_slope_it_rolls_back_little_and_returns() {
     );
 }
 
-/// Parked after a drive on slopes of up to 28 deg, the motors take what carries the vehicle's weight, give or take what the
-/// gears' friction carries, and hold it without a ripple.
+/// Parked after a drive on slopes of up to 28 deg, the motors take the current that carries the vehicle's weight, more or less by
+/// the share that the gears' friction carries, and the vehicle does not move.
 #[test]
 fn parking_takes_no_more_current_than_the_slope() {
-    /// Of noise and play, A.
+    /// Current of the sensors' noise, A.
     const RIPPLE_A: f64 = 0.05;
     let vehicle = reference();
     let (body, motor) = (vehicle.parameters().body, vehicle.parameters().drive_motor);
@@ -202,13 +207,13 @@ fn parking_takes_no_more_current_than_the_slope() {
     shown(
         "parks on slopes of up to 28 deg",
         &format!(
-            "takes what the vehicle's weight does ({last_a:.1} A on 28 deg), give or take {worst_a:.2} A that the gears' friction carries"
+            "takes the current of the vehicle's weight ({last_a:.1} A on 28 deg), give or take {worst_a:.2} A that the gears' friction carries"
         ),
     );
 }
 
-/// Stuck at a wall of 75 mm for 4 to 20 s, then commanded to reverse: it does within 1.5 s, no more than 0.2 m/s too
-/// fast; while it pushes, its motors stay cool.
+/// The vehicle is stuck at a wall of 75 mm for 4 to 20 s. While it pushes, its motors stay cool. Commanded to reverse, it reverses
+/// within 1.5 s and is never more than 0.2 m/s too fast.
 #[test]
 fn stuck_at_a_wall_it_stays_cool_and_reverses_when_told() {
     let wall = "terrain.profile = [{ kind = 'step', at_m = 1.0, height_m = 0.075 }]";
@@ -228,10 +233,13 @@ fn stuck_at_a_wall_it_stays_cool_and_reverses_when_told() {
             row.truth.current_a[0].abs().max(row.truth.current_a[1].abs())
         });
         let reverses = back.iter().find(|row| row.truth.speed_m_s < -0.5 * speed_m_s);
-        let reverses_s = reverses.expect("it reverses").time_s() - told_s;
+        let reverses_s = reverses.expect("a reverse").time_s() - told_s;
         let fastest_m_s = most(back, |row| row.truth.speed_m_s.abs());
         println!("{speed_m_s} m/s for {pushes_s} s: {current_a:.2} A, {reverses_s:.2} s, {fastest_m_s:.2} m/s");
-        assert!(pushing.iter().all(|row| row.truth.x_m > 0.7), "it pushes at the wall");
+        assert!(
+            pushing.iter().all(|row| row.truth.x_m > 0.7),
+            "the vehicle does not push at the wall"
+        );
         assert!(current_a > 1.0 && current_a < 4.0, "{current_a} A");
         assert!(reverses_s <= 1.5, "{reverses_s} s");
         assert!(fastest_m_s <= speed_m_s + 0.2, "{fastest_m_s} m/s");
@@ -246,8 +254,8 @@ fn stuck_at_a_wall_it_stays_cool_and_reverses_when_told() {
     );
 }
 
-/// Driven onto a hill and there stuck at a wall, the vehicle reckons with the hill that it has learnt: it pushes without
-/// bouncing, stays cool, and reverses on command, as on the level.
+/// Stuck at a wall on a hill, the vehicle uses the slope that it learnt on the way: it pushes without bouncing, its motors stay
+/// cool, and it reverses on command, as on the level.
 #[test]
 fn stuck_at_a_wall_on_a_hill_it_does_not_bounce() {
     const WALL_M: f64 = 6.0;
@@ -280,8 +288,8 @@ fn stuck_at_a_wall_on_a_hill_it_does_not_bounce() {
         let reverses_s = reverses.expect("it reverses").time_s() - told_s;
         let back_m_s = most(back, |row| -row.truth.speed_m_s);
         println!("{story}: {fastest_m_s:.2} m/s, {current_a:.1} A, {reverses_s:.2} s, {back_m_s:.2} m/s");
-        assert!(fastest_m_s < 0.05, "{story}: it bounces with {fastest_m_s} m/s");
-        // What the hill takes to stand on, and the push of a vehicle on the level.
+        assert!(fastest_m_s < 0.05, "{story}: the vehicle bounces at {fastest_m_s} m/s");
+        // The current that holds the vehicle on the hill, and the push of a vehicle on the level.
         let (p, motor) = (reference().parameters().body, reference().parameters().drive_motor);
         let weight_n_m = p.total_mass_kg * (1.0 + reference().spar_mass_ratio()) * GRAVITY_M_S2 * p.wheel_radius_m;
         let hold_n_m = weight_n_m * hill_deg.max(0.0).to_radians().sin();
@@ -303,14 +311,14 @@ fn stuck_at_a_wall_on_a_hill_it_does_not_bounce() {
     shown(
         "driven onto hills of -10 to 15 deg",
         &format!(
-            "once it has given up to push hard, {push_a:.1} A at most beside what the hill takes; moves with {bounce_m_s:.2} m/s at most; reverses within \
+            "once it has given up pushing hard, {push_a:.1} A at most beside what the hill takes; moves at {bounce_m_s:.2} m/s at most; reverses within \
              {reverses_s:.2} s, at most {excess_m_s:.2} m/s too fast"
         ),
     );
 }
 
-/// Told to reverse while it still bounces off a wall of 75 mm, or has just begun to push, the vehicle leaves the wall no more
-/// than 0.2 m/s faster than commanded: it reckons with no obstacle behind itself.
+/// Commanded to reverse while it still bounces off a wall of 75 mm, or has just begun to push, the vehicle leaves the wall at most
+/// 0.2 m/s faster than commanded: it assumes no obstacle behind itself.
 #[test]
 fn turned_back_at_a_wall_it_leaves_as_fast_as_commanded() {
     let wall = "terrain.profile = [{ kind = 'step', at_m = 1.0, height_m = 0.075 }]";

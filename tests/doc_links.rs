@@ -1,5 +1,5 @@
-//! What the docs point at is there: the target of every link, the test of every number that a test is to find.
-#![allow(dead_code)] // Of the shared helpers it uses its part.
+//! What the pages point at exists: the target of every link, and the test for every number of the table "What is shown".
+#![allow(dead_code)] // This binary uses part of the shared helpers.
 
 #[path = "support/files.rs"]
 mod files;
@@ -42,7 +42,7 @@ fn every_link_leads_somewhere() {
     assert!(followed > 40, "{followed} links found");
 }
 
-/// Every row of the control page's table "What is shown" is compared with what a test finds.
+/// For every row of the control page's table "What is shown", exactly one test compares the row with its result.
 #[test]
 fn a_test_compares_every_row_of_what_is_shown() {
     let sources: String = files::files(&root(), &["rs"])

@@ -1,6 +1,6 @@
-//! The pages of `docs/`: their tables say what the sources say, and every command, test, flag, file and
-//! name they mention exists. `UPDATE_DOCS=1` writes the generated tables anew.
-#![allow(dead_code)] // Of the shared helpers it uses its part.
+//! The pages of `docs/`: their tables agree with the sources, and every command, test, flag, file and name that they mention
+//! exists. `UPDATE_DOCS=1` rewrites the generated tables.
+#![allow(dead_code)] // This binary uses part of the shared helpers.
 
 use std::fmt::Write as _;
 use std::process::Command;
@@ -128,7 +128,7 @@ fn the_scenarios_page_explains_every_step() {
         assert!(row.is_some_and(|row| row.contains(&format!("`{sensor}`"))), "{sensor}");
     }
     for step in steps {
-        // A step whose fields are missing is refused for them, not for its name.
+        // A step without its fields is refused because of the fields, not because of its name.
         let text = format!("title = \"t\"\nduration_s = 1.0\n[[step]]\nat_s = 0.5\naction = \"{step}\"\n");
         if let Err(error) = Scenario::parse("s.toml", &text) {
             assert!(error.to_string().contains(" is missing: "), "{error}");
@@ -268,7 +268,7 @@ fn the_errata_are_numbered_and_listed() {
 #[test]
 fn the_adding_page_counts_its_places() {
     let page = page("adding.md");
-    // For a command there are two lists: of a quantity and of a request.
+    // The section on commands has two lists: for a quantity and for a request.
     for (what, places, lists) in [
         ("parameter", 2, 1),
         ("fault", 2, 1),
@@ -286,7 +286,7 @@ fn the_adding_page_counts_its_places() {
     }
 }
 
-/// That the commands of the rows run tests, `every_test_that_a_page_names_exists` sees to.
+/// `every_test_that_a_page_names_exists` checks that the commands of the rows run tests.
 #[test]
 fn every_section_of_the_safety_page_has_what_shows_it() {
     shown::every_section_has_rows(&page("safety.md"));
@@ -303,7 +303,7 @@ fn every_test_that_a_page_names_exists() {
     let mut cited = 0;
     for page in pages::all(&root()) {
         for command in page.commands() {
-            // Variables stand before a command, and what follows `--` is for the tests themselves.
+            // Variables stand before a command; the words after `--` are for the test binary.
             let words = command.split(' ').filter(|word| !word.contains('='));
             let words: Vec<&str> = words.take_while(|word| *word != "--").collect();
             let tests = match words[..] {
@@ -338,7 +338,7 @@ fn every_tool_command_that_a_page_names_is_understood() {
             if command.contains('[') {
                 continue;
             }
-            // What follows a pipe or a redirection is not the tool's.
+            // The words after a pipe or a redirection are not the tool's.
             let arguments = arguments.split(|word| *word == "|" || *word == ">").next();
             let output = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
                 .args(arguments.unwrap_or_default())
@@ -375,7 +375,7 @@ fn every_name_and_file_that_a_page_mentions_exists() {
                 assert_eq!(missing, None, "{}: `{code}` is nowhere in the sources", page.name);
                 cited += 1;
             } else if code.contains('/') && !code.contains([' ', '*', '{', '(']) {
-                // The command line's own examples and outputs are not in the tree.
+                // Files that the commands of the pages write are not in the tree.
                 let made = ["target/", "out/", "vehicles/mine"]
                     .iter()
                     .any(|start| code.starts_with(start));

@@ -1,4 +1,4 @@
-//! The estimator against the truth, with data-sheet noise: at ease and under 0.3 g.
+//! The estimator against the truth under accelerations of 0.3 g, with the noise of the data sheets.
 
 use model::vehicle::{GRAVITY_M_S2, Vehicle};
 use virtual_board::scenario::{self, Scenario, VirtualBackend, metrics};
@@ -6,7 +6,7 @@ use virtual_board::scenario::{self, Scenario, VirtualBackend, metrics};
 mod support;
 use support::reference;
 
-/// The reference vehicle that is allowed 0.3 g.
+/// The reference vehicle, allowed to accelerate by 0.3 g.
 fn sprinter() -> Vehicle<f64> {
     let mut parameters = *reference().parameters();
     parameters.control.acceleration_max_m_s2 = 0.3 * GRAVITY_M_S2;
@@ -53,7 +53,7 @@ fn under_0_3_g_the_arm_is_known_within_2_5_degrees() {
             .fold(0.0, f64::max);
         assert!(
             hardest > 0.27 * GRAVITY_M_S2,
-            "seed {seed}: the vehicle must accelerate: {hardest} m/s^2"
+            "seed {seed}: the vehicle accelerates by {hardest} m/s^2 at most"
         );
         let values = metrics::measure(&outcome);
         let value = |name: &str| values.iter().find(|m| m.name == name).expect(name).value;

@@ -1,4 +1,4 @@
-//! What happens to a sound vehicle and must not be reported as a fault of something else.
+//! Events after which a sound vehicle must not report a fault of something else.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::{Fault, FaultSet};
@@ -10,22 +10,22 @@ use support::flights::{first, last, only};
 use support::reference;
 use support::slopes::{drive, from, most, small};
 
-/// A drive from 4 s on at `speed_m_s`, on which `event` happens at 8 s.
+/// A drive at `speed_m_s` from 4 s on, with `event` at 8 s.
 fn fly(vehicle: &Vehicle<f64>, seed: u64, slope_deg: f64, speed_m_s: f64, event: &str) -> DriveOutcome {
     let steps = format!("{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?} }}, {event}");
     drive(vehicle, 14.0, slope_deg, &format!("seed = {seed}"), &steps)
 }
 
-/// The faults of the whole drive, without that of a stop that takes longer than its time: the fault under test decides
-/// what is stopped, the slope and the speed decide for how long.
+/// The faults of the whole drive but StopTimeout: the fault under test begins the stop, but slope and speed decide how long the
+/// stop takes.
 fn faults(outcome: &DriveOutcome) -> FaultSet {
     let mut faults = last(outcome).status.faults;
     faults.set(Fault::StopTimeout, false);
     faults
 }
 
-/// A string of cells opens: the supply falls to about half. The bridges then apply less than the laws asked for, which
-/// is the fault of no encoder.
+/// A string of cells opens, and the supply falls to about half. The bridges then apply less voltage than the laws asked for, for
+/// which no encoder is to blame.
 #[test]
 fn a_supply_that_falls_below_its_minimum_is_a_low_battery_and_nothing_else() {
     let halves = [
@@ -53,7 +53,7 @@ fn a_supply_that_falls_below_its_minimum_is_a_low_battery_and_nothing_else() {
     }
 }
 
-/// Somebody pushes a vehicle that stands on the level, seconds after it was armed. The observer takes the push for a slope.
+/// Somebody pushes a vehicle that stands on the level, seconds after it was armed. The observer mistakes the push for a slope.
 #[test]
 fn a_push_at_a_vehicle_that_stands_is_no_slope_on_which_it_was_armed() {
     let pushes = [
@@ -78,8 +78,8 @@ fn a_push_at_a_vehicle_that_stands_is_no_slope_on_which_it_was_armed() {
     }
 }
 
-/// 15 to 20 mg of offset along the axle, which the accelerometer's data sheet allows, look like a roll of the plane but turn with
-/// the vehicle. Nothing slides, and a vehicle that is told to stand stands.
+/// An offset of 15 to 20 mg along the axle, which the accelerometer's data sheet allows, looks like a roll of the plane but turns
+/// with the vehicle. The status reports no slide, and a vehicle that is commanded to stand stands.
 #[test]
 fn an_offset_of_the_accelerometer_along_the_axle_is_no_slide() {
     for vehicle in [reference(), small()] {
@@ -96,7 +96,7 @@ fn an_offset_of_the_accelerometer_along_the_axle_is_no_slide() {
                 let off_m_s = most(rows, |row| {
                     (f64::from(row.status.estimate.speed_m_s) - row.truth.speed_m_s).abs()
                 });
-                // Sliding wheels are reported from a difference of 0.25 m/s^2 that lasts; 0.1 m/s is what remains at rest.
+                // The status reports a slide when a difference of 0.25 m/s^2 lasts. At rest 0.1 m/s may remain.
                 assert!(off_m_s < 0.1, "{story}: {off_m_s} m/s");
                 assert!(rows.iter().all(|row| !row.status.estimate.sliding), "{story}");
                 assert_eq!(last(&outcome).status.faults, FaultSet::EMPTY, "{story}");

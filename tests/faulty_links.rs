@@ -1,5 +1,5 @@
-//! Scenarios whose link loses or delays the board's messages: the run is judged by the board's behaviour, not by the
-//! messages that reached the operator.
+//! Scenarios whose link loses or delays the board's messages: metrics and trace describe the board's behaviour, whatever reached
+//! the operator.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::Fault;
@@ -7,7 +7,8 @@ use model::supervise::codes::Fault;
 mod support;
 use support::flights::{at_speed, fly, last};
 
-/// The way back from the board breaks; then the stop is pressed, and the vehicle rolls on down a ramp with open bridges.
+/// The link from the board breaks; then the operator presses the emergency stop, and the vehicle rolls on down a ramp with open
+/// bridges.
 #[test]
 fn what_the_operator_does_not_hear_is_in_the_trace_all_the_same() {
     let ramp =
@@ -32,9 +33,16 @@ fn what_the_operator_does_not_hear_is_in_the_trace_all_the_same() {
             "{fault}: {}",
             row.status.faults
         );
-        assert!(row.truth.x_m > 5.0, "{fault}: it rolls on: {} m", row.truth.x_m);
+        assert!(
+            row.truth.x_m > 5.0,
+            "{fault}: the vehicle does not roll on: {} m",
+            row.truth.x_m
+        );
         let rows = outcome.trace.rows.len();
-        assert!((1390..=1401).contains(&rows), "{fault}: a row for every 10 ms: {rows}");
+        assert!(
+            (1390..=1401).contains(&rows),
+            "{fault}: {rows} rows, not one row per 10 ms"
+        );
     }
 }
 
@@ -57,7 +65,8 @@ fn a_disarm_comes_through_a_link_that_loses_most_of_it() {
                 .find(|row| row.time_s() > 5.05 && row.status.mode == Mode::Disarmed);
             let at_s = disarmed.map(|row| row.time_s() - 5.1);
             println!("{story}: disarmed after {at_s:?} s");
-            // Forty sends in 2 s: all are lost in less than 2 of 100 runs even at 0.9. The dead-man time ends a drive too.
+            // The tool sends Disarm forty times in 2 s: even at 0.9 all are lost in fewer than 2 of 100 runs. With so many
+            // commands lost, the dead-man time may disarm the vehicle, too.
             assert!(at_s.is_some_and(|s| s < 2.0), "{story}: {at_s:?}");
             let rows = &outcome.trace.rows;
             let on = rows.iter().rfind(|row| row.bridges_on).map(|row| row.time_s() - 5.1);

@@ -1,37 +1,16 @@
-//! The glossary: a name is defined in the file that its row gives.
+//! The glossary: the file that a row gives defines the row's names.
 
 use std::path::Path;
+
+#[path = "support/definitions.rs"]
+mod definitions;
+use definitions::defines;
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 
 /// The texts in back quotes of a cell.
 fn code(cell: &str) -> impl Iterator<Item = &str> {
     cell.split('`').skip(1).step_by(2)
-}
-
-/// Whether a source defines `name`: a line begins with it behind visibility and keyword, as an item, a field, a variant or
-/// an entry of a list.
-fn defines(source: &str, name: &str) -> bool {
-    let words = [
-        "pub(super)",
-        "pub(crate)",
-        "pub",
-        "struct",
-        "enum",
-        "trait",
-        "const",
-        "type",
-        "fn",
-        "static",
-    ];
-    source.lines().any(|line| {
-        let mut rest = line.trim_start();
-        while let Some(after) = words.iter().find_map(|word| rest.strip_prefix(word)?.strip_prefix(' ')) {
-            rest = after;
-        }
-        rest.strip_prefix(name)
-            .is_some_and(|after| !after.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_' || c == '.'))
-    })
 }
 
 #[test]
@@ -53,7 +32,7 @@ fn the_glossarys_names_are_defined_where_it_says() {
         let sources: String = code(files)
             .filter_map(|file| std::fs::read_to_string(Path::new(ROOT).join(file)).ok())
             .collect();
-        // A name is a type, a constant or a variant here; the fields of the vehicle file have pages of their own.
+        // Names in capitals are types, constants and variants; the fields of the vehicle file have pages of their own.
         let names = code(names).filter(|name| name.starts_with(|c: char| c.is_ascii_uppercase()));
         for name in names.filter(|_| !sources.is_empty()) {
             let last = name.rsplit("::").next().unwrap_or(name);

@@ -1,4 +1,4 @@
-//! Tasks that hang: the control executor interrupts those of the thread executor, and stops the vehicle without them.
+//! Tasks that hang. The control executor interrupts the tasks of the thread executor and stops the vehicle without them.
 
 use firmware::drive_board::WATCHDOG_US;
 use model::supervise::arming::Mode;
@@ -11,12 +11,12 @@ use support::Bench;
 /// Lets a task hang.
 type Hang = fn(&mut VirtualBoard);
 
-/// How often the watchdog's task looks, ms.
+/// Period of the watchdog's task, ms.
 const LOOK_MS: u64 = 5;
 
 #[test]
 fn a_hung_thread_executor_ends_in_a_controlled_stop_and_a_reset() {
-    // The hang at several places in the command's period of 20 ms and the link's of 10 ms.
+    // The hang begins at several places in the command's period of 20 ms and the link's of 10 ms.
     for wait_ms in [0, 7, 13] {
         let mut bench = Bench::driving(21, 1.0);
         bench.run(wait_ms);
@@ -32,7 +32,7 @@ fn a_hung_thread_executor_ends_in_a_controlled_stop_and_a_reset() {
                 assert!(!bench.bridges_on());
             }
         });
-        // The last command was up to 20 ms old, and counts for 250 ms.
+        // The last command was up to 20 ms old, and is valid for 250 ms.
         assert!(
             stopping.is_some_and(|ms| (228..=252).contains(&ms)),
             "stops after {stopping:?} ms"
@@ -40,7 +40,7 @@ fn a_hung_thread_executor_ends_in_a_controlled_stop_and_a_reset() {
         let faults = bench.board.status().expect("the board runs").faults;
         assert!(faults.contains(Fault::CommandTimeout), "{faults}");
         assert!(!faults.contains(Fault::AnalogStale), "{faults}");
-        // The link, which checks in every 10 ms, may be silent for 1000 ms; then nobody feeds the watchdog any more.
+        // The link's task checks in every 10 ms and may be silent for 1000 ms; after that nothing feeds the watchdog.
         let reset_ms = u64::from(WATCHDOG_US) / 1000;
         let expected = 1000 - 10 + reset_ms..=1000 + LOOK_MS + reset_ms + 1;
         assert!(
@@ -50,8 +50,8 @@ fn a_hung_thread_executor_ends_in_a_controlled_stop_and_a_reset() {
     }
 }
 
-/// The tasks of the control executor that are not the control task: each may be silent for 100 ms, then nobody feeds the
-/// watchdog any more.
+/// The control executor's tasks other than the control task: each may be silent for 100 ms; after that nothing feeds the
+/// watchdog.
 #[test]
 fn a_hung_task_of_the_inputs_ends_in_open_bridges_and_a_reset() {
     let hangs: [(&str, Hang); 2] = [
@@ -59,7 +59,7 @@ fn a_hung_task_of_the_inputs_ends_in_open_bridges_and_a_reset() {
         ("analogue inputs", VirtualBoard::hang_analog_task),
     ];
     for (name, hang) in hangs {
-        // The hang at several places in the watchdog task's period.
+        // The hang begins at several places in the watchdog task's period.
         for wait_ms in [0, 2, 4] {
             let mut bench = Bench::driving(22, 1.0);
             bench.run(wait_ms);

@@ -1,4 +1,4 @@
-//! Kerbs and ledges, alone and one after the other as stairs.
+//! Kerbs and ledges, single and as stairs.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::{FaultSet, Limit};
@@ -12,15 +12,16 @@ use support::kerbs::{KerbDrive, drive_over};
 use support::reference;
 use support::slopes::{drive, from};
 
-/// Number of steps, and the place of the first step.
+/// Number of the stairs' steps, and the place of the first step, m.
 const STEPS: usize = 8;
 const FIRST_M: f64 = 2.0;
-/// Speed over the command, beside what a fall from a step gives by itself, m/s: what is allowed behind one kerb, and a little
-/// more, because a kerb is met with what the one before has left.
+/// Speed over the command that is allowed on stairs, apart from the speed that the fall from a step gives by itself, m/s: the speed
+/// allowed behind a single kerb, and a little more, because the vehicle still has the previous step's excess when it meets the
+/// next.
 const OVERSPEED_M_S: f64 = 0.6;
 
-/// Kerbs of 5 to 50 mm up and ledges down, level and on slopes, at 0.3 to 2.5 m/s: the whole grid's short form, with the
-/// cells that once were the worst.
+/// Kerbs of 5 to 50 mm and ledges, level and on slopes, at 0.3 to 2.5 m/s: the whole grid's short form, with the cells that were
+/// the worst.
 #[test]
 fn no_kerb_ends_the_drive_or_lets_the_vehicle_run_away() {
     let cells = [
@@ -51,7 +52,7 @@ fn no_kerb_ends_the_drive_or_lets_the_vehicle_run_away() {
     shown(
         "eighteen of these drives",
         &format!(
-            "no fault in {} drives; {come_over} come over, the others stop in front and tell it (*Stall*); behind kerb and ledge at most {fastest_m_s:.2} m/s too fast",
+            "no fault in {} drives; {come_over} come over, the others stop in front and report it (*Stall*); behind kerb and ledge at most {fastest_m_s:.2} m/s too fast",
             drives.len()
         ),
     );
@@ -86,19 +87,19 @@ fn the_whole_grid_of_kerbs() {
     shown(
         "kerbs of 5 to 50 mm",
         &format!(
-            "{good} of {} drives without a fault, over it ({come_over}) or stopped in front and told (*Stall*), no more than 0.5 m/s too fast behind it{others}",
+            "{good} of {} drives without a fault, over it ({come_over}) or stopped in front and reported (*Stall*), no more than 0.5 m/s too fast behind it{others}",
             drives.len()
         ),
     );
     assert!(complaints.is_empty(), "{complaints:#?}");
 }
 
-/// Kerbs and slopes between those of the grid: nothing goes wrong there but the speed behind the kerb, in one drive of a hundred at
-/// most.
+/// Kerbs and slopes between those of the grid: in at most one drive of a hundred the vehicle is too fast behind the kerb, and
+/// nothing else goes wrong.
 #[test]
 #[ignore = "takes minutes"]
 fn kerbs_between_those_of_the_whole_grid() {
-    /// What the one drive in a hundred may come to beyond what is allowed: as much again.
+    /// Speed beyond the allowed excess that the one drive in a hundred may reach, m/s: as much again.
     const BEYOND_M_S: f64 = 0.5;
     let mut cells = Vec::new();
     for slope_deg in [-8.5, -3.0, 2.5, 4.0, 7.5, 9.0] {
@@ -116,7 +117,7 @@ fn kerbs_between_those_of_the_whole_grid() {
     shown(
         "kerbs and slopes between these",
         &format!(
-            "{good} of {} drives, over it ({come_over}) or stopped in front and told{}",
+            "{good} of {} drives, over it ({come_over}) or stopped in front and reported{}",
             drives.len(),
             but(&complaints)
         ),
@@ -131,7 +132,7 @@ fn kerbs_between_those_of_the_whole_grid() {
     assert!(100 * (drives.len() - good) <= drives.len(), "{complaints:#?}");
 }
 
-/// What is not so, if anything is.
+/// The end of a table's cell: the complaints, if there are any.
 fn but(complaints: &[&String]) -> String {
     let complaints: Vec<&str> = complaints.iter().map(|what| what.as_str()).collect();
     if complaints.is_empty() {
@@ -141,8 +142,8 @@ fn but(complaints: &[&String]) -> String {
     }
 }
 
-/// Flights of eight steps of 5 to 30 mm, up and down, 0.3 and 0.6 m apart, at 0.5 to 2.5 m/s: the vehicle comes over all of
-/// them, or stops in front of one and reports it; nothing ends the drive, and it does not run away.
+/// Flights of eight steps of 5 to 30 mm, up and down, 0.3 and 0.6 m apart, at 0.5 to 2.5 m/s: the vehicle drives over all steps,
+/// or stops in front of a step and reports it. Nothing ends the drive, and the vehicle does not run away.
 #[test]
 fn stairs_are_climbed_or_told() {
     let mut cells = Vec::new();
@@ -162,14 +163,14 @@ fn stairs_are_climbed_or_told() {
     shown(
         "stairs of eight steps",
         &format!(
-            "no fault in {} drives; {come_over} come over, the others stop in front of a step and tell it (*Stall*); at most \
+            "no fault in {} drives; {come_over} come over, the others stop in front of a step and report it (*Stall*); at most \
              {fastest_m_s:.2} m/s too fast",
             drives.len()
         ),
     );
 }
 
-/// Drives up or down the stairs; whether it comes over them, and by how much it is too fast, m/s.
+/// Drives up or down the stairs. Returns whether the vehicle drives over all steps, and by how much it is too fast, m/s.
 fn climb(speed_m_s: f64, height_m: f64, apart_m: f64) -> (bool, f64) {
     let story = format!("{speed_m_s} m/s, {:.0} mm, {apart_m} m apart", 1000.0 * height_m);
     let steps: Vec<String> = (0..STEPS)
@@ -207,7 +208,7 @@ fn climb(speed_m_s: f64, height_m: f64, apart_m: f64) -> (bool, f64) {
     let told = |row: &TraceRow| row.status.limits.contains(Limit::Stall);
     assert!(
         over || rows[rows.len() - 50..].iter().any(told),
-        "{story}: it ends at {} m and tells nothing",
+        "{story}: the vehicle ends at {} m and reports nothing",
         last.truth.x_m
     );
     (over, excess_m_s)

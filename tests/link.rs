@@ -1,5 +1,5 @@
-//! `hil-sim link` over a pseudo-terminal, with the virtual board at the other end. Where time matters it is the virtual
-//! board's.
+//! `hil-sim link` over a pseudo-terminal, with the virtual board at the other end. Where time matters, it is the virtual board's
+//! time.
 #![cfg(unix)]
 
 use std::fs::File;
@@ -23,7 +23,7 @@ mod wires;
 use support::Bench;
 use wires::{HOST_START_US, READ_US, messages};
 
-/// After this time a test gives up instead of hanging; nothing is measured by it.
+/// After this time a test gives up instead of hanging; the time measures nothing.
 const GIVE_UP: Duration = Duration::from_mins(2);
 
 /// The command line of `hil-sim link`.
@@ -96,7 +96,7 @@ fn link_into<O: Write>(bench: &mut Bench, arguments: &[&str], output: O) -> Ende
     let port = tool_end.name().expect("has a name");
     let arguments = [&["link", "--port", &port], arguments].concat();
     let tool = Tool::try_parse_from(arguments).expect("understood");
-    // The operator at the port is the tool now.
+    // From now on the tool is the operator at the port.
     bench.drive = None;
     bench.board.receive();
     let begin = |port: &str| {
@@ -146,7 +146,7 @@ fn the_program_disarms_before_anything_else() {
         came.extend(&bytes[..length]);
     }
     assert!(matches!(messages(&came)[0], HostMessage::Disarm(_)), "{came:?}");
-    // Nobody answers: the program ends by itself and says so.
+    // Nobody answers: the program ends by itself.
     assert_eq!(program.wait().expect("ends").code(), Some(1));
 }
 

@@ -1,5 +1,5 @@
-//! What the link tool takes for the answer to its question: over wires in memory, from scripted boards that answer late,
-//! answer another question, echo another value, or flood the wire; and over a wire that loses. Time is virtual.
+//! Which messages the link tool accepts as the answer to its question: wires in memory to scripted boards that answer late, answer
+//! another question, echo another value or flood the wire, and a wire that loses frames. Time is virtual.
 
 use std::cell::RefCell;
 use std::io;
@@ -29,7 +29,7 @@ fn value(number: u16, value: f32) -> Answer {
     })
 }
 
-/// A board of an older or a newer protocol is named as such, and gets no order.
+/// The tool names the protocol of an older or a newer board, and sends that board no order.
 #[test]
 fn a_board_of_another_protocol_is_told() {
     for protocol in [0, PROTOCOL_VERSION - 1, PROTOCOL_VERSION + 1, u16::MAX] {
@@ -52,7 +52,7 @@ fn a_board_of_another_protocol_is_told() {
 
 #[test]
 fn a_late_answer_is_not_taken_for_the_next_questions() {
-    // The first answer comes after 0.4 s, every other one at once.
+    // The first answer comes after 0.4 s, too late, and every later answer after 0.15 s.
     let mut asked = 0;
     let (mut link, _) = link(Scripted::new(move |id, order| {
         let Order::Parameters(ParameterRequest::Read { number }) = order else {
@@ -77,7 +77,7 @@ fn a_late_answer_is_not_taken_for_the_next_questions() {
 
 #[test]
 fn a_write_that_echoes_something_else_stores_nothing() {
-    // The board answers the write with another number, another value, a number that is none.
+    // The board answers the write with another parameter's number, another value, or NaN.
     for (other, echoed) in [(1, 0.05), (0, 0.06), (0, f32::NAN)] {
         let stores = Rc::new(RefCell::new(0));
         let counted = stores.clone();
@@ -140,7 +140,7 @@ fn a_flood_of_nonsense_is_silence() {
     assert!(link.disarm().is_err());
 }
 
-/// A wire on which every 20th thing that the tool says is lost.
+/// A wire that loses every 20th frame of the tool.
 struct LossyWire {
     wire: BoardWire,
     sent: u32,
@@ -164,7 +164,7 @@ impl Wire for LossyWire {
     }
 }
 
-/// The look back is hundreds of questions: one that is lost is asked again.
+/// The look back takes many questions: the tool repeats a question that the wire loses.
 #[test]
 fn the_look_back_comes_whole_over_a_wire_that_loses() {
     let mut bench = Bench::driving(41, 1.0);
@@ -182,10 +182,13 @@ fn the_look_back_comes_whole_over_a_wire_that_loses() {
     let mut file = RecordWriter::new(RecordFormat::Frames, Vec::new());
     let recorded = link.look_back(&mut file).expect("a fault");
     assert!(recorded.lost == 0 && recorded.ticks > 2000, "{recorded:?}");
-    assert!(recorded.blocks > 40, "{recorded:?}: two questions and more are lost");
+    assert!(
+        recorded.blocks > 40,
+        "{recorded:?}: the wire loses fewer than two questions"
+    );
 }
 
-/// A look back that is asked for at once goes on for 0.2 s yet: the tool waits for it.
+/// The board keeps recording for 0.2 s after the fault: asked at once, the tool waits for the end of the look back.
 #[test]
 fn the_look_back_is_there_for_who_asks_as_soon_as_the_fault_is_told() {
     let mut bench = Bench::driving(41, 1.0);
@@ -199,7 +202,7 @@ fn the_look_back_is_there_for_who_asks_as_soon_as_the_fault_is_told() {
     let mut file = RecordWriter::new(RecordFormat::Frames, Vec::new());
     let recorded = link.look_back(&mut file).expect("a fault");
     assert!(recorded.lost == 0 && recorded.ticks > 2000, "{recorded:?}");
-    // None of a vehicle that drives.
+    // A vehicle that drives has no look back.
     drop(link);
     let mut link = Link::new(BoardWire::new(Bench::driving(44, 1.0)), 45, Arc::default());
     link.identify().expect("answers");

@@ -1,4 +1,4 @@
-//! What the board takes from the link and what it drops, on the virtual board.
+//! Which orders the virtual board takes from the link and which it drops.
 
 use firmware::protocol::frame::encode;
 use firmware::protocol::message::{Answer, Envelope, HostMessage, Order, OrderId, ParameterRequest, Refusal};
@@ -12,7 +12,7 @@ use support::Bench;
 
 const DRIVE: Order = Order::Drive(DriveCommand::driving(1.0, 0.0));
 
-/// The milliseconds after which the vehicle left each mode, and the mode it came to.
+/// The modes of the vehicle during `ms` milliseconds, each with the millisecond in which it began.
 fn modes(bench: &mut Bench, ms: u64) -> Vec<(u64, Mode)> {
     let mut seen: Vec<(u64, Mode)> = vec![(0, bench.mode())];
     let mut at = 0;
@@ -145,7 +145,7 @@ fn frames_recorded_on_one_board_do_nothing_on_another() {
             assert!(mode.is_none_or(|mode| mode == Mode::Disarmed));
         });
         let vehicle = bench.board.status().expect("runs");
-        assert_eq!(vehicle.refused_arms, 0, "no request came through");
+        assert_eq!(vehicle.refused_arms, 0, "a request came through");
         assert!(vehicle.blockers.contains(Blocker::NoCommand));
         bench.run(20);
         assert!(bench.status().link.foreign_frames > 200, "{:?}", bench.status().link);
@@ -169,7 +169,7 @@ fn repeated_and_overtaken_frames_are_dropped_and_counted() {
     bench.run(200);
     assert_eq!(bench.status().link.repeated_frames - before, 4);
     let reference = bench.status().vehicle.speed_reference_m_s;
-    assert!(reference > 0.02, "the newest command holds: {reference}");
+    assert!(reference > 0.02, "the newest command does not hold: {reference}");
     // An order to arm that a Disarm has overtaken.
     let (_, arm) = bench.frame(Order::Request(Request::Arm)).expect("identified");
     bench.request(Request::Disarm);
@@ -194,13 +194,13 @@ fn a_command_is_as_old_as_when_it_was_given() {
                 "{latency_ms} ms, seed {seed}: {seen:?}"
             );
             bench.run(4000);
-            assert_eq!(bench.mode(), Mode::Disarmed, "old commands arm nothing");
+            assert_eq!(bench.mode(), Mode::Disarmed, "an old command arms the vehicle");
             assert!(bench.status().link.late_orders > 50, "{:?}", bench.status().link);
         }
     }
 }
 
-/// Frames that never cease, each a little later than the one before: their age stops the vehicle, not a gap between them.
+/// Frames arrive without a gap, each a little later than the frame before: their age stops the vehicle.
 #[test]
 fn a_delay_that_creeps_up_stops_the_vehicle_by_the_age_of_its_commands() {
     for (ms_per_s, seed) in [(50, 33), (200, 34), (500, 133)] {
@@ -212,9 +212,9 @@ fn a_delay_that_creeps_up_stops_the_vehicle_by_the_age_of_its_commands() {
                 stopped_at_ms.get_or_insert(bench.latency_ms[0]);
             }
         });
-        // A command is up to 20 ms old when the next one is given, and a delay that grows keeps the next one waiting.
+        // A command is up to 20 ms old when the next command is given, and the growing delay holds the next command back.
         let stopped_at_ms = stopped_at_ms.expect("stops");
-        let story = format!("{ms_per_s} ms a second, seed {seed}: at {stopped_at_ms} ms");
+        let story = format!("{ms_per_s} ms per second, seed {seed}: at {stopped_at_ms} ms");
         println!("{story}");
         let least_ms = 250 - 30 - 250 * ms_per_s / 1000;
         assert!(

@@ -23,7 +23,7 @@ mod wires;
 use support::Bench;
 use wires::{BoardWire, Scripted, link, ready};
 
-/// Every record that came over the link, and the bytes that its block took.
+/// The records of these blocks.
 fn records(blocks: &[RecordBlock]) -> Vec<FlightRecord> {
     blocks
         .iter()
@@ -54,7 +54,7 @@ fn the_stream_of_records_replays_bit_for_bit_and_leaves_room_for_the_status() {
     assert_eq!(
         numbers,
         (0..numbers.len() as u32).collect::<Vec<u32>>(),
-        "no block is lost"
+        "blocks are lost"
     );
     let records = records(&blocks);
     let stream: usize = blocks.iter().map(|block| block.bytes.len()).sum();
@@ -144,7 +144,7 @@ fn the_tool_writes_the_stream_as_the_frames_that_brought_it() {
     let recorded = link.record(2.0, &mut file).expect("records");
     let file = file.finish().expect("written");
     assert_eq!(recorded.lost, 0);
-    // The board has run for 1 s, and still has all records of it.
+    // The board has run for 1 s and still holds all records of that second.
     assert!((2900..=3100).contains(&recorded.ticks), "{recorded:?}");
     let messages = messages(&file);
     assert!(matches!(messages[0], BoardMessage::Identity(_)));
@@ -156,7 +156,7 @@ fn the_tool_writes_the_stream_as_the_frames_that_brought_it() {
         panic!("{:?}", messages[1])
     };
     assert_eq!(first.number, 0);
-    // And the log from the boot on, which replay puts into an MCAP file.
+    // The file also has the log from the boot on, which `replay` writes into an MCAP file.
     let log: Vec<String> = record_file::parse(&file)
         .expect("readable")
         .log()
@@ -165,7 +165,7 @@ fn the_tool_writes_the_stream_as_the_frames_that_brought_it() {
     for part in ["booted, reset by power-on", "gyros calibrated"] {
         assert_eq!(log.iter().filter(|line| *line == part).count(), 1, "{part}: {log:?}");
     }
-    // No fault, no look back.
+    // Without a fault there is no look back.
     assert_eq!(link.look_back(&mut frames()).expect_err("none").exit_code(), 1);
 }
 
@@ -188,7 +188,7 @@ fn the_tool_records_everything_for_other_tools_too() {
     let of = |topic: &'static str| messages.iter().filter(move |message| message.channel.topic == topic);
     let json =
         |message: &mcap::Message<'_>| -> serde_json::Value { serde_json::from_slice(&message.data).expect("JSON") };
-    // The identity and each block; and a status each 10 ms but for the time in which the parameters are read.
+    // The identity and each block, and a status every 10 ms except while the tool reads the parameters.
     assert_eq!(of("/records").count() as u32, recorded.blocks + 1);
     let statuses = of("/status").count();
     assert!((100..=200).contains(&statuses), "{statuses}");
@@ -203,12 +203,12 @@ fn the_tool_records_everything_for_other_tools_too() {
     let lines: BTreeSet<(u64, &[u8])> = of("/log")
         .map(|message| (message.log_time, &message.data[..]))
         .collect();
-    assert_eq!(lines.len(), log.len(), "no line twice: {log:?}");
+    assert_eq!(lines.len(), log.len(), "a line comes twice: {log:?}");
     assert!(
         of("/events").any(|message| json(message)["kind"] == "mode"),
         "the vehicle disarms by itself"
     );
-    // The records come back, with the parameters in force.
+    // The reader returns the records, with the parameters in force.
     let path = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("link.mcap");
     std::fs::write(&path, &bytes).expect("writes");
     let read = hil_sim::cli::record_files::read(&path).expect("readable");
@@ -244,7 +244,7 @@ fn the_tool_shows_the_boards_log() {
         " disarmed",
         "not armed: blocked by FaultLatched, EmergencyStop",
     ] {
-        assert!(lines.any(|line| line.contains(part)), "{part}, in this order: {text}");
+        assert!(lines.any(|line| line.contains(part)), "no {part} in this order: {text}");
     }
     assert!(
         text.contains("arm IMU: started") && text.contains("spar IMU: started"),
@@ -280,7 +280,7 @@ fn a_flood_of_questions_about_the_memory_holds_up_no_status_and_no_tick() {
     assert_eq!(after.late_ticks, before.late_ticks);
     assert_eq!(after.tick, before.tick + 1000);
     assert!(read > 1000 && read <= asked, "{read} of {asked}");
-    // One frame at most for each question, and the statuses.
+    // At most one frame per question, and the statuses.
     assert!(bytes <= 512 * (asked + 101), "{bytes}");
 }
 
@@ -299,7 +299,7 @@ fn faults(bench: &mut Bench) -> Vec<FaultEntry> {
     }
 }
 
-/// Boots, arms, presses the stop for some milliseconds after `ms`, and returns the boot's number and what the board
+/// Boots, arms, presses the emergency stop `ms` milliseconds later, and returns the boot's number and the faults that the board
 /// remembers.
 fn run_with_a_fault(seed: u64, history: &VirtualFlash, ms: u64) -> (u32, Vec<FaultEntry>) {
     let mut bench = Bench::with_history(seed, VirtualFlash::erased(), history.clone());
@@ -379,7 +379,7 @@ fn the_last_32_faults_outlive_resets() {
         let expected_us = 1_000_000 + 20_000 * (n + 1);
         assert!(pair[0].time_us.abs_diff(expected_us) <= 2_000, "{pair:?}");
     }
-    // A reset without a fault.
+    // A reset without a fault keeps the history.
     let mut bench = Bench::with_history(60, VirtualFlash::erased(), history);
     bench.run(500);
     assert_eq!(faults(&mut bench), entries);

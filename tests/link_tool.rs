@@ -1,4 +1,4 @@
-//! The link tool's core over a wire in memory to the virtual board, which may fall silent. Time is virtual.
+//! The link tool's core on a wire in memory to the virtual board, which may fall silent. Time is virtual.
 
 use std::cell::RefCell;
 use std::io::{self, Write};
@@ -23,7 +23,7 @@ mod wires;
 use support::Bench;
 use wires::{BoardWire, READ_US, link, messages, ready};
 
-/// Identifies, drives, and returns what came of it.
+/// Identifies the board, drives, and returns what the tool printed.
 fn drive<W: Wire>(link: &mut Link<W>, seconds: f64) -> Result<String, CommandError> {
     let mut console = Console(Vec::new());
     link.identify()?;
@@ -50,8 +50,8 @@ fn a_drive_ends_with_a_confirmed_disarm() {
     last_is_disarm(&sent);
 }
 
-/// The host's clock runs slower or faster than the board's, by as much as a served board's may and by what two crystals differ:
-/// the host follows, and no order is dated in the board's future, nor too late to count.
+/// The host's clock runs slower or faster than the board's, by as much as a served board's clock may and by as much as two crystals
+/// differ. The tool follows the board's clock, and the board counts no order as late or as given in the future.
 #[test]
 fn a_board_at_another_rate_gets_no_order_late() {
     for board_rate in [0.3, 0.7, 0.97, 0.9999, 1.0001, 3.0] {
@@ -61,7 +61,7 @@ fn a_board_at_another_rate_gets_no_order_late() {
         let shown = drive(&mut link, 4.0).unwrap_or_else(|error| panic!("rate {board_rate}: {error}"));
         assert!(shown.lines().count() > 3, "rate {board_rate}: {shown}");
         for line in shown.lines() {
-            // What has not happened is not in the line.
+            // The line leaves out counters that are zero.
             let counted = line.split("; link: ").nth(1).expect("the link's counters");
             assert!(
                 counted.contains(" frames") && !counted.contains("late") && !counted.contains("dropped"),
@@ -128,7 +128,7 @@ fn a_fault_is_told_within_300_ms_and_named() {
     }
 }
 
-/// Whatever ends the armed state but the tool: a fault of its own, a stop, or somebody at the board's button.
+/// Something other than the tool ends the armed state: a fault that opens the bridges, a fault that stops, or the board's button.
 #[test]
 fn a_drive_that_something_else_ends_is_told_within_300_ms() {
     type End = fn(&mut Bench);
@@ -162,7 +162,7 @@ fn a_drive_that_something_else_ends_is_told_within_300_ms() {
             let (mut link, _) = link(wire);
             let told = drive(&mut link, 4.0).expect_err("ended").to_string();
             assert!(told.contains(expected), "{told}");
-            // The supply takes 50 ms and its filter to be believed.
+            // The board believes a supply out of bounds after its filter and 50 ms.
             assert!(
                 *ended_us.borrow() - at_us < 300_000,
                 "{expected}: {} us",
@@ -185,7 +185,7 @@ fn an_arm_that_is_refused_is_told_with_its_blockers() {
     last_is_disarm(&sent);
 }
 
-/// The gyros are calibrated half a second after the boot: a drive that is asked for before waits for them.
+/// The board calibrates its gyros for half a second after the boot: a drive that is asked for earlier waits.
 #[test]
 fn a_drive_waits_for_gyros_that_are_being_calibrated() {
     let wire = BoardWire::new(Bench::new(5));
@@ -194,7 +194,7 @@ fn a_drive_waits_for_gyros_that_are_being_calibrated() {
     assert!(shown.starts_with("armed: "), "{shown}");
 }
 
-/// A disk that is full while the vehicle drives: it stops, then it is disarmed, and the tool prints the reason.
+/// The disk is full while the vehicle drives: the tool stops the vehicle, disarms it, and prints the reason.
 #[test]
 fn a_record_that_takes_no_more_stops_the_vehicle() {
     struct Disk(usize);
@@ -227,7 +227,10 @@ fn a_record_that_takes_no_more_stops_the_vehicle() {
     assert!(told.contains("storage"), "{told}");
     last_is_disarm(&sent);
     let speeds = speeds.borrow();
-    assert!(speeds.iter().any(|(_, speed)| *speed > 0.4), "it drove");
+    assert!(
+        speeds.iter().any(|(_, speed)| *speed > 0.4),
+        "the vehicle did not drive"
+    );
     let (ended_us, speed) = speeds.last().expect("some");
     assert!(
         *ended_us < 15_000_000 && speed.abs() < 0.05,
@@ -252,7 +255,7 @@ fn a_wish_to_stop_stops_and_a_second_one_disarms_at_once() {
     }
 }
 
-/// An output that takes nothing.
+/// An output that accepts nothing.
 struct Closed;
 
 impl Write for Closed {
@@ -317,7 +320,7 @@ fn numbers_are_checked_before_anything_happens() {
     let sent = wire.sent.clone();
     let (mut link, _) = link(wire);
     link.identify().expect("answers");
-    let fast = DriveJob::new(2.6, 0.0, 1.0).expect("some vehicle drives so");
+    let fast = DriveJob::new(2.6, 0.0, 1.0).expect("a speed that some vehicle reaches");
     let refused = link.drive(&fast, &mut Console(Vec::new())).expect_err("too fast");
     assert_eq!(refused.exit_code(), 2, "{refused}");
     let arms = messages(&sent.borrow())

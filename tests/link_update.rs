@@ -1,4 +1,4 @@
-//! An image over the link to the virtual board, which stores and checks it as the drive board does.
+//! An image over the link to the virtual board, which stores and checks the image as the drive board does.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
@@ -28,7 +28,7 @@ use elves::{elf, linked};
 use support::Bench;
 use wires::{BoardWire, ready};
 
-/// The command line's part that is tried here.
+/// The command line of `hil-sim link`.
 #[derive(Parser)]
 struct Tool {
     #[command(flatten)]
@@ -65,7 +65,7 @@ fn send(bench: &mut Bench, bytes: &[u8], from: usize) {
     }
 }
 
-/// What `link update` ends with, of a file of these bytes.
+/// Runs `link update` with a file of these bytes; returns the command's result and output.
 fn update(bench: Bench, name: &str, file: &[u8]) -> (Result<(), CommandError>, String) {
     let path = std::env::temp_dir().join(format!("link-update-{}-{name}", std::process::id()));
     std::fs::write(&path, file).expect("a file");
@@ -78,7 +78,7 @@ fn update(bench: Bench, name: &str, file: &[u8]) -> (Result<(), CommandError>, S
     (ended, String::from_utf8(console.0).expect("text"))
 }
 
-/// The virtual board has no boot loader, and says so: the command does not end as if the firmware were installed.
+/// The virtual board has no boot loader: the command ends with an error that says that the firmware is not installed.
 #[test]
 fn the_virtual_board_stores_an_image_and_tells_that_it_is_not_installed() {
     let (ended, shown) = update(ready(60), "whole", &elf(BOARD, 9000));
@@ -167,13 +167,13 @@ fn nothing_is_stored_while_armed_and_nothing_is_armed_while_storing() {
     bench.run(20);
     assert_eq!(bench.mode(), Mode::Disarmed);
     assert!(bench.status().vehicle.blockers.contains(Blocker::Update));
-    // A host that leaves does not block the vehicle for ever.
+    // A host that leaves blocks the vehicle only for a while.
     bench.run(10_100);
     assert!(!bench.status().vehicle.blockers.contains(Blocker::Update));
     bench.request(Request::Arm);
     bench.run(20);
     assert_eq!(bench.mode(), Mode::Armed);
-    // The transfer has been left, not lost: but not a piece is taken now.
+    // The board keeps the abandoned transfer, but takes no piece while armed.
     assert_eq!(ask(&mut bench, piece(&bytes, 0)), refused(UpdateRefusal::NotDisarmed));
     bench.request(Request::Disarm);
     assert_eq!(
@@ -205,7 +205,7 @@ fn pieces_that_are_missing_or_wrong_are_found() {
         ask(&mut bench, UpdateRequest::Install),
         refused(UpdateRefusal::NotBegun)
     );
-    // A host that returns continues the transfer.
+    // A host that returns resumes the transfer.
     let next = 2 * UPDATE_BYTES as u32;
     assert_eq!(
         ask(&mut bench, UpdateRequest::Begin(announced)),
@@ -218,7 +218,7 @@ fn pieces_that_are_missing_or_wrong_are_found() {
         ask(&mut bench, UpdateRequest::Install),
         refused(UpdateRefusal::WrongChecksum)
     );
-    // After that everything is sent again.
+    // After a wrong checksum the host sends everything again.
     assert_eq!(
         ask(&mut bench, UpdateRequest::Begin(announced)),
         UpdateAnswer::Ready { next: 0 }
@@ -247,7 +247,7 @@ fn nothing_is_stored_during_a_controlled_stop() {
     assert_eq!(bench.mode(), Mode::Stopping);
 }
 
-/// An empty battery is about to take the supply away.
+/// A battery that runs empty may cut the supply in the middle of a store.
 #[test]
 fn nothing_is_stored_on_a_low_supply() {
     let (announced, _) = image(&elf(BOARD, 2000));

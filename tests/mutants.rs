@@ -1,4 +1,4 @@
-//! `tests/mutants.md` against the sources: a mutant that no test catches has its reason there, as long as its line exists.
+//! `tests/mutants.md` against the sources: every listed mutant changes a line that exists.
 
 use std::path::Path;
 
@@ -24,7 +24,7 @@ fn survivor(entry: &str) -> Option<Survivor<'_>> {
     })
 }
 
-/// What the sources below `root` lack of an entry.
+/// What an entry names and the sources below `root` lack.
 fn missing(root: &Path, survivor: &Survivor) -> Option<String> {
     let Ok(source) = std::fs::read_to_string(root.join(survivor.file)) else {
         return Some(format!("no file {}", survivor.file));
@@ -36,7 +36,7 @@ fn missing(root: &Path, survivor: &Survivor) -> Option<String> {
     if !source.contains(&format!("{function}(")) && !source.contains(&format!("{function}<")) {
         return Some(format!("{} has no {function}", survivor.file));
     }
-    // "replace < with <= ...": the line has what is replaced.
+    // "replace < with <= ...": the line contains the replaced text.
     let replaced = survivor
         .change
         .strip_prefix("replace ")

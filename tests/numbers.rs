@@ -1,8 +1,10 @@
-//! The numbers and files that the pages of `docs/` give for the names of the sources.
-#![allow(dead_code)] // Of the shared helpers it uses its part.
+//! The numbers and files that the pages of `docs/` give for names of the sources.
+#![allow(dead_code)] // This binary uses part of the shared helpers.
 
 #[path = "support/constants.rs"]
 mod constants;
+#[path = "support/definitions.rs"]
+mod definitions;
 #[path = "support/files.rs"]
 mod files;
 #[path = "support/generated.rs"]
@@ -11,6 +13,7 @@ mod generated;
 mod pages;
 
 use constants::Constants;
+use definitions::defines;
 use generated::root;
 
 /// "for 150 ticks (`SLIDES_TICKS` in `FILE`)": the page's number is the constant's, and the file defines it.
@@ -33,7 +36,7 @@ fn every_number_beside_a_constant_is_its_value() {
                     continue;
                 }
                 compared += 1;
-                // A page rounds to what it prints, a constant in f32 to its own digits.
+                // A page rounds to the digits that it prints, a constant in f32 to its own.
                 let agree = |given: &f64| values.iter().any(|value| (given - value).abs() <= 1e-6 * value.abs());
                 if !given.iter().any(agree) {
                     wrong.push(format!(
@@ -65,7 +68,7 @@ fn a_file_that_a_page_gives_for_a_name_defines_it() {
                 let source = std::fs::read_to_string(path).expect("a source");
                 // The names of a list: `A`, `B` in `FILE`.
                 for name in listed_before(&text[..=at]) {
-                    let defined = name.split("::").all(|part| is_defined(&source, part));
+                    let defined = name.split("::").all(|part| defines(&source, part));
                     compared += 1;
                     if !defined {
                         wrong.push(format!("{}: `{name}` is not in {file}", page.name));
@@ -94,24 +97,4 @@ fn listed_before(text: &str) -> Vec<&str> {
             .unwrap_or("");
     }
     names
-}
-
-/// Whether a source defines a name, or has a variant or a field of it.
-fn is_defined(source: &str, name: &str) -> bool {
-    let is_part = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    let kinds = [
-        "let", "const", "static", "fn", "struct", "enum", "type", "trait", "impl",
-    ];
-    let item = kinds.iter().any(|kind| {
-        let word = format!("{kind} {name}");
-        source
-            .match_indices(&word)
-            .any(|(at, _)| !source[at + word.len()..].starts_with(is_part) && !source[..at].ends_with(is_part))
-    });
-    let mut lines = source.lines().map(str::trim);
-    item || lines.any(|line| {
-        let line = line.strip_prefix("pub ").unwrap_or(line);
-        line.strip_prefix(name)
-            .is_some_and(|rest| rest.starts_with([',', '(', ':']) || rest.starts_with(" {"))
-    })
 }

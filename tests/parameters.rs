@@ -82,7 +82,7 @@ fn bad_values_are_refused_with_their_range_and_nothing_changes() {
         },
     );
     assert_eq!(answer, ParameterAnswer::NoSuchNumber);
-    // In range on its own, and contradicting the total mass.
+    // In its own range, but in contradiction to the total mass.
     ask(
         &mut bench,
         ParameterRequest::Write {
@@ -173,10 +173,10 @@ fn gains_that_do_not_hold_the_spar_are_not_stored() {
 fn nothing_is_stored_while_armed() {
     let mut bench = Bench::armed(4);
     assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Armed);
-    assert_eq!(bench.mode(), Mode::Armed, "and the vehicle drives on");
+    assert_eq!(bench.mode(), Mode::Armed, "a refused store ends the drive");
 }
 
-/// The value of a parameter in force, and as it is staged.
+/// A parameter's value in force, and its staged value.
 fn both(bench: &mut Bench, number: u16) -> [f32; 2] {
     [
         ParameterRequest::Read { number },
@@ -225,7 +225,7 @@ fn a_refused_set_leaves_no_trace() {
     assert_eq!(ask(&mut bench, ParameterRequest::Discard), ParameterAnswer::Discarded);
     assert_eq!(both(&mut bench, speed), [2.5; 2]);
 
-    // What is stored now holds nothing of all that.
+    // The next stored set contains none of these changes.
     write(&mut bench, arm, 12.0);
     assert_eq!(ask(&mut bench, ParameterRequest::Store), ParameterAnswer::Stored);
     assert_eq!(both(&mut bench, arm), [12.0; 2]);
@@ -242,7 +242,11 @@ fn changes_that_nobody_stores_are_dropped_after_10_s() {
     let write = |bench: &mut Bench, value| ask(bench, ParameterRequest::Write { number: ki, value });
     write(&mut bench, 0.04);
     bench.run(9000);
-    assert_eq!(both(&mut bench, ki), [built_in, 0.04], "reading keeps nothing alive");
+    assert_eq!(
+        both(&mut bench, ki),
+        [built_in, 0.04],
+        "reading drops or renews a staged change"
+    );
     // Each further change restarts the time.
     write(&mut bench, 0.05);
     bench.run(9000);
@@ -251,7 +255,7 @@ fn changes_that_nobody_stores_are_dropped_after_10_s() {
     assert_eq!(both(&mut bench, ki), [built_in; 2]);
 }
 
-/// What fails while the vehicle drives, and works again: with the fault that it latches.
+/// A fault, and the switch for the failure that latches the fault and can end again.
 type Failure = (Fault, fn(&mut World, bool));
 
 const FAILURES: [Failure; 3] = [
@@ -292,7 +296,7 @@ fn store_after((fault, fail): Failure, drive: [f32; 2], (table, name, value): (&
     bench.run(700);
     bench.board.world(|world| fail(world, false));
     bench.drive = Some([0.0, 0.0]);
-    // Until the vehicle hangs still.
+    // Until the arm hangs still.
     bench.run(20_000);
     bench.request(Request::Arm);
     bench.run(100);
@@ -321,7 +325,7 @@ fn store_after((fault, fail): Failure, drive: [f32; 2], (table, name, value): (&
         assert_eq!(now.faults, before.faults, "{story}");
         assert!(now.blockers.contains(Blocker::FaultLatched), "{story}");
         assert_eq!(now.refused_arms, 1, "{story}");
-        assert!(bench.board.world(|world| world.lamps.1), "{story}: the lamp stays on");
+        assert!(bench.board.world(|world| world.lamps.1), "{story}: the lamp goes out");
         for (now, before) in [
             (now.estimate.x_m, since.estimate.x_m),
             (now.estimate.y_m, since.estimate.y_m),
@@ -336,11 +340,18 @@ fn store_after((fault, fail): Failure, drive: [f32; 2], (table, name, value): (&
         Some(Answer::Parameters(ParameterAnswer::Stored)),
         "{story}"
     );
-    assert!(recalibrated, "{story}: the new set is in force");
+    assert!(
+        recalibrated,
+        "{story}: the gyros are not calibrated anew, so the new set is not in force"
+    );
     let after = bench.board.status().expect("it runs");
-    assert_eq!(after.tick - since.tick, 1500, "{story}: ticks are counted on");
+    assert_eq!(
+        after.tick - since.tick,
+        1500,
+        "{story}: the count of ticks does not go on"
+    );
 
-    // The vehicle has been driving, and rocks: its gyros are averaged over 4 s.
+    // After a drive the vehicle rocks, and the calibration averages the gyros over 4 s.
     bench.run(3000);
     bench.request(Request::ClearFaults);
     bench.run(60);

@@ -1,4 +1,4 @@
-//! Boots from a parameter flash whose set is lost: the built-in set, and arming blocked until somebody has stored one.
+//! Boots from a parameter flash whose set is lost: the board takes the built-in set and blocks arming until somebody stores a set.
 
 use firmware::parameters::ParameterStore;
 use firmware::protocol::message::{ParameterAnswer, ParameterRequest};
@@ -15,7 +15,7 @@ mod support;
 use questions::{ask, number};
 use support::{Bench, reference};
 
-/// Boots from a flash whose set is lost: the vehicle does not arm before a set is stored, whichever.
+/// Boots from a flash whose set is lost, and asserts that the vehicle arms only once a set is stored, whichever set that is.
 fn is_blocked_until_a_set_is_stored(seed: u64, flash: VirtualFlash, choose: &[ParameterRequest]) {
     let mut bench = Bench::with(seed, flash.clone());
     bench.run(1500);
@@ -31,7 +31,7 @@ fn is_blocked_until_a_set_is_stored(seed: u64, flash: VirtualFlash, choose: &[Pa
     assert_eq!(bench.mode(), Mode::Disarmed);
     let blockers = bench.status().vehicle.blockers;
     assert_eq!(blockers.iter().collect::<Vec<_>>(), [Blocker::Parameters]);
-    // A refused store does not unblock.
+    // A refused store does not end the blocking.
     let number = number(reference().parameters(), "body", "arm_mass_kg");
     ask(&mut bench, ParameterRequest::Write { number, value: 100.0 });
     assert_eq!(
@@ -81,7 +81,7 @@ fn random_flash_boots_to_the_built_in_set_and_does_not_arm() {
     }
 }
 
-/// A flash to which two sets were stored, and the newer one's bytes: those that the second store changed.
+/// A flash to which two sets were stored, and the places of the newer set: the bytes that the second store changed.
 fn two_sets() -> (VirtualFlash, Vec<usize>) {
     let set = |kp: f64| {
         let mut parameters = *reference().parameters();
@@ -103,7 +103,7 @@ fn two_sets() -> (VirtualFlash, Vec<usize>) {
 fn a_damaged_newest_set_does_not_boot_the_older_one() {
     let (flash, changed) = two_sets();
     let sound = flash.contents();
-    // The set's header in the store, its first words, its middle.
+    // In the set's header, in its first words and in its middle.
     for place in [0, 40, 200, 400] {
         let mut bytes = sound.clone();
         bytes[changed[place]] ^= 0x10;

@@ -1,5 +1,5 @@
-//! A sensor that fails for a while and works again: whatever it showed meanwhile, the vehicle's estimates are right
-//! again soon after it stands, and the vehicle can be armed and drives.
+//! A sensor fails for a while and works again. Whatever it showed meanwhile, the estimates are right again soon after the vehicle
+//! stands, and the vehicle arms and drives.
 
 use model::command::Request;
 use model::supervise::arming::Mode;
@@ -10,12 +10,11 @@ use virtual_board::scenario::Sensor;
 mod support;
 use support::Bench;
 
-/// Time after which a vehicle whose sensor works again and whose bridges are open must stand and be calibrated: the
-/// swing of its arm decays in 6 s. Then the whole vehicle may go on rocking on its wheels, and the calibration averages
-/// the gyros over 4 s of that.
+/// Time after which a vehicle whose sensor works again and whose bridges are open must stand and be calibrated, ms. The swing of
+/// its arm decays in 6 s. Then the vehicle may still rock on its wheels, and the calibration averages the gyros over 4 s.
 const AGAIN_MS: u64 = 11_000;
 
-/// The vehicle stands, knows its angles and can be armed.
+/// Asserts that the vehicle stands, that its estimates are right, and that nothing blocks arming.
 fn knows_itself(bench: &mut Bench, story: &str) {
     let truth = bench.board.world(|world| world.plant.truth());
     let status = bench.board.status().expect("runs");
@@ -49,7 +48,7 @@ fn fails_and_returns(sensor: Sensor, fault: SensorFault, after_ms: u64, for_ms: 
     bench.set_fault(sensor, fault);
     bench.run(for_ms);
     bench.set_fault(sensor, SensorFault::None);
-    // A vehicle that keeps driving stops by itself. After the bridges opened, the arm's swing decays.
+    // A vehicle that is still armed comes to rest. Once the bridges are open, the arm's swing decays.
     bench.run(1000);
     bench.request(Request::Disarm);
     bench.run(AGAIN_MS);

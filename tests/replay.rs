@@ -1,5 +1,5 @@
-//! `drive --record` and `replay` from outside: what was driven comes back bit for bit, or the tool reports where it
-//! does not. And the records of tests/records, which drive as they did when they were committed.
+//! `drive --record` and `replay` from outside: a replay gives the recorded drive bit for bit, or the tool reports where the two
+//! differ. The records of tests/records replay as they were committed.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ fn path(name: &str) -> PathBuf {
 /// The record of a drive over the kerb.
 fn recorded(name: &str) -> PathBuf {
     let path = path(name);
-    // Of an earlier run of the tests: the tool replaces no record.
+    // An earlier run of the tests may have left the file, and the tool replaces no record.
     _ = std::fs::remove_file(&path);
     let output = hil_sim(&[
         "drive",
@@ -40,7 +40,7 @@ fn recorded(name: &str) -> PathBuf {
     path
 }
 
-/// A vehicle file with the top speed of 0.8 m/s, where the reference vehicle's is 2.5 m/s.
+/// The file of a vehicle like the reference vehicle, with a top speed of 0.8 m/s instead of 2.5 m/s.
 fn slow_vehicle(name: &str) -> PathBuf {
     let reference = std::fs::read_to_string(Path::new(WORKSPACE).join("vehicles/reference.toml")).expect("reads");
     let slow = path(name);
@@ -48,7 +48,7 @@ fn slow_vehicle(name: &str) -> PathBuf {
     slow
 }
 
-/// What `replay --json` says: exit code, object, errors.
+/// The exit code, the JSON object and the errors of `replay --json`.
 fn replay(file: &Path, more: &[&str]) -> (Option<i32>, serde_json::Value, String) {
     let output = hil_sim(&[&["replay", file.to_str().expect("utf-8"), "--json"], more].concat());
     let json = serde_json::from_slice(&output.stdout).unwrap_or_default();
@@ -103,13 +103,13 @@ fn a_recorded_drive_replays_to_the_bit() {
         (&json["ok"], &json["difference"]),
         (&true.into(), &serde_json::Value::Null)
     );
-    // 24 s, but for the last tick, which may still be under way.
+    // 24 s, except the last tick, which may still be under way.
     assert!(json["ticks"].as_u64().expect("ticks") >= 23_999, "{json}");
     let bytes = std::fs::metadata(&file).expect("there").len();
     assert!(bytes < 24_000 * 40, "{bytes} bytes");
 }
 
-/// A vehicle that may not go as fast drives as recorded until a speed beyond its limit is commanded.
+/// A vehicle with a lower top speed replays as recorded until a speed beyond its limit is commanded.
 #[test]
 fn another_vehicle_differs_from_a_tick_that_is_named() {
     let file = recorded("kerb-other.records");
@@ -131,7 +131,7 @@ fn what_is_cut_missing_or_no_record_is_told() {
     let cut = path("cut.records");
     std::fs::write(&cut, &bytes[..bytes.len() / 3]).expect("writes");
     let (code, json, error) = replay(&cut, &[]);
-    assert_eq!(code, Some(0), "what was written before is a whole drive: {error}");
+    assert_eq!(code, Some(0), "the part before the cut does not replay: {error}");
     assert!(
         (6_000..12_000).contains(&json["ticks"].as_u64().expect("ticks")),
         "{json}"
@@ -149,7 +149,7 @@ fn what_is_cut_missing_or_no_record_is_told() {
     );
     assert!(json["lost_blocks"].as_u64().expect("blocks") > 0);
 
-    // Only the middle of a drive: the record lacks the vehicle's state at its begin.
+    // The second half of a drive: the record lacks the vehicle's state at its beginning.
     let late = path("late.records");
     std::fs::write(&late, &bytes[bytes.len() / 2..]).expect("writes");
     let (code, _, error) = replay(&late, &[]);
@@ -175,7 +175,7 @@ fn a_record_that_cannot_be_written_is_told_before_the_drive() {
     assert!(output.stdout.is_empty());
 }
 
-/// An MCAP file replays as a file of frames does, also where it breaks off, and knows the vehicle that drove.
+/// An MCAP file replays as a file of frames does, even if it breaks off, and contains the vehicle that drove.
 #[test]
 fn an_mcap_file_replays_with_its_own_vehicle_as_far_as_it_goes() {
     let file = path("kerb-slow.mcap");
@@ -216,20 +216,20 @@ fn an_mcap_file_replays_with_its_own_vehicle_as_far_as_it_goes() {
     }
     assert!(before > ticks * 8 / 10, "{before} of {ticks} ticks in 90 % of the file");
 
-    // Its first second alone, and as MCAP anew.
+    // The first second alone, written as another MCAP file.
     let again = path("again.mcap");
     _ = std::fs::remove_file(&again);
     let (code, json, error) = replay(&file, &["--until", "1", "--mcap", again.to_str().expect("utf-8")]);
     assert_eq!((code, &json["ticks"]), (Some(0), &1000.into()), "{error}");
     let (code, json, error) = replay(&again, &[]);
     assert_eq!((code, &json["ticks"]), (Some(0), &1000.into()), "{error}");
-    // With the log of that second, as it was.
+    // The new file has the log of that second, unchanged.
     let log = |path: &Path| record_files::read(path).expect("readable").boots.remove(0).log;
     let (of_drive, of_second) = (log(&file), log(&again));
     let within = of_drive.iter().take_while(|line| line.time_us <= 1_000_000).count();
     assert!(within > 2 && within < of_drive.len(), "{of_drive:?}");
     assert_eq!(of_second, of_drive[..within]);
-    // Which replaces no file.
+    // `--mcap` replaces no file.
     assert_eq!(replay(&file, &["--mcap", again.to_str().expect("utf-8")]).0, Some(2));
 }
 
@@ -246,7 +246,7 @@ fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
         (3.0, "\"drive\"\nspeed_m_s = 0.0"),
         (4.0, "\"battery-contact\"\nconnected = false"),
         (POWER_IS_BACK_S, "\"battery-contact\"\nconnected = true"),
-        // The arm has swung out, and the gyros are calibrated.
+        // By now the arm has swung out, and the gyros are calibrated.
         (10.0, "\"arm\""),
         (11.0, "\"drive\"\nspeed_m_s = 0.5"),
     ] {
@@ -259,7 +259,7 @@ fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
         _ = std::fs::remove_file(&record);
         let [file, record_name] = [&file, &record].map(|path| path.to_str().expect("utf-8"));
         let out = path("boots-out");
-        // With the proof that the drive itself replays.
+        // With `--out` the tool also proves that the drive itself replays.
         let out = ["--out", out.to_str().expect("utf-8")];
         let output = hil_sim(&[&["drive", file, "--record", record_name], &out[..]].concat());
         assert!(output.status.success(), "{}", stderr(&output));
@@ -267,8 +267,7 @@ fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
         assert_eq!((code, &json["ok"]), (Some(0), &true.into()), "{error} {json}");
         let boots = json["boots"].as_array().expect("boots");
         assert_eq!(boots.len(), 2, "{json}");
-        // Armed and driving in both, so a core that kept state from the first boot would drive differently in the
-        // second.
+        // The vehicle is armed and drives in both boots: a core that kept state from the first boot would differ in the second.
         let read = record_files::read(&record).expect("readable");
         for boot in &read.boots {
             assert_eq!(boot.records[0].tick, 1);
@@ -312,7 +311,7 @@ fn a_drive_over_a_boot_of_the_board_replays_boot_by_boot() {
     );
 }
 
-/// What would make no test is refused, before anything is written.
+/// The tool refuses a record that makes no test before it writes anything.
 #[test]
 fn only_a_short_record_that_replays_becomes_a_test() {
     let file = recorded("kerb-as-test.records");
@@ -343,8 +342,8 @@ fn only_a_short_record_that_replays_becomes_a_test() {
     assert!(!Path::new(WORKSPACE).join("tests/records/kerb.records").exists());
 }
 
-/// Every committed record drives as it did, bit for bit. A change that is meant is committed with the records that
-/// `UPDATE_RECORDS=1` writes: same samples and commands, the new actuations.
+/// Every committed record replays bit for bit. An intended change of behaviour is committed with the records that
+/// `UPDATE_RECORDS=1` writes: the same samples and commands, with the new actuations.
 #[test]
 fn every_committed_record_replays() {
     let folder = Path::new(WORKSPACE).join("tests/records");
@@ -373,7 +372,10 @@ fn every_committed_record_replays() {
             panic!("{shown}: {} boots", file.boots.len())
         };
         for (record, tick) in boot.records.iter_mut().zip(1_u32..) {
-            assert_eq!(record.tick, tick, "{shown}: from the boot on, without a gap");
+            assert_eq!(
+                record.tick, tick,
+                "{shown}: the ticks do not begin at the boot, or have a gap"
+            );
             let actuation = core.step(&record.sample, &record.command).actuation;
             differs = differs.or_else(|| first_field(record.actuation, actuation).map(|field| (tick, field)));
             record.actuation = actuation;

@@ -1,5 +1,5 @@
-//! Every package's sources are rooms with one purpose: no circle of imports between the modules of one
-//! folder, no file too long to read in one go, no name for two types. A package that appears later is checked too.
+//! Every package's sources are rooms with one purpose: no circle of imports between the modules of one folder, no file too long
+//! to read in one go, no name for two types. The tests find new packages by themselves.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -36,7 +36,7 @@ const SHARED: &[(&str, &str)] = &[
     ),
 ];
 
-/// Constants of which one package may have several of one name: folder and names (none: every name), with the reason.
+/// Names that several constants of one package may have: folder and names (none: every name), with the reason.
 const SHARED_CONSTANTS: &[(&str, &[&str], &str)] = &[
     (
         "firmware/src/drive_board",
@@ -96,7 +96,7 @@ fn crates() -> Vec<PathBuf> {
         .collect()
 }
 
-/// Every package's sources, parsed, but for tests: they may call their helpers what they like.
+/// Every package's sources, parsed, except tests, which may give their helpers any names.
 fn sources() -> impl Iterator<Item = (String, syn::File)> {
     files(&root(), &["rs"]).into_iter().filter_map(|file| {
         let place = shown(&file);
@@ -109,7 +109,7 @@ fn sources() -> impl Iterator<Item = (String, syn::File)> {
     })
 }
 
-/// The names of the types that some items define, of their modules too. What a macro makes is not seen.
+/// The names of the types that these items and the modules among them define. Types that a macro makes are not found.
 fn types(items: &[syn::Item], names: &mut Vec<String>) {
     for item in items {
         match item {
@@ -148,7 +148,7 @@ fn no_two_types_have_one_name() {
     }
 }
 
-/// The names of the constants that a file's items define at its top, but for those of its tests.
+/// The names of the constants that a file defines at its top level.
 fn constants(items: &[syn::Item]) -> impl Iterator<Item = String> {
     items.iter().filter_map(|item| match item {
         syn::Item::Const(item) if item.ident != "_" => Some(item.ident.to_string()),
@@ -156,7 +156,7 @@ fn constants(items: &[syn::Item]) -> impl Iterator<Item = String> {
     })
 }
 
-/// A name in one package is one number.
+/// Within a package, a name stands for one number.
 #[test]
 fn no_two_constants_of_a_package_have_one_name() {
     let mut places: BTreeMap<(String, String), Vec<String>> = BTreeMap::new();
@@ -235,7 +235,7 @@ fn paths_in_macros_are_seen() {
     assert_eq!(found, ["crate::b::C", "crate::h::i", "j::k", "n::o"]);
 }
 
-/// The external crates that a manifest names: those with a version, of the package itself, its tests and its build.
+/// The external crates that a manifest names, for the package itself, its tests and its build.
 fn dependencies(manifest: &toml::Table) -> Vec<String> {
     let kinds = ["dependencies", "dev-dependencies", "build-dependencies"];
     let targets = manifest.get("target").and_then(toml::Value::as_table);

@@ -1,5 +1,5 @@
-//! The safety rule: no defined or undefined input moves a motor that is not armed, and any fault reaches
-//! the safe state in bounded time.
+//! The safety rule: no defined or undefined input moves a motor of a vehicle that is not armed, and every fault reaches the safe
+//! state in bounded time.
 
 use firmware::protocol::message::Order;
 use model::command::{DriveCommand, Request};
@@ -13,7 +13,7 @@ use virtual_board::scenario::{Scenario, Sensor};
 mod support;
 use support::Bench;
 
-/// Milliseconds until every bridge is off, within `limit`.
+/// Milliseconds until every bridge is off; fails if a bridge is still on after `limit_ms`.
 fn bridges_off_within(bench: &mut Bench, limit_ms: u64) -> u64 {
     let mut off_after = None;
     let mut ms = 0;
@@ -72,10 +72,9 @@ fn noise_and_broken_frames_move_nothing_unarmed_and_stop_an_armed_vehicle() {
             .frame(Order::Drive(DriveCommand::driving(1.0, 0.0)))
             .expect("identified");
         let mut sent = 0;
-        let mut on_at_the_end = false;
         bench.run_watching(2000, |bench| {
             let mut bytes: Vec<u8> = (0..56).map(|_| noise.bits() as u8).collect();
-            // Frames cut short, spoilt, and too long.
+            // Frames that are cut short and frames with wrong bytes.
             bytes.extend(&good[..good.len() / 2]);
             bytes.push(0);
             bytes.extend(good.iter().map(|byte| if *byte == 0 { 0 } else { byte ^ 0x10 }));
@@ -84,7 +83,6 @@ fn noise_and_broken_frames_move_nothing_unarmed_and_stop_an_armed_vehicle() {
             if !armed {
                 assert!(!bench.bridges_on());
             }
-            on_at_the_end = bench.bridges_on();
         });
         bench.board.send(&[1; 2000]);
         bench.board.send(&[0]);
@@ -97,7 +95,7 @@ fn noise_and_broken_frames_move_nothing_unarmed_and_stop_an_armed_vehicle() {
         if armed {
             assert!(
                 faults(&bench).contains(Fault::CommandTimeout),
-                "noise is no command: the dead-man time runs"
+                "noise passes for a command"
             );
         }
     }
@@ -138,7 +136,7 @@ fn the_emergency_stop_opens_the_bridges_at_once_and_holds_until_cleared() {
         world.emergency_stop = true;
         world.trip();
     });
-    assert!(!bench.bridges_on(), "the hardware break needs no firmware");
+    assert!(!bench.bridges_on(), "the hardware break waits for the firmware");
     bench.run(2);
     assert_eq!(bench.mode(), Mode::Disarmed);
     assert!(faults(&bench).contains(Fault::EmergencyStop));
@@ -156,8 +154,8 @@ fn the_emergency_stop_opens_the_bridges_at_once_and_holds_until_cleared() {
     assert_eq!(bench.mode(), Mode::Armed);
 }
 
-/// A second contact that is welded shut: the first one opens the bridges, and the disagreement is reported until it is
-/// cleared.
+/// The emergency stop's second contact is welded shut: the first contact opens the bridges, and the status reports the
+/// disagreement until it is cleared.
 #[test]
 fn a_welded_second_contact_is_found_at_the_first_press() {
     let mut bench = Bench::driving(6, 1.0);
@@ -213,14 +211,14 @@ fn the_dead_man_time_brings_it_to_a_controlled_stop() {
     assert!(speed.abs() < 0.3, "{speed}");
 }
 
-/// What a failed sensor must lead to.
+/// What must happen after a sensor's failure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Expect {
     /// The bridges open within this time, ms.
     Open(u64),
     /// The vehicle drives on under control.
     Drives,
-    /// Either: the fault is found in time, or it does no harm.
+    /// Either the bridges open, or the failure does no harm.
     OpenOrHarmless,
 }
 
@@ -364,7 +362,11 @@ fn a_disarmed_vehicle_on_a_slope_gets_no_help() {
     let mut board = virtual_board::board::VirtualBoard::boot(&vehicle, plant).expect("boots");
     board.run_until(3_000_000);
     let truth = board.world(|world| world.plant.truth());
-    assert!(truth.speed_m_s < -0.5, "it must roll away: {}", truth.speed_m_s);
+    assert!(
+        truth.speed_m_s < -0.5,
+        "the vehicle does not roll away: {} m/s",
+        truth.speed_m_s
+    );
 }
 
 #[test]

@@ -1,5 +1,4 @@
-//! Every scenario file is a test: it runs on the virtual board, and each of its metrics must lie within
-//! its bounds.
+//! Every scenario file is a test: the virtual board runs the scenario, and each of its metrics must lie within its bounds.
 
 use std::path::Path;
 
@@ -25,14 +24,14 @@ fn drive(scenario: &Scenario, vehicle: &Vehicle<f64>) -> DriveOutcome {
     let plant = scenario.plant(vehicle).expect("drivable");
     let mut backend = VirtualBackend::boot(vehicle, plant).expect("boots");
     let outcome = scenario::run(scenario, &mut backend, |_| {}).expect("a valid plant");
-    assert!(!backend.board.watchdog_bitten(), "the watchdog must be fed");
+    assert!(!backend.board.watchdog_bitten(), "nothing feeds the watchdog");
     outcome
 }
 
 fn check(name: &str) {
     let (scenario, outcome) = run(name);
     let checks = evaluate(&scenario, &outcome);
-    assert!(checks.len() >= 5, "a scenario must judge");
+    assert!(checks.len() >= 5, "{name} has too few bounds");
     let failed: Vec<_> = checks.iter().filter(|check| !check.ok).collect();
     assert!(
         failed.is_empty(),
@@ -48,7 +47,7 @@ macro_rules! scenarios {
 
         const FILES: &[&str] = &[$($file),*];
 
-        /// No file of the folder is left out.
+        /// No scenario file is left out.
         #[test]
         fn every_scenario_file_is_a_test() {
             let mut files: Vec<String> = std::fs::read_dir(FOLDER)
@@ -76,8 +75,7 @@ scenarios! {
     emergency_stop = "emergency-stop",
 }
 
-/// Clocks of the IMUs that are off as the part's data sheet allows (1 % at room temperature) leave every scenario within its
-/// bounds.
+/// With IMU clocks as wrong as the part's data sheet allows (1 % at room temperature), every scenario stays within its bounds.
 #[test]
 fn no_scenario_needs_exact_clocks_of_the_imus() {
     for (n, name) in FILES.iter().enumerate() {
@@ -102,7 +100,7 @@ fn csv(trace: &Trace) -> String {
     String::from_utf8(text).expect("text")
 }
 
-/// One seed, one run: every byte of the trace and of the log is the same.
+/// Two runs with one seed give the same trace and the same log, byte for byte.
 #[test]
 fn a_run_is_reproducible_to_the_bit() {
     let trace = || {
@@ -114,7 +112,7 @@ fn a_run_is_reproducible_to_the_bit() {
     assert!(first.0.lines().count() > 5000 && first.1.len() > 50);
 }
 
-/// Two vehicles side by side in two threads do not see each other's time.
+/// Two vehicles in two threads do not share their time.
 #[test]
 fn two_runs_in_two_threads_are_two_runs_in_one() {
     let fly = |name: &'static str| move || csv(&run(name).1.trace);
@@ -123,7 +121,7 @@ fn two_runs_in_two_threads_are_two_runs_in_one() {
     assert_eq!((kerb.join().expect("runs"), side.join().expect("runs")), alone);
 }
 
-/// The reference with another spar under it and these gains.
+/// The reference vehicle with another spar and these gains.
 fn with_spar(gains: [f64; 4]) -> Result<Vehicle<f64>, ParameterError> {
     let mut parameters = *reference().parameters();
     let (spar, _) = parameters.spar.as_mut().expect("the reference has a spar");

@@ -22,7 +22,7 @@ mod tool;
 use served::{GIVE_UP, Served};
 use tool::{WORKSPACE, hil_sim, stderr};
 
-/// What a vehicle reports whose operator a busy machine has made fall silent.
+/// Fault and blocker of a vehicle whose operator fell silent because the machine was busy.
 const SILENCED: [&str; 2] = ["CommandTimeout", "NotAtRest"];
 const TCP: [&str; 2] = ["--tcp", "127.0.0.1:0"];
 
@@ -32,7 +32,7 @@ fn new_file(name: &str) -> String {
     path.to_str().expect("utf-8").to_owned()
 }
 
-/// Every command of the link tool.
+/// Runs every command of the link tool.
 fn every_command(served: &Served, name: &str) {
     let ok = |arguments: &[&str]| {
         let (code, text, error) = served.link(arguments);
@@ -43,8 +43,8 @@ fn every_command(served: &Served, name: &str) {
     // The gyros are calibrated in the first seconds.
     served.wait_for("calibrated");
     let drive = ["drive", "--speed-m-s", "0.3", "--seconds", "1"];
-    // A machine that is busy with other work may make the operator fall silent: then the board stops, reports why, and
-    // swings out before it is armed again.
+    // On a busy machine the operator may fall silent: the vehicle then stops and reports why, and its arm must swing out before the
+    // vehicle can be armed again.
     let driven = (0..10).find_map(|_| {
         let (code, text, error) = served.link(&drive);
         if code != Some(0) && SILENCED.iter().any(|why| error.contains(why)) {
@@ -56,7 +56,7 @@ fn every_command(served: &Served, name: &str) {
         assert_eq!(code, Some(0), "{text} {error}");
         Some(text)
     });
-    let text = driven.expect("an operator that is heard");
+    let text = driven.expect("a drive without a silent operator");
     assert!(text.starts_with("armed: "), "{text}");
     served.wait_for("drives");
     ok(&["disarm"]);
@@ -80,7 +80,7 @@ fn every_command(served: &Served, name: &str) {
     ok(&["parameters", "diff", &set]);
     let (code, _, error) = served.link(&["look-back", "--out", &new_file(&format!("{name}-back.rec"))]);
     assert!(code == Some(1) && error.contains("no fault has occurred"), "{error}");
-    // An update arrives and is checked; this board has no boot loader that would install it, and drives on as it was.
+    // The board stores and checks an update; it has no boot loader that would install the update, and keeps running.
     let elf = new_file(&format!("{name}.elf"));
     std::fs::write(&elf, elves::elf(BOARD, 9000)).expect("writes");
     let (code, text, error) = served.link(&["update", &elf]);
@@ -92,7 +92,7 @@ fn every_command(served: &Served, name: &str) {
     ok(&["status", "--seconds", "0.2"]);
 }
 
-/// A drive over the link that is recorded from the boot on replays, bit for bit.
+/// A drive over the link that is recorded from the boot on replays bit for bit; a later record does not replay.
 #[test]
 fn a_drive_is_recorded_from_the_boot_on_and_replays() {
     let served = Served::new(&["--tcp", "127.0.0.1:0", "--wait"]);
@@ -107,17 +107,17 @@ fn a_drive_is_recorded_from_the_boot_on_and_replays() {
             assert!(text.contains("bit for bit"), "{text} {}", stderr(&replay));
             assert_eq!(replay.status.code(), Some(0), "{text}");
         } else {
-            // What the vehicle knew by then is not in it, and it says so.
+            // The later record lacks the vehicle's state at its beginning, and the tool says so.
             assert_eq!(replay.status.code(), Some(2), "{text}");
             assert!(stderr(&replay).contains("boot"), "{}", stderr(&replay));
         }
         let read = hil_sim::cli::record_files::read(Path::new(&file)).expect("readable");
-        // It arms, drives for 3 s and stops in this record.
+        // In this record the vehicle arms, drives for 3 s and stops.
         assert!(read.records().count() > 3000, "{}", read.records().count());
     }
 }
 
-/// What is no port of a board says what would be one.
+/// For a wrong port the tool says which port would be right.
 #[test]
 fn a_wrong_port_is_told_with_what_would_be_right() {
     let served = Served::new(&["--websocket", "127.0.0.1:0"]);
@@ -172,8 +172,8 @@ fn every_link_command_works_on_a_pseudo_terminal() {
     every_command(&served, "pty");
 }
 
-/// A board whose clock runs slower or faster than this machine's is driven, at whatever rate it is served. That no order is dated
-/// in its future the board's own clock judges: `a_board_at_another_rate_gets_no_order_late` of tests/link_tool.rs.
+/// The link tool drives a board that is served slower or faster than this machine's clock. Whether an order is dated in the board's
+/// future is checked in the board's own time: `a_board_at_another_rate_gets_no_order_late` of tests/link_tool.rs.
 #[test]
 fn a_board_at_another_rate_drives() {
     for rate in ["0.3", "0.97", "3"] {
@@ -186,11 +186,12 @@ fn a_board_at_another_rate_drives() {
             assert!(code == Some(0) || is_silent, "rate {rate}: {text} {error}");
             code == Some(0)
         });
-        assert!(driven, "rate {rate}: no operator that is heard");
+        assert!(driven, "rate {rate}: the operator falls silent in every drive");
     }
 }
 
-/// A second client hears the board and may stop it, but its orders are refused while the first one drives.
+/// A second client receives the board's messages and may disarm the vehicle, but the board refuses its orders while the first client
+/// drives.
 #[test]
 fn a_second_client_watches_and_disarms_but_does_not_drive() {
     let served = Served::new(&TCP);
@@ -214,7 +215,7 @@ fn a_second_client_watches_and_disarms_but_does_not_drive() {
     let (code, _, error) = served.link(&["drive", "--speed-m-s", "0.5", "--seconds", "1"]);
     assert_eq!(code, Some(1));
     assert!(error.contains("another host"), "{error}");
-    // The vehicle of the first one is not disturbed by what the second one asked, until it disarms.
+    // The second client's orders do not disturb the first client's drive, but its Disarm ends the drive.
     let (code, text, error) = served.link(&["status", "--seconds", "1"]);
     assert_eq!(code, Some(0), "{error}");
     assert!(text.lines().skip(1).all(|line| line.starts_with("armed: ")), "{text}");
@@ -224,7 +225,7 @@ fn a_second_client_watches_and_disarms_but_does_not_drive() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
 }
 
-/// A client that vanishes is an operator who fell silent: the vehicle stops by itself, and the next client drives.
+/// A client that vanishes is an operator who falls silent: the vehicle stops by itself, and the next client can clear the fault.
 #[test]
 fn a_client_that_vanishes_leaves_a_vehicle_that_stops() {
     let served = Served::new(&TCP);
@@ -244,7 +245,7 @@ fn a_client_that_vanishes_leaves_a_vehicle_that_stops() {
         .spawn()
         .expect("starts");
     served.wait_for("armed");
-    // Not a signal that the tool can answer with a Disarm.
+    // SIGKILL, so that the tool cannot send a Disarm.
     first.kill().expect("killed");
     first.wait().expect("ended");
     served.wait_for("left, and has driven");
@@ -257,7 +258,7 @@ fn a_client_that_vanishes_leaves_a_vehicle_that_stops() {
     assert_eq!(served.link(&["clear-faults"]).0, Some(0));
 }
 
-/// What was recorded before the cable was pulled, or before the tool itself died, is in the file.
+/// The file of a recording keeps what the tool received before the cable was pulled, or before the tool itself was killed.
 #[test]
 fn a_recording_that_breaks_off_keeps_what_it_had() {
     let mut served = Served::new(&TCP);
@@ -279,7 +280,7 @@ fn a_recording_that_breaks_off_keeps_what_it_had() {
             .spawn()
             .expect("starts");
         let begun = Instant::now();
-        // Some hundred statuses.
+        // Some hundreds of statuses.
         while std::fs::metadata(&file).map_or(0, |file| file.len()) < 300_000 {
             assert!(begun.elapsed() < GIVE_UP, "{name}: nothing is recorded");
             std::thread::sleep(Duration::from_millis(20));
@@ -297,14 +298,14 @@ fn a_recording_that_breaks_off_keeps_what_it_had() {
         assert!(ticks.windows(2).all(|pair| pair[1] == pair[0] + 1), "{name}");
         assert!(read.boots[0].vehicle.is_some(), "{name}");
         if end_the_board {
-            // The tool lives: the file is whole, with its index.
+            // The tool is still running, so it completes the file with an index.
             let bytes = std::fs::read(&file).expect("reads");
             assert!(mcap::Summary::read(&bytes).expect("whole").is_some());
         }
     }
 }
 
-/// Clients that never read, and one that says more than anybody can hear, hold up neither the board nor another client.
+/// Clients that never read, and a client that floods the board, hold up neither the board nor another client.
 #[test]
 fn clients_that_do_not_read_or_flood_hold_up_nobody() {
     let served = Served::new(&["--tcp", "127.0.0.1:0", "--websocket", "127.0.0.1:0"]);
@@ -327,7 +328,7 @@ fn clients_that_do_not_read_or_flood_hold_up_nobody() {
 #[test]
 fn a_server_that_is_told_to_end_tells_the_last_lines_of_the_log() {
     for signal in ["-INT", "-TERM"] {
-        // So slow that the first reading of the log, 20 ms of the board's time after its boot, is 2 s away.
+        // At this rate the server first reads the log 2 s from now, 20 ms after the boot in the board's time.
         let mut served = Served::new(&["--tcp", "127.0.0.1:0", "--rate", "0.01"]);
         let (code, _, error) = served.link(&["status", "--seconds", "0.1"]);
         assert_ne!(code, None, "{error}");
@@ -337,7 +338,7 @@ fn a_server_that_is_told_to_end_tells_the_last_lines_of_the_log() {
     }
 }
 
-/// A WebSocket carries the link's bytes both ways: the board says who it is.
+/// A WebSocket carries the link's bytes both ways: the board answers with its identity and sends its status.
 #[test]
 fn a_board_answers_over_a_websocket() {
     let served = Served::new(&["--websocket", "127.0.0.1:0"]);
@@ -370,7 +371,7 @@ fn what_cannot_be_served_is_told_before_anything_runs() {
             &["serve", "--board", "emulated", "--firmware", "no.elf"],
             "no.elf: not a file",
         ),
-        // Before anything is built for it.
+        // Refused before cargo builds anything.
         (&["serve", "--board", "emulated", "--tcp", "0.0.0.0:0"], "--any-machine"),
         (&["link", "--port", "tcp:127.0.0.1:1", "status"], "tcp:127.0.0.1:1"),
     ] {

@@ -1,4 +1,4 @@
-//! Ground with less grip than the vehicle file says: the wheels slide no more than necessary.
+//! Ground with less grip than the vehicle file states: the wheels slide no more than necessary.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::{FaultSet, Limit};
@@ -9,17 +9,18 @@ mod support;
 use support::flights::{drive, scenario};
 use support::generated::shown;
 
-/// The operator stops, s.
+/// When the operator commands a stop, s.
 const STOPS_S: f64 = 15.0;
 
-/// The largest slip that the law asks for, m/s, what the wheels run beyond it until a slide is known, after 0.15 s at 2 m/s^2, and
-/// what the estimated speed over the ground drifts, m/s^2.
+/// Allowed slip, m/s: the largest slip that the law asks for, and what the wheels gain at 2 m/s^2 in the 0.15 s until the vehicle
+/// knows of the slide.
 const SLIP_M_S: f64 = 0.3 + 0.15 * 2.0;
+/// Drift of the estimated speed over the ground, m/s^2.
 const DRIFT_M_S2: f64 = 0.06;
 
-/// Speeding up on ice, the wheels run little faster than the vehicle, which loses nothing by it: it takes little longer than its
-/// friction, or its ramp, takes, and so it does to stop. The status reports the slide for as long as it lasts, and
-/// nothing else happens.
+/// While the vehicle speeds up on ice, its wheels run only a little faster than the vehicle. This costs the vehicle little time:
+/// speeding up and stopping take hardly longer than friction, or the ramp, demands. The status reports the slide, and the vehicle
+/// stays armed without a fault.
 #[test]
 fn on_ice_the_wheels_slide_no_more_than_they_must() {
     let drives: Vec<_> = [
@@ -46,7 +47,8 @@ fn on_ice_the_wheels_slide_no_more_than_they_must() {
     );
 }
 
-/// The largest slip while the vehicle speeds up, m/s, and how much later than friction and ramp it is there or at rest, s.
+/// Returns the largest slip while the vehicle speeds up, m/s, and how much later than friction and ramp demand the vehicle reaches
+/// its speed or stops, s.
 fn on_ice(mu: f64, told_m_s: f64, seed: u64) -> [f64; 2] {
     let outcome = drive(&scenario(
         30.0,
@@ -75,14 +77,14 @@ fn on_ice(mu: f64, told_m_s: f64, seed: u64) -> [f64; 2] {
             row.time_s()
         );
     }
-    // A second in which the wheels slide all the time is known as a slide.
+    // The status reports a slide that lasts for a second.
     for rows in speeds_up.windows(100) {
         let slides = rows.iter().all(|row| slip_m_s(row) > 0.1);
         let told = rows.iter().any(|row| row.status.limits.contains(Limit::Slip));
-        assert!(!slides || told, "{story}: not told at {} s", rows[0].time_s());
+        assert!(!slides || told, "{story}: not reported at {} s", rows[0].time_s());
     }
     let largest_m_s = speeds_up.iter().map(|row| slip_m_s(row)).fold(0.0, f64::max);
-    // The ramp of the reference vehicle is 2 m/s^2; the smoothing and the way to 95 % take some tenths of a second more.
+    // The reference vehicle's ramp is 2 m/s^2; the smoothing of the ramp takes some tenths of a second more.
     let force_m_s2 = f64::min(9.81 * mu, 2.0);
     let reached = |from_s: f64, there: &dyn Fn(f64) -> bool| {
         let row = rows
@@ -104,9 +106,9 @@ fn on_ice(mu: f64, told_m_s: f64, seed: u64) -> [f64; 2] {
     [largest_m_s, late_s]
 }
 
-/// A vehicle that comes upon ice uphill slides back, and on again, until a stop is commanded. Sliding wheels run 0.45
-/// m/s at most beside the ground for a second (`STEADY_SLIP_MAX_M_S`), so that this is what the speed may be wrong by
-/// once they have rolled for one; the place by that for as long as they slid, or were thought to.
+/// A vehicle that meets ice on its way uphill slides back and drives on, again and again, until a stop is commanded. Sliding wheels
+/// that look steady for a second slip by at most 0.45 m/s (`STEADY_SLIP_MAX_M_S`). The estimated speed may be wrong by that much
+/// once the wheels have rolled for a second, and the place by that speed times the time for which they slid or seemed to slide.
 #[test]
 fn after_a_slide_on_a_slope_the_speed_is_that_of_the_rolling_wheels_again() {
     const STEADY_SLIP_M_S: f64 = 0.45;

@@ -1,4 +1,4 @@
-//! Report of a run: events with time and reason, a verdict only with bounds, scenarios by name.
+//! The report of a run: events with time and reason, a verdict only where there are bounds, scenarios by name.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ fn file(name: &str, text: &str) -> PathBuf {
     path
 }
 
-/// What `drive --json` with these arguments prints.
+/// The object that `drive --json` prints for these arguments.
 fn json(arguments: &[&str]) -> serde_json::Value {
     let output = hil_sim(&[&["drive", "--json"], arguments].concat());
     serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", stderr(&output)))
@@ -57,7 +57,7 @@ fn a_vehicle_that_dies_without_bounds_has_not_passed() {
     let [(at_s, None, text)] = faults[..] else {
         panic!("{faults:?}")
     };
-    // Within 15 ms of its cause, and the row after it.
+    // The fault comes within 15 ms of its cause, and shows in the next row of the trace.
     assert!(
         (4.0..4.03).contains(&at_s) && text.starts_with("ImuStale: "),
         "{at_s} {text}"
@@ -105,7 +105,7 @@ fn slides_stalls_and_whirls_are_told_with_their_time() {
     let run = json(&[file("wall.toml", wall).to_str().expect("utf-8")]);
     let stalls = events(&run, "stall");
     assert!(!stalls.is_empty(), "{run}");
-    // It takes 2 s and more to get there; nothing is blocked before.
+    // The vehicle needs 2 s or more to reach the wall; nothing blocks it before.
     assert!(
         stalls.iter().all(|(at_s, for_s, _)| *at_s > 4.0 && for_s.is_some()),
         "{stalls:?}"
@@ -132,7 +132,7 @@ fn slides_stalls_and_whirls_are_told_with_their_time() {
         "{slides:?}"
     );
 
-    // A push that no law holds against.
+    // No law can hold against this push.
     let push = "title = \"push\"\nduration_s = 6.0\n\
          [[step]]\nat_s = 2.0\naction = \"push\"\non = \"arm\"\nforward_n = 600.0\nfor_s = 0.5\n";
     let run = json(&[file("push.toml", push).to_str().expect("utf-8")]);
@@ -141,8 +141,8 @@ fn slides_stalls_and_whirls_are_told_with_their_time() {
         !whirls.is_empty() && whirls.iter().all(|(at_s, ..)| (2.0..4.0).contains(at_s)),
         "{whirls:?}"
     );
-    // Pushed to 15 m/s with its bridges off, it charges the battery through their diodes once the push ends: the motors
-    // brake, and turn the arm over.
+    // Pushed to 15 m/s with its bridges off, the vehicle charges the battery through the bridges' diodes once the push ends: the
+    // motors brake and turn the arm over.
     assert!(
         whirls
             .iter()
@@ -177,8 +177,8 @@ fn bounds_left_aside_judge_nothing() {
     assert!(String::from_utf8_lossy(&output.stdout).contains("\"verdict\":\"not-judged\""));
 }
 
-/// The small vehicle stalls at the kerb that the reference vehicle climbs, and keeps every bound that the dead man's scenario has
-/// for the reference vehicle: neither is a run that passed, and neither one that failed.
+/// The small vehicle stalls at the kerb that the reference vehicle climbs, and keeps every bound of the dead man's scenario, whose
+/// bounds are the reference vehicle's. Neither run has passed, and neither has failed.
 #[test]
 fn no_vehicle_passes_or_fails_by_what_another_measures() {
     const SMALL: [&str; 2] = ["--vehicle", "vehicles/small.toml"];
@@ -204,7 +204,7 @@ fn no_vehicle_passes_or_fails_by_what_another_measures() {
     let spreads = json(&[&["dead-man", "--seeds", "1:2"][..], &SMALL].concat());
     assert_eq!((&spreads["passed"], &spreads["failed"]), (&0.into(), &0.into()));
 
-    // What holds of any vehicle is asked of this one too: it ends with the fault of a silent operator.
+    // A bound that holds for any vehicle judges this vehicle, too: its run ends with the fault of a silent operator.
     let path = file(
         "any.toml",
         &std::fs::read_to_string(format!("{}/tests/scenarios/dead-man.toml", tool::WORKSPACE))
@@ -217,7 +217,7 @@ fn no_vehicle_passes_or_fails_by_what_another_measures() {
     assert!(stderr(&output).contains("faults = ") && !stderr(&output).contains("distance"));
 }
 
-/// Other gains make no other vehicle, and a scenario that names the vehicle judges it.
+/// A scenario's bounds judge its vehicle with other gains, too, and a scenario that names a vehicle judges that vehicle.
 #[test]
 fn a_vehicle_is_judged_by_bounds_of_its_own() {
     let ringing = vehicle_file::REFERENCE.replace("law = \"landing\"", "law = \"eq-3.25\"");
@@ -291,7 +291,7 @@ fn suggested_bounds_hold_what_was_seen_and_parse() {
     }
 }
 
-/// What its wheels hit held the vehicle up, and it comes past it: told in story, trace and page, there and nowhere else.
+/// A kerb holds the vehicle up, and its wheels come past the kerb: story, trace and page report that, there and nowhere else.
 #[test]
 fn what_the_wheels_come_past_is_told_where_it_stands() {
     let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("freed");
@@ -312,19 +312,19 @@ fn what_the_wheels_come_past_is_told_where_it_stands() {
             continue;
         }
         free += 1;
-        // The kerb of 20 mm stands at 4 m: wheels of 0.25 m meet it 0.1 m before, and the telling ends 0.15 m after the place where
-        // they came free.
+        // The kerb of 20 mm stands at 4 m. Wheels of 0.25 m meet it 0.1 m before, and the status stops reporting 0.15 m after the
+        // place where they came free.
         let (time_s, x_m) = (number(&row, time), number(&row, x));
         assert!((3.9..4.25).contains(&x_m), "{x_m} m");
         assert!((at_s - 0.02..at_s + for_s + 0.02).contains(&time_s), "{time_s} s");
     }
-    // 0.15 m at no more than 1.3 m/s, in a hundred rows a second.
+    // 0.15 m at no more than 1.3 m/s, with a hundred rows per second.
     assert!(free > 10, "{free} rows");
     let page = std::fs::read_to_string(out.join("index.html")).expect("the page");
     assert!(page.contains("come past what held them up"));
 }
 
-/// A sensor that is none is told with the sensors' names of today; those of old files are read, and not offered.
+/// For an unknown sensor the message lists the present names. The tool reads the names of old files, but does not offer them.
 #[test]
 fn an_unknown_sensor_is_told_with_the_names_of_today() {
     let with = |sensor: &str| {

@@ -1,4 +1,4 @@
-//! `replay --csv` from outside: the ticks of a record as a table, also of one that cannot be replayed.
+//! `replay --csv` from outside: the ticks of a record as a table, even of a record that cannot be replayed.
 
 use std::path::{Path, PathBuf};
 
@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 mod tool;
 use tool::{hil_sim, stderr};
 
-/// A file that is not there yet.
+/// The path of a file that does not exist yet.
 fn new_path(name: &str) -> PathBuf {
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     _ = std::fs::remove_file(&path);
     path
 }
 
-/// The second half of a drive, as a look back is: what the vehicle knew by then is not in it, and what it did is.
+/// The second half of a drive, like a look back: the record lacks the vehicle's state at its beginning, but has every tick since.
 #[test]
 fn the_middle_of_a_drive_is_a_table_of_what_was_recorded() {
     let (whole, late, csv) = (
@@ -53,7 +53,7 @@ fn the_middle_of_a_drive_is_a_table_of_what_was_recorded() {
         assert_eq!(number("commanded_speed_m_s"), f64::from(record.command.drive.speed_m_s));
         assert_eq!(number("enable"), f64::from(record.actuation.enable));
         assert_eq!(number("left_duty"), f64::from(record.actuation.duty[0]) / 32767.0);
-        // A battery of 24 V, and an arm that weighs down: by the data sheets' scales.
+        // A battery of 24 V, by the data sheet's scale.
         assert!((20.0..26.0).contains(&number("battery_voltage_v")), "{row:?}");
     }
     let mean_force = |axis: &str| {

@@ -1,4 +1,4 @@
-//! The tables of the tuning page: what a change of one field of the reference vehicle makes of a drive.
+//! The tables of the tuning page: how changing one field of the reference vehicle changes a drive.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -12,13 +12,13 @@ use tool::{WORKSPACE, hil_sim};
 /// A column: the metric, and the decimals that the table gives.
 type MetricColumn = (&'static str, usize);
 
-/// A row: table and field of the vehicle file, its value as the file writes it; no field for the reference vehicle.
+/// A row: table and field of the vehicle file, and the value as the file writes it; all empty for the reference vehicle.
 type ChangedField = (&'static str, &'static str, &'static str);
 
-/// The reference vehicle as its file has it.
+/// The unchanged reference vehicle.
 const NONE: ChangedField = ("", "", "");
 
-/// The metrics of a drive of the reference vehicle with one field given, as the page's shell function drives it.
+/// The result of a drive of the reference vehicle with one field changed, as the page's shell function drives it.
 fn drive(scenario: &str, (table, field, value): ChangedField) -> serde_json::Value {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("tuning");
     std::fs::create_dir_all(&folder).expect("a folder");

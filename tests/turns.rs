@@ -1,4 +1,4 @@
-//! Turns at speed: within the grip that the vehicle file states they do not slide; and slides that are no fault of a sensor.
+//! Turns at speed, which do not slide within the grip that the vehicle file states; and slides, which are no fault of a sensor.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::{FaultSet, Limit};
@@ -12,9 +12,9 @@ use support::generated::shown;
 use support::reference;
 use support::slopes::{drive, from, most, small};
 
-/// Slip, m/s, from which a wheel slides.
+/// Slip from which a wheel counts as sliding, m/s.
 const SLIDES_M_S: f64 = 0.1;
-/// When the vehicle is told to turn, and to stop, s.
+/// When the operator commands the turn, and the stop, s.
 const TURNS_S: f64 = 6.0;
 const STOPS_S: f64 = 16.0;
 
@@ -25,7 +25,7 @@ fn slips_m_s(row: &TraceRow) -> f64 {
         .fold(0.0_f64, |most, slip| most.max(slip.abs()))
 }
 
-/// A drive on a plane of `slope_deg` and grip `mu`, told to turn at speed and then to stop; what follows `TURNS_S`.
+/// A drive on a plane of `slope_deg` and grip `mu` with a turn at speed and then a stop; returns the rows from `TURNS_S` on.
 fn turning(
     vehicle: &Vehicle<f64>,
     slope_deg: f64,
@@ -51,14 +51,15 @@ fn turning(
     from(&outcome, TURNS_S).to_vec()
 }
 
-/// The yaw rate that nine tenths of `mu` hold at every heading of a plane, rad/s: across the heading the slope adds all of itself.
+/// The yaw rate that nine tenths of `mu` hold at every heading on a plane, rad/s: across the slope, the slope takes its full share
+/// of the grip.
 fn held_rad_s(slope_deg: f64, mu: f64, speed_m_s: f64) -> f64 {
     let (sin, cos) = slope_deg.to_radians().sin_cos();
     9.81 * (0.9 * mu * cos - sin).max(0.02) / speed_m_s.abs()
 }
 
-/// With the grip of their files, both vehicles turn as fast as told where nine tenths of it hold that, and else as fast as these
-/// hold, which is told; the speed is the one told, nothing slides, and a stop comes to rest.
+/// With the grip of its file, each vehicle turns as fast as commanded where nine tenths of the grip hold the turn; elsewhere it turns
+/// as fast as they hold and reports the limit. The vehicle keeps the commanded speed, nothing slides, and a stop ends at rest.
 #[test]
 fn turns_on_slopes_are_held_by_the_grip_of_the_file() {
     let mut drives = Vec::new();
@@ -82,7 +83,7 @@ fn turns_on_slopes_are_held_by_the_grip_of_the_file() {
                 rows.iter().all(|row| !row.status.limits.contains(Limit::Slip)),
                 "{story}"
             );
-            // The turn at its speed, from five seconds after it was told on.
+            // The steady turn, from five seconds after its command on.
             let steady: Vec<&TraceRow> = rows
                 .iter()
                 .filter(|row| row.time_s() > TURNS_S + 5.0 && row.time_s() < STOPS_S)
@@ -94,7 +95,7 @@ fn turns_on_slopes_are_held_by_the_grip_of_the_file() {
             assert!((speed_m_s - told.0).abs() < 0.03, "{story}: {speed_m_s} m/s");
             let held = held_rad_s(slope_deg, mu, told.0);
             let wanted = held.min(told.1.abs());
-            // What the slope's estimate and the speed's waves leave.
+            // Errors of the estimated slope and waves of the speed remain.
             assert!(
                 (yaw_rad_s.abs() / wanted - 1.0).abs() < 0.06,
                 "{story}: {yaw_rad_s} of {wanted} rad/s"
@@ -106,7 +107,7 @@ fn turns_on_slopes_are_held_by_the_grip_of_the_file() {
                 .count();
             assert!(
                 told_of == steady.len() || held > 0.97 * told.1.abs(),
-                "{story}: told in {told_of} of {}",
+                "{story}: reported in {told_of} of {}",
                 steady.len()
             );
             wanted / told.1.abs()
@@ -116,14 +117,14 @@ fn turns_on_slopes_are_held_by_the_grip_of_the_file() {
     shown(
         "turns at up to 2.5 m/s and 2 rad/s on slopes of up to 20 deg",
         &format!(
-            "none of {} slides; in {bounded} the yaw rate yields, which is told (*Reference*), the speed never",
+            "none of {} slides; in {bounded} the yaw rate yields, which the status reports (*Reference*); the speed never yields",
             shares.len()
         ),
     );
 }
 
-/// Straight on, ice that a slope begins on, or half a metre of it: wheels slide back and are caught, turned by the ground. That is
-/// no mirrored IMU.
+/// Straight drives onto ice on a slope, long or half a metre: the wheels slide back and grip again, turned by the ground. That does
+/// not look like a mirrored IMU.
 #[test]
 fn wheels_that_grip_again_do_not_make_a_sound_imu_implausible() {
     let drives: Vec<_> = [
@@ -152,8 +153,7 @@ fn wheels_that_grip_again_do_not_make_a_sound_imu_implausible() {
         });
 }
 
-/// Slip, along or across, m/s, that the law allows itself while it knows of a slide; a drive of wheels that slip more is told
-/// as a slide.
+/// Slip along or across the wheels that the law allows while it knows of a slide, m/s. The status must report wheels that slip more.
 const ALLOWED_SLIP_M_S: f64 = 0.3;
 
 /// Slip along the wheels or across them, m/s.
@@ -161,8 +161,8 @@ fn slides_m_s(row: &TraceRow) -> f64 {
     slips_m_s(row).max(row.truth.side_speed_m_s.abs())
 }
 
-/// Turns for which level ice gives too little, and stops in them: the slide is told within half a second, it is no fault of a
-/// sensor, the estimate follows the vehicle and not its wheels, and it comes to rest.
+/// Turns for which level ice gives too little grip, and stops in these turns: the status reports the slide within half a second, no
+/// sensor is blamed, the estimates follow the vehicle and not its wheels, and the vehicle comes to rest.
 #[test]
 fn slides_in_turns_on_ice_are_told_and_followed() {
     let mut drives = Vec::new();
@@ -189,14 +189,14 @@ fn slides_in_turns_on_ice_are_told_and_followed() {
     shown(
         "turns and stops on level ice of friction 0.06 to 0.12, both vehicles",
         &format!(
-            "no slide of more than 0.3 m/s is untold for longer than {untold_s:.2} s, heading {heading_deg:.1} deg and arm {tilt_deg:.1} deg off at most; no fault; at rest"
+            "no slide of more than 0.3 m/s goes unreported for longer than {untold_s:.2} s, heading {heading_deg:.1} deg and arm {tilt_deg:.1} deg off at most; no fault; at rest"
         ),
     );
 }
 
-/// How long at most a slide stays untold, s, and how far heading and arm are off at most, deg.
+/// Returns the longest time for which a slide stays unreported, s, and the largest errors of heading and arm, deg.
 fn sliding(vehicle: &Vehicle<f64>, mu: f64, (speed_m_s, yaw_rad_s): (f64, f64), stops_s: f64, seed: u64) -> [f64; 3] {
-    // What friction takes to stop the vehicle, and as long for what remains.
+    // The time that friction takes to stop the vehicle, and 5 s for the rest.
     let rests_s = stops_s + speed_m_s / (9.81 * mu) + 5.0;
     let outcome = drive(
         vehicle,
@@ -214,7 +214,7 @@ fn sliding(vehicle: &Vehicle<f64>, mu: f64, (speed_m_s, yaw_rad_s): (f64, f64), 
     let rows = from(&outcome, 4.0);
     assert!(
         most(rows, slides_m_s) > SLIDES_M_S,
-        "{story}: the ground holds this turn"
+        "{story}: the wheels do not slide in this turn"
     );
     let (mut untold_s, mut longest_s) = (0.0, 0.0_f64);
     for pair in rows.windows(2) {
@@ -226,7 +226,7 @@ fn sliding(vehicle: &Vehicle<f64>, mu: f64, (speed_m_s, yaw_rad_s): (f64, f64), 
         };
         longest_s = longest_s.max(untold_s);
     }
-    assert!(longest_s < 0.5, "{story}: untold for {longest_s} s");
+    assert!(longest_s < 0.5, "{story}: unreported for {longest_s} s");
     let off_deg = |value: &dyn Fn(&TraceRow) -> f64| most(rows, |row| value(row).abs().to_degrees());
     let heading_deg = off_deg(&|row| row.truth.heading_rad - f64::from(row.status.estimate.heading_rad));
     let tilt_deg = off_deg(&|row| row.truth.phi_rad - f64::from(row.status.estimate.phi_rad));
@@ -244,8 +244,8 @@ fn sliding(vehicle: &Vehicle<f64>, mu: f64, (speed_m_s, yaw_rad_s): (f64, f64), 
     [longest_s, heading_deg, tilt_deg]
 }
 
-/// Wheels whose radii differ by up to a tenth, an IMU that is mounted 2 deg off about any axis, worn gears and slopes: turns and
-/// reversals in which nothing slides, and nothing is told to.
+/// Wheels whose radii differ by up to a tenth, an IMU that is mounted 2 deg askew about any axis, worn gears, and slopes: in turns and
+/// reversals nothing slides, and the status reports no slide.
 #[test]
 fn turns_of_wheels_that_roll_are_no_slide() {
     let mut plants = Vec::new();
@@ -288,13 +288,13 @@ fn turns_of_wheels_that_roll_are_no_slide() {
             );
             let story = format!("{slope_deg} deg, {plant}, {speed_m_s} m/s, {yaw_rad_s} rad/s, seed {seed}");
             let slip_m_s = most(from(&outcome, 4.0), slips_m_s);
-            assert!(slip_m_s < SLIDES_M_S, "{story}: it slides, {slip_m_s} m/s");
+            assert!(slip_m_s < SLIDES_M_S, "{story}: a wheel slides, {slip_m_s} m/s");
             let told = from(&outcome, 4.0)
                 .iter()
                 .find(|row| row.status.limits.contains(Limit::Slip));
             assert!(
                 told.is_none(),
-                "{story}: a slide told at {} s",
+                "{story}: a slide reported at {} s",
                 told.map_or(0.0, TraceRow::time_s)
             );
             let status = last(&outcome).status;

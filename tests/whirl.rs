@@ -9,15 +9,14 @@ use support::flights::{first, fly, last};
 use support::generated::shown;
 use support::slopes::{from, most};
 
-/// When the push comes, s, and within which time after it the vehicle is at rest again, s.
+/// When the push comes, and within which time after it the vehicle must be at rest again, s.
 const PUSHED_S: f64 = 6.0;
 const REST_WITHIN_S: f64 = 14.0;
 
-/// Pushes of the axle that no law can keep the arm through: at 150 N for a second the vehicle is faster than its motors turn.
-/// Forward and backward, at rest and at speed, off a patch of ice and
-/// over a kerb of 50 mm, the arm turns over or comes near it. The status tells
-/// ArmAngle within the push, the bridges open, and the vehicle comes to rest by its friction alone. There it knows its
-/// angles; once the faults are cleared it can be armed, and drives as commanded.
+/// Pushes of the axle during which no law can keep the arm down: 150 N for a second make the vehicle faster than its motors can
+/// turn. Forward and backward, at rest and at speed, off a patch of ice and over a kerb of 50 mm, the arm turns over or nearly does.
+/// The status reports ArmAngle within half a second of the push's end, the bridges open, and friction alone brings the vehicle to
+/// rest. There it knows its arm's angle; once the faults are cleared, the vehicle arms and drives as commanded.
 #[test]
 fn a_forced_whirl_is_told_and_ends_at_rest_from_which_the_vehicle_drives_on() {
     let mut whirled = 0;
@@ -75,11 +74,11 @@ fn a_forced_whirl_is_told_and_ends_at_rest_from_which_the_vehicle_drives_on() {
             end.truth.speed_m_s
         );
     }
-    assert!(whirled >= 4, "the arm turns over: {whirled}");
+    assert!(whirled >= 4, "the arm turns over in {whirled} drives only");
     shown(
         "pushed into a whirl",
         &format!(
-            "ArmAngle told within {latest_told_s:.2} s of the push's begin, at rest by itself after {latest_rest_s:.1} s at most, drives on once its faults are cleared"
+            "ArmAngle told within {latest_told_s:.2} s of the push's beginning, at rest by itself after {latest_rest_s:.1} s at most, drives on once its faults are cleared"
         ),
     );
 }

@@ -1,4 +1,4 @@
-//! What the world can do to the vehicle: every step and every table of `[plant]` shows in a run.
+//! The world's influence on the vehicle: every step and every table of `[plant]` shows in a run.
 
 use model::supervise::arming::Mode;
 use virtual_board::scenario::trace::TraceRow;
@@ -9,7 +9,7 @@ use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
 mod support;
 use support::reference;
 
-/// Arms at 2 s, drives off at 4 s, stops at 9 s; what is other about it comes in between.
+/// A scenario that arms at 2 s, drives off at 4 s and stops at 9 s, with these tables, and with these steps before the stop.
 fn scenario(tables: &str, steps: &str) -> Scenario {
     let step = |at_s: f64, rest: &str| format!("[[step]]\nat_s = {at_s:?}\n{rest}\n");
     let text = [
@@ -144,7 +144,7 @@ const TABLES: &[Shown] = &[
         |r| r.truth.spar_rad,
         0.02,
     ),
-    // The arm swings at up to 1 rad/s when it drives off, and its sample is up to half a millisecond older.
+    // The arm swings at up to 1 rad/s when the vehicle drives off, and its IMU's sample is up to half a millisecond older.
     (
         "[plant.arm_imu]\nclock_error = -0.01\n",
         |r| f64::from(r.status.estimate.phi_rad),
@@ -165,7 +165,7 @@ fn every_step_of_the_world_shows() {
     for (step, of, least) in STEPS {
         let other = drive(&scenario(drift, &format!("[[step]]\nat_s = 6.0\n{step}\n")));
         if step.contains("battery-contact") {
-            // The board is dead: no more states come.
+            // The board has no supply: it sends no further status.
             let last = other.trace.rows.last().expect("rows").time_s();
             assert!((5.9..6.1).contains(&last), "{last}");
             continue;
@@ -215,7 +215,7 @@ fn a_brown_out_resets_the_board_which_boots_and_arms_again() {
     let rows = &outcome.trace.rows;
     assert!(
         !rows.iter().any(|row| (7.02..9.0).contains(&row.time_s())),
-        "dead meanwhile"
+        "the board sends a status without its supply"
     );
     let at = |s: f64| rows.iter().find(|row| row.time_s() >= s).expect("a row");
     assert_eq!(
@@ -254,10 +254,10 @@ fn frames_lost_doubled_and_overtaken_are_as_reproducible_as_a_clear_link() {
     let (a, b) = (run(), run());
     let times = |outcome: &DriveOutcome| outcome.trace.rows.iter().map(TraceRow::time_s).collect::<Vec<_>>();
     assert_eq!(times(&a), times(&b));
-    // The trace has every state that the board sent, whatever the operator heard.
+    // The trace has every status that the board sent, whatever reached the operator.
     let within = |row: &&TraceRow| (6.0..8.0).contains(&row.time_s());
     assert_eq!(a.trace.rows.iter().filter(within).count(), 200);
-    // Of 100 commands in 2 s the board hears four fifths; a tenth comes twice.
+    // Of 100 commands in 2 s four fifths reach the board; a tenth arrives twice.
     let heard = |at_s: f64| {
         let row = a.trace.rows.iter().find(|row| row.time_s() >= at_s).expect("a row");
         (row.link.frames, row.link.repeated_frames)
@@ -265,5 +265,5 @@ fn frames_lost_doubled_and_overtaken_are_as_reproducible_as_a_clear_link() {
     let (before, after) = (heard(6.0), heard(8.0));
     let frames = after.0 - before.0;
     assert!((60..100).contains(&frames), "{frames} of 100 commands came");
-    assert!(after.1 > before.1, "none came twice");
+    assert!(after.1 > before.1, "no frame came twice");
 }

@@ -1,4 +1,4 @@
-//! What the tool does with the files that it writes: nothing that exists is lost, and nothing that was written.
+//! The files that the tool writes: it destroys no existing file, and loses nothing that it has written.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -13,7 +13,7 @@ fn folder(name: &str) -> PathBuf {
     folder
 }
 
-/// Asserts that what a file of records holds replays, bit for bit.
+/// Asserts that a file of records replays bit for bit.
 #[cfg(unix)]
 fn replays_to_the_bit(file: &std::path::Path) {
     let replay = hil_sim(&["replay", file.to_str().expect("utf-8")]);
@@ -26,7 +26,7 @@ fn replays_to_the_bit(file: &std::path::Path) {
     );
 }
 
-/// A disk that is full ends the record of a run; what is there replays.
+/// A full disk ends the record of a run, and the written part replays.
 #[cfg(unix)]
 #[test]
 fn what_a_full_disk_took_of_a_record_replays() {
@@ -34,7 +34,7 @@ fn what_a_full_disk_took_of_a_record_replays() {
     for name in ["run.mcap", "run.records"] {
         let file = place.join(name);
         let _ = std::fs::remove_file(&file);
-        // No file may grow beyond 200 blocks here: a larger write gets an error.
+        // Here no file may grow beyond 200 blocks: a larger write fails.
         let limits = "trap '' XFSZ; ulimit -f 200; exec \"$0\" drive kerb --no-bounds --json --record \"$1\"";
         let output = Command::new("sh")
             .args(["-c", limits, env!("CARGO_BIN_EXE_hil-sim"), name])
@@ -53,7 +53,8 @@ fn what_a_full_disk_took_of_a_record_replays() {
     }
 }
 
-/// A file that is written whole or not at all says by its flag and name that the disk is full, and standard output by its own.
+/// When the disk is full, the message names the flag and the file of a file that is written whole or not at all, and standard output
+/// as such.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_named() {
@@ -83,7 +84,7 @@ fn a_full_disk_is_named() {
     assert!(told.contains("standard output: No space left on device"), "{told}");
 }
 
-/// A drive that is killed while it is recorded leaves under the file's own name what it had driven, and that replays.
+/// A recorded drive that is killed leaves its record, up to that moment, under the file's own name, and the record replays.
 #[cfg(unix)]
 #[test]
 fn what_a_killed_drive_has_recorded_replays() {
@@ -91,7 +92,7 @@ fn what_a_killed_drive_has_recorded_replays() {
     const ENOUGH_BYTES: u64 = 1 << 20;
     let place = folder("killed");
     let scenario = place.join("long.toml");
-    // The longest that a scenario may last.
+    // The longest duration that a scenario may have.
     let text = "title = 'long'\nduration_s = 3600.0\n[[step]]\nat_s = 2.0\naction = 'arm'\n";
     std::fs::write(&scenario, text).expect("writes");
     for name in ["run.mcap", "run.records"] {
@@ -105,10 +106,13 @@ fn what_a_killed_drive_has_recorded_replays() {
             .spawn()
             .expect("runs");
         while std::fs::metadata(&file).map_or(0, |file| file.len()) < ENOUGH_BYTES {
-            assert!(drive.try_wait().expect("asked").is_none(), "{name}: it ended by itself");
+            assert!(
+                drive.try_wait().expect("asked").is_none(),
+                "{name}: the drive ended by itself"
+            );
             std::thread::sleep(std::time::Duration::from_millis(10));
         }
-        // SIGKILL: the program gets no turn any more.
+        // SIGKILL: the program cannot react.
         drive.kill().expect("killed");
         drive.wait().expect("gone");
         replays_to_the_bit(&file);
@@ -134,7 +138,7 @@ fn a_drive_that_cannot_begin_leaves_no_record() {
     }
 }
 
-/// Every command that writes one file takes no other file's place, and says so before it does anything.
+/// Every command that writes one file refuses to replace an existing file, before it does anything.
 #[test]
 fn a_file_that_exists_is_not_overwritten() {
     let folder = folder("existing");
@@ -202,7 +206,7 @@ fn a_record_and_the_results_of_a_campaign_are_named_and_merging_keeps_what_is_th
     assert_eq!(std::fs::read(&part).expect("there"), before);
 }
 
-/// What is wrong with the command line or the port leaves no empty file, with which the corrected command would fail.
+/// A wrong command line or port leaves no empty file, because of which the corrected command would fail.
 #[test]
 fn a_link_command_that_never_began_leaves_no_file() {
     let folder = folder("link-files");

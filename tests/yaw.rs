@@ -1,4 +1,4 @@
-//! The steering loop: steps of the yaw rate, drives that differ from left to right, ground that does.
+//! The steering loop: steps of the yaw rate, with drives and ground that differ between left and right.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::FaultSet;
@@ -12,7 +12,7 @@ use support::generated::shown;
 use support::reference;
 use support::slopes::{by_rule, drive, from, most, small};
 
-/// Yaw rate of the steps, rad/s, and the acceleration on the way there, rad/s^2, as the reference file has it.
+/// Yaw rate of the steps, rad/s, and the reference file's yaw acceleration, rad/s^2.
 const STEP_RAD_S: f64 = 1.5;
 const ACCELERATION_RAD_S2: f64 = 4.0;
 
@@ -81,7 +81,7 @@ fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
                     "{story}: {settles} s"
                 );
             }
-            // Over its own length that is a hundredth of the track.
+            // Over the vehicle's own length, 0.6 deg are a hundredth of the track.
             assert!(off_deg < 0.6, "{story}: {off_deg} deg");
             let status = last(&outcome).status;
             assert_eq!((status.mode, status.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
@@ -98,8 +98,8 @@ fn steps_of_the_yaw_rate_land_without_overshoot_whatever_the_drives() {
     );
 }
 
-/// Vehicles that nobody tuned: the small one, and the reference with what bears on its turns 20 % and more off. The gains of
-/// each follow from its file.
+/// Vehicles that nobody tuned: the small vehicle, and the reference vehicle with the quantities that affect its turns changed by 20 %
+/// or more. The gains of each follow from its file.
 fn untuned() -> Vec<(&'static str, Vehicle<f64>)> {
     let mut vehicles = vec![("small", small()), ("reference", reference())];
     for (name, factor) in [("less", 0.8), ("more", 1.2)] {
@@ -125,12 +125,12 @@ fn untuned() -> Vec<(&'static str, Vehicle<f64>)> {
             p.control.speed_max_m_s = 1.5;
         }),
     ));
-    // 3 ms of electrical time constant: the loop must be slower.
+    // An electrical time constant of 3 ms, with which the loop must be slower.
     vehicles.push(("inductance", by_rule(|p| p.drive_motor.inductance_h = 0.001)));
     vehicles
 }
 
-/// A turn of 1.5 rad/s from 7 s to 10 s, on the spot or at `speed_m_s` from 4 s on; 13 s.
+/// A drive of 13 s at `speed_m_s` from 4 s on, with a turn of 1.5 rad/s from 7 s to 10 s.
 fn turn(vehicle: &Vehicle<f64>, speed_m_s: f64, tables: &str) -> DriveOutcome {
     let steps = format!(
         "{{ at_s = 4.0, action = 'drive', speed_m_s = {speed_m_s:?} }},
@@ -140,9 +140,9 @@ fn turn(vehicle: &Vehicle<f64>, speed_m_s: f64, tables: &str) -> DriveOutcome {
     drive(vehicle, 13.0, 0.0, tables, &steps)
 }
 
-/// What is asked of the reference vehicle, asked of vehicles that nobody tuned: the yaw rate settles within 0.1 s of the ramp's
-/// end and overshoots by 2 % at most. By the rule all loops have one shape, and one that must be slower has its times, and its
-/// error at the end of a ramp, longer and larger by the ratio of the crossovers.
+/// The requirements on the reference vehicle, for vehicles that nobody tuned: the yaw rate settles within 0.1 s of the ramp's end and
+/// overshoots by 2 % at most. By the rule all loops have one shape. If a loop must be slower, its times and its error at the end of a
+/// ramp grow by the ratio of the crossovers.
 #[test]
 fn the_gains_by_rule_turn_vehicles_that_nobody_tuned() {
     let ramp_s = STEP_RAD_S / ACCELERATION_RAD_S2;
@@ -186,9 +186,9 @@ fn the_gains_by_rule_turn_vehicles_that_nobody_tuned() {
     );
 }
 
-/// Gears with 1 deg of play, which the rule's crossover is chosen for: neither turning nor standing afterwards does any of these
-/// vehicles chatter between their flanks. Chatter at the current limit ends in fault EncoderImplausible; short of it, it would
-/// show in the yaw rate of a vehicle that stands.
+/// Gears with 1 deg of play, for which the rule's crossover is chosen: no vehicle chatters between the gears' flanks, neither in the
+/// turn nor standing afterwards. Chatter at the current limit would end in fault EncoderImplausible; weaker chatter would show in
+/// the yaw rate of the standing vehicle.
 #[test]
 fn play_in_the_gears_leaves_vehicles_that_nobody_tuned_quiet() {
     for (name, vehicle) in untuned() {
@@ -203,10 +203,10 @@ fn play_in_the_gears_leaves_vehicles_that_nobody_tuned_quiet() {
     }
 }
 
-/// The small vehicle with gears that are stiff beside its weight, as gearmotors of metal are, and have 0.5 to 2 deg of play: its
-/// heavy rotors turn freely between their flanks, which no encoder is blamed for. It drives and turns as commanded:
-/// never more than 0.2 m/s too fast, which is what the reverse from a wall is allowed; and six seconds after its last
-/// turn its arm swings by no more than that of the reference vehicle may.
+/// The small vehicle with gears that are stiff for its weight, as metal gearmotors are, and have 0.5 to 2 deg of play. Its heavy
+/// rotors turn freely between the gears' flanks, for which the board blames no encoder. The vehicle drives and turns as commanded,
+/// never more than 0.2 m/s too fast, the excess that the reverse from a wall is allowed. Six seconds after its last turn its arm
+/// swings by no more than the reference vehicle's arm may.
 #[test]
 fn stiff_gears_with_play_do_not_end_the_drive_of_a_small_vehicle() {
     let [mut worst_m_s, mut worst_deg] = [0.0_f64; 2];
@@ -264,7 +264,10 @@ fn split_friction_keeps_the_heading() {
         let fastest_m_s = most(&outcome.trace.rows, |row| row.truth.speed_m_s);
         let story = format!("friction {left} and {right} on {slope_deg} deg");
         println!("{story}: {worst_deg:.2} deg, at the end {end_deg:.2} deg");
-        assert!(fastest_m_s > reaches_m_s, "{story}: it drives: {fastest_m_s} m/s");
+        assert!(
+            fastest_m_s > reaches_m_s,
+            "{story}: the vehicle reaches only {fastest_m_s} m/s"
+        );
         assert!(
             worst_deg <= 2.0 && end_deg <= 0.5,
             "{story}: {worst_deg} deg, {end_deg} deg"

@@ -1,4 +1,4 @@
-//! What a board owns of the sources, in lines.
+//! The sources that belong to one board, in lines.
 
 use std::fmt::Write as _;
 use std::fs;

@@ -1,4 +1,4 @@
-//! The scenario files of `tests/cases` as the virtual board and the flashed ELF fly them: as they stand, and at other values.
+//! The scenario files of `tests/cases`, unchanged and at other values, for the virtual board and the flashed ELF.
 
 use super::outcomes::{last, sound, unless};
 use model::supervise::arming::Mode;
@@ -6,25 +6,25 @@ use model::supervise::codes::{Fault, FaultSet};
 use virtual_board::scenario::trace::TraceRow;
 use virtual_board::scenario::{DriveOutcome, Scenario};
 
-/// A file, the values at which it is flown, and what is wrong about an outcome.
+/// A file, the values at which it is flown, and the check of an outcome.
 pub struct CaseFile {
     /// Name in `tests/cases`, without `.toml`.
     pub name: &'static str,
-    /// The values; the first are those of the file.
+    /// The values; the first are the file's own.
     pub values: &'static [Value],
-    /// What the flashed ELF's shorter run changes: it ends after what the file is about.
+    /// Changes for the flashed ELF's shorter run, which ends once the file's event is over.
     pub shorter: &'static [(&'static str, &'static str)],
-    /// What is wrong, if anything.
+    /// What is wrong with an outcome, if anything.
     wrong: fn(&Value, &DriveOutcome) -> Option<String>,
 }
 
-/// What a run changes of its file.
+/// The changes of a run to its file.
 pub struct Value {
     /// Texts of the file and their replacements.
     replaced: &'static [(&'static str, &'static str)],
     /// Tables in TOML that the file lacks.
     added: &'static str,
-    /// Speed that the file commands, m/s; of the last `drive` step where there are several.
+    /// The commanded speed, m/s, of the last `drive` step with a speed.
     speed_m_s: f64,
 }
 
@@ -38,7 +38,7 @@ const fn as_it_stands(speed_m_s: f64) -> Value {
 }
 
 impl CaseFile {
-    /// The file at `value`, changed as `further` says.
+    /// The file at `value`, with the changes `further`.
     pub fn scenario(&self, value: &Value, seed: u64, further: &[(&str, &str)]) -> Scenario {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
             .ancestors()
@@ -54,7 +54,7 @@ impl CaseFile {
         Scenario::parse(self.name, &text).unwrap_or_else(|error| panic!("{}: {error}\n{text}", self.name))
     }
 
-    /// Fails if the outcome is not what the table of files asks for.
+    /// Fails if the outcome is not the one that the table of files demands.
     pub fn check(&self, value: &Value, seed: u64, outcome: &DriveOutcome) {
         if let Some(wrong) = (self.wrong)(value, outcome) {
             let (changed, added) = (value.replaced, value.added);
@@ -63,7 +63,7 @@ impl CaseFile {
     }
 }
 
-/// Armed at the end, with no fault, and the bridges on ever since the vehicle was armed at 2 s.
+/// Nothing if the vehicle is armed without a fault at the end and the bridges were on ever since it was armed at 2 s.
 fn undisturbed(outcome: &DriveOutcome) -> Option<String> {
     let mut driven = outcome.trace.rows.iter().filter(|row| row.time_s() > 2.1);
     sound(outcome).or_else(|| {
@@ -99,7 +99,7 @@ pub const CASE_FILES: &[CaseFile] = &[
             },
         ],
         shorter: &[("duration_s=30.0", "duration_s=17.0")],
-        // The drive goes on at its speed; a fault may take the levelling alone.
+        // The drive continues at its speed; a fault may end only the levelling.
         wrong: |value, outcome| {
             let row = last(outcome);
             let others = row.status.faults.bits() & !FaultSet::SPAR.bits();
@@ -131,7 +131,7 @@ pub const CASE_FILES: &[CaseFile] = &[
             },
         ],
         shorter: &[("duration_s=14.0", "duration_s=9.0")],
-        // The reference vehicle's limit is one that the sensors measure: open bridges 150 ms after it, and ever since.
+        // The sensors can measure the reference vehicle's limit: the bridges open within 150 ms, and stay open.
         wrong: |_, outcome| {
             let rows = &outcome.trace.rows;
             let early = rows
@@ -216,7 +216,7 @@ pub const CASE_FILES: &[CaseFile] = &[
             ("duration_s=60.0", "duration_s=37.0"),
             (",{at_s=54.0,action=\"drive\"}", ""),
         ],
-        // Judged at rest or straight on: while the vehicle turns, the status on its way is 0.1 deg old.
+        // Judged at rest and straight on: while the vehicle turns, a status in transit is 0.1 deg old.
         wrong: |_, outcome| {
             let straight = outcome.trace.rows.iter().filter(|row| row.time_s() > 35.5);
             let worst_deg = straight.map(|row| heading_error_deg(row).abs()).fold(0.0, f64::max);
@@ -286,9 +286,12 @@ pub const CASE_FILES: &[CaseFile] = &[
         shorter: &[("duration_s=60.0", "duration_s=15.0")],
         wrong: |value, outcome| {
             let rows = &outcome.trace.rows;
-            // The wall is there: the vehicle has come no further than its edge before it is told to back off.
+            // The vehicle reaches the wall and comes no further than the wall's edge.
             let place_m = rows.iter().map(|row| row.truth.x_m).fold(0.0, f64::max);
-            let told_s = rows.iter().find(|row| row.commanded[0] < 0.0)?.time_s();
+            let Some(told) = rows.iter().find(|row| row.commanded[0] < 0.0) else {
+                return Some("the vehicle is never commanded to back off".to_owned());
+            };
+            let told_s = told.time_s();
             let after = || rows.iter().filter(|row| row.time_s() >= told_s);
             let backs_s = after().find(|row| row.truth.speed_m_s < 0.5 * value.speed_m_s);
             let backs_s = backs_s.map(|row| row.time_s() - told_s);

@@ -48,8 +48,8 @@ impl Constants {
         Self(all)
     }
 
-    /// The values of a constant in each of its files, or in `file` alone; a duration in us. Empty if the name is no
-    /// constant, or none that is a number.
+    /// The values of a constant in each of its files, or in `file` alone; a duration in us. Empty if the name is no constant or its
+    /// value is no number.
     pub fn values(&self, name: &str, file: Option<&str>) -> Vec<f64> {
         let definitions = self.0.get(name).map_or(&[][..], Vec::as_slice);
         definitions
@@ -67,7 +67,7 @@ impl Constants {
     }
 
     /// The value of an expression of numbers, constants, `+ - * /` and `Duration::from_...`, from left to right with
-    /// products first; `None` if it has anything else.
+    /// products first; `None` if it contains anything else.
     fn value(&self, expression: &str, file: &str, depth: usize) -> Option<f64> {
         if depth > 8 {
             return None;
@@ -105,7 +105,7 @@ impl Constants {
     }
 }
 
-/// Names of constants in brackets, and the sentence before them.
+/// Names of constants in brackets, with the sentence before the bracket.
 pub struct Citation {
     /// The sentence up to the bracket, from an earlier bracket on.
     pub sentence: String,
@@ -132,7 +132,7 @@ pub fn citations(prose: &str) -> Vec<Citation> {
                 None => (inside, None),
             };
             let names = names.split('`').skip(1).step_by(2).map(str::to_owned).collect();
-            // A number before an earlier bracket is that bracket's.
+            // A number before an earlier bracket belongs to that bracket.
             let since = block[..at].rsplit("`)").next().unwrap_or_default();
             let sentence = since.rsplit(". ").next().unwrap_or_default().to_owned();
             found.push(Citation { sentence, names, file });
@@ -141,7 +141,7 @@ pub fn citations(prose: &str) -> Vec<Citation> {
     found
 }
 
-/// The numbers of a sentence, each with its unit: the word behind it, if that is one.
+/// The numbers of a sentence, each with the word behind it, which may be its unit.
 pub fn numbers(sentence: &str) -> Vec<(f64, String)> {
     let words: Vec<&str> = sentence.split(' ').collect();
     words
@@ -157,7 +157,7 @@ pub fn numbers(sentence: &str) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// What a number with this unit is in the unit of the constant of this name; `None` if they do not fit each other.
+/// Converts a number with this unit into the unit of the constant of this name; `None` if the two units do not fit.
 pub fn in_unit_of(constant: &str, is_duration: bool, number: f64, unit: &str, tick_us: f64) -> Option<f64> {
     let has = |suffix: &str| constant.ends_with(suffix);
     let us = match unit {

@@ -1,16 +1,16 @@
-//! ELFs of a firmware that is none: sealed, with bytes that no part could run.
-#![allow(dead_code)] // Each test binary uses its part.
+//! Sealed ELFs whose bytes are no firmware: no part could run them.
+#![allow(dead_code)] // Each test binary uses part of it.
 
 use firmware::drive_board::IMAGE_START;
 use firmware::image_seal::{BOARD_AT, BUILD_AT, ERASED, MARKER, NUMBERS_AT, SEAL_AT, SEAL_BYTES, VERSION_AT};
 use hil_elf::seal::seal;
 
-/// A sealed ELF for a board, with an image of so many bytes.
+/// A sealed ELF for a board, with an image of `length` bytes.
 pub fn elf(board: u16, length: usize) -> Vec<u8> {
     linked(board, length, IMAGE_START, IMAGE_START)
 }
 
-/// The same, placed by the ELF at one address, with a first instruction behind another.
+/// The same, whose ELF places the image at `start`, and whose first instruction lies behind `code`.
 pub fn linked(board: u16, length: usize, start: u32, code: u32) -> Vec<u8> {
     let mut image: Vec<u8> = (0..length).map(|at| ((at * at) >> 3) as u8).collect();
     image[..4].copy_from_slice(&0x2000_8000_u32.to_le_bytes());

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// The files below `folder` whose names end with one of `endings`, build directories left out.
+/// The files below `folder` with one of these extensions, except in build directories.
 pub fn files(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut entries: Vec<PathBuf> = std::fs::read_dir(folder)

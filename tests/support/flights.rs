@@ -1,4 +1,4 @@
-//! Scenarios flown for what the vehicle reports.
+//! Scenarios that tests fly with the reference vehicle.
 
 use firmware::flight_record::FlightRecord;
 use model::supervise::codes::{Fault, FaultSet};
@@ -22,7 +22,7 @@ pub fn drive(scenario: &Scenario) -> DriveOutcome {
     let plant = scenario.plant(&vehicle).expect("a plant");
     let mut backend = VirtualBackend::boot(&vehicle, plant).expect("boots");
     let outcome = scenario::run(scenario, &mut backend, |_| {}).expect("valid");
-    assert!(!backend.board.watchdog_bitten(), "the watchdog must be fed");
+    assert!(!backend.board.watchdog_bitten(), "nothing feeds the watchdog");
     outcome
 }
 
@@ -41,7 +41,7 @@ pub fn fly(seconds: f64, seed: u64, tables: &str, steps: &str) -> DriveOutcome {
     drive(&scenario(seconds, seed, tables, steps))
 }
 
-/// `drive` at `speed_m_s` from 4 s on.
+/// The step that commands `speed_m_s` from 4 s on.
 pub fn at_speed(speed_m_s: f64) -> String {
     format!("{{ at_s = 4.0, action = \"drive\", speed_m_s = {speed_m_s:?} }}")
 }
@@ -51,13 +51,13 @@ pub fn last(outcome: &DriveOutcome) -> &TraceRow {
     outcome.trace.rows.last().expect("rows")
 }
 
-/// The time after `from_s` at which the status first shows what is asked for, s.
+/// The time from `from_s` until the first row for which `shows` holds, s.
 pub fn first(outcome: &DriveOutcome, from_s: f64, shows: impl Fn(&TraceRow) -> bool) -> Option<f64> {
     let mut rows = outcome.trace.rows.iter().filter(|row| row.time_s() >= from_s);
     rows.find(|row| shows(row)).map(|row| row.time_s() - from_s)
 }
 
-/// A set of faults.
+/// The set of these faults.
 pub fn only(faults: &[Fault]) -> FaultSet {
     let mut set = FaultSet::EMPTY;
     for fault in faults {

@@ -1,11 +1,11 @@
-//! Parts of pages that are written by a test: the block between `<!-- generated: NAME -->` and `<!-- end -->`, and what the
-//! table "What is shown" of docs/control.md says that a test finds.
-#![allow(dead_code)] // Each uses its part.
+//! Parts of pages that tests write: the block between `<!-- generated: NAME -->` and `<!-- end -->`, and the results in the table
+//! "What is shown" of docs/control.md.
+#![allow(dead_code)] // Each test binary uses part of it.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// Blocks of one page are written one after the other.
+/// Held while a test writes a block, so that no two tests write one page at once.
 static WRITING: Mutex<()> = Mutex::new(());
 
 /// The root of the workspace, seen from the package whose tests run.
@@ -39,7 +39,7 @@ pub fn check(page: &str, name: &str, text: &str) {
 }
 
 /// Compares the second cell of the row of docs/control.md's table "What is shown" that begins with `what` with `found`; with
-/// `UPDATE_DOCS=1` writes it instead. tests/docs.rs sees to it that every row has a test that calls this.
+/// `UPDATE_DOCS=1` writes it instead. tests/doc_links.rs checks that for every row one test calls this.
 pub fn shown(what: &str, found: &str) {
     let _alone = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
     let path = root().join("docs/control.md");

@@ -1,9 +1,9 @@
-//! The heat of a motor's winding, by the true currents of a run.
+//! The heat of a motor's winding or bridge, computed from the true currents of a run.
 
 use virtual_board::scenario::trace::TraceRow;
 
-/// Heat of drive motor `motor` over what its continuous current keeps up: tau h' = (i / i_c)^2 - h. The time and the heat of
-/// each row.
+/// Time and heat of each row, for drive motor `motor`: tau h' = (i / i_c)^2 - h, where 1 is the heat that the continuous current
+/// maintains.
 pub fn heats(rows: &[TraceRow], motor: usize, continuous_a: f64, time_constant_s: f64) -> Vec<(f64, f64)> {
     let (mut heat, mut before_s) = (0.0, 0.0);
     rows.iter()

@@ -1,4 +1,4 @@
-//! Who a board says it is, for the tests of what writes that down.
+//! Identities of boards, for the tests of files that contain one.
 
 use firmware::link::about;
 use firmware::protocol::message::{Identity, PROTOCOL_VERSION};

@@ -70,8 +70,8 @@ impl Crate {
             if let Some((_, items)) = &module.content {
                 self.read_items(items, &below, &place);
             } else {
-                // A path of its own is relative to the folder of the file that names it: a crate's root or a `mod.rs`. The
-                // modules in that module stand beside its file.
+                // A `#[path]` is relative to the folder of the file that names the module: a crate's root or a `mod.rs`. The modules
+                // in that module stand beside its file.
                 if let Some(own) = path_of(&module.attrs).map(|path| folder.join(path)) {
                     let beside = own.parent().expect("a file stands in a folder");
                     self.read_file(&own, beside, &place);
@@ -107,8 +107,8 @@ impl Crate {
         self.modules.len()
     }
 
-    /// Which modules import from which of their neighbours in the same folder, what lies below a module
-    /// counted to it. A module and those below it are one room: between them any direction is allowed.
+    /// Which modules import from which neighbours in the same folder. The modules below a module count as part of it: they are one
+    /// room, in which any direction is allowed.
     pub fn imports(&self) -> BTreeMap<Place, BTreeSet<Place>> {
         let mut imports: BTreeMap<Place, BTreeSet<Place>> = BTreeMap::new();
         for (from, names) in &self.modules {
@@ -133,7 +133,7 @@ impl Crate {
             if circles.iter().any(|circle| circle.contains(start)) {
                 continue;
             }
-            // The shortest way back to `start`: each module with the one before it, in order of distance.
+            // The shortest way back to `start`: modules in order of distance, each with its predecessor.
             let mut before: Vec<(&Place, Option<usize>)> = vec![(start, None)];
             let mut at = 0;
             while let Some((module, _)) = before.get(at).copied() {
@@ -261,7 +261,7 @@ impl<'a> Visit<'a> for Reader<'a> {
         visit::visit_path(self, path);
     }
 
-    /// What a macro is called with, or is made of, is no syntax yet: its paths are those of its text.
+    /// The arguments and the body of a macro are not parsed: their paths are found in the text.
     fn visit_macro(&mut self, call: &'a syn::Macro) {
         self.paths.extend(paths_in(&call.tokens.to_string()));
         visit::visit_macro(self, call);
@@ -271,7 +271,7 @@ impl<'a> Visit<'a> for Reader<'a> {
     fn visit_visibility(&mut self, _: &'a Visibility) {}
 }
 
-/// The paths of two names or more in the text of a macro's tokens; what stands in quotes is none.
+/// The paths of two or more names in the text of a macro's tokens, outside quotes.
 pub fn paths_in(tokens: &str) -> Vec<Place> {
     let characters: Vec<char> = tokens.chars().collect();
     let at = |n: usize| characters.get(n).copied().unwrap_or('\0');

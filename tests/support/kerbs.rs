@@ -1,4 +1,4 @@
-//! Drives over one kerb or ledge, and what is asked of them.
+//! Drives over one kerb or ledge, and the requirements on them.
 
 use model::dynamics::camera::CameraParameters;
 use model::supervise::arming::Mode;
@@ -9,15 +9,15 @@ use virtual_board::scenario::trace::TraceRow;
 use super::reference;
 use super::slopes::{drive, from, most};
 
-/// The blow that no ballast takes, m/s: it swings a ballast that keeps the spar level to a quarter turn, where it has no
-/// lever left.
+/// The smallest blow that no ballast can compensate, m/s: a ballast that keeps the spar level through it swings to a quarter turn,
+/// where it has no lever left.
 pub const BLOW_MAX_M_S: f64 = 1.02;
 /// The spar's angle from which the controller catches the spar, deg.
 const CATCH_DEG: f64 = 11.46;
 /// Speed over the command that is allowed behind an obstacle, m/s.
 const OVERSPEED_M_S: f64 = 0.5;
-/// The same beyond what the fall from a ledge gives by itself: to brake, the arm swings back, which pushes the wheels
-/// forward first.
+/// Speed beyond the speed that the fall from a ledge gives by itself, m/s: to brake, the arm swings back, which first pushes the
+/// wheels forward.
 const PUSH_M_S: f64 = 0.2;
 /// Place of the kerb, m.
 const KERB_M: f64 = 3.0;
@@ -32,8 +32,8 @@ pub fn blow_m_s(rows: &[TraceRow], camera: &CameraParameters<f64>, time_s: f64) 
         .fold(0.0, f64::max)
 }
 
-/// The spar's largest tilt by an unforeseen blow, deg. The regulator is linear until the spar is caught, so the tilt is no
-/// more than the blow's share of the one that no ballast takes; a blow beyond that has no bound.
+/// The largest tilt of the spar that an unforeseen blow may cause, deg. The regulator is linear up to the angle from which the
+/// controller catches the spar, so the tilt is at most that angle's share by the blow. A blow beyond `BLOW_MAX_M_S` has no bound.
 pub fn unforeseen_deg(blow_m_s: f64) -> f64 {
     if blow_m_s > BLOW_MAX_M_S {
         f64::INFINITY
@@ -42,21 +42,21 @@ pub fn unforeseen_deg(blow_m_s: f64) -> f64 {
     }
 }
 
-/// What a drive over a kerb or ledge comes to.
+/// The result of a drive over a kerb or ledge.
 pub struct KerbDrive {
-    /// What is wrong with it.
+    /// What is wrong with the drive.
     pub complaints: Vec<String>,
-    /// How much too fast it comes to be, but for the fall itself, m/s.
+    /// Largest speed over the command outside the fall, m/s.
     pub excess_m_s: f64,
-    /// How much too fast it comes to be in the fall, beside what is allowed there, m/s; negative if less.
+    /// Largest speed during the fall, less the speed allowed there, m/s; negative if the vehicle is slower.
     pub falling_excess_m_s: f64,
-    /// It ends behind the kerb.
+    /// Whether the drive ends behind the kerb.
     pub comes_over: bool,
 }
 
-/// Drives the reference vehicle at `speed_m_s` up a slope of `slope_deg` over a step of `height_m`, and returns what is
-/// wrong with it: nothing, if the vehicle comes over it or stops before it and says so, without a fault, no more than
-/// 0.5 m/s too fast, but for what the fall over a ledge gives by itself, and with its spar within what blows allow.
+/// Drives the reference vehicle at `speed_m_s` up a slope of `slope_deg` over a step of `height_m`. There is no complaint if the
+/// vehicle drives over the step, or stops before it and reports that, without a fault, at most 0.5 m/s too fast apart from the speed
+/// that the fall over a ledge gives by itself, and with its spar within the tilt that the blow allows.
 pub fn drive_over(speed_m_s: f64, height_m: f64, slope_deg: f64) -> KerbDrive {
     let vehicle = reference();
     let kerb = format!("terrain.profile = [{{ kind = 'step', at_m = {KERB_M:?}, height_m = {height_m:?} }}]");
@@ -75,7 +75,7 @@ pub fn drive_over(speed_m_s: f64, height_m: f64, slope_deg: f64) -> KerbDrive {
     if last.status.mode != Mode::Armed || last.status.faults != FaultSet::EMPTY {
         ask(false, format!("{:?}, {}", last.status.mode, last.status.faults));
     }
-    // The axle falls on an arc about the ledge's edge, and further down with the slope until the wheel meets the ground.
+    // The axle falls on an arc about the ledge's edge, and down the slope until the wheel meets the ground.
     let drop_m = (-height_m).max(0.0);
     let falls_m = (drop_m * (2.0 * vehicle.parameters().body.wheel_radius_m - drop_m)).sqrt();
     let slope_m = falls_m * (-slope_deg).to_radians().sin().max(0.0);

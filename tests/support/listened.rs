@@ -1,11 +1,11 @@
-//! A program that serves something, and what it says meanwhile.
+//! A program that serves something, and the lines that it prints meanwhile.
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Duration;
 
-/// A program under way, which ends with the test.
+/// A running program, which ends with the test.
 pub struct Listened {
     pub process: Child,
     lines: Receiver<String>,
@@ -20,7 +20,7 @@ impl Drop for Listened {
 }
 
 impl Listened {
-    /// Starts the program. A test that waits for `give_up` gives up instead of hanging; nothing is measured by it.
+    /// Starts the program. A test that waits longer than `give_up` gives up instead of hanging; the time measures nothing.
     pub fn start(command: &mut Command, give_up: Duration) -> Self {
         let mut process = command.stdout(Stdio::piped()).spawn().expect("the program starts");
         let (line, lines) = channel();
@@ -39,7 +39,7 @@ impl Listened {
         }
     }
 
-    /// What follows `part` in the next line that has it.
+    /// Waits for the next line that contains `part`, and returns the text after it.
     pub fn wait_for(&self, part: &str) -> String {
         loop {
             let line = self.lines.recv_timeout(self.give_up);

@@ -1,5 +1,5 @@
-//! What the vehicle's tests share.
-#![allow(dead_code)] // Each test binary uses its part.
+//! Helpers that the vehicle's tests share.
+#![allow(dead_code)] // Each test binary uses part of it.
 
 pub mod flights;
 pub mod generated;
@@ -36,13 +36,13 @@ pub fn reference() -> Vehicle<f64> {
 pub struct Bench {
     pub board: VirtualBoard,
     pub client: LinkClient,
-    /// What the operator repeats every [`COMMAND_PERIOD_MS`], if anything.
+    /// The command that the operator repeats every [`COMMAND_PERIOD_MS`], if any: speed, m/s, and yaw rate, rad/s.
     pub drive: Option<[f32; 2]>,
-    /// What the operator's port has sent, with the millisecond.
+    /// The bytes that the operator's port has sent, each with the millisecond.
     pub sent: Vec<(u64, Vec<u8>)>,
-    /// How long a byte is on its way to the board and back, ms.
+    /// How long bytes travel to the board, and from it, ms.
     pub latency_ms: [u64; 2],
-    /// What is on its way: due time and bytes.
+    /// Bytes in transit, each with the time at which they are due.
     to_board: VecDeque<(u64, Vec<u8>)>,
     to_host: VecDeque<(u64, Vec<u8>)>,
     ms: u64,
@@ -57,12 +57,12 @@ impl Bench {
         Self::with_history(seed, flash, VirtualFlash::erased())
     }
 
-    /// With what an earlier run left in the flashes of the parameters and of the fault history.
+    /// A bench with the flashes of parameters and fault history as an earlier run left them.
     pub fn with_history(seed: u64, flash: VirtualFlash, history: VirtualFlash) -> Self {
         Self::with_settings(seed, flash, history, &PlantSettings::default())
     }
 
-    /// With a vehicle that differs from its file.
+    /// A bench whose vehicle differs from its file.
     pub fn with_settings(seed: u64, flash: VirtualFlash, history: VirtualFlash, settings: &PlantSettings) -> Self {
         let vehicle = reference();
         let ground = Terrain::default();
@@ -80,7 +80,7 @@ impl Bench {
         }
     }
 
-    /// Lets `ms` milliseconds pass; `each` sees the bench after every one.
+    /// Lets `ms` milliseconds pass, and calls `each` after every millisecond.
     pub fn run_watching(&mut self, ms: u64, mut each: impl FnMut(&mut Self)) {
         for _ in 0..ms {
             if self.ms.is_multiple_of(COMMAND_PERIOD_MS) {
@@ -111,7 +111,7 @@ impl Bench {
         self.ms
     }
 
-    /// Lets time pass with nobody at the board's port: what it sends stays for [`VirtualBoard::receive`].
+    /// Lets time pass with nobody at the board's port: [`VirtualBoard::receive`] returns the bytes that it sends meanwhile.
     pub fn run_raw(&mut self, ms: u64) {
         self.ms += ms;
         self.board.run_until(self.ms * 1000);
@@ -121,7 +121,7 @@ impl Bench {
         self.run_watching(ms, |_| {});
     }
 
-    /// Puts bytes on the way to the board.
+    /// Sends bytes to the board.
     pub fn put(&mut self, bytes: &[u8]) {
         self.sent.push((self.ms, bytes.to_vec()));
         if self.latency_ms[0] == 0 && self.to_board.is_empty() {
@@ -131,12 +131,12 @@ impl Bench {
         }
     }
 
-    /// The frame of an order given now, and its number; nothing before the board has said who it is.
+    /// The number and the frame of an order given now; nothing before the board has identified itself.
     pub fn frame(&mut self, order: Order) -> Option<(u32, Vec<u8>)> {
         self.client.order(self.ms * 1000, order)
     }
 
-    /// Gives an order and returns its number; 0 before the board has said who it is: nothing is sent then.
+    /// Gives an order and returns its number. Before the board has identified itself, sends nothing and returns 0.
     pub fn order(&mut self, order: Order) -> u32 {
         let Some((sequence, frame)) = self.frame(order) else {
             return 0;
@@ -189,7 +189,7 @@ impl Bench {
         self.board.world(|world| {
             assert!(
                 sensor != Sensor::SparImu || world.plant.spar_imu().is_some(),
-                "has a camera"
+                "the vehicle has no spar"
             );
             sensor.set_fault(&mut world.plant, fault);
         });
@@ -199,7 +199,7 @@ impl Bench {
         self.board.world(|world| world.bridges_on())
     }
 
-    /// Boots, calibrates, arms.
+    /// A bench whose vehicle has booted, calibrated its gyros and armed.
     pub fn armed(seed: u64) -> Self {
         let mut bench = Self::new(seed);
         bench.run(1000);
@@ -209,7 +209,7 @@ impl Bench {
         bench
     }
 
-    /// Armed and driving straight at `speed_m_s`.
+    /// A bench whose vehicle is armed and drives straight at `speed_m_s`.
     pub fn driving(seed: u64, speed_m_s: f32) -> Self {
         let mut bench = Self::armed(seed);
         bench.drive = Some([speed_m_s, 0.0]);

@@ -1,4 +1,4 @@
-//! What a case asks of a run's outcome, for the virtual board and for the flashed ELF alike.
+//! Checks of a run's outcome, for the virtual board and the flashed ELF.
 
 use model::supervise::arming::Mode;
 use model::supervise::codes::FaultSet;
@@ -10,12 +10,12 @@ pub fn last(outcome: &DriveOutcome) -> &TraceRow {
     outcome.trace.rows.last().expect("rows")
 }
 
-/// Nothing if it is so, else what was found.
+/// Nothing if `right`; otherwise a text that says what was found.
 pub fn unless<T: core::fmt::Debug>(right: bool, what: &str, found: T) -> Option<String> {
     (!right).then(|| format!("{what}: {found:?}"))
 }
 
-/// Armed without a fault at the end.
+/// Nothing if the vehicle is armed without a fault at the end.
 pub fn sound(outcome: &DriveOutcome) -> Option<String> {
     let status = &last(outcome).status;
     let sound = (status.mode, status.faults) == (Mode::Armed, FaultSet::EMPTY);

@@ -1,4 +1,4 @@
-//! What the pages of `docs/` say that can be checked: commands, names, links.
+//! The parts of the pages of `docs/` that tests can check: commands, names, links.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use super::files::files;
 
 /// A page of `docs/`.
 pub struct Page {
-    /// Its place in `docs/`.
+    /// The page's place in `docs/`.
     pub name: String,
     pub text: String,
 }
@@ -52,7 +52,7 @@ impl Page {
         self.text.split("```").step_by(2).collect()
     }
 
-    /// Inline code, line breaks made spaces.
+    /// Inline code, with spaces in place of line breaks.
     pub fn code(&self) -> Vec<String> {
         self.prose()
             .split("\n\n")
@@ -123,7 +123,7 @@ impl Page {
     }
 }
 
-/// The paths of the tests in one source file, by which `cargo test` selects: `module` in front of each.
+/// The paths of the tests in one source file, by which `cargo test` selects: each begins with `module`.
 fn tests_of(file: &Path, module: &str) -> Vec<String> {
     let text = std::fs::read_to_string(file).expect("a source");
     let mut names = Vec::new();
@@ -158,7 +158,7 @@ pub fn unit_tests(folder: &Path) -> Vec<String> {
         .collect()
 }
 
-/// The tests of the integration tests in `folders`, those of `only` if it is given.
+/// The integration tests in `folders`, or only those of the file `only`.
 pub fn integration_tests(folders: &[PathBuf], only: Option<&str>) -> Vec<String> {
     folders
         .iter()
@@ -169,7 +169,7 @@ pub fn integration_tests(folders: &[PathBuf], only: Option<&str>) -> Vec<String>
         .collect()
 }
 
-/// What `cargo test ARGUMENTS` would run.
+/// The tests that `cargo test ARGUMENTS` runs.
 pub fn selected(root: &Path, arguments: &[&str]) -> Vec<String> {
     let (mut package, mut only, mut filter) = (None, None, None);
     let mut words = arguments.iter();
@@ -177,7 +177,7 @@ pub fn selected(root: &Path, arguments: &[&str]) -> Vec<String> {
         match *word {
             "-p" => package = words.next(),
             "--test" => only = words.next(),
-            // Which of a package's tests are meant is said by their names.
+            // The names say which of a package's tests are meant.
             "--release" | "--lib" => {}
             name => {
                 assert!(!name.starts_with('-') && filter.is_none(), "{arguments:?}: {name}");

@@ -18,7 +18,7 @@ pub fn motor(drive: &MotorParameters<f64>) -> SwitchedMotor {
     }
 }
 
-/// What each modulation makes of the current.
+/// The table of the current under each modulation.
 pub fn modulations(motor: &SwitchedMotor) -> String {
     let mut text = String::from(
         "| PWM | Ripple, A peak to peak, at 0 V | at 25 % | at 50 % | at 94 % | Heat of the ripple at 0 V, W | Share of the asked current, motor still, at 10 % | at 25 % |\n|---|---|---|---|---|---|---|---|\n",
@@ -41,7 +41,7 @@ pub fn modulations(motor: &SwitchedMotor) -> String {
     text
 }
 
-/// What the converter reads of the left and the right motor's current, less its mean.
+/// The table of the converter's readings of the left and the right motor's current, less the current's mean.
 pub fn samples(motor: &SwitchedMotor) -> String {
     let mut text = String::from(
         "| Sample | after the middle of the brake, us | at 10 % | at 25 % | at 50 % | at 94 % |\n|---|---|---|---|---|---|\n",

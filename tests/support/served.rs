@@ -1,4 +1,4 @@
-//! A board that `hil-sim serve` serves, from outside.
+//! A board that `hil-sim serve` serves, for tests from outside.
 
 use std::process::Command;
 use std::time::Duration;
@@ -6,7 +6,7 @@ use std::time::Duration;
 use crate::listened::Listened;
 use crate::tool::{WORKSPACE, hil_sim, stderr};
 
-/// After this time a test gives up instead of hanging; nothing is measured by it.
+/// After this time a test gives up instead of hanging; the time measures nothing.
 pub const GIVE_UP: Duration = Duration::from_mins(2);
 
 /// A server, which ends with the test.
@@ -24,7 +24,7 @@ impl Served {
         Self { server, port }
     }
 
-    /// What follows `part` in the server's next line that has it.
+    /// Waits for the server's next line that contains `part`, and returns the text after it.
     pub fn wait_for(&self, part: &str) -> String {
         self.server.wait_for(part)
     }

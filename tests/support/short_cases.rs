@@ -1,4 +1,4 @@
-//! Kinds of faults in a few simulated seconds each, for the virtual board and for the flashed ELF alike.
+//! Kinds of faults in a few simulated seconds each, for the virtual board and the flashed ELF.
 
 use super::outcomes::{last, sound, unless};
 use model::supervise::arming::Mode;
@@ -9,13 +9,13 @@ use virtual_board::scenario::{DriveOutcome, Scenario};
 #[path = "heat.rs"]
 mod heat;
 
-/// One case: what happens, and what is wrong about its outcome.
+/// One case: its scenario, and the check of the outcome.
 pub struct ShortCase {
     /// Number of its kind in `tests/cases/README.md`.
     pub kind: u32,
     /// A scenario in TOML, without title and seed.
     text: &'static str,
-    /// What is wrong, if anything.
+    /// What is wrong with an outcome, if anything.
     wrong: fn(&DriveOutcome) -> Option<String>,
 }
 
@@ -25,7 +25,7 @@ impl ShortCase {
         Scenario::parse("short-case.toml", &text).unwrap_or_else(|error| panic!("kind {}: {error}", self.kind))
     }
 
-    /// Fails if the outcome is not what is asked of this kind.
+    /// Fails if the outcome is not the one that this kind demands.
     pub fn check(&self, seed: u64, outcome: &DriveOutcome) {
         if let Some(wrong) = (self.wrong)(outcome) {
             panic!("kind {}, seed {seed}: {wrong}: {:?}", self.kind, outcome.log);
@@ -33,26 +33,26 @@ impl ShortCase {
     }
 }
 
-/// The time after `from_s` of the first row that shows what is asked for, s.
+/// The time from `from_s` until the first row for which `shows` holds, s.
 fn first(outcome: &DriveOutcome, from_s: f64, shows: impl Fn(&TraceRow) -> bool) -> Option<f64> {
     let mut rows = outcome.trace.rows.iter().filter(|row| row.time_s() >= from_s);
     rows.find(|row| shows(row)).map(|row| row.time_s() - from_s)
 }
 
-/// The largest speed either way, m/s, from `from_s` on.
+/// The largest speed in either direction from `from_s` on, m/s.
 fn fastest(outcome: &DriveOutcome, from_s: f64) -> f64 {
     let rows = outcome.trace.rows.iter().filter(|row| row.time_s() >= from_s);
     rows.map(|row| row.truth.speed_m_s.abs()).fold(0.0, f64::max)
 }
 
-/// The cases, each of a kind of its own.
+/// The cases, each of another kind.
 pub const SHORT_CASES: &[ShortCase] = &[
     ShortCase {
         kind: 3,
         text: r#"duration_s = 7.0
             step = [{ at_s = 1.0, action = "arm" }, { at_s = 1.2, action = "drive", yaw_rate_rad_s = -1.9 },
                     { at_s = 5.7, action = "drive" }]"#,
-        // 0.5 deg in 30 s. Judged at rest: while the vehicle turns, the status on its way is 0.1 deg old.
+        // 0.5 deg in 30 s. Judged at rest: while the vehicle turns, a status in transit is 0.1 deg old.
         wrong: |outcome| {
             let row = last(outcome);
             let error = (f64::from(row.status.estimate.heading_rad) - row.truth.heading_rad).to_degrees();
@@ -127,7 +127,7 @@ pub const SHORT_CASES: &[ShortCase] = &[
         wrong: |outcome| {
             let stops = first(outcome, 2.5, |row| row.status.mode != Mode::Armed);
             let named = last(outcome).status.faults.contains(Fault::CommandTimeout);
-            // The last command was up to 20 ms old, and the status comes every 10 ms.
+            // The dead-man time is 250 ms, and the status comes every 10 ms.
             unless(named && stops.is_some_and(|s| s < 0.27), "stops after", stops)
         },
     },
@@ -171,14 +171,14 @@ pub const SHORT_CASES: &[ShortCase] = &[
                 .and_then(|s| heat.iter().find(|(at_s, _)| *at_s >= s))
                 .map(|(_, heat)| *heat);
             let hottest = heat.iter().map(|(_, heat)| *heat).fold(0.0, f64::max);
-            // The limit falls from 0.9 on; a sensor's gain is known to 2 %, the heat goes with the square.
+            // The limit falls from a heat of 0.9 on. A sensor's gain is known to 2 %, and the heat grows with its square.
             let right = told.is_some_and(|heat| (0.86..=1.0).contains(&heat)) && hottest < 1.04;
             unless(right, "told at a heat of, hottest", (told, hottest)).or_else(|| sound(outcome))
         },
     },
     ShortCase {
         kind: 21,
-        // A full battery with old cells: stopping on the way down would return 40 W at once.
+        // A full battery with old cells: stopping on the way down would return 40 W.
         text: r#"duration_s = 9.0
             chocked_until_armed = true
             terrain.plane = { slope_x_rad = -0.26 }
@@ -190,7 +190,7 @@ pub const SHORT_CASES: &[ShortCase] = &[
             let rows = &outcome.trace.rows;
             let highest_v = rows.iter().map(|row| row.truth.battery_v).fold(0.0, f64::max);
             let told = first(outcome, 6.0, |row| row.status.limits.contains(Limit::Regeneration));
-            // It brakes less, and brakes all the same.
+            // The vehicle brakes, but less hard.
             let speed_m_s = last(outcome).truth.speed_m_s;
             let right = highest_v < 30.0 && told.is_some_and(|s| s < 0.1) && (1.5..1.95).contains(&speed_m_s);
             unless(right, "supply, limit, speed", (highest_v, told, speed_m_s)).or_else(|| sound(outcome))

@@ -1,4 +1,4 @@
-//! What the safety page claims, and what shows it.
+//! The claims of the safety page, and what shows them.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ const HEADING: &str = "## What shows it";
 /// The head of the table.
 const HEAD: &str = "| Section | Claim | Shown by |\n|---|---|---|\n";
 
-/// Asserts that every section of the page has rows in its last table, and every row a command or a step of the bring-up, by
+/// Asserts that the page's last table has rows for every section, and that every row names a command, or a step of the bring-up by
 /// its title in quotes.
 pub fn every_section_has_rows(page: &Page) {
     let sections: Vec<&str> = page.text.lines().filter(|line| line.starts_with("## ")).collect();
@@ -41,7 +41,7 @@ pub fn every_section_has_rows(page: &Page) {
     assert_eq!(shown, claims);
 }
 
-/// The faults, blockers and limits that no test names: no source of a test, and no scenario, which is one.
+/// The faults, blockers and limits that no source of a test and no scenario names.
 pub fn untested_codes(root: &Path) -> Vec<String> {
     let sources = files(root, &["rs", "toml"]);
     let place = |path: &Path| {

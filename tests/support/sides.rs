@@ -1,26 +1,26 @@
-//! Which of left and right stands first, wherever a source has a name for either.
+//! Whether left or right stands first, wherever a source has names for both.
 
 use syn::visit::{self, Visit};
 
-/// Neighbours of one source that are the same of either side: fields, variants, arguments, and the names of a pattern or
-/// an array.
+/// Neighbours in one source that name the same thing on either side: fields, variants, arguments, and the names of a pattern or an
+/// array.
 #[derive(Default)]
 pub struct Sides {
     /// How often left stands first.
     pub left_first: usize,
-    /// Where right does: both names.
+    /// Both names of each pair in which right stands first.
     pub right_first: Vec<String>,
 }
 
 impl Sides {
-    /// Those of a source.
+    /// The pairs of a source.
     pub fn of(source: &syn::File) -> Self {
         let mut sides = Self::default();
         sides.visit_file(source);
         sides
     }
 
-    /// Looks at names that stand in a row; what has none is empty.
+    /// Looks at names in a row; a neighbour without a name is an empty string.
     fn row(&mut self, names: impl Iterator<Item = String>) {
         let names: Vec<String> = names.collect();
         for pair in names.windows(2) {
@@ -32,7 +32,7 @@ impl Sides {
     }
 }
 
-/// Whether `left` is on the left what `right` is on the right.
+/// Whether `left` and `right` name the same thing on either side.
 fn is_other_side(left: &str, right: &str) -> bool {
     let (left, right) = (left.to_lowercase(), right.to_lowercase());
     let words = right.contains("right") && right.replace("right", "left") == left;

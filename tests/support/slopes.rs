@@ -1,4 +1,4 @@
-//! Drives of any vehicle on a plane of any slope.
+//! Drives of any vehicle on a plane with any slope.
 
 use model::vehicle::{Vehicle, VehicleParameters};
 use virtual_board::scenario::trace::TraceRow;
@@ -6,7 +6,7 @@ use virtual_board::scenario::{self, DriveOutcome, Scenario, VirtualBackend};
 
 use super::reference;
 
-/// Drives on a plane of `slope_deg`, chocked until armed at 2 s; `steps` are inline tables, `more` further tables.
+/// Drives on a plane of `slope_deg`, with chocks until the vehicle arms at 2 s; `steps` are inline tables, `more` further tables.
 pub fn drive(vehicle: &Vehicle<f64>, seconds: f64, slope_deg: f64, more: &str, steps: &str) -> DriveOutcome {
     let text = format!(
         "title = 't'\nduration_s = {seconds:?}\nchocked_until_armed = true\n{more}\nterrain.plane.slope_x_rad = {:?}\n\
@@ -26,7 +26,7 @@ pub fn changed(change: impl FnOnce(&mut VehicleParameters<f64>)) -> Vehicle<f64>
     Vehicle::new(parameters).expect("a vehicle")
 }
 
-/// The reference vehicle, changed, with the gains that follow from what it is then.
+/// The reference vehicle, changed, with the gains that follow from the change.
 pub fn by_rule(change: impl FnOnce(&mut VehicleParameters<f64>)) -> Vehicle<f64> {
     let mut parameters = *reference().parameters();
     change(&mut parameters);
@@ -34,7 +34,7 @@ pub fn by_rule(change: impl FnOnce(&mut VehicleParameters<f64>)) -> Vehicle<f64>
     Vehicle::new(parameters).expect("a vehicle")
 }
 
-/// The small vehicle of `vehicles/small.toml`, whose motors, gears and encoders are nothing like the reference's.
+/// The vehicle of `vehicles/small.toml`, whose motors, gears and encoders are nothing like the reference vehicle's.
 pub fn small() -> Vehicle<f64> {
     let text = include_str!("../../vehicles/small.toml");
     match vehicle_file::parse("vehicles/small.toml", text) {
@@ -43,8 +43,9 @@ pub fn small() -> Vehicle<f64> {
     }
 }
 
-/// The largest value.
+/// The largest value; fails without rows, of which any bound would hold.
 pub fn most(rows: &[TraceRow], value: impl Fn(&TraceRow) -> f64) -> f64 {
+    assert!(!rows.is_empty(), "no rows");
     rows.iter().map(value).fold(f64::NEG_INFINITY, f64::max)
 }
 

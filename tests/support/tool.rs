@@ -1,5 +1,5 @@
-//! The host tool run from outside, as a user runs it.
-#![allow(dead_code)] // Each test binary uses its part.
+//! The host tool, run from outside as a user runs it.
+#![allow(dead_code)] // Each test binary uses part of it.
 
 use std::process::{Command, Output, Stdio};
 use std::time::{Duration, Instant};
@@ -16,14 +16,14 @@ pub fn hil_sim(arguments: &[&str]) -> Output {
         .expect("the tool starts")
 }
 
-/// Most work that refusing an input may take: CPU time, s, and memory, KiB.
+/// The most that refusing an input may take: CPU time, s, and memory, KiB.
 const REFUSAL_CPU_S: u32 = 20;
 const REFUSAL_KIB: u32 = 4 << 20;
-/// After this time a test gives up instead of hanging; nothing is measured by it.
+/// After this time a test gives up instead of hanging; the time measures nothing.
 const GIVE_UP: Duration = Duration::from_mins(5);
 
-/// Runs `hil-sim` with these arguments to its end. Where the system can, it ends a tool that works on and on, or
-/// takes ever more memory; a tool that waits for ever fails the test.
+/// Runs `hil-sim` with these arguments to its end. On Unix the system ends a tool that exceeds these limits; a tool that waits for
+/// ever fails the test.
 pub fn hil_sim_refuses(arguments: &[&str]) -> Output {
     let program = env!("CARGO_BIN_EXE_hil-sim");
     let mut command = if cfg!(unix) {
@@ -41,7 +41,7 @@ pub fn hil_sim_refuses(arguments: &[&str]) -> Output {
         .stderr(Stdio::piped())
         .spawn()
         .expect("the tool starts");
-    // A refusal is short: it fits the pipes, and nobody needs to read while the tool runs.
+    // A refusal is short enough for the pipes' buffers: nobody needs to read while the tool runs.
     let begun = Instant::now();
     while tool.try_wait().expect("waits").is_none() {
         if begun.elapsed() > GIVE_UP {

@@ -1,5 +1,5 @@
-//! Wires in memory for the link tool: to the virtual board, to scripted boards, and to a board gone mad.
-#![allow(dead_code)] // Each test binary uses its part.
+//! Wires in memory for the link tool: to the virtual board, to scripted boards, and to a board that sends nonsense.
+#![allow(dead_code)] // Each test binary uses part of it.
 
 use std::cell::RefCell;
 use std::io;
@@ -21,10 +21,10 @@ use crate::support::Bench;
 
 /// How long one read of the tool waits, us.
 pub const READ_US: u64 = 5_000;
-/// The host's clock does not start with the board's.
+/// What the host's clock shows when the board boots, us.
 pub const HOST_START_US: u64 = 777_000_000;
 
-/// Every message that came over a wire.
+/// Every message of the host in these bytes.
 pub fn messages(bytes: &[u8]) -> Vec<HostMessage> {
     let mut decoder = Decoder::new();
     bytes
@@ -36,7 +36,7 @@ pub fn messages(bytes: &[u8]) -> Vec<HostMessage> {
         .collect()
 }
 
-/// What happens beside the wire.
+/// Events beside the wire: called with the bench and the time since the wire was made, us.
 pub type World = Box<dyn FnMut(&mut Bench, u64)>;
 
 /// The virtual board at the end of a wire that may be cut.
@@ -46,7 +46,7 @@ pub struct BoardWire {
     pub sent: Rc<RefCell<Vec<u8>>>,
     pub cut_at_us: u64,
     pub world: World,
-    /// Seconds of the host's clock in a second of the board's.
+    /// Seconds of the host's clock per second of the board's.
     pub host_rate: f64,
     started_us: u64,
 }
@@ -101,17 +101,17 @@ impl Wire for BoardWire {
     }
 }
 
-/// A board of a few lines: it says who it is, sends its status, and answers as its script says.
+/// A scripted board: it identifies itself, sends its status, and answers as its script says.
 pub struct Scripted<S> {
     pub now_us: u64,
     decoder: Decoder,
     waiting: Vec<u8>,
     sequence: u32,
-    /// What to send for an order: with each, after how long, us.
+    /// The messages to send after an order, each with its delay, us.
     script: S,
     later: Vec<(u64, BoardMessage)>,
     about: About,
-    /// The protocol that it speaks.
+    /// The protocol version of its identity.
     pub protocol: u16,
 }
 
@@ -215,7 +215,7 @@ impl<S: FnMut(OrderId, Order) -> Vec<(u64, BoardMessage)>> Wire for Scripted<S> 
     }
 }
 
-/// A wire that always holds bytes: a board gone mad.
+/// A wire that always holds bytes, all of them nonsense.
 pub struct Flood {
     pub now_us: u64,
     pub byte: u8,

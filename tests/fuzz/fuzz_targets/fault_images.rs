@@ -1,4 +1,4 @@
-//! Any image of the fault history's flash: the faults come back in order, each once, and the next one is kept.
+//! Any image of the fault history's flash: the store returns the faults in order, each once, and keeps the next fault.
 //!
 //! The first two bytes of the input choose how many faults were stored; the rest are changes of single bytes.
 #![no_main]
@@ -46,9 +46,9 @@ fuzz_target!(|input: &[u8]| {
             .iter()
             .all(|found| *found == entry(found.number) && found.number < count)
     );
-    // A changed word loses its fault, and no other.
+    // A changed word loses its own fault and no other.
     assert!(found.len() + edits.len() / 3 >= (count as usize).min(FAULTS_KEPT));
-    // A flash without a word that takes the fault may refuse it; a fault that is reported as stored is there.
+    // A flash without a word that takes the fault may refuse the fault; a fault that the store reports as stored is there.
     if block_on(booted.store(&entry(count))).is_ok() {
         let again = block_on(store(flash).load());
         assert_eq!(again.last(), Some(&entry(count)));

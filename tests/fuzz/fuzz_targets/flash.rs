@@ -1,6 +1,6 @@
-//! A small flash in memory, and images of it: noise, or what a store wrote with some bytes changed.
+//! A small flash in memory, whose image a target can choose and change.
 
-#![allow(dead_code)] // Each target uses its part.
+#![allow(dead_code)] // Each target uses part of it.
 
 use std::cell::RefCell;
 use std::convert::Infallible;
@@ -8,7 +8,7 @@ use std::rc::Rc;
 
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
-/// Sizes of the board's flash words, and of sectors that fill soon.
+/// The size of the board's flash words, and sectors that fill soon.
 pub const WORD: usize = 32;
 pub const PAGE: usize = 4096;
 pub const PAGES: usize = 2;
@@ -27,12 +27,12 @@ impl Flash {
         Self(Rc::new(RefCell::new(image)))
     }
 
-    /// What it holds.
+    /// The image of the flash.
     pub fn image(&self) -> Vec<u8> {
         self.0.borrow().clone()
     }
 
-    /// Changes single bytes: the place in two bytes, and what the byte there becomes.
+    /// Changes single bytes. Each edit has three bytes: two for the place, and the byte's new value.
     pub fn edit(&self, edits: &[u8]) {
         let mut image = self.0.borrow_mut();
         for edit in edits.chunks_exact(3) {

@@ -1,4 +1,4 @@
-//! Any bytes on the wire: the decoder never panics, and after a zero it reads the next good frame.
+//! Any bytes on the wire: the decoder never panics, and after a zero byte it reads the next good frame.
 #![no_main]
 
 use firmware::protocol::frame::{Decoder, Received, encode};

@@ -19,7 +19,7 @@ fuzz_target!(|payload: &[u8]| {
             let Received::Message(again) = again else {
                 panic!("{again:?}")
             };
-            // Text, because a value that is not a number equals nothing.
+            // Compared as text, because NaN equals nothing.
             assert_eq!(format!("{again:?}"), format!("{message:?}"));
         }
     }

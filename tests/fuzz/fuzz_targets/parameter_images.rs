@@ -1,8 +1,8 @@
 //! Any image of the parameters' flash: a boot takes a set that was stored or the built-in one, and the next store
 //! reports the truth.
 //!
-//! The first byte of the input chooses the image: how many sets were stored (the rest are changes of single bytes), or an
-//! image that is the input itself.
+//! The first byte of the input chooses the image: the image after so many stored sets, with the rest of the input as changes of
+//! single bytes, or the rest of the input itself.
 #![no_main]
 
 use std::sync::OnceLock;
@@ -17,7 +17,7 @@ use model::vehicle::Vehicle;
 mod flash;
 use flash::Flash;
 
-/// Sets of the longest history: enough to fill both sectors and to move back.
+/// Sets in the longest history: enough to fill both sectors and to return to the first.
 const STORES: usize = 12;
 
 /// The vehicle of one store of a history.
@@ -72,7 +72,7 @@ fuzz_target!(|input: &[u8]| {
     match outcome {
         BootOutcome::NothingStored | BootOutcome::NotBelieved(_) => assert_eq!(found, built_in),
         BootOutcome::Stored if stored <= STORES => assert!((0..stored).any(|n| found == vehicle(n))),
-        // A set that the fuzzer has made, checksums and all: `Vehicle` has checked it.
+        // A set that the fuzzer has made, checksums included: `Vehicle` has checked its values.
         BootOutcome::Stored | BootOutcome::Migrated { .. } => {}
     }
     let wanted = vehicle(70);

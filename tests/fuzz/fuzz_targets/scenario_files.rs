@@ -1,4 +1,4 @@
-//! Any text as a scenario: it is refused or read, and what was read gives a plant or the reason why not.
+//! Any text as a scenario: the reader refuses or reads the text, and a scenario that was read gives a plant or a reason.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

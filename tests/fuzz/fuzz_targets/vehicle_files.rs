@@ -14,7 +14,7 @@ fuzz_target!(|text: &str| {
             };
             assert_eq!(again, vehicle);
             assert!(diff(again.parameters(), vehicle.parameters()).is_empty());
-            // As the board has it, and as the board's build writes it.
+            // In the board's single precision, and as the board's build writes the set.
             let single = vehicle.parameters().cast::<f32>();
             let Ok(VehicleFile::Vehicle(again)) = parse("single.toml", &to_toml(&single)) else {
                 panic!("what the board has is not read");
