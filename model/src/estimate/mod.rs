@@ -23,5 +23,6 @@ pub mod stillness;
 pub mod tilt;
 pub mod traction;
 pub mod trust;
+pub mod weight;
 
 pub use result::Estimate;

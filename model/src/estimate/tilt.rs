@@ -48,20 +48,6 @@ pub struct TiltReading {
     pub force_z_m_s2: f32,
 }
 
-impl TiltReading {
-    /// Whether the accelerometer feels about the weight of a vehicle that stands on its wheels.
-    pub fn weighs(&self) -> bool {
-        let (x, z) = (self.force_x_m_s2, self.force_z_m_s2);
-        let squared_g2 = (x * x + z * z) / (G * G);
-        (WEIGHT_MIN_G * WEIGHT_MIN_G..WEIGHT_MAX_G * WEIGHT_MAX_G).contains(&squared_g2)
-    }
-}
-
-/// Range of the specific force, in g, in which the accelerometer shows the vertical. Below this range the vehicle
-/// falls; above it the vehicle lands.
-const WEIGHT_MIN_G: f32 = 0.5;
-const WEIGHT_MAX_G: f32 = 2.0;
-
 /// Complementary filter for angle and gyro bias.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TiltEstimator {

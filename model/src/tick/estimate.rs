@@ -11,7 +11,7 @@ use crate::estimate::stall::{Intent, Stall};
 use crate::estimate::tilt::{Disturbance, TiltEstimator, TiltReading};
 use crate::estimate::traction::{Evidence, Traction};
 use crate::estimate::trust::Trust;
-use crate::persistence::Persistence;
+use crate::estimate::weight::Weight;
 use crate::sample::{Motor, TICK_S};
 use crate::sensed::Sensed;
 use crate::supervise::supervisor::Believed;
@@ -48,7 +48,7 @@ pub(super) struct Estimator {
     trail: Trail,
     theta_acceleration: LowPass,
     roll: RollEstimator,
-    weighs: Persistence,
+    weight: Weight,
     standing: Standing,
     /// The arm IMU was lost in the last tick, or has not yet given a reading.
     arm_lost: bool,
@@ -101,11 +101,6 @@ const STOPPED_M_S: f32 = 0.05;
 const STOPPED_ARM_RAD_S: f32 = 0.2;
 /// Time constant of the axle acceleration's filter.
 const AXLE_ACCELERATION_TIME_CONSTANT_S: f32 = 0.02;
-/// Ticks for which the accelerometer must feel the vehicle's weight before it is trusted again: the wheels rebound.
-const WEIGHT_TICKS: u16 = 30;
-/// The same before the accelerometer may show a slide or its mounting: most of a period of 3 Hz. Under a vibration of
-/// about g the accelerometer would otherwise count in only one half of each period, which looks like an acceleration.
-const STEADY_WEIGHT_TICKS: u16 = 270;
 
 impl Estimator {
     pub(super) fn new(vehicle: &Vehicle<f32>) -> Self {
@@ -142,7 +137,7 @@ impl Estimator {
             stall: Stall::default(),
             free_sin_slope: 0.0,
             trail: Trail::default(),
-            weighs: Persistence::new(STEADY_WEIGHT_TICKS),
+            weight: Weight::new(TICK_S),
             theta_acceleration: LowPass::new(TICK_S, AXLE_ACCELERATION_TIME_CONSTANT_S),
             roll: RollEstimator::new(TICK_S, times.tilt_time_constant_s),
             standing: Standing::default(),
@@ -202,10 +197,11 @@ impl Estimator {
         }
         self.arm_lost = !believed.arm_imu;
 
-        let weighs_steadily = self.weighs.update(sensed.arm.weighs() && believed.arm_imu);
+        let force_m_s2 = [sensed.arm.force_x_m_s2, sensed.arm.force_z_m_s2];
+        self.weight.update(believed.arm_imu.then_some(force_m_s2));
         let trust = self.trust(posture);
         let motion = self.turn(sensed, believed, posture, trust);
-        self.tilt(sensed, believed, &motion, trust, weighs_steadily);
+        self.tilt(sensed, believed, &motion, trust);
         if posture.idle || !self.standing.is_calibrated() {
             // An angle that is not yet known looks like a slide.
             self.traction.stand();
@@ -311,14 +307,7 @@ impl Estimator {
     }
 
     /// Estimates the angles of arm and spar, and whether the wheels roll.
-    fn tilt(
-        &mut self,
-        sensed: &Sensed,
-        believed: Believed,
-        motion: &MeasuredMotion,
-        trust: Trust,
-        weighs_steadily: bool,
-    ) {
+    fn tilt(&mut self, sensed: &Sensed, believed: Believed, motion: &MeasuredMotion, trust: Trust) {
         self.slope.turn(motion.yaw_rate_rad_s * motion.sin_roll * TICK_S);
         let disturbance = Disturbance {
             axle_acceleration_m_s2: motion.wheels_m_s2,
@@ -343,7 +332,7 @@ impl Estimator {
             sideways_m_s2: self.roll.unexplained_m_s2(),
             yaw_rate_rad_s: motion.yaw_rate_rad_s,
             wheels_yaw_rad_s: motion.wheels_yaw_rad_s,
-            weighs: weighs_steadily,
+            weighs: self.weight.is_steady(),
             slow: self.mountings.rest_next(),
         });
         if let Some(spar) = &mut self.spar {

@@ -2,7 +2,7 @@
 //! whether something blocks the vehicle.
 
 use super::standing::Posture;
-use super::{Estimator, MeasuredMotion, WEIGHT_TICKS};
+use super::{Estimator, MeasuredMotion};
 use crate::bounded::Bounded;
 use crate::estimate::roll::RollReading;
 use crate::estimate::stall::{Intent, Progress};
@@ -28,7 +28,7 @@ pub(super) struct Trail {
 impl Estimator {
     /// How far the accelerometers show where down is.
     pub(super) fn trust(&self, posture: Posture) -> Trust {
-        match (self.weighs.lasts(WEIGHT_TICKS), self.traction.slides()) {
+        match (self.weight.is_carried(), self.traction.slides()) {
             _ if posture.settled => Trust::AtRest,
             _ if posture.idle => Trust::Settling,
             (false, _) => Trust::None,
@@ -61,13 +61,13 @@ impl Estimator {
             && !self.traction.slides()
         {
             // A vehicle that falls or lands feels no slope.
-            if self.weighs.lasts(WEIGHT_TICKS) {
+            if self.weight.is_carried() {
                 self.slope.learn(lesson);
             }
             self.free_sin_slope = self.slope.sin();
         } else if stuck && !self.stall.stalls() {
             self.slope.reset(self.free_sin_slope);
-        } else if self.weighs.lasts(WEIGHT_TICKS) {
+        } else if self.weight.is_carried() {
             let t = self.scales.time_s;
             let axle_m_s2 = self.traction.acceleration_m_s2(motion.wheels_m_s2);
             self.slope.update(
