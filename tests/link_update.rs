@@ -7,12 +7,9 @@ use clap::Parser;
 use firmware::drive_board::{ARRIVED_SECTORS, BOARD, FLASH_SECTOR_BYTES, IMAGE_START};
 use firmware::image::Image;
 use firmware::image_seal::{ERASED, FLASH_START, NUMBERS_AT, SEAL_AT, image_room};
-use firmware::protocol::message::{
-    Answer, Order, UPDATE_BYTES, UpdateAnswer, UpdateRefusal, UpdateRequest, UpdateState,
-};
+use firmware::protocol::message::{UPDATE_BYTES, UpdateAnswer, UpdateRefusal, UpdateRequest, UpdateState};
 use hil_sim::cli::link::console::Console;
 use hil_sim::cli::link::session::Link;
-use hil_sim::cli::link::update::Update;
 use hil_sim::cli::link::{self, Arguments};
 use model::command::Request;
 use model::supervise::arming::Mode;
@@ -22,10 +19,13 @@ use report::error::CommandError;
 #[path = "support/elves.rs"]
 mod elves;
 mod support;
+#[path = "support/updates.rs"]
+mod updates;
 #[path = "support/wires.rs"]
 mod wires;
 use elves::{elf, linked};
 use support::Bench;
+use updates::{ask, image, piece, refused, send};
 use wires::{BoardWire, ready};
 
 /// The command line of `hil-sim link`.
@@ -35,37 +35,7 @@ struct Tool {
     link: Arguments,
 }
 
-/// The image of an ELF, and its bytes.
-fn image(elf: &[u8]) -> (Image, Vec<u8>) {
-    let update = Update::of(elf).expect("sealed");
-    (update.image(), update.bytes().to_vec())
-}
-
-fn ask(bench: &mut Bench, request: UpdateRequest) -> UpdateAnswer {
-    match bench.ask(Order::Update(request)) {
-        Some(Answer::Update(answer)) => answer,
-        other => panic!("{request:?}: {other:?}"),
-    }
-}
-
-fn refused(refusal: UpdateRefusal) -> UpdateAnswer {
-    UpdateAnswer::Refused(refusal)
-}
-
-/// The piece of an image that begins at `at`.
-fn piece(bytes: &[u8], at: usize) -> UpdateRequest {
-    UpdateRequest::piece(bytes, at as u32).expect("within the image")
-}
-
-/// Sends every piece from `from` on.
-fn send(bench: &mut Bench, bytes: &[u8], from: usize) {
-    for at in (from..bytes.len()).step_by(UPDATE_BYTES) {
-        let next = (at + UPDATE_BYTES).min(bytes.len()) as u32;
-        assert_eq!(ask(bench, piece(bytes, at)), UpdateAnswer::Ready { next });
-    }
-}
-
-/// Runs `link update` with a file of these bytes; returns the command's result and output.
+/// What `link update` ends with, of a file of these bytes.
 fn update(bench: Bench, name: &str, file: &[u8]) -> (Result<(), CommandError>, String) {
     let path = std::env::temp_dir().join(format!("link-update-{}-{name}", std::process::id()));
     std::fs::write(&path, file).expect("a file");

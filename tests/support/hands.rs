@@ -1,13 +1,16 @@
 //! A scripted person whose hands act on the simulated vehicle.
+#![allow(dead_code)] // Each test binary uses its part.
 
 use std::cell::RefCell;
+use std::f64::consts::FRAC_PI_2;
 use std::rc::Rc;
 
+use firmware::hardware::ResetCause;
 use hil_sim::cli::bring_up::person::Person;
 use model::sample::Motor;
 use model::supervise::arming::Mode;
 use plant::analog::{AnalogFault, Following};
-use plant::body::{Push, PushedBody};
+use plant::body::{BALLAST, Push, PushedBody, SPAR};
 use plant::fault::SensorFault;
 use report::error::CommandError;
 use virtual_board::board::hardware::{SecondContact, World};
@@ -21,10 +24,12 @@ pub enum Hands {
     Nothing,
     /// Hold the rims and lean on the arm with so many newtons.
     Lean(f64),
-    /// Hold the rims and brake the arm.
+    /// Brake the arm; its wheels, in the air, are free, so that friction holds it nowhere else than where it hangs.
     Steady,
     /// Roll the vehicle to this place, m, while one encoder is held still.
     RollTo(f64, Motor),
+    /// Push the arm for a tenth of a second after so many looks.
+    NudgeAfter(u32),
     /// Press the stop, once after so many looks.
     PressAfter(u32),
     /// Press the board's button once after so many looks.
@@ -33,6 +38,12 @@ pub enum Hands {
     Contacts(bool, bool),
     /// Switch the supply off after so many looks, for so many.
     SupplyOff(u32, u32),
+    /// Reset the board by such a cause after so many looks.
+    ResetAfter(u32, ResetCause),
+    /// Hold the camera, so that the spar has this angle, rad; upright until the vehicle is armed.
+    TiltSpar(f64),
+    /// Hold the spar upright and turn the ballast to this angle against it, rad.
+    TurnBallast(f64),
     /// The axle on the stand.
     Stand,
     /// Feed a current through a motor's sensor.
@@ -48,9 +59,11 @@ pub struct Shared {
     pub rolled_m: f64,
     /// The stop's second contact never opens.
     pub welded: bool,
-    /// Gains and offsets of the drive motors' current sensors.
-    pub current_gain: [f64; 2],
-    pub current_offset_a: [f64; 2],
+    /// The board feeds on the debugger's plug.
+    pub plug_is_supply: bool,
+    /// Gains and offsets of the motors' current sensors.
+    pub current_gain: [f64; 3],
+    pub current_offset_a: [f64; 3],
     /// The hands wait until the vehicle is armed.
     pub waits: bool,
     /// The questions, and whether the vehicle was armed before the next question.
@@ -79,18 +92,26 @@ impl Script {
             (Hands::Contacts(false, true), 20, yes)
         } else if has("Press the emergency stop and hold") {
             (Hands::Contacts(true, true), 20, yes)
-        } else if has("Close both") || has("Release the emergency stop") || has("let the core run again") {
+        } else if has("Close both") || has("Release the emergency stop") || has("and let the core run again") {
             (Hands::Contacts(false, false), 20, yes)
         } else if has("press the emergency stop, ") {
             (Hands::PressAfter(seconds(2)), 0, yes)
+        } else if has("then give the arm a small push") {
+            (Hands::NudgeAfter(seconds(2)), 0, yes)
         } else if has("blue button, within") {
             (Hands::ButtonAfter(seconds(2)), 0, yes)
+        } else if has("which has cleared bit 18") {
+            (Hands::ResetAfter(seconds(2), ResetCause::Watchdog), 0, yes)
+        } else if has("Press the board's reset button") {
+            (Hands::ResetAfter(1, ResetCause::Pin), 20, yes)
+        } else if has("then pull the debugger's plug") && !shared.plug_is_supply {
+            (Hands::ResetAfter(seconds(2), ResetCause::Software), 0, yes)
         } else if has("then halt the core") {
             // The virtual part has no debugger; the stop's break ends the armed state as a halt does.
             (Hands::PressAfter(seconds(2)), 0, yes)
         } else if has("then ramp") || has("then pull the debugger's plug") {
             (Hands::SupplyOff(seconds(2), seconds(1)), 0, yes)
-        } else if has("Ramp 3.3 V up again") || has("Put the plug back") {
+        } else if has("Ramp 3.3 V up again") || (has("Put the plug back") && shared.plug_is_supply) {
             (Hands::SupplyOff(0, 20), 40, yes)
         } else if has("off for 1 s") {
             (Hands::SupplyOff(0, seconds(1)), seconds(2), yes)
@@ -98,20 +119,30 @@ impl Script {
             (Hands::SupplyOff(seconds(1), seconds(1)), 0, yes)
         } else if has("steady the arm") {
             (Hands::Steady, seconds(8), yes)
+        } else if has("Steady the spar") {
+            (Hands::TiltSpar(0.0), seconds(4), yes)
         } else if has("hang still") {
             (Hands::Nothing, seconds(6), yes)
         } else if has("Tilt the arm forward") {
             (Hands::Lean(50.0), seconds(6), yes)
+        } else if has("Tilt the spar's lower end forward") {
+            (Hands::TiltSpar(0.45), seconds(6), yes)
+        } else if has("Turn the ballast's lower end forward") {
+            (Hands::TurnBallast(FRAC_PI_2), seconds(6), yes)
+        } else if has("tilt its lower end forward by 10 degrees") {
+            (Hands::TiltSpar(0.17), 0, yes)
         } else if has("Turn the left wheel") {
             (Hands::RollTo(shared.rolled_m + TURN_M, Motor::Right), seconds(12), yes)
         } else if has("Turn the right wheel") {
             (Hands::RollTo(shared.rolled_m + TURN_M, Motor::Left), seconds(12), yes)
         } else if has("Wheels off the ground") {
-            (Hands::Stand, seconds(1), format!("{}", shared.battery_v))
+            (Hands::Stand, seconds(8), format!("{}", shared.battery_v))
         } else if has("left motor's current sensor") {
             (Hands::Feed(Motor::Left), 20, format!("{FED_A}"))
         } else if has("right motor's current sensor") {
             (Hands::Feed(Motor::Right), 20, format!("{FED_A}"))
+        } else if has("ballast motor's current sensor") {
+            (Hands::Feed(Motor::Ballast), 20, format!("{FED_A}"))
         } else {
             (Hands::Nothing, 10, yes)
         }
@@ -120,6 +151,8 @@ impl Script {
 
 /// A current from a bench supply, A.
 pub const FED_A: f64 = 3.0;
+/// How fast a hand tilts the spar: half a radian per second.
+const TILT_RAD_PER_LOOK: f64 = 0.5e-6 * READ_US as f64;
 /// One turn of the reference vehicle's wheels, m.
 pub const TURN_M: f64 = 2.0 * std::f64::consts::PI * 0.25;
 
@@ -161,6 +194,20 @@ fn put_contacts(world: &mut World, welded: bool, first: bool, second: bool) {
     };
 }
 
+/// A hand at the camera, which is above the axle: it pushes back what shall come forward below. Strong enough against the
+/// ballast's weight, and damped.
+fn hold_spar(world: &mut World, to_rad: f64) {
+    let truth = world.plant.truth();
+    let forward_n = 40.0 * (truth.spar_rad - to_rad) + 5.0 * truth.spar_rate_rad_s;
+    let push = Push {
+        on: PushedBody::Spar,
+        forward_n: forward_n.clamp(-20.0, 20.0),
+        left_n: 0.0,
+        up_n: 0.0,
+    };
+    world.plant.push(push, 1.0);
+}
+
 /// Lets the hands act on the bench.
 pub fn act(bench: &mut Bench, shared: &mut Shared) {
     let armed = bench.board.status().is_some_and(|status| status.mode == Mode::Armed);
@@ -170,8 +217,10 @@ pub fn act(bench: &mut Bench, shared: &mut Shared) {
     if let Some((_, was_armed)) = shared.asked.last_mut() {
         *was_armed |= armed;
     }
-    if shared.hands == Hands::ButtonAfter(looks) {
-        bench.board.press_button();
+    match shared.hands {
+        Hands::ButtonAfter(after) if looks == after => bench.board.press_button(),
+        Hands::ResetAfter(after, cause) if looks == after => bench.board.reset(cause).expect("boots again"),
+        _ => {}
     }
     bench.board.world(|world| {
         let truth = world.plant.truth();
@@ -183,14 +232,12 @@ pub fn act(bench: &mut Bench, shared: &mut Shared) {
             left_n: 0.0,
             up_n: 0.0,
         };
-        world
-            .plant
-            .set_chocked(matches!(shared.hands, Hands::Lean(_) | Hands::Steady));
-        for motor in [Motor::Left, Motor::Right] {
+        world.plant.set_chocked(matches!(shared.hands, Hands::Lean(_)));
+        let current_a = ["left_current", "right_current", "ballast_current"];
+        for (motor, name) in [Motor::Left, Motor::Right, Motor::Ballast].into_iter().zip(current_a) {
             // A current through the sensor acts like an offset.
             let fed_a = if shared.hands == Hands::Feed(motor) { FED_A } else { 0.0 };
             let gain = shared.current_gain[motor as usize];
-            let name = ["left_current", "right_current"][motor as usize];
             let fault = AnalogFault {
                 following: Following::Works,
                 gain,
@@ -207,9 +254,25 @@ pub fn act(bench: &mut Bench, shared: &mut Shared) {
         }
         match shared.hands {
             Hands::Lean(newtons) => world.plant.push(push(PushedBody::Arm, newtons), 1.0),
-            Hands::Steady => {
+            Hands::NudgeAfter(after) if looks == after => world.plant.push(push(PushedBody::Arm, 10.0), 0.1),
+            Hands::Stand if looks == 1 => world.plant.set_on_stand(true),
+            Hands::Steady | Hands::Stand => {
                 let newtons = (-50.0 * truth.phi_rate_rad_s).clamp(-50.0, 50.0);
                 world.plant.push(push(PushedBody::Arm, newtons), 1.0);
+            }
+            Hands::TiltSpar(to_rad) => {
+                let to_rad = if shared.waits {
+                    0.0
+                } else {
+                    to_rad.min(TILT_RAD_PER_LOOK * f64::from(looks))
+                };
+                hold_spar(world, to_rad);
+            }
+            Hands::TurnBallast(to_rad) => {
+                hold_spar(world, 0.0);
+                let (position, speed) = world.plant.body_mut().state_mut();
+                let left_rad = to_rad - (position[BALLAST] - position[SPAR]);
+                speed[BALLAST] = speed[SPAR] + (10.0 * left_rad).clamp(-1.0, 1.0);
             }
             Hands::RollTo(to_m, _) => {
                 let newtons = (60.0 * (to_m - truth.x_m)).clamp(-30.0, 30.0);
@@ -225,8 +288,9 @@ pub fn act(bench: &mut Bench, shared: &mut Shared) {
                 let connected = !(after..after + off).contains(&looks);
                 world.plant.set_battery_connected(connected);
             }
-            Hands::Stand if looks == 1 => world.plant.set_on_stand(true),
-            Hands::Nothing | Hands::Stand | Hands::PressAfter(_) | Hands::ButtonAfter(_) | Hands::Feed(_) => {
+            // A push that has begun ends by itself.
+            Hands::NudgeAfter(_) => {}
+            Hands::Nothing | Hands::PressAfter(_) | Hands::ButtonAfter(_) | Hands::ResetAfter(..) | Hands::Feed(_) => {
                 world.plant.push(push(PushedBody::Axle, 0.0), 0.001);
             }
         }
@@ -239,7 +303,7 @@ pub fn at_a_bench(question: &str) -> Option<&'static str> {
         question if question.contains("3.3 V at") => Some("3.31"),
         // No hand reaches these of the virtual board.
         question
-            if ["reset button", "supply, V, which is off", "clock away"]
+            if ["supply, V, which is off", "clock away"]
                 .iter()
                 .any(|q| question.contains(q)) =>
         {

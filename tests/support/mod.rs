@@ -64,10 +64,20 @@ impl Bench {
 
     /// A bench whose vehicle differs from its file.
     pub fn with_settings(seed: u64, flash: VirtualFlash, history: VirtualFlash, settings: &PlantSettings) -> Self {
-        let vehicle = reference();
+        Self::of(&reference(), seed, flash, history, settings)
+    }
+
+    /// With another vehicle than the reference vehicle.
+    pub fn of(
+        vehicle: &Vehicle<f64>,
+        seed: u64,
+        flash: VirtualFlash,
+        history: VirtualFlash,
+        settings: &PlantSettings,
+    ) -> Self {
         let ground = Terrain::default();
-        let plant = Plant::with_settings(&vehicle, &SCALES, ground, seed, settings).expect("level ground");
-        let board = VirtualBoard::boot_with_history(&vehicle, plant, flash, history).expect("boots");
+        let plant = Plant::with_settings(vehicle, &SCALES, ground, seed, settings).expect("level ground");
+        let board = VirtualBoard::boot_with_history(vehicle, plant, flash, history).expect("boots");
         Self {
             board,
             client: LinkClient::new(seed as u32),

@@ -17,7 +17,7 @@ mod store;
 mod task;
 
 pub use store::UpdateStore;
-pub use task::run;
+pub use task::{CONFIRM_AFTER, run};
 
 #[cfg(test)]
 mod tests;

@@ -55,7 +55,7 @@ impl Plant {
         }
     }
 
-    /// Breaks, shorts or repairs the leads of motor `index`.
+    /// Breaks, shorts, exchanges or repairs the leads of motor `index`.
     pub fn set_leads(&mut self, index: usize, leads: Leads) {
         if let Some(slot) = self.wiring.leads.get_mut(index) {
             *slot = leads;
@@ -119,7 +119,9 @@ impl Plant {
 
     /// Currents through the bridges, which the board's sensors measure.
     pub fn bridge_current_a(&self) -> [f64; MOTORS] {
-        core::array::from_fn(|i| self.motors.get(i).map_or(0.0, crate::motor::DcMotor::bridge_current_a))
+        let currents_a =
+            core::array::from_fn(|i| self.motors.get(i).map_or(0.0, crate::motor::DcMotor::bridge_current_a));
+        self.wiring.seen_by_bridges(currents_a)
     }
 }
 

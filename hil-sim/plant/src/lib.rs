@@ -265,7 +265,7 @@ impl Plant {
             .battery
             .terminal_v(dt_s, self.battery_v, &mut self.motors, bridges, &rates);
         let currents = core::array::from_fn(|i| self.motors[i].mean_current_after(dt_s, bridges[i], volts, rates[i]));
-        Some(self.convert(volts, currents))
+        Some(self.convert(volts, self.wiring.seen_by_bridges(currents)))
     }
 
     #[inline]

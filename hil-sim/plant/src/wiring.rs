@@ -1,5 +1,5 @@
-//! Faults between the board's bridges and its motors: broken and shorted leads, dead half-bridges, bridges that have shut
-//! themselves down.
+//! Faults between the board's bridges and its motors: broken, shorted and exchanged leads, dead half-bridges, bridges
+//! that have shut themselves down.
 
 use model::sample::MOTORS;
 use serde::Deserialize;
@@ -17,6 +17,8 @@ pub enum Leads {
     Open,
     /// The leads touch each other.
     Shorted,
+    /// Each lead is at the other one's place: the motor turns the other way.
+    Exchanged,
 }
 
 /// A bridge that drives in one direction only, because the high side of one leg is dead. In the dead direction such a
@@ -52,6 +54,16 @@ impl Wiring {
         self != Self::default()
     }
 
+    /// The motors' currents as their bridges see them.
+    pub(crate) fn seen_by_bridges(self, mut currents_a: [f64; MOTORS]) -> [f64; MOTORS] {
+        for (current_a, leads) in currents_a.iter_mut().zip(self.leads) {
+            if leads == Leads::Exchanged {
+                *current_a = -*current_a;
+            }
+        }
+        currents_a
+    }
+
     /// The bridge states that reach the motors through the faulty wiring.
     pub(crate) fn through(self, bridges: &[BridgeState; MOTORS]) -> [BridgeState; MOTORS] {
         let mut arrives = *bridges;
@@ -76,6 +88,10 @@ impl Wiring {
                 Leads::Sound => *state,
                 Leads::Open => BridgeState::Disconnected,
                 Leads::Shorted => BridgeState::Shorted(duty),
+                Leads::Exchanged => match *state {
+                    BridgeState::Duty(duty) => BridgeState::Duty(-duty),
+                    _ => *state,
+                },
             };
         }
         arrives
@@ -102,6 +118,8 @@ mod tests {
         assert_eq!(wiring.through(&bridges), [Duty(0.4), Open, Open]);
         wiring.leads = [Leads::Shorted, Leads::Shorted, Leads::Open];
         assert_eq!(wiring.through(&bridges), [Shorted(0.4), Shorted(0.0), Disconnected]);
+        wiring.leads = [Leads::Exchanged, Leads::Sound, Leads::Exchanged];
+        assert_eq!(wiring.through(&bridges), [Duty(-0.4), Duty(-0.4), Open]);
         wiring.unsupplied = true;
         assert_eq!(wiring.through(&bridges), [Disconnected; MOTORS]);
     }

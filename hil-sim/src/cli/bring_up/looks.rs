@@ -36,6 +36,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
             self.tell(PICTURE)?;
         }
         let boot = self.boot()?;
+        self.settle()?;
         let seconds = if look.speed_m_s == 0.0 { LOOK_S } else { DRIVEN_LOOK_S };
         self.ask_to(&format!("Armed for {seconds} s after Enter: then {}", look.act))?;
         self.ready()?;
@@ -64,7 +65,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         let found = self.look(look.question)?;
         if look.speed_m_s != 0.0 {
             // The arm of a vehicle that has driven with its wheels in the air swings for longer than the tool waits.
-            self.ask_to("Hold the wheels, and steady the arm until it hangs still")?;
+            self.ask_to("Stop the wheels, let go of them, and steady the arm until it hangs still")?;
         }
         if found.verdict != StepVerdict::Passed || look.ends == LookEnd::Time {
             return Ok(found);
@@ -95,7 +96,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
                 "disarmed by the stop".into()
             }
         };
-        self.ready()?;
+        self.settle()?;
         Ok(Finding::passed(format!("seen; {ended}")))
     }
 }

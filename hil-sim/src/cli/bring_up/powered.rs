@@ -26,10 +26,11 @@ const FREE_RUNNING_A: f64 = 2.0;
 /// Statuses of the 0.2 s over which a mean is taken.
 const MEAN_STATUSES: usize = STATUS_RATE_HZ as usize / 5;
 /// Time for which the vehicle is armed, s: for the tool, and for a person with an oscilloscope.
-const ARMED_S: f64 = 3.0;
+const ARMED_S: f64 = 10.0;
 pub(super) const LOOK_S: f64 = 20.0;
 /// Commanded speed, m/s: the governor reaches this speed within the time, and the arm hangs far from its largest angle.
 const FORWARD_M_S: f32 = 0.5;
+const FORWARD_S: f64 = 3.0;
 /// Turn on the spot, rad/s, and its duration, s. The turn is short: in the air the wheels do not turn the vehicle, and
 /// their speeds diverge as long as the turn is commanded.
 const TURN_RAD_S: f32 = 0.2;
@@ -41,12 +42,14 @@ const TICK_CYCLES: u32 = (nucleo_h743zi::CORE_CLOCK_HZ as u64 * TICK_US as u64 /
 /// Longest time in which the vehicle must come to rest before it is armed, us, and time for which it must stay at rest:
 /// a swinging arm is slow at each end.
 const READY_US: u64 = 30_000_000;
+/// Time after which the person is asked to steady the arm, us.
+const SWINGS_US: u64 = 10_000_000;
 const REST_US: u64 = 1_500_000;
 
 impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     pub(super) fn supply_on(&mut self) -> Result<Finding, StepEnd> {
         let battery = self.link.parameters()?.battery;
-        let question = "Wheels off the ground, supply on, limited to 2 A: measure it, V";
+        let question = "Wheels off the ground, the arm hanging still, supply on, limited to 2 A: measure it, V";
         let meter_v = self.ask_number(question)?;
         let reads_v = self.supply_v()?;
         let range = f64::from(battery.minimum_v)..=f64::from(battery.maximum_v);
@@ -57,24 +60,48 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         ))
     }
 
+    /// As [`Self::ready`]. An arm that swings on is steadied by the person: with the wheels in the air hardly anything
+    /// brakes it.
+    pub(super) fn settle(&mut self) -> Result<(), StepEnd> {
+        match self.blocked_for(SWINGS_US)? {
+            None => Ok(()),
+            Some(blockers) if blockers.contains(Blocker::NotAtRest) => {
+                self.ask_to("Stop the wheels, let go of them, and steady the arm until it hangs still")?;
+                self.ready()
+            }
+            Some(_) => self.ready(),
+        }
+    }
+
     /// Clears the faults and waits until only the missing command keeps the vehicle from arming.
     pub(super) fn ready(&mut self) -> Result<(), StepEnd> {
+        match self.blocked_for(READY_US)? {
+            None => Ok(()),
+            Some(blockers) => Err(StepEnd::Found(Finding::failed(format!("does not arm: {blockers}")))),
+        }
+    }
+
+    /// Clears the faults and waits; what has kept the vehicle from arming for so long, if anything. A swinging arm is slow
+    /// at each end, so the blockers come and go.
+    fn blocked_for(&mut self, patience_us: u64) -> Result<Option<BlockerSet>, StepEnd> {
         self.link.order(Order::Request(Request::ClearFaults))?;
         let from_us = self.link.wire.now_us();
         let mut allowed = BlockerSet::EMPTY;
         allowed.insert(Blocker::NoCommand);
         allowed.insert(Blocker::CommandNotNeutral);
         let mut since_us = from_us;
+        let mut seen = BlockerSet::EMPTY;
         loop {
             let blockers = self.link.fresh_status()?.vehicle.blockers;
             let now_us = self.link.wire.now_us();
             if blockers.bits() & !allowed.bits() != 0 {
                 since_us = now_us;
+                blockers.iter().for_each(|blocker| seen.insert(blocker));
             } else if now_us - since_us > REST_US {
-                return Ok(());
+                return Ok(None);
             }
-            if self.link.interrupts() > 0 || now_us - from_us > READY_US {
-                return Err(StepEnd::Found(Finding::failed(format!("does not arm: {blockers}"))));
+            if self.link.interrupts() > 0 || now_us - from_us > patience_us {
+                return Ok(Some(seen));
             }
         }
     }
@@ -93,15 +120,21 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
 
     pub(super) fn armed(&mut self) -> Result<Finding, StepEnd> {
         let mut current = Currents::default();
-        self.drive(0.0, ARMED_S, |client| {
+        self.settle()?;
+        // Friction holds a vehicle that nobody touches, even one that its motors drive away from rest.
+        self.ask_to(&format!(
+            "Armed for {ARMED_S} s after Enter: then give the arm a small push"
+        ))?;
+        let driven = self.drive(0.0, ARMED_S, |client| {
             if let Some(status) = &client.status {
                 current.add(status);
             }
-        })??;
+        })?;
+        let faults = driven?.vehicle.faults;
         let [left, right] = [Motor::Left, Motor::Right].map(|motor| current.largest_a(motor));
         Ok(Finding::of(
-            left < FREE_RUNNING_A && right < FREE_RUNNING_A,
-            format!("armed for {ARMED_S} s, left up to {left:.2} A, right up to {right:.2} A"),
+            left < FREE_RUNNING_A && right < FREE_RUNNING_A && faults.is_empty(),
+            format!("armed for {ARMED_S} s, left up to {left:.2} A, right up to {right:.2} A, faults: {faults}"),
         ))
     }
 
@@ -111,6 +144,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     }
 
     pub(super) fn stop_armed(&mut self) -> Result<Finding, StepEnd> {
+        self.settle()?;
         self.ask_to(&format!(
             "Armed after Enter: then press the emergency stop, within {LOOK_S} s"
         ))?;
@@ -120,11 +154,12 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         let both = self.stopped_by_the_stop()?;
         let faults = self.link.fresh_status()?.vehicle.faults;
         self.ask_to("Release the emergency stop")?;
-        self.ready()?;
+        self.settle()?;
         Ok(Finding::of(both, format!("disarmed by {faults}")))
     }
 
     pub(super) fn button_armed(&mut self) -> Result<Finding, StepEnd> {
+        self.settle()?;
         self.ask_to(&format!(
             "Armed after Enter: then press the board's blue button, within {LOOK_S} s"
         ))?;
@@ -140,7 +175,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     }
 
     pub(super) fn forward(&mut self) -> Result<Finding, StepEnd> {
-        let turns = self.turns((FORWARD_M_S, 0.0), ARMED_S, [1.0; 2])?;
+        let turns = self.turns((FORWARD_M_S, 0.0), FORWARD_S, [1.0; 2])?;
         if !turns.are_right() {
             return Ok(Finding::failed(turns.text()));
         }
@@ -162,7 +197,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     ) -> Result<Turns, StepEnd> {
         let command = DriveCommand::driving(speed_m_s, yaw_rate_rad_s);
         let mut turns = Turns::new(&self.link.parameters()?.drive_motor, command, directions);
-        self.ready()?;
+        self.settle()?;
         self.start_records()?;
         let job = DriveJob::new(speed_m_s, yaw_rate_rad_s, seconds)?;
         let driven = self.link.drive_watching(&job, |client| {

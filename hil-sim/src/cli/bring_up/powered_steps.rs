@@ -2,7 +2,7 @@
 
 use firmware::hardware::ResetCause;
 
-use super::step::{ArmedLook, BringUpStep, LookEnd, StepKind, bench, on};
+use super::step::{ArmedLook, BringUpStep, LookEnd, StepKind, bench, of_spar, on};
 
 /// Speed of a look at a driven motor, m/s: its bridge drives for a visible share of the PWM's period.
 const LOOK_SPEED_M_S: f32 = 1.0;
@@ -13,7 +13,7 @@ pub(super) const POWERED: &[BringUpStep] = &[
         "supply on",
         StepKind::SupplyOn,
         [
-            "Wheels off the ground. Switch the bridges' supply on, limited to 2 A, and measure it.",
+            "Lift the wheels off the ground and steady the arm. Switch the bridges' supply on, limited to 2 A, and measure it.",
             "within the battery's range, and the board reads the same within 3 %",
             "the divider at PA3, 1:20; the supply's wires",
         ],
@@ -32,11 +32,22 @@ pub(super) const POWERED: &[BringUpStep] = &[
         "armed",
         StepKind::Armed,
         [
-            "The tool arms at speed 0 for 3 s.",
-            "stays armed; currents below 2 A",
-            "the fault that the tool names; polarity: supply off at once",
+            "The tool arms at speed 0 for 10 s; give the arm a small push meanwhile.",
+            "stays armed, without a fault; currents below 2 A",
+            "the fault that the tool names; EncoderImplausible or BallastEncoder: that motor's leads exchanged: supply off at \
+             once",
         ],
     ),
+    of_spar(on(
+        "levelling",
+        StepKind::Levelling,
+        [
+            "Hold the spar upright by the camera; the tool arms at speed 0 for 8 s; tilt the spar's lower end forward by \
+             10 degrees and hold it.",
+            "the ballast swings forward as its motor's voltage drives it, within a half; no fault of the spar",
+            "the ballast motor's leads: supply off at once; the gains of the spar's law",
+        ],
+    )),
     bench(on(
         "drive and brake",
         StepKind::ArmedLook(ArmedLook {
@@ -154,6 +165,22 @@ pub(super) const POWERED: &[BringUpStep] = &[
              and let the core run again.",
             "bridges open, no reset; 0x0000A044: lock-up, errors of either RAM and a low supply are tied to the break",
             "`guard_outputs` in `firmware/src/bin/drive-board/board/mod.rs`",
+        ],
+    )),
+    bench(on(
+        "watchdog",
+        StepKind::ArmedLook(ArmedLook {
+            speed_m_s: 0.0,
+            act: "halt the core with the debugger, which has cleared bit 18 of 0x5C001054 and bits 0 and 1 of 0x5C00104C, \
+                  within that time",
+            ends: LookEnd::Restart(&[ResetCause::Watchdog]),
+            question: "Let the core run if the debugger still holds it. Were PE9 and PE11 low within 40 ms of the halt?",
+        }),
+        [
+            "Oscilloscope on PE9 and PE11. With the debugger clear bit 18 of 0x5C001054 and bits 0 and 1 of 0x5C00104C: \
+             watchdog and timers then go on while the core is halted. The tool arms at speed 0; halt the core within 20 s.",
+            "lines low within 40 ms of the halt; the board starts again, by the watchdog",
+            "the watchdog's oscillator and its time in `firmware/src/bin/stm32/watchdog.rs`; the bits that the board had set",
         ],
     )),
     bench(on(

@@ -139,7 +139,7 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
             return Some("a simulated board cannot show it");
         }
         let missing = |(line, step): (&StepLine, &BringUpStep)| {
-            line.finding.verdict != StepVerdict::Passed && !(self.extent.simulated && step.bench_only)
+            !(line.finding.is_settled() || self.extent.simulated && step.bench_only)
         };
         if step.powered && before.iter().zip(STEPS).any(missing) {
             return Some("not tried: every step before it must have passed");
@@ -152,7 +152,21 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
             "{number:>2} {}: {} Passes: {}.",
             step.title, step.does, step.passes
         ))?;
-        let result = match step.kind {
+        let result = self.carried_out(step);
+        self.check_interrupt()?;
+        match result {
+            // The board's behaviour is the step's finding.
+            Err(StepEnd::Board(CommandError::Checks(why))) => Ok(Finding::failed(why)),
+            Err(StepEnd::Board(error) | StepEnd::Tool(error)) => Err(error),
+            Err(StepEnd::Found(finding)) | Ok(finding) => Ok(finding),
+        }
+    }
+
+    fn carried_out(&mut self, step: &BringUpStep) -> Result<Finding, StepEnd> {
+        if step.of_spar && !self.link.has_spar()? {
+            return Ok(Finding::not_needed("the vehicle has no spar"));
+        }
+        match step.kind {
             StepKind::Look(question) => self.look(question),
             StepKind::Measure(question, min, max) => self.measure(question, min, max),
             StepKind::Identity => self.identity(),
@@ -163,28 +177,23 @@ impl<'a, W: Wire, P: Person, O: Write> Procedure<'a, W, P, O> {
             StepKind::SupplyOff => self.supply_off(),
             StepKind::CurrentZeros => self.current_zeros(),
             StepKind::CurrentGain => self.current_gain(),
-            StepKind::ArmAtRest => self.arm_at_rest(),
-            StepKind::ArmForward => self.arm_forward(),
+            StepKind::AtRest(place) => self.at_rest(place),
+            StepKind::TiltedForward(place) => self.tilted_forward(place),
             StepKind::Wheels => self.wheels(),
+            StepKind::BallastByHand => self.ballast_by_hand(),
             StepKind::Store => self.store(),
             StepKind::PowerCuts => self.power_cuts(),
             StepKind::NoExternalClock => self.no_external_clock(),
             StepKind::Update => self.update(),
             StepKind::SupplyOn => self.supply_on(),
             StepKind::Armed => self.armed(),
+            StepKind::Levelling => self.levelling(),
             StepKind::ArmedLook(look) => self.armed_look(&look),
             StepKind::StopArmed => self.stop_armed(),
             StepKind::ButtonArmed => self.button_armed(),
             StepKind::Forward => self.forward(),
             StepKind::Turn => self.turn(),
             StepKind::TickCost => self.tick_cost(),
-        };
-        self.check_interrupt()?;
-        match result {
-            // The board's behaviour is the step's finding.
-            Err(StepEnd::Board(CommandError::Checks(why))) => Ok(Finding::failed(why)),
-            Err(StepEnd::Board(error) | StepEnd::Tool(error)) => Err(error),
-            Err(StepEnd::Found(finding)) | Ok(finding) => Ok(finding),
         }
     }
 

@@ -1,6 +1,6 @@
 //! What a step of the procedure is, and how it is carried out.
 
-use firmware::hardware::ResetCause;
+use firmware::hardware::{Place, ResetCause};
 
 /// A look at an armed board. The tool itself arms: it holds the serial port, so no other program could.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,12 +51,14 @@ pub enum StepKind {
     CurrentZeros,
     /// The current sensors' gains and signs.
     CurrentGain,
-    /// The arm IMU, hanging at rest.
-    ArmAtRest,
-    /// The arm IMU's signs.
-    ArmForward,
+    /// An IMU, hanging at rest.
+    AtRest(Place),
+    /// An IMU's signs.
+    TiltedForward(Place),
     /// The encoders, a wheel at a time.
     Wheels,
+    /// The ballast's encoder.
+    BallastByHand,
     /// A store and a read.
     Store,
     /// The supply cut while the board stores.
@@ -69,6 +71,8 @@ pub enum StepKind {
     SupplyOn,
     /// Armed, at zero volts.
     Armed,
+    /// Armed, the spar tilted by hand.
+    Levelling,
     /// The tool arms; the person acts, looks, and answers a question.
     ArmedLook(ArmedLook),
     /// The emergency stop, armed.
@@ -98,6 +102,8 @@ pub struct BringUpStep {
     pub bench_only: bool,
     /// The bridges' supply is on.
     pub powered: bool,
+    /// Only a vehicle with a spar needs it.
+    pub of_spar: bool,
     /// How.
     pub kind: StepKind,
 }
@@ -112,6 +118,7 @@ pub(super) const fn off(title: &'static str, kind: StepKind, texts: [&'static st
         look_at,
         bench_only: false,
         powered: false,
+        of_spar: false,
         kind,
     }
 }
@@ -128,4 +135,9 @@ pub(super) const fn bench(step: BringUpStep) -> BringUpStep {
         bench_only: true,
         ..step
     }
+}
+
+/// The step, which only a vehicle with a spar needs.
+pub(super) const fn of_spar(step: BringUpStep) -> BringUpStep {
+    BringUpStep { of_spar: true, ..step }
 }

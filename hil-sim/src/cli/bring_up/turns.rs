@@ -1,18 +1,16 @@
 //! Compares the wheels' turns with the turns that their motors' voltages should have caused.
 //!
 //! With its wheels off the ground the vehicle has no balance for a law to keep. The law takes the turning wheels for a
-//! slide, and its reaction differs between boards and runs. The armature equation applies whatever the law does: the
-//! voltage minus the resistance's drop is the back-EMF, so a wheel turns by the integral of the back-EMF divided by the
-//! motor constant.
+//! slide, and its reaction differs between boards and runs. The armature equation applies whatever the law does.
 
 use core::f64::consts::TAU;
 
-use firmware::drive_board::SCALES;
 use firmware::flight_record::FlightRecord;
 use model::command::DriveCommand;
-use model::control::motor::DUTY_FULL_SCALE;
 use model::sample::Motor;
 use model::vehicle::MotorParameters;
+
+use super::joint_turn::{JointMotor, JointTurn};
 
 /// Smallest significant turn, rad: about twice the turn that a current sensor's permitted offset of half an ampere adds
 /// with the reference vehicle's voltages in 3 s.
@@ -29,39 +27,26 @@ pub(super) struct Turns {
     command: DriveCommand,
     /// Required direction of each wheel: 1 forward, -1 backward.
     directions: [f64; 2],
-    counts_per_rad: f64,
-    back_emf_v_s_per_rad: f64,
-    resistance_ohm: f64,
+    motor: JointMotor,
     before: Option<FlightRecord>,
-    wheels: [WheelTurn; 2],
+    wheels: [JointTurn; 2],
 }
 
-/// Turn of a wheel, rad.
-#[derive(Debug, Clone, Copy, Default)]
-struct WheelTurn {
-    counted: f64,
-    by_voltage: f64,
-}
-
-impl WheelTurn {
-    fn is_right(self, direction: f64) -> bool {
-        let (counted, by_voltage) = (direction * self.counted, direction * self.by_voltage);
-        counted > LEAST_RAD && (counted - by_voltage).abs() < SHARE * by_voltage
-    }
+/// Whether a wheel turned in its direction, as far as its voltage should have turned it.
+fn is_right(turn: JointTurn, direction: f64) -> bool {
+    let (counted, by_voltage) = (direction * turn.counted, direction * turn.by_voltage);
+    counted > LEAST_RAD && (counted - by_voltage).abs() < SHARE * by_voltage
 }
 
 impl Turns {
     /// An empty measurement of wheels with such motors under `command`; left and right must turn in `directions`.
     pub(super) fn new(motor: &MotorParameters<f32>, command: DriveCommand, directions: [f64; 2]) -> Self {
-        let gear = f64::from(motor.gear_ratio);
         Self {
             command,
             directions,
-            counts_per_rad: f64::from(motor.encoder_counts_per_rev) * gear / TAU,
-            back_emf_v_s_per_rad: f64::from(motor.back_emf_constant_v_s_per_rad) * gear,
-            resistance_ohm: f64::from(motor.resistance_ohm),
+            motor: JointMotor::new(motor, 0.0),
             before: None,
-            wheels: [WheelTurn::default(); 2],
+            wheels: [JointTurn::default(); 2],
         }
     }
 
@@ -75,27 +60,15 @@ impl Turns {
         if !commanded(&before) || !commanded(tick) || tick.tick != before.tick.wrapping_add(1) {
             return;
         }
-        let dt_s = tick.sample.time_us.saturating_sub(before.sample.time_us) as f64 * 1e-6;
-        let analog = tick.sample.analog.with(&SCALES.analog, |raw, scale| scale.value(raw));
-        for (wheel, motor) in self
-            .wheels
-            .iter_mut()
-            .zip([Motor::Left, Motor::Right].map(|motor| motor as usize))
-        {
-            // The previous tick's decision acts until this tick.
-            let share = f64::from(before.actuation.duty[motor]) / f64::from(DUTY_FULL_SCALE);
-            let drop_v = self.resistance_ohm * f64::from(analog.currents()[motor]);
-            let back_emf_v = share * f64::from(analog.battery_voltage) - drop_v;
-            wheel.by_voltage += back_emf_v / self.back_emf_v_s_per_rad * dt_s;
-            let counts = tick.sample.encoder_counts[motor].wrapping_sub(before.sample.encoder_counts[motor]);
-            wheel.counted += counts as f64 / self.counts_per_rad;
+        for (wheel, motor) in self.wheels.iter_mut().zip([Motor::Left, Motor::Right]) {
+            self.motor.add(wheel, motor, &before, tick);
         }
     }
 
     /// Whether both wheels turned in the required direction, as far as their voltages should have turned them.
     pub(super) fn are_right(&self) -> bool {
         let mut wheels = self.wheels.iter().zip(self.directions);
-        wheels.all(|(wheel, direction)| wheel.is_right(direction))
+        wheels.all(|(wheel, direction)| is_right(*wheel, direction))
     }
 
     /// The measurement as text.
@@ -110,6 +83,9 @@ impl Turns {
 
 #[cfg(test)]
 mod tests {
+    use firmware::drive_board::SCALES;
+    use model::control::motor::DUTY_FULL_SCALE;
+
     use super::*;
 
     /// Three seconds in which a motor's voltage drives its wheel at a steady rate, rad/s, with 1 A. Each wheel's encoder
@@ -118,7 +94,7 @@ mod tests {
         let mut found = forward();
         let battery_v = 24.0;
         let current_a = 1.0;
-        let voltage_v = rate_rad_s * found.back_emf_v_s_per_rad + current_a * found.resistance_ohm;
+        let voltage_v = rate_rad_s * found.motor.back_emf_v_s_per_rad + current_a * found.motor.resistance_ohm;
         let mut tick = FlightRecord::NONE;
         tick.sample.analog.battery_voltage = SCALES.analog.battery_voltage.counts(battery_v) as u16;
         tick.sample.analog.left_current = SCALES.analog.left_current.counts(current_a) as u16;
@@ -132,7 +108,7 @@ mod tests {
             tick.tick = n;
             tick.sample.time_us = 1000 * u64::from(n);
             for motor in [0, 1] {
-                let counts = turns[motor] * rate_rad_s * 1e-3 * f64::from(n) * found.counts_per_rad;
+                let counts = turns[motor] * rate_rad_s * 1e-3 * f64::from(n) * found.motor.counts_per_rad;
                 tick.sample.encoder_counts[motor] = counts as i64;
             }
             found.add(&tick);
@@ -149,7 +125,7 @@ mod tests {
     /// right way.
     #[test]
     fn a_turn_needs_each_wheel_to_turn_its_own_way() {
-        let wheel = |counted, by_voltage| WheelTurn { counted, by_voltage };
+        let wheel = |counted, by_voltage| JointTurn { counted, by_voltage };
         for (wheels, right) in [
             ([wheel(-2.0, -2.1), wheel(2.0, 2.1)], true),
             ([wheel(2.0, 2.1), wheel(-2.0, -2.1)], false),

@@ -7,10 +7,10 @@ use firmware::flight_record::FlightRecord;
 use firmware::hardware::ClockSource;
 use firmware::protocol::message::Order;
 use model::command::Request;
-use model::sample::{ImuRaw, MOTORS, Motor};
+use model::sample::{MOTORS, Motor};
 use model::supervise::codes::{Blocker, BlockerSet};
 
-use super::person::{Person, Reply};
+use super::person::Person;
 use super::procedure::{Procedure, StepEnd};
 use super::verdict::Finding;
 use crate::cli::link::who;
@@ -37,20 +37,8 @@ const OFF_DIFFERENCE_V: f64 = 0.5;
 /// Smallest current that determines a gain, A, and the largest difference between meter and board, as a share.
 const FED_MIN_A: f64 = 1.0;
 const FED_SHARE: f64 = 0.1;
-/// Largest error of 1 g, as a share: the part's scale and offset, and the mounting.
-const GRAVITY_SHARE: f64 = 0.05;
-/// Largest angle of the hanging arm from the vertical, rad.
-const HANGS_RAD: f64 = 0.26;
-/// Largest rate of a still gyro, rad/s: beyond it the board does not calibrate.
-const STILL_RAD_S: f64 = 0.1;
-/// Number of equal readings in a row that show a dead sensor.
-const REPEATED_TICKS: usize = 20;
-/// Smallest angle of a tilted arm, rad: 20 degrees minus the error of a hand.
-const TILT_RAD: f64 = 0.26;
-/// Largest difference between gyro and accelerometer, as a share of the angle.
-const TILT_SHARE: f64 = 1.0 / 3.0;
 /// Largest error of a turn by hand, as a share, and largest movement of the other wheel meanwhile.
-const TURN_SHARE: f64 = 0.2;
+pub(super) const TURN_SHARE: f64 = 0.2;
 const OTHER_SHARE: f64 = 0.05;
 
 impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
@@ -135,7 +123,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     }
 
     pub(super) fn current_zeros(&mut self) -> Result<Finding, StepEnd> {
-        let motors = if self.link.has_spar()? { 3 } else { 2 };
+        let motors = if self.link.has_spar()? { MOTORS } else { 2 };
         let mean_a = self.currents_a()?;
         let mut seen = Vec::new();
         let mut good = true;
@@ -148,7 +136,13 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
 
     pub(super) fn current_gain(&mut self) -> Result<Finding, StepEnd> {
         let mut seen = Vec::new();
-        for (name, motor) in [("left", Motor::Left), ("right", Motor::Right)] {
+        let motors = if self.link.has_spar()? { MOTORS } else { 2 };
+        let named = [
+            ("left", Motor::Left),
+            ("right", Motor::Right),
+            ("ballast", Motor::Ballast),
+        ];
+        for (name, motor) in named.into_iter().take(motors) {
             let question = format!("Feed 2 to 5 A forward through the {name} motor's current sensor: how much, A?");
             let fed_a = self.ask_number(&question)?;
             let reads_a = self.currents_a()?[motor as usize];
@@ -159,55 +153,6 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
         }
         self.ask_to("Take the current away, and put the motors' leads back")?;
         Ok(Finding::passed(seen.join("; ")))
-    }
-
-    pub(super) fn arm_at_rest(&mut self) -> Result<Finding, StepEnd> {
-        self.ask_to("Let the arm hang still")?;
-        let ticks = self.ticks()?;
-        let rest = Rest::of(&ticks);
-        let seen = format!(
-            "{:.3} g, {:+.1} degrees, up to {:.3} rad/s, a reading repeated {} times",
-            rest.g,
-            rest.angle_rad.to_degrees(),
-            rest.rate_rad_s,
-            rest.repeated
-        );
-        let good = (rest.g - 1.0).abs() < GRAVITY_SHARE
-            && rest.angle_rad.abs() < HANGS_RAD
-            && rest.rate_rad_s < STILL_RAD_S
-            && rest.repeated < REPEATED_TICKS;
-        Ok(Finding::of(good, seen))
-    }
-
-    pub(super) fn arm_forward(&mut self) -> Result<Finding, StepEnd> {
-        self.ask_to("Let the arm hang still")?;
-        let ticks = self.ticks()?;
-        let before_rad = Rest::of(&ticks).angle_rad;
-        let bias_rad_s = mean(ticks.iter().map(|tick| rate_rad_s(&tick.sample.arm_imu.raw)));
-        let (mut turned_rad, mut last_us) = (0.0, None);
-        let tilted = "Tilt the arm forward by 20 degrees or more and hold it";
-        let reply = self.ask_watching(tilted, |tick| {
-            let now_us = tick.sample.time_us;
-            if let Some(last_us) = last_us.replace(now_us)
-                && now_us > last_us
-            {
-                let dt_s = (now_us - last_us) as f64 * 1e-6;
-                turned_rad += (rate_rad_s(&tick.sample.arm_imu.raw) - bias_rad_s) * dt_s;
-            }
-        })?;
-        if reply != Reply::Yes {
-            return Ok(Finding::failed("not done"));
-        }
-        let angle_rad = Rest::of(&self.ticks()?).angle_rad - before_rad;
-        let seen = format!(
-            "accelerometer {:+.0} degrees, gyro {:+.0} degrees",
-            angle_rad.to_degrees(),
-            turned_rad.to_degrees()
-        );
-        Ok(Finding::of(
-            angle_rad > TILT_RAD && (turned_rad - angle_rad).abs() < TILT_SHARE * angle_rad,
-            seen,
-        ))
     }
 
     pub(super) fn wheels(&mut self) -> Result<Finding, StepEnd> {
@@ -244,7 +189,7 @@ impl<W: Wire, P: Person, O: Write> Procedure<'_, W, P, O> {
     }
 
     /// The mean currents that the board reads, A.
-    fn currents_a(&mut self) -> Result<[f64; MOTORS], StepEnd> {
+    pub(super) fn currents_a(&mut self) -> Result<[f64; MOTORS], StepEnd> {
         let ticks = self.ticks()?;
         let of = |motor: usize| {
             mean(ticks.iter().map(|tick| {
@@ -272,51 +217,6 @@ fn self_test_of(blockers: BlockerSet) -> BlockerSet {
         }
     }
     found
-}
-
-/// The arm IMU over some ticks at rest.
-struct Rest {
-    /// Size of the mean specific force, g.
-    g: f64,
-    /// Angle from the vertical in the plane of the wheels, rad, forward positive.
-    angle_rad: f64,
-    /// Largest mean rate of an axis, rad/s.
-    rate_rad_s: f64,
-    /// Largest number of repetitions of one reading in a row.
-    repeated: usize,
-}
-
-impl Rest {
-    fn of(ticks: &[FlightRecord]) -> Self {
-        let axis = |of: &dyn Fn(&ImuRaw) -> i16| mean(ticks.iter().map(|tick| f64::from(of(&tick.sample.arm_imu.raw))));
-        let force_g: [f64; 3] =
-            core::array::from_fn(|i| axis(&|raw| raw.accel[i]) / f64::from(SCALES.imu.accel_lsb_per_g));
-        let rates: [f64; 3] = core::array::from_fn(|i| {
-            (axis(&|raw| raw.gyro[i]) / f64::from(SCALES.imu.gyro_lsb_per_deg_s)).to_radians()
-        });
-        let (mut repeated, mut most) = (0, 0);
-        for pair in ticks.windows(2) {
-            let [before, after] = pair else { continue };
-            repeated = if before.sample.arm_imu.raw == after.sample.arm_imu.raw {
-                repeated + 1
-            } else {
-                0
-            };
-            most = most.max(repeated);
-        }
-        let [x, y, z] = force_g;
-        Self {
-            g: (x * x + y * y + z * z).sqrt(),
-            angle_rad: x.atan2(z),
-            rate_rad_s: rates.iter().fold(0.0, |most, rate| rate.abs().max(most)),
-            repeated: most,
-        }
-    }
-}
-
-/// The arm's rate, rad/s, forward positive: a forward swing is a rotation about -y.
-fn rate_rad_s(raw: &ImuRaw) -> f64 {
-    -(f64::from(raw.gyro[1]) / f64::from(SCALES.imu.gyro_lsb_per_deg_s)).to_radians()
 }
 
 /// The mean of some values.

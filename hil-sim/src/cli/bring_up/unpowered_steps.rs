@@ -1,6 +1,8 @@
 //! The steps without the bridges' supply: what to do, what passes, what to look at if a step fails.
 
-use super::step::{BringUpStep, StepKind, bench, off};
+use firmware::hardware::Place;
+
+use super::step::{BringUpStep, StepKind, bench, of_spar, off};
 
 /// The 3.3 V rail, V: the regulator's tolerance and the meter's.
 const RAIL_V: (f64, f64) = (3.2, 3.4);
@@ -96,15 +98,15 @@ pub(super) const UNPOWERED: &[BringUpStep] = &[
         "current gain",
         StepKind::CurrentGain,
         [
-            "Feed 2 to 5 A from a bench supply through each drive motor's current sensor, in place of the motor, one at \
-             a time, in the direction that drives forward.",
+            "Feed 2 to 5 A from a bench supply through each motor's current sensor (the ballast motor's too, if there is a \
+             spar), in place of the motor, one at a time, in the direction that drives forward.",
             "that motor's current, equal to the supply's meter within 10 %",
             "the sensor's gain and sign in `firmware/src/drive_board/nucleo_h743zi/analog.rs`; left and right exchanged",
         ],
     ),
     off(
         "arm IMU",
-        StepKind::ArmAtRest,
+        StepKind::AtRest(Place::Arm),
         [
             "Let the arm hang still.",
             "1 g within 5 %, upright within 15 degrees, rates below 0.1 rad/s, no reading repeated for 20 ticks",
@@ -113,13 +115,31 @@ pub(super) const UNPOWERED: &[BringUpStep] = &[
     ),
     off(
         "arm forward",
-        StepKind::ArmForward,
+        StepKind::TiltedForward(Place::Arm),
         [
             "Tilt the arm forward by 20 degrees or more and hold it.",
             "accelerometer and gyro both show a forward angle, equal within a third",
             "mounting of the arm IMU; one axis exchanged or reversed",
         ],
     ),
+    of_spar(off(
+        "spar IMU",
+        StepKind::AtRest(Place::Spar),
+        [
+            "Steady the spar, and let it hang still.",
+            "1 g within 5 %, upright within 15 degrees, rates below 0.1 rad/s, no reading repeated for 20 ticks",
+            "wires and axes of the spar IMU (SPI4)",
+        ],
+    )),
+    of_spar(off(
+        "spar forward",
+        StepKind::TiltedForward(Place::Spar),
+        [
+            "Tilt the spar's lower end forward (the camera back) by 20 degrees or more and hold it.",
+            "accelerometer and gyro both show a forward angle, equal within a third",
+            "mounting of the spar IMU; one axis exchanged or reversed",
+        ],
+    )),
     off(
         "wheels",
         StepKind::Wheels,
@@ -129,6 +149,15 @@ pub(super) const UNPOWERED: &[BringUpStep] = &[
             "A and B of the encoder exchanged; left and right exchanged; counts per turn",
         ],
     ),
+    of_spar(off(
+        "ballast",
+        StepKind::BallastByHand,
+        [
+            "Hold the spar upright, and turn the ballast's lower end forward by a quarter turn.",
+            "the ballast's encoder counts a quarter turn forward within 20 %",
+            "A and B of the ballast's encoder exchanged; counts per turn",
+        ],
+    )),
     off(
         "store",
         StepKind::Store,

@@ -15,6 +15,8 @@ pub enum StepVerdict {
     Failed,
     /// No result: the step was skipped, not tried, or cannot be shown on this board.
     NotShown,
+    /// The step is about a part that the vehicle does not have.
+    NotNeeded,
 }
 
 impl StepVerdict {
@@ -24,13 +26,14 @@ impl StepVerdict {
             Self::Passed => "passed",
             Self::Failed => "FAILED",
             Self::NotShown => "not shown",
+            Self::NotNeeded => "not needed",
         }
     }
 
     /// The verdict in words, in its colour.
     pub fn coloured(self) -> String {
         match self {
-            Self::Passed => good(self.name()),
+            Self::Passed | Self::NotNeeded => good(self.name()),
             Self::Failed => bad(self.name()),
             Self::NotShown => doubtful(self.name()),
         }
@@ -62,9 +65,19 @@ impl Finding {
         Self::new(StepVerdict::NotShown, why)
     }
 
+    /// Not needed.
+    pub fn not_needed(why: impl Into<String>) -> Self {
+        Self::new(StepVerdict::NotNeeded, why)
+    }
+
     /// Passed if `good`, otherwise failed.
     pub fn of(good: bool, seen: impl Into<String>) -> Self {
         if good { Self::passed(seen) } else { Self::failed(seen) }
+    }
+
+    /// Whether the step leaves nothing open.
+    pub fn is_settled(&self) -> bool {
+        matches!(self.verdict, StepVerdict::Passed | StepVerdict::NotNeeded)
     }
 
     fn new(verdict: StepVerdict, seen: impl Into<String>) -> Self {
@@ -123,11 +136,13 @@ impl BringUpReport {
 
     /// The numbers of the verdicts.
     pub fn summary(&self) -> String {
-        format!(
-            "{} passed, {} failed, {} not shown",
-            self.count(StepVerdict::Passed),
-            self.count(StepVerdict::Failed),
-            self.count(StepVerdict::NotShown)
-        )
+        let count = |verdict| format!("{} {}", self.count(verdict), verdict.name().to_lowercase());
+        let needed = [StepVerdict::Passed, StepVerdict::Failed, StepVerdict::NotShown]
+            .map(count)
+            .join(", ");
+        if self.count(StepVerdict::NotNeeded) == 0 {
+            return needed;
+        }
+        format!("{needed}, {}", count(StepVerdict::NotNeeded))
     }
 }

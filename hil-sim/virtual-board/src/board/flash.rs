@@ -24,17 +24,36 @@ impl NorFlashError for Refused {
 
 /// The flash. Clones share their contents, so the flash outlives a board that is switched off.
 #[derive(Debug, Clone)]
-pub struct VirtualFlash(Rc<RefCell<Vec<u8>>>);
+pub struct VirtualFlash(Rc<RefCell<FlashCells>>);
+
+#[derive(Debug)]
+struct FlashCells {
+    bytes: Vec<u8>,
+    /// Bytes that are neither programmed nor erased.
+    failing: Range<usize>,
+}
 
 impl VirtualFlash {
     /// An erased flash.
     pub fn erased() -> Self {
-        Self(Rc::new(RefCell::new(vec![0xFF; CAPACITY])))
+        Self::of(CAPACITY)
     }
 
     /// An erased area for an image.
     pub fn for_an_image() -> Self {
-        Self(Rc::new(RefCell::new(vec![0xFF; ARRIVED_SECTORS * FLASH_SECTOR_BYTES])))
+        Self::of(ARRIVED_SECTORS * FLASH_SECTOR_BYTES)
+    }
+
+    fn of(capacity: usize) -> Self {
+        Self(Rc::new(RefCell::new(FlashCells {
+            bytes: vec![0xFF; capacity],
+            failing: 0..0,
+        })))
+    }
+
+    /// From now on the flash refuses to program or erase these bytes, as a worn or protected one; none for an empty range.
+    pub fn set_failing(&self, bytes: Range<usize>) {
+        self.0.borrow_mut().failing = bytes;
     }
 
     /// A flash whose newest stored set is `vehicle`; `None` if the set does not fit.
@@ -48,14 +67,24 @@ impl VirtualFlash {
 
     /// The contents, from the start of the flash.
     pub fn contents(&self) -> Vec<u8> {
-        self.0.borrow().clone()
+        self.0.borrow().bytes.clone()
     }
 
     /// Overwrites the contents from the start of the flash, as a fault or another firmware would.
     pub fn overwrite(&self, bytes: &[u8]) {
-        for (slot, byte) in self.0.borrow_mut().iter_mut().zip(bytes) {
+        for (slot, byte) in self.0.borrow_mut().bytes.iter_mut().zip(bytes) {
             *slot = *byte;
         }
+    }
+}
+
+impl FlashCells {
+    /// Whether these bytes can be programmed and erased.
+    fn check(&self, bytes: &Range<usize>) -> Result<(), Refused> {
+        if bytes.start.max(self.failing.start) < bytes.end.min(self.failing.end) {
+            return Err(Refused(NorFlashErrorKind::Other));
+        }
+        Ok(())
     }
 }
 
@@ -80,12 +109,12 @@ impl ReadNorFlash for VirtualFlash {
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Refused> {
         let range = range(self.capacity(), offset, bytes.len(), Self::READ_SIZE)?;
-        bytes.copy_from_slice(&self.0.borrow()[range]);
+        bytes.copy_from_slice(&self.0.borrow().bytes[range]);
         Ok(())
     }
 
     fn capacity(&self) -> usize {
-        self.0.borrow().len()
+        self.0.borrow().bytes.len()
     }
 }
 
@@ -96,7 +125,8 @@ impl NorFlash for VirtualFlash {
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Refused> {
         let range = range(self.capacity(), offset, bytes.len(), Self::WRITE_SIZE)?;
         let mut flash = self.0.borrow_mut();
-        for (slot, byte) in flash[range].iter_mut().zip(bytes) {
+        flash.check(&range)?;
+        for (slot, byte) in flash.bytes[range].iter_mut().zip(bytes) {
             // Programming only clears bits.
             *slot &= byte;
         }
@@ -106,7 +136,9 @@ impl NorFlash for VirtualFlash {
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Refused> {
         let length = to.checked_sub(from).ok_or(Refused(NorFlashErrorKind::OutOfBounds))?;
         let range = range(self.capacity(), from, length as usize, Self::ERASE_SIZE)?;
-        self.0.borrow_mut()[range].fill(0xFF);
+        let mut flash = self.0.borrow_mut();
+        flash.check(&range)?;
+        flash.bytes[range].fill(0xFF);
         Ok(())
     }
 }

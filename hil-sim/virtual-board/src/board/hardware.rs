@@ -119,12 +119,18 @@ impl World {
         if !self.plant.powers_board() {
             return false;
         }
+        self.reset();
+        true
+    }
+
+    /// Resets the board's part, with its clock at 0: the bridges open, and every latch is clear.
+    pub(super) fn reset(&mut self) {
         self.unpowered = false;
         self.break_tripped = false;
+        self.bridges = [BridgeState::Open; MOTORS];
         self.lamps = (false, false);
         self.synced_us = 0;
         self.fed_us = 0;
-        true
     }
 
     /// Trips the hardware break, which opens the bridges without the firmware.

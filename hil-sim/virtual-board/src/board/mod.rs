@@ -64,6 +64,19 @@ fn boot_number() -> u32 {
     BOOTS.fetch_add(1, Ordering::Relaxed)
 }
 
+/// Checksum of the image that runs: the virtual board's firmware is no image.
+pub const RUNNING_IMAGE: u32 = 0;
+
+/// What the task of the updates finds at a start.
+#[derive(Debug, Clone)]
+pub struct UpdatePart {
+    /// Area for an image that arrives over the link; `None` for a board without room. Nothing installs the image, because
+    /// this board has no boot loader.
+    pub place: Option<VirtualFlash>,
+    /// Whether the part's self-test has passed.
+    pub self_test_passed: bool,
+}
+
 /// A drive board in virtual time.
 pub struct VirtualBoard {
     // Declared before `time`, so that the tasks are dropped before the clock is returned.
@@ -78,9 +91,7 @@ pub struct VirtualBoard {
     /// State that survives a reset: the flashes, and the vehicle for which the firmware was built.
     flash: VirtualFlash,
     history: VirtualFlash,
-    /// Area for an image that arrives over the link. Nothing installs the image, because this board has no boot
-    /// loader.
-    update: VirtualFlash,
+    update: UpdatePart,
     built_in: Vehicle<f32>,
     /// Time of the last boot, us since the start.
     booted_us: u64,
@@ -133,7 +144,10 @@ impl VirtualBoard {
             first_thread_task: 0,
             flash,
             history,
-            update: VirtualFlash::for_an_image(),
+            update: UpdatePart {
+                place: Some(VirtualFlash::for_an_image()),
+                self_test_passed: true,
+            },
             built_in,
             booted_us: 0,
             time,
@@ -194,8 +208,12 @@ impl VirtualBoard {
         spawn!(|topics, _hardware| parameters::run(&topics, store, booted, built_in));
         let history = FaultStore::new(self.history.clone()).ok();
         spawn!(|topics, _hardware| fault_history::run(&topics, history, about.boot));
-        let update = UpdateStore::new(self.update.clone(), 0);
-        spawn!(|topics, _hardware| update::run(&topics, Some(update), None::<NoLoader>, true));
+        let UpdatePart {
+            place,
+            self_test_passed,
+        } = self.update.clone();
+        let store = place.map(|place| UpdateStore::new(place, RUNNING_IMAGE));
+        spawn!(|topics, _hardware| update::run(&topics, store, None::<NoLoader>, self_test_passed));
         spawn!(|topics, hardware| log_task::run(&topics, hardware));
         Ok(())
     }
@@ -226,12 +244,32 @@ impl VirtualBoard {
         }
     }
 
+    /// Resets the board by `cause`, with its supply on: the tasks start again in the same world.
+    ///
+    /// # Errors
+    /// As [`VirtualBoard::boot`].
+    pub fn reset(&mut self, cause: ResetCause) -> Result<(), VirtualBoardError> {
+        let now_us = self.now_us();
+        self.executor = Executor::default();
+        self.topics = Rc::new(Topics::new());
+        self.world(World::reset);
+        self.watchdog_bitten = false;
+        self.booted_us = now_us;
+        self.time.restart();
+        self.start(cause)
+    }
+
+    /// What the task of the updates finds from the next start on.
+    pub fn set_update(&mut self, update: UpdatePart) {
+        self.update = update;
+    }
+
     /// The time since the start, us.
     pub fn now_us(&self) -> u64 {
         self.booted_us + self.time.now_us()
     }
 
-    /// Time of the last boot, us since the start: 0, or the end of the last failure of the supply.
+    /// Time of the last boot, us since the start: 0, the end of the last failure of the supply, or the last reset.
     pub fn booted_us(&self) -> u64 {
         self.booted_us
     }

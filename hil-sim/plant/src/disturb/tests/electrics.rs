@@ -27,6 +27,19 @@ fn leads_and_half_bridges_fail_one_motor_each() {
     run(&mut plant, 20, drive);
     assert_eq!(plant.bridge_current_a()[0], 45.0, "the bridge chops into the short");
     assert!(plant.truth().current_a[0].abs() < 1e-6, "the armature has none");
+    plant.set_leads(0, Leads::Exchanged);
+    run(&mut plant, 20, drive);
+    let armature_a = plant.truth().current_a[0];
+    assert!((armature_a / current[0] + 1.0).abs() < 0.05, "{armature_a} A");
+    assert_eq!(plant.bridge_current_a()[0], -armature_a, "the bridge drives forward");
+    let counts = plant.analog_after(1e-4, &drive).expect("within a substep").left_current;
+    assert!(
+        counts
+            > plant
+                .analog_after(1e-4, &[BridgeState::Open; 3])
+                .expect("open")
+                .left_current
+    );
     plant.set_leads(0, Leads::Sound);
     for (dead, duty, works) in [
         (DeadHalf::Forward, 0.1, false),
