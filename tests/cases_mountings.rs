@@ -221,6 +221,58 @@ fn a_vibration_is_no_fault_and_no_slide() {
     }
 }
 
+/// The ground changes under a vibration: the vehicle turns on a plane, or comes onto a ramp. It keeps its speed, and it stops when
+/// told: the slope is learnt however the IMU shakes.
+#[test]
+fn a_vibration_hides_no_change_of_the_slope() {
+    let turns = |slope_rad: f64| {
+        let on_plane = format!("chocked_until_armed = true\nterrain.plane.slope_x_rad = {slope_rad:?}");
+        (on_plane, 0.4, 1.2, format!("turns on {slope_rad}"))
+    };
+    let climbs = |slope_rad: f64, speed_m_s: f64| {
+        let ramp = format!(
+            "terrain.profile = [{{ kind = 'ramp', from_m = 2.0, length_m = 8.0, slope_rad = {slope_rad:?}, transition_m = 0.6 }}]"
+        );
+        (ramp, speed_m_s, 0.0, format!("onto a ramp of {slope_rad}"))
+    };
+    let ways = [
+        turns(-0.14),
+        turns(0.14),
+        turns(0.2),
+        climbs(-0.14, 0.5),
+        climbs(0.14, 1.0),
+        climbs(0.24, 1.0),
+    ];
+    for (tables, speed_m_s, yaw_rate_rad_s, way) in ways {
+        for (amplitude_m_s2, frequency_hz, seed) in [(5.0, 60.0, 1), (10.0, 60.0, 2), (10.0, 25.0, 1), (10.0, 150.0, 3)]
+        {
+            let steps = format!(
+                "{{ at_s = 3.5, action = 'vibration', amplitude_m_s2 = {amplitude_m_s2:?}, amplitude_rad_s = 0.05, \
+                 frequency_hz = {frequency_hz:?} }},
+                 {{ at_s = 4.5, action = 'drive', speed_m_s = {speed_m_s:?}, yaw_rate_rad_s = {yaw_rate_rad_s:?} }},
+                 {{ at_s = 12.0, action = 'drive' }}"
+            );
+            let outcome = fly(16.0, seed, &tables, &steps);
+            let story = format!("{way}, {amplitude_m_s2} m/s^2 at {frequency_hz} Hz, seed {seed}");
+            let row = last(&outcome);
+            let status = row.status;
+            assert_eq!((status.mode, status.faults), (Mode::Armed, FaultSet::EMPTY), "{story}");
+            let rows = outcome.trace.rows.iter().filter(|row| row.time_s() > 4.5);
+            let fastest_m_s = rows.map(|row| row.truth.speed_m_s.abs()).fold(0.0, f64::max);
+            // Behind the foot of a ramp a vehicle is too fast or too slow until its arm has swung: half a metre per second is the
+            // bound for a kerb.
+            assert!(fastest_m_s < speed_m_s + 0.5, "{story}: {fastest_m_s} m/s");
+            let slope_error_rad = status.estimate.slope_rad - row.truth.slope_rad as f32;
+            assert!(slope_error_rad.abs() < 0.035, "{story}: {slope_error_rad} rad");
+            assert!(
+                row.truth.speed_m_s.abs() < 0.05,
+                "{story}: ends at {} m/s",
+                row.truth.speed_m_s
+            );
+        }
+    }
+}
+
 /// Each IMU has its own clock. However the clocks drift, the registers that a tick reads hold a sample of the last half
 /// millisecond: a period of 2 kHz by a clock that may be slow by one per cent.
 #[test]

@@ -212,8 +212,7 @@ impl Traction {
             self.speed = GroundSpeed::of_wheels(evidence.wheels_m_s);
             // Not at once beyond the limit: a wheel that begins to slide must not pass for one of another radius.
             if yaw_rad_s.abs() < yaw_max {
-                self.rolling_yaw
-                    .learn(yaw_rad_s, evidence.wheels_m_s, wheels_yaw_rad_s);
+                self.rolling_yaw.learn(yaw_rad_s, evidence.wheels_m_s, wheels_yaw_rad_s);
             }
         }
     }

@@ -254,7 +254,10 @@ fn a_track_other_than_the_files_is_no_slide_and_hides_none() {
                 };
                 for tick in 0..5000 {
                     traction.update(&rolling(tick));
-                    assert!(!traction.slides(), "{share} of {direction} rad/s, {wheels_m_s} m/s, {tick} ms");
+                    assert!(
+                        !traction.slides(),
+                        "{share} of {direction} rad/s, {wheels_m_s} m/s, {tick} ms"
+                    );
                 }
                 for factor in [1.5, 0.5] {
                     let mut sliding = traction;
