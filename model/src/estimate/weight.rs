@@ -13,6 +13,9 @@ const WEIGHT_MAX_G: f32 = 2.0;
 const FORCE_TIME_CONSTANT_S: f32 = 0.015;
 /// Ticks for which the mean force must be the weight before the accelerometer is trusted again: the wheels rebound.
 const CARRIED_TICKS: u16 = 30;
+/// Ticks without weight after which the vehicle is on rough ground and does not fall: a fall of 0.44 m takes as long, and is a fault of
+/// its own.
+const FALL_MAX_TICKS: u16 = 300;
 /// Ticks for which each sample must be the weight before the accelerometer may show a slide or its mounting: most of a period of
 /// 3 Hz. Under a vibration of about g the accelerometer would otherwise count in only one half of each period, which looks like an
 /// acceleration.
@@ -23,6 +26,8 @@ const STEADY_WEIGHT_TICKS: u16 = 270;
 pub struct Weight {
     force_m_s2: [LowPass; 2],
     carried: Persistence,
+    /// Whether the vehicle has been without weight for longer than it can fall.
+    shaken: Persistence,
     steady: Persistence,
 }
 
@@ -32,6 +37,7 @@ impl Weight {
         Self {
             force_m_s2: [LowPass::new(dt_s, FORCE_TIME_CONSTANT_S); 2],
             carried: Persistence::new(CARRIED_TICKS),
+            shaken: Persistence::new(FALL_MAX_TICKS),
             steady: Persistence::new(STEADY_WEIGHT_TICKS),
         }
     }
@@ -53,24 +59,31 @@ impl Weight {
     ///     weight.update(Some([0.0, 0.0]));
     /// }
     /// assert!(!weight.is_carried());
+    /// // Rough ground: half of the time twice the weight, half of the time none, ten times per second.
+    /// for tick in 0..400 {
+    ///     weight.update(Some([0.0, if tick % 100 < 50 { 25.0 } else { 0.0 }]));
+    /// }
+    /// assert!(weight.is_carried());
     /// ```
     #[inline]
     pub fn update(&mut self, force_m_s2: Option<[f32; 2]>) {
         let Some(force_m_s2) = force_m_s2 else {
             self.carried.update(false);
+            self.shaken.update(false);
             self.steady.update(false);
             return;
         };
         let [x, z] = &mut self.force_m_s2;
         x.update(force_m_s2[0]);
         z.update(force_m_s2[1]);
-        self.carried.update(is_weight([x.value(), z.value()]));
+        let carried = self.carried.update(is_weight([x.value(), z.value()]));
+        self.shaken.update(!carried);
         self.steady.update(is_weight(force_m_s2));
     }
 
-    /// Whether the wheels carry the vehicle, and have for some time: neither falls nor lands, however it shakes.
+    /// Whether the wheels carry the vehicle: it neither falls nor lands, however it shakes.
     pub fn is_carried(&self) -> bool {
-        self.carried.stands()
+        self.carried.stands() || self.shaken.stands()
     }
 
     /// Whether besides nothing shakes the vehicle.
