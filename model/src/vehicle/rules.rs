@@ -139,7 +139,7 @@ mod tests {
         }
     }
 
-    /// The rules reproduce the gains that were tuned by hand for the reference vehicle before the rules existed.
+    /// For the reference vehicle, the rules give the gains that were tuned by hand.
     #[test]
     fn the_rule_gives_the_reference_vehicle_the_gains_that_it_was_tuned_to() {
         let mut parameters = reference().parameters().cast::<f64>();

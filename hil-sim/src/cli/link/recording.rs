@@ -15,7 +15,7 @@ use super::wire::Wire;
 
 /// How long the look back after a fault that has just occurred may go on, us: 0.2 s, on a board a fifth as fast as real time 1 s.
 const FREEZES_US: u64 = 1_500_000;
-/// How often the board is asked for the new lines of its log, us.
+/// Time between two requests for the new lines of the board's log, us.
 const LOG_US: u64 = 500_000;
 
 /// Counts of a recording.
