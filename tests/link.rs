@@ -134,7 +134,7 @@ fn program(arguments: &[&str]) -> Output {
 fn the_program_disarms_before_anything_else() {
     let (mut board_end, tool_end) = TTYPort::pair().expect("a pseudo-terminal");
     board_end.set_timeout(GIVE_UP).expect("a timeout");
-    let mut program = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
+    let program = Command::new(env!("CARGO_BIN_EXE_hil-sim"))
         .args(["link", "--port", &tool_end.name().expect("has a name"), "disarm"])
         .stderr(Stdio::piped())
         .spawn()
@@ -146,8 +146,14 @@ fn the_program_disarms_before_anything_else() {
         came.extend(&bytes[..length]);
     }
     assert!(matches!(messages(&came)[0], HostMessage::Disarm(_)), "{came:?}");
-    // Nobody answers: the program ends by itself.
-    assert_eq!(program.wait().expect("ends").code(), Some(1));
+    // Nobody answers: the program ends by itself and says what it does not know.
+    let ended = program.wait_with_output().expect("ends");
+    assert_eq!(ended.status.code(), Some(1));
+    let error = String::from_utf8_lossy(&ended.stderr);
+    assert!(
+        error.contains("Disarm was sent, and the board did not confirm it"),
+        "{error}"
+    );
 }
 
 #[test]
