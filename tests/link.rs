@@ -248,7 +248,7 @@ fn sets_move_as_vehicle_files() {
     assert!(differ.1.contains("control.speed_max_m_s: 1.25 -> 2.5"), "{}", differ.1);
     let loaded = run(&mut bench, &["load", path]);
     assert!(
-        loaded.0 == 0 && loaded.1.contains("1 parameters changed"),
+        loaded.0 == 0 && loaded.1.contains("parameters changed: 1"),
         "{}",
         loaded.1
     );
