@@ -127,6 +127,7 @@ fn absurd_commands_stay_within_the_vehicles_limits() {
     });
     assert!(speed > 2.0 && speed < 3.2, "{speed}");
     assert!(yaw > 1.5 && yaw < 2.4, "{yaw}");
+    assert_eq!((bench.mode(), faults(&bench)), (Mode::Armed, FaultSet::EMPTY));
 }
 
 #[test]
