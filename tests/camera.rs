@@ -285,6 +285,12 @@ fn turning_on_a_slope_the_spar_stays_level() {
         let outcome = drive(&reference(), 16.0, 5.0, "", &steps);
         let (_, peak_deg, _) = level(&outcome.trace.rows[600..]);
         println!("{yaw_rad_s} rad/s: {peak_deg:.2} deg");
+        let status = outcome.trace.rows[outcome.trace.rows.len() - 1].status;
+        assert_eq!(
+            (status.mode, status.faults),
+            (Mode::Armed, FaultSet::EMPTY),
+            "{yaw_rad_s} rad/s"
+        );
         assert!(peak_deg <= 2.0, "{yaw_rad_s} rad/s: {peak_deg} deg");
     }
 }
