@@ -315,6 +315,7 @@ fn sensors_that_fail_before_arming_block_it() {
     for (sensor, fault, blocker) in [
         (Sensor::ArmImu, SensorFault::Off, Blocker::Imu),
         (Sensor::ArmImu, SensorFault::Stuck, Blocker::Imu),
+        (Sensor::ArmImu, SensorFault::Garbage, Blocker::Imu),
     ] {
         let mut bench = Bench::new(10);
         bench.run(1000);
