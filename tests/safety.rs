@@ -133,10 +133,7 @@ fn absurd_commands_stay_within_the_vehicles_limits() {
 #[test]
 fn the_emergency_stop_opens_the_bridges_at_once_and_holds_until_cleared() {
     let mut bench = Bench::driving(6, 1.0);
-    bench.board.world(|world| {
-        world.emergency_stop = true;
-        world.trip();
-    });
+    bench.press_emergency_stop();
     assert!(!bench.bridges_on(), "the hardware break waits for the firmware");
     bench.run(2);
     assert_eq!(bench.mode(), Mode::Disarmed);
